@@ -70,11 +70,7 @@ class GeoPoint:
 
 
 class TangentPlane:
-    """East, north, up at a place: what GPS coordinates are within some kilometres of it.
-
-    Args:
-        origin: The place.
-    """
+    """East, north, up at a place: what GPS coordinates are within some kilometres of it."""
 
     def __init__(self, origin: GeoPoint) -> None:
         lat, lon = math.radians(origin.latitude_deg), math.radians(origin.longitude_deg)

@@ -59,7 +59,7 @@ class GridFrame:
         return float(x), float(y)
 
     def contains(self, row: int, column: int) -> bool:
-        """Tell whether the cell lies in the grid."""
+        """Return whether the cell lies in the grid."""
         return 0 <= row < self.height and 0 <= column < self.width
 
     def inside(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -63,7 +63,7 @@ class Scan:
         )  # fmt: skip
 
     def mirrored(self) -> Scan:
-        """Return the scan of a sensor that hangs upside down, as it is seen from above."""
+        """Return the scan of a sensor mounted upside down, as it is seen from above."""
         return replace(self, angle_min=-self.angle_min, angle_increment=-self.angle_increment)
 
     def points(self) -> NDArray[np.float64]:

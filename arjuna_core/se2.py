@@ -122,5 +122,5 @@ def yaw_of(x: float, y: float, z: float, w: float) -> float:
 
 
 def is_upside_down(x: float, y: float, z: float, w: float) -> bool:
-    """Tell whether a rotation, as a quaternion, points the z axis down."""
+    """Return whether a rotation, as a quaternion, points the z axis down."""
     return x * x + y * y > z * z + w * w

@@ -25,7 +25,7 @@ class Periodic:
         self._count = 0
 
     def due(self, now: float) -> bool:
-        """Tell whether an occurrence has come since the last call that said so."""
+        """Return whether an occurrence has come since the last call that said so."""
         count = int((now - self._phase + _TOLERANCE) // self._period) + 1
         if count < self._count:  # the clock was set back
             self._count = max(count - 1, 0)

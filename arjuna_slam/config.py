@@ -53,7 +53,7 @@ class SlamConfig(BackEndConfig, ReferenceConfig, TrackerConfig, LifelongConfig):
         )
 
     def keyframe_due(self, delta: SE2) -> bool:
-        """Tell whether the robot has moved enough since the last keyframe for another."""
+        """Return whether the robot has moved enough since the last keyframe for another."""
         return (
             math.hypot(delta.x, delta.y) >= self.minimum_travel_distance
             or abs(wrap(delta.theta)) >= self.minimum_travel_heading
@@ -114,7 +114,7 @@ class UnusedParameters:
     lifelong_candidates_scale: float | None = _unused()
 
     @property
-    def set_in_vain(self) -> list[str]:
+    def unused_values(self) -> list[str]:
         """Names of those that were given a value."""
         names = (item.name for item in dataclasses.fields(UnusedParameters))
         return [name for name in names if getattr(self, name) is not None]

@@ -8,11 +8,11 @@ from arjuna_slam.config import SlamConfig
 from arjuna_slam.mapping.keyframes import Keyframes
 from arjuna_slam.mapping.reference_map import ReferenceMap
 from arjuna_slam.mapping.session import Session, Start, StartKind
-from arjuna_slam.matching.scan_filter import ScanFilter, Skip
+from arjuna_slam.matching.scan_filter import LastOdometry, ScanFilter, Skip
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface
 from arjuna_slam.matching.tracking import Tracker
-from arjuna_slam.pose_tracker import LastOdometry, PoseTracker, SlamUpdate
+from arjuna_slam.pose_tracker import PoseTracker, SlamUpdate
 
 
 class Localizer(PoseTracker):

@@ -98,13 +98,13 @@ def run(slam: Slam, log: Iterable[tuple[Scan, SE2]]) -> list[tuple[float, SE2]]:
     Loggers stamp some scans too early or late (the Intel log 631 of 13631): the order of the log is
     believed and the stamps given to SLAM are raised where they would step back.
     """
-    hung: list[tuple[float, int, SE2]] = []
+    placed: list[tuple[float, int, SE2]] = []
     last = -math.inf
     for scan, T_odom_base in log:
         last = max(scan.stamp, math.nextafter(last, math.inf))
         update = slam.process(replace(scan, stamp=last), T_odom_base)
         if update is not None:
-            hung.append((scan.stamp, update.node, update.T_node_base))
+            placed.append((scan.stamp, update.node, update.T_node_base))
     slam.finish()
-    hung.sort(key=lambda entry: entry[0])
-    return [(stamp, slam.graph.pose(node) @ pose) for stamp, node, pose in hung]
+    placed.sort(key=lambda entry: entry[0])
+    return [(stamp, slam.graph.pose(node) @ pose) for stamp, node, pose in placed]

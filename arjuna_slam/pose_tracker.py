@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import PoseGraph
 from arjuna_slam.mapping.keyframes import Keyframes
 from arjuna_slam.mapping.session import Session
-from arjuna_slam.matching.scan_filter import ScanFilter, motion_within
+from arjuna_slam.matching.scan_filter import ScanFilter
 from arjuna_slam.matching.scan_matcher import MatchStatus
 
 
@@ -29,7 +29,7 @@ class SlamUpdate:
         keyframe: Whether the scan became a node.
         closures: Loop edges it brought.
         status: How the match ended; where it failed, the pose is the odometry's.
-        node: The node of the trajectory that the pose hangs on.
+        node: The node of the trajectory that the pose is relative to.
         T_node_base: Robot in the frame of that node.
     """
 
@@ -88,41 +88,7 @@ class PoseTracker(Protocol):
         """Return the map so far, or None before the first scan.
 
         Args:
-            most_moved: How many keyframes that a closure has moved are traced anew at most, to
+            most_moved: How many keyframes that a closure has moved are traced again at most, to
                 bound the time it takes; the next maps go on. None for all.
         """
         return self.keyframes.map(most_moved)
-
-
-class LastOdometry:
-    """The odometry at the last scan: the next one's prior and the motion during it follow.
-
-    Attributes:
-        T_odom_base: The pose.
-    """
-
-    def __init__(self) -> None:
-        self.T_odom_base = IDENTITY
-        self._stamp: float | None = None
-
-    def advance(self, stamp: float, T_odom_base: SE2) -> None:
-        """Go on to the odometry at a scan's stamp [s]."""
-        self._stamp, self.T_odom_base = stamp, T_odom_base
-
-    def motion_to(self, T_odom_base: SE2) -> SE2:
-        """Return the motion since the last scan."""
-        return self.T_odom_base.inverse() @ T_odom_base
-
-    def with_motion(self, scan: Scan, T_odom_base: SE2, motion: SE2 | None = None) -> Scan:
-        """Return a scan with the motion during it, so that it can be deskewed.
-
-        Args:
-            scan: The scan.
-            T_odom_base: Odometry at its stamp.
-            motion: From its first beam to its last; None for that of the velocity since the last
-                scan, where the scan has a time increment.
-        """
-        if motion is None and scan.time_increment != 0.0 and self._stamp is not None:
-            gap = scan.stamp - self._stamp
-            motion = motion_within(scan, self.motion_to(T_odom_base), gap)
-        return scan if motion is None else replace(scan, motion=motion)

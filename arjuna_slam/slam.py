@@ -19,22 +19,18 @@ from arjuna_slam.mapping.lifelong import forget_submap
 from arjuna_slam.mapping.reference_map import ReferenceMap
 from arjuna_slam.mapping.session import Session, Start, StartKind
 from arjuna_slam.mapping.submap import LocalMap, Submap
-from arjuna_slam.matching.scan_filter import ScanFilter, Skip
+from arjuna_slam.matching.scan_filter import LastOdometry, ScanFilter, Skip
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface, extract
 from arjuna_slam.matching.tracking import Tracker
-from arjuna_slam.pose_tracker import LastOdometry, PoseTracker, SlamUpdate
+from arjuna_slam.pose_tracker import PoseTracker, SlamUpdate
 
 _AT_START = Match(MatchStatus.MATCHED, IDENTITY, np.zeros((3, 3)), 1.0)
 _VAGUE = np.diag([4.0, 4.0, 10.0])  # information of a start that no scan confirms: 0.5 m, 0.3 rad
 
 
 class Slam(PoseTracker):
-    """Builds a map and the trajectory in it. The map's frame is the robot's pose at the first scan.
-
-    Args:
-        config: The parameters.
-    """
+    """Builds a map in the frame of the robot's first pose, and the trajectory in it."""
 
     def __init__(self, config: SlamConfig | None = None) -> None:
         self._config = config or SlamConfig()
@@ -243,9 +239,9 @@ class Slam(PoseTracker):
         self.graph.add_edge(Edge(previous, node, delta, information, EdgeKind.ODOMETRY))
         if match.status is MatchStatus.MATCHED and self._config.use_scan_matching:
             for submap, pose in self._local.poses(match.T_field_base):
-                past, T_past_node, blur = submap.hang(pose)
+                past, T_past_node, unseen_since = submap.constraint_to(pose)
                 T_past_field = T_past_node @ match.T_field_base.inverse()
-                known = invert(match.covariance_in(T_past_field) + blur)
+                known = invert(match.covariance_in(T_past_field) + unseen_since)
                 prior = self._information(T_past_node)
                 self.graph.add_edge(Edge(past, node, T_past_node, known, EdgeKind.MATCH, prior))
         self._T_odom_keyframe = self._odometry.T_odom_base

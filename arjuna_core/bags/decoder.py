@@ -61,10 +61,6 @@ class Decoder:
     def decode(self, topic: TopicInfo, data: bytes) -> Any:
         """Return a message, with the fields of its type as attributes.
 
-        Args:
-            topic: Its topic.
-            data: Its bytes.
-
         Raises:
             DecodeError: Its type or encoding is unknown, or the bytes are no message of it.
         """

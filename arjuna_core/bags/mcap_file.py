@@ -51,9 +51,6 @@ _Record = Schema | Channel | Message | Metadata | Footer
 class McapFile:
     """The topics and messages of an mcap file.
 
-    Args:
-        path: The file.
-
     Attributes:
         topics: Its topics by name.
         entry: Its times and counts.

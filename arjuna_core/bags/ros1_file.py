@@ -38,9 +38,6 @@ _CHUNK_MAX = 1 << 28  # [bytes]; rosbag writes chunks of about 768 KiB
 class Ros1File:
     """The topics and messages of a ROS 1 bag; its attributes are those of `McapFile`.
 
-    Args:
-        path: The file.
-
     Raises:
         InputFileError: It cannot be read or is no such file.
     """

@@ -41,9 +41,6 @@ _DATA = "SELECT data FROM messages WHERE id = ?"
 class SqliteFile:
     """The topics and messages of a `.db3` file; its attributes are those of `McapFile`.
 
-    Args:
-        path: The file.
-
     Raises:
         InputFileError: It cannot be read or is no such file.
     """

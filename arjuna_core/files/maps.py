@@ -203,7 +203,7 @@ def _map_in(path: Path) -> dict[str, Any] | None:
 
 
 def _is_pgm(path: Path) -> bool:
-    """Tell whether a file is an image of maps; a kill may have left it without a header."""
+    """Return whether a file is an image of maps; a kill may have left it without a header."""
     return head_of(path, 2) in (b"P2", b"P5")
 
 

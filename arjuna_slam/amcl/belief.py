@@ -103,16 +103,11 @@ def _walk(
 
 
 _RIVAL = 0.02  # lighter clusters are no hypothesis
-_RIVALS_MAX = 6  # clusters that are told at most
+_RIVALS_MAX = 6  # clusters that are returned at most
 
 
 class Belief:
     """A set of particles.
-
-    Args:
-        config: Parameters.
-        field: The map.
-        rng: Source of all randomness.
 
     Attributes:
         particles: `(N, 3) float64` in the map frame [m, m, rad], columns contiguous.
@@ -194,7 +189,7 @@ class Belief:
         return factors * scale[self._rank_of]
 
     def resample(self, injection: float) -> bool:
-        """Draw the particles anew if that is due.
+        """Resample the particles if that is due.
 
         Args:
             injection: Share of particles, 0..1, to replace by ones from anywhere.

@@ -34,13 +34,13 @@ def to_bins(particles: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[
     codes = _codes(x, y, heading, low[0], low[1], rows)
     size = columns * rows * _HEADINGS
     if size <= _TABLE_MAX:
-        bin_of, met = _number(codes, size)
+        bin_of, used = _number(codes, size)
     else:
-        met, inverse = np.unique(codes, return_inverse=True)
+        used, inverse = np.unique(codes, return_inverse=True)
         bin_of = inverse.astype(np.int32)
-    places = met // _HEADINGS
+    places = used // _HEADINGS
     return bin_of, np.column_stack(
-        (places // rows + low[0], places % rows + low[1], met % _HEADINGS)
+        (places // rows + low[0], places % rows + low[1], used % _HEADINGS)
     )
 
 
@@ -74,20 +74,20 @@ def _codes(
 
 @njit(cache=True)
 def _number(codes: NDArray[np.int64], size: int) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Number the codes, all below `size`, in the order in which they are met."""
+    """Number the codes, all below `size`, in the order in which they occur."""
     table = np.zeros(size, np.int32)
     bin_of = np.empty(len(codes), np.int32)
-    met = np.empty(min(len(codes), size), np.int64)
+    seen = np.empty(min(len(codes), size), np.int64)
     used = 0
     for i in range(len(codes)):
         number = table[np.uint64(codes[i])]
         if number == 0:
-            met[used] = codes[i]
+            seen[used] = codes[i]
             used += 1
             number = np.int32(used)
             table[np.uint64(codes[i])] = number
         bin_of[i] = number - 1
-    return bin_of, met[:used].copy()
+    return bin_of, seen[:used].copy()
 
 
 def connect(bins: NDArray[np.int64], shares: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -172,7 +172,7 @@ class Cluster:
     covariance: NDArray[np.float64]
 
     def holds(self, pose: NDArray[np.float64]) -> bool:
-        """Tell whether a pose `(3,)` [m, m, rad] may be one of the cluster's."""
+        """Return whether a pose `(3,)` [m, m, rad] may be one of the cluster's."""
         off = pose - self.mean
         off[2] = math.remainder(off[2], 2.0 * math.pi)
         return bool((np.abs(off) <= 3.0 * np.sqrt(self.covariance.diagonal()) + _SLACK).all())
@@ -204,10 +204,10 @@ def find_clusters(
     """
     bin_of, bins = to_bins(particles) if binned is None else binned
     shares = np.asarray(np.bincount(bin_of, weights, len(bins)), np.float64)
-    met = np.bincount(bin_of, minlength=len(bins)) > 0
+    used = np.bincount(bin_of, minlength=len(bins)) > 0
     labels = np.full(len(bins), -1)
-    labels[met] = connect(bins[met], shares[met])
-    totals = np.bincount(labels[met], shares[met])
+    labels[used] = connect(bins[used], shares[used])
+    totals = np.bincount(labels[used], shares[used])
     order = np.argsort(-totals, kind="stable")[:limit]
     order = order[totals[order] >= min(least, totals.max())]
     rank = np.full(len(totals) + 1, len(order), np.int64)

@@ -172,7 +172,7 @@ class AmclNodeConfig(AmclConfig):
     set_initial_pose: bool = param(False, "Whether to start at initial_pose.")
     initial_pose: InitialPose = InitialPose()
     always_reset_initial_pose: bool = param(
-        False, "Whether each activation starts anew instead of at the last known pose."
+        False, "Whether each activation starts afresh instead of at the last known pose."
     )
     first_map_only: bool = param(False, "Whether to ignore maps after the first.")
     global_localization_at_start: str = param(

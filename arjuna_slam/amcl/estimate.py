@@ -176,7 +176,7 @@ class Track:
     estimate: Estimate | None = None
 
     def due(self, T_odom_base: SE2, config: AmclConfig) -> bool:
-        """Tell whether the robot moved enough, each coordinate by itself as in nav2_amcl."""
+        """Return whether the robot moved enough, each coordinate by itself as in nav2_amcl."""
         if self.updated_at is None:
             return True
         last = self.updated_at

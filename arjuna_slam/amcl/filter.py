@@ -27,7 +27,7 @@ from arjuna_slam.amcl.recovery import SEED_COVARIANCE, MapMatcher, Recovery
 from arjuna_slam.amcl.scan_view import ScanView
 from arjuna_slam.amcl.sensor_models import make_sensor
 from arjuna_slam.matching.map_field import MapField
-from arjuna_slam.matching.scan_filter import Deskewer
+from arjuna_slam.matching.scan_filter import LastOdometry
 
 _INDIFFERENT = 0.015  # difference of agreement that decides nothing: three beams of 180
 _EXCELLENT = 0.95  # agreement that leaves nothing to look for
@@ -38,11 +38,6 @@ _DRIFT_SHARE = 0.2  # ... and per unit of motion, as nav2_amcl's alphas
 
 class ParticleFilter:
     """Monte Carlo localization with KLD sampling, refinement by scan matching, and recovery.
-
-    Args:
-        config: Parameters.
-        grid: The map.
-        rng: Source of all randomness.
 
     Raises:
         LocalizationError: The map has no free or no occupied cell.
@@ -58,7 +53,7 @@ class ParticleFilter:
         self._sensor = make_sensor(field, config)
         self._matcher = MapMatcher(config, field)
         self._recovery = Recovery(config, self._matcher)
-        self._deskewer = Deskewer()
+        self._odometry = LastOdometry()
         self._track = Track()
 
     @property
@@ -77,7 +72,7 @@ class ParticleFilter:
         return self._belief.weights
 
     def set_pose(self, pose: SE2, covariance: NDArray[np.float64]) -> None:
-        """Start anew around a pose of the base in the map.
+        """Start again around a pose of the base in the map.
 
         Args:
             pose: [m, m, rad].
@@ -92,7 +87,7 @@ class ParticleFilter:
         self._restart(search=False)
 
     def globalize(self) -> None:
-        """Start anew with no idea of the pose; the next scan is looked for in the whole map."""
+        """Start again with no idea of the pose; the next scan is looked for in the whole map."""
         self._belief.scatter()
         self._restart(search=self._config.relocalize)
 
@@ -121,7 +116,8 @@ class ParticleFilter:
         check_finite(T_odom_base, "the odometry pose")
         if not self.initialized:
             return None
-        view = ScanView.of(self._deskewer.deskewed(scan, T_odom_base), self._config)
+        view = ScanView.of(self._odometry.with_motion(scan, T_odom_base), self._config)
+        self._odometry.advance(scan.stamp, T_odom_base)
         if not (self._track.due(T_odom_base, self._config) or force or self._recovery.wanted):
             best = self._follow(T_odom_base, view)
             if best is None:
@@ -151,7 +147,7 @@ class ParticleFilter:
         self._belief.reweigh(self._belief.level(likelihood.factors))
 
     def _resample(self) -> None:
-        """Draw the particles anew, some from anywhere if the scans have become unlikely."""
+        """Resample the particles, some from anywhere if the scans have become unlikely."""
         if self._belief.resample(self._recovery.averages.injection):
             self._recovery.averages.reset()
 

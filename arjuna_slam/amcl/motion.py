@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.config import DIFFERENTIAL, OMNIDIRECTIONAL, SKID_STEER, AmclConfig
 
-_TURN_ONLY_BELOW = 0.01  # shorter moves have no direction worth trusting [m]
+_TURN_ONLY_BELOW = 0.01  # shorter moves have no reliable direction [m]
 
 
 class MotionModel(Protocol):

@@ -27,12 +27,7 @@ _LOST_SHARE = 2.0 / 3.0  # of the gain that another place needs, where the robot
 
 
 class MapMatcher:
-    """Matches scans with a map.
-
-    Args:
-        config: Parameters.
-        field: The map.
-    """
+    """Matches scans with a map."""
 
     def __init__(self, config: AmclConfig, field: MapField) -> None:
         self._config = config
@@ -194,13 +189,13 @@ class Recovery:
         self.wanted = False
 
     def restart(self, search: bool) -> None:
-        """Forget the scans so far; search with the next one if told so."""
+        """Forget the scans so far; search with the next one if asked to."""
         self.wanted = search
         self.averages.reset()
         self.lost.reset()
 
     def due(self, agreement: float, now: float) -> bool:
-        """Tell whether to search the map, from a scan's agreement (0..1) and stamp [s]."""
+        """Return whether to search the map, from a scan's agreement (0..1) and stamp [s]."""
         lost = self.lost.observe(agreement, now)
         return self.wanted or (lost and self._config.relocalize)
 

@@ -72,14 +72,14 @@ class ScanView:
 
         def beams(each: int) -> Beams:
             some = np.ascontiguousarray(ranges[::each])
-            ways = np.ascontiguousarray(directions[::each])
-            telling = some >= low  # NaN is not
-            if not telling.all():
-                some, ways = some[telling], ways[telling]
+            directions_used = np.ascontiguousarray(directions[::each])
+            usable = some >= low  # NaN is not
+            if not usable.all():
+                some, directions_used = some[usable], directions_used[usable]
             returned = some < high
-            ends = ways[returned] * some[returned, np.newaxis]
+            ends = directions_used[returned] * some[returned, np.newaxis]
             ends += (mount.x, mount.y)
-            return Beams(ways, some, returned, ends)
+            return Beams(directions_used, some, returned, ends)
 
         return ScanView(scan.stamp, scan.range_max, mount, beams(stride), beams(step))
 
@@ -132,7 +132,7 @@ def share_agreeing(field: MapField, pose: SE2, view: ScanView, near: float) -> f
     people and furniture come and go, and the less the nearer it ended: what the map does not have
     counts by its width, not by the angle that it takes up, so that one who stands at the robot and
     stops half of its beams is no more than one. A beam without return counts only against the pose,
-    where the map has an obstacle in its way; thus poses are told apart that end points alone do not
+    where the map has an obstacle in its way; which distinguishes poses that end points alone do not
     tell apart.
 
     Args:

@@ -47,7 +47,7 @@ class SensorModel(Protocol):
 
 
 class _Tabulated:
-    """A table of what a beam's end is worth in each cell, made once for each `range_max` seen.
+    """A table of the score of a beam that ends in each cell, made once for each `range_max` seen.
 
     Where the map is unknown nothing can be expected: there the density is at least that of a
     uniform reading.
@@ -62,14 +62,14 @@ class _Tabulated:
     def _sums(
         self, poses: NDArray[np.float64], cells: NDArray[np.float64], range_max: float
     ) -> NDArray[np.float64]:
-        """Return what the beams that end in cells are worth together at each pose."""
+        """Return the summed scores of the beams that end in cells at each pose."""
         if range_max != self._range_max:
             self._range_max = range_max
             density = self._density(self._field.distances, range_max)
             unknown = self._field.unknown
             density[unknown] = np.maximum(density[unknown], 1.0 / range_max)
             outside = self._density(np.array([self._field.max_distance]), range_max)
-            self._table = bordered(self._worth(density), float(self._worth(outside)[0]))
+            self._table = bordered(self._score(density), float(self._score(outside)[0]))
         return sum_at_endpoints(self._table, poses, cells).astype(np.float64)
 
     def _density(self, distances: NDArray[np.floating], range_max: float) -> NDArray[np.float64]:
@@ -78,7 +78,7 @@ class _Tabulated:
         return np.asarray(hit + c.z_rand / range_max)
 
     @staticmethod
-    def _worth(density: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _score(density: NDArray[np.float64]) -> NDArray[np.float64]:
         return density**3
 
     def _in_cells(
@@ -121,7 +121,7 @@ class LikelihoodFieldProb(_Tabulated):
         return Likelihood(np.exp(sums - sums.max()), np.exp(sums / max(1, len(cells))))
 
     @staticmethod
-    def _worth(density: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _score(density: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.log(density)
 
     def _skip(self, poses: NDArray[np.float64], cells: NDArray[np.float64]) -> NDArray[np.float64]:

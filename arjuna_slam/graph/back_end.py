@@ -52,7 +52,7 @@ class BackEndConfig:
         maximum=1.0,
     )
     loop_trial_keyframes: int = param(
-        40, "Keyframes in which others may bear a loop edge out.", minimum=0, maximum=1000000
+        40, "Keyframes in which others may support a loop edge.", minimum=0, maximum=1000000
     )
 
 
@@ -80,7 +80,7 @@ class BackEnd:
 
     @property
     def running(self) -> bool:
-        """Whether an optimisation goes on."""
+        """Whether an optimisation is under way."""
         return self._running
 
     def add(self, edges: list[Edge]) -> None:
@@ -139,7 +139,7 @@ class BackEnd:
         return False
 
     def _moved(self) -> NDArray[np.float64]:
-        """Return the poses of an optimisation that goes on, newer nodes beside the last in it.
+        """Return the poses of an optimisation under way, newer nodes beside the last in it.
 
         The graph moves once, when the optimisation is over: on the way a pose may lie anywhere.
         """

@@ -27,7 +27,7 @@ _HELD_MAX = 60  # the newest are kept
 _KNOWN = 0.5  # deviation up to which a closure knows a direction [m]
 _BEYOND = 3.0  # deviations from which on a correction claims to know its direction after all
 _SMALL = 0.3  # correction that needs no other closure that knows its direction [m]
-_ALIKE = 0.5  # share of a correction by which one that bears it out may differ
+_ALIKE = 0.5  # share of a correction by which one that supports it may differ
 _SAME = 0.7  # cosine from which on two directions are one
 _WIDE = 2.0  # weight of a closure that much of a place holds, near to where the graph has it
 _NEAR = 1.5  # how near that is: corridors and places that look the same lie further apart [m]
@@ -64,19 +64,14 @@ class Hypotheses:
         self._agree = np.zeros((0, 0), np.bool_)
 
     def add(self, graph: PoseGraph, closure: Closure) -> list[Closure]:
-        """Add a closure and return those that are believed now, which are then no longer held.
-
-        Args:
-            graph: The graph.
-            closure: The closure.
-        """
+        """Add a closure and return those that are believed now, which are then no longer held."""
         agrees = np.array([*self._compare(graph, closure.edge), True])
         count = len(self._held)
         self._agree = np.pad(self._agree, ((0, 1), (0, 1)))
         self._agree[count, :] = self._agree[:, count] = agrees
         self._held.append(closure)
         self._weights = [_weight(graph, held) for held in self._held]
-        chosen = self._borne_out(graph, self._largest(count))
+        chosen = self._supported(graph, self._largest(count))
         total = self._weight(chosen)
         near = {self._held[k].query + step for k in chosen for step in (-1, 0, 1)}
         rivals = [k for k in np.flatnonzero(~agrees).tolist() if self._held[k].query in near]
@@ -97,19 +92,19 @@ class Hypotheses:
         total = self._weight(rivals)
         return min(total, _AHEAD) if wide and not rival_wide else total
 
-    def _borne_out(self, graph: PoseGraph, chosen: list[int]) -> list[int]:
+    def _supported(self, graph: PoseGraph, chosen: list[int]) -> list[int]:
         """Return the closures of a set that have enough beside them to be believed.
 
         Along a corridor most closures know nothing: they agree with all that is said there, and
-        bear none of it out. So a correction needs others that know its direction and move as far.
+        support none of it. So a correction needs others that know its direction and move as far.
         """
         corrections = {k: _Correction.of(graph, self._held[k].edge) for k in chosen}
-        kept = [k for k in chosen if self._stands(k, corrections)]
+        kept = [k for k in chosen if self._is_supported(k, corrections)]
         total = self._weight(kept)
         return [k for k in kept if total >= self._held[k].enough]
 
-    def _stands(self, k: int, corrections: dict[int, _Correction]) -> bool:
-        """Tell whether enough of a set bears a closure out in each direction that it corrects.
+    def _is_supported(self, k: int, corrections: dict[int, _Correction]) -> bool:
+        """Return whether enough of a set supports a closure in each direction that it corrects.
 
         A correction as far as from one corridor to the next is not believed of doors alone.
         """
@@ -118,7 +113,7 @@ class Hypotheses:
         for axis in own.known:
             if abs(gap @ axis) <= _SMALL:
                 continue
-            alike = [o for o, other in corrections.items() if other.bears_out(own, axis)]
+            alike = [o for o, other in corrections.items() if other.supports(own, axis)]
             beside = abs(gap @ axis) > _NEAR and not any(self._held[o].wide for o in alike)
             if beside or self._weight(alike) < enough:
                 return False
@@ -220,8 +215,8 @@ class _Correction:
         gap: NDArray[np.float64] = self.change.apply(point[None])[0] - point
         return gap
 
-    def bears_out(self, other: _Correction, axis: NDArray[np.float64]) -> bool:
-        """Tell whether it moves the other's node much as far along an axis as the other does."""
+    def supports(self, other: _Correction, axis: NDArray[np.float64]) -> bool:
+        """Return whether it moves the other's node much as far along an axis as the other does."""
         sees = (np.abs(self.known @ axis) > _SAME).any()
         wanted = float(other.moves(other.node) @ axis)
         found = float(self.moves(other.node) @ axis)

@@ -74,7 +74,7 @@ class LoopConfig:
         0.05, "Correction in heading below which a match needs no witness.", unit="rad", minimum=0.0
     )
     loop_witness_distance: float = param(
-        2.0, "Travel within which another match may bear a correction out.", unit="m", minimum=0.0
+        2.0, "Travel within which another match may support a correction.", unit="m", minimum=0.0
     )
     loop_agree_distance: float = param(
         0.1, "Position within which two matches agree.", unit="m", minimum=0.0
@@ -113,12 +113,7 @@ class _Witness:
 
 
 class LoopCloser:
-    """Finds loop edges for new keyframes.
-
-    Args:
-        config: The parameters.
-        matcher: The scan matcher.
-    """
+    """Finds loop edges for new keyframes."""
 
     def __init__(self, config: LoopConfig, matcher: ScanMatcher) -> None:
         self._config = config

@@ -70,7 +70,7 @@ class Search:
         return self.xy >= 2.0 * APART
 
     def reaches_beside(self, best: SE2) -> bool:
-        """Tell whether the window reaches so far from a place that another may lie in it."""
+        """Return whether the window reaches so far from a place that another may lie in it."""
         off = max(abs(best.x - self.prior.x), abs(best.y - self.prior.y))
         return off + self.xy > APART
 
@@ -182,7 +182,7 @@ class PlaceMatcher:
         scans: Sequence[Scan],
         T_past_query: SE2,
     ) -> bool:
-        """Tell whether beams speak against a rival: they go through much, or a wall."""
+        """Return whether beams speak against a rival: they go through much, or a wall."""
         much, wall = self._against(query, past, points, T_past_query, scans)
         return much or wall > _WALL
 

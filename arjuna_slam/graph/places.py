@@ -106,7 +106,7 @@ class Places:
                 continue
             gap = float(gaps[submaps[past].nodes].min())
             window = self._window(task, graph, submaps)
-            if gap < _OVERLAP + window.xy and not self._in_vain(task, window):
+            if gap < _OVERLAP + window.xy and not self._is_searched(task, window):
                 found.append((gap, task))
         found.sort(key=lambda entry: (entry[0], entry[1].past))
         self._tasks.extend(task for _, task in found[:_CANDIDATES_MAX])
@@ -126,8 +126,8 @@ class Places:
         angle = min(0.03 + c.loop_search_deviations * theta, c.loop_search_angle)
         return Search(past.inverse() @ query, task.covariance, half, angle)
 
-    def _in_vain(self, task: _Task, window: Search) -> bool:
-        """Tell whether nearly all of a window has been searched already."""
+    def _is_searched(self, task: _Task, window: Search) -> bool:
+        """Return whether nearly all of a window has been searched already."""
         tried = self._tried.get((task.query, task.past))
         return tried is not None and tried[0].distance(window.prior) + 0.5 * window.xy < tried[1]
 

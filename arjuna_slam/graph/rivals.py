@@ -22,7 +22,9 @@ from arjuna_slam.matching.field import Field
 
 APART = 0.8  # another peak is one that lies so far from the best [m]
 _RIVAL = 0.87  # share of the best mean likelihood on seen ground from which another peak counts
-_NEUTRAL = 0.83  # share of it that ground nobody has seen is worth, so that much must be seen
+_NEUTRAL = (
+    0.83  # share of it that ground that nobody has seen counts for, so that much must be seen
+)
 _SEEN_MIN = 0.4  # share of what lies on seen ground at the best place that must do so at another
 _TRIES = 16  # peaks that are asked
 _BLOCK = 4  # cells in a row that are asked together whether they were seen
@@ -75,15 +77,15 @@ class SeenField:
         result[inside] = self.seen[cells[inside, 1], cells[inside, 0]]
         return result
 
-    def neutral(self, worth: float, reach: float) -> Field:
+    def neutral(self, likelihood: float, reach: float) -> Field:
         """Return a field in which all that was not seen has one likelihood.
 
         Args:
-            worth: That likelihood.
+            likelihood: That likelihood.
             reach: How far around the field as well [m].
         """
         border = int(np.ceil(reach / self.field.resolution))
-        level = np.uint8(255.0 * worth)
+        level = np.uint8(255.0 * likelihood)
         result = Field(self.field.resolution, self.field.sigma)
         score = np.where(self.seen, self.field.score, level)
         result.score = np.pad(score, border, constant_values=level)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.graph.pose_graph import PoseGraph
 
-_LEVER = 5.0  # what an error in heading is worth in position, when chains are compared [m]
+_LEVER = 5.0  # error in position that an error in heading of 1 rad counts for [m]
 _NEAR_SHARE = 0.25  # of a short chain's covariance: its edges claim less than they know
 _FAR_SHARE = 2.0  # of a long one's: what neighbours err by alike adds up faster than at random
 _ALIKE = 50.0  # way over which matches err alike, by `bench loops --log` [m]
@@ -82,7 +82,7 @@ def chained(
 
 
 def plausible(expected: SE2, found: SE2, covariance: NDArray[np.float64]) -> bool:
-    """Tell whether a correction lies within what the graph does not know, in each direction.
+    """Return whether a correction lies within what the graph does not know, in each direction.
 
     Args:
         expected: A node's pose in another's frame, as the graph has it.

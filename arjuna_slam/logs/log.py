@@ -93,9 +93,7 @@ def _unpacked(raw: BinaryIO, suffix: str) -> Any:
 
 
 def read_carmen(
-    lines: Iterable[str],
-    T_base_sensor: SE2 | None = None,
-    problems: list[str] | None = None,
+    lines: Iterable[str], T_base_sensor: SE2 | None = None, problems: list[str] | None = None
 ) -> Iterator[tuple[Scan, SE2]]:
     """Yield scan and odometry of each FLASER and ROBOTLASER1 line.
 

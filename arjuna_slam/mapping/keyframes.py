@@ -12,7 +12,7 @@ from arjuna_slam.graph.pose_graph import PoseGraph
 from arjuna_slam.mapping.occupancy import Occupancy
 from arjuna_slam.mapping.session import Session
 
-_MOVED_POSITION_CELLS = 0.5  # from which on a scan is drawn anew: less leaves the same cells
+_MOVED_POSITION_CELLS = 0.5  # from which on a scan is drawn again: less leaves the same cells
 _MOVED_HEADING = 0.005  # the same [rad]: half a cell at 5 m
 
 
@@ -55,7 +55,7 @@ class Mapper:
 
         Args:
             poses: Robot in map at each scan added, `(N, 3) float64` of x, y, theta.
-            most_moved: How many scans that have moved are traced anew at most, those that moved
+            most_moved: How many scans that have moved are traced again at most, those that moved
                 farthest first; None for all.
 
         Returns:
@@ -78,7 +78,7 @@ class Mapper:
         return self._occupancy.grid(self._scans[-1].stamp)
 
     def behind(self, poses: NDArray[np.float64]) -> bool:
-        """Tell whether scans are new or have moved since the map was last returned.
+        """Return whether scans are new or have moved since the map was last returned.
 
         Args:
             poses: Robot in map at each scan added, `(N, 3) float64` of x, y, theta.
@@ -86,7 +86,7 @@ class Mapper:
         return len(poses) > len(self._traced) or len(self._moved(poses)) > 0
 
     def _moved(self, poses: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the traced scans that have moved enough to be traced anew, the farthest first."""
+        """Return the traced scans that have moved enough to be traced again, the farthest first."""
         change = poses[: len(self._traced)] - self._traced
         gap = np.hypot(change[:, 0], change[:, 1]) / (_MOVED_POSITION_CELLS * self._resolution)
         turn = np.abs(np.remainder(change[:, 2] + np.pi, 2.0 * np.pi) - np.pi) / _MOVED_HEADING
@@ -135,7 +135,7 @@ class Keyframes:
         """Return the map, or None without keyframes.
 
         Args:
-            most_moved: How many keyframes that have moved are traced anew at most; None for all.
+            most_moved: How many keyframes that have moved are traced again at most; None for all.
         """
         return self._mapper.grid(self.graph.poses, most_moved)
 

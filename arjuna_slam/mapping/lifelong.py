@@ -20,7 +20,7 @@ from arjuna_slam.graph.pose_graph import Edge, EdgeKind
 from arjuna_slam.mapping.session import Session
 
 _BRIDGE = np.diag([1.0 / 0.02**2, 1.0 / 0.02**2, 1.0 / 0.01**2])  # information across a gap
-_DOUBT = 0.5  # what the information of a measurement moved to another keyframe is worth
+_DOUBT = 0.5  # factor on the information of a measurement moved to another keyframe
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def forget_submap(
 
 
 def is_redundant(config: LifelongConfig, poses: NDArray[np.float64], nodes: Sequence[int]) -> bool:
-    """Tell whether newer keyframes cover a submap.
+    """Return whether newer keyframes cover a submap.
 
     Args:
         config: The parameters.

@@ -215,7 +215,7 @@ def _classify(
 
 @njit(cache=True)
 def _is_fringe(hits: NDArray[np.int32], row: int, column: int) -> bool:
-    """Tell whether clearly more beams ended in the line of cells beside a cell's own.
+    """Return whether clearly more beams ended in the line of cells beside a cell's own.
 
     Lines along the wall are compared, which are those that differ most: how many beams end in each
     cell of a wall depends on how they happen to fall.

@@ -38,12 +38,7 @@ class ReferenceConfig(SubmapConfig, LoopConfig, MatcherConfig):
 
 
 class ReferenceMap:
-    """A field of all keyframes of a session at their optimised poses, in map's frame.
-
-    Args:
-        config: The parameters.
-        session: The session.
-    """
+    """A field of all keyframes of a session at their optimised poses, in map's frame."""
 
     def __init__(self, config: ReferenceConfig, session: Session) -> None:
         self._config = config

@@ -61,7 +61,7 @@ class Session:
 
 
 class StartKind(enum.Enum):
-    """What is known of the robot's pose when a session goes on."""
+    """What is known of the robot's pose when a session is resumed."""
 
     FIRST_NODE = "at the first keyframe"
     NEAR_POSE = "near a pose"
@@ -71,7 +71,7 @@ class StartKind(enum.Enum):
 
 @dataclass(frozen=True)
 class Start:
-    """Where a session goes on.
+    """The pose at which a session is resumed.
 
     Attributes:
         kind: What is known.
@@ -94,10 +94,6 @@ class SessionFileError(InputFileError):
 def save_session(path: Path, session: Session) -> None:
     """Write a session, over one alone; the path then holds it whole, or what it held before.
 
-    Args:
-        path: The file.
-        session: The session.
-
     Raises:
         SessionFileError: It cannot be written, does not read back as it was, or is the file of
             something else.
@@ -118,9 +114,6 @@ def save_session(path: Path, session: Session) -> None:
 
 def load_session(path: Path) -> Session:
     """Read a session.
-
-    Args:
-        path: The file.
 
     Raises:
         SessionFileError: It is missing, damaged, foreign or inconsistent.

@@ -18,7 +18,7 @@ from arjuna_slam.matching.surface import Surface
 _NONE = np.zeros((3, 3))
 _GRIDS = 12  # finished submaps whose fields stay unpacked, some MB each: a scan asks for few
 _POST_DISTANCE = (
-    4.0  # way after which keyframes hang on a nearer one: they share less with the last
+    4.0  # distance after which keyframes are tied to a nearer one, with which they share more
 )
 
 
@@ -118,7 +118,7 @@ class Submap:
     poses: list[SE2] = dataclasses.field(default_factory=list)
     way: float = 0.0
     bend: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
-    _blur: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
+    _unseen: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
     _post: int = 0
     _post_way: float = 0.0
 
@@ -141,8 +141,8 @@ class Submap:
         self.field.trim()
         self._field = partial(unpacked, PackedField.of(self.field))
 
-    def hang(self, T_anchor_base: SE2) -> tuple[int, SE2, NDArray[np.float64]]:
-        """Return the keyframe that a new one hangs on: the two share most of what they see.
+    def constraint_to(self, T_anchor_base: SE2) -> tuple[int, SE2, NDArray[np.float64]]:
+        """Return the keyframe that a new one is tied to: the two share most of what they see.
 
         Args:
             T_anchor_base: Pose of the new one.
@@ -153,7 +153,7 @@ class Submap:
         """
         T_post_anchor = self.poses[self._post].inverse()
         turn = SE2(0.0, 0.0, T_post_anchor.theta).matrix()
-        return self.nodes[self._post], T_post_anchor @ T_anchor_base, turn @ self._blur @ turn.T
+        return self.nodes[self._post], T_post_anchor @ T_anchor_base, turn @ self._unseen @ turn.T
 
     def nearest(self, T_anchor_base: SE2) -> tuple[int, SE2]:
         """Return the keyframe nearest to a pose in the anchor's frame, and its pose."""
@@ -181,13 +181,13 @@ class Submap:
         torn = unseen[2, 2] > 0.0
         if torn and self.nodes:
             self.bend = self.bend + unseen
-        self._blur = self._blur + unseen
+        self._unseen = self._unseen + unseen
         self.way += self.poses[-1].distance(T_anchor_base) if self.poses else 0.0
         self.nodes.append(node)
         self.poses.append(T_anchor_base)
         if torn or self.way - self._post_way >= _POST_DISTANCE:
             self._post, self._post_way = len(self.nodes) - 1, self.way
-            self._blur = np.zeros((3, 3))
+            self._unseen = np.zeros((3, 3))
         points, normals = surface.dense(self.field.resolution)
         rotation = SE2(0.0, 0.0, T_anchor_base.theta)
         self.field.add(T_anchor_base.apply(points), rotation.apply(normals))
@@ -195,9 +195,6 @@ class Submap:
 
 class LocalMap:
     """The two submaps being built, each half a submap apart; scans are matched against the older.
-
-    Args:
-        config: The parameters.
 
     Source: Hess et al., Real-time loop closure in 2D LIDAR SLAM, 2016, section IV.
     """

@@ -97,12 +97,7 @@ def descend(
 
 @njit(cache=True)
 def _bound(
-    tables: Tables,
-    h: int,
-    cells: NDArray[np.int32],
-    row: int,
-    column: int,
-    least: float,
+    tables: Tables, h: int, cells: NDArray[np.int32], row: int, column: int, least: float
 ) -> float:
     """Mean upper bound (0..1) over the points for the block of offsets at (row, column).
 
@@ -142,7 +137,7 @@ def _penalty(row: int, column: int, size: int, turn: float, p: NDArray[np.float6
 
 @njit(cache=True)
 def _excluded(row: int, column: int, size: int, without: NDArray[np.int64]) -> bool:
-    """Tell whether a whole block of offsets lies in a box of offsets left out, its rim in it."""
+    """Return whether a whole block of offsets lies in a box of offsets left out, its rim in it."""
     for box in without:
         inside = row >= box[0] and row + size - 1 <= box[1]
         if inside and column >= box[2] and column + size - 1 <= box[3]:

@@ -1,6 +1,6 @@
 """Contradiction: whether beams have gone through what another scan says is there.
 
-Two corridors look alike along their walls; what tells them apart is that one goes on where the
+Two corridors look alike along their walls; what distinguishes them is that one continues where the
 other ends. A likelihood does not see that, since it counts no free space.
 """
 
@@ -19,7 +19,7 @@ from arjuna_core.se2 import SE2
 
 _THROUGH, _ON = 0.4, 0.2  # a beam so much longer than the way to a point goes through it [m]
 _SHARE = 0.7  # of a point's beams that must go through it
-_GAP = 0.2  # side of cells that hang together where they touch [m]
+_GAP = 0.2  # side of cells that are one piece where they touch [m]
 
 
 def seen_and_contradicted(

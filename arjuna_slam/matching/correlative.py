@@ -46,11 +46,7 @@ class Window:
 
 
 def search(
-    field: Field,
-    points: NDArray[np.float64],
-    prior: SE2,
-    window: Window,
-    least: float,
+    field: Field, points: NDArray[np.float64], prior: SE2, window: Window, least: float
 ) -> tuple[SE2, float] | None:
     """Return the pose of the greatest response and the response.
 
@@ -100,7 +96,7 @@ def searching(
 
 
 class _Search:
-    """A search that goes on where it was left."""
+    """A search that can be continued."""
 
     def __init__(
         self,

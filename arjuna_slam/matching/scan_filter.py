@@ -1,4 +1,4 @@
-"""Which scans can be used, and how many could not, by reason."""
+"""Scans taken in: the motion during them, and which of them cannot be used."""
 
 from __future__ import annotations
 
@@ -30,24 +30,38 @@ def motion_within(scan: Scan, delta: SE2, gap: float) -> SE2:
     return SE2.exp(sweep / gap * delta.log())
 
 
-class Deskewer:
-    """Gives each scan the motion during it, at the velocity since the scan before."""
+class LastOdometry:
+    """The odometry at the last scan: the next one's prior and the motion during it follow.
+
+    Attributes:
+        T_odom_base: The pose.
+    """
 
     def __init__(self) -> None:
-        self._last: tuple[float, SE2] | None = None  # stamp [s] and odometry
+        self.T_odom_base = IDENTITY
+        self._stamp: float | None = None
 
-    def deskewed(self, scan: Scan, T_odom_base: SE2) -> Scan:
-        """Return the scan with its motion; as it is where no scan came before.
+    def advance(self, stamp: float, T_odom_base: SE2) -> None:
+        """Take the odometry at a scan's stamp [s] for the last."""
+        self._stamp, self.T_odom_base = stamp, T_odom_base
+
+    def motion_to(self, T_odom_base: SE2) -> SE2:
+        """Return the motion since the last scan."""
+        return self.T_odom_base.inverse() @ T_odom_base
+
+    def with_motion(self, scan: Scan, T_odom_base: SE2, motion: SE2 | None = None) -> Scan:
+        """Return a scan with the motion during it, so that it can be deskewed.
 
         Args:
             scan: The scan.
             T_odom_base: Odometry at its stamp.
+            motion: From its first beam to its last; None for that of the velocity since the last
+                scan, where the scan has a time increment.
         """
-        before, self._last = self._last, (scan.stamp, T_odom_base)
-        if scan.time_increment == 0.0 or before is None:
-            return scan
-        delta = before[1].inverse() @ T_odom_base
-        return replace(scan, motion=motion_within(scan, delta, scan.stamp - before[0]))
+        if motion is None and scan.time_increment != 0.0 and self._stamp is not None:
+            gap = scan.stamp - self._stamp
+            motion = motion_within(scan, self.motion_to(T_odom_base), gap)
+        return scan if motion is None else replace(scan, motion=motion)
 
 
 class Skip(enum.Enum):

@@ -18,7 +18,9 @@ from arjuna_slam.matching.refinement import observed, refine, solve
 from arjuna_slam.matching.surface import Surface
 
 _SEARCH_POINTS_MAX = 360  # that the search scores; the refinement takes all
-_UNKNOWN_INFORMATION = np.diag([1.0, 1.0, 1.0])  # 1 m, 1 rad: what a direction never seen is worth
+_UNKNOWN_INFORMATION = np.diag(
+    [1.0, 1.0, 1.0]
+)  # 1 m, 1 rad: information on a direction that is never seen
 _HARDLY_SEEN = 0.05  # deviation from which a direction counts as not seen [m]
 _BETTER = 0.02  # what a searched pose's response must gain on the tracked one
 _FLAT = np.zeros((3, 3))
@@ -169,11 +171,7 @@ def _mean_score(
 
 
 class ScanMatcher:
-    """Matches surfaces against fields.
-
-    Args:
-        config: The parameters.
-    """
+    """Matches surfaces against fields."""
 
     def __init__(self, config: MatcherConfig) -> None:
         self._config = config
@@ -265,7 +263,7 @@ class ScanMatcher:
         return Match(MatchStatus.MATCHED, SE2.from_array(pose), covariance, response)
 
     def _covariance(self, h: NDArray[np.float64], square: float) -> NDArray[np.float64]:
-        """Return the inverse of the information, scaled up where the points fit worse than told."""
+        """Return the inverse of the information, scaled up where points fit worse than assumed."""
         config = self._config
         misfit = max(1.0, square / config.range_deviation**2)
         information = h / (config.beam_correlation * misfit) + _UNKNOWN_INFORMATION

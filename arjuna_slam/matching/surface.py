@@ -13,7 +13,7 @@ from arjuna_core.scan import Scan
 
 _BREAK_ANGLE = math.radians(10.0)  # flatter than this to the beam, a surface counts as two
 _BREAK_NOISE = 0.06  # that noise adds to the gap between neighbours [m]
-_LINK_BEAMS = 4  # a wall goes on over up to three beams that were lost
+_LINK_BEAMS = 4  # a wall continues over up to three beams that were lost
 _FLATNESS = 0.1  # of the spread across to that along, above which points show no direction
 _SAME_WALL = 0.8  # cosine between the normals of neighbours: 37 degrees
 

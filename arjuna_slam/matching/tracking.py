@@ -100,25 +100,25 @@ class Stretch:
             self._way = _Way(reference, match)
             return
         self._way = _Way(reference, way.match, way.T_start_base @ delta)
-        told = math.hypot(self._way.T_start_base.x, self._way.T_start_base.y)
-        if told >= _BASE:
-            self._measure(way.match, match, told)
+        measured = math.hypot(self._way.T_start_base.x, self._way.T_start_base.y)
+        if measured >= _BASE:
+            self._measure(way.match, match, measured)
             self._way = _Way(reference, match)
 
-    def _measure(self, start: Match, end: Match, told: float) -> None:
+    def _measure(self, start: Match, end: Match, measured: float) -> None:
         gap = end.T_field_base.array()[:2] - start.T_field_base.array()[:2]
-        went = float(np.hypot(*gap))
-        along = gap / max(went, 1e-9)
+        travelled = float(np.hypot(*gap))
+        along = gap / max(travelled, 1e-9)
         variances = [float(along @ m.covariance[:2, :2] @ along) for m in (start, end)]
-        self._variance += told / _CHANGES * _STRETCHED**2
+        self._variance += measured / _CHANGES * _STRETCHED**2
         if max(variances) > _SEEN_ALONG**2:
             return
-        innovation = told**2 * self._variance + sum(variances)
+        innovation = measured**2 * self._variance + sum(variances)
         most = _OUTLIER * math.sqrt(innovation)
-        error = min(max(went - self.factor * told, -most), most)
-        gain = told * self._variance / innovation
+        error = min(max(travelled - self.factor * measured, -most), most)
+        gain = measured * self._variance / innovation
         self.factor += gain * error
-        self._variance *= 1.0 - gain * told
+        self._variance *= 1.0 - gain * measured
 
 
 @dataclass(frozen=True)
@@ -170,12 +170,7 @@ class TrackerConfig(MatcherConfig):
 
 
 class Tracker:
-    """Tracks the pose in a reference; at keyframes, and when that fails, it searches as well.
-
-    Args:
-        config: The parameters.
-        matcher: The scan matcher.
-    """
+    """Tracks the pose in a reference; at keyframes, and when that fails, it searches as well."""
 
     def __init__(self, config: TrackerConfig, matcher: ScanMatcher) -> None:
         self._config = config

@@ -43,7 +43,7 @@ class AmclNode(ManagedNode):
     _built_for: tuple[Any, ...] = ()
     _estimate: Estimate | None = None
     _given: tuple[SE2, Any] | None = None  # an initial pose that waits for the map
-    _doubted = 0.0  # quality that must be reached before the place is told again; 0: none
+    _doubted = 0.0  # quality that must be reached before the pose is published again; 0: none
 
     def configure(self) -> None:
         """Create the interfaces; the filter comes with the first map."""

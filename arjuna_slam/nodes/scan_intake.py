@@ -65,7 +65,7 @@ class ScanIntake:
         return due[-1:]
 
     def _due(self, scan: Scan) -> bool:
-        """Tell whether a scan is the one in so many, and late enough after the last."""
+        """Return whether a scan is the one in so many, and late enough after the last."""
         c = self._node.config
         self._count += 1
         if (self._count - 1) % max(c.throttle_scans, 1):

@@ -96,7 +96,7 @@ class MapMemory:
             return None
         self._kept = self.recalled_from = session.scans[-1].stamp
         count = len(session.scans)
-        self._node.get_logger().info(f"goes on with the map under way, of {count} keyframes")
+        self._node.get_logger().info(f"continues the map under way, of {count} keyframes")
         return session
 
     def destroy(self) -> None:
@@ -139,7 +139,7 @@ class SlamFiles:
             return
         path = _with_suffix(Path(c.maps_folder) / c.map_file_name)
         self._resume(load_session(path), _start(c), c.mode == "localization")
-        self._node.get_logger().info(f"goes on from {path}")
+        self._node.get_logger().info(f"continues from {path}")
 
     def _on_save_map(self, request: Any, response: Any) -> Any:
         grid = self._node.slam.map()
@@ -186,7 +186,7 @@ class SlamFiles:
             self._node.get_logger().error(f"graph not loaded: {error}")
             return response
         self._resume(session, start, localize or self._node.config.mode == "localization")
-        self._node.get_logger().info(f"goes on from {path}, the robot {start.kind.value}")
+        self._node.get_logger().info(f"continues from {path}, the robot {start.kind.value}")
         return response
 
 

@@ -62,7 +62,7 @@ class SlamToolboxNode(ManagedNode):
 
     def _warn_of_unused(self) -> None:
         """Name the parameters that have no meaning here, once."""
-        if names := self.config.set_in_vain:
+        if names := self.config.unused_values:
             self.get_logger().warning(f"accepted, but of no effect here: {', '.join(names)}")
         for correction in self.config.corrections:
             self.get_logger().warning(correction)

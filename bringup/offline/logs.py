@@ -35,9 +35,6 @@ _ARTIFACTS = "trajectory.tum", "report.json", "plot.png"
 def run_slam(arguments: argparse.Namespace) -> str:
     """Run SLAM over a log, write its results and return the report as text.
 
-    Args:
-        arguments: As `cli_parser.parse` returned them.
-
     Raises:
         ArjunaError: An input cannot be used, or the folder not be written.
     """
@@ -74,9 +71,6 @@ def run_slam(arguments: argparse.Namespace) -> str:
 
 def run_amcl(arguments: argparse.Namespace) -> str:
     """Localize a log's robot on a map, write the results and return the report as text.
-
-    Args:
-        arguments: As `cli_parser.parse` returned them.
 
     Raises:
         ArjunaError: An input cannot be used, or the folder not be written.

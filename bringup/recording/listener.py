@@ -19,7 +19,7 @@ _QUEUE = 1000  # messages that may wait between two calls of `take`
 class LossCounter:
     """Counts what is missing on one topic.
 
-    A publisher numbers its messages; who published one is not told, so with several publishers
+    A publisher numbers its messages; the publisher of one is unknown, so with several publishers
     a message belongs to the one whose number it continues.
 
     Attributes:
@@ -142,8 +142,8 @@ class TopicListener:
         A topic whose new publishers offer less than was asked for is subscribed to again.
 
         Args:
-            takes: Tells which topics.
-            takes_type: Tells which types.
+            takes: Returns which topics.
+            takes_type: Returns which types.
         """
         for name, types in self._node.get_topic_names_and_types():
             if name in self._refused or not takes(name) or not takes_type(types[0]):

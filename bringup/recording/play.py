@@ -167,7 +167,7 @@ class PlayOptions:
 
 
 def play(bag: Bag, options: PlayOptions, show: Callable[[str], None]) -> None:
-    """Play a recording until its end, SIGINT or SIGTERM; space pauses and goes on.
+    """Play a recording until its end, SIGINT or SIGTERM; space pauses and resumes.
 
     Args:
         bag: The recording.
@@ -192,7 +192,7 @@ def play(bag: Bag, options: PlayOptions, show: Callable[[str], None]) -> None:
     try:
         with Keys() as keys:
             if keys.live:
-                show("space pauses and goes on, Ctrl-C ends")
+                show("space pauses and resumes, Ctrl-C ends")
             stop.wait(options.delay)
             playback.paused = options.paused
             _run(playback, player, keys, stop, clock_hz)

@@ -15,7 +15,7 @@ class Playback:
 
     Args:
         bag: The recording.
-        takes: Tells which topics are played.
+        takes: Returns which topics are played.
         rate: Recorded seconds a second.
         offset: Where in the recording it begins [s].
         loop: Whether it begins again at its end.

@@ -26,7 +26,7 @@ class TopicSelection:
     hidden: bool = field(default=True)
 
     def takes(self, topic: str) -> bool:
-        """Tell whether a topic is chosen."""
+        """Return whether a topic is chosen."""
         if any(each.fullmatch(topic) for each in self.unwanted):
             return False
         if self.wanted:

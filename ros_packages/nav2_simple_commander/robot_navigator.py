@@ -90,19 +90,13 @@ class BasicNavigator(RobotServices):
         return self._task.start(Spin, "spin", goal)
 
     def backup(
-        self,
-        backup_dist: float = 0.15,
-        backup_speed: float = 0.025,
-        time_allowance: int = 10,
+        self, backup_dist: float = 0.15, backup_speed: float = 0.025, time_allowance: int = 10
     ) -> bool:
         goal = _straight(BackUp.Goal(), backup_dist, backup_speed, time_allowance)
         return self._task.start(BackUp, "backup", goal)
 
     def driveOnHeading(
-        self,
-        dist: float = 0.15,
-        speed: float = 0.025,
-        time_allowance: int = 10,
+        self, dist: float = 0.15, speed: float = 0.025, time_allowance: int = 10
     ) -> bool:
         goal = _straight(DriveOnHeading.Goal(), dist, speed, time_allowance)
         return self._task.start(DriveOnHeading, "drive_on_heading", goal)

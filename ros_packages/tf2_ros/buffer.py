@@ -101,7 +101,7 @@ class Buffer(BufferCore, BufferInterface):
         timeout: Duration = Duration(),  # noqa: B008
         return_debug_tuple: bool = False,
     ) -> Any:
-        """Tell whether a transform is known, waiting up to a time for it."""
+        """Return whether a transform is known, waiting up to a time for it."""
         end = self.clock.now() + timeout
         with self._lock:
             known, why = self.can_transform_core(target_frame, source_frame, time)

@@ -83,5 +83,5 @@ class BufferInterface:
         raise NotImplementedException
 
     def can_transform(self, *arguments: Any, **options: Any) -> Any:
-        """Tell whether a transform is known; a buffer's own."""
+        """Return whether a transform is known; a buffer's own."""
         raise NotImplementedException

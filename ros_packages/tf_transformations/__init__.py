@@ -146,7 +146,7 @@ def inverse_matrix(matrix: ArrayLike) -> Array:
 
 
 def is_same_transform(matrix0: ArrayLike, matrix1: ArrayLike) -> bool:
-    """Tell whether two 4 x 4 matrices do the same."""
+    """Return whether two 4 x 4 matrices do the same."""
     a, b = (_array(matrix) for matrix in (matrix0, matrix1))
     return bool(np.allclose(a / a[3, 3], b / b[3, 3]))
 

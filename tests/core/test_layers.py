@@ -61,11 +61,7 @@ BRINGUP_WITHOUT_ROS = (
         "client/avoidance.py",
         "client/waypoints.py",
     ),
-    *(
-        "parameters/foreign/launch_file.py",
-        "parameters/files.py",
-        "viewing/pictures.py",
-    ),
+    *("parameters/foreign/launch_file.py", "parameters/files.py", "viewing/pictures.py"),
     *("client/waypoints.py", "viewing/drawing/"),
     *("demo/measures.py", "demo/report.py", "parameters/options.py", "processes/health.py"),
     *("recording/summary.py", "recording/playback.py"),

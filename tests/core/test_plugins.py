@@ -46,9 +46,7 @@ class NoConfig:
 
 
 TYPES = PluginTypes(
-    "drive",
-    {"ours::Slow": f"{__name__}:Slow", "ours::Fast": f"{__name__}:Fast"},
-    "ours::Slow",
+    "drive", {"ours::Slow": f"{__name__}:Slow", "ours::Fast": f"{__name__}:Fast"}, "ours::Slow"
 )
 
 

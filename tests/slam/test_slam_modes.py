@@ -183,9 +183,7 @@ def test_a_keyframe_put_in_its_place_by_hand_closes_the_loop_there() -> None:
     assert slam.close_by_hand({node: SE2(30.0, 0.0, 0.0)}) == 0
 
 
-def test_a_lidar_that_turns_while_the_robot_does_is_followed_all_the_same(
-    session: Session,
-) -> None:
+def test_a_lidar_that_turns_while_the_robot_does_is_followed_all_the_same(session: Session) -> None:
     """A sweep of 0.1 s at 1 rad/s is 6 degrees askew; deskewed it is not."""
     rng, errors = np.random.default_rng(6), []
     start = SE2(5.0, 3.0, 0.0)

@@ -66,9 +66,7 @@ def test_a_bad_input_is_refused_in_one_line(
     assert problem in line
 
 
-def test_a_bar_that_nobody_watches_says_each_tenth_once(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_bar_that_nobody_watches_says_each_tenth_once(capsys: pytest.CaptureFixture[str]) -> None:
     bar = Bar(sys.stderr)
     for k in range(101):
         bar.show(k / 100.0, f"{k} scans")

@@ -8,11 +8,7 @@ import pytest
 from mcap.writer import Writer
 
 from arjuna_core.bags.reader import Bag
-from tests.core.bags.recordings import (
-    MS,
-    times,
-    write_numbers,
-)
+from tests.core.bags.recordings import MS, times, write_numbers
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.8, 0.99])

@@ -10,13 +10,7 @@ import pytest
 
 from arjuna_core.bags.reader import Bag
 from arjuna_core.errors import InputFileError
-from tests.core.bags.recordings import (
-    MS,
-    Cdr,
-    times,
-    write_numbers,
-    write_words,
-)
+from tests.core.bags.recordings import MS, Cdr, times, write_numbers, write_words
 
 
 @pytest.mark.parametrize("packed", ["NONE", "FILE", "MESSAGE"])

@@ -11,13 +11,7 @@ from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import BagMessage
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
-from tests.core.bags.recordings import (
-    MS,
-    TF,
-    Entry,
-    transform_bytes,
-    write_ros1,
-)
+from tests.core.bags.recordings import MS, TF, Entry, transform_bytes, write_ros1
 
 ENTRIES: list[Entry] = [
     ("/tf", TF, 0.1 * k, transform_bytes(("odom", "base_link", SE2(float(k)), 0.1 * k)))

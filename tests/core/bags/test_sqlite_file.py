@@ -13,12 +13,7 @@ from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import dump
 from arjuna_core.bags.writer import repair
 from arjuna_core.errors import InputFileError
-from tests.core.bags.recordings import (
-    LATCHED,
-    MS,
-    times,
-    write_words,
-)
+from tests.core.bags.recordings import LATCHED, MS, times, write_words
 
 
 def _sqlite(path: Path) -> None:
@@ -69,9 +64,7 @@ def test_messages_of_a_database_come_in_the_order_of_time(tmp_path: Path) -> Non
     assert times(Bag(path)) == list(range(1, 2001))
 
 
-def test_what_a_killed_recorder_left_in_its_log_is_read_and_nothing_changed(
-    tmp_path: Path,
-) -> None:
+def test_what_a_killed_recorder_left_in_its_log_is_read_and_nothing_changed(tmp_path: Path) -> None:
     source = write_words(tmp_path / "bag", "SQLITE3", "NONE")
     database = sqlite3.connect(source / "bag.db3")
     database.execute("PRAGMA journal_mode = WAL")

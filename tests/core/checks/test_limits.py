@@ -164,10 +164,7 @@ POSE = made(
         (made(at=("sequence<string>", ["a", LONG])), "at: one has 4097 characters; at most 4096"),
         (made(at=("sequence<string>", ["a", LONG[1:]])), None),
         (made(at=("sequence<pkg/Inner>", [INNER])), "at[0]: speed is nan, not finite"),
-        (
-            made(at=("sequence<builtin_interfaces/Time>", [time(), time(-2)])),
-            "at[1]: is -2 s",
-        ),
+        (made(at=("sequence<builtin_interfaces/Time>", [time(), time(-2)])), "at[1]: is -2 s"),
         (made(at=("sequence<int32>", range(limits.ITEMS))), None),
         (made(at=("sequence<int32>", range(limits.ITEMS + 1))), "at has 10001 items; at most 1000"),
         (made(at=("sequence<uint8>", np.zeros(limits.ITEMS + 1, np.uint8))), None),

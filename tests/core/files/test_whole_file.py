@@ -60,9 +60,7 @@ def test_killed_while_saving_a_map_the_pair_is_the_old_or_the_new(
         save_map(_grid(value, size), tmp_path / name)
     argv = [str(tmp_path / "new.yaml"), str(tmp_path / "map"), point, str(number)]
     child = subprocess.run(
-        [sys.executable, "-c", _CHILD, *argv],
-        cwd=Path(__file__).resolve().parents[3],
-        check=False,
+        [sys.executable, "-c", _CHILD, *argv], cwd=Path(__file__).resolve().parents[3], check=False
     )
     assert child.returncode == -signal.SIGKILL
     left = load_map(tmp_path / "map.yaml")

@@ -33,11 +33,7 @@ class StandIn(Node):
         self.cleared: list[str] = []
         self.cancelled = threading.Event()
         ActionServer(
-            self,
-            NavigateToPose,
-            "navigate_to_pose",
-            self.execute,
-            cancel_callback=self.on_cancel,
+            self, NavigateToPose, "navigate_to_pose", self.execute, cancel_callback=self.on_cancel
         )
         ActionServer(self, ComputePathToPose, "compute_path_to_pose", self.plan)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -15,10 +15,7 @@ from nav2_msgs.srv import SetInitialPose
 from std_srvs.srv import Empty
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import (
-    pose_msg,
-    seconds,
-)
+from arjuna_core.ros.convert import pose_msg, seconds
 from arjuna_core.se2 import SE2
 from tests.helpers.amcl_room import Room, rooms, started
 from tests.slam.amcl.room import BOXES, random_pose

@@ -19,13 +19,7 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.grid import FREE, OCCUPIED, OccupancyGrid
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import (
-    header,
-    pose_msg,
-    scan_msg,
-    seconds,
-    transform_msg,
-)
+from arjuna_core.ros.convert import header, pose_msg, scan_msg, seconds, transform_msg
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.nodes.amcl import AmclNode
 from tests.helpers.amcl_room import ROOM, Room, rooms, started
@@ -95,11 +89,7 @@ def initial_pose(
     ],
 )
 def test_a_bad_initial_pose_is_refused_with_a_reason_and_changes_nothing(
-    room: Room,
-    said: list[str],
-    warned: list[str],
-    message: PoseWithCovarianceStamped,
-    reason: str,
+    room: Room, said: list[str], warned: list[str], message: PoseWithCovarianceStamped, reason: str
 ) -> None:
     started(room)
     room.drive(3)

@@ -14,9 +14,7 @@ from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
 from arjuna_core.errors import ConfigError
-from arjuna_core.ros.convert import (
-    se2_from_pose,
-)
+from arjuna_core.ros.convert import se2_from_pose
 from arjuna_core.se2 import SE2
 from arjuna_slam.nodes.amcl import AmclNode
 from tests.helpers.amcl_room import Room, rooms, started

@@ -73,9 +73,9 @@ def test_a_stock_file_is_accepted_with_one_warning_and_maps_well(
 
 
 def test_what_has_no_meaning_is_unset_unless_given() -> None:
-    assert SlamNodeConfig().set_in_vain == []
+    assert SlamNodeConfig().unused_values == []
     config = load(SlamNodeConfig, {"ceres_trust_strategy": "DOGLEG", "scan_buffer_size": 10})
-    assert config.set_in_vain == ["ceres_trust_strategy", "scan_buffer_size"]
+    assert config.unused_values == ["ceres_trust_strategy", "scan_buffer_size"]
 
 
 # slam_toolbox 2.7: slam_mapper.cpp, slam_toolbox_common.cpp, laser_utils.cpp

@@ -140,7 +140,7 @@ def turned(degrees: float) -> NDArray[np.float64]:
 
 
 @pytest.mark.parametrize(
-    ("gap", "degrees", "bears_out"),
+    ("gap", "degrees", "supports"),
     [
         (0.8, 0.0, True),
         (0.41, 0.0, True),  # moves it as far but for half
@@ -154,7 +154,7 @@ def turned(degrees: float) -> NDArray[np.float64]:
     ],
 )
 def test_a_correction_is_borne_out_by_what_sees_it_and_moves_as_far(
-    gap: float, degrees: float, bears_out: bool
+    gap: float, degrees: float, supports: bool
 ) -> None:
     graph = laps()
     heading = graph.pose(4).theta
@@ -169,7 +169,7 @@ def test_a_correction_is_borne_out_by_what_sees_it_and_moves_as_far(
     angle = math.degrees(graph.pose(6).theta - heading)
     other = replace(closure(6), query=60, past=60, edge=moved(6, gap, turned(degrees - angle)))
     wall = replace(closure(4), query=70, past=70, enough=0.5, edge=moved(4, 0.0, WALL))
-    assert (door in believed(graph, other, door, wall)) is bears_out
+    assert (door in believed(graph, other, door, wall)) is supports
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from arjuna_slam.graph.place_match import Place, PlaceMatcher, Search
 from arjuna_slam.mapping.submap import Submap
 from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.scan_matcher import MatchStatus
-from tests.slam.graph.test_loop_closer import Told
+from tests.slam.graph.test_loops import Told
 from tests.slam.graph.test_place_match import Wall, finished, scan, submap
 
 BENT = np.diag([0.03**2, 0.03**2, 0.004**2])  # what a submap's own bend adds to a match

@@ -1,3 +1,5 @@
+"""None"""
+
 from __future__ import annotations
 
 import math
@@ -10,7 +12,9 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.graph.place_match import Place, PlaceMatcher, Search
+from arjuna_slam.graph.rivals import SeenField
 from arjuna_slam.mapping.submap import Submap
+from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import ScanMatcher
 
 Wall = tuple[float, float, float, float]  # from x, y to x, y [m]
@@ -154,3 +158,104 @@ def test_beams_that_go_through_much_of_it_speak_against_a_place(
         place = finished(matcher.find(ours, theirs, window, scans))
         assert (place is not None) is is_found
         assert place is None or not place.sure  # a wall of 2 m is in the way
+
+
+PRIOR = SE2(4.0, -3.0, 1.0)
+
+
+def search(xy: float, theta: float = 0.3) -> Search:
+    return Search(PRIOR, np.eye(3), xy, theta)
+
+
+@pytest.mark.parametrize(("xy", "reaches"), [(0.75, False), (0.85, True)])
+@pytest.mark.parametrize("way", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
+def test_another_place_may_lie_where_the_window_reaches_beside_the_best(
+    xy: float, reaches: bool, way: tuple[float, float]
+) -> None:
+    assert search(xy).reaches_beside(PRIOR) is reaches
+    best = SE2(PRIOR.x + 0.3 * way[0], PRIOR.y + 0.3 * way[1], PRIOR.theta)
+    assert search(xy - 0.3).reaches_beside(best) is reaches
+
+
+def test_a_window_has_room_for_two_places_that_are_apart() -> None:
+    assert search(1.65).ambiguous
+    assert not search(1.55).ambiguous
+
+
+@pytest.mark.parametrize(("xy", "theta"), [(0.2, 0.05), (1.0, 0.3), (3.0, 0.4), (8.0, 0.5)])
+def test_pieces_cover_the_window_once_from_the_middle_outwards(xy: float, theta: float) -> None:
+    pieces = search(xy, theta).pieces(0.05)
+    assert all((middle.x, middle.y) == (PRIOR.x, PRIOR.y) for middle, _ in pieces)
+    assert all(window.xy == xy for _, window in pieces)
+    off = [middle.theta - PRIOR.theta for middle, _ in pieces]
+    assert np.all(np.diff(np.abs(off)) > -1e-9)
+    edges = sorted(
+        (turn - window.theta, turn + window.theta)
+        for turn, (_, window) in zip(off, pieces, strict=True)
+    )
+    assert edges[0][0] == pytest.approx(-theta)
+    assert edges[-1][1] == pytest.approx(theta)
+    assert [low for low, _ in edges[1:]] == pytest.approx([high for _, high in edges[:-1]])
+    assert all(window.theta * xy**2 < 1.3 or window.theta <= 0.03 for _, window in pieces)
+
+
+@pytest.mark.parametrize(
+    ("xy", "theta", "count"), [(0.2, 0.05, 1), (1.0, 0.3, 1), (2.0, 0.5, 2), (3.0, 0.39, 3)]
+)
+def test_a_piece_holds_so_much_of_the_window_or_three_hundredths_of_a_radian(
+    xy: float, theta: float, count: int
+) -> None:
+    assert len(search(xy, theta).pieces(0.05)) == count
+    assert len(search(10.0, 0.295).pieces(0.05)) == 10
+
+
+@pytest.mark.parametrize(
+    ("xy", "resolution", "depth"),
+    [
+        (0.01, 0.1, 2),
+        (0.39, 0.05, 2),
+        (0.41, 0.05, 3),
+        (1.59, 0.1, 3),
+        (1.61, 0.05, 5),
+        (9, 0.05, 5),
+    ],
+)
+def test_blocks_of_a_search_are_up_to_32_cells_and_no_wider_than_the_window(
+    xy: float, resolution: float, depth: int
+) -> None:
+    assert {window.depth for _, window in search(xy).pieces(resolution)} == {depth}
+
+
+def seen_field() -> SeenField:
+    """Return a field of a wall along y = 0 from x = 0 to 2 m; its left half has been seen."""
+    field = Field(0.1, 0.1)
+    points = np.column_stack((np.linspace(0.0, 2.0, 41), np.zeros(41)))
+    field.add(points, np.tile((0.0, 1.0), (41, 1)))
+    seen = np.zeros(field.score.shape, np.bool_)
+    seen[:, : seen.shape[1] // 2] = True
+    return SeenField(field, seen)
+
+
+def test_points_lie_on_seen_ground_where_its_cells_are() -> None:
+    ground = seen_field()
+    x, y = ground.field.origin
+    width = 0.1 * ground.seen.shape[1]
+    points = np.array([(x + 0.05, y + 0.05), (x + width - 0.05, y + 0.05), (x - 0.05, y + 0.05)])
+    assert ground.on_seen(points).tolist() == [True, False, False]
+    assert not ground.on_seen(np.array([(x + 0.05, y - 0.05), (x + 0.05, y + 50.0)])).any()
+
+
+@pytest.mark.parametrize("reach", [0.0, 0.25, 1.0])
+def test_ground_that_was_not_seen_is_worth_the_same_everywhere(reach: float) -> None:
+    ground = seen_field()
+    field = ground.neutral(0.5, reach)
+    border = int(np.ceil(reach / 0.1))
+    rows, columns = ground.seen.shape
+    assert field.score.shape == (rows + 2 * border, columns + 2 * border)
+    np.testing.assert_allclose(field.origin, ground.field.origin - 0.1 * border)
+    inner = field.score[border : border + rows, border : border + columns]
+    np.testing.assert_array_equal(inner[ground.seen], ground.field.score[ground.seen])
+    assert set(inner[~ground.seen].tolist()) == {127}
+    outside = np.ones(field.score.shape, np.bool_)
+    outside[border : border + rows, border : border + columns] = False
+    assert (field.score[outside] == 127).all()

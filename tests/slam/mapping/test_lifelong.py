@@ -62,7 +62,7 @@ def test_a_gap_is_bridged_as_the_graph_has_it_and_nothing_else_is() -> None:
     pruned, _ = prune(session(6), kept(6, 1, 2))
     bridge = 1.0 / 0.02**2
     assert ends(pruned.edges) == [
-        *((1, 2, MATCH, 4.0), (2, 3, ODOMETRY, 5.0), (0, 1, MATCH, pytest.approx(bridge))),
+        *((1, 2, MATCH, 4.0), (2, 3, ODOMETRY, 5.0), (0, 1, MATCH, pytest.approx(bridge)))
     ]
     assert np.diag(pruned.edges[-1].information) == pytest.approx([bridge, bridge, 1e4])
     whole, index = prune(session(4), kept(4))

@@ -98,12 +98,7 @@ def test_a_start_that_is_known_is_searched_around(
 )
 @pytest.mark.parametrize(("count", "every"), [(100, 1), (120, 1), (121, 2), (500, 5)])
 def test_a_start_anywhere_is_searched_on_all_of_the_map(
-    width: float,
-    height: float,
-    depth: int,
-    count: int,
-    every: int,
-    monkeypatch: pytest.MonkeyPatch,
+    width: float, height: float, depth: int, count: int, every: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     told = Told()
     hall, seen = mapped(told, width, height, monkeypatch), surface(count)

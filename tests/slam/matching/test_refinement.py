@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arjuna_core.scan import Scan
-from arjuna_core.se2 import SE2
 from arjuna_slam.matching.refinement import sample_distance, solve
-from arjuna_slam.matching.scan_filter import Deskewer
 from arjuna_slam.matching.scan_matcher import invert
 
 RESOLUTION = 0.05
@@ -46,13 +43,3 @@ def test_solving_and_inverting_agree_with_numpy(seed: int) -> None:
     matrix, right = root @ root.T + 0.1 * np.eye(3), rng.normal(size=3)
     np.testing.assert_allclose(solve(matrix, right), np.linalg.solve(matrix, right), rtol=1e-9)
     np.testing.assert_allclose(invert(matrix), np.linalg.inv(matrix), rtol=1e-9)
-
-
-def test_a_sweep_gets_the_motion_of_the_time_before_it() -> None:
-    deskewer = Deskewer()
-    first = Scan(np.ones(101), 0.0, 0.01, 0.1, 10.0, 1.0, time_increment=5e-4)
-    second = Scan(np.ones(101), 0.0, 0.01, 0.1, 10.0, 1.1, time_increment=5e-4)
-    assert deskewer.deskewed(first, SE2()) is first
-    motion = deskewer.deskewed(second, SE2(0.2, 0.0, 0.0)).motion
-    assert motion.x == pytest.approx(0.1)
-    assert (motion.y, motion.theta) == pytest.approx((0.0, 0.0))

@@ -1,4 +1,4 @@
-"""When the particles are updated, what a hypothesis amounts to, and who has strayed."""
+"""What the filter refuses to work with, and how it says so."""
 
 from __future__ import annotations
 
@@ -7,10 +7,87 @@ import re
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from arjuna_core.grid import FREE, OCCUPIED, GridFrame, OccupancyGrid
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.estimate import Hypothesis, Status, Track
+from arjuna_slam.amcl.estimate import (
+    Hypothesis,
+    LocalizationError,
+    Status,
+    Track,
+    check_finite,
+    check_inside,
+    check_map,
+    covariance_root,
+)
+
+TURNED = GridFrame(0.5, 4, 3, SE2(1.0, 2.0, math.pi / 2))  # x from -0.5 to 1 m, y from 2 to 4 m
+
+
+@pytest.mark.parametrize("resolution", [0.0, -0.05, math.inf, math.nan])
+def test_cells_of_no_size_make_no_map(resolution: float) -> None:
+    data = np.array([[FREE, OCCUPIED]], np.int8)
+    check_map(OccupancyGrid(GridFrame(0.05, 2, 1), data, 0.0))
+    with pytest.raises(LocalizationError, match="resolution must be positive, got"):
+        check_map(OccupancyGrid(GridFrame(resolution, 2, 1), data, 0.0))
+
+
+@pytest.mark.parametrize("pose", [SE2(math.nan), SE2(0.0, math.inf), SE2(0.0, 0.0, -math.inf)])
+def test_a_pose_that_is_not_finite_is_named(pose: SE2) -> None:
+    check_finite(SE2(1e9, -1e9, 99.0), "the pose")
+    with pytest.raises(LocalizationError, match=r"^the odometry must be finite, got SE2"):
+        check_finite(pose, "the odometry")
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "inside"),
+    [
+        (-0.49, 2.01, True),
+        (0.99, 3.99, True),
+        (-0.51, 3.0, False),
+        (1.01, 3.0, False),
+        (0.0, 1.99, False),
+        (0.0, 4.01, False),
+    ],
+)
+def test_a_pose_off_the_map_is_told_how_far_the_map_reaches(
+    x: float, y: float, inside: bool
+) -> None:
+    if inside:
+        check_inside(SE2(x, y), TURNED)
+        return
+    spans = rf"pose \({x:.2f}, {y:.2f}\) m .* x -0\.50 to 1\.00 m, y 2\.00 to 4\.00 m$"
+    with pytest.raises(LocalizationError, match=spans):
+        check_inside(SE2(x, y), TURNED)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_root_times_itself_is_the_covariance(seed: int) -> None:
+    part = np.random.default_rng(seed).normal(size=(3, 3 - seed))  # of full rank and of less
+    covariance = np.asarray(part @ part.T, np.float64)
+    root = covariance_root(covariance)
+    np.testing.assert_allclose(root @ root.T, covariance, atol=1e-12)
+    hardly = covariance + np.diag([0.0, 0.0, -1e-10])
+    assert np.isfinite(covariance_root(hardly)).all()
+
+
+@pytest.mark.parametrize(
+    ("covariance", "problem"),
+    [
+        (np.eye(2), r"must be a finite \(3, 3\) matrix"),
+        (np.full((3, 3), np.nan), r"must be a finite \(3, 3\) matrix"),
+        (np.eye(3) + 0.1 * np.eye(3, k=1), "must be symmetric"),
+        (np.eye(3) + 1e-8 * np.eye(3, k=2), "must be symmetric"),
+        (np.diag([1.0, -0.5, 1.0]), "its least eigenvalue is -0.5"),
+        (np.diag([1.0, 1.0, -2e-9]), "its least eigenvalue is -2e-09"),
+    ],
+)
+def test_what_is_no_covariance_is_refused(covariance: NDArray[np.float64], problem: str) -> None:
+    with pytest.raises(LocalizationError, match=problem):
+        covariance_root(covariance)
+
 
 CONFIG = AmclConfig()  # lost below an agreement of 0.7, sure from a share of 0.75
 KNOWN = np.diag([0.01, 0.02, 0.003])

@@ -16,7 +16,7 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.field import Field
-from arjuna_slam.matching.scan_filter import Deskewer, ScanFilter, Skip, motion_within
+from arjuna_slam.matching.scan_filter import LastOdometry, ScanFilter, Skip, motion_within
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher
 from arjuna_slam.matching.surface import Surface
 from arjuna_slam.matching.tracking import Tracker, TrackerConfig
@@ -83,17 +83,18 @@ def test_the_motion_within_a_scan_is_that_before_it_for_as_long(
     steps = {0.5: half, -0.5: half.inverse(), 2.0: half @ half @ half @ half, 0.0: IDENTITY}
     motion = motion_within(scan, half @ half, gap)
     assert motion.array() == pytest.approx(steps[share].array(), abs=1e-12)
-    deskewer, start = Deskewer(), SE2(3.0, 2.0, 1.0)
-    deskewer.deskewed(replace(scan, stamp=0.0), start)
-    straight = deskewer.deskewed(replace(scan, stamp=gap), start @ half @ half)
+    odometry, start = LastOdometry(), SE2(3.0, 2.0, 1.0)
+    odometry.advance(0.0, start)
+    straight = odometry.with_motion(replace(scan, stamp=gap), start @ half @ half)
     assert straight.motion.array() == pytest.approx(steps[share].array(), abs=1e-9)
 
 
 def test_a_scan_taken_at_once_is_not_straightened() -> None:
-    deskewer = Deskewer()
-    assert deskewer.deskewed(GOOD, SE2()) is GOOD
+    odometry = LastOdometry()
+    assert odometry.with_motion(GOOD, SE2()) is GOOD
+    odometry.advance(GOOD.stamp, SE2())
     later = replace(GOOD, stamp=6.0)
-    assert deskewer.deskewed(later, SE2(1.0)) is later
+    assert odometry.with_motion(later, SE2(1.0)) is later
 
 
 @pytest.mark.parametrize(
