@@ -8,11 +8,14 @@ from collections.abc import Callable, Iterator
 
 from bringup.doctor.snapshot import Finding, Snapshot
 
-_MODULES = {
-    found.name: importlib.import_module(f"{__name__}.{found.name}")
-    for found in pkgutil.iter_modules(__path__)
-}
-CHECKS: dict[str, Callable[[Snapshot], Iterator[Finding]]] = {
-    name: _MODULES[name].check for name in sorted(_MODULES, key=lambda name: _MODULES[name].RANK)
-}
-"""Every check by its name, causes before what follows from them."""
+Check = Callable[[Snapshot], Iterator[Finding]]
+
+
+def find() -> dict[str, Check]:
+    """Return every check of this folder by its name, causes before what follows from them."""
+    names = [found.name for found in pkgutil.iter_modules(__path__)]
+    modules = {name: importlib.import_module(f"{__name__}.{name}") for name in names}
+    return {name: modules[name].check for name in sorted(names, key=lambda n: modules[n].RANK)}
+
+
+CHECKS = find()
