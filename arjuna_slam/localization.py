@@ -61,11 +61,7 @@ class Localizer(PoseTracker):
         return self._update(match)
 
     def restart(self, start: Start) -> None:
-        """Look for the robot elsewhere.
-
-        Args:
-            start: What is known of its pose.
-        """
+        """Search the robot again; `start` is what is known of its pose."""
         self._start = start
 
     def session(self) -> Session:

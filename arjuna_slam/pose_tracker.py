@@ -66,11 +66,7 @@ class PoseTracker(Protocol):
     scans: ScanFilter
 
     def process(self, scan: Scan, T_odom_base: SE2) -> SlamUpdate | None:
-        """Take one scan.
-
-        Args:
-            scan: The scan, newer than the one before.
-            T_odom_base: Odometry at the scan's stamp.
+        """Take a scan, newer than the one before, and the odometry at its stamp.
 
         Returns:
             The update, or None for a scan that cannot be used (`scans` counts them).
@@ -87,8 +83,7 @@ class PoseTracker(Protocol):
     def map(self, most_moved: int | None = None) -> OccupancyGrid | None:
         """Return the map so far, or None before the first scan.
 
-        Args:
-            most_moved: How many keyframes that a closure has moved are traced again at most, to
-                bound the time it takes; the next maps go on. None for all.
+        At most `most_moved` keyframes that a closure has moved are traced again, to bound the time;
+        the next maps continue. None for all.
         """
         return self.keyframes.map(most_moved)

@@ -20,12 +20,8 @@ _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 def read_yaml(path: Path, error: type[InputFileError] = InputFileError) -> Any:
     """Return a YAML file's content.
 
-    Args:
-        path: The file.
-        error: The kind of error to raise.
-
     Raises:
-        InputFileError: The file cannot be read or is no YAML; of the kind asked for.
+        InputFileError: It cannot be read or is no YAML; of the kind given as `error`.
     """
     try:
         return plain(read_bytes(path, _LARGEST, error).decode("utf-8"))

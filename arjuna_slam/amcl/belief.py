@@ -17,7 +17,7 @@ from arjuna_slam.matching.map_field import MapField
 
 
 def kld_count(bins: int, error: float, z: float, minimum: int, maximum: int) -> int:
-    """Return how many particles a belief that occupies `bins` bins needs.
+    """Return the number of particles that a belief in `bins` bins needs.
 
     Args:
         bins: Number of occupied histogram bins.
@@ -51,19 +51,16 @@ def kld_indices(
     limits: tuple[float, float, int, int],
     rng: np.random.Generator,
 ) -> NDArray[np.int64]:
-    """Draw as many particles as the belief's spread needs.
+    """Return ascending indices `(M,) int64` of as many draws as the belief's spread needs.
 
-    A full-size draw finds the bins that matter, then one of the size they call for is made, so
-    that the low-variance property holds for what is kept.
+    A full-size draw finds the bins that matter, then one of the size they call for is made, so that
+    the low-variance property holds for what is kept.
 
     Args:
         weights: `(N,) float64`, not all zero.
         bin_of: Each particle's bin, `(N,) int32`.
         limits: `error, z, minimum, maximum` of `kld_count`.
         rng: Source of randomness.
-
-    Returns:
-        Indices of what is kept, ascending, `(M,) int64`.
     """
     error, z, minimum, maximum = limits
     trial = low_variance_indices(weights, maximum, rng)
@@ -74,11 +71,7 @@ def kld_indices(
 
 
 def effective_count(weights: NDArray[np.float64]) -> float:
-    """Return how many particles of equal weight would carry as much, 1 to N.
-
-    Source: Grisetti et al., Improved techniques for grid mapping with Rao-Blackwellized particle
-    filters, 2007, section IV-B.
-    """
+    """Return the number of particles that carry the weights `(N,)`, from 1 to N."""
     return float(weights.sum() ** 2 / (weights @ weights))
 
 

@@ -40,11 +40,7 @@ def check_map(grid: OccupancyGrid) -> None:
 
 
 def check_finite(pose: SE2, name: str) -> None:
-    """Raise unless a pose is finite.
-
-    Raises:
-        LocalizationError: A coordinate is NaN or infinite.
-    """
+    """Raise LocalizationError unless a pose is finite."""
     if not all(map(math.isfinite, (pose.x, pose.y, pose.theta))):
         raise LocalizationError(f"{name} must be finite, got {pose}")
 
@@ -137,13 +133,7 @@ class Hypothesis:
 
 
 def conclude(best: Hypothesis, T_odom_base: SE2, config: AmclConfig) -> Estimate:
-    """Say what the best hypothesis amounts to.
-
-    Args:
-        best: The hypothesis.
-        T_odom_base: Odometry at its time.
-        config: Parameters.
-    """
+    """Return what the best hypothesis amounts to, with the odometry at its time."""
     T_map_odom = best.T_map_base @ T_odom_base.inverse()
     status, reason = _judge(best, config)
     quality = (best.agreement or 0.0) * best.share

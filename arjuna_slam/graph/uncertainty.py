@@ -67,11 +67,7 @@ def chained(
 ) -> NDArray[np.float64]:
     """Return the covariance of `T_a_b @ T_b_c`, translation in the axes of a, `(3, 3) float64`.
 
-    Args:
-        T_a_b: The first transform.
-        first: Its covariance, translation in the axes of a.
-        T_b_c: The second.
-        second: Its covariance, translation in the axes of b.
+    `first` is that of `T_a_b` in the axes of a, `second` that of `T_b_c` in the axes of b.
     """
     turn = SE2(0.0, 0.0, T_a_b.theta).matrix()
     way = turn @ np.array([T_b_c.x, T_b_c.y, 0.0])
@@ -82,12 +78,9 @@ def chained(
 
 
 def plausible(expected: SE2, found: SE2, covariance: NDArray[np.float64]) -> bool:
-    """Return whether a correction lies within what the graph does not know, in each direction.
+    """Return whether a node's pose in another's frame, as matched, fits the one that the graph has.
 
-    Args:
-        expected: A node's pose in another's frame, as the graph has it.
-        found: As matched.
-        covariance: As `relative_covariances` bounds it, `(3, 3) float64`.
+    `covariance` is the bound of `relative_covariances`, `(3, 3) float64`.
     """
     error = found.array() - expected.array()
     error[2] = wrap(float(error[2]))

@@ -45,11 +45,7 @@ class StampedTransform:
 
 
 def scan_of(message: Any) -> tuple[Scan, str]:
-    """Return a sensor_msgs/LaserScan as a scan, the sensor at the base, and its frame.
-
-    Raises:
-        DecodeError: Its values are no scan's.
-    """
+    """Return a LaserScan as a scan, the sensor at the base, and its frame; or raise DecodeError."""
     problem = scan_problem(message)
     if problem is not None:
         raise DecodeError(problem)
@@ -61,20 +57,12 @@ def scan_of(message: Any) -> tuple[Scan, str]:
 
 
 def odometry_of(message: Any) -> StampedTransform:
-    """Return the pose of a nav_msgs/Odometry.
-
-    Raises:
-        DecodeError: Its values are no pose's.
-    """
+    """Return the pose of a nav_msgs/Odometry; raise DecodeError where its values are no pose's."""
     return _transform(message, message.pose.pose.position, message.pose.pose.orientation)
 
 
 def transforms_of(message: Any) -> list[StampedTransform]:
-    """Return the transforms of a tf2_msgs/TFMessage.
-
-    Raises:
-        DecodeError: The values of one are no transform's.
-    """
+    """Return the transforms of a tf2_msgs/TFMessage; raise DecodeError for an unusable one."""
     for problem in map(transform_problem, message.transforms):
         if problem is not None:
             raise DecodeError(problem)

@@ -78,11 +78,7 @@ class Mapper:
         return self._occupancy.grid(self._scans[-1].stamp)
 
     def behind(self, poses: NDArray[np.float64]) -> bool:
-        """Return whether scans are new or have moved since the map was last returned.
-
-        Args:
-            poses: Robot in map at each scan added, `(N, 3) float64` of x, y, theta.
-        """
+        """Return whether scans, by poses `(N, 3)`, are new or have moved since the last map."""
         return len(poses) > len(self._traced) or len(self._moved(poses)) > 0
 
     def _moved(self, poses: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -132,11 +128,7 @@ class Keyframes:
         return int(np.hypot(*(self.graph.poses[:, :2] - place).T).argmin())
 
     def map(self, most_moved: int | None = None) -> OccupancyGrid | None:
-        """Return the map, or None without keyframes.
-
-        Args:
-            most_moved: How many keyframes that have moved are traced again at most; None for all.
-        """
+        """Return the map, or None without keyframes; see `Mapper.grid`."""
         return self._mapper.grid(self.graph.poses, most_moved)
 
     @property

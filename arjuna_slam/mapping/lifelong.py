@@ -41,16 +41,7 @@ class LifelongConfig:
 def forget_submap(
     config: LifelongConfig, session: Session, submap: int
 ) -> tuple[Session, NDArray[np.int64]] | None:
-    """Return a session without a submap and the keyframes that only it has, if newer cover it.
-
-    Args:
-        config: The parameters.
-        session: The session.
-        submap: The submap's index in it.
-
-    Returns:
-        As `prune` does, or None where the submap is still needed.
-    """
+    """Return `prune` of a session without a submap, or None where the submap is still needed."""
     if not is_redundant(config, session.poses, session.submaps[submap]):
         return None
     keep = np.zeros(len(session.poses), np.bool_)
@@ -61,13 +52,7 @@ def forget_submap(
 
 
 def is_redundant(config: LifelongConfig, poses: NDArray[np.float64], nodes: Sequence[int]) -> bool:
-    """Return whether newer keyframes cover a submap.
-
-    Args:
-        config: The parameters.
-        poses: x, y, theta of every keyframe, `(N, 3) float64`.
-        nodes: The submap's keyframes.
-    """
+    """Return whether newer keyframes cover a submap's `nodes`; poses `(N, 3)` of all keyframes."""
     newer = poses[max(nodes) + 1 :, :2]
     if len(newer) == 0:
         return False

@@ -133,23 +133,15 @@ class Submap:
         return self.nodes[0]
 
     def finish(self, unpacked: Callable[[PackedField], Field]) -> None:
-        """Keep the field packed from now on.
-
-        Args:
-            unpacked: Returns it when it is asked for.
-        """
+        """Keep the field packed from now on; `unpacked` restores it."""
         self.field.trim()
         self._field = partial(unpacked, PackedField.of(self.field))
 
     def constraint_to(self, T_anchor_base: SE2) -> tuple[int, SE2, NDArray[np.float64]]:
-        """Return the keyframe that a new one is tied to: the two share most of what they see.
+        """Return the keyframe that a new one is tied to, which saw most of what it sees.
 
-        Args:
-            T_anchor_base: Pose of the new one.
-
-        Returns:
-            The keyframe; the new one's pose in its frame; in its axes the covariance of what no
-            match has seen on the way between, `(3, 3) float64`.
+        Also the new one's pose in its frame and, in its axes, the covariance of what no match has
+        seen on the way between, `(3, 3) float64`.
         """
         T_post_anchor = self.poses[self._post].inverse()
         turn = SE2(0.0, 0.0, T_post_anchor.theta).matrix()

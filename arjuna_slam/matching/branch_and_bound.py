@@ -30,11 +30,11 @@ def prepare(
     penalty: NDArray[np.float64],
     least: float,
 ) -> Task:
-    """Return what a search goes through: the coarsest blocks of offsets at all angles.
+    """Return the coarsest blocks of offsets at all angles.
 
     Args:
         tables: Of the field.
-        points: In cells, `(N, 2) float64`.
+        points: `(N, 2) float64` [cells].
         xy: The middle of the window from the field's origin [cells].
         thetas: The angles, `(T,) float64` [rad].
         half: Half the window [cells].
@@ -58,14 +58,14 @@ def descend(
     first: int,
     work: int,
 ) -> tuple[int, Best]:
-    """Search coarsest blocks, the most promising first, until so many blocks were looked at.
+    """Search coarsest blocks, the most promising first, until `work` blocks were looked at.
 
     Where offsets are left out, any block's good one outside counts as found there.
 
     Args:
         tables: Of the field.
         task: From `prepare`.
-        half: Half the window [cells].
+        half: As in `prepare`.
         penalty: As in `prepare`.
         without: First and last row and column of boxes of offsets left out, `(K, 4) int64`.
         best: The best so far.

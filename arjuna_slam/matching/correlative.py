@@ -48,17 +48,16 @@ class Window:
 def search(
     field: Field, points: NDArray[np.float64], prior: SE2, window: Window, least: float
 ) -> tuple[SE2, float] | None:
-    """Return the pose of the greatest response and the response.
+    """Return the pose of the greatest response and the response; None where none exceeds `least`.
+
+    The response (0..1) is the mean likelihood times the penalties.
 
     Args:
         field: The reference.
         points: `(N, 2) float64` in the robot's base frame [m].
         prior: Centre of the window, robot in field.
-        window: Its size.
-        least: Response (0..1, the mean likelihood times the penalties) a pose must exceed.
-
-    Returns:
-        The pose and its response, or None where no pose of the window exceeds `least`.
+        window: Its size and penalties.
+        least: Response that a pose must exceed.
     """
     whole = _Search(field, points, prior, window, least)
     whole.go_on(_ALL)
@@ -74,20 +73,10 @@ def searching(
     apart: tuple[Sequence[SE2], float] | None = None,
     work: int = _WORK,
 ) -> Generator[None, None, tuple[SE2, float] | None]:
-    """Search as `search` does, in steps of a bounded time.
+    """Search as `search` does, in steps of a bounded time: `work` blocks of offsets each.
 
-    Args:
-        field: As in `search`.
-        points: As in `search`.
-        prior: As in `search`.
-        window: As in `search`.
-        least: As in `search`.
-        apart: Poses, and how far in x or y from each another must be at least [m]; any such is
-            returned then, since it is asked whether there is one.
-        work: Blocks of offsets looked at in a step.
-
-    Returns:
-        As `search` does.
+    With `apart`, poses and a distance in x or y from each [m], the question is whether there is any
+    pose so far from all of them: the first one found is returned.
     """
     pieces = _Search(field, points, prior, window, least, apart)
     while not pieces.go_on(work):

@@ -79,11 +79,8 @@ class Field:
         Level h, cell X bounds the scores of rows `2^h (X - 1)` to `2^h (X + 1) - 1`, columns alike,
         so it holds for every offset within 2^h cells.
 
-        Args:
-            depth: Highest level.
-
         Returns:
-            Levels from 1 as `(K,) uint8`; start, rows and columns of each, `(depth + 1, 3) int64`.
+            Levels 1 to `depth`, `(K,) uint8`; start, rows, columns of each, `(depth + 1, 3) int64`.
         """
         if self._pyramid is None or len(self._pyramid[1]) != depth + 1:
             self._pyramid = _build_pyramid(self.score, depth)
@@ -96,11 +93,7 @@ class Field:
         return coarse
 
     def likelihood(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the likelihood (0..1) at points, 0 outside.
-
-        Args:
-            points: `(N, 2) float64` in the field's frame [m].
-        """
+        """Return the likelihood (0..1) at points `(N, 2)` of the field's frame [m], 0 outside."""
         cells = np.floor((points - self.origin) / self.resolution).astype(np.int64)
         inside = ((cells >= 0) & (cells < self.score.shape[::-1])).all(axis=1)
         result = np.zeros(len(points))
@@ -108,10 +101,9 @@ class Field:
         return result
 
     def surface(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return points on the surface, one a cell that it crosses, and their normals.
+        """Return points on the surface, one a cell that it crosses [m], and their unit normals.
 
-        Returns:
-            `(N, 2) float64` points in the field's frame [m] and `(N, 2) float64` unit normals.
+        Both `(N, 2) float64` in the field's frame.
         """
         return _crossings(self.index, self.planes, self.resolution, self.origin)
 

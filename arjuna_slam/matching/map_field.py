@@ -19,30 +19,19 @@ _NOWHERE = np.zeros(2)  # the distances begin at the grid's own origin
 
 
 def bordered(table: NDArray[Any], outside: float) -> NDArray[np.float32]:
-    """Return a table `(h, w)` inside a rim of one cell that stands for all places off it.
-
-    Args:
-        table: Any number type.
-        outside: The rim's value.
-
-    Returns:
-        `(h + 2, w + 2) float32`.
-    """
+    """Return a table `(h, w)` as float32 inside a rim of one cell, whose value is `outside`."""
     return np.pad(table.astype(np.float32), 1, constant_values=outside)
 
 
 def sum_at_endpoints(
     table: NDArray[np.float32], poses: NDArray[np.float64], endpoints: NDArray[np.float64]
 ) -> NDArray[np.float32]:
-    """Return for each pose the sum of a table over the cells where the beams end.
+    """Return for each pose the sum of a table over the cells where the beams end, `(N,) float32`.
 
     Args:
         table: From `bordered`.
         poses: `(N, 3) float64` in grid coordinates [cells, cells, rad].
         endpoints: `(B, 2) float64` in the base frame [cells].
-
-    Returns:
-        `(N,) float32`.
     """
     sums = np.empty(len(poses), np.float32)
     x, y, c, s = _split(poses)

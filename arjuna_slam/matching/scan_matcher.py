@@ -133,15 +133,7 @@ class MatcherConfig:
 def score(
     field: Field, points: NDArray[np.float64], prior: SE2, pose: SE2, window: Window
 ) -> float:
-    """Return the response that `search` would give a pose.
-
-    Args:
-        field: The reference.
-        points: `(N, 2) float64` in the robot's base frame [m].
-        prior: Centre of the window, robot in field.
-        pose: The pose, robot in field.
-        window: Its penalties.
-    """
+    """Return the response that `search` would give a pose; arguments as there."""
     likelihood = _mean_score(field.score, points, pose.array(), field.origin, field.resolution)
     gap = (pose.x - prior.x) ** 2 + (pose.y - prior.y) ** 2
     distance = max(1.0 - 0.2 * gap / window.distance_penalty, window.floor_xy)
@@ -193,7 +185,7 @@ class ScanMatcher:
             field: The reference.
             surface: The scan.
             prior: Robot in the field's frame.
-            information: Of the prior, in the field's frame, `(3, 3) float64`; zero for none.
+            information: Of the prior, `(3, 3) float64`; zero for none.
         """
         if len(surface) < self._config.match_minimum_points:
             return self._failed(MatchStatus.TOO_FEW_POINTS, prior, 0.0)

@@ -33,11 +33,7 @@ class Trust:
         self._square = 1.0
 
     def weigh(self, information: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the information of an odometry step as it has proven itself.
-
-        Args:
-            information: As configured, `(3, 3) float64`.
-        """
+        """Return the information of a step, `(3, 3)` as configured, as it has proven itself."""
         scale = np.array([self._square, self._square, 1.0]) ** -0.5
         return information * np.outer(scale, scale)
 
@@ -191,9 +187,9 @@ class Tracker:
 
         Args:
             reference: The field.
-            surface: What the scan saw.
+            surface: The scan.
             T_field_last: Robot in the field's frame at the last scan.
-            delta: Its motion since, as odometry has it.
+            delta: Its motion since, by odometry.
             information: Of the motion, `(3, 3) float64`.
             search: Whether to search the window even if tracking succeeds.
         """

@@ -86,11 +86,7 @@ class Recorder:
         self.messages = 0
 
     def poll(self) -> None:
-        """Write what has arrived.
-
-        Raises:
-            RecordingError: The disk refuses.
-        """
+        """Write what has arrived; raise RecordingError where the disk refuses."""
         for heard in self.listener.take():
             self._write(heard)
 

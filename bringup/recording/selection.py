@@ -56,12 +56,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def selection_of(arguments: argparse.Namespace, hidden: bool = True) -> TopicSelection:
-    """Return what the options of `add_options` say.
-
-    Args:
-        arguments: The parsed arguments.
-        hidden: Whether hidden topics are taken where none is named.
-    """
+    """Return the choice that the options of `add_options` make; `hidden` as in TopicSelection."""
     return TopicSelection(tuple(arguments.topics), tuple(arguments.exclude), hidden)
 
 

@@ -63,7 +63,7 @@ def test_a_failed_match_measures_no_way() -> None:
 
 
 _STEP = np.diag([100.0, 100.0, 400.0])  # 0.1 m, 0.05 rad
-_SEEN_WELL, _UNSEEN_ACROSS = np.diag([1e-5, 1e-5, 1e-6]), np.diag([1e-5, 1.0, 1e-6])
+_WELL, _BADLY = np.diag([1e-5, 1e-5, 1e-6]), np.diag([1e-5, 1.0, 1e-6])
 
 
 def judged(trust: Trust, error: float, covariance: NDArray[np.float64], steps: int) -> float:
@@ -76,13 +76,13 @@ def judged(trust: Trust, error: float, covariance: NDArray[np.float64], steps: i
 
 def test_good_odometry_comes_to_count_for_more_and_a_slip_takes_that_away() -> None:
     trust = Trust()
-    assert judged(trust, 0.0, _SEEN_WELL, 1) < judged(trust, 0.0, _SEEN_WELL, 50) < 20.0 * _STEP[0, 0]
-    assert judged(trust, 1.0, _SEEN_WELL, 1) < _STEP[0, 0]
+    assert judged(trust, 0.0, _WELL, 1) < judged(trust, 0.0, _WELL, 50) < 20.0 * _STEP[0, 0]
+    assert judged(trust, 1.0, _WELL, 1) < _STEP[0, 0]
     assert trust.weigh(_STEP)[2, 2] == _STEP[2, 2]
 
 
 def test_a_match_that_does_not_see_all_judges_nothing() -> None:
-    assert judged(Trust(), 0.0, _UNSEEN_ACROSS, 50) == _STEP[0, 0]
+    assert judged(Trust(), 0.0, _BADLY, 50) == _STEP[0, 0]
 
 
 @pytest.mark.parametrize(("deviation", "held"), [(0.01, True), (0.1, False)])
