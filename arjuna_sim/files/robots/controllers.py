@@ -28,6 +28,7 @@ _SIDES = {
 }
 _WHEELS = ("wheel_names", "traction_joints_names", "traction_joint_name", "rear_wheels_names")
 _STEERING = ("steering_joints_names", "steering_joint_name", "front_wheels_names")
+_READ_LIMITS = ("velocity", "acceleration")
 _SECTIONS_MAX = 1000
 _BYTES_MAX = 1_000_000
 _DEPTH_MAX = 50
@@ -54,6 +55,10 @@ def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
         for name, values in sections:
             lists = _joints(values)
             if lists:
+                unread = ", ".join(_unread_limits(values))
+                if unread:
+                    text = f"controller '{name or path.name}': not simulated: {unread}"
+                    xml.note(text, NoteKind.IGNORED)
                 return _as_plugin(plugin, name, types, values, lists)
     return None
 
@@ -192,6 +197,27 @@ def _limits(values: dict[str, Any], kind: str) -> dict[str, float | None]:
             most = _number(turning, f"max_{tag}")
             limits[f"max_linear_{tag}"] = None if most is None else radius * most
     return limits
+
+
+def _unread_limits(values: dict[str, Any]) -> Iterator[str]:
+    """Yield the limits that no drive here has; a least one that mirrors the greatest is honoured.
+
+    Such as those of jerk, and of deceleration where it differs.
+    """
+    for keys in (("linear", "x"), ("linear", "y"), ("angular", "z"), ("traction",), ("steering",)):
+        inner = _below(values, *keys)
+        for key, value in inner.items():
+            is_number = isinstance(value, int | float) and not isinstance(value, bool)
+            side, _, kind = key.partition("_")
+            is_read = keys[-1] in ("x", "z", "traction") and side == "max" and kind in _READ_LIMITS
+            is_read |= (keys[-1], key) == ("x", "min_velocity")
+            mirrors = side == "min" and value == -_number_or_nan(inner.get(f"max_{kind}"))
+            if is_number and math.isfinite(value) and not is_read and not mirrors:
+                yield f"{'.'.join(keys)}.{key}"
+
+
+def _number_or_nan(value: Any) -> float:
+    return float(value) if isinstance(value, int | float) else math.nan
 
 
 def _below(values: dict[str, Any], *keys: str) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import yaml
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.model.settings import DriveKind, DriveSettings
+from tests.sim.builders import texts
 from tests.sim.drive_cases import Robot, control, four
 
 _JOINTS = {
@@ -114,3 +116,16 @@ def test_limits_that_are_switched_off_or_none_do_not_count(
 )
 def test_time_outs(tmp_path: Path, given: dict[str, Any], seconds: float | None) -> None:
     assert _drive(tmp_path, _file("name", {**_JOINTS, **given}, False)).command_timeout == seconds
+
+
+def test_limits_that_no_drive_has_are_noted(tmp_path: Path) -> None:
+    mirrored = {"max_acceleration": 1.5, "min_acceleration": -1.5, "has_jerk_limits": True}
+    limits = {
+        "linear": {"x": {**mirrored, "max_jerk": 5.0, "max_deceleration": -2.0}},
+        "angular": {"z": {"max_velocity": 1.0, "min_velocity": -0.5, "max_jerk": math.nan}},
+    }
+    content = _file("name", {**_JOINTS, **limits}, dotted=True)
+    tag, files = control(yaml.safe_dump(content, sort_keys=False))
+    robot = load_robot(Robot(four(), tag, files=files).write(tmp_path, "made.urdf"), SearchPath())
+    expected = "linear.x.max_jerk, linear.x.max_deceleration, angular.z.min_velocity"
+    assert f"controller 'name': not simulated: {expected}" in texts(robot.notes)
