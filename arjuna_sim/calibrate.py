@@ -48,9 +48,7 @@ class SimulatedVehicle:
     """A simulated robot, to be calibrated.
 
     Args:
-        robot: The robot.
         world: Where it drives; `drive` refuses to touch what is in it.
-        config: Physics.
         kinematics: How it takes velocities for wheel speeds.
     """
 

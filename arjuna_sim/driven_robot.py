@@ -59,7 +59,6 @@ class DrivenRobot:
     Args:
         name: Its name on the stage, which holds it as `model.below(name)`.
         model: The robot as its file has it.
-        stage: The stage.
         config: Everything else.
         seeds: Four, of all its noise.
         wanted: Where it starts.

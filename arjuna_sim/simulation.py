@@ -39,7 +39,6 @@ class Simulation:
 
     Args:
         starts: The robots by name; a single one may be called `SOLO`.
-        world: The world.
         config: Everything else.
         rng: Seeds the noise; `reset` rewinds it to its present state.
 

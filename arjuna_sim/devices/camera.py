@@ -225,7 +225,6 @@ def gl_error() -> str:
 
 
 def _open_context(width: int, height: int) -> Any:
-    """Return the first off-screen OpenGL context that works."""
     reasons = []
     for name in _BACKENDS:
         try:

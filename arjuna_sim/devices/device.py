@@ -68,7 +68,6 @@ class StaticDevice:
     """A device that remembers no motion and sits at the site of its settings.
 
     Args:
-        settings: The sensor.
         mount: Where it sits.
     """
 

@@ -60,7 +60,6 @@ class Imu:
     turn rate and acceleration errs by white noise on a bias that walks.
 
     Args:
-        model: The compiled `mujoco.MjModel`.
         settings: Where it sits, and the noise that its file names.
         config: Errors, where the file names none.
         rng: Where the noise comes from.

@@ -23,10 +23,7 @@ class Lidar:
     """Casts the beams of a sweep, all at once or each from where the sensor was at its instant.
 
     Args:
-        model: The compiled `mujoco.MjModel`.
-        settings: Beams and ranges.
         T_base_sensor: Where the lidar sits, seen from above.
-        config: Errors.
         rng: Where the noise comes from.
     """
 

@@ -79,7 +79,6 @@ class Odometry:
     """Integrates encoder ticks; what slips goes unnoticed.
 
     Args:
-        config: Encoders and noise.
         kinematics: How wheels move the base.
         rng: Where the encoders' noise comes from.
     """

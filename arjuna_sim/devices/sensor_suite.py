@@ -30,8 +30,6 @@ class SensorSuite:
     """Reads the sensors of a robot; each draws its noise from a source of its own.
 
     Args:
-        robot: Has the sensors.
-        model: The compiled `mujoco.MjModel`.
         earth: Position of the world on Earth.
         config: The `SimulatorConfig`.
         seeds: Of the first lidar, of the first IMU, and of all others.

@@ -90,7 +90,6 @@ def mesh_shape(
 
 
 def _mesh(xml: XmlFile, path: Path, part: str, centred: bool, place: str) -> Mesh:
-    """Return a mesh or a part of it, each read once."""
     key = path.with_name(f"{path.name}#{part}{'~' * centred}") if part else path
     if key in xml.meshes:
         return xml.meshes[key]
@@ -260,7 +259,6 @@ def _collada(content: bytes, part: str) -> bytes:
 
 
 def _placed(space: str, nodes: dict[str, Element], scene: Element) -> int:
-    """Return how many geometries a scene places, counted once a node."""
 
     @cache
     def count(node: Element, depth: int) -> int:
@@ -286,7 +284,6 @@ def _keep_part(space: str, root: Element, geometries: list[Element], part: str) 
 
 
 def _scene_of_all(space: str, root: Element, geometries: list[Element]) -> Element:
-    """Add a scene that places each geometry once, and return it."""
     library = SubElement(root, f"{space}library_visual_scenes")
     scene = SubElement(library, f"{space}visual_scene", id="all")
     node = SubElement(scene, f"{space}node", id="all_geometries")

@@ -228,7 +228,6 @@ class SearchPath:
                 yield from (root.joinpath(*parts[first:]) for root in roots)
 
     def _folders(self, beside: Path, name: str) -> Iterator[Path]:
-        """Yield the folders that a package or model may be."""
         if not name or name in (".", "..") or "\0" in name or len(name) > 255:
             return
         parents = beside.resolve().parents
@@ -264,7 +263,6 @@ def home_folder(beside: Path) -> Path:
 
 
 def _manifest(folder: Path) -> str:
-    """Return a package's manifest without its spaces, or nothing."""
     return "".join(_text(folder / _MANIFESTS[0]).split())
 
 

@@ -78,7 +78,6 @@ def _parse(text: bytes) -> Element:
 
 
 def _without_comments(text: bytes) -> bytes:
-    """Return a text whose comments hold nothing but their line breaks."""
     pieces, at = [], 0
     while (start := text.find(_OPENS, at)) >= 0:
         end = text.find(_CLOSES, start + len(_OPENS))
@@ -99,7 +98,6 @@ def _in_utf8(text: bytes) -> bytes:
 
 
 def _declared(text: bytes) -> bytes:
-    """Return a text that declares all of its prefixes."""
     prefixes = sorted(set(_PREFIX.findall(text)) - set(_DECLARED.findall(text)))
     declared = b"".join(b" xmlns:%b='%b'" % (prefix, prefix) for prefix in prefixes[:_PREFIXES_MAX])
     return _ROOT.sub(lambda found: found.group() + declared, text, count=1)
@@ -109,9 +107,7 @@ class XmlFile:
     """A parsed file, and the helpers that turn its text into values.
 
     Args:
-        path: The file.
         tag: The tag its root must have.
-        error: The exception to raise.
         text: The content, where it does not come from the file itself.
         search: Where to look for what the file refers to; the environment's folders if None.
 

@@ -25,9 +25,6 @@ class CameraTopics:
     beside the physics, published when it is done, and left out where drawing is too slow.
 
     Args:
-        node: The node, being configured.
-        robot: Has the camera.
-        stage: What it sees.
         settings: The camera, whose topic is that of the colour image.
     """
 
@@ -95,7 +92,6 @@ class CameraTopics:
         self._finish(now, shot)
 
     def _finish(self, stamp: float, shot: Shot | CameraError) -> None:
-        """Publish a picture, or give up for good."""
         if isinstance(shot, CameraError):
             self._works = False
             self._log.error(f"the camera stays off: {shot}")

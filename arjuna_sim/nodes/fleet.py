@@ -67,10 +67,6 @@ class RobotNodes:
 
     Args:
         beside: The process of the simulator's node.
-        namespace: The robot's.
-        robot: The robot.
-        stage: What it stands on.
-        config: The simulator's parameters.
 
     Raises:
         RobotStartError: They could not be configured; nothing is left of them.
@@ -158,7 +154,6 @@ class Fleet:
 
     Args:
         node: The simulator's node, being configured, in whose process the nodes live.
-        simulation: Holds the robots.
 
     Raises:
         ArjunaError: A robot's nodes could not be configured.

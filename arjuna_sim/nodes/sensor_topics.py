@@ -159,8 +159,6 @@ class SensorTopics:
     """Publishes what is due and subscribed to; sensors without subscribers are not read.
 
     Args:
-        node: The node, being configured.
-        robot: Has the sensors.
         sensors: The sensors, with their topics and frames; cameras have topics of their own.
     """
 

@@ -150,7 +150,6 @@ class SimNode(ManagedNode):
             robot.publish(seen[name], self.interactive)
 
     def _interfaces(self) -> list[tuple[str, RobotInterface]]:
-        """Return what the graph sees of each robot, by name."""
         own = [] if self._own is None else [(SOLO, self._own)]
         return [*own, *((name, nodes.interface) for name, nodes in self.fleet)]
 

@@ -32,7 +32,6 @@ class Placer:
 
     Args:
         stage: Holds the world as it is now.
-        robot: The robot's name.
     """
 
     def __init__(self, stage: Stage, robot: str) -> None:

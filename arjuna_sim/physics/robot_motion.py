@@ -49,8 +49,6 @@ class RobotMotion:
     """Reads and moves a robot of a stage, whatever model the stage holds at the time.
 
     Args:
-        stage: The stage.
-        robot: The robot's name.
         joints: Names of the robot's moving joints, in the URDF's order.
     """
 

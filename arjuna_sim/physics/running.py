@@ -30,7 +30,6 @@ class Stepper:
     falls asleep. So those steps are taken again from their start, without what then sleeps.
 
     Args:
-        model: The `mujoco.MjModel`.
         data: The `mujoco.MjData`.
     """
 
@@ -96,7 +95,6 @@ def carry_over(old: Any, old_data: Any, new: Any, data: Any) -> None:
 
 
 def _span(model: Any, joint: int) -> tuple[slice, slice]:
-    """Return where a joint is in qpos and in qvel."""
     kind = int(model.jnt_type[joint])
     at, rate = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
     positions, rates = _SIZES.get(kind, (1, 1))

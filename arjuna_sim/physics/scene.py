@@ -155,7 +155,6 @@ def _memory(geoms: int) -> int:
 
 
 def _is_sound(world: World) -> bool:
-    """Return whether MuJoCo takes a world without a robot."""
     spec = mujoco.MjSpec()
     add_world(spec, world)
     try:

@@ -38,7 +38,6 @@ class Stage:
 
     Args:
         robots: The robots by name; links, joints and sensors of no two have the same name.
-        world: The world.
         servo: How the robots' wheels are driven.
         timestep: Of the physics [s].
 
@@ -203,7 +202,6 @@ class Stage:
         return (self._steps - self._began[name]) * self._timestep
 
     def _follow(self) -> None:
-        """Put what follows a trajectory where it is now."""
         if len(self._walkers):
             self._began.update(self._walking[k] for k in self._manners.stopped(self.data))
             self._walkers.put(self.data, np.array([self._on_the_way(n) for n in self._walking]))

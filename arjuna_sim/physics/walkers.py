@@ -22,7 +22,6 @@ class Walkers:
 
     Args:
         bodies: Index of each one's mocap body.
-        trajectories: How each moves.
     """
 
     def __init__(self, bodies: list[int], trajectories: list[Trajectory]) -> None:
@@ -71,7 +70,6 @@ class Manners:
 
     Args:
         model: The `mujoco.MjModel`, whose walkers' contacts become light while they step over.
-        bodies: Each walker's mocap body.
         timestep: Of the physics [s].
     """
 

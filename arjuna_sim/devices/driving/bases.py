@@ -169,7 +169,6 @@ class WheelSpeeds:
 
     Args:
         robot: The robot, whose file may bound the speeds of its joints.
-        base: Its base.
     """
 
     def __init__(self, robot: RobotModel, base: Base) -> None:

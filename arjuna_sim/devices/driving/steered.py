@@ -45,7 +45,6 @@ class SteeredBase:
     """Wheels that all roll about one centre, which lies on the line of those that do not steer.
 
     Args:
-        wheels: The driven wheels.
         others: The wheels that nothing drives.
         pivots: What the steering joints turn about, `(S, 2) float64` [m].
         signs: +1 for a steering joint whose positive angle steers to the left, else -1, `(S,)`.

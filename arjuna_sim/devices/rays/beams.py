@@ -30,8 +30,6 @@ class Beams:
     """Casts the beams of a lidar of several rows, or those in a sonar's cone, all at once.
 
     Args:
-        model: The compiled `mujoco.MjModel`.
-        settings: Beams and ranges.
         rng: Where the noise comes from.
     """
 

@@ -130,7 +130,6 @@ def _to_faces(size: Triple, start: Triple, direction: Triple) -> float:
 
 @_inlined
 def _to_end(size: Triple, start: Triple, direction: Triple, height: float) -> float:
-    """Return the distance to a disc across the z axis."""
     if abs(direction[2]) <= _LEAST:
         return _MISS
     distance = (height - start[2]) / direction[2]
@@ -140,7 +139,6 @@ def _to_end(size: Triple, start: Triple, direction: Triple, height: float) -> fl
 
 @_inlined
 def _to_round(start: tuple[float, ...], direction: tuple[float, ...], radius: float) -> float:
-    """Return the distance to a circle or sphere about the middle."""
     a, b, c = 0.0, 0.0, 0.0
     for i in range(len(direction)):
         a += direction[i] * direction[i]
@@ -188,7 +186,6 @@ class Rays:
     """Casts rays of a sensor, which sees the world and other robots but not its own.
 
     Args:
-        model: The compiled `mujoco.MjModel`.
         site: Name of the sensor's site.
     """
 

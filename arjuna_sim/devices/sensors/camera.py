@@ -135,7 +135,6 @@ def _topics(sensor: Element, depth: bool) -> dict[str, str]:
 
 
 def _of_gz(sensor: Element, own: str, depth: bool) -> dict[str, str]:
-    """Return the topics that gz-sim makes of one."""
     if "rgbd" in plain(sensor.get("type", "")):
         names = {"topic": "image", "depth_topic": "depth_image", "cloud_topic": "points"}
         return {key: f"{own}/{name}" for key, name in names.items()} | {

@@ -127,7 +127,6 @@ def _nested(content: Any, depth: int = 0) -> Any:
 
 
 def _names(values: dict[str, Any], keys: tuple[str, ...]) -> list[str]:
-    """Return the joints that parameters of any of these names hold."""
     found = [values[key] for key in keys if key in values]
     lists = [value if isinstance(value, list) else [value] for value in found]
     return [name for names in lists for name in names if isinstance(name, str)]

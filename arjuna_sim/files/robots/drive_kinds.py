@@ -234,7 +234,6 @@ def with_outputs_of(outputs: DriveSettings, drive: DriveSettings) -> DriveSettin
 
 
 def _seen(urdf: Urdf, drive: DriveSettings) -> DriveKind | None:
-    """Return the kind of a drive whose plugin names none."""
     children = [urdf.joints[name].child for name in drive.wheels]
     names = " ".join((urdf.name, *drive.wheels, *children)).lower()
     if "mecanum" in names:

@@ -48,7 +48,6 @@ def stand_up(xml: XmlFile, urdf: Urdf, tags: Tags) -> Urdf:
 
 
 def _named_sides(tags: Tags, urdf: Urdf) -> Sides | None:
-    """Return the wheels that a plugin names."""
     for plugin in tags.plugins:
         left, right = tuple(texts(plugin, *LEFT)), tuple(texts(plugin, *RIGHT))
         if left and right and all(name in urdf.joints for name in left + right):

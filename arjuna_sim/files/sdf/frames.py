@@ -66,9 +66,7 @@ class Scope:
     """The frames of one model or world.
 
     Args:
-        xml: The file.
         element: The `<model>` or `<world>`.
-        place: Name in messages.
     """
 
     def __init__(self, xml: XmlFile, element: Element, place: str) -> None:
@@ -145,7 +143,6 @@ class Scope:
         return pose
 
     def _parent(self, element: Element, seen: tuple[str, ...]) -> Pose3:
-        """Return what a thing is relative to by its kind."""
         attached = ""
         if element.tag == "frame":
             attached = (element.get("attached_to") or "").strip()

@@ -101,7 +101,6 @@ def _polyline(xml: XmlFile, item: Element, place: str) -> NDArray[np.float64]:
 
 
 def _upright(xml: XmlFile, item: Element, place: str) -> Pose3:
-    """Return the pose that turns z to a plane's normal."""
     text = item.findtext("normal") or "0 0 1"
     x, y, z = xml.numbers(text, 3, f"{place} <normal>")
     length = math.hypot(x, y, z)

@@ -270,7 +270,6 @@ def _override(model: Element, include: Element, name: str) -> None:
 
 
 def _ground() -> Element:
-    """Return the ground plane that Gazebo has of its own."""
     model = Element("model", name=GROUND)
     SubElement(model, "static").text = "true"
     link = SubElement(model, "link", name="link")

@@ -126,7 +126,6 @@ def _stands(link: SdfLink) -> bool:
 def _touches(
     joint: SdfJoint, index: dict[str, int], label: NDArray[np.int64], fast: set[int]
 ) -> bool:
-    """Return whether a joint connects something to what stands fast."""
     ends = _ends(joint, index) or ()
     return any(i < 0 or int(label[i]) in fast for i in ends)
 
@@ -167,7 +166,6 @@ def _overlaps(links: list[SdfLink], jointed: set[int]) -> NDArray[np.int64]:
 def _on_hinge(
     xml: XmlFile, place: str, links: list[SdfLink], joints: list[SdfJoint], index: dict[str, int]
 ) -> RigidGroup:
-    """Return a group on its hinge, if it has one."""
     if not joints:
         return RigidGroup(links, False)
     kinds = sorted({joint.kind for joint in joints})

@@ -91,7 +91,6 @@ def _read_surface(xml: XmlFile, gazebo: Element, link: str, tags: Tags) -> None:
 
 
 def _controlled(root: Element) -> Iterator[str]:
-    """Yield the joints that a file hands to a velocity controller."""
     for transmission in root.iter("transmission"):
         for joint in transmission.iter("joint"):
             if any("Velocity" in text for text in texts(transmission, "hardwareinterface")):

@@ -65,7 +65,6 @@ class Expansion:
     """One file's expansion; what is missing is left out and noted.
 
     Args:
-        path: The file.
         search: Where packages are looked for.
 
     Attributes:

@@ -19,7 +19,6 @@ class RequestError(ArjunaError):
     """A request that is refused.
 
     Args:
-        code: The result's code.
         problem: What is wrong and what is valid.
 
     Attributes:

@@ -52,7 +52,6 @@ class StepAction(GoalServer):
     """The action simulate_steps: a tick at a time, with progress.
 
     Args:
-        node: The node, being configured.
         state: Returns the present SimulationState constant.
     """
 
@@ -99,7 +98,6 @@ class SimulationServices:
     """Serves what concerns the simulation as a whole.
 
     Args:
-        host: The simulator's node, being configured.
         steps: The action that may be stepping.
         forget: Called when the entities are those of the start again.
     """

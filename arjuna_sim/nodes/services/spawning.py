@@ -30,7 +30,6 @@ class SpawnServices:
     """Serves what brings entities into the world.
 
     Args:
-        host: The simulator's node, being configured.
         known: The entities that are there already.
     """
 

@@ -28,7 +28,6 @@ class WorldServices:
     """Serves what concerns worlds.
 
     Args:
-        host: The simulator's node, being configured.
         forget: Called when the entities of the last world are gone.
     """
 

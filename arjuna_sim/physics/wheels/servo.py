@@ -110,7 +110,6 @@ class ServosAt:
     """Servos at a model's data, whose arrays are looked up once and not every tick.
 
     Args:
-        servos: The servos.
         data: The `mujoco.MjData`.
     """
 
