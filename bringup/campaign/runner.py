@@ -15,13 +15,7 @@ from pathlib import Path
 
 from arjuna_core.config import dotted
 from arjuna_core.files.whole_file import write_atomically
-from bringup.campaign.outcome import (
-    Outcome,
-    figures_of,
-    judged,
-    read_outcome,
-    write_outcome,
-)
+from bringup.campaign.outcome import Outcome, figures_of, judged, read_outcome, write_outcome
 from bringup.campaign.plan import Campaign, CampaignError, Run
 from bringup.processes.child import Child, ChildSpec, describe_exit
 

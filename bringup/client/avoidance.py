@@ -38,12 +38,7 @@ class Decision:
 
 
 def decide(
-    scan: Scan,
-    distance: float,
-    speed: float,
-    turn: float,
-    clear: float = 10.0,
-    own: float = 0.01,
+    scan: Scan, distance: float, speed: float, turn: float, clear: float = 10.0, own: float = 0.01
 ) -> Decision:
     """Return what to do at a scan: drive [m/s] unless something is nearer ahead [m], else turn.
 

@@ -65,10 +65,7 @@ class Goals:
         self._clients: dict[str, Any] = {}
 
     def navigate(
-        self,
-        goal: SE2,
-        timeout: float,
-        progress: Callable[[Any], None] = lambda feedback: None,
+        self, goal: SE2, timeout: float, progress: Callable[[Any], None] = lambda feedback: None
     ) -> GoalEnd:
         """Drive to a pose in the map frame.
 
@@ -86,12 +83,7 @@ class Goals:
         return self._run(Spin, "spin", request, timeout + self._times.answer, lambda feedback: None)
 
     def _run(
-        self,
-        action: Any,
-        name: str,
-        request: Any,
-        timeout: float,
-        progress: Callable[[Any], None],
+        self, action: Any, name: str, request: Any, timeout: float, progress: Callable[[Any], None]
     ) -> GoalEnd:
         if name not in self._clients:
             self._clients[name] = action_client(self._session.client, action, name)
@@ -103,12 +95,7 @@ class _Goal:
     """A goal that is sent until its server has ended it."""
 
     def __init__(
-        self,
-        session: Session,
-        client: Any,
-        name: str,
-        request: Any,
-        times: GoalTimes,
+        self, session: Session, client: Any, name: str, request: Any, times: GoalTimes
     ) -> None:
         self._session, self._client, self._name = session, client, name
         self._request, self._times = request, times

@@ -19,11 +19,7 @@ EXAMPLES = ("campaign campaigns/goals.yaml", "campaign --compare out/one out/oth
 
 def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "file",
-        type=Path,
-        nargs="?",
-        metavar="FILE",
-        help="such as campaigns/demo.yaml",
+        "file", type=Path, nargs="?", metavar="FILE", help="such as campaigns/demo.yaml"
     )
     parser.add_argument(
         "--out", type=Path, metavar="FOLDER", help="where all goes (out/campaigns/ and its name)"

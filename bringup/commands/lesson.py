@@ -14,13 +14,7 @@ if TYPE_CHECKING:
 
 EXAMPLES = ("lesson 1", "lesson 3 --list", "lesson 4 --part 2")
 
-PAGES = {
-    1: "1-arjuna",
-    2: "2-fusion",
-    3: "3-ros2",
-    4: "4-turtlebot3",
-    5: "5-where-am-i",
-}
+PAGES = {1: "1-arjuna", 2: "2-fusion", 3: "3-ros2", 4: "4-turtlebot3", 5: "5-where-am-i"}
 """The pages in docs/tutorial, by the lesson's number."""
 
 

@@ -21,9 +21,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="of the IMU: makes the odometry of wheels and gyro, with its transform",
     )
     names.add_argument(
-        "--wheel-odom",
-        metavar="TOPIC",
-        help="of the wheels' odometry, for --imu (wheel_odom)",
+        "--wheel-odom", metavar="TOPIC", help="of the wheels' odometry, for --imu (wheel_odom)"
     )
     options.add(parser, *options.NODES, "--record", *options.SUPERVISED)
     options.add(parser, "--resume", "--maps-folder", "--seed")

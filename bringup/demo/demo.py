@@ -184,10 +184,7 @@ class Demo:
         self._start_on_map(stem.with_suffix(".yaml"))
         assert last is not None
         self._initial_pose.publish(
-            PoseWithCovarianceStamped(
-                header=header("map", robot.now),
-                pose=_with_covariance(last),
-            )
+            PoseWithCovarianceStamped(header=header("map", robot.now), pose=_with_covariance(last))
         )
         robot.run_until(lambda: self._estimate() is not None, 10.0, "a first AMCL pose")
         robot.run(1.0)

@@ -9,12 +9,7 @@ from contextlib import closing
 from typing import Any
 
 from arjuna_core.errors import ArjunaError, ConfigError
-from bringup.parameters.checking import (
-    merged_sources,
-    problems_of,
-    read_named_files,
-    write_remarks,
-)
+from bringup.parameters.checking import merged_sources, problems_of, read_named_files, write_remarks
 from bringup.parameters.files import (
     EVERY_NODE,
     SAFETY,

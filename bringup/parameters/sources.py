@@ -24,10 +24,7 @@ ROBOT_NAMES: dict[str, dict[str, str]] = {
     "odom_topic": dict.fromkeys(
         ("ekf_filter_node", "controller_server", "velocity_smoother", "bt_navigator"), "odom_topic"
     ),
-    "cmd_vel_topic": {
-        "collision_monitor": "cmd_vel_out_topic",
-        "docking_server": "cmd_vel_topic",
-    },
+    "cmd_vel_topic": {"collision_monitor": "cmd_vel_out_topic", "docking_server": "cmd_vel_topic"},
     "base_frame": {
         "slam_toolbox": "base_frame",
         **dict.fromkeys(("amcl", "collision_monitor"), "base_frame_id"),

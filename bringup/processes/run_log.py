@@ -28,11 +28,7 @@ class RunLog:
     """
 
     def __init__(
-        self,
-        command: str,
-        started: datetime,
-        root: Path | None = None,
-        largest: int = 10_000_000,
+        self, command: str, started: datetime, root: Path | None = None, largest: int = 10_000_000
     ) -> None:
         root = Path.home() / ".arjuna" / "log" if root is None else root
         self._logger = Logger(command)
