@@ -10,12 +10,21 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.config import flatten, load
+from arjuna_core.errors import ArjunaError
 from arjuna_core.files.shipped import shipped_file
 from bringup.cli_parser import parse
 from bringup.parameters.files import for_node
 from bringup.parameters.inputs import gather, groups_of
 from bringup.parameters.sources import ROBOT_NAMES
-from bringup.stack import DEMO_GROUPS, REAL_STACKS
+from bringup.stack import (
+    DEMO_GROUPS,
+    LOCALIZATION_GROUP,
+    NAVIGATION_GROUP,
+    REAL_STACKS,
+    SIM_GROUP,
+    SLAM_GROUP,
+    WORLD_GROUP,
+)
 
 pytestmark = pytest.mark.ros
 
@@ -97,3 +106,21 @@ def test_standard_topics_are_no_names_of_the_robot(tmp_path: Path) -> None:
 
 def test_the_demo_has_all_its_groups_with_slam_too() -> None:
     assert groups_of(Namespace(command="demo", slam=True)) == DEMO_GROUPS
+
+
+def test_a_simulator_of_several_robots_is_a_process_of_its_own() -> None:
+    assert (
+        groups_of(parse(["sim"])) == groups_of(parse(["sim", "--namespace", "a"])) == (SIM_GROUP,)
+    )
+    several = parse(["sim", "--namespace", "a", "--namespace", "b"])
+    assert groups_of(several) == (WORLD_GROUP,)
+    assert groups_of(parse(["nav", "--slam", "--namespace", "a"]))[0] == SLAM_GROUP
+
+
+@pytest.mark.parametrize("given", ["--without-localization", "--without-navigation"])
+def test_one_half_of_the_stack_is_left_out(given: str) -> None:
+    where = [] if given == "--without-localization" else ["--map", "m.yaml"]
+    left = {"--without-localization": NAVIGATION_GROUP, "--without-navigation": LOCALIZATION_GROUP}
+    assert groups_of(parse(["nav", *where, given])) == (left[given],)
+    with pytest.raises(ArjunaError, match="nothing is left to run"):
+        groups_of(parse(["nav", "--without-localization", "--without-navigation"]))

@@ -7,11 +7,12 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.errors import ConfigError
+from arjuna_core.files.shipped import shipped_file
 from bringup.cli_parser import parse
 from bringup.parameters.checking import problems_of
 from bringup.parameters.files import merged, shipped_parameters
 from bringup.parameters.inputs import groups_of
-from bringup.parameters.sources import ROBOT_NAMES, of_names, of_words
+from bringup.parameters.sources import ROBOT_NAMES, of_names, of_options, of_words
 
 pytestmark = pytest.mark.ros
 OPTIONS = {name: f"--{name.replace('_', '-')}" for name in ROBOT_NAMES}
@@ -53,3 +54,40 @@ def test_every_option_is_a_parameter_of_the_nodes_that_run(where: list[str]) -> 
     assert found["collision_monitor"]["base_frame_id"] == "other"
     assert found["collision_monitor"]["cmd_vel_out_topic"] == "other"
     assert "cmd_vel_topic" not in found.get("controller_server", {})
+
+
+def of_line(line: str) -> dict[str, object]:
+    """Return the parameters of `sim` that a command line stands for."""
+    arguments = parse(["sim", *line.split()])
+    return of_options(vars(arguments), groups_of(arguments), {}).get("sim", {})
+
+
+def test_options_are_parameters_of_the_simulator() -> None:
+    assert of_line("") == {}
+    one = of_line("--at 1 -2 --yaw 0.5 --rtf 0 --seed 3 a:=1 --viewer")
+    assert one == {
+        "initial_pose.x": 1.0,
+        "initial_pose.y": -2.0,
+        "initial_pose.yaw": 0.5,
+        "real_time_factor": 0.0,
+        "seed": 3,
+        "robot_arguments": "a:=1",
+        "viewer": True,
+    }
+    file = str(shipped_file("urdf/burger.urdf").resolve())
+    several = of_line(f"--namespace a --namespace b --robot {file} --at 1 2 --at 3 4")
+    assert several["namespaces"] == ["a", "b"]
+    assert several["robots"] == [file, file]
+    assert several["starts"] == [1.0, 2.0, 0.0, 3.0, 4.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("line", "problem"),
+    [
+        ("--at 0 0 --at 1 1", "is given again, but there is one robot"),
+        ("--namespace a --namespace b --at 0 0 --at 1 1 --yaw 1", r"2 .* and 1 headings .* given"),
+    ],
+)
+def test_starts_at_odds_are_refused(line: str, problem: str) -> None:
+    with pytest.raises(ConfigError, match=problem):
+        of_line(line)
