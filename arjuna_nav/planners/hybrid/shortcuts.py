@@ -59,9 +59,9 @@ def driven(
             if i < 0 or not due or bends[k] == bends[i]:
                 continue
             most = values[k] - values[i]
-            price = _price(poses[i], _dubins(poses[i], poses[k], rules), terrain, rules, most)
-            if price < most:
-                values[k], before[k] = values[i] + price, i
+            cost = _cost_of(poses[i], _dubins(poses[i], poses[k], rules), terrain, rules, most)
+            if cost < most:
+                values[k], before[k] = values[i] + cost, i
     return _joined(nodes, rows, poses, before, direct, rules, moves), values[-1]
 
 
@@ -76,7 +76,7 @@ def _dubins(
 
 
 @njit(cache=True)
-def _price(
+def _cost_of(
     pose: NDArray[np.float64],
     curve: NDArray[np.float64],
     terrain: Terrain,
@@ -97,13 +97,13 @@ def _cost_along(
     poses: NDArray[np.float64], length: float, terrain: Terrain, rules: Rules, most: float
 ) -> float:
     """Return what a length along poses costs; inf if `most` or more, or not free."""
-    price = length * rules.straight
+    cost = length * rules.straight
     weight = rules.cost_penalty * length / max(len(poses), 1) / (INSCRIBED - 1)
     for pose in poses:
-        price += weight * cost_at(pose[0], pose[1], pose[2], terrain)
-        if not price < most:
+        cost += weight * cost_at(pose[0], pose[1], pose[2], terrain)
+        if not cost < most:
             return np.inf
-    return price
+    return cost
 
 
 @njit(cache=True)
