@@ -23,7 +23,6 @@ def driven(
     terrain: Terrain,
     rules: Rules,
     moves: Moves,
-    spans: tuple[int, int, int] = (6, 16, 48),
 ) -> tuple[NDArray[np.float64], float]:
     """Return the poses from the start to the goal, `(N, 3)`, and what they cost.
 
@@ -37,7 +36,6 @@ def driven(
         terrain: Where it drives.
         rules: How it drives.
         moves: The pieces.
-        spans: How many pieces a curve replaces; long ones are tried from every eighth part.
 
     Source: dynamic programming over the path's own poses; Dolgov et al., IJRR 2010, section 4, on
         why what the search finds has to be smoothed.
@@ -46,6 +44,7 @@ def driven(
     last = len(rows)
     poses, values = np.vstack((nodes.poses[rows], direct[-1:])), np.zeros(last + 1)
     before, bends = np.arange(-1, last), np.zeros(last + 1, np.int64)
+    spans = (6, 16, 48)  # pieces that a curve replaces; long ones are tried an eighth of it apart
     for k in range(1, last + 1):
         if k < last:
             values[k] = values[k - 1] + nodes.values[rows[k]] - nodes.values[rows[k - 1]]
