@@ -17,7 +17,7 @@ _RIPPLE_CELLS = 0.5  # by which distances between cells' centres fall on a strai
 
 
 def collides(costmap: Costmap, footprint: Footprint, pose: SE2) -> bool:
-    """Tell whether the robot at a pose (of the costmap's frame) touches a lethal cell.
+    """Return whether the robot at a pose (of the costmap's frame) touches a lethal cell.
 
     Leaving the grid counts as a collision; unknown cells do not.
     """
@@ -32,8 +32,8 @@ def first_collision(
     The centre's cost decides where it can: 253 and above collides, below the costmap's
     `circumscribed_cost` nothing does. Between them a polygon's edges are traced. Where the first
     pose already collides, as after a sensor's error, poses that lie no nearer to the nearest lethal
-    cell than the first are let pass until the motion is free, so that a robot can leave a place but
-    never press on. Where the centre itself lies on a lethal cell, or outside the grid, the motion
+    cell than the first are let pass until the motion is free: a robot can leave, but never press
+    on. Where the centre itself lies on a lethal cell, or outside the grid, the motion
     must lead out, to the nearest cell that is free for a centre: a turn on the spot does not.
 
     Args:
@@ -133,7 +133,7 @@ def collides_in_cells(
     circular: bool,
     safe_cost: int,
 ) -> bool:
-    """Tell whether the robot at a pose `(x, y, theta)` of the grid [cells, rad] collides.
+    """Return whether the robot at a pose `(x, y, theta)` of the grid [cells, rad] collides.
 
     The outline's points are in cells; below `safe_cost` at the centre no heading collides.
     """

@@ -45,7 +45,7 @@ class Costmap:
         circumscribed_cost: Cost at the robot's circumscribed radius from an obstacle: below it no
             heading collides. 0 where the inflation does not reach that far.
         clearances: `(256,) float64` how far beyond its inscribed radius the robot is from an
-            obstacle where a cost is [m]; inf where the cost does not tell.
+            obstacle where a cost is [m]; inf where the cost does not show it.
         hits: `(height, width) uint32` where in their cells obstacles lie, as `hit_points` reads
             them; None where only the cells are known.
         moving: What moves: middles and radii in the grid, from its origin, `(K, 3)` [m].
@@ -88,11 +88,7 @@ class Costmap:
         return bool((gaps < reach).any())
 
     def seen_from(self, T_other_frame: SE2) -> Costmap:
-        """Return the same costs with the grid placed in another frame; the data is shared.
-
-        Args:
-            T_other_frame: Maps coordinates of this costmap's frame into the other.
-        """
+        """Return the same costs with the grid placed in another frame; the data is shared."""
         frame = replace(self.frame, origin=T_other_frame @ self.frame.origin)
         return replace(self, frame=frame, T_frame_own=T_other_frame @ self.T_frame_own)
 

@@ -42,7 +42,7 @@ def clearances(cost_scaling_factor: float) -> NDArray[np.float64]:
 
 
 class Inflation:
-    """Spreads cost from lethal cells, exactly by Nav2's formula, at a price that no clutter raises.
+    """Spreads cost from lethal cells, exactly by Nav2's formula, whatever the clutter.
 
     Args:
         radius: Over which cost is spread [m].

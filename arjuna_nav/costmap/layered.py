@@ -20,7 +20,7 @@ from arjuna_nav.costmap.layers.base import Master, moved
 from arjuna_nav.costmap.layers.container import LayerGroup
 from arjuna_nav.costmap.layers.inflation import InflationLayer
 from arjuna_nav.costmap.layers.static import PlacedMap
-from arjuna_nav.costmap.moving.ways import Patch, ways
+from arjuna_nav.costmap.moving.trails import Patch, path_costs
 from arjuna_nav.costmap.window import Window, grown, joined, seen_in, whole
 
 
@@ -52,7 +52,7 @@ class LayeredCostmap:
         self.layers = self._group.layers
         self._stamp = 0.0
         self._changed: Window | None = None
-        self._laid: list[Patch] = []
+        self._overlaid: list[Patch] = []
         self.compose_again()
 
     @property
@@ -111,7 +111,7 @@ class LayeredCostmap:
         """Give what has come from a source to the layer that listens to it.
 
         What sensors have seen counts from the next update on; of a map, a costmap that does not
-        follow the robot takes size and place at once, and keeps the obstacles seen.
+        follow the robot takes size and position at once, and keeps the obstacles seen.
         """
         self.layers[layer].receive(source, value)
         frame = self.layers[layer].frame
@@ -131,7 +131,7 @@ class LayeredCostmap:
             now: Time of the update [s].
         """
         self._stamp = now
-        self._lift()
+        self._remove_overlay()
         before = self._master.frame
         if self._master.config.rolling_window:
             self._move(_rolled(before, T_global_base))
@@ -141,7 +141,7 @@ class LayeredCostmap:
         else:
             self._compose(changed)
         self._note_moving()
-        self._lay()
+        self._overlay()
 
     def clear_entirely(self) -> None:
         """Forget all obstacles seen; the map stays."""
@@ -176,7 +176,7 @@ class LayeredCostmap:
             inflation.clearances() if inflation else clearances(0.0),
             self._master.hits,
         )
-        self._changed, self._laid = whole(frame.shape), []
+        self._changed, self._overlaid = whole(frame.shape), []
 
     def _compose(self, changed: Window | None) -> None:
         """Compose what is within the layers' reach of a change."""
@@ -198,39 +198,39 @@ class LayeredCostmap:
         return costs
 
     def _last_inflation(self) -> InflationLayer | None:
-        """Return the inflation by which costs tell distances, of all but what follows it."""
+        """Return the last inflation, by which costs show distances."""
         inflations = [one for one in self._group.in_use if isinstance(one, InflationLayer)]
         return inflations[-1] if inflations else None
 
     def _note_moving(self) -> None:
-        """Put into the costmap where things are that move."""
+        """Note in the costmap which things move."""
         several = [moving.things for moving in self._master.moving.values() if len(moving.things)]
         if not several and not len(self._costmap.moving):
             return
         things = np.vstack([np.zeros((0, 5)), *several])
-        places = self._master.frame.origin.inverse().apply(things[:, :2])
-        self._costmap = replace(self._costmap, moving=np.column_stack((places, things[:, 4])))
+        points = self._master.frame.origin.inverse().apply(things[:, :2])
+        self._costmap = replace(self._costmap, moving=np.column_stack((points, things[:, 4])))
 
-    def _lay(self) -> None:
-        """Lay the costs of paths over the others; they change by themselves, and are not mixed."""
+    def _overlay(self) -> None:
+        """Overlay the costs of moving things' paths, which change with time alone."""
         radius, frame = self.footprint.inscribed_radius, self._master.frame
         for key, moving in self._master.moving.items():
             since, ahead = self._stamp - moving.stamp, self._master.moving_times[key]
             if not 0.0 <= since <= ahead or not self.layers[key.partition(".")[0]].enabled:
                 continue
-            patch = ways(moving.things, since, ahead, radius, frame)
+            patch = path_costs(moving.things, since, ahead, radius, frame)
             if patch is not None:
                 below = self._costmap.data[patch.window]
-                self._laid.append(Patch(patch.window, below.copy()))
+                self._overlaid.append(Patch(patch.window, below.copy()))
                 np.maximum(below, patch.costs, out=below)
                 self._changed = joined(self._changed, patch.window)
 
-    def _lift(self) -> None:
-        """Take off what was laid over."""
-        for patch in reversed(self._laid):
+    def _remove_overlay(self) -> None:
+        """Restore the costs below the overlay."""
+        for patch in reversed(self._overlaid):
             self._costmap.data[patch.window] = patch.costs
             self._changed = joined(self._changed, patch.window)
-        self._laid = []
+        self._overlaid = []
 
     def _square(self, T_global_base: SE2, edge: float) -> Window:
         frame = self._master.frame

@@ -46,12 +46,7 @@ def seen_in(window: Window, outer: Window) -> Window:
 
 
 def within(window: Window, changed: NDArray[np.bool_]) -> Window | None:
-    """Return the least window that holds all cells that have changed in one, None where none has.
-
-    Args:
-        window: Where the cells lie.
-        changed: Which of them have changed, of the window's shape.
-    """
+    """Return the least window of the cells that have changed in one, None where none has."""
     rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
     if not len(rows):
         return None

@@ -1,4 +1,4 @@
-"""Driving to a pose by the graceful control law, either way round, unless something blocks."""
+"""Driving to a pose by the graceful control law, forwards or backwards, unless blocked."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from arjuna_nav.costmap.footprint import Footprint
 
 @dataclass(frozen=True)
 class ApproachConfig:
-    """How the robot drives to a dock and away, and what it stops before, by Nav2's names."""
+    """Limits of the drive to a dock and away, and of its look ahead, by Nav2's names."""
 
     k_phi: float = param(3.0, "Rate of the heading's error per rate of the distance.", minimum=0.0)
     k_delta: float = param(2.0, "Gain of the steering's error.", minimum=0.0)
@@ -40,7 +40,7 @@ class ApproachConfig:
 
 
 class BlockedError(Exception):
-    """Something is in the way; the message says where."""
+    """An obstacle blocks the path; the message says where."""
 
 
 def towards(
@@ -60,7 +60,7 @@ def towards(
         target: The pose to end at.
         backward: Whether to drive backwards.
         dock: What stands near it belongs to the dock and is no obstacle.
-        costmap: What is in the way, of the same frame; None lets all pass.
+        costmap: Obstacles, of the same frame; None lets all pass.
         footprint: The robot.
 
     Raises:

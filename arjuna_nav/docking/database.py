@@ -31,11 +31,7 @@ class DockConfig:
 
 
 class Dock:
-    """One dock as an entry of the list `docks`.
-
-    Args:
-        config: Its parameters.
-    """
+    """One dock as an entry of the list `docks`."""
 
     Config: ClassVar[type[Any]] = DockConfig
 
@@ -49,7 +45,7 @@ DOCKS = PluginTypes("dock", {_DOCK: "arjuna_nav.docking.database:Dock"}, _DOCK)
 
 @dataclass(frozen=True)
 class DockPlace:
-    """A dock's kind and place.
+    """A dock's kind and pose.
 
     Attributes:
         type: Its kind; empty where there is one kind only.

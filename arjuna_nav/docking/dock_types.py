@@ -16,7 +16,7 @@ from arjuna_core.se2 import SE2
 
 @dataclass(frozen=True)
 class DockSenses:
-    """What shows that the robot stands in a dock.
+    """Evidence that the robot stands in a dock.
 
     Attributes:
         distance: From the robot to the dock's pose [m], None where that pose is not known.
@@ -90,11 +90,7 @@ class SimpleChargingDockConfig(SimpleDockConfig):
 
 
 class DockType:
-    """A kind of docks; this one does not charge, and contact is all there is to sense.
-
-    Args:
-        config: Its parameters.
-    """
+    """A kind of docks; this one does not charge, and contact is all there is to sense."""
 
     Config: ClassVar[type[Any]] = SimpleDockConfig
     charges = False

@@ -76,14 +76,14 @@ class DockingError(enum.IntEnum):
 
 @dataclass(frozen=True)
 class DockingState:
-    """What is known at a tick; poses and costmap are of one fixed frame.
+    """Knowledge at a tick; poses and costmap are of one fixed frame.
 
     Attributes:
         now: Time [s].
         pose: Where the robot is.
         dock: The dock's pose, None where it is not seen.
         senses: What shows contact and charging.
-        costmap: What is in the way.
+        costmap: Obstacles.
         staged: Whether the staging pose was reached; None while it is driven to.
     """
 
@@ -97,7 +97,7 @@ class DockingState:
 
 @dataclass(frozen=True)
 class DockingStep:
-    """What to do until the next tick.
+    """Instructions until the next tick.
 
     Attributes:
         velocity: What to drive; None leaves the wheels to the one who drives to the staging pose.
@@ -113,7 +113,7 @@ class DockingStep:
 
 
 def docked_pose(dock: SE2, backwards: bool) -> SE2:
-    """Return how a robot stands in a dock, whose own direction is the way into it.
+    """Return how a robot stands in a dock, whose own heading leads into it.
 
     It is its own inverse: given how the robot stands, it returns the dock's pose.
     """
@@ -164,12 +164,7 @@ class Docking:
         self.retries = 0
 
     def tick(self, state: DockingState, nominal: SE2) -> DockingStep:
-        """Return what to do.
-
-        Args:
-            state: What is known now.
-            nominal: The dock's pose as it was given, in the same frame.
-        """
+        """Return what to do."""
         if not self._begun:
             return self._begin(state, nominal)
         step = {
@@ -271,7 +266,7 @@ class Docking:
         if at_the_end(config.controller, state.pose, staging, tolerances, backward) is not None:
             return self._enter(DockingPhase.INITIAL_PERCEPTION, state.now)
         if state.now - self._since > config.dock_approach_timeout:
-            message = f"no way back to the staging pose, after: {self._failure}"
+            message = f"no path back to the staging pose, after: {self._failure}"
             raise _FailedError(DockingError.FAILED_TO_CONTROL, message)
         return self._drive(state, staging, backward)
 

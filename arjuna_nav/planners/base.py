@@ -1,4 +1,4 @@
-"""What every global planner is and returns."""
+"""The protocol of global planners, their result, and the list of them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arjuna_nav.costmap.costmap import Costmap
 
 
 class PlanStatus(enum.IntEnum):
-    """How planning ended; the values are nav2_msgs/action/ComputePathToPose's error codes."""
+    """End of planning; the values are nav2_msgs/action/ComputePathToPose's error codes."""
 
     SUCCEEDED = 0
     UNKNOWN = 200

@@ -1,4 +1,4 @@
-"""What is left to the goal from the cells about the way: it guides searches, and bounds them."""
+"""Costs left to the goal from the cells about the best path: they guide and bound searches."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from arjuna_nav.planners.waves.potential import spread
 
 @dataclass(frozen=True, eq=False)
 class Guide:
-    """Where a path is to end, and what is left to there.
+    """The end of a path, and the costs that are left to it.
 
     Attributes:
         end: The goal's cell, or the nearest to it that can be reached.
-        left: `(height, width) float32` what it costs from each cell to the end, inf where that
-            does not matter or no way leads there.
-        whole: Whether it is known from everywhere, not about the likely way alone.
-        price: What it costs from the likeliest start, inf where the end is not the goal.
+        left: `(height, width) float32` cost from each cell to the end, inf where that does not
+            matter or no path leads there.
+        whole: Whether it is known from everywhere, not about the likely path alone.
+        path_cost: Cost from the likeliest start, inf where the end is not the goal.
     """
 
     end: Cell
     left: NDArray[np.float32]
     whole: bool
-    price: float
+    path_cost: float
 
 
 def guide(
@@ -43,7 +43,7 @@ def guide(
 
     Args:
         query: What is asked.
-        costs: What it costs to cross a cell by its value, `(256,) float32`, `NEUTRAL` where free.
+        costs: Cost of crossing a cell by its value, `(256,) float32`, `NEUTRAL` where free.
         seeds: `(N, 3)` row, column and value of the cells where the search begins, the likeliest
             first.
         slack: Of `corridors`; None for a guide from everywhere.

@@ -1,4 +1,4 @@
-"""NavFn: a wave of potential from the robot to the goal, and the way back down."""
+"""NavFn: a wave of potential from the robot to the goal, and the descent back."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from arjuna_nav.planners.waves.corridor import corridors, guided
 from arjuna_nav.planners.waves.descent import descend
 from arjuna_nav.planners.waves.potential import NEUTRAL, spread, traversal_costs
 
-_SLACK, _SLACK_ASTAR = 0.005, 0.0  # of ways that are looked at, over the best estimate
+_SLACK, _SLACK_ASTAR = 0.005, 0.0  # of paths considered, over the best estimate
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,8 @@ class NavFnConfig:
     )
     use_astar: bool = param(
         False,
-        "Whether the wave keeps closer to the estimated way, as A* does: on large maps it is"
-        " faster, and its path at times 1 % dearer.",
+        "Whether the wave keeps closer to the estimated path, as A* does: on large maps it is"
+        " faster, and its path at times 1 % costlier.",
     )
     escape_radius: float = param(
         3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
@@ -80,8 +80,8 @@ class NavFn:
         end = query.reachable_end(potential)
         if end is None:
             return Plan(query.failure(potential))
-        price = float(potential[end]) if end == query.goal_cell else math.inf
-        return Plan(query.answer(descend(potential, end)[::-1]), price)
+        path_cost = float(potential[end]) if end == query.goal_cell else math.inf
+        return Plan(query.answer(descend(potential, end)[::-1]), path_cost)
 
     def _potential(self, query: Query, costs: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the potential about the best path, or of the whole map where that is needed."""
@@ -98,7 +98,7 @@ class NavFn:
 
 
 def _straight(query: Query, costs: NDArray[np.float32]) -> NDArray[np.float64] | None:
-    """Return the straight way `(N, 2)`, half a cell apart, if it crosses the cheapest cells alone.
+    """Return the straight line `(N, 2)`, half a cell apart, if it crosses the cheapest cells alone.
 
     No path is shorter or cheaper, so that no wave need look for one.
     """

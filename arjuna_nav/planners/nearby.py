@@ -25,11 +25,11 @@ class Plan(NamedTuple):
 
     Attributes:
         result: The answer.
-        price: What the path costs, inf where it does not end at the goal.
+        path_cost: Cost of the path, inf where it does not end at the goal.
     """
 
     result: PlanResult
-    price: float = math.inf
+    path_cost: float = math.inf
 
 
 def nearby_first(
@@ -44,7 +44,7 @@ def nearby_first(
     Args:
         plan: Plans on a costmap.
         costmap: All of it.
-        costs: What it costs to cross a cell by its value, `(256,) float32`.
+        costs: Cost of crossing a cell by its value, `(256,) float32`.
         start: Where the robot is.
         goal: Where it is to be.
 
@@ -64,7 +64,9 @@ def nearby_first(
         part = _part(costmap, window)
         if part.data.size < _SHARE * costmap.data.size:
             found = plan(part)
-            if found.price <= _LEAST * float(costs.min()) * math.hypot(math.dist(*ends), 2 * reach):
+            if found.path_cost <= _LEAST * float(costs.min()) * math.hypot(
+                math.dist(*ends), 2 * reach
+            ):
                 return found.result
     return plan(costmap).result
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 
-_DETOUR = 1.0  # of a path over the straight way, up to which it is no loop [m]
+_DETOUR = 1.0  # of a path over the straight line, up to which it is no loop [m]
 
 
 def length(path: NDArray[np.float64]) -> float:
@@ -76,7 +76,7 @@ def remaining(path: NDArray[np.float64], pose: SE2) -> float:
 
 
 def ends_here(path: NDArray[np.float64], pose: SE2) -> bool:
-    """Tell whether a path goes to its end from here, not in a loop that leads back later."""
+    """Return whether a path goes to its end from here, not in a loop that leads back later."""
     straight = float(np.hypot(path[-1, 0] - pose.x, path[-1, 1] - pose.y))
     return length(path) <= straight + _DETOUR
 

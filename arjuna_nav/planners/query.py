@@ -1,4 +1,4 @@
-"""One question to a planner on a grid: where it begins and ends, and how its answer is told."""
+"""A query to a planner on a grid, and the path or failure that answers it."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.planners.base import PlanResult, PlanStatus
+from arjuna_nav.planners.escape import Escape
 from arjuna_nav.planners.waves.potential import reachable, spread, traversal_costs
-from arjuna_nav.planners.way_out import WayOut
 
 Cell = tuple[int, int]
 
@@ -27,7 +27,7 @@ class Query:
         start: Where the robot is.
         goal: Where it is to be.
         goal_cell: The goal's cell.
-        out: Ways from the start to the cells where a robot may be.
+        out: Paths from the start to the cells where a robot may be.
         allow_unknown: Whether paths may cross unknown space.
         tolerance: How far from a blocked goal the path may end [m].
     """
@@ -36,7 +36,7 @@ class Query:
     start: SE2
     goal: SE2
     goal_cell: Cell
-    out: WayOut
+    out: Escape
     allow_unknown: bool
     tolerance: float
 
@@ -44,7 +44,7 @@ class Query:
         """Return the goal's cell, or the reached cell nearest to it within the tolerance.
 
         Args:
-            values: `(height, width)` what it costs to reach each cell, inf where none is known.
+            values: `(height, width)` cost to reach each cell, inf where none is known.
         """
         goal = self.goal_cell
         if math.isfinite(values[goal]):
@@ -67,7 +67,7 @@ class Query:
         Where no cell within the tolerance can be reached, it is 0 in each that can be.
 
         Args:
-            costs: What it costs to cross a cell by its value, `(256,) float32`.
+            costs: Cost of crossing a cell by its value, `(256,) float32`.
             seeds: `(N, 3)` row, column and potential of the cells where the wave begins.
         """
         data = self.costmap.data
@@ -80,29 +80,30 @@ class Query:
         goal_cost = self.costmap.cost_at(self.goal.x, self.goal.y)
         tolerance = f"within {self.tolerance:g} m"
         if _blocks(goal_cost, self.allow_unknown):
-            place = _place("goal", self.goal)
-            message = f"{place} has cost {goal_cost}, nothing reachable {tolerance}"
+            message = (
+                f"{_named('goal', self.goal)} has cost {goal_cost}, nothing reachable {tolerance}"
+            )
             return PlanResult.failed(PlanStatus.GOAL_OCCUPIED, message)
         message = (
-            f"no path from {_place('start', self.start)} to {_place('goal', self.goal)} or "
+            f"no path from {_named('start', self.start)} to {_named('goal', self.goal)} or "
             f"{tolerance}; {int(np.isfinite(values).sum())} cells can be reached"
         )
         return PlanResult.failed(PlanStatus.NO_VALID_PATH, message)
 
-    def answer(self, way: NDArray[np.float64]) -> PlanResult:
+    def answer(self, points: NDArray[np.float64]) -> PlanResult:
         """Return the path along `(N, 2)` rows and columns from an exit of the start to the end."""
-        first = round(way[0, 0]), round(way[0, 1])
-        cells = np.vstack((self.out.to(first), way))
+        first = round(points[0, 0]), round(points[0, 1])
+        cells = np.vstack((self.out.to(first), points))
         frame = self.costmap.frame
-        points = frame.origin.apply((cells[:, ::-1] + 0.5) * frame.resolution)
-        end = round(way[-1, 0]), round(way[-1, 1])
+        metres = frame.origin.apply((cells[:, ::-1] + 0.5) * frame.resolution)
+        end = round(points[-1, 0]), round(points[-1, 1])
         reached = end == self.goal_cell
-        path = _with_ends(points, self.start, self.goal, frame.resolution, reached)
+        path = _with_ends(metres, self.start, self.goal, frame.resolution, reached)
         return PlanResult(PlanStatus.SUCCEEDED, path)
 
 
 class Reach(Protocol):
-    """What planners on a grid have in common of their parameters."""
+    """Parameters that planners on a grid have in common."""
 
     @property
     def allow_unknown(self) -> bool:
@@ -118,14 +119,7 @@ class Reach(Protocol):
 
 
 def ask(reach: Reach, costmap: Costmap, start: SE2, goal: SE2) -> Query | PlanResult:
-    """Return a query, or why there can be no answer.
-
-    Args:
-        reach: Where the path may go and end.
-        costmap: The costs.
-        start: Where the robot is.
-        goal: Where it is to be.
-    """
+    """Return a query, or why there can be no answer."""
     frame = costmap.frame
     start_cell, goal_cell = frame.to_cell(start.x, start.y), frame.to_cell(goal.x, goal.y)
     for cell, pose, name, status in (
@@ -133,22 +127,22 @@ def ask(reach: Reach, costmap: Costmap, start: SE2, goal: SE2) -> Query | PlanRe
         (goal_cell, goal, "goal", PlanStatus.GOAL_OUTSIDE_MAP),
     ):
         if not frame.contains(*cell):
-            return PlanResult.failed(status, f"{_place(name, pose)} lies outside the costmap")
+            return PlanResult.failed(status, f"{_named(name, pose)} lies outside the costmap")
     costs = traversal_costs(reach.allow_unknown)
-    out = WayOut(costmap.data, costs, start_cell, reach.escape_radius / frame.resolution)
+    out = Escape(costmap.data, costs, start_cell, reach.escape_radius / frame.resolution)
     if not len(out.exits):
         cost = costmap.cost_at(start.x, start.y)
-        message = f"{_place('start', start)} has cost {cost} and no way out"
+        message = f"{_named('start', start)} has cost {cost} and no way out"
         return PlanResult.failed(PlanStatus.START_OCCUPIED, message)
     return Query(costmap, start, goal, goal_cell, out, reach.allow_unknown, reach.tolerance)
 
 
-def _place(name: str, pose: SE2) -> str:
+def _named(name: str, pose: SE2) -> str:
     return f"{name} ({pose.x:.2f}, {pose.y:.2f})"
 
 
 def _blocks(cost: int | None, allow_unknown: bool) -> bool:
-    """Tell whether a cost keeps the robot's centre out."""
+    """Return whether a cost keeps the robot's centre out."""
     if cost == UNKNOWN:
         return not allow_unknown
     return cost is not None and cost >= INSCRIBED

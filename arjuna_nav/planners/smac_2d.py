@@ -24,12 +24,12 @@ from arjuna_nav.planners.waves.potential import NEUTRAL
 
 _ACROSS = math.sqrt(2.0)
 _SCALE = np.float32(NEUTRAL)  # of a free cell's cost in a corridor's estimate
-_SLACK = 0.0  # of ways that are looked at on large maps, over the best estimate
+_SLACK = 0.0  # of paths considered on large maps, over the best estimate
 
 
 @dataclass(frozen=True)
 class SmootherConfig:
-    """How a planner smooths its path."""
+    """Smoothing of a planner's path."""
 
     max_iterations: int = param(1000, "Most iterations.", minimum=1)
     w_smooth: float = param(0.3, "Weight of smoothness.", minimum=0.0, maximum=0.49)
@@ -102,8 +102,8 @@ class Smac2D:
             return Plan(PlanResult.failed(PlanStatus.TIMEOUT, message))
         if end is None:
             return Plan(query.failure(values))
-        price = float(values[end]) if end == goal_cell else math.inf
-        return Plan(query.answer(_way(before, end)), price)
+        path_cost = float(values[end]) if end == goal_cell else math.inf
+        return Plan(query.answer(_cells_to(before, end)), path_cost)
 
     def _costs(self) -> NDArray[np.float32]:
         """Return what a cell's length costs by its value, `(256,) float32`."""
@@ -142,7 +142,7 @@ def _a_star(
     limit: int,
     within: Corridor,
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], bool]:
-    """Return what each cell costs until the goal, the cell before it, whether the limit came."""
+    """Return the cost of each cell until the goal, the cell before it, whether the limit came."""
     height, width = data.shape
     values = np.full((height, width), np.inf, np.float32)
     before = np.full((height, width), -1, np.int32)
@@ -183,16 +183,16 @@ def _a_star(
 
 @njit(cache=True)
 def _left(row: int, column: int, goal: tuple[int, int]) -> float:
-    """Return the least that is left to the goal: straight and diagonal steps at no cost."""
+    """Return the octile distance to the goal [cells]."""
     d_r, d_c = abs(row - goal[0]), abs(column - goal[1])
     return max(d_r, d_c) + (math.sqrt(2.0) - 1.0) * min(d_r, d_c)
 
 
-def _way(before: NDArray[np.int32], end: tuple[int, int]) -> NDArray[np.float64]:
+def _cells_to(before: NDArray[np.int32], end: tuple[int, int]) -> NDArray[np.float64]:
     """Return the cells from the seed to the end, `(N, 2)` rows and columns."""
     width = before.shape[1]
     cells = [end[0] * width + end[1]]
     while before.flat[cells[-1]] >= 0:
         cells.append(int(before.flat[cells[-1]]))
-    way = np.array(cells[::-1])
-    return np.column_stack((way // width, way % width)).astype(np.float64)
+    numbers = np.array(cells[::-1])
+    return np.column_stack((numbers // width, numbers % width)).astype(np.float64)

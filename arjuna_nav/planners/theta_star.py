@@ -22,7 +22,7 @@ from arjuna_nav.planners.nearby import Plan, nearby_first
 from arjuna_nav.planners.query import ask
 from arjuna_nav.planners.waves.potential import NEUTRAL
 
-_SLACK = 0.005  # of ways that are looked at on large maps, over the best estimate
+_SLACK = 0.005  # of paths considered on large maps, over the best estimate
 
 
 @dataclass(frozen=True)
@@ -79,8 +79,8 @@ class ThetaStar:
             return Plan(found)
         data, options = costmap.data, (config.w_heuristic_cost / scale, config.how_many_corners)
         parents = _theta_star(data, costs, seeds, found.end, found.left, *options)
-        way = _spaced(_corners(parents, found.end, data.shape[1]))
-        return Plan(query.answer(way), found.price)
+        points = _spaced(_corners(parents, found.end, data.shape[1]))
+        return Plan(query.answer(points), found.path_cost)
 
 
 def _weights(config: ThetaStarConfig) -> NDArray[np.float32]:
@@ -146,7 +146,7 @@ def _look_past(
     values: NDArray[np.float32],
     parents: NDArray[np.int32],
 ) -> None:
-    """Make the parent's parent a cell's parent where the straight line from there is no dearer."""
+    """Make the parent's parent a cell's parent where the straight line from there costs no more."""
     beyond, width = parents[parents[cell]], data.shape[1]
     if beyond == parents[cell]:
         return
@@ -204,8 +204,8 @@ def _corners(parents: NDArray[np.int32], end: tuple[int, int], width: int) -> ND
     cells = [end[0] * width + end[1]]
     while parents[cells[-1]] != cells[-1]:
         cells.append(int(parents[cells[-1]]))
-    way = np.array(cells[::-1])
-    return np.column_stack((way // width, way % width)).astype(np.float64)
+    numbers = np.array(cells[::-1])
+    return np.column_stack((numbers // width, numbers % width)).astype(np.float64)
 
 
 def _spaced(corners: NDArray[np.float64]) -> NDArray[np.float64]:

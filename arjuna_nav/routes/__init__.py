@@ -1,1 +1,1 @@
-"""Routes on a graph of places and the ways between them."""
+"""Routes on a graph."""

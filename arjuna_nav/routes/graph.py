@@ -1,4 +1,4 @@
-"""A graph of places and the ways between them, as a GeoJSON file holds it."""
+"""A graph of nodes and directed edges, as a GeoJSON file holds it."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from arjuna_core.errors import InputFileError
 from arjuna_core.files.whole_file import read_json
 
 Point = tuple[float, float]
-_IDS = 65536  # as many as nav2_msgs can tell apart
+_IDS = 65536  # as many as nav2_msgs can number
 _SHAPES = {"Point", "LineString", "MultiLineString"}
 
 
 @dataclass(frozen=True)
 class Edge:
-    """A way from a node to another, in this direction alone.
+    """A directed edge from a node to another.
 
     Attributes:
         id: Its number.
         start: Number of the node it leaves.
         end: Number of the node it comes to.
-        cost: What it costs, None where that follows from its length.
+        cost: As given, None where it follows from its length.
         length: [m]
         speed_limit: The share of its speed at which the robot drives here.
-        penalty: Added to what it costs.
+        penalty: Added to that.
     """
 
     id: int
@@ -38,8 +38,8 @@ class Edge:
     penalty: float = 0.0
 
     @property
-    def price(self) -> float:
-        """What it costs: as is given, or its length, the dearer the slower, and its penalty.
+    def total_cost(self) -> float:
+        """The given cost, or the length by the speed's share, and the penalty.
 
         Source: nav2_route's DistanceScorer and PenaltyScorer.
         """
@@ -63,10 +63,6 @@ class Graph:
 def read_graph(path: Path, frame: str) -> Graph:
     """Return the graph of a GeoJSON file as nav2_route reads it.
 
-    Args:
-        path: The file.
-        frame: In which its nodes must lie.
-
     Raises:
         InputFileError: It cannot be read, or holds no such graph.
     """
@@ -74,16 +70,16 @@ def read_graph(path: Path, frame: str) -> Graph:
         features = read_json(path)["features"]
         shapes = [(one["geometry"]["type"], one["properties"], one) for one in features]
         nodes = dict(_node(about, one, frame) for kind, about, one in shapes if kind == "Point")
-        ways = [about for kind, about, _ in shapes if kind in _SHAPES - {"Point"}]
-        edges = {edge.id: edge for edge in (_edge(about, nodes) for about in ways)}
+        lines = [about for kind, about, _ in shapes if kind in _SHAPES - {"Point"}]
+        edges = {edge.id: edge for edge in (_edge(about, nodes) for about in lines)}
     except (ValueError, OverflowError, KeyError, TypeError, AttributeError) as error:
-        raise InputFileError(path, f"is no route graph: {_told(error)}") from error
+        raise InputFileError(path, f"is no route graph: {_reason(error)}") from error
     if not nodes:
         raise InputFileError(path, "is no route graph: it has no node, a Point with an 'id'")
     return Graph(nodes, edges)
 
 
-def _told(error: Exception) -> str:
+def _reason(error: Exception) -> str:
     return f"{error} is missing" if isinstance(error, KeyError) else str(error)
 
 
@@ -102,7 +98,7 @@ def _edge(about: dict[str, Any], nodes: dict[int, Point]) -> Edge:
     ends = int(about["startid"]), int(about["endid"])
     for end in ends:
         if end not in nodes:
-            raise ValueError(f"edge {number} joins node {end}, which there is not")
+            raise ValueError(f"edge {number} joins node {end}, which does not exist")
     fixed = about.get("cost") if not about.get("overridable", True) else None
     more = about.get("metadata", {})
     limit, penalty = float(more.get("speed_limit", 1.0)), float(more.get("penalty", 0.0))

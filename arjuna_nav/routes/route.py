@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from arjuna_nav.routes.graph import Edge, Graph, Point
 
 CLOSED = math.inf
-"""The price of an edge that is closed."""
+"""The cost of an edge that is closed."""
 
 
 @dataclass(frozen=True)
 class Route:
-    """A way over nodes.
+    """A sequence of nodes.
 
     Attributes:
         nodes: Numbers of the nodes, at least one.
@@ -33,22 +33,16 @@ class Route:
 
 
 def find_route(
-    graph: Graph, start: int, goal: int, prices: Mapping[int, float] | None = None
+    graph: Graph, start: int, goal: int, costs: Mapping[int, float] | None = None
 ) -> Route | None:
     """Return the cheapest route between two nodes, None where there is none.
 
-    Args:
-        graph: Where to look.
-        start: Number of a node.
-        goal: Number of a node.
-        prices: Of edges whose price is another than the graph's, by number.
-
     Source: Dijkstra, A note on two problems in connexion with graphs, 1959.
     """
-    prices = prices or {}
+    costs = costs or {}
     leaving: dict[int, list[tuple[Edge, float]]] = {}
     for edge in graph.edges.values():
-        leaving.setdefault(edge.start, []).append((edge, prices.get(edge.id, edge.price)))
+        leaving.setdefault(edge.start, []).append((edge, costs.get(edge.id, edge.total_cost)))
     before: dict[int, Edge] = {}
     best, queue, done = {start: 0.0}, [(0.0, start)], set[int]()
     while queue:
@@ -58,8 +52,8 @@ def find_route(
         if node in done:
             continue
         done.add(node)
-        for edge, price in leaving.get(node, ()):
-            value = cost + price
+        for edge, own in leaving.get(node, ()):
+            value = cost + own
             if value < best.get(edge.end, math.inf):
                 best[edge.end], before[edge.end] = value, edge
                 heapq.heappush(queue, (value, edge.end))
@@ -81,8 +75,8 @@ def pruned(
 ) -> Route:
     """Return a route without the ends at which it would lead back.
 
-    The first node is left out where the robot already stands along the way to the second, the last
-    where the goal lies along the way to it.
+    The first node is left out where the robot already stands along the edge to the second, the last
+    where the goal lies along the edge to it.
 
     Args:
         route: The route.
@@ -108,7 +102,7 @@ def pruned(
 
 def _without(route: Route, end: int) -> Route:
     kept = slice(1, None) if end == 0 else slice(None, -1)
-    cost = route.cost - route.edges[end].price
+    cost = route.cost - route.edges[end].total_cost
     return replace(route, nodes=route.nodes[kept], edges=route.edges[kept], cost=max(cost, 0.0))
 
 
@@ -136,7 +130,7 @@ def path_along(route: Route, graph: Graph, spacing: float) -> NDArray[np.float64
 
 
 class Tracker:
-    """Tells which nodes of a route are behind the robot.
+    """Tracks which nodes of a route are behind the robot.
 
     Args:
         route: The route.
@@ -145,7 +139,7 @@ class Tracker:
         end_radius: How near to the last node it has come there [m].
 
     Source: nav2_route, RouteTracker: a node is passed within the radius where the line across the
-        way, midway between the edges that meet there, is.
+        route, midway between the edges that meet there, is.
     """
 
     def __init__(self, route: Route, graph: Graph, radius: float, end_radius: float) -> None:
@@ -180,7 +174,7 @@ class Tracker:
         return self._passed == len(self._route.nodes)
 
     def update(self, x: float, y: float) -> bool:
-        """Take note of where the robot is; tell whether it has passed a node."""
+        """Take note of where the robot is; return whether it has passed a node."""
         before = self._passed
         while not self.done and self._is_passed(x, y):
             self._passed += 1
@@ -192,8 +186,8 @@ class Tracker:
         off = np.array([x, y]) - here
         if k == len(nodes) - 1:
             return math.hypot(*off) <= self._end_radius
-        ways = [np.array(self._graph.nodes[nodes[k + 1]]) - here]
+        steps = [np.array(self._graph.nodes[nodes[k + 1]]) - here]
         if k > 0:
-            ways.append(here - np.array(self._graph.nodes[nodes[k - 1]]))
-        across = sum(way / max(math.hypot(*way), 1e-9) for way in ways)
+            steps.append(here - np.array(self._graph.nodes[nodes[k - 1]]))
+        across = sum(step / max(math.hypot(*step), 1e-9) for step in steps)
         return math.hypot(*off) <= self._radius and float(off @ across) >= 0.0

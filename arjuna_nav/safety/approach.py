@@ -22,7 +22,7 @@ _VELOCITY_PARTS = (1.0, 0.7, 0.4, 0.2, 0.0)
 
 @dataclass(frozen=True)
 class ApproachConfig:
-    """How far ahead a zone that approaches looks; from `leave_obstacles` on not Nav2's."""
+    """Limits of a zone that approaches; from `leave_obstacles` on not Nav2's."""
 
     time_before_collision: float = param(2.0, "Time kept.", unit="s", minimum=0.01)
     simulation_time_step: float = param(0.1, "Step of looking ahead.", unit="s", minimum=0.001)

@@ -34,7 +34,7 @@ class MonitorConfig:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What may be driven, and why it is not what was asked.
+    """The velocity that may be driven, and why it is not the commanded one.
 
     Attributes:
         velocity: What may be driven.
@@ -63,7 +63,7 @@ class CollisionMonitor:
     def __init__(self, config: MonitorConfig, sources: Sequence[str] = ()) -> None:
         used = {n: one for n in config.polygons if (one := getattr(config, n)).enabled}
         self.zones: dict[str, Zone] = {name: ZONES.make(one) for name, one in used.items()}
-        self._heeded = {
+        self._sources = {
             name: np.isin(np.array(sources, dtype=object), one.sources_names)
             for name, one in used.items()
             if one.sources_names
@@ -73,7 +73,7 @@ class CollisionMonitor:
         """Return what may be driven of a velocity by a robot that has a footprint."""
         verdict, least = Verdict(velocity), 1.0
         for name, zone in self.zones.items():
-            ratio = zone.allowed(velocity, self._heeded_by(name, sight), footprint)
+            ratio = zone.allowed(velocity, self._of_sources(name, sight), footprint)
             if zone.action is Action.STOP and ratio == 0.0:
                 return Verdict(STILL, Action.STOP, name)
             if ratio < least:
@@ -88,10 +88,10 @@ class CollisionMonitor:
         The velocity chooses the shape of those that have several.
         """
         return {
-            name: zone.counts(velocity, self._heeded_by(name, sight), footprint)
+            name: zone.counts(velocity, self._of_sources(name, sight), footprint)
             for name, zone in self.zones.items()
         }
 
-    def _heeded_by(self, name: str, sight: Sight) -> Sight:
-        """Return what a zone heeds."""
-        return sight.at(self._heeded[name][sight.sources]) if name in self._heeded else sight
+    def _of_sources(self, name: str, sight: Sight) -> Sight:
+        """Return what the sources that a zone names see."""
+        return sight.at(self._sources[name][sight.sources]) if name in self._sources else sight

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 
 class Sight(NamedTuple):
-    """What is seen from where the robot is now.
+    """Points seen from the robot's present pose.
 
     Attributes:
         points: `(N, 2) float64` in the base frame [m].

@@ -62,9 +62,6 @@ class SmoothingConfig:
 class VelocitySmoother:
     """Follows the last command as fast as the limits allow.
 
-    Args:
-        config: Limits.
-
     Source: nav2_velocity_smoother, VelocitySmoother::smootherTimer.
     """
 

@@ -18,7 +18,7 @@ from arjuna_nav.safety.sight import Sight
 
 
 class Action(enum.IntEnum):
-    """What a zone does to a velocity; the values are nav2_msgs/msg/CollisionMonitorState's."""
+    """Effect of a zone on a velocity; the values are nav2_msgs/msg/CollisionMonitorState's."""
 
     DO_NOTHING = 0
     STOP = 1
@@ -64,7 +64,7 @@ class ZoneConfig(ApproachConfig):
 
     @property
     def least(self) -> int:
-        """How many points within make the zone count."""
+        """Least number of points within that makes the zone count."""
         return self.min_points if self.max_points < 0 else self.max_points + 1
 
     def problem(self) -> str:
@@ -213,11 +213,7 @@ class VelocityPartConfig:
 
 
 class VelocityPart:
-    """One shape of a velocity polygon, as an entry of its list.
-
-    Args:
-        config: Its parameters.
-    """
+    """One shape of a velocity polygon, as an entry of its list."""
 
     Config: ClassVar[type[Any]] = VelocityPartConfig
 
@@ -253,9 +249,6 @@ class VelocityPolygonConfig(ZoneConfig):
 
 class VelocityPolygonZone(Zone):
     """A zone whose shape is chosen by the velocity; the last one stays where none holds it.
-
-    Args:
-        config: Its parameters.
 
     Source: nav2_collision_monitor, VelocityPolygon::updatePolygon.
     """

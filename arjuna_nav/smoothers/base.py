@@ -1,4 +1,4 @@
-"""What smoothing a path returns."""
+"""The protocol of smoothers, their result, and the list of them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from arjuna_nav.planners.relaxation import touches
 
 
 class SmoothStatus(enum.IntEnum):
-    """How smoothing ended; the values are nav2_msgs/action/SmoothPath's error codes."""
+    """End of smoothing; the values are nav2_msgs/action/SmoothPath's error codes."""
 
     SUCCEEDED = 0
     UNKNOWN = 500

@@ -29,9 +29,6 @@ class SimpleSmootherConfig:
 class SimpleSmoother:
     """Pulls each point to its neighbours' middle and to where it was; both ends stay.
 
-    Args:
-        config: Weights and limits.
-
     Source: nav2_smoother, SimpleSmoother; Thrun, path smoothing by gradient descent.
     """
 
@@ -63,9 +60,6 @@ class SavitzkyGolayConfig:
 
 class SavitzkyGolaySmoother:
     """Fits a running quadratic: takes noise off and keeps the form; both ends stay.
-
-    Args:
-        config: How often.
 
     Source: Savitzky and Golay, Analytical Chemistry 36, 1964; nav2_smoother.
     """

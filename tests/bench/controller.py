@@ -1,4 +1,4 @@
-"""What a command of each controller costs, on one core, and how it drives a slalom."""
+"""Times of each controller's commands on one core, and its drive through a slalom."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a change of a costmap costs: a scan on a large map, in a rolling window, all of it anew."""
+"""Times of costmap updates: a scan on a large map, in a rolling window, and all of it again."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _rolling() -> LayeredCostmap:
 
 
 def _scans(layered: LayeredCostmap, repeats: int) -> float:
-    """Return the median time [ms] of an update by a scan that differs, from a place that moves."""
+    """Return the median time [ms] of an update by a scan that differs, from a moving pose."""
     rng = np.random.default_rng(1)
     smooth = 2.0 + np.sin(np.linspace(0.0, 8.0 * math.pi, _BEAMS))
 

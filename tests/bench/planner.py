@@ -97,16 +97,16 @@ def against_arrays(repeats: int) -> dict[str, dict[str, float]]:
         peer = ArrayNavFn(library, course.costmap.data.shape)
         ends = [SE2(*course.costmap.frame.to_point(*c)) for c in (course.start, course.goal)]
         cells = course.start, course.goal, course.astar
-        times, path, way = [], np.empty((0, 3)), np.empty((0, 2))
+        times, path, other = [], np.empty((0, 3)), np.empty((0, 2))
         for _ in range(repeats + 1):
             before = time.process_time()
             path = planner.plan(course.costmap, *ends).path
             between = time.process_time()
-            way = peer.plan(course.costmap.data, *cells)
+            other = peer.plan(course.costmap.data, *cells)
             times.append((between - before, time.process_time() - between))
         peer.close()
         ours, theirs = (1e3 * float(t) for t in np.median(times[1:], axis=0))
-        lengths = [float(np.hypot(*np.diff(p[:, :2], axis=0).T).sum()) for p in (path, way)]
+        lengths = [float(np.hypot(*np.diff(p[:, :2], axis=0).T).sum()) for p in (path, other)]
         row = {"ms": ours, "arrays_ms": theirs, "ratio": ours / theirs}
         result[name] = {**row, "m": lengths[0], "arrays_m": lengths[1] * RESOLUTION}
         print(
@@ -125,7 +125,7 @@ def _large(size: int, seed: int, repeats: int) -> dict[str, tuple[float, float]]
     for name, planner in PLANNERS.items():
         spent, result = math.inf, planner.plan(costmap, start, goal)
         if result.status is not PlanStatus.SUCCEEDED:
-            raise InputFileError(Path(f"seed {seed}"), f"{name} found no way: {result.message}")
+            raise InputFileError(Path(f"seed {seed}"), f"{name} found no path: {result.message}")
         for _ in range(repeats):
             before = time.process_time()
             planner.plan(costmap, start, goal)

@@ -19,7 +19,7 @@ _STOCK = (
 
 @dataclass(frozen=True)
 class CriticConfig:
-    """What every critic has."""
+    """Parameters of every critic."""
 
     enabled: bool = param(True, "Whether the critic counts.")
     cost_power: int = param(1, "Power of its cost.", minimum=0, maximum=100)
@@ -63,7 +63,7 @@ class CostConfig(CriticConfig):
 
 @dataclass(frozen=True)
 class ObstaclesConfig(CriticConfig):
-    """Scores the distance from obstacles that the costs tell."""
+    """Scores the distance from obstacles by the costs."""
 
     consider_footprint: bool = param(False, "Whether the outline counts, else the centre.")
     repulsion_weight: float = param(1.5, "Weight of being near obstacles.", minimum=0.0)
@@ -77,7 +77,7 @@ class ObstaclesConfig(CriticConfig):
         minimum=0,
     )
     inflation_cost_scaling_factor: float = param(
-        3.0, "The costmap's cost_scaling_factor, where it tells none.", unit="1/m", minimum=0.01
+        3.0, "The costmap's cost_scaling_factor, where it has none.", unit="1/m", minimum=0.01
     )
 
 
@@ -148,7 +148,7 @@ class MppiConfig:
     vx_std: float = param(0.2, "Deviation of the speeds tried.", unit="m/s", minimum=1e-3)
     wz_std: float = param(0.4, "Deviation of the yaw rates tried.", unit="rad/s", minimum=1e-3)
     noise_time: float = param(
-        0.3, "How long what is tried hangs together; 0 for Nav2's white noise.", unit="s", minimum=0
+        0.3, "Correlation time of the noise; 0 for Nav2's white noise.", unit="s", minimum=0
     )
     motion_model: str = param("DiffDrive", "How the robot moves.", choices=("DiffDrive",))
     prune_distance: float = param(
@@ -160,9 +160,10 @@ class MppiConfig:
     max_robot_pose_search_dist: float = param(
         2.5, "How far along the path the robot is looked for; below 0 all along.", unit="m"
     )
-    retry_attempt_limit: int = param(1, "Tries anew where every rollout collides.", minimum=0)
+    retry_attempt_limit: int = param(1, "Further tries where every rollout collides.", minimum=0)
     open_loop: bool = param(
-        False, "Whether it goes on from the velocity commanded last, else from the measured one."
+        False,
+        "Whether rollouts start from the last command, else from the measured velocity.",
     )
     regenerate_noises: bool = param(False, "Whether each command has its own noise.")
     seed: int = param(0, "Seed of the noise.", minimum=0)

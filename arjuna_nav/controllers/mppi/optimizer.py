@@ -34,9 +34,6 @@ Judge = Callable[[Rollouts], tuple[Array, bool]]
 class Optimizer:
     """Keeps the best controls found and makes them better.
 
-    Args:
-        config: Parameters.
-
     Source: Williams, Drews, Goldfain, Rehg and Theodorou, Aggressive driving with model predictive
         path integral control, ICRA 2016; nav2_mppi_controller. The noise is correlated in time as
         in Vlahov et al., Low frequency sampling in model predictive path integral control, 2024:
@@ -79,7 +76,7 @@ class Optimizer:
         """Roll out noisy controls."""
         config, noise_v, noise_w = self._config, self._noise_v, self._noise_w
         batch = config.batch_size
-        if config.regenerate_noises:  # of three times as much noise a part: a hundred times faster
+        if config.regenerate_noises:  # a window of the spare noise: new noise would cost more
             at_v, at_w = self._rng.integers((_SPARE - 1) * batch, size=2)
             noise_v = np.ascontiguousarray(noise_v[:, at_v : at_v + batch])
             noise_w = np.ascontiguousarray(noise_w[:, at_w : at_w + batch])
@@ -125,7 +122,7 @@ class Optimizer:
 
 @njit(cache=True)
 def _smoothed(before: NDArray[np.float64], values: Array, low: float, high: float) -> Array:
-    """Return values by a running quadratic, within limits; their last one goes on."""
+    """Return values by a running quadratic, within limits; their last one repeats."""
     result, count = np.empty_like(values), len(values)
     for i in range(count):
         total = 0.0
@@ -139,7 +136,7 @@ def _smoothed(before: NDArray[np.float64], values: Array, low: float, high: floa
 
 @njit(cache=True)
 def _later(values: Array, steps: float) -> Array:
-    """Return the values so many steps on, linear between them; the last one goes on."""
+    """Return the values so many steps on, linear between them; the last one repeats."""
     result, last = np.empty_like(values), len(values) - 1
     whole = math.floor(steps)
     part = steps - whole

@@ -108,17 +108,17 @@ def _gaps(
     """
     x, y = rollouts.x, rollouts.y
     steps, batch = x.shape
-    way, total = np.zeros(batch, np.float32), np.zeros(batch, np.float32)
+    travelled, total = np.zeros(batch, np.float32), np.zeros(batch, np.float32)
     count, index = np.zeros(batch, np.float32), np.zeros(batch, np.int32)
     last = len(path) - 1
     for t in range(step, steps, step):
-        _add_steps(x[t - step], y[t - step], x[t], y[t], way)
+        _add_steps(x[t - step], y[t - step], x[t], y[t], travelled)
         for b in range(batch):
             i = index[b]
-            while i < last and along[i + 1] <= way[b]:
+            while i < last and along[i + 1] <= travelled[b]:
                 i += 1
             index[b] = i
-            if i < last and along[i + 1] - way[b] < way[b] - along[i]:
+            if i < last and along[i + 1] - travelled[b] < travelled[b] - along[i]:
                 i += 1
             if free[i]:
                 dx, dy = x[t, b] - path[i, 0], y[t, b] - path[i, 1]
@@ -134,8 +134,8 @@ def _gaps(
 
 
 @njit(cache=True, fastmath=True)
-def _add_steps(x0: Array, y0: Array, x1: Array, y1: Array, way: Array) -> None:
+def _add_steps(x0: Array, y0: Array, x1: Array, y1: Array, travelled: Array) -> None:
     """Add the lengths of steps, by vectors."""
-    for b in range(len(way)):
+    for b in range(len(travelled)):
         dx, dy = x1[b] - x0[b], y1[b] - y0[b]
-        way[b] += math.sqrt(dx * dx + dy * dy)
+        travelled[b] += math.sqrt(dx * dx + dy * dy)

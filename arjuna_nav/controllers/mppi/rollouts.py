@@ -17,7 +17,7 @@ _F = np.float32
 
 
 class Rollouts(NamedTuple):
-    """What every rollout does, seen from the robot's present pose.
+    """Motions of all rollouts, seen from the robot's present pose.
 
     Attributes:
         v: Speeds [m/s].
@@ -35,7 +35,7 @@ class Rollouts(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """What the drive can do."""
+    """Limits of the drive."""
 
     v_min: float
     v_max: float
@@ -81,11 +81,11 @@ def roll_out(
     dt: float,
     out: Rollouts,
 ) -> None:
-    """Write where controls take the robot that now drives `(v0, w0)`.
+    r"""Write where controls take the robot that now drives `(v0, w0)`.
 
     A step's velocity is the control before it, as near as the limits allow. Headings turn by
-    a polynomial of sine and cosine a step: 40 times faster than the library's, exact to 1e-7. Each
-    loop has a few rows alone, or the compiler does not make vectors of it (`bench controller`).
+    a polynomial of sine and cosine a step, exact to 1e-7\. Each loop has a few rows alone, or the
+    compiler does not vectorize it \(`bench controller` times a command\).
     """
     steps, batch = controls_v.shape
     step, turn = _F(dt), _F(limits.accel_w * dt)

@@ -1,1 +1,1 @@
-"""What a costmap is made of: one file a layer, the registry of all, and what they share."""
+"""Layers of a costmap, a file each, and the list of them."""

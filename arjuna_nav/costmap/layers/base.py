@@ -1,4 +1,4 @@
-"""What a layer of a costmap is, and what the layers of one costmap share."""
+"""The protocol of a costmap's layers, and the state that they share."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _no_transform(target: str, source: str) -> SE2:
 
 @dataclass
 class Master:
-    """What the layers of a costmap share.
+    """State that the layers of a costmap share.
 
     Attributes:
         config: The costmap's parameters.
@@ -108,12 +108,12 @@ class Layer(Protocol):
 
     @property
     def reach(self) -> int:
-        """How far a changed cell below changes cells of this layer [cells]."""
+        """Distance over which a changed cell below changes this layer [cells]."""
         return 0
 
     @property
     def frame(self) -> GridFrame | None:
-        """Where the costmap has to lie for it, if it does not follow the robot; None for any."""
+        """The grid it needs of a costmap that does not follow the robot; None for any."""
         return None
 
     def inputs(self) -> tuple[Input, ...]:
@@ -179,12 +179,6 @@ class Layer(Protocol):
 class SensedLayer(Layer):
     """Keeps what sensors have seen on a grid of its own.
 
-    Args:
-        config: Parameters.
-        name: Its name.
-        master: What it shares with the others.
-        untouched: What a cell holds that no sensor has seen.
-
     Attributes:
         data: `(height, width) uint8`.
     """
@@ -193,7 +187,7 @@ class SensedLayer(Layer):
         super().__init__(config, name, master)
         self._untouched = untouched
         self._received: dict[str, list[Any]] = {one.source: [] for one in self.inputs()}
-        self._heard = dict.fromkeys(self._received, -math.inf)
+        self._received_at = dict.fromkeys(self._received, -math.inf)
         self.data: NDArray[np.uint8] = np.full(master.frame.shape, untouched, dtype=np.uint8)
 
     def receive(self, source: str, value: Any) -> None:
@@ -203,7 +197,7 @@ class SensedLayer(Layer):
     def start(self, now: float) -> None:
         """Begin at a time [s]: no source is silent yet."""
         self._received = {source: [] for source in self._received}
-        self._heard = dict.fromkeys(self._heard, now)
+        self._received_at = dict.fromkeys(self._received_at, now)
 
     def move(self, frame: GridFrame) -> None:
         """Continue in another grid of the same resolution; what both cover is kept."""
@@ -227,15 +221,15 @@ class SensedLayer(Layer):
         """Return what has come since the last update [s], by source."""
         received = self._received
         self._received = {source: [] for source in received}
-        self._heard |= {source: now for source, values in received.items() if values}
+        self._received_at |= {source: now for source, values in received.items() if values}
         return received
 
     def _window(self, boxes: Sequence[tuple[SE2, float]]) -> Window:
         """Return the cells within given distances of poses [m]."""
         frame = self.master.frame
-        places = frame.origin.inverse().apply(np.array([(p.x, p.y) for p, _ in boxes]))
+        points = frame.origin.inverse().apply(np.array([(p.x, p.y) for p, _ in boxes]))
         reach = np.array([[radius] for _, radius in boxes])
-        low, high = (places - reach).min(axis=0), (places + reach).max(axis=0)
+        low, high = (points - reach).min(axis=0), (points + reach).max(axis=0)
         x0, y0 = (math.floor(v / frame.resolution) - 1 for v in low.tolist())
         x1, y1 = (math.ceil(v / frame.resolution) + 1 for v in high.tolist())
         return clipped(y0, y1, x0, x1, self.data.shape)

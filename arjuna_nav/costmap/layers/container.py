@@ -66,12 +66,12 @@ class LayerGroup(Layer):
 
     @property
     def reach(self) -> int:
-        """How far a changed cell changes others [cells]."""
+        """Distance over which a changed cell changes others [cells]."""
         return sum(layer.reach for layer in self.in_use)
 
     @property
     def frame(self) -> GridFrame | None:
-        """Where the costmap has to lie for the last of its layers that needs that."""
+        """The grid that the last of its layers needs that needs one."""
         frames = [layer.frame for layer in self.layers.values() if layer.frame is not None]
         return frames[-1] if frames else None
 

@@ -34,7 +34,7 @@ class FilterConfig:
 
 @dataclass(frozen=True)
 class FilterInfo:
-    """What a mask means: `base + multiplier * value`.
+    """Meaning of a mask's values: `base + multiplier * value`.
 
     Attributes:
         type: Of the filter: 0 keeps out, 1 limits the speed in per cent, 2 in m/s, 3 switches.
@@ -198,7 +198,7 @@ def _is_zone(costs: NDArray[np.uint8]) -> NDArray[np.bool_]:
 
 
 def _costs_of(data: NDArray[Any]) -> NDArray[np.uint8]:
-    """Return what a mask's values cost, `uint8`."""
+    """Return the costs of a mask's values, `uint8`."""
     costs = np.round(data.astype(np.float64) * LETHAL / 100.0)
     return np.where(data == UNKNOWN_MASK, UNKNOWN, costs).astype(np.uint8)
 

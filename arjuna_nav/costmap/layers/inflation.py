@@ -51,7 +51,7 @@ class InflationLayer(Layer):
 
     @property
     def reach(self) -> int:
-        """How far cost spreads [cells]."""
+        """Distance over which cost spreads [cells]."""
         return self._inflation.reach
 
     def write(self, costs: NDArray[np.uint8], window: Window) -> None:
@@ -68,7 +68,7 @@ class InflationLayer(Layer):
         self._inflation = self._make(self.master.frame.resolution)
 
     def circumscribed_cost(self) -> int:
-        """Return the cost below which no heading collides, 0 where the inflation does not tell."""
+        """Return the cost below which no heading collides, 0 beyond the inflation's reach."""
         outline, cell = self.master.footprint, self.master.frame.resolution
         radius = outline.circumscribed_radius + cell  # centres of cells against corners of cells
         if radius > self.config.inflation_radius:

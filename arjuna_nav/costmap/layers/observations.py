@@ -1,4 +1,4 @@
-"""What the sources of an obstacle layer are, and what they see."""
+"""Sources of obstacle layers, and the scans and clouds that they bring."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class SourceConfig:
 
     @property
     def reach(self) -> float:
-        """How far from its sensor it changes cells [m]."""
+        """Distance from its sensor up to which it changes cells [m]."""
         return max(self.raytrace_max_range, self.obstacle_max_range)
 
 

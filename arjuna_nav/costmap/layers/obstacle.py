@@ -25,7 +25,7 @@ from arjuna_nav.costmap.layers.observations import (
     used_points,
 )
 from arjuna_nav.costmap.moving.tracker import Moving, Tracker
-from arjuna_nav.costmap.moving.ways import free_trails
+from arjuna_nav.costmap.moving.trails import free_trails
 from arjuna_nav.costmap.raytrace import enter_points, enter_scan, fill_polygon
 from arjuna_nav.costmap.window import Window, joined, within
 
@@ -40,7 +40,7 @@ class ObstacleConfig:
     """Parameters of the obstacle layer; those of each source stand below its name."""
 
     enabled: bool = param(True, "Whether the layer takes part.")
-    footprint_clearing_enabled: bool = param(True, "Whether the robot's own place is set free.")
+    footprint_clearing_enabled: bool = param(True, "Whether cells under the robot are set free.")
     min_obstacle_height: float = param(0.0, "Lowest point that marks.", unit="m")
     max_obstacle_height: float = param(2.0, "Highest point that marks.", unit="m")
     combination_method: int = param(
@@ -97,7 +97,7 @@ class ObstacleLayer(SensedLayer):
     def problem(self, now: float) -> str:
         """Return which source has been silent for longer than is allowed; empty for none."""
         for name, source in self.sources.items():
-            silent = now - self._heard[name]
+            silent = now - self._received_at[name]
             if 0.0 < source.expected_update_rate < silent:
                 what = "scan" if source.data_type == "LaserScan" else "cloud"
                 return f"no {what} on {absolute(source.topic)} for {silent:.2f} s"
@@ -121,7 +121,7 @@ class ObstacleLayer(SensedLayer):
         self._kept = {source: [] for source in self._kept}
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
-        """Enter what was seen, then set the robot's own place free."""
+        """Enter what was seen, then set the cells under the robot free."""
         outline, self._left = self.master.footprint, None
         batches = self._batches(now)
         self._free_trails_of_others()
@@ -249,12 +249,12 @@ class ObstacleLayer(SensedLayer):
     ) -> None:
         """Do the same by points: those of a cloud, or the ends of a scan's beams."""
         limits, is_scan = self._limits(source), isinstance(seen, PlacedScan)
-        places = self._in_grid(seen, source) if isinstance(seen, PlacedCloud) else None
+        points = self._in_grid(seen, source) if isinstance(seen, PlacedCloud) else None
         for clears in (True,) * clearing + (False,) * marking:
             if isinstance(seen, PlacedScan):
-                places = self._in_grid(as_cloud(seen, source, clears), source)
-            assert places is not None
-            self._enter_points(places[0], places[1:], limits, clears, is_scan)
+                points = self._in_grid(as_cloud(seen, source, clears), source)
+            assert points is not None
+            self._enter_points(points[0], points[1:], limits, clears, is_scan)
 
     def _enter_points(
         self,
@@ -266,7 +266,7 @@ class ObstacleLayer(SensedLayer):
     ) -> None:
         """Clear along the rays to points, or mark the points; args as of `enter_points`.
 
-        `precise` says whether the points tell where in their cells things lie.
+        `precise`: whether points show where in their cells things lie.
         """
         enter_points(self.data, sensor, points, limits, clearing)
 
@@ -278,12 +278,12 @@ class ObstacleLayer(SensedLayer):
     def _in_grid(self, seen: PlacedCloud, source: SourceConfig) -> NDArray[np.float64]:
         """Return the sensor and the points between the source's heights, `(1 + N, 3)` in cells."""
         (edge, bottom), frame = self._edges, self.master.frame
-        places: NDArray[np.float64]
-        places = np.vstack((seen.cloud.sensor, used_points(seen, source)))
-        places[:, :2] = (frame.origin.inverse() @ seen.T_global_base).apply(places[:, :2])
-        places[:, 2] -= bottom
-        places /= np.array([frame.resolution, frame.resolution, edge])
-        return places
+        points: NDArray[np.float64]
+        points = np.vstack((seen.cloud.sensor, used_points(seen, source)))
+        points[:, :2] = (frame.origin.inverse() @ seen.T_global_base).apply(points[:, :2])
+        points[:, 2] -= bottom
+        points /= np.array([frame.resolution, frame.resolution, edge])
+        return points
 
     def _limits(self, source: SourceConfig) -> NDArray[np.float64]:
         """Return what bounds clearing and marking, in cells as `enter_points` takes it."""

@@ -1,4 +1,4 @@
-"""Which layers there are, by Nav2's class names."""
+"""The list of layers, by Nav2's class names."""
 
 from __future__ import annotations
 

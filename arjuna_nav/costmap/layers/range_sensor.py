@@ -78,10 +78,10 @@ class RangeSensorLayer(SensedLayer):
 
     def problem(self, now: float) -> str:
         """Return that all sensors have been silent for longer than is allowed; empty if not."""
-        silent = now - max(self._heard.values(), default=now)
+        silent = now - max(self._received_at.values(), default=now)
         if not 0.0 < self.config.no_readings_timeout < silent:
             return ""
-        return f"no range on {', '.join(map(absolute, self._heard))} for {silent:.2f} s"
+        return f"no range on {', '.join(map(absolute, self._received_at))} for {silent:.2f} s"
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
         """Enter readings in order of their stamps."""
@@ -196,7 +196,7 @@ def _span(corners: NDArray[np.float64], tip: float, cell: float, size: int) -> t
 
 @njit(cache=True)
 def _within(x: float, y: float, corners: NDArray[np.float64], inflate: float) -> bool:
-    """Tell whether a place lies in a triangle, or beside it by a share of its area."""
+    """Return whether a point lies in a triangle, or beside it by a share of its area."""
     (ox, oy), (ax, ay), (bx, by) = corners[0], corners[1], corners[2]
     area = abs((ax - ox) * (by - oy) - (bx - ox) * (ay - oy))
     for x0, y0, x1, y1 in ((ax, ay, bx, by), (bx, by, ox, oy), (ox, oy, ax, ay)):
@@ -209,11 +209,11 @@ def _within(x: float, y: float, corners: NDArray[np.float64], inflate: float) ->
 def _sensor_model(
     measured: float, at: float, off: float, half: float, fades: float, cell: float
 ) -> float:
-    """Return how likely a reading makes it that a place is occupied, 0.5 where it says nothing.
+    """Return how likely a reading makes it that a point is occupied, 0.5 where it says nothing.
 
     Args:
         measured: The reading [m].
-        at: The place's distance from the sensor [m].
+        at: The point's distance from the sensor [m].
         off: Its angle off the cone's axis [rad].
         half: Half the cone's angle [rad].
         fades: Distance beyond which the sensor is believed less [m].

@@ -58,7 +58,7 @@ def interpret_map(data: NDArray[np.int8], config: CostmapConfig) -> NDArray[np.u
 
 
 class StaticLayer(Layer):
-    """Holds a map. A costmap that stays takes its place and size, one that rolls a part of it.
+    """Holds a map. A fixed costmap takes its grid, a rolling one a part of it.
 
     Source: nav2_costmap_2d, static layer.
     """
@@ -78,7 +78,7 @@ class StaticLayer(Layer):
 
     @property
     def frame(self) -> GridFrame | None:
-        """The map's place and size."""
+        """The map's grid."""
         return self._map.grid.frame if self._map is not None else None
 
     def inputs(self) -> tuple[Input, ...]:
@@ -221,12 +221,7 @@ class MapUpdate:
 
 
 class Placement:
-    """Which cells of a map the cells of a costmap lie in.
-
-    Args:
-        frame: The costmap's.
-        T_global_map: Maps coordinates of the map's frame into the costmap's.
-        own: The map's.
+    """Cells of a map in which the cells of a costmap lie.
 
     Attributes:
         frame: The costmap's.

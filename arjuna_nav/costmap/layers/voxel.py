@@ -13,7 +13,7 @@ from arjuna_core.grid import GridFrame
 from arjuna_nav.costmap.layers.base import Master, moved
 from arjuna_nav.costmap.layers.observations import Observation, SourceConfig
 from arjuna_nav.costmap.layers.obstacle import ObstacleConfig, ObstacleLayer
-from arjuna_nav.costmap.moving.ways import free_trails
+from arjuna_nav.costmap.moving.trails import free_trails
 from arjuna_nav.costmap.raytrace import fill_polygon
 from arjuna_nav.costmap.voxel_rays import clear_cloud, mark_cloud
 from arjuna_nav.costmap.window import Window
@@ -40,11 +40,6 @@ class VoxelConfig(ObstacleConfig):
 
 class VoxelLayer(ObstacleLayer):
     """Marks the voxels that points are in and clears those that the rays to them cross.
-
-    Args:
-        config: Parameters.
-        name: Its name.
-        master: What it shares with the others.
 
     Attributes:
         voxels: `(height, width) uint32` which are marked, the lowest voxel the lowest bit.
@@ -128,8 +123,8 @@ class VoxelLayer(ObstacleLayer):
         precise: bool,
     ) -> None:
         """Clear along the rays to points, or mark the points, voxel by voxel."""
-        ground, places = (self.voxels, self.known, self.data), (sensor, points, limits)
+        ground, seen = (self.voxels, self.known, self.data), (sensor, points, limits)
         if clearing:
-            clear_cloud(*ground, *places, self._column)
+            clear_cloud(*ground, *seen, self._column)
         else:
-            mark_cloud(*ground, self.master.hits, *places, self._column, precise)
+            mark_cloud(*ground, self.master.hits, *seen, self._column, precise)

@@ -1,4 +1,4 @@
-"""The last scans, and what they say about a place: whether it was seen to be free."""
+"""The last scans, which points they saw to be free, and which things stand free in them."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 
-_BEHIND = 0.1  # that a beam ends farther than a place it has passed [m]
-_BESIDE = 0.04  # from a place, where beams have to pass it as well [m]
+_BEHIND = 0.1  # that a beam ends farther than a point it has passed [m]
+_BESIDE = 0.04  # from a point, where beams have to pass it as well [m]
 _SHARE = 0.25  # of a thing's points
 _NEIGHBOURS = 3  # beams beside each other that must say the same: one alone is noise
 
@@ -49,7 +49,7 @@ class Sightings(NamedTuple):
         )
 
     def fits(self, beams: int, angle_min: float, increment: float) -> bool:
-        """Tell whether a scan is like these."""
+        """Return whether a scan is like these."""
         return self.ranges.shape[1] == beams and bool((self.angles == (angle_min, increment)).all())
 
     def begin(self, stamp: float, T_fixed_sensor: SE2) -> int:
@@ -61,7 +61,7 @@ class Sightings(NamedTuple):
 
 
 @njit(cache=True)
-def place(
+def fill_in(
     scans: Sightings, number: int, ranges: NDArray[np.float64], limits: tuple[float, float]
 ) -> None:
     """Fill in a scan's ranges and where its beams end.
@@ -92,7 +92,7 @@ def has_moved(
     now: int,
     beams_now: tuple[int, int],
 ) -> bool:
-    """Tell whether a thing has come where it was free, or left what is free now.
+    """Return whether a thing has come where it was free, or left what is free now.
 
     What stands does neither, though what is seen of it between other things may seem to go.
 
@@ -121,7 +121,7 @@ def has_come(scans: Sightings, now: int, since: float, reach: float) -> NDArray[
         scans: The scans; each second one is asked.
         now: Number of the last one.
         since: How old an earlier one may be [s].
-        reach: How far off things are told [m].
+        reach: Distance up to which things are reported [m].
     """
     count, kept = scans.ranges.shape[1], len(scans.stamps)
     come = np.zeros(count, np.bool_)
@@ -155,7 +155,7 @@ def _share(scans: Sightings, number: int, beams: tuple[int, int], other: int) ->
 
 @njit(cache=True)
 def is_free(scans: Sightings, number: int, point: NDArray[np.float64]) -> bool:
-    """Tell whether the beams of a scan have passed a place and what lies beside it."""
+    """Return whether the beams of a scan have passed a point and its surroundings."""
     x, y, theta = scans.sensors[number]
     dx, dy = point[0] - x, point[1] - y
     away = math.hypot(dx, dy)
@@ -172,7 +172,7 @@ def is_free(scans: Sightings, number: int, point: NDArray[np.float64]) -> bool:
 
 
 _GAP = 0.25  # between neighbours of one thing, and to what is behind it [m]
-_LARGEST = 1.0  # across what is told from a wall [m]
+_LARGEST = 1.0  # largest thing that is not taken for a wall [m]
 
 
 @njit(cache=True)
@@ -181,7 +181,7 @@ def free_standing(
 ) -> NDArray[np.int64]:
     """Return the first and last beam of each thing that nothing hides, `(K, 2)`.
 
-    Beside such a thing the beams go on farther: what is seen of it ends where it ends, and not
+    Beside such a thing the beams reach farther: what is seen of it ends where it ends, and not
     where something nearer hides the rest, so that its outer points are its own.
 
     Args:
@@ -223,7 +223,7 @@ def _joined(points: NDArray[np.float64], i: int, j: int) -> bool:
 
 @njit(cache=True)
 def _beyond(ranges: NDArray[np.float64], other: int, beam: int) -> bool:
-    """Tell whether a neighbouring beam goes on behind the end of another."""
+    """Return whether a neighbouring beam reaches behind the end of another."""
     if not 0 <= other < len(ranges):
         return False
     return not ranges[other] < ranges[beam] + 0.5 * _GAP

@@ -1,4 +1,4 @@
-"""How fast a thing goes that was seen some times, and whether it does."""
+"""Speeds of things that were seen several times."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def go(
     scans: Sightings,
     number: int,
 ) -> None:
-    """Bring a velocity up to date; who turns about seems to stand meanwhile, and yet goes on.
+    """Bring a velocity up to date; who turns about seems to stand meanwhile, and yet moves.
 
     Args:
         seen: The track's sightings `(KEPT, 7)`: time [s], its first point, its last [m], the beams.

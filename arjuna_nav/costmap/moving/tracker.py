@@ -1,4 +1,4 @@
-"""Which of the things in a scan move, and how fast."""
+"""Tracking of the things in scans that move."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap.moving.sightings import Sightings, free_standing, has_come, is_free, place
+from arjuna_nav.costmap.moving.sightings import Sightings, fill_in, free_standing, has_come, is_free
 from arjuna_nav.costmap.moving.speeds import KEPT, SPAN, go, latest
 
 REACH = 3.0  # from where somebody may be at a robot before it has stopped [m]
 _LOST = 0.5  # after which a track ends [s]
-_LOST_MOVING = 1.5  # and that of what moves: it is hidden, and goes on [s]
+_LOST_MOVING = 1.5  # and that of what moves: it is hidden, and moves on [s]
 _GATE = 0.4  # from where a thing is expected [m]
 _MOST = 128  # tracks
 _ABOUT = 0.1  # beyond its outer points, what is seen is a thing's own [m]
@@ -26,7 +26,7 @@ _RING = 8  # points that stand for what moves and is hidden
 
 @dataclass(frozen=True, eq=False)
 class Moving:
-    """What of a scan moves.
+    """The parts of a scan that move.
 
     Attributes:
         points: Where its beams end, in the fixed frame, `(N, 2)` [m]; and round what moves and
@@ -48,7 +48,7 @@ class Moving:
 
     @property
     def speeds(self) -> NDArray[np.float64]:
-        """How fast each point may come, whichever way it turns, `(N,)` [m/s]."""
+        """Speed at which each point may approach, wherever it turns, `(N,)` [m/s]."""
         return np.where(self.come, _SUDDEN, self.paces)
 
     @staticmethod
@@ -69,7 +69,7 @@ class Tracker:
     hides a part of it, what is seen about where it has got to is its.
 
     Args:
-        reach: How far off it tells what has come [m].
+        reach: Distance up to which it reports what has come [m].
 
     Source: nearest-neighbour tracking with a constant velocity (Bar-Shalom and Fortmann, Tracking
         and data association, 1988); speeds by least squares over the last sightings.
@@ -78,17 +78,12 @@ class Tracker:
     def __init__(self, reach: float = 0.0) -> None:
         self._reach = reach
         self._seen = np.zeros((_MOST, KEPT, 7))  # t, x, y of the first, x, y of the last, beams
-        self._counts = np.zeros(_MOST, np.int64)  # sightings; 0 for a free place
+        self._counts = np.zeros(_MOST, np.int64)  # sightings; 0 for a free row
         self._going = np.zeros((_MOST, 5))  # last velocity, and when; greatest speed, and when
         self._scans = Sightings.of(KEPT, 0, 0.0, 1.0)
 
     def update(self, scan: Scan, T_fixed_base: SE2) -> Moving:
-        """Take the next scan, and return what of it moves.
-
-        Args:
-            scan: The scan.
-            T_fixed_base: Pose of the base in a frame that stays, at the scan's stamp.
-        """
+        """Take the next scan, and return what of it moves."""
         count, layout = len(scan.ranges), (scan.angle_min, scan.angle_increment)
         if not self._scans.fits(count, *layout):
             self._scans = Sightings.of(KEPT, count, *layout)
@@ -132,12 +127,12 @@ def _watch(
 
     All of a scan's work in one kernel: in NumPy it took three times as long (`bench costmap`).
     """
-    place(scans, number, ranges, limits)
+    fill_in(scans, number, ranges, limits)
     found = free_standing(scans.points[number], scans.ranges[number], closed)
     motions = np.zeros((len(ranges), 3))  # velocity and greatest speed
     seen, counts, going = tracks
     _follow(seen, counts, going, scans, number, found, motions)
-    things, hidden, paces = _going_on(seen, counts, going, scans, number, motions)
+    things, hidden, paces = _predicted(seen, counts, going, scans, number, motions)
     come, ends, kept = has_come(scans, number, SPAN, reach), scans.points[number].copy(), 0
     for i in range(len(ranges)):
         if math.isfinite(scans.ranges[number, i]):
@@ -186,7 +181,7 @@ def _follow(
 
 
 @njit(cache=True)
-def _going_on(
+def _predicted(
     seen: NDArray[np.float64],
     counts: NDArray[np.int64],
     going: NDArray[np.float64],
@@ -196,7 +191,7 @@ def _going_on(
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.float64]]:
     """Return what moves, whether it is hidden, its pace; fill the motions of beams that yet hit it.
 
-    A thing that this scan does not show free-standing has gone on as it went.
+    A thing that this scan does not show free-standing moves on as before.
     """
     now, points = scans.stamps[number], scans.points[number]
     things, hidden, paces = np.empty((_MOST, 5)), np.zeros(_MOST, np.bool_), np.empty(_MOST)
@@ -237,7 +232,7 @@ def _nearest(
     last: NDArray[np.float64],
     now: float,
 ) -> int:
-    """Return the track whose next place is nearest, a free one where none is; -1 for neither."""
+    """Return the track predicted to be nearest, a free one where none is; -1 for neither."""
     best, least, empty = -1, _GATE, -1
     x, y = 0.5 * (first[0] + last[0]), 0.5 * (first[1] + last[1])
     for track in range(_MOST):

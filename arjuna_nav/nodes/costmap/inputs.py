@@ -1,4 +1,4 @@
-"""What the layers of a costmap listen to, with the robot's pose at each message's stamp."""
+"""Inputs of a costmap's layers, with the robot's pose at each message's stamp."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a costmap publishes: whole grids, what changes in them, and what its filters say."""
+"""Publications of a costmap: whole grids, their changes, and the states of its filters."""
 
 from __future__ import annotations
 

@@ -39,12 +39,7 @@ class DockingServerConfig(DockingConfig):
 
 
 class RefusedError(ArjunaError):
-    """An order that cannot be carried out.
-
-    Args:
-        error: Its code.
-        message: Why, and what is valid.
-    """
+    """An order that cannot be carried out."""
 
     def __init__(self, error: DockingError, message: str) -> None:
         super().__init__(message)
@@ -129,7 +124,7 @@ class DockBook:
 
 @dataclass
 class Order:
-    """One goal under way.
+    """One goal that is carried out.
 
     Attributes:
         server: Whose goal it is.

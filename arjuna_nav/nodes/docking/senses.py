@@ -1,4 +1,4 @@
-"""What shows the docking server where the dock is, and that the robot stands in it."""
+"""Inputs that show the docking server where the dock is, and contact with it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class DockSensors:
 
     Args:
         node: The node; made in its `configure`.
-        frame: The frame in which docks are told.
+        frame: The frame of docks' poses.
     """
 
     def __init__(self, node: ManagedNode, frame: str) -> None:
@@ -46,15 +46,11 @@ class DockSensors:
         self._current = message.current
 
     def _on_joints(self, message: Any) -> None:
-        told = zip(message.name, message.velocity, message.effort, strict=False)
-        self._joints.update({name: (velocity, effort) for name, velocity, effort in told})
+        joint_states = zip(message.name, message.velocity, message.effort, strict=False)
+        self._joints.update({name: (velocity, effort) for name, velocity, effort in joint_states})
 
     def detected(self, config: Any) -> SE2 | None:
-        """Return where the dock is by what was detected, None where that is too old.
-
-        Args:
-            config: The dock type's parameters.
-        """
+        """Return where the dock is by what was detected, None where that is too old."""
         if self._detection is not None:
             self._believe(self._detection, config)
             self._detection = None
@@ -87,16 +83,16 @@ class DockSensors:
             distance: From the robot to the dock's pose [m], None where that is not known.
             joints: The joints watched.
         """
-        told = [self._joints[name] for name in joints if name in self._joints]
-        if not told:
+        joint_states = [self._joints[name] for name in joints if name in self._joints]
+        if not joint_states:
             return DockSenses(distance, current=self._current)
-        speed = sum(abs(velocity) for velocity, _ in told) / len(told)
-        effort = sum(abs(effort) for _, effort in told) / len(told)
+        speed = sum(abs(velocity) for velocity, _ in joint_states) / len(joint_states)
+        effort = sum(abs(effort) for _, effort in joint_states) / len(joint_states)
         return DockSenses(distance, effort, speed, self._current)
 
 
 def _level(message: Any, config: Any) -> SE2:
-    """Return a detection's place and, turned as the dock type says, its direction on the ground."""
+    """Return a detection's position and, turned as the dock type says, its heading."""
     q = message.orientation
     turn = Pose3.from_rpy(
         (0.0, 0.0, 0.0),

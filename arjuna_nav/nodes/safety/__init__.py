@@ -1,1 +1,1 @@
-"""What the collision monitor and the collision detector share."""
+"""The collision detector, and sources and zones shared with the collision monitor."""

@@ -1,4 +1,4 @@
-"""What a collision monitor sees: scans, clouds, ranges and polygons, as points round the robot."""
+"""Sources of a collision monitor: scans, clouds, ranges and polygons, as points round the robot."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ class Source:
 
     @property
     def timeout(self) -> float:
-        """How old a message may be [s], 0 for any age; a slow sensor has longer if it brakes."""
+        """Greatest age of a message [s], 0 for any; a slow sensor has longer if it brakes."""
         own = float(self.config.source_timeout)
         timeout = self._timeout if own < 0.0 else own
         if not self._brakes or timeout == 0.0:

@@ -1,4 +1,4 @@
-"""What a collision monitor or detector watches: its sources and its zones' shapes."""
+"""The sources and the zones' shapes of a collision monitor or detector."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from arjuna_nav.safety.zones import CircleConfig, PolygonConfig
 
 @dataclass(frozen=True)
 class WatchConfig(MonitorConfig):
-    """What `collision_monitor` and `collision_detector` share, by Nav2's names.
+    """Parameters that `collision_monitor` and `collision_detector` share, by Nav2's names.
 
     Raises:
-        ConfigError: A zone has no shape, or heeds a source that there is not.
+        ConfigError: A zone has no shape, or names a source that does not exist.
     """
 
     observation_sources: tuple[str, ...] = plugin_names((), "What sees.", SOURCES)
@@ -62,8 +62,8 @@ class WatchConfig(MonitorConfig):
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in self.polygons:
-            heeded = getattr(getattr(self, name, None), "sources_names", ())
-            missing = [each for each in heeded if each not in self.observation_sources]
+            named = getattr(getattr(self, name, None), "sources_names", ())
+            missing = [each for each in named if each not in self.observation_sources]
             if missing:
                 hint = nearest(missing[0], self.observation_sources)
                 raise ConfigError(f"'{name}.sources_names': no source '{missing[0]}'; {hint}")

@@ -9,14 +9,14 @@ from arjuna_core.config import SEED_MAX, param
 
 @dataclass(frozen=True)
 class PoseSearchConfig:
-    """What they have in common."""
+    """Parameters of all searches over poses."""
 
     tolerance: float = param(
         0.25, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
     )
     allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
     max_iterations: int = param(
-        1000000, "Most poses looked at; below 1 any number.", maximum=SEED_MAX
+        1000000, "Most poses expanded; below 1 any number.", maximum=SEED_MAX
     )
     minimum_turning_radius: float = param(
         0.4, "Radius of the tightest bend; a cell at the least.", unit="m", minimum=0.0
@@ -29,11 +29,11 @@ class PoseSearchConfig:
         0.015, "How much later bends are preferred.", minimum=0.0, maximum=0.9
     )
     analytic_expansion_ratio: float = param(
-        3.5, "How often the direct way is tried; higher is oftener.", minimum=0.01
+        3.5, "How often a direct curve to the goal is tried; higher is oftener.", minimum=0.01
     )
-    analytic_expansion_max_length: float = param(3.0, "Longest direct way.", unit="m", minimum=0.0)
+    analytic_expansion_max_length: float = param(3.0, "Longest such curve.", unit="m", minimum=0.0)
     analytic_expansion_max_cost: float = param(
-        200.0, "Greatest cost that a direct way may cross.", minimum=0.0, maximum=255.0
+        200.0, "Greatest cost that it may cross.", minimum=0.0, maximum=255.0
     )
     escape_radius: float = param(
         3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
@@ -60,7 +60,9 @@ class HybridConfig(PoseSearchConfig):
     motion_model_for_search: str = param(
         "DUBIN", "Forwards alone, or backwards too.", choices=("DUBIN", "REEDS_SHEPP")
     )
-    angle_quantization_bins: int = param(72, "Headings told apart.", minimum=8, maximum=360)
+    angle_quantization_bins: int = param(
+        72, "Headings that are distinguished.", minimum=8, maximum=360
+    )
 
 
 @dataclass(frozen=True)

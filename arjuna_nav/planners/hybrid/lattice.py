@@ -21,10 +21,6 @@ from arjuna_nav.planners.hybrid.search import Rules, can_turn
 class SmacLattice(PoseSearch):
     """Plans by hybrid A*'s search over the pieces of a lattice.
 
-    Args:
-        config: Parameters.
-        footprint: The robot.
-
     Raises:
         InputFileError: `lattice_filepath` cannot be read.
 
@@ -57,8 +53,8 @@ class SmacLattice(PoseSearch):
         """
         lattice, config = self._lattice(costmap), self._lattice_config
         factors = config.reverse_penalty, config.non_straight_penalty, config.change_penalty
-        prices = (*factors, config.rotation_penalty)
-        moves = laid_out(lattice, first[2], self._reverse, prices)
+        costs = (*factors, config.rotation_penalty)
+        moves = laid_out(lattice, first[2], self._reverse, costs)
         turn = wrap(moves.angles[moves.start] - first[2])
         terrain = self._terrain(costmap, np.empty((0, 0), np.float32))
         if lattice.spins and can_turn(first, turn, terrain):

@@ -27,8 +27,8 @@ class Moves(NamedTuple):
         first: `(H + 1,) int64` the first piece of each heading, and the number of pieces.
         ends: `(N,) int64` the heading after each piece.
         sides: `(N,) int64` 1 where it bends left, -1 right, 0 straight on.
-        prices: `(N,) float64` what it costs in free space, in cells straight ahead.
-        changes: `(N,) float64` what it costs more where it bends to the other side than the last.
+        costs: `(N,) float64` in free space, in cells straight ahead.
+        changes: `(N,) float64` cost added where it bends to the other side than the last.
         begins: `(N + 1,) int64` the first of each piece's poses, and the number of poses.
         poses: `(M, 3) float64` from the piece's start [cells, cells, rad], the start left out.
     """
@@ -38,7 +38,7 @@ class Moves(NamedTuple):
     first: NDArray[np.int64]
     ends: NDArray[np.int64]
     sides: NDArray[np.int64]
-    prices: NDArray[np.float64]
+    costs: NDArray[np.float64]
     changes: NDArray[np.float64]
     begins: NDArray[np.int64]
     poses: NDArray[np.float64]
@@ -75,7 +75,7 @@ def arcs(
         bins: Number of headings.
         radius: Of the tightest bends [cells].
         reverse: Whether it may be driven back.
-        factors: On the price of what is driven back, of bends, and added to that where the side
+        factors: On the cost of what is driven back, of bends, and added to that where the side
             changes.
 
     Source: Dolgov et al.; nav2_smac_planner, HybridMotionTable.
@@ -85,26 +85,25 @@ def arcs(
     turns = _turns(bins, tight)
     piece = radius * tight * one
     steps = int(piece / STEP) + 1
-    ways = [1.0, -1.0] if reverse else [1.0]
+    directions = [1.0, -1.0] if reverse else [1.0]
     angles = np.empty(bins)
     angles[:] = first + one * np.arange(bins)
-    count = len(turns) * len(ways)
+    count = len(turns) * len(directions)
     total = bins * count
     ends, sides = np.empty(total, np.int64), np.empty(total, np.int64)
-    prices, changes = np.empty(total), np.empty(total)
+    costs, changes = np.empty(total), np.empty(total)
     poses = np.empty((total * steps, 3))
     for i in range(total):
-        heading, turn, way = i // count, turns[i % len(turns)], ways[i % count // len(turns)]
-        ends[i], sides[i] = (heading + turn) % bins, np.sign(turn) * way
-        changes[i] = piece * (factors[0] if way < 0.0 else 1.0)
-        prices[i] = changes[i] * (1.0 if turn == 0 else factors[1])
+        heading, turn = i // count, turns[i % len(turns)]
+        direction = directions[i % count // len(turns)]
+        ends[i], sides[i] = (heading + turn) % bins, np.sign(turn) * direction
+        changes[i] = piece * (factors[0] if direction < 0.0 else 1.0)
+        costs[i] = changes[i] * (1.0 if turn == 0 else factors[1])
         changes[i] *= factors[2]
         at = np.array([0.0, 0.0, angles[heading]])
         bent = piece / (abs(turn) * one) if turn else radius
-        curve = np.array([[float(sides[i])], [way * piece / bent]])
+        curve = np.array([[float(sides[i])], [direction * piece / bent]])
         trace = along(at, curve, bent, piece / steps + 1e-9)
         poses[i * steps : (i + 1) * steps] = trace - at
     begins = steps * np.arange(total + 1)
-    return Moves(
-        angles, 0, count * np.arange(bins + 1), ends, sides, prices, changes, begins, poses
-    )
+    return Moves(angles, 0, count * np.arange(bins + 1), ends, sides, costs, changes, begins, poses)

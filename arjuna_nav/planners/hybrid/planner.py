@@ -24,16 +24,11 @@ from arjuna_nav.planners.query import Cell, Query, ask
 from arjuna_nav.planners.waves.potential import NEUTRAL
 
 _ENDLESS = 2**62
-_SLACK = 0.0  # of ways that are looked at on large maps, over the best estimate
+_SLACK = 0.0  # of paths considered on large maps, over the best estimate
 
 
 class PoseSearch(abc.ABC):
-    """Plans over poses: pieces that the robot can drive, and a direct way to the goal.
-
-    Args:
-        config: Parameters.
-        footprint: The robot.
-    """
+    """Plans over poses: pieces that the robot can drive, and a direct curve to the goal."""
 
     def __init__(self, config: PoseSearchConfig, footprint: Footprint) -> None:
         self._config = config
@@ -42,7 +37,7 @@ class PoseSearch(abc.ABC):
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
         """Plan between two poses in the costmap's frame.
 
-        Where the goal is blocked or cannot be reached, the path ends at the reachable place nearest
+        Where the goal is blocked or cannot be reached, the path ends at the reachable pose nearest
         to it within `tolerance`, with the goal's heading. A start within an obstacle's inscribed
         radius is led out of there first, in a straight line from cell to cell.
         """
@@ -59,7 +54,7 @@ class PoseSearch(abc.ABC):
         query = ask(config, costmap, start, goal)
         if isinstance(query, PlanResult):
             return Plan(query)
-        way_out, first = _first(query)
+        escape, first = _first(query)
         rules, moves = self._rules(costmap), self._moves(costmap, first)
         heading, first[2] = first[2], moves.angles[moves.start]
         looked = 0
@@ -74,10 +69,12 @@ class PoseSearch(abc.ABC):
             looked += more
             if row >= 0:
                 searched, cells = driven(nodes, row, curve, terrain, left, moves)
-                poses = np.vstack((way_out, searched))
+                poses = np.vstack((escape, searched))
                 poses[0, 2] = heading
-                price = NEUTRAL * cells if found.end == query.goal_cell else math.inf
-                return Plan(PlanResult(PlanStatus.SUCCEEDED, _placed(poses, costmap, goal)), price)
+                path_cost = NEUTRAL * cells if found.end == query.goal_cell else math.inf
+                return Plan(
+                    PlanResult(PlanStatus.SUCCEEDED, _in_frame(poses, costmap, goal)), path_cost
+                )
             if found.whole:
                 break
         if looked >= rules.limit:
@@ -90,7 +87,7 @@ class PoseSearch(abc.ABC):
         return Plan(PlanResult.failed(PlanStatus.NO_VALID_PATH, message))
 
     def _costs(self) -> NDArray[np.float32]:
-        """Return what a cell of a straight costs by its value, `(256,) float32`."""
+        """Return the cost of a cell of a straight by its value, `(256,) float32`."""
         share = np.arange(256) / (INSCRIBED - 1)
         costs = (NEUTRAL * (self._straight + self._config.cost_penalty * share)).astype(np.float32)
         costs[UNKNOWN] = costs[INSCRIBED - 1] if self._config.allow_unknown else np.inf
@@ -98,7 +95,7 @@ class PoseSearch(abc.ABC):
         return costs
 
     def _terrain(self, costmap: Costmap, left: NDArray[np.float32]) -> Terrain:
-        """Return where the robot drives, with what is left to the end from each cell."""
+        """Return where the robot drives, with the cost left to the end from each cell."""
         return Terrain(
             costmap.data,
             left / np.float32(NEUTRAL),
@@ -110,7 +107,7 @@ class PoseSearch(abc.ABC):
 
     @property
     def _straight(self) -> float:
-        """What a cell of a straight costs where nothing is near."""
+        """Cost of a cell of a straight where nothing is near."""
         return 1.0 - self._config.retrospective_penalty
 
     def _grid(self, costmap: Costmap) -> Costmap:
@@ -149,7 +146,7 @@ class PoseSearch(abc.ABC):
         )
 
 
-def _placed(poses: NDArray[np.float64], costmap: Costmap, goal: SE2) -> NDArray[np.float64]:
+def _in_frame(poses: NDArray[np.float64], costmap: Costmap, goal: SE2) -> NDArray[np.float64]:
     """Return poses of the grid in the costmap's frame; the last has the goal's heading."""
     frame = costmap.frame
     points = frame.origin.apply(poses[:, :2] * frame.resolution)
@@ -188,10 +185,6 @@ _MOST_CELLS = 4096 * 4096  # of a grid that is made finer
 
 class Hybrid(PoseSearch):
     """Plans by hybrid A* with Dubins' or Reeds and Shepp's curves.
-
-    Args:
-        config: Parameters.
-        footprint: The robot.
 
     Source: Dolgov, Thrun, Montemerlo and Diebel, Path planning for autonomous vehicles in unknown
         semi-structured environments, IJRR 2010; nav2_smac_planner, SmacPlannerHybrid.

@@ -184,8 +184,8 @@ def laid_out(
         lattice: In cells.
         heading: Of the robot [rad].
         reverse: Whether the pieces are driven back, too.
-        factors: On the price of what is driven back, of bends, added to that where the side
-            changes; and the price of a turn on the spot [cells].
+        factors: On the cost of what is driven back, of bends, added to that where the side
+            changes; and the cost of a turn on the spot [cells].
     """
     angles, pieces = lattice.angles, [(one, False) for one in lattice.primitives]
     if reverse:
@@ -193,9 +193,9 @@ def laid_out(
     pieces.sort(key=lambda pair: pair[0].first)
     starts = np.array([one.first for one, _ in pieces])
     lengths = np.array([one.length for one, _ in pieces])
-    ways = np.where([back for _, back in pieces], factors[0], 1.0) * lengths
+    driven = np.where([back for _, back in pieces], factors[0], 1.0) * lengths
     sides = np.array([one.side for one, _ in pieces])
-    prices = ways * np.where(sides == 0, 1.0, factors[1])
+    costs = driven * np.where(sides == 0, 1.0, factors[1])
     poses = [one.poses - np.array([0.0, 0.0, angles[one.first]]) for one, _ in pieces]
     for part in poses:
         part[:, 2] = wrap(part[:, 2])
@@ -205,8 +205,8 @@ def laid_out(
         np.searchsorted(starts, np.arange(len(angles) + 1)),
         np.array([one.last for one, _ in pieces]),
         sides,
-        np.where(lengths > 0.0, prices, factors[3]),
-        ways * factors[2],
+        np.where(lengths > 0.0, costs, factors[3]),
+        driven * factors[2],
         np.cumsum([0, *map(len, poses)]),
         np.vstack(poses),
     )

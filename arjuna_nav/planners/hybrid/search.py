@@ -33,11 +33,11 @@ _LONGER_REVERSE = math.pi + 1e-6  # and Reeds and Shepp's, which all but turns o
 
 
 class Terrain(NamedTuple):
-    """Where the robot drives: the costs and its outline, in cells.
+    """The costs that the robot drives on and its outline, in cells.
 
     Attributes:
         data: `(height, width) uint8`.
-        left: `(height, width) float32` what it costs to come from a cell to the goal.
+        left: `(height, width) float32` cost from a cell to the goal.
         points: `(N, 2)` the robot's corners.
         circular: Whether it is a circle.
         safe_cost: Cost below which no heading collides.
@@ -53,10 +53,10 @@ class Terrain(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """How it drives, and what that costs; lengths in cells. See `HybridConfig`.
+    """Motions of the robot and their costs; lengths in cells. See `HybridConfig`.
 
     Attributes:
-        straight: What a cell of a straight costs where nothing is near.
+        straight: Cost of a cell of a straight where nothing is near.
         bends: Factor on bends.
         spins: Whether it turns on the spot.
         shortcuts: Whether any arc of the radius may be driven, not only the pieces.
@@ -88,12 +88,12 @@ def search(
 
     Returns:
         The poses reached, the last row before the direct curve to the goal, the poses of that
-        curve, and how many poses were looked at; the row is -1 where the goal was not reached.
+        curve, and how many poses were expanded; the row is -1 where the goal was not reached.
 
-    Source: what is left weighs a little more than it is, as in weighted A* (Pohl 1970): the way
+    Source: what is left weighs a little more than it is, as in weighted A* (Pohl 1970): the path
         found costs at most so much more than the best. It weighs the more the longer the search
         takes: on a map of many bends (`bench planner --scenarios`, random512-35) a weight of 1.5
-        finds a way as good in a hundredth of the time.
+        finds a path as good in a hundredth of the time.
     """
     nodes, (height, width) = begun(start), terrain.data.shape
     index = indexed(height, width, len(moves.angles))
@@ -138,17 +138,17 @@ def _expand(
     side = moves.sides[last] if last >= 0 else 0
     height, width = terrain.data.shape
     for move in range(moves.first[heading], moves.first[heading + 1]):
-        price, end = moves.prices[move], moves.begins[move + 1] - 1
+        cost, end = moves.costs[move], moves.begins[move + 1] - 1
         if side != 0 and moves.sides[move] == -side:
-            price += moves.changes[move]
+            cost += moves.changes[move]
         r, c = math.floor(pose[1] + moves.poses[end, 1]), math.floor(pose[0] + moves.poses[end, 0])
         if not (0 <= r < height and 0 <= c < width) or terrain.left[r, c] == np.inf:
             continue
         other = row_at(index, r, c, moves.ends[move])  # most are known: before they are driven to
-        least = nodes.values[row] + price * rules.straight
+        least = nodes.values[row] + cost * rules.straight
         if other >= 0 and (nodes.done[other] or nodes.values[other] <= least):
             continue
-        value = nodes.values[row] + price * _drive(pose, move, terrain, rules, moves)
+        value = nodes.values[row] + cost * _drive(pose, move, terrain, rules, moves)
         if value == np.inf or (other >= 0 and nodes.values[other] <= value):
             continue
         reached = nodes.poses[count]
@@ -169,7 +169,7 @@ def _expand(
 def _left(
     pose: NDArray[np.float64], goal: NDArray[np.float64], terrain: Terrain, rules: Rules
 ) -> float:
-    """Return the least that is left: by the costs round obstacles, or by the bends alone.
+    """Return a lower bound of the rest: by the costs round obstacles, or by the bends alone.
 
     Source: Savla, Frazzoli and Bullo, Traveling salesperson problems for the Dubins vehicle, IEEE
         TAC 2008, on how much longer than the straight line a curve can be.
@@ -192,7 +192,7 @@ def _left(
 def _drive(
     pose: NDArray[np.float64], move: int, terrain: Terrain, rules: Rules, moves: Moves
 ) -> float:
-    """Return the factor on a piece's price by the costs along it, inf where it collides."""
+    """Return the factor on a piece's cost by the costs along it, inf where it collides."""
     data, total = terrain.data, 0.0
     first, end = moves.begins[move], moves.begins[move + 1]
     plain = INSCRIBED if terrain.circular else min(terrain.safe_cost, INSCRIBED)
@@ -235,7 +235,7 @@ def cost_at(x: float, y: float, theta: float, terrain: Terrain) -> float:
 
 @njit(cache=True)
 def can_turn(pose: NDArray[np.float64], turn: float, terrain: Terrain) -> bool:
-    """Tell whether the robot can turn on the spot by an angle [rad] from a pose."""
+    """Return whether the robot can turn on the spot by an angle [rad] from a pose."""
     steps = math.ceil(abs(turn) / math.pi * _SPIN)
     for k in range(1, steps + 1):
         if cost_at(pose[0], pose[1], pose[2] + turn * k / steps, terrain) == np.inf:

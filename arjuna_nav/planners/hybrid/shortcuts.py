@@ -23,7 +23,6 @@ def driven(
     terrain: Terrain,
     rules: Rules,
     moves: Moves,
-    spans: tuple[int, int, int] = (6, 16, 48),
 ) -> tuple[NDArray[np.float64], float]:
     """Return the poses from the start to the goal, `(N, 3)`, and what they cost.
 
@@ -37,7 +36,6 @@ def driven(
         terrain: Where it drives.
         rules: How it drives.
         moves: The pieces.
-        spans: How many pieces a curve replaces; long ones are tried from every eighth part.
 
     Source: dynamic programming over the path's own poses; Dolgov et al., IJRR 2010, section 4, on
         why what the search finds has to be smoothed.
@@ -46,6 +44,7 @@ def driven(
     last = len(rows)
     poses, values = np.vstack((nodes.poses[rows], direct[-1:])), np.zeros(last + 1)
     before, bends = np.arange(-1, last), np.zeros(last + 1, np.int64)
+    spans = (6, 16, 48)  # pieces that a curve replaces; long ones are tried an eighth of it apart
     for k in range(1, last + 1):
         if k < last:
             values[k] = values[k - 1] + nodes.values[rows[k]] - nodes.values[rows[k - 1]]
@@ -59,9 +58,9 @@ def driven(
             if i < 0 or not due or bends[k] == bends[i]:
                 continue
             most = values[k] - values[i]
-            price = _price(poses[i], _dubins(poses[i], poses[k], rules), terrain, rules, most)
-            if price < most:
-                values[k], before[k] = values[i] + price, i
+            cost = _cost_of(poses[i], _dubins(poses[i], poses[k], rules), terrain, rules, most)
+            if cost < most:
+                values[k], before[k] = values[i] + cost, i
     return _joined(nodes, rows, poses, before, direct, rules, moves), values[-1]
 
 
@@ -76,7 +75,7 @@ def _dubins(
 
 
 @njit(cache=True)
-def _price(
+def _cost_of(
     pose: NDArray[np.float64],
     curve: NDArray[np.float64],
     terrain: Terrain,
@@ -97,13 +96,13 @@ def _cost_along(
     poses: NDArray[np.float64], length: float, terrain: Terrain, rules: Rules, most: float
 ) -> float:
     """Return what a length along poses costs; inf if `most` or more, or not free."""
-    price = length * rules.straight
+    cost = length * rules.straight
     weight = rules.cost_penalty * length / max(len(poses), 1) / (INSCRIBED - 1)
     for pose in poses:
-        price += weight * cost_at(pose[0], pose[1], pose[2], terrain)
-        if not price < most:
+        cost += weight * cost_at(pose[0], pose[1], pose[2], terrain)
+        if not cost < most:
             return np.inf
-    return price
+    return cost
 
 
 @njit(cache=True)

@@ -1,1 +1,1 @@
-"""Waves over a grid: what it costs to reach each cell, and the way back down."""
+"""Waves over a grid: the cost to reach each cell, and the descent back."""

@@ -1,4 +1,4 @@
-"""Corridors: where a good path may lead, by an estimate on coarse grids."""
+"""Corridors of good paths, by an estimate on coarse grids."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ T = TypeVar("T")
 
 _FINE, _COARSE = 2, 3  # cells of 4 x 4 of the map's, and before of 8 x 8 where they may lie
 _BLOCKED = 60  # added to a coarse cell's value by the share that is blocked: paths bend round it
-_WORTHWHILE = 256 * 256  # cells; a wave covers fewer in a millisecond
-_DOUBTFUL = 1.1  # a path dearer than estimated by this factor may not be the best
+_LEAST_SIZE = 256 * 256  # cells; a wave covers fewer in a millisecond
+_DOUBTFUL = 1.1  # a path costlier than estimated by this factor may not be the best
 _WHOLE = 2 / 3  # of the open coarse cells, or walls too thin to be seen may stand anywhere
 _APART = 36  # rows between those by which that is judged
 _ONE = np.uint32(1 << 16)  # cell, in a sum of values
@@ -30,12 +30,12 @@ class Corridor(NamedTuple):
     Attributes:
         open: `(height >> shift, width >> shift) bool`, rounded up.
         shift: A coarse cell is `2**shift` squared of the map's.
-        price: What a path within may cost, else there may be a better one elsewhere.
+        most: Cost up to which a path within is the best; else there may be a better one.
     """
 
     open: NDArray[np.bool_]
     shift: int
-    price: float
+    most: float
 
 
 UNBOUNDED = Corridor(EVERYWHERE, 0, np.inf)
@@ -54,8 +54,7 @@ def corridors(
     First those of the finer grid, then those of the coarser one that hold them. They cost at most
     `1 + slack` times the least, and a little more. A coarse cell is open where one of its cells is,
     and costs what these cost on average, the more the more of it is blocked. Where the finer grid
-    shows a wall in the way that the coarser one takes for open, its corridor is looked for anew on
-    all of the map.
+    shows a wall where the coarser one is open, its corridor is searched again on all of the map.
 
     Args:
         data: `(height, width) uint8` costs of a costmap.
@@ -73,7 +72,7 @@ def corridors(
     """
     if not np.isfinite(costs[data[goal]]):
         return None
-    if data.size < _WORTHWHILE or _is_maze(data, costs):
+    if data.size < _LEAST_SIZE or _is_maze(data, costs):
         return ()
     sums = _sums(data, costs, 1 << _FINE)
     ask = costs, start, goal, slack, width
@@ -82,7 +81,7 @@ def corridors(
         return None
     cells = _pooled(sums, 1 << _FINE)
     fine = _corridor(_within(cells, coarse.open), _FINE, *ask)
-    if fine is not None and fine.price <= coarse.price * _DOUBTFUL:
+    if fine is not None and fine.most <= coarse.most * _DOUBTFUL:
         return fine, coarse
     fine = _corridor(cells, _FINE, *ask)
     return None if fine is None else (fine,)
@@ -120,22 +119,22 @@ def _corridor(
 
 def guided(
     look: Callable[[Corridor], T],
-    price: Callable[[T], float],
+    path_cost: Callable[[T], float],
     within: tuple[Corridor, ...],
 ) -> T:
     """Return what a search finds in the first corridor that it is believed in, else everywhere.
 
-    A search through a corridor is believed unless it came to the goal not at all, or at a price
-    that says that the estimate took a door for wider than it is.
+    A search through a corridor is believed unless it did not reach the goal, or at a cost
+    that shows that the estimate took a door for wider than it is.
 
     Args:
         look: Searches within a corridor.
-        price: What the path to the goal that was found costs, inf where none was.
+        path_cost: Returns the cost of the path to the goal that was found, inf for none.
         within: The corridors.
     """
     for one in within:
         found = look(one)
-        if price(found) <= one.price:
+        if path_cost(found) <= one.most:
             return found
     return look(UNBOUNDED)
 

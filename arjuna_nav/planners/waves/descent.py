@@ -1,4 +1,4 @@
-"""The way back down a potential to where its wave began."""
+"""The descent of a potential to where its wave began."""
 
 from __future__ import annotations
 

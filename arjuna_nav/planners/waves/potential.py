@@ -1,4 +1,4 @@
-"""Potential of a wave that spreads over a costmap: what it costs to reach each cell."""
+"""The potential of a wave over a costmap, and the cells that a wave can reach."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NEUTRAL = 50.0  # COST_NEUTRAL and COST_FACTOR of nav2_navfn_planner
 COST_FACTOR = 0.8
 _BAND = np.float32(2.0 * NEUTRAL)  # priInc of nav2_navfn_planner
 _SETTLED = (1.0, 2.0 * NEUTRAL)  # the gradient at the target looks two cells about it
-_WORTH_A_LOOK = np.float32(0.5)  # of a cell's cost, by which a neighbour has to be lower
+_LEAST_GAIN = np.float32(0.5)  # of a cell's cost, by which a neighbour has to be lower
 _INF = np.float32(np.inf)
 _C0, _C1, _C2 = np.float32(0.7040), np.float32(0.5307), np.float32(0.2301)
 _QUEUED = np.uint8(LETHAL)
@@ -24,9 +24,10 @@ _Beside = tuple[np.float32, np.float32, np.float32, np.float32]
 
 
 def traversal_costs(allow_unknown: bool = True) -> NDArray[np.float32]:
-    """Return what it costs to cross a cell by its costmap's value, `(256,) float32`.
+    """Return the cost of crossing a cell by its costmap's value, `(256,) float32`.
 
-    `50 + 0.8 c`, inf where the robot's centre may not be; unknown is as dear as can be.
+    `50 + 0.8 c`, inf where the robot's centre may not be; unknown costs as much as
+    the costliest free cell.
 
     Source: nav2_navfn_planner, setCostmap.
     """
@@ -45,7 +46,7 @@ def spread(
     shift: int = 0,
     beyond: tuple[float, float] = _SETTLED,
 ) -> NDArray[np.float32]:
-    """Return the potential of each cell: what it costs to reach it from the nearest seed.
+    """Return the potential of each cell: the cost to reach it from the nearest seed.
 
     Args:
         data: `(height, width) uint8` costs of a costmap.
@@ -128,7 +129,7 @@ def _spread(
     is what a neighbour sees of `cells`: a cell that stands in a queue is closed to it.
     """
     row, none = np.uint32(width), np.uint32(0)
-    least = costs * _WORTH_A_LOOK
+    least = costs * _LEAST_GAIN
     now, following, later = queues[0], queues[1], queues[2]
     count, n_following, n_later = none, none, none
     for i in range(len(seeds)):

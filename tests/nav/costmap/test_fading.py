@@ -13,7 +13,7 @@ from arjuna_core.grid import GridFrame
 from arjuna_core.readings import Cloud
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import LETHAL, LayeredCostmap, PlacedCloud, PlacedScan
-from arjuna_nav.costmap.moving.ways import ways
+from arjuna_nav.costmap.moving.trails import path_costs
 from tests.helpers.nav.layers import clouds, costmap_config, scans, see
 from tests.helpers.nav.played import scan_of
 
@@ -163,7 +163,7 @@ def test_ways_lie_where_things_go_on_any_grid(origin: SE2) -> None:
     frame = GridFrame(0.05, 120, 100, origin)
     at, to = (origin.apply(np.array([place]))[0] for place in ([2.0, 2.0], [4.0, 2.0]))
     thing = np.array([[*at, *(to - at), 0.2]])
-    patch = ways(thing, 0.0, 1.0, 0.25, frame)
+    patch = path_costs(thing, 0.0, 1.0, 0.25, frame)
     assert patch is not None
     costs = np.zeros(frame.shape, np.uint8)
     costs[patch.window] = patch.costs
@@ -171,11 +171,11 @@ def test_ways_lie_where_things_go_on_any_grid(origin: SE2) -> None:
     assert first > middle > last > 0
     assert costs[40, 30] > 0
     assert not costs[[40, 62, 40], [20, 60, 100]].any()
-    moved = ways(thing, 0.5, 1.0, 0.25, frame)
+    moved = path_costs(thing, 0.5, 1.0, 0.25, frame)
     assert moved is not None
     assert moved.window[1].start == pytest.approx(patch.window[1].start + 20, abs=1)
 
 
 def test_ways_off_the_grid_cost_nothing() -> None:
     thing = np.array([[20.0, 20.0, 1.0, 0.0, 0.2]])
-    assert ways(thing, 0.0, 1.5, 0.25, GridFrame(0.05, 40, 40, SE2())) is None
+    assert path_costs(thing, 0.0, 1.5, 0.25, GridFrame(0.05, 40, 40, SE2())) is None

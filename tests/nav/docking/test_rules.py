@@ -258,7 +258,7 @@ def test_to_try_again_it_drives_back_and_looks_anew_or_says_what_had_failed() ->
     assert back.x < 0.0
     stuck = order.tick(8.2, DOCK @ SE2(-0.2))
     assert stuck.ended is DockingError.FAILED_TO_CONTROL
-    assert stuck.message == "no way back to the staging pose, after: no contact within 4 s"
+    assert stuck.message == "no path back to the staging pose, after: no contact within 4 s"
     order = Ordered().approaching()
     order.tick(4.1, DOCK @ SE2(-0.2))
     assert order.tick(5.0, STAGING) == DockingStep()

@@ -73,7 +73,7 @@ def test_pieces_end_in_another_cell_at_the_heading_that_they_say(reverse: bool) 
                 moves.angles[heading]
             )
             assert reverse or back > 0.0
-            assert moves.prices[k] == pytest.approx(
+            assert moves.costs[k] == pytest.approx(
                 8.0 * 3 * math.tau / 72 * (2.0 if back < 0.0 else 1.0) * (1.2 if end[2] else 1.0)
             )
 

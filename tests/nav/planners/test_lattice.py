@@ -134,7 +134,7 @@ def test_pieces_cost_their_length_more_where_they_bend_or_go_back_and_spins_thei
             end, side = poses[-1], int(moves.sides[k])
             angle = moves.angles[heading]
             ahead = float(end[0] * math.cos(angle) + end[1] * math.sin(angle))
-            told.append((ahead, side, float(moves.prices[k]), float(moves.changes[k])))
+            told.append((ahead, side, float(moves.costs[k]), float(moves.changes[k])))
     lengths = sorted(one.length for one in lattice.primitives)
     driven = [one for one in told if one[0] != 0.0]
     ways = [cost / (bent if side else 1.0) for _, side, cost, _ in driven]

@@ -14,10 +14,10 @@ from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.planners.base import PlanResult, PlanStatus
+from arjuna_nav.planners.escape import Escape
 from arjuna_nav.planners.outline import Drive, path_cost
 from arjuna_nav.planners.query import Query, ask, oriented
 from arjuna_nav.planners.waves.potential import traversal_costs
-from arjuna_nav.planners.way_out import WayOut
 
 ORIGIN = SE2(1.0, -2.0, 0.5)
 SIDE, CELL = 12, 0.1
@@ -68,7 +68,7 @@ def test_the_exits_are_the_free_cells_that_are_reached_first(seed: int) -> None:
     data = rng.choice(np.array([253, 254, 0, 100], np.uint8), (SIDE, SIDE), p=[0.6, 0.2, 0.1, 0.1])
     start, radius = [(4, 5), (1, 1), (10, 9), (11, 0)][seed % 4], 4.0
     data[start] = 253 + seed // 4
-    out = WayOut(data, traversal_costs(True), start, radius)
+    out = Escape(data, traversal_costs(True), start, radius)
     far = np.where(data < 253, distances_within(data, start, radius), math.inf)
     assert {tuple(cell) for cell in out.exits.tolist()} == set(
         zip(*np.nonzero(far < 99), strict=True)
@@ -87,7 +87,7 @@ def test_the_exits_are_the_free_cells_that_are_reached_first(seed: int) -> None:
 
 
 def test_from_a_free_cell_there_is_no_way_to_go_out() -> None:
-    out = WayOut(np.zeros((3, 3), np.uint8), traversal_costs(True), (1, 1), 5.0)
+    out = Escape(np.zeros((3, 3), np.uint8), traversal_costs(True), (1, 1), 5.0)
     assert out.exits.tolist() == [[1, 1]]
     assert out.to((1, 1)).shape == (0, 2)
 

@@ -20,8 +20,8 @@ def test_a_file_is_read(tmp_path: Path) -> None:
     graph = read_graph(written(tmp_path), "map")
     assert graph.nodes == SQUARE
     assert graph.edges[0] == Edge(0, 0, 1, None, 4.0, 0.5, 1.0)
-    assert graph.edges[0].price == 9.0
-    assert graph.edges[1].price == 0.25, "it is given, and not overridable"
+    assert graph.edges[0].total_cost == 9.0
+    assert graph.edges[1].total_cost == 0.25, "it is given, and not overridable"
     assert graph.nearest(3.1, 0.4) == 1
 
 
@@ -29,7 +29,7 @@ def test_a_file_is_read(tmp_path: Path) -> None:
     ("change", "text"),
     [
         ({"id": None}, "no route graph"),
-        ({"startid": 9}, "edge 0 joins node 9, which there is not"),
+        ({"startid": 9}, "edge 0 joins node 9, which does not exist"),
         ({"metadata": {"speed_limit": 0.0}}, "edge 0 has speed_limit 0.*valid: 0 < speed_limit"),
         ({"id": 70000}, "edge 70000 is out of range; valid: 0 to 65535"),
     ],
@@ -65,14 +65,14 @@ def test_the_route_is_the_cheapest(seed: int) -> None:
     }
     least = np.full((7, 7), np.inf)
     for edge in edges.values():
-        least[edge.start, edge.end] = edge.price
+        least[edge.start, edge.end] = edge.total_cost
     for k in range(7):  # Floyd and Warshall
         least = np.minimum(least, least[:, k : k + 1] + least[k : k + 1])
     route = find_route(Graph(nodes, edges), 0, 6)
     assert (route.cost if route else math.inf) == pytest.approx(least[0, 6])
     if route is not None:
         assert [edge.end for edge in route.edges] == list(route.nodes[1:])
-        assert sum(edge.price for edge in route.edges) == pytest.approx(route.cost)
+        assert sum(edge.total_cost for edge in route.edges) == pytest.approx(route.cost)
 
 
 def test_a_closed_edge_is_not_taken_and_one_dearer_only_where_it_pays(tmp_path: Path) -> None:

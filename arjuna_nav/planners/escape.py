@@ -1,4 +1,4 @@
-"""The way out for a robot that stands too near to an obstacle."""
+"""Escape paths for a robot that stands too near to an obstacle."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 from arjuna_nav.costmap.costmap import LETHAL
 
-_ESCAPE = 20.0  # times a free cell's cost, where the robot may not be: the nearest way out wins
+_FACTOR = 20.0  # times a free cell's cost, where the robot may not be: the nearest exit wins
 _NEIGHBOURS = tuple((r, c) for r in (-1, 0, 1) for c in (-1, 0, 1) if (r, c) != (0, 0))
 
 
-class WayOut:
-    """Ways through the cells within an obstacle's inscribed radius to those where a robot may be.
+class Escape:
+    """Paths through the cells within an obstacle's inscribed radius to those where a robot may be.
 
-    A robot comes there by a bump, an error of its pose, or an obstacle that came to it; it is led
-    out by the nearest way, and where that does not lead to its goal, by another. No way crosses a
+    A bump, an error of its pose or a moving obstacle brings a robot there; it is led
+    out by the nearest path, and where that does not lead to its goal, by another. No path crosses a
     lethal cell but the one it starts on.
 
     Args:
@@ -69,16 +69,12 @@ class WayOut:
         return int(self.exits[0, 0]), int(self.exits[0, 1])
 
     def seeds(self, cost: float) -> NDArray[np.float64]:
-        """Return where a search begins, `(N, 3)`: row, column and what it costs to come there.
-
-        Args:
-            cost: Of a free cell.
-        """
-        return np.column_stack((self.exits.astype(np.float64), _ESCAPE * cost * self.distances))
+        """Return where a search begins, `(N, 3)`: row, column and the cost to come there."""
+        return np.column_stack((self.exits.astype(np.float64), _FACTOR * cost * self.distances))
 
     def to(self, cell: tuple[int, int]) -> NDArray[np.float64]:
-        """Return the way to an exit, `(N, 2) float64` of `(row, column)`, the start left out."""
-        way = [cell]
-        while self._before[way[-1]] != way[-1]:
-            way.append(self._before[way[-1]])
-        return np.array(way[-2::-1], dtype=np.float64).reshape(-1, 2)
+        """Return the path to an exit, `(N, 2) float64` of `(row, column)`, the start left out."""
+        cells = [cell]
+        while self._before[cells[-1]] != cells[-1]:
+            cells.append(self._before[cells[-1]])
+        return np.array(cells[-2::-1], dtype=np.float64).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""Where things have been that move, and what it costs to be where they will be."""
+"""Trails of moving things, which are free, and costs of the paths ahead of them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.window import Window, clipped
 
 _PEAK = 30  # where a thing is now: paths bend round it, and do not turn about for it
-_EDGE = 0.3  # over which the cost falls beside the way [m]
+_EDGE = 0.3  # over which the cost falls beside the path [m]
 _TRAIL = 0.9  # as long as a thing may have moved before that was known [s]
 _NOISE = 0.05  # beside a thing, where it may have been marked as well [m]
 
@@ -33,39 +33,39 @@ class Patch:
     costs: NDArray[np.uint8]
 
 
-def ways(
+def path_costs(
     things: NDArray[np.float64], since: float, time: float, radius: float, frame: GridFrame
 ) -> Patch | None:
-    """Return what the ways of things cost: the later they come by, the less. None for nothing.
+    """Return costs of the paths of things, less the later they pass; None for nothing.
 
     Args:
         things: `(K, 5)` as `Moving` has them, of the grid's frame.
         since: How old they are [s].
-        time: How far ahead their ways count [s].
+        time: Time ahead for which their paths count [s].
         radius: The robot's, about its middle [m].
         frame: Where the grid lies.
     """
     if not len(things):
         return None
     edge = _EDGE / frame.resolution
-    places, goes, sizes = _in_cells(things, since, time, radius, frame)
+    positions, goes, sizes = _in_cells(things, since, time, radius, frame)
     reach = sizes[:, None] + edge
-    low = np.minimum(places, places + goes) - reach
-    high = np.maximum(places, places + goes) + reach
+    low = np.minimum(positions, positions + goes) - reach
+    high = np.maximum(positions, positions + goes) + reach
     x0, y0 = np.floor(low.min(axis=0)).astype(int).tolist()
     x1, y1 = np.ceil(high.max(axis=0)).astype(int).tolist()
     rows, columns = clipped(y0, y1, x0, x1, frame.shape)
     if rows.start >= rows.stop or columns.start >= columns.stop:
         return None
     costs = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.uint8)
-    _draw(costs, places - (columns.start, rows.start), goes, sizes, edge)
+    _draw(costs, positions - (columns.start, rows.start), goes, sizes, edge)
     return Patch((rows, columns), costs)
 
 
 def free_trails(
     data: NDArray[Any], things: NDArray[np.float64], frame: GridFrame, free: int
 ) -> Window | None:
-    """Free the cells where things have just been, in place: what stood there would be in their way.
+    """Free the cells where things have just been, in place: nothing can stand there.
 
     Args:
         data: `(height, width)`, of any whole numbers.
@@ -87,24 +87,24 @@ def free_trails(
 def _in_cells(
     things: NDArray[np.float64], since: float, time: float, more: float, frame: GridFrame
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the places, the ways within a time and the radii of things, in cells of a grid."""
+    """Return the positions, motions within a time and radii of things, in cells."""
     T_grid_frame, cell = frame.origin.inverse(), frame.resolution
-    places = T_grid_frame.apply(things[:, :2] + since * things[:, 2:4]) / cell
+    positions = T_grid_frame.apply(things[:, :2] + since * things[:, 2:4]) / cell
     goes = SE2(0.0, 0.0, T_grid_frame.theta).apply(things[:, 2:4]) * (time / cell)
-    return places, goes, (things[:, 4] + more) / cell
+    return positions, goes, (things[:, 4] + more) / cell
 
 
 @njit(cache=True)
 def _draw(
     costs: NDArray[np.uint8],
-    places: NDArray[np.float64],
+    positions: NDArray[np.float64],
     goes: NDArray[np.float64],
     sizes: NDArray[np.float64],
     edge: float,
 ) -> None:
     """Fill in the cost of each cell by when and how near things come by; lengths in cells."""
-    for k in range(len(places)):
-        x, y = places[k]
+    for k in range(len(positions)):
+        x, y = positions[k]
         row0, row1, column0, column1 = _about(costs, x, y, goes[k], sizes[k] + edge)
         for row in range(row0, row1):
             for column in range(column0, column1):
@@ -118,15 +118,15 @@ def _draw(
 @njit(cache=True)
 def _erase(
     data: NDArray[Any],
-    places: NDArray[np.float64],
+    positions: NDArray[np.float64],
     goes: NDArray[np.float64],
     sizes: NDArray[np.float64],
     free: int,
 ) -> tuple[int, int, int, int]:
     """Free the cells that things have covered; return the rows and columns that have changed."""
     low_row, high_row, low_column, high_column = data.shape[0], 0, data.shape[1], 0
-    for k in range(len(places)):
-        x, y = places[k]
+    for k in range(len(positions)):
+        x, y = positions[k]
         row0, row1, column0, column1 = _about(data, x, y, goes[k], sizes[k])
         for row in range(row0, row1):
             for column in range(column0, column1):
@@ -141,12 +141,12 @@ def _erase(
 
 @njit(cache=True)
 def _about(
-    data: NDArray[Any], x: float, y: float, way: NDArray[np.float64], reach: float
+    data: NDArray[Any], x: float, y: float, motion: NDArray[np.float64], reach: float
 ) -> tuple[int, int, int, int]:
-    """Return the rows and the columns within a reach of a way."""
+    """Return the rows and the columns within a reach of a motion."""
     height, width = data.shape
-    row0, row1 = min(y, y + way[1]) - reach, max(y, y + way[1]) + reach
-    column0, column1 = min(x, x + way[0]) - reach, max(x, x + way[0]) + reach
+    row0, row1 = min(y, y + motion[1]) - reach, max(y, y + motion[1]) + reach
+    column0, column1 = min(x, x + motion[0]) - reach, max(x, x + motion[0]) + reach
     return (
         max(math.floor(row0), 0),
         min(math.ceil(row1), height),
@@ -156,8 +156,8 @@ def _about(
 
 
 @njit(cache=True)
-def _passed(x: float, y: float, way: NDArray[np.float64]) -> tuple[float, float]:
-    """Return at which share of a way a point is passed, and how far beside it that lies."""
-    length = max(way[0] * way[0] + way[1] * way[1], 1e-9)
-    share = min(max((x * way[0] + y * way[1]) / length, 0.0), 1.0)
-    return share, math.hypot(x - share * way[0], y - share * way[1])
+def _passed(x: float, y: float, motion: NDArray[np.float64]) -> tuple[float, float]:
+    """Return at which share of a motion a point is passed, and how far beside it that lies."""
+    length = max(motion[0] * motion[0] + motion[1] * motion[1], 1e-9)
+    share = min(max((x * motion[0] + y * motion[1]) / length, 0.0), 1.0)
+    return share, math.hypot(x - share * motion[0], y - share * motion[1])
