@@ -14,6 +14,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.goal_server import GoalServer, result_timeout
+from arjuna_core.timing import Periodic
 from arjuna_nav.nodes.goals.memory import GoalMemory, ResumingNode
 from arjuna_nav.nodes.gps.anchor import GpsAnchor, GpsConfig, GpsError
 from arjuna_nav.nodes.waypoints.tasks import TASKS, WaypointTask
@@ -62,6 +63,7 @@ class WaypointFollowerNode(ResumingNode):
         self._task: WaypointTask = TASKS.make(getattr(self.config, self._task_name), self)
         self._gps = GpsAnchor(self, self.config.gps, self.config.global_frame_id)
         self._navigator = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
+        self._look = Periodic(0.2)  # 0.3 ms each: it searches the graph
         self._kind = "follow_waypoints"
         self._servers = {
             kind: self.offer(
@@ -182,7 +184,7 @@ class WaypointFollowerNode(ResumingNode):
             self._run_task()
         elif not self._arrived:
             self._publish_waypoint()
-            if not self._navigator.ready:
+            if self._look.due(self.now) and not self._navigator.ready:
                 self._miss(_UNKNOWN, "the action server navigate_to_pose has gone")
         if self._arrived and self._server.goal is not None:
             self._arrived = False

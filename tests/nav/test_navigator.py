@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import itertools
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 
+from arjuna_core.files.shipped import shipped_file
 from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.base import ControlStatus
 from arjuna_nav.navigator import Ending, Finish, NavigatorConfig
@@ -160,6 +162,18 @@ def test_recovers_in_turn_and_gives_up_after_six(script: Script) -> None:
     assert script.fail_to_plan() == []
     assert script.end == Finish(Ending.ABORTED, 208, "NO_VALID_PATH")
     assert script.recoveries == 6
+
+
+def test_the_configurations_defaults_are_the_numbers_of_nav2s_tree() -> None:
+    tree = shipped_file("behavior_trees") / "navigate_to_pose_w_replanning_and_recovery.xml"
+    text, config = tree.read_text(encoding="utf-8"), NavigatorConfig()
+    names = {"hz": "replanning_frequency"}
+    for port in ("number_of_retries", "hz", "spin_dist", "wait_duration", "backup_dist"):
+        first = re.search(rf'{port}="([\d.]+)"', text)
+        assert first is not None
+        assert float(first[1]) == getattr(config, names.get(port, port)), port
+    assert f'backup_speed="{config.backup_speed}"' in text
+    assert config.outage_patience == 30.0
 
 
 def test_recovers_as_its_configuration_says() -> None:

@@ -223,6 +223,9 @@ def test_a_plan_to_a_goal_that_was_replaced_is_asked_for_again() -> None:
         ("<AssistedTeleop/>", None),
         ('<AssistedTeleop is_recovery="true"/>', 1),
         ("<DriveOnHeading/>", None),
+        ('<ClearEntireCostmap service_name="clear"/>', 1),
+        ('<ClearEntireCostmap service_name="clear" is_recovery="false"/>', None),
+        ("<ReinitializeGlobalLocalization/>", 1),
         ('<FollowPath path="{path}"/>', None),
     ],
 )
