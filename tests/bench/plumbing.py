@@ -17,7 +17,7 @@ from typing import Any
 
 ROOT = str(Path(__file__).resolve().parents[2]) + "/"
 KINDS = (
-    ("executor", ("arjuna_core/ros/local/executor.py", "/rclpy/executors.py", "/rclpy/task.py")),
+    ("executor", ("/rclpy/executors.py", "/rclpy/task.py")),
     ("copies and new messages", ("arjuna_core/ros/messages.py", "<message>")),
     ("conversion", ("arjuna_core/ros/convert.py", "arjuna_core/ros/scan_queue.py")),
     ("checks and guard", ("arjuna_core/checks/", "arjuna_core/ros/health/")),
