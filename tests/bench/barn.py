@@ -14,8 +14,15 @@ import numpy as np
 
 from arjuna_core.se2 import SE2
 from bringup.parameters import options
-from tests.helpers.nav.barn import AHEAD, REACHED, START, TIME_LIMIT, BarnWorld, load_worlds
-from tests.helpers.nav.barn_made import make_worlds
+from tests.helpers.nav.barn import (
+    AHEAD,
+    REACHED,
+    START,
+    TIME_LIMIT,
+    BarnWorld,
+    load_worlds,
+    make_worlds,
+)
 from tests.helpers.nav.drives import Drive, placed
 
 _JACKAL = Path(__file__).parent / "jackal"

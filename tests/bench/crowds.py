@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from bringup.parameters import options
-from tests.helpers.nav.bodies import Body
 from tests.helpers.nav.crowds import Crowd
+from tests.helpers.nav.layers import Body
 from tests.helpers.nav.played import Play
 
 _PEOPLE = (3, 5, 8, 12, 20)

@@ -14,9 +14,9 @@ import numpy as np
 
 from bringup.parameters import options
 from bringup.parameters.files import Parameters, merged
-from tests.helpers.nav.bodies import Body
 from tests.helpers.nav.doors import Door
 from tests.helpers.nav.drives import Drive, placed
+from tests.helpers.nav.layers import Body
 from tests.helpers.nav.played import Play
 
 _WIDTHS = (0.70, 0.60, 0.50, 0.45, 0.42)

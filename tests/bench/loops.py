@@ -15,9 +15,8 @@ import numpy as np
 from arjuna_slam import offline
 from arjuna_slam.graph.pose_graph import EdgeKind
 from arjuna_slam.slam import Slam
-from tests.helpers.building_drives import LIDARS, Drift, Drive, drive
+from tests.helpers.building_drives import LIDARS, Drift, Drive, corrected, drifting, drive, thinned
 from tests.helpers.buildings import CHOSEN_KINDS, KINDS, RESOLUTION, Building, building
-from tests.helpers.corrected_logs import corrected, drifting, thinned
 from tests.helpers.loop_measures import (
     agreement_of_loops,
     aligned_error,

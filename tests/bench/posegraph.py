@@ -19,8 +19,7 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.graph.linearization import assemble, damp
 from arjuna_slam.graph.pose_graph import EdgeTable
 from arjuna_slam.graph.sparse_cholesky import Pattern, factorize, pattern, solve
-from tests.helpers.posegraph_files import read_graph
-from tests.helpers.posegraph_start import cost, optimize_globally
+from tests.helpers.posegraph import cost, optimize_globally, read_graph
 
 _REPEATS = 5
 

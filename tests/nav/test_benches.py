@@ -18,8 +18,7 @@ import pytest
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
 from tests.bench import barn, goals, planner
-from tests.helpers.nav.barn import CELL, START, load_worlds
-from tests.helpers.nav.barn_made import make_worlds
+from tests.helpers.nav.barn import CELL, START, load_worlds, make_worlds
 from tests.helpers.nav.drives import Ground
 from tests.helpers.nav.navfn_maps import COURSES
 from tests.nav.worlds import block, empty_grid

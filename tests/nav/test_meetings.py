@@ -8,9 +8,9 @@ import pytest
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.model.entities import Entity
-from tests.helpers.nav.bodies import Body
 from tests.helpers.nav.inhabited import boxes_in, settle, with_boxes
-from tests.helpers.nav.meetings import Meetings
+from tests.helpers.nav.layers import Body
+from tests.helpers.nav.people import Meetings
 from tests.nav.worlds import block, empty_grid
 
 CORNERS = Body.box(0.4, 0.4).corners

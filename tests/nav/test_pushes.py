@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import IDENTITY, SE2
-from tests.helpers.nav.bodies import Body
-from tests.helpers.nav.pushes import Pushes
+from tests.helpers.nav.layers import Body
+from tests.helpers.nav.people import Pushes
 
 CORNERS = Body.box(0.4, 0.4).corners
 NO_WALLS = np.zeros((0, 4))

@@ -13,9 +13,8 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
 from tests.bench.loops import attempt
-from tests.helpers.building_drives import LIDARS, Drift, drive
+from tests.helpers.building_drives import LIDARS, Drift, drifting, drive, thinned
 from tests.helpers.buildings import KINDS, RESOLUTION, Building, building
-from tests.helpers.corrected_logs import drifting, thinned
 from tests.helpers.loop_measures import is_wrong, near_places
 
 CERTAIN = np.diag([1e4, 1e4, 1e5])

@@ -1,20 +1,23 @@
-"""Worlds of the BARN challenge: where they lie, where one starts, and how a run is scored.
-
-Source: Perille et al., Benchmarking metric ground navigation, SSRR 2020; the rules of the BARN
-challenge at ICRA: score = success * OT / clip(AT, 2 OT, 8 OT).
-"""
+"""Worlds of the BARN challenge, and ones like them made up by a cellular automaton."""
 
 from __future__ import annotations
 
+import itertools
 import lzma
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation, convolve
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.costmap import LETHAL
+from arjuna_nav.planners.waves.descent import descend
+from arjuna_nav.planners.waves.potential import spread, traversal_costs
 from tests.helpers.nav.drives import files_in
 
 START = SE2(-2.25, 3.0, math.pi / 2.0)
@@ -84,3 +87,88 @@ def _optimal(path: Path, number: str) -> float:
     ends = np.array([[START.x, START.y], [START.x, START.y + AHEAD]])
     way = np.vstack((ends[:1], points, ends[1:]))
     return float(np.hypot(*np.diff(way, axis=0).T).sum())
+
+
+_SIZE = 30  # of the field [cells]
+_FIRST_ROW = 34  # of the field, counted from where the fence begins
+_LEFT = -4.425  # x of the first column's centres [m]
+_BEFORE_PATH = 5.075, -4.575  # y and x of the cell (0, 0) of path files [m]
+_FILLS = (0.15, 0.20, 0.25, 0.30)
+_SMOOTHINGS = (2, 3, 4)
+_CYLINDER = (
+    "<model name='unit_cylinder_{}'><static>1</static><pose>{:.3f} {:.3f} 0.5 0 0 0</pose>"
+    "<link name='link'><collision name='collision'><geometry><cylinder><radius>0.075</radius>"
+    "<length>1</length></cylinder></geometry></collision></link></model>"
+)
+_GROUND = "<include><uri>model://ground_plane</uri></include>"
+
+
+def make_worlds(folder: Path, count: int, rng: np.random.Generator) -> Path:
+    """Write worlds `world_N.world` and their `path_N.npy` into a folder, and return it.
+
+    Args:
+        folder: Where to.
+        count: How many; their fills and smoothings take turns.
+        rng: Where chance comes from.
+    """
+    kinds = itertools.cycle(itertools.product(_SMOOTHINGS, _FILLS))
+    for number, (smoothings, fill) in zip(range(count), kinds, strict=False):
+        field, way = _passable(fill, smoothings, rng)
+        models = (_CYLINDER.format(i, x, y) for i, (x, y) in enumerate(_cylinders(field)))
+        text = f"<sdf version='1.6'><world name='made'>{_GROUND}{''.join(models)}</world></sdf>"
+        (folder / f"world_{number}.world").write_text(text, encoding="ascii")
+        np.save(folder / f"path_{number}.npy", way)
+    return folder
+
+
+def _passable(
+    fill: float, smoothings: int, rng: np.random.Generator
+) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+    """Return a field `(row, column)` and the cells `(column, row)` of the way through, as files."""
+    while True:
+        field = rng.random((_SIZE, _SIZE)) < fill
+        field[:, [0, -1]] = True
+        for _ in range(smoothings):
+            field = _smoothed(field)
+        way = _way(field)
+        if way is not None:
+            return field, way
+
+
+def _smoothed(field: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Fill what has more than four neighbours, empty what has fewer than two; fences are filled."""
+    padded = np.pad(field, ((1, 1), (0, 0)))
+    padded = np.pad(padded, ((0, 0), (1, 1)), constant_values=True)
+    around = convolve(padded.astype(np.int64), np.ones((3, 3), np.int64), mode="constant")
+    neighbours = (around - padded)[1:-1, 1:-1]
+    kept: NDArray[np.bool_] = (field | (neighbours > 4)) & (neighbours >= 2)
+    return kept
+
+
+def _way(field: NDArray[np.bool_]) -> NDArray[np.int64] | None:
+    """Return the shortest way five cells wide, None where there is none."""
+    wide = binary_dilation(field, np.ones((5, 5)))
+    data = np.where(wide, LETHAL, 0).astype(np.uint8)
+    middle = round((START.x - _LEFT) / CELL)
+    near = [c for c in range(_SIZE) if not wide[0, c]]
+    if not near:
+        return None
+    first = min(near, key=lambda column: abs(column - middle))
+    potential = spread(data, traversal_costs(), np.array([[0.0, first, 0.0]]))
+    last = min(range(_SIZE), key=lambda c: potential[-1, c] + 50.0 * abs(c - middle))
+    if not math.isfinite(potential[-1, last]):
+        return None
+    cells = np.round(descend(potential, (_SIZE - 1, last))[::-1]).astype(np.int64)
+    y0, x0 = _BEFORE_PATH
+    shift = round((_LEFT - x0) / CELL), round((CELL * (_FIRST_ROW + 0.5) - y0) / CELL)
+    return cells[:, ::-1] + shift
+
+
+def _cylinders(field: NDArray[np.bool_]) -> Iterator[tuple[float, float]]:
+    """Give the places of a world's cylinders: the field's, and the fence about the start."""
+    world = np.zeros((_FIRST_ROW + _SIZE, _SIZE), np.bool_)
+    world[_FIRST_ROW:] = field
+    world[:_FIRST_ROW, [0, -1]] = True
+    world[0] = True
+    for row, column in np.argwhere(world):
+        yield _LEFT + CELL * float(column), CELL * (float(row) + 0.5)

@@ -21,7 +21,7 @@ from arjuna_sim.model.footprint import footprint
 from arjuna_sim.model.world import PERSON
 from bringup.lockstep import LockStep
 from bringup.parameters.files import Parameters
-from tests.helpers.nav.meetings import AWAY, PUSHED, Meetings
+from tests.helpers.nav.people import AWAY, PUSHED, Meetings
 
 _BRAKED = 0.2  # after being told to stand a robot does, and what turns its wheels is a push [s]
 _SAMPLES = 4  # of a line of sight, a cell

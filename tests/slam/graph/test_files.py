@@ -8,7 +8,7 @@ import pytest
 
 from arjuna_core.errors import InputFileError
 from arjuna_slam.graph.optimizer import optimize
-from tests.helpers.posegraph_files import read_graph
+from tests.helpers.posegraph import read_graph
 
 G2O = """\
 # a comment

@@ -10,7 +10,7 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.graph.linearization import fill_jacobians, residual
 from arjuna_slam.graph.optimizer import OptimizerStatus, optimize
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, EdgeTable, PoseGraph
-from tests.helpers.posegraph_start import initialize, optimize_globally
+from tests.helpers.posegraph import initialize, optimize_globally
 
 INFORMATION = np.diag([100.0, 100.0, 400.0])
 
