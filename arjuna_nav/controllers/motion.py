@@ -61,7 +61,7 @@ def curvature_to(x: float, y: float) -> float:
 
 
 @njit(cache=True)
-def braking_speed(distance: float, deceleration: float, final: float = 0.0) -> float:
+def braking_speed(distance: float, deceleration: float, final: float) -> float:
     """Return the speed from which one brakes to a final speed within a distance.
 
     It holds for yaw rates and angles, too.
@@ -96,7 +96,7 @@ class Turning:
             angle: Left to turn [rad].
             last: Yaw rate commanded last [rad/s].
         """
-        brake = braking_speed(abs(angle), 0.5 * self.acceleration)  # half: none overshoots
+        brake = braking_speed(abs(angle), 0.5 * self.acceleration, 0.0)  # half: none overshoots
         rate = min(self.rate, brake, self.gain * abs(angle))
         if abs(angle) > self.settled:
             rate = max(rate, min(self.rate_min, self.rate))

@@ -145,7 +145,7 @@ class Tracker:
         felt = pose @ SE2.exp(np.array([velocity.x, 0.0, velocity.yaw_rate]) * config.latency)
         if not self.runs_out:
             left = side * (felt.inverse() @ piece.end).x
-            speed = min(speed, max(braking_speed(left, config.deceleration), config.min_speed))
+            speed = min(speed, max(braking_speed(left, config.deceleration, 0.0), config.min_speed))
         point = felt.inverse() @ _ahead(piece, felt, config.lookahead(speed))
         curvature = curvature_to(point.x, point.y)
         v = side * min(speed, config.max_angular_velocity / max(abs(curvature), 1e-9))
@@ -165,7 +165,7 @@ class Tracker:
         away = rest * rate < 0.0 and abs(rate) > config.min_angular_velocity
         if rest * angle <= 0.0 or away:  # the motion under way suffices, or is too much
             return 0.0
-        fast = braking_speed(abs(rest), config.angular_deceleration)
+        fast = braking_speed(abs(rest), config.angular_deceleration, 0.0)
         fast = min(fast, abs(rest) / max(config.latency, 0.01), config.max_angular_velocity)
         return math.copysign(max(config.min_angular_velocity, fast), angle)
 
