@@ -16,7 +16,7 @@ from arjuna_nav.behaviors.base import (
     InvalidGoalError,
     TimedBehavior,
 )
-from arjuna_nav.controllers.motion import rollout
+from arjuna_nav.controllers.motion import braking_speed, rollout
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -49,7 +49,7 @@ class Spin(TimedBehavior):
 
     def _drive(self, pose: SE2, costmap: Costmap, now: float) -> BehaviorResult:
         config = self._config
-        rate = math.sqrt(2.0 * config.rotational_acc_lim * self._left())
+        rate = braking_speed(self._left(), config.rotational_acc_lim, 0.0)
         rate = min(max(rate, config.min_rotational_vel), config.max_rotational_vel)
         velocity = Velocity(yaw_rate=math.copysign(rate, self._target))
         return self._unless_it_collides(velocity, self._left() / rate, pose, costmap)

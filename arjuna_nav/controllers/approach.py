@@ -12,6 +12,7 @@ from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.graceful.control_law import approach
+from arjuna_nav.controllers.motion import braking_distance
 from arjuna_nav.controllers.tracker import Tracker, TrackerConfig
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
@@ -35,6 +36,11 @@ class ApproachConfig:
         minimum=0.0,
         maximum=math.pi,
     )
+    straight_ratio: float = param(
+        1.05,
+        "Ratio of the path's rest to the goal's distance up to which it is straight.",
+        minimum=1.0,
+    )
     curve_time: float = param(
         4.5,
         "Time before the goal, at the speed driven, at which an approach begins on a curve that "
@@ -51,6 +57,12 @@ class ApproachConfig:
     )
     curve_gain: float = param(
         1.5, "k_phi and k_delta of the graceful control law on that curve.", minimum=0.1
+    )
+    curve_rate_ratio: float = param(
+        0.7,
+        "Part of the greatest yaw rate on that curve: by more, wheels that turn and drive drift.",
+        minimum=0.1,
+        maximum=1.0,
     )
     curve_room: float = param(
         0.05, "Room beside the robot all along that curve.", unit="m", minimum=0.0
@@ -166,7 +178,10 @@ class FinalApproach:
         """Return the first of the trajectories into the goal that is free, if one is due."""
         config, seen = self._config, pose.inverse() @ goal
         distance, bearing = math.hypot(seen.x, seen.y), math.atan2(seen.y, seen.x)
-        straight_ahead = abs(bearing) < config.bearing and left < 1.05 * distance + 0.05
+        straight_ahead = (
+            abs(bearing) < config.bearing
+            and left < config.straight_ratio * distance + costmap.frame.resolution
+        )
         if not within and not straight_ahead:
             return None
         found = None
@@ -174,7 +189,7 @@ class FinalApproach:
             found = self._curve(
                 pose, self._planned_end(pose, goal, velocity), velocity, costmap, speed
             )
-        braking = 1.2 * velocity.x**2 / (2.0 * self._tracking.deceleration)
+        braking = 1.2 * braking_distance(velocity.x, self._tracking.deceleration)
         if found is None and (within or distance <= max(config.distance, braking)):
             found = self._straight(pose, goal)
             if first_collision(costmap, self._footprint, found) is not None:
@@ -217,7 +232,9 @@ class FinalApproach:
         config, spacing = self._config, costmap.frame.resolution
         felt = self._felt(pose, velocity)
         law = np.array([config.curve_gain, config.curve_gain, 0.0, 1.0])
-        limits = np.array([0.0, speed, speed, 0.7 * self._tracking.max_angular_velocity])
+        limits = np.array(
+            [0.0, speed, speed, config.curve_rate_ratio * self._tracking.max_angular_velocity]
+        )
         seen, _, _ = approach((felt.inverse() @ end).array(), law, limits, spacing)
         poses = np.column_stack((felt.apply(seen[:, :2]), felt.theta + seen[:, 2]))
         if SE2.from_array(poses[-1]).distance(end) > 2.0 * spacing:

@@ -1,4 +1,4 @@
-"""Goal and progress checkers: has the robot arrived, does it get on?"""
+"""Goal and progress checkers: whether the robot has arrived, and whether it makes progress."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from arjuna_core.twist import STILL, Velocity
 
 
 class ProgressChecker(Protocol):
-    """Tells whether the robot gets on; made of its `Config`."""
+    """Says whether the robot makes progress; made of its `Config`."""
 
     def reset(self) -> None:
         """Start over with the next check."""
         ...
 
     def check(self, pose: SE2, now: float) -> bool:
-        """Tell whether the robot, at a pose and a time [s], gets on."""
+        """Return whether the robot, at a pose and a time [s], makes progress."""
         ...
 
-    def complaint(self) -> str:
+    def failure_message(self) -> str:
         """Say what it did not do."""
         ...
 
 
 class GoalChecker(Protocol):
-    """Tells whether the robot has arrived; made of its `Config`.
+    """Says whether the robot has arrived; made of its `Config`.
 
     Attributes:
         xy_tolerance: Distance at which the position counts as reached [m].
@@ -41,7 +41,7 @@ class GoalChecker(Protocol):
         ...
 
     def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
-        """Tell whether the robot has arrived; both poses are of one frame."""
+        """Return whether the robot has arrived; both poses are of one frame."""
         ...
 
 
@@ -75,7 +75,7 @@ class SimpleProgressChecker:
         self._since = None
 
     def check(self, pose: SE2, now: float) -> bool:
-        """Tell whether the robot gets on.
+        """Return whether the robot makes progress.
 
         Args:
             pose: The robot's [m, m, rad].
@@ -86,7 +86,7 @@ class SimpleProgressChecker:
             return True
         return now - self._since[1] <= self._config.movement_time_allowance
 
-    def complaint(self) -> str:
+    def failure_message(self) -> str:
         """Say what the robot did not do."""
         config = self._config
         return (
@@ -122,27 +122,25 @@ class PoseProgressChecker(SimpleProgressChecker):
         super().__init__(config)
         self._angle = config.required_movement_angle
 
-    def complaint(self) -> str:
+    def failure_message(self) -> str:
         """Say what the robot did not do."""
-        return f"turned less than {self._angle:g} rad and {super().complaint()}"
+        return f"turned less than {self._angle:g} rad and {super().failure_message()}"
 
     def _moved(self, before: SE2, pose: SE2) -> bool:
         return super()._moved(before, pose) or abs(wrap(pose.theta - before.theta)) > self._angle
 
 
-_PUSHED = 0.15  # beyond the tolerance: who is so far off has been pushed away [m]
-
-
-def is_there(pose: SE2, goal: SE2, tolerance: float, was_there: bool) -> bool:
-    """Tell whether a robot is at a goal's place, or still, as long as nobody pushes it away.
+def is_there(pose: SE2, goal: SE2, tolerance: float, was_there: bool, pushed: float = 0.15) -> bool:
+    """Return whether a robot is at a goal, or still is: nobody has pushed it away.
 
     Args:
         pose: The robot's.
         goal: In the same frame.
-        tolerance: How far off counts as there [m].
+        tolerance: Greatest distance from the goal [m].
         was_there: Whether it was there and is to be taken as there.
+        pushed: Distance beyond the tolerance that only a push explains [m].
     """
-    return pose.distance(goal) - tolerance <= (_PUSHED if was_there else 0.0)
+    return pose.distance(goal) - tolerance <= (pushed if was_there else 0.0)
 
 
 @dataclass(frozen=True)
@@ -156,7 +154,7 @@ class GoalConfig:
 
 
 class SimpleGoalChecker:
-    """Tells whether position and heading are within their tolerances.
+    """Says whether position and heading are within their tolerances.
 
     Args:
         config: Tolerances.
@@ -176,7 +174,7 @@ class SimpleGoalChecker:
         self._position_reached = False
 
     def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
-        """Tell whether the robot has arrived; both poses are of one frame."""
+        """Return whether the robot has arrived; both poses are of one frame."""
         config = self._config
         there = is_there(pose, goal, config.xy_goal_tolerance, self._position_reached)
         self._position_reached = there and config.stateful
@@ -186,3 +184,71 @@ class SimpleGoalChecker:
         if self._config.symmetric_yaw_tolerance:
             off = min(off, math.pi - off)
         return off <= self._config.yaw_goal_tolerance
+
+
+@dataclass(frozen=True)
+class StoppedGoalConfig(GoalConfig):
+    """Parameters of the stopped goal checker, by Nav2's names."""
+
+    trans_stopped_velocity: float = param(
+        0.25, "Speed that counts as standing.", unit="m/s", minimum=0.0
+    )
+    rot_stopped_velocity: float = param(
+        0.25, "Yaw rate that counts as standing.", unit="rad/s", minimum=0.0
+    )
+
+
+class StoppedGoalChecker(SimpleGoalChecker):
+    """Asks that the robot has arrived and stands.
+
+    Args:
+        config: Tolerances and velocities.
+
+    Source: nav2_controller, StoppedGoalChecker.
+    """
+
+    Config: ClassVar[type[Any]] = StoppedGoalConfig
+
+    def __init__(self, config: StoppedGoalConfig) -> None:
+        super().__init__(config)
+        self._v_max, self._w_max = config.trans_stopped_velocity, config.rot_stopped_velocity
+
+    def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
+        """Return whether the robot has arrived and stands; both poses are of one frame."""
+        stands = abs(velocity.x) <= self._v_max and abs(velocity.yaw_rate) <= self._w_max
+        return super().reached(pose, goal, velocity) and stands
+
+
+@dataclass(frozen=True)
+class PositionGoalConfig:
+    """Parameters of the position goal checker, by Nav2's names."""
+
+    xy_goal_tolerance: float = param(0.25, "Distance from the goal.", unit="m", minimum=0.0)
+    stateful: bool = param(True, "Whether the position, once reached, counts as reached.")
+
+
+class PositionGoalChecker:
+    """Says whether the position is within its tolerance, whatever the heading.
+
+    Args:
+        config: Tolerance.
+
+    Source: nav2_controller, PositionGoalChecker.
+    """
+
+    Config: ClassVar[type[Any]] = PositionGoalConfig
+
+    def __init__(self, config: PositionGoalConfig) -> None:
+        self.xy_tolerance = config.xy_goal_tolerance
+        self._stateful = config.stateful
+        self._reached = False
+
+    def reset(self) -> None:
+        """Forget that the position was reached."""
+        self._reached = False
+
+    def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
+        """Return whether the robot has arrived; both poses are of one frame."""
+        there = is_there(pose, goal, self.xy_tolerance, self._reached)
+        self._reached = there and self._stateful
+        return there

@@ -40,10 +40,16 @@ class EscapeConfig:
         1.5, "How far ahead on the path narrow gaps are looked for.", unit="m", minimum=0.1
     )
     gap_room: float = param(
-        0.15, "Room beside the robot below which a gap is narrow.", unit="m", minimum=0.0
+        0.15, "Room beside the robot below which a gap is narrow.", unit="m", minimum=0.01
     )
     gap_margin: float = param(
         0.005, "Room beside the robot, without its padding, in a gap.", unit="m", minimum=0.0
+    )
+    gap_distance: float = param(
+        0.12, "Distance of the robot's front from a gap where it lines up.", unit="m", minimum=0.0
+    )
+    gap_angle: float = param(
+        0.5, "Angle to a gap's line up to which it is steered onto it.", unit="rad", minimum=0.0
     )
     run_up: float = param(
         0.25, "Distance before a gap over which the robot lines up.", unit="m", minimum=0.0
@@ -76,6 +82,7 @@ class Escape:
             self._outline.min(axis=0),
             self._outline.max(axis=0),
         )
+        self._reach = config.gap_reach + 2.0 * footprint.circumscribed_radius
         self._half, self._middle = 0.5 * (left - right), 0.5 * (left + right)
         turn = 2.0 * config.max_speed / tracking.max_angular_velocity  # by its time, with the stops
         self._drive = Drive(turn, 0.3 * turn, back=2.0, limit=config.max_iterations)
@@ -101,6 +108,15 @@ class Escape:
         """Search a trajectory to the path ahead, and return whether there is one."""
         self.reset()
         return self._config.enabled and self._plan(*_in_own_frame(pose, path, costmap))
+
+    def leave_contact(self, pose: SE2, costmap: Costmap) -> bool:
+        """Drive straight off what the robot touches; return whether it can."""
+        self.reset()
+        T_own = costmap.T_frame_own.inverse()
+        poses = straight_out(T_own @ pose, costmap.seen_from(T_own), self._footprint)
+        if self._config.enabled and len(poses) > 1:
+            self._tracker.follow(poses)
+        return self.active
 
     def compute(
         self,
@@ -172,19 +188,21 @@ class Escape:
         if self._gap is None:
             return float(self._config.max_speed)
         room = 0.5 * self._gap.width - self._half
-        return float(self._config.max_speed * min(max(room / 0.08, 0.5), 1.0))
+        return float(
+            self._config.max_speed * min(max(2.0 * room / self._config.gap_room, 0.5), 1.0)
+        )
 
     def _is_free(self, poses: NDArray[np.float64], costmap: Costmap) -> bool:
         """Return whether the robot can drive poses, in a gap by the points that scans have hit."""
         if self._gap is None:
             return first_collision(costmap, self._footprint, poses) is None
-        around = costmap.obstacles(poses[0, 0], poses[0, 1], self._config.gap_reach + 0.5)
+        around = costmap.obstacles(poses[0, 0], poses[0, 1], self._reach)
         return bool(first_contact(poses, around, self._outline) == len(poses))
 
     def _plan(self, pose: SE2, path: NDArray[np.float64], costmap: Costmap) -> bool:
         """Take the trajectory through a narrow gap on the path, or the cheapest one round."""
         config = self._config
-        points = costmap.obstacles(pose.x, pose.y, config.gap_reach + 0.5)
+        points = costmap.obstacles(pose.x, pose.y, self._reach)
         near = path[paths.along(path) <= config.gap_reach]
         self._gap = find_gap(near, points, self._half, config.gap_room)
         trajectory = None
@@ -204,12 +222,12 @@ class Escape:
         at = gap.line.inverse() @ pose
         if at.x >= gap.last:
             return None
-        if abs(at.theta) < 0.5:
+        if abs(at.theta) < self._config.gap_angle:
             steered = self._steered(gap, pose)
             if self._fits(gap, steered, points):
                 return steered
         for distance in (self._config.run_up, 0.0):
-            before = gap.first - self._front - 0.12 - distance
+            before = gap.first - self._front - self._config.gap_distance - distance
             entry = gap.line @ SE2(before, -self._middle)
             searched = find_path(pose, entry, costmap, self._footprint, self._drive)
             if not len(searched):
@@ -227,7 +245,7 @@ class Escape:
 
     def _look_again(self, gap: Gap, pose: SE2, costmap: Costmap) -> None:
         """Follow a gap as it is seen now, and steer onto its line from here where that is free."""
-        points = costmap.obstacles(pose.x, pose.y, self._config.gap_reach + 0.5)
+        points = costmap.obstacles(pose.x, pose.y, self._reach)
         at = gap.line.inverse() @ pose
         inside = self._tracker.runs_out
         window = (at.x + self._rear, at.x + self._front + 0.3) if inside else (-0.3, 0.3)
@@ -235,7 +253,7 @@ class Escape:
         if newest.width > 2.0 * (self._half + self._config.gap_room):
             return
         self._gap = newest
-        if inside and abs(at.theta) < 0.5 and at.x < gap.last - self._rear:
+        if inside and abs(at.theta) < self._config.gap_angle and at.x < gap.last - self._rear:
             steered = self._steered(newest, pose)
             if self._fits(newest, steered, points):
                 self._tracker.follow(steered, through=True)
@@ -269,7 +287,9 @@ class Escape:
         last = min(config.reach, along[-1])
         for distance in np.linspace(min(config.rejoin_distance, last), last, config.targets):
             i = int(np.searchsorted(along, distance - 1e-9))
-            before = int(np.searchsorted(along, max(along[i] - 0.3, 0.0)))
+            before = int(
+                np.searchsorted(along, max(along[i] - self._footprint.circumscribed_radius, 0.0))
+            )
             dx, dy = path[i, :2] - path[before, :2]
             yaw = math.atan2(dy, dx) if i > before else float(path[i, 2])
             target = SE2(float(path[i, 0]), float(path[i, 1]), yaw)

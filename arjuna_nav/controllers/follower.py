@@ -18,7 +18,7 @@ from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus
 from arjuna_nav.controllers.checkers import GoalChecker, ProgressChecker
 from arjuna_nav.controllers.escape import Escape, EscapeConfig
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
-from arjuna_nav.controllers.speed_limits import Foresight, ForesightConfig
+from arjuna_nav.controllers.speed_limits import ForesightConfig, allowed_speed
 from arjuna_nav.controllers.tracker import TrackerConfig
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import collides
@@ -137,7 +137,6 @@ class PathFollower:
             getattr(config, self.chosen.progress_checker)
         )
         self._controller = self._make_controller()
-        self._foresight = Foresight(config.foresight)
         self._approach = FinalApproach(config.arrival, config.tracker, footprint)
         self._escape = Escape(config.escape, config.tracker, footprint, body or footprint)
         self._end: SE2 | None = None
@@ -196,7 +195,7 @@ class PathFollower:
             self._progress.reset()  # it is slow
         if not self._progress.check(pose, now):
             return FollowResult.failed(
-                ControlStatus.FAILED_TO_MAKE_PROGRESS, self._progress.complaint()
+                ControlStatus.FAILED_TO_MAKE_PROGRESS, self._progress.failure_message()
             )
         distance = paths.length(self._controller.path)
         if not self._escape.active and paths.ends_here(self._controller.path, pose):
@@ -208,7 +207,8 @@ class PathFollower:
             if arriving is None and self._goal.reached(pose, self._end, velocity):
                 return FollowResult(FollowState.SUCCEEDED)
         wanted = min(self.desired_speed, self.speed_limit)
-        slower = self._foresight.speed(self._controller.path, pose, costmap, wanted)
+        path = self._controller.path
+        slower = allowed_speed(self._config.foresight, path, pose, costmap, wanted)
         self._controller.speed_limit = min(slower, self.speed_limit)
         control = self._control(pose, velocity, costmap, now)
         distance = paths.length(self._controller.path)
@@ -248,13 +248,15 @@ class PathFollower:
             if command is not None:
                 return ControlResult(ControlStatus.SUCCEEDED, command)
         control = self._controller.compute(pose, velocity, costmap, now)
-        scrapes = self._scrapes(control.velocity, pose, costmap)
-        if control.status is not ControlStatus.NO_VALID_CONTROL and not scrapes:
+        if self._scrapes(control.velocity, pose, costmap) and escape.leave_contact(pose, costmap):
+            command = escape.compute(pose, velocity, path, costmap, now, self.speed_limit)
+            return control if command is None else ControlResult(ControlStatus.SUCCEEDED, command)
+        if control.status is not ControlStatus.NO_VALID_CONTROL:
             if control.velocity.x != 0.0:  # a turn alone leads nowhere
                 self._escape_tried = False
             return control
         reach = self._footprint.circumscribed_radius + self._config.moving_obstacle_distance
-        if not scrapes and costmap.moves_within(pose.x, pose.y, reach):
+        if costmap.moves_within(pose.x, pose.y, reach):
             return ControlResult(ControlStatus.SUCCEEDED, STILL, control.message)
         if self._escape_tried or self._brakes(velocity):
             return control

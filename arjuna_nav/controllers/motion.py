@@ -12,11 +12,15 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 
-_TURN_STEP = 0.1  # between two poses; moves a corner 0.5 m out by one cell of 5 cm [rad]
-_MOST = 10_000  # poses: 500 m of cells of 5 cm
 
-
-def rollout(pose: SE2, velocity: Velocity, duration: float, spacing: float) -> NDArray[np.float64]:
+def rollout(
+    pose: SE2,
+    velocity: Velocity,
+    duration: float,
+    spacing: float,
+    turn_step: float = 0.1,
+    limit: int = 10_000,
+) -> NDArray[np.float64]:
     """Return the poses along the arc that a constant velocity drives, one round of it at most.
 
     Args:
@@ -24,13 +28,15 @@ def rollout(pose: SE2, velocity: Velocity, duration: float, spacing: float) -> N
         velocity: Forward speed and yaw rate.
         duration: For how long [s].
         spacing: Greatest distance between two poses [m].
+        turn_step: Greatest angle between two; 0.1 moves a corner 0.5 m out by a cell [rad].
+        limit: Greatest number of poses.
 
     Returns:
         `(N, 3) float64` [m, m, rad], the start first.
     """
     duration = min(duration, 2.0 * math.pi / max(abs(velocity.yaw_rate), 1e-9))
     travel, turn = abs(velocity.x) * duration, abs(velocity.yaw_rate) * duration
-    count = 1 + math.ceil(min(max(travel / spacing, turn / _TURN_STEP), _MOST))
+    count = 1 + math.ceil(min(max(travel / spacing, turn / turn_step), limit))
     times = np.linspace(0.0, duration, count)
     theta = pose.theta + velocity.yaw_rate * times
     middle = pose.theta + 0.5 * velocity.yaw_rate * times
@@ -67,6 +73,12 @@ def braking_speed(distance: float, deceleration: float, final: float) -> float:
     It holds for yaw rates and angles, too.
     """
     return math.sqrt(final * final + 2.0 * deceleration * max(distance, 0.0))
+
+
+@njit(cache=True)
+def braking_distance(speed: float, deceleration: float) -> float:
+    """Return the distance within which one brakes from a speed to rest."""
+    return speed * speed / (2.0 * deceleration)
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,8 @@ GOAL_CHECKERS = PluginTypes(
     "goal checker",
     {
         "nav2_controller::SimpleGoalChecker": f"{_HERE}.checkers:SimpleGoalChecker",
-        "nav2_controller::StoppedGoalChecker": f"{_HERE}.goal_checkers:StoppedGoalChecker",
-        "nav2_controller::PositionGoalChecker": f"{_HERE}.goal_checkers:PositionGoalChecker",
+        "nav2_controller::StoppedGoalChecker": f"{_HERE}.checkers:StoppedGoalChecker",
+        "nav2_controller::PositionGoalChecker": f"{_HERE}.checkers:PositionGoalChecker",
     },
     "nav2_controller::SimpleGoalChecker",
 )

@@ -16,16 +16,19 @@ from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
-from arjuna_nav.controllers.base import NO_PATH, Controller, ControlResult, ControlStatus
+from arjuna_nav.controllers.base import (
+    NO_PATH,
+    Controller,
+    ControlResult,
+    ControlStatus,
+    TrackedPath,
+)
 from arjuna_nav.controllers.motion import Turning, rollout
 from arjuna_nav.controllers.plugins import CONTROLLERS
-from arjuna_nav.controllers.tracked_path import TrackedPath
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
-
-_SEARCH = 2.5  # along the path [m]
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,7 @@ class RotationShim:
         self._turn = Turning(config.rotate_to_heading_angular_vel, config.max_angular_accel, period)
         make = CONTROLLERS.resolve(config.primary_controller)
         self._primary: Controller = make(config, footprint, xy_goal_tolerance, period)
-        self._path = TrackedPath(_SEARCH)
+        self._path = TrackedPath(2.5)
         self._due = self._turning = False
         self._last_w = 0.0
         self.speed_limit = math.inf

@@ -1,4 +1,4 @@
-"""How fast a path may be driven: slower before narrow places and bends, in time."""
+"""Speed limits along a path: before narrow places and bends, in time."""
 
 from __future__ import annotations
 
@@ -11,15 +11,13 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_nav.controllers.motion import braking_speed
+from arjuna_nav.controllers.motion import braking_distance, braking_speed
 from arjuna_nav.costmap import Costmap
-
-_CHORD = 0.4  # over which a path's bend is taken: steps of a grid are none [m]
 
 
 @dataclass(frozen=True)
 class ForesightConfig:
-    """How what lies ahead on the path limits the speed of any controller."""
+    """Limits of the speed by what lies ahead on the path."""
 
     enabled: bool = param(True, "Whether narrow places and bends ahead slow the robot down.")
     reaction_time: float = param(
@@ -33,48 +31,49 @@ class ForesightConfig:
         1.0, "Greatest acceleration in bends.", unit="m/s^2", minimum=0.01
     )
     deceleration: float = param(1.5, "Braking before what lies ahead.", unit="m/s^2", minimum=0.01)
+    chord: float = param(
+        0.4,
+        "Length over which the path's curvature is taken: the steps of a grid are none.",
+        unit="m",
+        minimum=0.05,
+    )
 
 
-class Foresight:
-    """Tells the speed at which a path can be entered upon.
+def allowed_speed(
+    config: ForesightConfig,
+    path: NDArray[np.float64],
+    pose: SE2,
+    costmap: Costmap,
+    desired: float,
+) -> float:
+    """Return the greatest speed now [m/s].
 
-    Every pose ahead has a speed, by the clearance beside the robot there and by the path's bend;
-    the robot may be so fast that it can brake to each of them in time.
+    Every pose ahead has a speed, by the clearance beside the robot there and by the path's
+    curvature; the robot may be so fast that it can brake to each of them in time.
 
     Args:
         config: Parameters.
+        path: Ahead of the robot, `(N, 3) float64`, in the costmap's frame.
+        pose: The robot's.
+        costmap: What is beside the path.
+        desired: Greatest speed of all [m/s]; where it is below the least, it is returned.
 
     Source: velocity profiles along a path, as Kunz and Stilman, Time-optimal trajectory generation
         for path following with bounded acceleration and velocity, RSS 2012, backward pass.
     """
-
-    def __init__(self, config: ForesightConfig) -> None:
-        self._config = config
-
-    def speed(
-        self, path: NDArray[np.float64], pose: SE2, costmap: Costmap, desired: float
-    ) -> float:
-        """Return the greatest speed now [m/s].
-
-        Args:
-            path: Ahead of the robot, `(N, 3) float64`, in the costmap's frame.
-            pose: The robot's.
-            costmap: What is beside the path.
-            desired: Greatest speed of all [m/s]; where it is below the least, it is returned.
-        """
-        config = self._config
-        if not config.enabled or desired <= config.min_speed or len(path) < 2:
-            return desired
-        frame = costmap.frame
-        points = np.vstack(((pose.x, pose.y), path[:, :2]))
-        limits = (
-            config.min_speed,
-            config.reaction_time,
-            config.lateral_acceleration,
-            config.deceleration,
-        )
-        cells = frame.origin.inverse().apply(points) / frame.resolution
-        return float(_speed(points, cells, costmap.data, costmap.clearances, limits, desired))
+    if not config.enabled or desired <= config.min_speed or len(path) < 2:
+        return desired
+    frame = costmap.frame
+    points = np.vstack(((pose.x, pose.y), path[:, :2]))
+    limits = (
+        config.min_speed,
+        config.reaction_time,
+        config.lateral_acceleration,
+        config.deceleration,
+        config.chord,
+    )
+    cells = frame.origin.inverse().apply(points) / frame.resolution
+    return float(_speed(points, cells, costmap.data, costmap.clearances, limits, desired))
 
 
 @njit(cache=True)
@@ -83,14 +82,14 @@ def _speed(
     cells: NDArray[np.float64],
     data: NDArray[np.uint8],
     clearances: NDArray[np.float64],
-    limits: tuple[float, float, float, float],
+    limits: tuple[float, float, float, float, float],
     desired: float,
 ) -> float:
     """Go along the path as far as braking takes; the first point is the robot's own."""
-    least, reaction, lateral, deceleration = limits
+    least, reaction, lateral, deceleration, chord = limits
     height, width = data.shape
     speed, along, begun, back = desired, 0.0, 0.0, 1
-    horizon = desired * desired / (2.0 * deceleration)
+    horizon = braking_distance(desired, deceleration)
     for i in range(len(points)):
         along += _gap(points, i - 1, i) if i > 0 else 0.0
         if begun > horizon:
@@ -99,11 +98,13 @@ def _speed(
         if 0 <= row < height and 0 <= column < width:
             beside = least + clearances[data[row, column]] / max(reaction, 1e-3)
             speed = min(speed, braking_speed(along, deceleration, beside))
-        while back < i and _gap(points, back, i) > _CHORD:
+        while back < i and _gap(points, back, i) > chord:
             begun += _gap(points, back, back + 1)
             back += 1
         if i > back:  # a bend counts from where it begins
-            round_it = max(math.sqrt(lateral / max(_bend(points, back, i), 1e-3)), least)
+            round_it = max(
+                math.sqrt(lateral / max(_curvature(points, back, i, chord), 1e-3)), least
+            )
             speed = min(speed, braking_speed(begun, deceleration, round_it))
     return speed
 
@@ -114,11 +115,11 @@ def _gap(points: NDArray[np.float64], i: int, j: int) -> float:
 
 
 @njit(cache=True)
-def _bend(points: NDArray[np.float64], first: int, last: int) -> float:
+def _curvature(points: NDArray[np.float64], first: int, last: int, chord: float) -> float:
     """Return the curvature [1/m] of the circle through the ends and the middle of a stretch."""
     middle = (first + last) // 2
     a, b, c = _gap(points, first, middle), _gap(points, middle, last), _gap(points, first, last)
-    if first == middle or a * b * c < 1e-9 or c < 0.5 * _CHORD:
+    if first == middle or a * b * c < 1e-9 or c < 0.5 * chord:
         return 0.0
     ax, ay = points[middle] - points[first]
     bx, by = points[last] - points[first]

@@ -34,8 +34,6 @@ from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import robot_pose
 from arjuna_nav.nodes.velocity import VelocityOutput
 
-_AHEAD, _POSES = 1.7, 18  # [s] as far as Nav2's DWB simulates for its local_plan
-
 
 @dataclass(frozen=True)
 class ControllerServerConfig(FollowerConfig):
@@ -54,6 +52,9 @@ class ControllerServerConfig(FollowerConfig):
     )
     min_theta_velocity_threshold: float = param(
         0.0001, "Measured yaw rate below which it counts as 0.", unit="rad/s", minimum=0.0
+    )
+    local_plan_time: float = param(
+        1.7, "How far ahead `local_plan` shows the motion, as Nav2's DWB.", unit="s", minimum=0.1
     )
     publish_zero_velocity: bool = param(
         True, "Whether zero is commanded once a path is done with; on a cancel it always is."
@@ -223,7 +224,7 @@ class ControllerServerNode(GoalNode):
         """Show what the robot drives if the command holds, whatever controller gave it."""
         if self._local_plan_out.get_subscription_count() == 0:
             return
-        times = np.linspace(0.0, _AHEAD, _POSES)
+        times = np.linspace(0.0, self.config.local_plan_time, 18)
         poses = [SE2.exp((velocity.x * t, 0.0, velocity.yaw_rate * t)).array() for t in times]
         frame = self._costmap.config.robot_base_frame
         self._local_plan_out.publish(path_msg(np.array(poses), frame, self.now))

@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
-from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus
+from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, TrackedPath
 from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.dwb.config import DwbConfig
 from arjuna_nav.controllers.dwb.distances import path_cells, spread_distances
 from arjuna_nav.controllers.dwb.oscillation import Oscillation
 from arjuna_nav.controllers.dwb.trajectories import Dynamics, Robot, Weights, score_all
-from arjuna_nav.controllers.tracked_path import TrackedPath
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 

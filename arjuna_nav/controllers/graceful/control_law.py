@@ -12,10 +12,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-_STEPS = 200  # of a simulated approach at most
-_NEAR = 0.01  # an approach ends here [m]
-_NEAREST = 1e-3  # below it the curvature says nothing [m]
-
 
 @njit(cache=True)
 def approach(
@@ -23,22 +19,24 @@ def approach(
     law: NDArray[np.float64],
     limits: NDArray[np.float64],
     spacing: float,
+    limit: int = 200,
 ) -> tuple[NDArray[np.float64], float, float]:
-    """Return the poses on the way to a target seen from the robot, and the first velocity.
+    """Return the poses of the trajectory to a target seen from the robot, and the first velocity.
 
     Args:
         target: `(3,) float64` [m, m, rad].
         law: As `steer` takes it.
         limits: As `steer` takes them.
-        spacing: Distance between two poses [m].
+        spacing: Distance between two poses; it ends within that and 1 cm of the target [m].
+        limit: Greatest number of poses.
 
     Returns:
         Poses `(N, 3) float64`, the robot's first; forward speed [m/s]; yaw rate [rad/s].
     """
-    poses = np.zeros((_STEPS, 3))
+    poses = np.zeros((limit, 3))
     first_v = first_w = 0.0
     count = 1
-    for k in range(1, _STEPS):
+    for k in range(1, limit):
         x, y, theta = poses[k - 1]
         dx, dy, c, s = target[0] - x, target[1] - y, math.cos(theta), math.sin(theta)
         v, w = steer(c * dx + s * dy, c * dy - s * dx, target[2] - theta, law, limits)
@@ -49,7 +47,7 @@ def approach(
         poses[k, 1] = y + v * dt * math.sin(theta + 0.5 * w * dt)
         poses[k, 2] = theta + w * dt
         count = k + 1
-        if math.hypot(target[0] - poses[k, 0], target[1] - poses[k, 1]) < spacing + _NEAR:
+        if math.hypot(target[0] - poses[k, 0], target[1] - poses[k, 1]) < spacing + 0.01:
             break
     return poses[:count], first_v, first_w
 
@@ -77,7 +75,7 @@ def steer(
     """
     k_phi, k_delta, beta, power = law
     v_min, v_max, v_here, w_max = limits
-    r, sight = max(math.hypot(x, y), _NEAREST), math.atan2(y, x)
+    r, sight = max(math.hypot(x, y), 1e-3), math.atan2(y, x)
     phi, delta = _wrapped(theta - sight), _wrapped(-sight)
     bend = (1.0 + k_phi / (1.0 + (k_phi * phi) ** 2)) * math.sin(delta)
     curvature = -(k_delta * (delta - math.atan(-k_phi * phi)) + bend) / r

@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
-from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus
+from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, TrackedPath
 from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.graceful.control_law import approach
 from arjuna_nav.controllers.motion import Turning, rollout
-from arjuna_nav.controllers.tracked_path import TrackedPath
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint

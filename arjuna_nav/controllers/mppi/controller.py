@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus
+from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, TrackedPath
 from arjuna_nav.controllers.motion import rollout
 from arjuna_nav.controllers.mppi import critics, path_critics
 from arjuna_nav.controllers.mppi.config import MppiConfig
@@ -24,7 +24,6 @@ from arjuna_nav.controllers.mppi.scene import (
     grid_seen,
     path_seen,
 )
-from arjuna_nav.controllers.tracked_path import TrackedPath
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint

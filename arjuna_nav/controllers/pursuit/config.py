@@ -68,6 +68,16 @@ class RegulatedPurePursuitConfig:
     rotate_to_heading_settled_angle: float = param(
         0.05, "Angle left below which the wheels may stick.", unit="rad", minimum=0.0
     )
+    shorter_lookaheads: tuple[float, ...] = param(
+        (0.7, 0.5, 0.35),
+        "Ratios of the lookahead, tried where its arc collides: it cuts the path's corners.",
+    )
+    rotate_instead_min_angle: float = param(
+        0.35,
+        "Bearing from which a turn on the spot is tried where no arc is free.",
+        unit="rad",
+        minimum=0.0,
+    )
     same_goal_tolerance: float = param(
         0.1, "Distance between the ends of two paths to the same goal.", unit="m", minimum=0.0
     )

@@ -10,20 +10,14 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
-from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus
+from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, TrackedPath
 from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.motion import Turning, crossing, curvature_to, rollout
 from arjuna_nav.controllers.pursuit.config import RegulatedPurePursuitConfig
-from arjuna_nav.controllers.tracked_path import TrackedPath
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import FREE, INSCRIBED, MAX_NON_OBSTACLE, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
-
-_SHARES = (0.7, 0.5, 0.35)
-"""Of the lookahead, tried one after the other: a far point's arc cuts the corners of the path."""
-
-_ASIDE = 0.35  # bearing from which a turn on the spot helps where no arc is free [rad]
 
 
 class RegulatedPurePursuit:
@@ -100,7 +94,7 @@ class RegulatedPurePursuit:
             self.carrot = ahead
             return self._turn_on(math.atan2(ahead.y, ahead.x), pose, costmap)
         failed = result = self._along(carrot, pose, velocity, costmap)
-        for share in _SHARES:
+        for share in self._config.shorter_lookaheads:
             if result.status is ControlStatus.SUCCEEDED:
                 return result
             carrot = pose.inverse() @ self._carrot(pose, lookahead * share)
@@ -124,7 +118,10 @@ class RegulatedPurePursuit:
     def _turn_instead(self, carrot: SE2, pose: SE2, costmap: Costmap) -> ControlResult | None:
         """Return a turn on the spot where no arc is free and the path leads aside."""
         angle = math.atan2(carrot.y, carrot.x)
-        if not self._config.use_rotate_to_heading or abs(angle) < _ASIDE:
+        if (
+            not self._config.use_rotate_to_heading
+            or abs(angle) < self._config.rotate_instead_min_angle
+        ):
             return None
         result = self._checked(Velocity(yaw_rate=self._turn(angle)), pose, costmap, math.inf)
         return result if result.status is ControlStatus.SUCCEEDED else None

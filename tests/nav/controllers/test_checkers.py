@@ -10,13 +10,11 @@ from arjuna_nav.controllers.checkers import (
     GoalConfig,
     PoseProgressChecker,
     PoseProgressConfig,
+    PositionGoalChecker,
+    PositionGoalConfig,
     ProgressConfig,
     SimpleGoalChecker,
     SimpleProgressChecker,
-)
-from arjuna_nav.controllers.goal_checkers import (
-    PositionGoalChecker,
-    PositionGoalConfig,
     StoppedGoalChecker,
     StoppedGoalConfig,
 )
@@ -104,7 +102,7 @@ def test_turning_is_progress_where_the_pose_counts() -> None:
     assert checker.check(SE2(0.0, 0.0, 3.1), 0.0)
     assert checker.check(SE2(0.0, 0.0, -2.6), 9.0), "headings wrap"
     assert not checker.check(SE2(0.0, 0.0, -2.2), 19.1)
-    assert "turned less than 0.5 rad and" in checker.complaint()
+    assert "turned less than 0.5 rad and" in checker.failure_message()
     assert checker.check(SE2(0.6, 0.0, -2.2), 19.2)
 
 
@@ -127,4 +125,4 @@ def test_just_as_far_as_is_required_is_not_yet_progress(pose: SE2) -> None:
     assert checker.check(SE2(), 0.0)
     assert checker.check(pose, 10.0)
     assert not checker.check(pose, 10.1)
-    assert checker.complaint() == "turned less than 0.5 rad and moved less than 0.5 m in 10 s"
+    assert checker.failure_message() == "turned less than 0.5 rad and moved less than 0.5 m in 10 s"

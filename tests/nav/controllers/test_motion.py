@@ -9,9 +9,8 @@ import pytest
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
-from arjuna_nav.controllers.base import PathError
+from arjuna_nav.controllers.base import PathError, TrackedPath
 from arjuna_nav.controllers.motion import Turning, braking_speed, crossing, curvature_to, rollout
-from arjuna_nav.controllers.tracked_path import TrackedPath
 
 START = SE2(1.0, -2.0, 0.6)
 

@@ -13,7 +13,7 @@ from arjuna_core.config import load
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.follower import FollowerConfig, FollowState, PathFollower
-from arjuna_nav.controllers.speed_limits import Foresight, ForesightConfig
+from arjuna_nav.controllers.speed_limits import ForesightConfig, allowed_speed
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.inflation import clearances, cost_at_distance
 from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, polyline
@@ -29,7 +29,7 @@ def allowed(
     ahead = path[int(np.argmin(np.abs(path[:, 0] - x))) :]
     pose = SE2.from_array(ahead[0])
     config = ForesightConfig(**values)  # type: ignore[arg-type]
-    return Foresight(config).speed(ahead, pose, costmap_of(grid), FAST)
+    return allowed_speed(config, ahead, pose, costmap_of(grid), FAST)
 
 
 def with_a_gap(width: float) -> OccupancyGrid:
@@ -81,10 +81,9 @@ def test_a_bend_ahead_is_braked_for() -> None:
 
 
 def test_a_slow_robot_is_not_slowed_down() -> None:
-    config = ForesightConfig()
     costmap = costmap_of(with_a_gap(0.6))
     pose = SE2.from_array(STRAIGHT[100])
-    assert Foresight(config).speed(STRAIGHT[100:], pose, costmap, 0.2) == 0.2
+    assert allowed_speed(ForesightConfig(), STRAIGHT[100:], pose, costmap, 0.2) == 0.2
 
 
 def test_a_loop_is_driven_before_its_end_counts() -> None:
