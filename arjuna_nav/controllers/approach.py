@@ -21,7 +21,7 @@ from arjuna_nav.costmap.footprint import Footprint
 
 @dataclass(frozen=True)
 class ApproachConfig:
-    """How the robot drives into a goal."""
+    """Parameters of the final approach."""
 
     enabled: bool = param(
         True, "Whether to drive into the goal where there is room, beyond what is tolerated."
@@ -123,7 +123,7 @@ class FinalApproach:
             pose: The robot's, in the frame of the costmap.
             goal: Where to arrive.
             velocity: As measured.
-            costmap: What is in the way.
+            costmap: The obstacles.
             now: Time [s].
             left: Length of the path that is left [m].
             speed: Greatest speed [m/s].

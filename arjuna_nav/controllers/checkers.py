@@ -56,7 +56,7 @@ class ProgressConfig:
 
 
 class SimpleProgressChecker:
-    """Asks that the robot moves some distance in some time.
+    """Requires that the robot moves some distance in some time.
 
     Args:
         config: Distance and time.
@@ -108,7 +108,7 @@ class PoseProgressConfig(ProgressConfig):
 
 
 class PoseProgressChecker(SimpleProgressChecker):
-    """Asks that the robot moves some distance or turns some angle in some time.
+    """Requires that the robot moves some distance or turns some angle in some time.
 
     Args:
         config: Distance, angle and time.
@@ -199,7 +199,7 @@ class StoppedGoalConfig(GoalConfig):
 
 
 class StoppedGoalChecker(SimpleGoalChecker):
-    """Asks that the robot has arrived and stands.
+    """Requires that the robot has arrived and stands.
 
     Args:
         config: Tolerances and velocities.

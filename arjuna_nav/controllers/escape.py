@@ -1,4 +1,4 @@
-"""Out of tight places, where a controller finds no valid control: a searched trajectory."""
+"""The escape from tight places: a searched trajectory where there is no valid control."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from arjuna_nav.planners.outline import Drive, find_path, first_blocked, path_co
 
 @dataclass(frozen=True)
 class EscapeConfig:
-    """How the robot gets back onto its path where the controller finds no valid control."""
+    """Parameters of the escape."""
 
     enabled: bool = param(
         True, "Whether to search a trajectory by bends, turns and back, and through narrow gaps."
@@ -55,7 +55,9 @@ class EscapeConfig:
         0.25, "Distance before a gap over which the robot lines up.", unit="m", minimum=0.0
     )
     horizon: float = param(0.5, "How far ahead collisions are looked for.", unit="s", minimum=0.05)
-    patience: float = param(1.0, "How long it waits for what is in its way.", unit="s", minimum=0.0)
+    patience: float = param(
+        1.0, "Time for which it waits for an obstacle to move.", unit="s", minimum=0.0
+    )
     attempts: int = param(3, "Number of trajectories for one escape.", minimum=1)
     max_iterations: int = param(60000, "Greatest number of poses of a search.", minimum=1)
 
@@ -63,7 +65,7 @@ class EscapeConfig:
 class Escape:
     """Takes over from any controller that fails, and brings the robot to the path farther on.
 
-    It plans and drives in the costmap's own frame: places on a map jump, odometry does not.
+    It plans and drives in the costmap's own frame: poses on a map jump, odometry does not.
 
     Args:
         config: Parameters.
@@ -90,12 +92,12 @@ class Escape:
 
     @property
     def active(self) -> bool:
-        """Whether there is something left to drive."""
+        """True while something is left to drive."""
         return bool(self._tracker.pieces)
 
     @property
     def in_gap(self) -> bool:
-        """Whether it drives through a narrow gap."""
+        """True while it drives through a narrow gap."""
         return self.active and self._gap is not None
 
     def reset(self) -> None:
@@ -133,7 +135,7 @@ class Escape:
             pose: The robot's, in the costmap's frame.
             velocity: As measured.
             path: Ahead of the robot.
-            costmap: What is in the way.
+            costmap: The obstacles.
             now: Time [s].
             speed: Greatest speed [m/s].
         """

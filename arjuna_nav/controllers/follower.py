@@ -50,7 +50,7 @@ class FollowerConfig:
     )
     moving_obstacle_distance: float = param(
         0.5,
-        "Distance from the robot within which what moves is waited for where it may be in the way.",
+        "Distance from the robot within which a moving obstacle is waited for.",
         unit="m",
         minimum=0.0,
     )
@@ -61,7 +61,7 @@ class FollowerConfig:
 
 
 class FollowState(enum.Enum):
-    """How following goes."""
+    """States of following."""
 
     RUNNING = enum.auto()
     SUCCEEDED = enum.auto()
@@ -70,10 +70,10 @@ class FollowState(enum.Enum):
 
 @dataclass(frozen=True)
 class FollowResult:
-    """What to drive now, and how following goes.
+    """A velocity to drive now, and the state of following.
 
     Attributes:
-        state: Whether it goes on.
+        state: Running, or its end.
         velocity: What to drive.
         error: Why it failed.
         message: What went wrong, with numbers; empty while it goes well.
@@ -146,7 +146,7 @@ class PathFollower:
 
     @property
     def carrot(self) -> SE2 | None:
-        """What the controller aims at, seen from the robot; None where it aims at nothing."""
+        """The point that the controller aims at, seen from the robot; None for none."""
         return self._controller.carrot
 
     @property
@@ -171,7 +171,7 @@ class PathFollower:
         self.change(path)
 
     def change(self, path: NDArray[np.float64]) -> None:
-        """Follow another path to the same or a new end; progress goes on being counted.
+        """Follow another path to the same or a new end; progress is still counted.
 
         Raises:
             PathError: The path is empty or of the wrong shape.
@@ -281,7 +281,7 @@ class PathFollower:
     def _arrive(
         self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float, left: float
     ) -> Velocity | None:
-        """Return what drives into the goal, None while the controller goes on or at the end."""
+        """Return what drives into the goal, None while the controller drives or at the end."""
         end = self._end
         assert end is not None
         aligned = self._goal.reached(SE2(pose.x, pose.y, end.theta), end, velocity)

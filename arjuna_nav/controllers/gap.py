@@ -19,7 +19,7 @@ class Gap:
     """A gap and the middle line through it, in the frame of the obstacles.
 
     Attributes:
-        line: The line's pose in the gap's narrowest place, looking along it.
+        line: The line's pose where the gap is narrowest, looking along it.
         width: Between its sides [m].
         first: Where along the line it begins to be narrow [m].
         last: Where it ends [m].
@@ -50,7 +50,7 @@ def find_gap(
         points: Obstacles `(N, 2)` in the path's frame [m].
         half: The robot's half width [m].
         room: Beside the robot, within which obstacles make a gap narrow [m].
-        spans: Of the strip before and behind the narrowest place, the first that succeeds [m].
+        spans: Of the strip before and behind the narrowest pose, the first that succeeds [m].
         aside: Greatest distance of the line from the path [m].
         turned: Greatest angle of the line to the path [rad].
     """

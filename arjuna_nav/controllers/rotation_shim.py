@@ -52,7 +52,8 @@ class RotationShimConfig:
     )
     rotate_to_goal_heading: bool = param(False, "Whether to turn at the goal as well.")
     closed_loop: bool = param(
-        True, "Whether a turn goes on from the measured yaw rate, else from the one commanded last."
+        True,
+        "Whether a turn continues from the measured yaw rate, else from the one commanded last.",
     )
     use_path_orientations: bool = param(
         False, "Whether it turns as the path's pose looks, else towards that pose."

@@ -1,4 +1,4 @@
-"""Speed limits along a path: before narrow places and bends, in time."""
+"""Speed limits along a path: before narrow gaps and bends, in time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from arjuna_nav.costmap import Costmap
 class ForesightConfig:
     """Limits of the speed by what lies ahead on the path."""
 
-    enabled: bool = param(True, "Whether narrow places and bends ahead slow the robot down.")
+    enabled: bool = param(True, "Whether narrow gaps and bends ahead slow the robot down.")
     reaction_time: float = param(
         0.25,
         "Speed allowed is clearance beside the robot by this time: what it may err meanwhile.",
@@ -88,24 +88,24 @@ def _speed(
     """Go along the path as far as braking takes; the first point is the robot's own."""
     least, reaction, lateral, deceleration, chord = limits
     height, width = data.shape
-    speed, along, begun, back = desired, 0.0, 0.0, 1
+    speed, along, entered, back = desired, 0.0, 0.0, 1
     horizon = braking_distance(desired, deceleration)
     for i in range(len(points)):
         along += _gap(points, i - 1, i) if i > 0 else 0.0
-        if begun > horizon:
+        if entered > horizon:
             break
         row, column = math.floor(cells[i, 1]), math.floor(cells[i, 0])
         if 0 <= row < height and 0 <= column < width:
             beside = least + clearances[data[row, column]] / max(reaction, 1e-3)
             speed = min(speed, braking_speed(along, deceleration, beside))
         while back < i and _gap(points, back, i) > chord:
-            begun += _gap(points, back, back + 1)
+            entered += _gap(points, back, back + 1)
             back += 1
         if i > back:  # a bend counts from where it begins
             round_it = max(
                 math.sqrt(lateral / max(_curvature(points, back, i, chord), 1e-3)), least
             )
-            speed = min(speed, braking_speed(begun, deceleration, round_it))
+            speed = min(speed, braking_speed(entered, deceleration, round_it))
     return speed
 
 

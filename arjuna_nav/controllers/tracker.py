@@ -20,7 +20,7 @@ from arjuna_nav.planners import path as paths
 
 @dataclass(frozen=True)
 class TrackerConfig:
-    """How planned trajectories are driven: into goals and out of tight places."""
+    """Parameters of driving planned trajectories, into goals and out of tight places."""
 
     lookahead_time: float = param(
         0.4, "Time to the point that is steered to.", unit="s", minimum=0.0
@@ -96,7 +96,7 @@ class Tracker:
 
     @property
     def runs_out(self) -> bool:
-        """Whether all that is left is driven ahead and ends without a stop."""
+        """True where all that is left is driven ahead and ends without a stop."""
         return self.through and len(self.pieces) == 1 and self.pieces[0].direction > 0
 
     def compute(self, pose: SE2, velocity: Velocity, speed: float) -> Velocity | None:

@@ -62,7 +62,7 @@ class ControllerServerConfig(FollowerConfig):
 
 
 class _NotKnownError(ArjunaError):
-    """The robot's place or what is round it is not known."""
+    """The robot's pose or the costmap is not known."""
 
     def __init__(self, code: ControlStatus, reason: str) -> None:
         super().__init__(reason)
@@ -230,7 +230,7 @@ class ControllerServerNode(GoalNode):
         self._local_plan_out.publish(path_msg(np.array(poses), frame, self.now))
 
     def _follow(self, follower: PathFollower) -> FollowResult:
-        """Ask the follower; what is not known for a short while is waited for, at rest."""
+        """Ask the follower; at rest while the pose or the costmap is missing for a short time."""
         try:
             pose, placed = self._surroundings()
         except _NotKnownError as error:

@@ -70,7 +70,7 @@ def plan_for_outline(
         goal: Where to plan to.
         footprint: The robot's outline.
         closed_radius: Of what is closed to the planner where the outline collides [cells].
-        attempts: Greatest number of plans in which one more such place is closed.
+        attempts: Greatest number of plans in which one more collision is closed.
     """
     plan = planner.plan(costmap, start, goal)
     if plan.status is PlanStatus.NO_VALID_PATH:
@@ -237,8 +237,8 @@ def _moves(first: float, drive: Drive, resolution: float) -> Moves:
     for heading, angle in enumerate(angles):
         for direction, turn in kinds:
             middle, turned = angle + 0.5 * one * turn * ahead, one * turn * ahead
-            way = direction * drive.stride * ahead
-            poses.append(np.hstack((way * np.cos(middle), way * np.sin(middle), turned)))
+            length = direction * drive.stride * ahead
+            poses.append(np.hstack((length * np.cos(middle), length * np.sin(middle), turned)))
             ends.append((heading + turn) % drive.headings)
     count = len(ends)
     return Moves(

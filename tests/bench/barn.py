@@ -30,7 +30,7 @@ _JACKAL = Path(__file__).parent / "jackal"
 
 @dataclass(frozen=True)
 class Run:
-    """How one run went.
+    """Result of one run.
 
     Attributes:
         time: Until the goal was reached [s], None where it was not.

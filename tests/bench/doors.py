@@ -26,7 +26,7 @@ _COSTMAPS = ("global_costmap/global_costmap", "local_costmap/local_costmap")
 
 @dataclass(frozen=True)
 class Passage:
-    """How one door went.
+    """Result of one door.
 
     Attributes:
         passed: Whether the goal was reached without a touch.

@@ -29,7 +29,7 @@ _REST = 0.5  # until the robot stands still [s]
 
 @dataclass(frozen=True)
 class Arrival:
-    """How one goal went.
+    """Result of one goal.
 
     Attributes:
         succeeded: Whether navigation said so.

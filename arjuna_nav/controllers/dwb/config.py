@@ -102,7 +102,7 @@ class DwbConfig:
     vtheta_samples: int = param(20, "Yaw rates tried.", minimum=1, maximum=10_000)
     sim_time: float = param(1.7, "Time simulated.", unit="s", minimum=0.01)
     linear_granularity: float = param(
-        0.5, "Greatest way between two poses.", unit="m", minimum=0.001
+        0.5, "Greatest distance between two poses.", unit="m", minimum=0.001
     )
     angular_granularity: float = param(
         0.025, "Greatest angle between two poses.", unit="rad", minimum=0.001

@@ -44,9 +44,9 @@ def path_cells(points: NDArray[np.float64], height: int, width: int) -> NDArray[
 
 @njit(cache=True)
 def spread_distances(data: NDArray[np.uint8], sources: NDArray[np.int64]) -> NDArray[np.int32]:
-    """Return each cell's way to the nearest source round obstacles, `(height, width) int32`.
+    """Return each cell's distance to the nearest source round obstacles, `(height, width) int32`.
 
-    Steps go to the four neighbours [cells]; `UNREACHED` where there is no way. Sources count even
+    Steps go to the four neighbours [cells]; `UNREACHED` where no path leads. Sources count even
     where they are blocked.
 
     Source: nav2 dwb_critics, MapGridCritic.

@@ -15,7 +15,7 @@ class _Trend:
         self.only = 0
 
     def update(self, value: float) -> bool:
-        """Take a commanded velocity; tell whether it changed its sign."""
+        """Take a commanded velocity; return whether it changed its sign."""
         sign = (value > 0.0) - (value < 0.0)
         if sign == 0:
             return False
@@ -26,7 +26,7 @@ class _Trend:
         return flipped
 
     def allowed(self) -> tuple[bool, bool]:
-        """Tell whether negative and positive values are allowed."""
+        """Return whether negative and positive values are allowed."""
         return self.only <= 0, self.only >= 0
 
 

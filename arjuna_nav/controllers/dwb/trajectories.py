@@ -19,7 +19,7 @@ from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
 
 
 class Dynamics(NamedTuple):
-    """How the velocities change while a trajectory is driven, and how finely it is simulated."""
+    """Accelerations along a trajectory, and steps of its simulation."""
 
     v: float
     w: float
@@ -41,7 +41,7 @@ class Robot(NamedTuple):
 
 
 class Weights(NamedTuple):
-    """What the critics weigh; 0 for those not in use.
+    """Weights of the critics; 0 for those not in use.
 
     Attributes:
         obstacle: Of the cost under the robot.
@@ -190,7 +190,7 @@ def _drive(
 
 @njit(cache=True)
 def _touches(data: NDArray[np.uint8], x: float, y: float, theta: float, robot: Robot) -> bool:
-    """Tell whether the outline meets an obstacle; the centre's cost has not decided it."""
+    """Return whether the outline meets an obstacle; the centre's cost has not decided it."""
     pose = np.array([x, y, theta])
     hit: bool = collides_in_cells(data, pose, robot.points, robot.circular, robot.safe_cost)
     return hit

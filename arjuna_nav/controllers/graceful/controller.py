@@ -47,7 +47,7 @@ class GracefulConfig:
     )
     initial_rotation: bool = param(True, "Whether to turn on the spot towards the path.")
     initial_rotation_tolerance: float = param(
-        0.75, "Heading error borne before that turn.", unit="rad", minimum=0.0
+        0.75, "Heading error tolerated before that turn.", unit="rad", minimum=0.0
     )
     prefer_final_rotation: bool = param(
         True, "Whether to come straight to the goal and turn there, not in a bow."
@@ -133,7 +133,7 @@ class Graceful:
         return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
 
     def _tolerance(self) -> float:
-        """Return the heading error that ends a turn: a third of what begins it, once begun."""
+        """Return the heading error that ends a turn: a third of what starts it, once started."""
         return self._config.initial_rotation_tolerance / (3.0 if self._begun else 1.0)
 
     def _targets(self, pose: SE2) -> list[SE2]:

@@ -35,7 +35,7 @@ class RegulatedPurePursuitConfig:
     cost_scaling_gain: float = param(1.0, "Speed left per distance.", minimum=0.0)
     inflation_cost_scaling_factor: float = param(
         3.0,
-        "The costmap's cost_scaling_factor, where it tells none; 0: obstacles slow nothing down.",
+        "The costmap's cost_scaling_factor, where it has none; 0: obstacles slow nothing down.",
         unit="1/m",
         minimum=0.0,
     )

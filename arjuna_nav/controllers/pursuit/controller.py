@@ -159,7 +159,7 @@ class RegulatedPurePursuit:
         return pose.inverse() @ self._carrot(pose, self._config.curvature_lookahead_dist)
 
     def _must_turn(self, carrot: SE2) -> bool:
-        """Tell whether to turn on the spot; once begun, down to half the angle that begins it."""
+        """Return whether to turn on the spot, once started down to half of that angle."""
         angle = abs(math.atan2(carrot.y, carrot.x))
         limit = self._config.rotate_to_heading_min_angle * (0.5 if self._turning else 1.0)
         self._turning = self._config.use_rotate_to_heading and angle > limit

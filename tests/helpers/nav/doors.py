@@ -59,7 +59,7 @@ class Door:
         return Door(width, (*jambs, *outer), room, room @ start, room @ goal)
 
     def is_through(self, pose: SE2) -> bool:
-        """Tell whether a robot is beyond the door."""
+        """Return whether a robot is beyond the door."""
         return (self.T_world_room.inverse() @ pose).x > 0.5
 
     def save(self, folder: Path) -> tuple[Path, Path]:

@@ -23,12 +23,12 @@ from bringup.lockstep import LockStep
 from bringup.parameters.files import Parameters
 from tests.helpers.nav.people import AWAY, PUSHED, Meetings
 
-_BRAKED = 0.2  # after being told to stand a robot does, and what turns its wheels is a push [s]
+_BRAKED = 0.2  # after a command to stand a robot stands, and what turns its wheels is a push [s]
 _SAMPLES = 4  # of a line of sight, a cell
 
 
 class Drive:
-    """What a robot does from now on: how far it goes and what it touches.
+    """A robot's drive from now on: its length and its contacts.
 
     Args:
         robot: In lock-step, its simulator running; `on_tick` is taken.
@@ -41,7 +41,7 @@ class Drive:
     def __init__(self, robot: LockStep) -> None:
         self._robot = robot
         self.length, self._contacts, self._pushed = 0.0, 0, 0
-        self._pushed_at, self._told_at = -math.inf, -math.inf
+        self._pushed_at, self._commanded_at = -math.inf, -math.inf
         self.touched: list[str] = []
         self._pinned: dict[str, SE2] = {}
         self._before, self._last = frozenset(robot.sim.last.contacts), robot.sim.last
@@ -53,7 +53,7 @@ class Drive:
 
     @property
     def truth(self) -> SE2:
-        """Where the robot is in the world."""
+        """The robot's pose in the world."""
         pose: SE2 = self._robot.sim.last.truth.pose
         return pose
 
@@ -75,9 +75,11 @@ class Drive:
         self.touched += begun
         places = [self._stage.motion(name).pose.position[:2] for name in self._walkers]
         people = np.array([(*place, PERSON[0]) for place in places]).reshape(-1, 3)
-        now, told = self._robot.now, self._robot.sim.simulator.robot.setpoint
-        self._told_at = now if told.x != 0.0 or told.yaw_rate != 0.0 else self._told_at
-        moves = now - self._told_at <= _BRAKED
+        now, setpoint = self._robot.now, self._robot.sim.simulator.robot.setpoint
+        self._commanded_at = (
+            now if setpoint.x != 0.0 or setpoint.yaw_rate != 0.0 else self._commanded_at
+        )
+        moves = now - self._commanded_at <= _BRAKED
         wheels = Velocity(before.odometry.v, yaw_rate=before.odometry.w) if moves else STILL
         self._meetings.update(last.truth.pose, wheels, people)
         self._pushed_at = now if self._meetings.touching else self._pushed_at
@@ -98,7 +100,7 @@ class Drive:
 
 
 class Ground:
-    """Where a robot may stand on a map, and how short the way between two places can be.
+    """Poses where a robot may stand on a map, and the shortest paths between them.
 
     Args:
         grid: The map.

@@ -39,7 +39,7 @@ _KEPT = 0.98  # of an error from tick to tick
 
 @dataclass(frozen=True)
 class Errors:
-    """What the robot's senses err by.
+    """Errors of the robot's senses.
 
     Attributes:
         scan: Deviation of ranges [m].
@@ -128,7 +128,7 @@ class Play:
         return self
 
     def _meet(self, people: list[NDArray[np.float64]]) -> None:
-        """Tell whether the robot has met a wall by itself; let people push it, but into none."""
+        """Return whether the robot has met a wall by itself; let people push it, but into none."""
         pose = self.robot.pose
         crosses = _crosses(self._walls, pose.apply(self._body.corners))
         rounds = [(edges[:, :2].mean(axis=0), edges[0, :2]) for edges in people]
@@ -191,11 +191,11 @@ class Play:
         assert self._follower is not None
         T_map_odom = self._in_map @ self._in_odom.inverse()
         costmap = self._near.costmap.seen_from(T_map_odom)
-        told = self._follower.tick(self._in_map, self.robot.velocity, costmap, self.time)
-        if told.state is FollowState.FAILED:
-            self._fail(told.message)
-        self.arrived = told.state is FollowState.SUCCEEDED
-        return told.velocity
+        result = self._follower.tick(self._in_map, self.robot.velocity, costmap, self.time)
+        if result.state is FollowState.FAILED:
+            self._fail(result.message)
+        self.arrived = result.state is FollowState.SUCCEEDED
+        return result.velocity
 
     def _plan(self) -> bool:
         planner, far = NavFn(NavFnConfig()), self._far
@@ -257,7 +257,7 @@ def scan_of(
 
 
 def _crosses(walls: NDArray[np.float64], corners: NDArray[np.float64]) -> bool:
-    """Tell whether an outline crosses a segment."""
+    """Return whether an outline crosses a segment."""
     a, b = corners, np.roll(corners, -1, axis=0)
     p, q = walls[:, None, :2], walls[:, None, 2:]
 

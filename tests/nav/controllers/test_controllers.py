@@ -1,4 +1,4 @@
-"""What every controller must do, driven through a simulated robot with delay and acceleration."""
+"""The contract of every controller, on a simulated robot with delay and acceleration."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_pushed_away_from_the_goal_it_drives_back(controller: Controller) -> Non
     follow(controller, robot, costmap, 120)
     assert robot.pose.distance(goal) < XY_TOLERANCE
     robot.pose, robot.velocity = SE2(2.5, 2.8), STILL
-    controller.set_path(polyline([(2.5, 2.8), (4.0, 3.0)], 0.0))  # as a navigator plans anew
+    controller.set_path(polyline([(2.5, 2.8), (4.0, 3.0)], 0.0))  # as a navigator plans again
     follow(controller, robot, costmap, 200)
     assert robot.pose.distance(goal) < XY_TOLERANCE
 

@@ -129,7 +129,7 @@ def test_what_moves_in_the_way_is_waited_for_and_not_driven_round(
     assert stuck.error is ControlStatus.FAILED_TO_MAKE_PROGRESS
 
 
-def test_the_controller_goes_on_once_it_drives_faster() -> None:
+def test_the_controller_continues_once_it_drives_faster() -> None:
     footprint = str(CORNERS.tolist())
     grid = empty_grid(6.0, 3.0)
     block(grid, 2.0, 1.0, 0.2, 0.65)
@@ -147,7 +147,7 @@ def test_the_controller_goes_on_once_it_drives_faster() -> None:
         robot.drive(result.velocity)
         speeds.append(robot.velocity.x if turned and robot.pose.x < 3.3 else 0.0)
     assert turned
-    assert max(speeds) > 0.35, "it goes on as slowly as it gets round"
+    assert max(speeds) > 0.35, "it drives as slowly as it gets round"
 
 
 AT = SE2(2.0, 1.5)
@@ -269,9 +269,9 @@ def test_a_controller_that_turns_a_robot_that_touches_something_is_not_obeyed(tu
     assert result.velocity.x > 0.0
 
 
-@pytest.mark.parametrize(("end", "goes_on"), [((0.3, 1.5), False), ((4.0, 1.4), True)])
-def test_a_way_is_let_go_where_the_path_leads_elsewhere_now(
-    end: tuple[float, float], goes_on: bool
+@pytest.mark.parametrize(("end", "continues"), [((0.3, 1.5), False), ((4.0, 1.4), True)])
+def test_a_trajectory_is_dropped_where_the_path_leads_elsewhere_now(
+    end: tuple[float, float], continues: bool
 ) -> None:
     grid = empty_grid(5.0, 3.0)
     block(grid, 1.9, 1.25, 0.4, 0.5)
@@ -287,4 +287,4 @@ def test_a_way_is_let_go_where_the_path_leads_elsewhere_now(
         result = follower.tick(robot.pose, robot.velocity, costmap, k * robot.period)
         robot.drive(result.velocity)
         farthest = max(farthest, robot.pose.x)
-    assert (farthest > 1.6) is goes_on
+    assert (farthest > 1.6) is continues

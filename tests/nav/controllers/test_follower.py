@@ -1,4 +1,4 @@
-"""Following with a controller that does as it is told: what ends it, what is borne."""
+"""Following with a scripted controller: its end, and the failures that are tolerated."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_drives_what_the_controller_says_and_how_much_is_left() -> None:
         (-1.0, 9.0, None, "blocked ahead"),
     ],
 )
-def test_a_failing_controller_is_borne_for_a_time(
+def test_a_failing_controller_is_tolerated_for_a_time(
     tolerance: float, now: float, error: ControlStatus | None, message: str
 ) -> None:
     followed = Followed(failure_tolerance=tolerance)
@@ -114,7 +114,7 @@ def test_a_failing_controller_is_borne_for_a_time(
 
 
 @pytest.mark.parametrize("between", ["it drives", "it brakes", "a new task"])
-def test_what_fails_is_counted_anew_after(between: str) -> None:
+def test_failures_are_counted_again_after(between: str) -> None:
     followed = Followed(failure_tolerance=0.3)
     followed.script.answer = BLOCKED
     followed.tick(0.0)

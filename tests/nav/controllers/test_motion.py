@@ -1,4 +1,4 @@
-"""What controllers are built of: arcs, turns on the spot, and a path that is being followed."""
+"""Arcs, braking, turns on the spot, and a path that is being followed."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def asked(controller: Controller, pose: SE2, w: float = 0.0) -> ControlResult:
 
 
 def turns(controller: Controller, pose: SE2) -> bool:
-    """Tell whether it turns itself: then it aims at no point."""
+    """Return whether it turns itself: then it aims at no point."""
     result = asked(controller, pose)
     assert result.status is ControlStatus.SUCCEEDED
     assert controller.carrot is not None or result.velocity.x == 0.0

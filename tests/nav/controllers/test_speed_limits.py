@@ -1,4 +1,4 @@
-"""What lies ahead limits the speed of any controller; a loop's end is not its start."""
+"""Limits of any controller's speed by what lies ahead; a loop's end is not its start."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def with_a_gap(width: float) -> OccupancyGrid:
 
 
 def test_costs_tell_the_clearance_they_were_made_of() -> None:
-    told = clearances(5.0)
+    room = clearances(5.0)
     for beyond in (0.02, 0.1, 0.3):
-        assert told[cost_at_distance(0.25 + beyond, 0.25, 5.0)] == pytest.approx(beyond, abs=0.01)
-    assert told[253] == told[254] == 0.0
-    assert math.isinf(told[0])
-    assert math.isinf(told[255])
+        assert room[cost_at_distance(0.25 + beyond, 0.25, 5.0)] == pytest.approx(beyond, abs=0.01)
+    assert room[253] == room[254] == 0.0
+    assert math.isinf(room[0])
+    assert math.isinf(room[255])
 
 
 def test_where_there_is_room_nothing_slows_it_down() -> None:

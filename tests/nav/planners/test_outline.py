@@ -1,4 +1,4 @@
-"""Ways of the outline: found where a circle's path cannot be followed, free all along, or none."""
+"""Paths of the outline: found where a circle's path cannot be followed, free all along, or none."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def corridor(origin: SE2, width: float = 0.45) -> OccupancyGrid:
 
 
 def is_driven_straight(way: NDArray[np.float64]) -> bool:
-    """Tell whether each pose lies where the one before can drive: nowhere it slides sideways."""
+    """Return whether each pose lies where the one before can drive: nowhere it slides sideways."""
     steps, middle = np.diff(way[:, :2], axis=0), 0.5 * (way[1:, 2] + way[:-1, 2])
     across = steps[:, 1] * np.cos(middle) - steps[:, 0] * np.sin(middle)
     return bool(np.abs(across).max() < 0.01)

@@ -117,7 +117,7 @@ def test_turns_towards_a_new_path_down_to_a_third_of_what_begins_it(side: float)
     assert not turned(Asked(initial_rotation=False), 1.5)
 
 
-def test_a_new_goal_begins_anew_and_the_same_one_does_not() -> None:
+def test_a_new_goal_starts_again_and_the_same_one_does_not() -> None:
     asked = Asked()
     asked(SE2(1.0))
     asked.controller.set_path(X_AXIS)

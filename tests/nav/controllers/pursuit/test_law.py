@@ -34,7 +34,7 @@ X_AXIS = np.column_stack((np.arange(0.0, 5.01, 0.1), np.zeros((51, 2))))
 
 
 def flat(cost: int = 0, clearance: float = math.inf) -> Costmap:
-    """Return a costmap with one cost, and the room that it tells, everywhere."""
+    """Return a costmap with one cost, and the room that it stands for, everywhere."""
     frame = GridFrame(0.05, 200, 80, SE2(-2.0, -2.0))
     data = np.full(frame.shape, cost, np.uint8)
     return Costmap(frame, data, clearances=np.full(256, clearance))
@@ -115,8 +115,8 @@ def test_near_obstacles_the_speed_is_as_the_distance_that_the_cost_tells(
 
 
 def test_the_distance_is_the_one_that_the_costmap_tells_where_it_does() -> None:
-    told = replace(flat(126), clearances=clearances(40.0))  # not the 3.0 of the controller
-    driven = Asked(use_collision_detection=False)(SE2(1.0), costmap=told).velocity
+    steep = replace(flat(126), clearances=clearances(40.0))  # not the 3.0 of the controller
+    driven = Asked(use_collision_detection=False)(SE2(1.0), costmap=steep).velocity
     assert driven.x == pytest.approx(0.5 * (0.25 + math.log(2.0) / 40.0) / 0.6)
 
 
