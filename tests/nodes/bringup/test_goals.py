@@ -109,10 +109,13 @@ def test_a_goal_that_is_lost_is_sent_again(bench: RosBench, timeout: float, succ
     assert node.taken == (3 if succeeds else 2)
 
 
-def test_a_goal_of_which_nothing_is_heard_yet_is_sent_once(bench: RosBench) -> None:
+def test_a_goal_of_which_nothing_is_heard_yet_is_sent_once(
+    bench: RosBench, capfd: pytest.CaptureFixture[str]
+) -> None:
     node = _server(bench, takes=45.0)
     end = Goals(BenchSession(bench)).navigate(SE2(1.0, 0.0), 90.0)
     assert (end.succeeded, node.taken) == (True, 1)
+    assert capfd.readouterr().err.count("nothing is heard of it yet") == 1
 
 
 def test_a_server_that_is_not_active_is_waited_for(bench: RosBench) -> None:
