@@ -57,10 +57,15 @@ def value(xml: XmlFile, element: Element, place: str, default: float, *names: st
     return number or default
 
 
+def is_true(text: str | None) -> bool:
+    """Return whether a text says yes, as SDF and URDF write it."""
+    return (text or "").strip().lower() in ("true", "1")
+
+
 def flag(element: Element, default: bool, *names: str) -> bool:
     """Return the truth value under one of these plain names."""
-    text = text_of(element, *names).lower()
-    return text in ("true", "1") if text else default
+    text = text_of(element, *names)
+    return is_true(text) if text else default
 
 
 def topic(element: Element, default: str, remapped: str, *names: str) -> str:

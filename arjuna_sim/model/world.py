@@ -25,6 +25,8 @@ PERSON = (0.25, 1.7)
 _CLOTH = 0.3
 """Friction of clothes on plastic, 0.2 to 0.4: legs slide along a robot and do not lift it."""
 _STEP = 1e-3  # over which a velocity is measured [s]
+GRAVITY = 9.81
+"""As in Gazebo; standard gravity is 9.80665 (ISO 80000-3) [m/s^2]."""
 _NULL_ISLAND = GeoPoint(0.0, 0.0)
 GROUND = "ground_plane"
 """Name of the model that is the ground."""
@@ -183,7 +185,7 @@ class World:
     hinges: Mapping[str, Hinge] = field(default_factory=dict)
     floating: frozenset[str] = frozenset()
     earth: Earth = Earth()
-    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    gravity: tuple[float, float, float] = (0.0, 0.0, -GRAVITY)
 
     @cached_property
     def models(self) -> dict[str, tuple[Body, ...]]:

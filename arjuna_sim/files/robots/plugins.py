@@ -13,6 +13,7 @@ from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import center, effective_track, span, wheel_radius, wheel_separation
+from arjuna_sim.model.world import GRAVITY
 
 _FILE = re.compile(
     r"(lib)?((gz|ignition)[-_](sim|gazebo)\d*[-_])?(gazebo[-_]ros[-_])?(?P<type>.+?)"
@@ -48,7 +49,7 @@ _CONTROL_CLASSES = (
 )
 TORQUE = 5.0
 """Least torque of a wheel whose file names none, as in Gazebo [N m]."""
-_PULL = 2.0 * 9.81  # of all such wheels together, by the robot's mass [m/s^2]
+_PULL = 2.0 * GRAVITY  # of all such wheels together, by the robot's mass [m/s^2]
 _ENDS = ("front", "rear", "middle", "back")
 WHEEL, STEERING = ("wheeljoint",), ("leftsteeringjoint", "rightsteeringjoint", "steeringjoint")
 """Plain names of tags that hold the joints of wheels without sides, and those that steer."""

@@ -11,6 +11,7 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
 from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
 
 _NAMED = ("link", "frame", "joint", "model", "include")
@@ -18,7 +19,6 @@ _CHAIN_MAX = 100
 MERGE = "merge"
 """Attribute of an included model whose links and frames are those of the model around it."""
 _OWN = ("__model__", "__root__", "world", "")
-_TRUE = ("true", "1")
 _VERSION = re.compile(r"1\.([0-4])")
 """Versions in which an axis is in its model's frame, not yet in its joint's."""
 
@@ -106,7 +106,7 @@ class Scope:
         named = "" if tag is None else tag.get("expressed_in", "").strip()
         if named:
             return self._find(named, ())
-        in_model = (axis.findtext("use_parent_model_frame") or "").strip().lower() in _TRUE
+        in_model = is_true(axis.findtext("use_parent_model_frame"))
         return ORIGIN if in_model or self._is_old else T_joint
 
     def find(self, name: str) -> Pose3:

@@ -14,7 +14,7 @@ from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.files.meshes import mesh_shape
 from arjuna_sim.files.sdf.includes import leaving_out
 from arjuna_sim.files.sdf.solids import cone, prism, read_heights
-from arjuna_sim.files.tag_text import gazebo_colour
+from arjuna_sim.files.tag_text import gazebo_colour, is_true
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import GREY, Kind, Mesh, Shape, Terrain
 from arjuna_sim.model.notes import NoteKind
@@ -64,7 +64,7 @@ def _shape(xml: XmlFile, item: Element, place: str, valid: str) -> Shape | None:
     if item.tag == "mesh":
         uri = (item.findtext("uri") or "").strip()
         part = (item.findtext("submesh/name") or "").strip()
-        centred = (item.findtext("submesh/center") or "").strip().lower() in ("true", "1")
+        centred = is_true(item.findtext("submesh/center"))
         return mesh_shape(xml, uri, item.findtext("scale") or "1 1 1", place, part, centred)
     if item.tag == "cone":
         radius, length = _sizes(xml, item, ("radius", "length"), place)

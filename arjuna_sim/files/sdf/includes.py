@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from arjuna_core.errors import InputFileError, WorldError
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.files.sdf.frames import MERGE, raw_pose
+from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.world import GROUND, GROUND_COLOUR
@@ -26,7 +27,6 @@ _TRIES = 20  # random positions of which the one farthest from the others is tak
 BUILT_IN = ("sun", "ground_plane")
 _INCLUDES_MAX = 5_000
 _NESTED_MAX = 32
-_TRUE = ("true", "1")
 _OVERRIDES = ("pose", "static", "placement_frame")
 
 
@@ -265,7 +265,7 @@ def _override(model: Element, include: Element, name: str) -> None:
     frame = include.findtext("placement_frame")
     if frame is not None:
         model.set("placement_frame", frame.strip())
-    if include.get(MERGE, "").strip().lower() in _TRUE:
+    if is_true(include.get(MERGE)):
         model.set(MERGE, "true")
 
 

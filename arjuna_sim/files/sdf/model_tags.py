@@ -11,6 +11,7 @@ from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.sdf.frames import MERGE, Scope
 from arjuna_sim.files.sdf.geometry_tags import read_colour, read_friction, read_shape
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
+from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Part
 from arjuna_sim.model.notes import NoteKind
@@ -24,7 +25,6 @@ _OF_LINK = (
     *("collision", "visual", "pose", "inertial", "gravity", "self_collide", "kinematic", "light"),
     *("velocity_decay", "enable_wind", "audio_source", "must_be_base_link"),
 )
-_TRUE = ("true", "1")
 WORLD = "world"
 """Name of the world as the parent of a joint."""
 
@@ -180,8 +180,8 @@ class ModelReader:
         known = {*_OF_LINK, *(("sensor",) if self._is_robot else ())}
         for tag in sorted({child.tag for child in link} - known):
             xml.note(f"{place}: <{tag}>: not simulated", NoteKind.IGNORED)
-        floats = (link.findtext("gravity") or "true").strip().lower() not in _TRUE
-        floats = floats or (link.findtext("kinematic") or "").strip().lower() in _TRUE
+        floats = not is_true(link.findtext("gravity") or "true")
+        floats = floats or is_true(link.findtext("kinematic"))
         text = link.findtext("inertial/mass")
         mass = None if text is None else xml.numbers(text, 1, f"{place} <mass>")[0]
         name = prefix + link.get("name", "?").strip()
@@ -221,7 +221,7 @@ def _part(
 
 def is_static(model: Element) -> bool:
     """Return whether a model stands fast by its own tag."""
-    return (model.findtext("static") or "").strip().lower() in _TRUE
+    return is_true(model.findtext("static"))
 
 
 def read_joint(xml: XmlFile, joint: Element, scope: Scope, T_world: Pose3, prefix: str) -> SdfJoint:

@@ -25,6 +25,7 @@ from arjuna_sim.files.sdf.model_tags import (
     read_joint,
 )
 from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
+from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
 from arjuna_sim.model.geometry.shapes import Kind, estimated_inertial
@@ -93,7 +94,7 @@ def _read_waypoint(xml: XmlFile, waypoint: Element, place: str) -> tuple[float, 
 
 
 def _flag(text: str | None, default: bool) -> bool:
-    return default if text is None else text.strip().lower() in ("true", "1")
+    return default if text is None else is_true(text)
 
 
 def read_earth(xml: XmlFile, world: Element) -> Earth:

@@ -10,13 +10,12 @@ from arjuna_core.errors import nearest
 from arjuna_sim.files.robots.gazebo import remedy
 from arjuna_sim.files.robots.tags import PluginTag, Tags
 from arjuna_sim.files.sensor_tag import SensorTag
-from arjuna_sim.files.tag_text import gazebo_colour, plain, texts
+from arjuna_sim.files.tag_text import gazebo_colour, is_true, plain, texts
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.urdf import Urdf
 
 _CONTACT = ("kp", "kd")
-_TRUE = ("true", "1")
 _BELOW_SENSOR = {"ray": "ray", "lidar": "gpu_lidar", "camera": "camera", "imu": "imu"}
 """Tags that describe a sensor, and its type."""
 _READ = ("fdir1", "sensor", "plugin", "mu1", "mu", "material", "visual", "mu2", *_CONTACT)
@@ -48,7 +47,7 @@ def read_tags(xml: XmlFile, urdf: Urdf) -> Tags:
                     NoteKind.BROKEN,
                 )
                 continue
-            is_default = plain(child.tag) == "gravity" and (child.text or "").strip() in _TRUE
+            is_default = plain(child.tag) == "gravity" and is_true(child.text)
             if plain(child.tag) not in _READ and not is_default:
                 left_out.setdefault(child.tag, []).append(link or "")
     for tag, links in left_out.items():

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-_GRAVITY = 9.81
+from arjuna_sim.model.world import GRAVITY
+
 _SHARE = 0.8  # of what wheels could grip and motors could do, which leaves some to steer with
 _LIFTS = 1.0  # a foot that carries next to nothing may leave the ground [m/s^2]
 _TINY = 1e-12
@@ -132,11 +133,11 @@ def _standing(
 ) -> tuple[GroundContacts, NDArray[np.float64]]:
     """Return the contacts that carry something at rest, and their loads, `(N,) float64` [N]."""
     x, y, _ = weight.middle.tolist()
-    unit = weight.mass * _GRAVITY / max(1, int(contacts.drives.sum()))  # sinks a contact in by one
+    unit = weight.mass * GRAVITY / max(1, int(contacts.drives.sum()))  # sinks a contact in by one
     while True:
         shares, levers = _shares(contacts), _levers(contacts)
         warped = contacts.gaps - levers @ (shares.T @ contacts.gaps)
-        loads = shares @ (weight.mass * _GRAVITY * np.array([1.0, x, y])) - unit * warped
+        loads = shares @ (weight.mass * GRAVITY * np.array([1.0, x, y])) - unit * warped
         keep = loads > loads.min()
         if loads.min() > 0.0 or not keep.any():
             return contacts, loads

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import center, radius_of, width_of
+from arjuna_sim.model.world import GRAVITY
 from arjuna_sim.physics.geoms import name_friction
 from arjuna_sim.physics.wheels.traction import (
     GroundContacts,
@@ -36,7 +37,6 @@ from arjuna_sim.physics.wheels.traction import (
 
 STICTION = 1e6
 """Damping along the ground, by the normal damping (MuJoCo's `impratio`)."""
-_GRAVITY = 9.81
 _SAG = 0.008  # of a tyre under its load, by the wheel's radius
 _SLOWEST = 4.0  # least sag, by the fall in one time step: no oscillation is faster than the steps
 _DAMPING = 0.005  # of a robot that bounces on its tyres, by the critical one
@@ -76,7 +76,7 @@ class WheelSupport:
 
 def sag_of(robot: RobotModel, timestep: float) -> float:
     """Return how far a tyre sinks in under its load [m]."""
-    return max(_SAG * robot.drive.radius, _SLOWEST * _GRAVITY * timestep**2)
+    return max(_SAG * robot.drive.radius, _SLOWEST * GRAVITY * timestep**2)
 
 
 def add_tyre(body: Any, robot: RobotModel, joint: str, sag: float) -> None:
@@ -201,10 +201,10 @@ def _set_contact(model: Any, geom: int, load: float, sag: float, share: float) -
     MuJoCo asks for acceleration -b v - k r and yields by a regularization R, so that the force
     is (-b v - k r) / R: b is as large as the step allows, R and k follow from damping and sag.
     """
-    damping = 2.0 * share * load * float(np.sqrt(_GRAVITY / sag))
+    damping = 2.0 * share * load * float(np.sqrt(GRAVITY / sag))
     b = min(_ARREST, _ARREST_STEP / model.opt.timestep)
     regularization = b / damping
-    k = regularization * load * _GRAVITY / sag
+    k = regularization * load * GRAVITY / sag
     inverse_mass = float(model.body_invweight0[model.geom_bodyid[geom], 0])
     impedance = 1.0 / (1.0 + regularization / max(inverse_mass, mujoco.mjMINVAL))
     impedance = float(np.clip(impedance, _LEAST, _MOST))

@@ -1,4 +1,4 @@
-"""Numbers and texts of a file, each at the edge of what is valid, and what is said beyond it."""
+"""Reading XML that nobody vouches for, and the errors of values in it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.errors import WorldError
-from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.files.xml_file import _DEPTH_MAX, XmlFile, parse_xml
 from arjuna_sim.model.notes import Note, NoteKind
 
 
@@ -101,3 +101,15 @@ def test_notes_are_kept_once_in_their_order() -> None:
     xml.note("one", NoteKind.BROKEN)
     expected = [(NoteKind.CHANGED, "one"), (NoteKind.CHANGED, "two"), (NoteKind.BROKEN, "one")]
     assert list(xml.notes) == [Note(kind, text) for kind, text in expected]
+
+
+def nested(depth: int) -> bytes:
+    return b"<a>" * depth + b"</a>" * depth
+
+
+def test_elements_are_nested_so_deep_and_no_deeper() -> None:
+    assert len(list(parse_xml(nested(_DEPTH_MAX)).iter())) == _DEPTH_MAX
+    side_by_side = b"<r>" + nested(_DEPTH_MAX - 1) * 2 + b"</r>"
+    assert len(parse_xml(side_by_side)) == 2
+    with pytest.raises(ValueError, match=f"or more than {_DEPTH_MAX} nested"):
+        parse_xml(nested(_DEPTH_MAX + 1))

@@ -1,8 +1,9 @@
-"""Masses, inertias and friction that files leave out, or that no body can have."""
+"""Where masses, friction and shapes of robots are completed."""
 
 from __future__ import annotations
 
 import dataclasses
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 
 from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_core.twist import Velocity
+from arjuna_sim.check import check
 from arjuna_sim.files.robots.completion import (
     bound_inertias,
     complete_masses,
@@ -17,11 +20,14 @@ from arjuna_sim.files.robots.completion import (
     friction_of,
     rigid_groups,
 )
+from arjuna_sim.files.robots.robot_file import load_robot
+from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Joint, Link, Urdf
-from tests.sim.builders import texts
+from tests.sim import drive_cases as cases
+from tests.sim.builders import run, simulator, texts
 from tests.sim.wheeled import ALONG_Y
 
 CUBE = Part(Shape(Kind.BOX, (0.2, 0.2, 0.2)))  # of 8 litres
@@ -235,3 +241,58 @@ def test_a_robot_without_wheels_keeps_what_it_says() -> None:
     settings = GazeboSettings(friction={"base": 0.4})
     none = dataclasses.replace(DRIVE, left=())
     assert friction_of(file(), urdf, settings, none) == {"base": 0.4}
+
+
+def test_robot_without_any_collision_is_as_solid_as_it_is_drawn(tmp_path: Path) -> None:
+    path = cases.Robot(cases.four()).write(tmp_path)
+    path.write_text(path.read_text("utf-8").replace("collision>", "visual>"), "utf-8")
+    sim = simulator(robot=path)
+    assert sum("as solid as it is drawn" in note for note in sim.notes) == 5
+    assert (
+        sim.robot.model.urdf.links["base"].collisions == sim.robot.model.urdf.links["base"].visuals
+    )
+    assert run(sim, 2.0, Velocity(0.3)).truth.v == pytest.approx(0.3, rel=0.05)
+
+
+def test_robot_with_a_collision_keeps_what_is_only_drawn(tmp_path: Path) -> None:
+    path = cases.Robot(
+        cases.four(),
+        "<link name='flag'><visual><geometry><sphere radius='0.1'/>"
+        "</geometry></visual></link><joint name='f' type='fixed'><parent link='base'/>"
+        "<child link='flag'/></joint>",
+    ).write(tmp_path)
+    assert not load_robot(path, SearchPath()).urdf.links["flag"].collisions
+
+
+def test_motors_of_a_heavy_robot_can_move_it(tmp_path: Path) -> None:
+    joints = "".join(
+        f"<{side}_joint>{end}_{side}_wheel_joint</{side}_joint>"
+        for side in ("left", "right")
+        for end in ("front", "rear")
+    )
+    robot = cases.Robot(cases.four(), cases.plugin("gz-sim-diff-drive-system", joints), mass=300.0)
+    path = robot.write(tmp_path)
+    assert load_robot(path, SearchPath()).drive.torque == pytest.approx(
+        2.0 * 9.81 * 301.6 * 0.06 / 4
+    )
+    limited = re.sub("</plugin>", "<torque>3</torque></plugin>", path.read_text("utf-8"))
+    path.write_text(limited, "utf-8")
+    assert load_robot(path, SearchPath()).drive.torque == 3.0
+
+
+def test_body_of_no_mass_weighs_what_its_shapes_do(tmp_path: Path) -> None:
+    path = cases.Robot(cases.four()).write(tmp_path)
+    path.write_text(path.read_text("utf-8").replace("mass value='12.0'", "mass value='0'"), "utf-8")
+    base = load_robot(path, SearchPath()).urdf.links["base"].inertial
+    assert base is not None
+    assert base.mass > 0.1
+
+
+@pytest.mark.parametrize(("x", "leans"), [(0.0, False), (0.4, True)])
+def test_robot_that_tips_over_is_named(tmp_path: Path, x: float, leans: bool) -> None:
+    path = cases.Robot(cases.four()).write(tmp_path)
+    mass = "<inertial><mass value='12.0'/>"
+    moved = mass.replace("<inertial>", f"<inertial><origin xyz='{x} 0 0'/>")
+    path.write_text(path.read_text("utf-8").replace(mass, moved), "utf-8")
+    notes = texts(check(path, SearchPath(), {}).notes)
+    assert any("it tips over, or would have to balance" in note for note in notes) == leans

@@ -1,4 +1,4 @@
-"""Gazebo's materials have colours that can be drawn, however their names vary."""
+"""Gazebo's colours by name."""
 
 from __future__ import annotations
 

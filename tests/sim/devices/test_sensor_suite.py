@@ -1,4 +1,4 @@
-"""Lidar and IMU against exact geometry and exact statistics."""
+"""A robot's first lidar and IMU, and the surfaces that they measure."""
 
 from __future__ import annotations
 

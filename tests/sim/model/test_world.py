@@ -1,4 +1,4 @@
-"""Actors: waypoints from a world file, or along a path at a speed."""
+"""Actors and their trajectories."""
 
 from __future__ import annotations
 

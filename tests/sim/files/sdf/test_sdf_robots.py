@@ -1,4 +1,4 @@
-"""Robots as SDF models drive, see and are described as the same robots in URDF."""
+"""SDF robots: how they load, stand and drive."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Wheels of every kind of base turn as each point of a rigid body moves, and tell it back."""
+"""Bases of every kind of drive."""
 
 from __future__ import annotations
 
@@ -129,3 +129,22 @@ def test_sides_turn_as_one_by_the_way_each_wheel_is_mounted() -> None:
     still = Velocity(1.0, yaw_rate=2.0)
     assert base.reachable(still) is still
     assert len(base.angles(still)) == 0
+
+
+WHEEL = SteeredWheel(np.array([1.0, 0.5]), np.array([1.0, 0.0]), 0.1, 0, np.array([1.0, 0.3]))
+
+
+@pytest.mark.parametrize(
+    ("angle", "place", "direction"),
+    [
+        (0.0, (1.0, 0.5), (1.0, 0.0)),
+        (math.pi / 2, (0.8, 0.3), (0.0, 1.0)),
+        (-math.pi / 2, (1.2, 0.3), (0.0, -1.0)),
+    ],
+)
+def test_a_wheel_turns_about_its_pivot(
+    angle: float, place: tuple[float, float], direction: tuple[float, float]
+) -> None:
+    found = WHEEL.turned(angle)
+    assert found[0] == pytest.approx(place)
+    assert found[1] == pytest.approx(direction, abs=1e-12)

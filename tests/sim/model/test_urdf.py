@@ -1,4 +1,4 @@
-"""How joints move what they carry, and what they are unless they are told otherwise."""
+"""Joints and robot descriptions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sensors' plugins and tags outside `<sensor>`, as a guide has them, come with their cure."""
+"""Gazebo tags of a URDF that stand outside a sensor."""
 
 from __future__ import annotations
 

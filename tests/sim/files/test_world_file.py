@@ -1,4 +1,4 @@
-"""A map as a world: its cells covered by few boxes, where its YAML says."""
+"""Maps as worlds: their walls, and the bounds on them."""
 
 from __future__ import annotations
 

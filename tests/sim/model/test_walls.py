@@ -1,4 +1,4 @@
-"""Places outside walls are told from those inside, for walls of many forms."""
+"""Walls that close off a space."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every piece of a world: nested, included, generated, broken, swinging and of any shape."""
+"""An SDF world's pieces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joints that stand in a world, beside the models that they hold."""
+"""Joints of a world beside its models."""
 
 from __future__ import annotations
 
