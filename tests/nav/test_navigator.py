@@ -12,9 +12,10 @@ import pytest
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.base import ControlStatus
-from arjuna_nav.navigator import Ending, Finish, NavigatorConfig
+from arjuna_nav.navigator import Ending, Finish, Navigator, NavigatorConfig
 from arjuna_nav.planners.base import PlanStatus
-from arjuna_nav.trees.exchange import Answer
+from arjuna_nav.trees.exchange import Answer, TreeState, Withdraw
+from arjuna_nav.trees.xml_file import build_tree
 from tests.helpers.nav.navigator_script import (
     DETOUR,
     GOAL,
@@ -386,3 +387,17 @@ def test_outages_with_a_drive_between_them_each_have_all_the_patience() -> None:
         assert script.replan(STRAIGHT.copy())
         assert script.replan(STRAIGHT.copy())
     assert script.end is None
+
+
+def test_a_tree_that_lacks_an_entry_ends_the_goal_and_its_requests() -> None:
+    tree = build_tree(
+        '<root><BehaviorTree ID="T"><Parallel success_count="2"><Wait/>'
+        '<ScriptCondition code="none &gt; 1"/></Parallel></BehaviorTree></root>',
+        "mine.xml",
+    )
+    navigator = Navigator(tree, NavigatorConfig(), (), (GOAL,), 0.0)
+    requests, end = navigator.tick(TreeState(0.1))
+    assert requests == [Withdraw(1)]
+    assert end is not None
+    assert (end.ending, end.error_code) == (Ending.ABORTED, 0)
+    assert "none is not on the blackboard" in end.error_msg

@@ -176,6 +176,8 @@ def test_a_switch_leaves_a_case_that_is_no_longer_its_variables() -> None:
         (f"<ParallelAll>{SKIP}{OK}</ParallelAll>", SUCCESS),
         (f'<ParallelAll max_failures="2">{NO}{OK}</ParallelAll>', SUCCESS),
         (f'<ParallelAll max_failures="1">{NO}{OK}</ParallelAll>', FAILURE),
+        (f'<ParallelAll max_failures="-1">{NO}{OK}</ParallelAll>', SUCCESS),
+        (f'<ParallelAll max_failures="-1">{NO}{NO}</ParallelAll>', FAILURE),
         (f"<ParallelAll>{NO}{SPIN}</ParallelAll>", RUNNING),
         (f"<Inverter>{SKIP}</Inverter>", SKIPPED),
         (f"<ForceSuccess>{SKIP}</ForceSuccess>", SKIPPED),

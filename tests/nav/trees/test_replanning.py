@@ -104,3 +104,12 @@ def test_an_outage_ends_with_a_try_that_lasts() -> None:
     play.tick(dt=1.0)
     assert play.get("p") is None
     assert play.tick(Spin=True) is SUCCESS
+
+
+def test_an_outage_is_waited_out_for_half_a_minute_where_nothing_is_said() -> None:
+    play = Play(OUTAGE.replace('patience="3"', ""))
+    play.now = 50.0
+    play.tick()
+    while play.tick(dt=0.01, Spin=Answer(False, 102, "lost")) is RUNNING:
+        play.tick(dt=1.01)
+    assert 30.0 < play.now - 50.0 < 32.0
