@@ -72,7 +72,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _rounds(tour: list[Step], scans: int) -> Iterator[tuple[Step, SE2, Scan]]:
-    """Yield steps of the tour, odometry that goes on and on, and scans stamped accordingly."""
+    """Yield steps of the tour, endless odometry, and scans stamped accordingly."""
     T = SE2()
     for k in range(scans):
         step = tour[k % len(tour)]

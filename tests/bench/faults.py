@@ -34,7 +34,7 @@ _REACHED = 0.3  # [m]
 
 @dataclass(frozen=True)
 class Run:
-    """How one drive went.
+    """The result of one drive.
 
     Attributes:
         reached: Whether the robot is where it says that it is.
@@ -52,7 +52,7 @@ class Run:
 
     @property
     def right(self) -> bool:
-        """Whether the mission ended right, or with the reason."""
+        """True if the mission ended right, or with the reason."""
         return self.ended and (self.reached or bool(self.reason))
 
 

@@ -158,7 +158,7 @@ class _Follower:
 
     @property
     def sure(self) -> bool:
-        """Whether the filter says it knows the pose."""
+        """True while the filter reports that it knows the pose."""
         return self.estimate is not None and self.estimate.status is Status.TRACKING
 
 

@@ -33,7 +33,7 @@ _LENGTH_MIN, _LENGTH_MAX = 500.0, 5000.0  # [m]
 
 @dataclass(frozen=True)
 class Trial:
-    """How a drive through a building was mapped.
+    """The map of a drive through a building.
 
     Attributes:
         seed: Of the building and the drive.

@@ -1,4 +1,4 @@
-"""How a robot stands, drives, turns and climbs: parked, on a slope, over a metre and a sill."""
+"""A robot that stands, drives, turns and climbs: parked, on a slope, over a metre and a sill."""
 
 from __future__ import annotations
 

@@ -112,7 +112,7 @@ def _said(robot: Lines) -> dict[str, list[str]]:
 
 
 def _true_pose(drivers: Lines) -> SE2:
-    """Return where the robot truly stands: of what is told from now on, the second."""
+    """Return the robot's true pose: the second line from now on."""
     for count in (1, 2):  # the first takes what was told before
         told = drivers.wait_for(_TOLD, len(drivers.matching(_TOLD)) + count)
     x, y, theta = map(float, told[-1].split()[1:])

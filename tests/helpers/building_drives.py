@@ -28,7 +28,7 @@ _LOST, _SIGMA = 0.01, 0.015  # share of beams without return; of the ranges [m]
 
 @dataclass(frozen=True)
 class Drift:
-    """How odometry errs.
+    """Errors of odometry.
 
     Attributes:
         walk: Of the heading [rad per sqrt(m)].
@@ -47,7 +47,7 @@ class Drift:
 
 @dataclass(frozen=True)
 class Lidar:
-    """What a scanner sees: beams, field of view [rad] and longest range [m]."""
+    """A scanner: beams, field of view [rad] and longest range [m]."""
 
     beams: int
     field_of_view: float

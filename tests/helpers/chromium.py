@@ -70,7 +70,7 @@ class Page:
             self.wait(_POLL)
 
     def wait(self, duration: float) -> None:
-        """Let the page go on for a while [s]."""
+        """Let the page run for a while [s]."""
         try:
             self._process.wait(timeout=duration)
         except subprocess.TimeoutExpired:
@@ -110,7 +110,7 @@ class Page:
         self.drag(place, place)
 
     def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
-        """Press the left button at a place [pixels], move, let go at another."""
+        """Press the left button at a point [pixels], move, release at another."""
         self._mouse("mouseMoved", start, 0)
         self._mouse("mousePressed", start, 1)
         if start != end:

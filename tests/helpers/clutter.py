@@ -1,4 +1,4 @@
-"""What a map does not have: boxes, people who walk about, walls that are gone from it."""
+"""Differences from a map: boxes, people who walk about, walls that are gone from it."""
 
 from __future__ import annotations
 

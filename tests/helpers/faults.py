@@ -55,11 +55,7 @@ class Faults:
         self._late: list[tuple[float, int, Publish, Any]] = []
 
     def put(self, topic: str, fault: Fault) -> None:
-        """Let a topic fail.
-
-        Raises:
-            ValueError: No node publishes it.
-        """
+        """Let a topic fail."""
         publishers = [p for node in self._nodes for p in node.publishers if p.topic_name == topic]
         if not publishers:
             topics = sorted({p.topic_name for node in self._nodes for p in node.publishers})

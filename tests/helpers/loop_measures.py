@@ -1,4 +1,4 @@
-"""How well a trajectory closed its loops, against the truth: near places, closures, position."""
+"""Measures of a trajectory's loops against the truth: near poses, closures, position."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def _stretches(pairs: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
 
 
 def is_wrong(edge: Edge, truth: list[SE2]) -> bool:
-    """Tell whether a closure is off by more than it says of itself, and some slack."""
+    """Return whether a closure is off by more than it says of itself, and some slack."""
     true = truth[edge.i].inverse() @ truth[edge.j]
     error = edge.T_i_j.array() - true.array()
     error[2] = math.remainder(error[2], 2.0 * math.pi)

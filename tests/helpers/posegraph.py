@@ -32,9 +32,6 @@ def read_graph(path: str | Path) -> tuple[NDArray[np.float64], EdgeTable]:
     Returns:
         Poses `(N, 3) float64` in the order of their ids, from the edges alone where the file holds
         no vertex, and the edges.
-
-    Raises:
-        InputFileError: The file is missing, a line is broken, or some nodes have no vertex.
     """
     path = Path(path)
     try:

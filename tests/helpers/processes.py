@@ -21,9 +21,6 @@ def wait_until(done: Callable[[], Any], step: Callable[[], Any], what: object) -
         done: Whether it is.
         step: What to do between two looks; it waits a little.
         what: How the error calls it, as it is then.
-
-    Raises:
-        AssertionError: It is not so in time.
     """
     deadline = time.monotonic() + DEADLINE
     while not done():
@@ -88,7 +85,7 @@ class Lines:
 
 
 def ended(pid: int) -> bool:
-    """Wait until a process, not a child of this one, has ended; False where it goes on."""
+    """Wait until a process, not a child of this one, has ended; False where it does not."""
     try:
         descriptor = os.pidfd_open(pid)
     except ProcessLookupError:

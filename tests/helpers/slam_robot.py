@@ -49,7 +49,7 @@ class Robot:
             self.send(self.scan())
 
     def wait(self) -> None:
-        """Go on to the next scan of the drive."""
+        """Advance to the next scan of the drive."""
         self.bench.advance(DT)
         self.now += DT
         self.odometry, self.truth = LOG[self.k][1:]

@@ -1,4 +1,4 @@
-"""What is compiled at set-up, and what is compiled again."""
+"""The functions that are compiled at set-up, and those that are compiled again."""
 
 from __future__ import annotations
 

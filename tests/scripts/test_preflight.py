@@ -1,4 +1,4 @@
-"""What the set-up says is missing."""
+"""The parts that the set-up reports as missing."""
 
 from __future__ import annotations
 

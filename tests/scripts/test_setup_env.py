@@ -1,4 +1,4 @@
-"""What the set-up does again and what it skips; what the lock file holds."""
+"""The steps that the set-up repeats and skips; the contents of the lock file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Claims: where a topic fails the robot stands or goes on rightly, and is whole again after."""
+"""Claims: where a topic fails the robot stands or drives rightly, and is whole again after."""
 
 from __future__ import annotations
 

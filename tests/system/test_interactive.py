@@ -28,7 +28,7 @@ def _children(pid: int) -> list[int]:
 
 
 def _imports(pid: int) -> bool:
-    """Whether a process of ours is at its imports, or done with them."""
+    """Return whether a process of ours is at its imports, or done with them."""
     of = Path(f"/proc/{pid}")
     return b"bringup.host" in (of / "cmdline").read_bytes() and "numpy" in (of / "maps").read_text()
 

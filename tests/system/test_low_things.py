@@ -1,4 +1,4 @@
-"""What lies below or above the lidar's plane: the robot sees it and drives round it."""
+"""Obstacles below or above the lidar's plane: the robot sees them and drives round them."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ def drive(robot: LockStep, path: Path) -> Bag:
 
 
 def of_result(message: BagMessage) -> bool:
-    """Tell whether SLAM or AMCL said it, as its frame gives away in /tf."""
+    """Return whether SLAM or AMCL said it, as its frame gives away in /tf."""
     return message.topic.name in RESULTS or b"map\0" in message.data[:32]
 
 

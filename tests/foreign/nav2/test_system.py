@@ -1,4 +1,4 @@
-"""What Nav2's system tests ask of a robot, asked by clients of its interfaces alone."""
+"""Nav2's system tests, by clients of its interfaces alone."""
 
 from __future__ import annotations
 

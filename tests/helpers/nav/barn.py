@@ -55,9 +55,6 @@ def load_worlds(folder: Path, unpacked: Path, every: int = 1) -> list[BarnWorld]
         folder: What was given: the worlds' own folder or the one above.
         unpacked: Where unpacked worlds are put.
         every: Only each so manieth of them.
-
-    Raises:
-        InputFileError: There is none, or one has no path.
     """
     patterns = ("world_*.world", "world_*.world.xz")
     paths = next((f for f in (files_in(d, patterns) for d in (folder, folder / "worlds")) if f), [])

@@ -23,11 +23,7 @@ LETHAL, FREE, UNKNOWN = 254.0, 0.0, 255.0
 
 
 def costmap_from_msg(message: Any) -> Costmap:
-    """Return a nav2_msgs/Costmap as a costmap.
-
-    Raises:
-        ValueError: The data's length contradicts the size, or the origin is no pose.
-    """
+    """Return a nav2_msgs/Costmap as a costmap."""
     metadata = message.metadata
     resolution = round(float(metadata.resolution), 6)  # float32 on the wire
     origin = se2_from_pose(metadata.origin)

@@ -1,4 +1,4 @@
-"""What a map does not have, put into a running simulator: boxes, and people who walk about."""
+"""Unmapped boxes and people who walk about, put into a running simulator."""
 
 from __future__ import annotations
 

@@ -56,12 +56,12 @@ class Goal:
 
     @property
     def done(self) -> bool:
-        """Whether it has ended."""
+        """True once it has ended."""
         return self._outcome is not None and bool(self._outcome.done())
 
     @property
     def status(self) -> int:
-        """How it ended, a GoalStatus."""
+        """Its final GoalStatus."""
         assert self._outcome is not None
         return int(self._outcome.result().status)
 

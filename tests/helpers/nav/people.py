@@ -42,7 +42,7 @@ class Meetings:
 
     @property
     def touching(self) -> bool:
-        """Whether anybody touches the robot now."""
+        """True while anybody touches the robot."""
         return bool(self._touching)
 
     def update(self, pose: SE2, velocity: Velocity, people: NDArray[np.float64]) -> None:
@@ -78,7 +78,7 @@ _OVER = 0.05  # so deep in it, who walks steps over a robot that cannot give way
 
 
 class _Press(NamedTuple):
-    """Where something presses the robot, which way, and how deep it is in it, of the base [m]."""
+    """A point at which something presses the robot, its direction and depth, in the base [m]."""
 
     place: NDArray[np.float64]
     way: NDArray[np.float64]

@@ -20,7 +20,7 @@ _CONTEXT.set_forkserver_preload([f"bringup.ros2.verbs.{name}" for name in _VERBS
 
 
 class Outcome(NamedTuple):
-    """How a command ended and what it printed."""
+    """A command's exit code and output."""
 
     code: int
     out: str
