@@ -149,7 +149,7 @@ def _clear_inside(
 ) -> None:
     """Set the cells of a line free that lies on the grid, as `line_cells` names them.
 
-    Cell by cell of one flat array, with nothing to look up: half the time (`bench costmap`).
+    Cell by cell of one flat array, with nothing to look up; `bench costmap` times it.
     """
     width = data.shape[1]
     d_row, d_column = abs(row1 - row), abs(column1 - column)

@@ -61,9 +61,8 @@ def nearby_first(
             max(columns) + reach + 1,
             costmap.data.shape,
         )
-        part = _part(costmap, window)
-        if part.data.size < _SHARE * costmap.data.size:
-            found = plan(part)
+        if costmap.data[window].size < _SHARE * costmap.data.size:
+            found = plan(_part(costmap, window))
             if found.path_cost <= _LEAST * float(costs.min()) * math.hypot(
                 math.dist(*ends), 2 * reach
             ):

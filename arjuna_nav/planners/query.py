@@ -95,7 +95,9 @@ class Query:
         first = round(points[0, 0]), round(points[0, 1])
         cells = np.vstack((self.out.to(first), points))
         frame = self.costmap.frame
-        metres = frame.origin.apply((cells[:, ::-1] + 0.5) * frame.resolution)
+        metres = cells[:, ::-1] + 0.5
+        metres *= frame.resolution
+        metres = frame.origin.apply(metres)
         end = round(points[-1, 0]), round(points[-1, 1])
         reached = end == self.goal_cell
         path = _with_ends(metres, self.start, self.goal, frame.resolution, reached)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.grid import GridFrame
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import SE2, wrap
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import NavFn, NavFnConfig, Planner, PlanStatus
@@ -51,6 +51,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--arrays", type=int, default=7, help="repeats beside NavFn in C; 0: none (%(default)s)"
     )
     parser.add_argument(
+        "--queries", type=int, default=20, help="of 18 m, to Hybrid-A*; 0: none (%(default)s)"
+    )
+    parser.add_argument(
         "--scenarios", type=Path, metavar="DIR", help="a folder of MovingAI's .map and .scen files"
     )
     parser.add_argument(
@@ -75,6 +78,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             print(f"{name:18}{size:6} x {size:<6}{worst:8.1f} ms   length x {ratio:.4f}")
     if arguments.arrays > 0:
         result["arrays"] = against_arrays(arguments.arrays)
+    for model in ("DUBIN", "REEDS_SHEPP") if arguments.queries else ():
+        result[model] = _hybrid(model, arguments.queries)
     if arguments.scenarios is not None:
         for name, planner in PLANNERS.items():
             result[name] = _scenarios(name, planner, arguments.scenarios, arguments.limit)
@@ -114,6 +119,37 @@ def against_arrays(repeats: int) -> dict[str, dict[str, float]]:
             f"   {lengths[0]:8.1f} m, {lengths[1] * RESOLUTION:8.1f} m"
         )
     return result
+
+
+def _hybrid(model: str, queries: int, size: int = 1000, cells: int = 360) -> dict[str, float]:
+    """Time Hybrid-A* from pose to pose 18 m off through rooms; compare its turns with Theta*'s."""
+    costmap, rng, robot = rooms(size, 0), np.random.default_rng(5), Footprint.circle(ROBOT_RADIUS)
+    planner = Hybrid(HybridConfig(motion_model_for_search=model), robot)
+    free = np.argwhere(costmap.data < 100)
+    spent: list[float] = []
+    turns: list[float] = []
+    direct: list[float] = []
+    while len(spent) < queries:
+        start = free[rng.integers(len(free))]
+        far = free[np.abs(np.hypot(*(free - start).T) - cells) < 3]
+        ends = start, far[rng.integers(len(far))] if len(far) else start
+        poses = [
+            SE2(*costmap.frame.to_point(*map(int, end)), rng.uniform(-math.pi, math.pi))
+            for end in ends
+        ]
+        straight = PLANNERS["Theta*"].plan(costmap, *poses)
+        planned = planner.plan(costmap, *poses)  # compiles, the first time
+        if planned.status != PlanStatus.SUCCEEDED or paths.length(straight.path) > 25.0:
+            continue
+        before = time.process_time()
+        planner.plan(costmap, *poses)
+        spent.append(1e3 * (time.process_time() - before))
+        turns.append(float(np.abs(wrap(np.diff(planned.path[:, 2]))).sum()))
+        direct.append(float(np.abs(wrap(np.diff(straight.path[:, 2]))).sum()))
+    row = {"ms": float(np.median(spent)), "p90_ms": float(np.percentile(spent, 90))}
+    row |= {"turns_rad": float(np.mean(turns)), "theta_star_turns_rad": float(np.mean(direct))}
+    print(f"{model:18}18 m: " + "   ".join(f"{key} {value:.2f}" for key, value in row.items()))
+    return row
 
 
 def _large(size: int, seed: int, repeats: int) -> dict[str, tuple[float, float]]:

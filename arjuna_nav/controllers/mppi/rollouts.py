@@ -84,8 +84,8 @@ def roll_out(
     r"""Write where controls take the robot that now drives `(v0, w0)`.
 
     A step's velocity is the control before it, as near as the limits allow. Headings turn by
-    a polynomial of sine and cosine a step, exact to 1e-7\. Each loop has a few rows alone, or the
-    compiler does not vectorize it \(`bench controller` times a command\).
+    a polynomial of sine and cosine a step, exact to 1e-7. Each loop has a few rows alone, or the
+    compiler does not vectorize it (`bench controller` times a command).
     """
     steps, batch = controls_v.shape
     step, turn = _F(dt), _F(limits.accel_w * dt)

@@ -125,7 +125,7 @@ def _watch(
 ]:
     """Return where beams end, how that moves, what has come, what moves, of it the hidden, paces.
 
-    All of a scan's work in one kernel: in NumPy it took three times as long (`bench costmap`).
+    All of a scan's work in one kernel; `bench costmap` times it.
     """
     fill_in(scans, number, ranges, limits)
     found = free_standing(scans.points[number], scans.ranges[number], closed)

@@ -60,8 +60,7 @@ def shortest(x: float, y: float, phi: float, reverse: bool) -> NDArray[np.float6
 def length_to(x: float, y: float, phi: float, reverse: bool, enough: float) -> float:
     """Return the length of the shortest curve, or of the first one no longer than is enough.
 
-    See `shortest`. Where a search knows a bound that is greater, most words need no look: a
-    third of the time.
+    See `shortest`. Where a search knows a greater bound, most words need no look.
     """
     total: float = _best(x, y, phi, reverse, enough)[0]
     return total

@@ -92,8 +92,8 @@ def search(
 
     Source: what is left weighs a little more than it is, as in weighted A* (Pohl 1970): the path
         found costs at most so much more than the best. It weighs the more the longer the search
-        takes: on a map of many bends (`bench planner --scenarios`, random512-35) a weight of 1.5
-        finds a path as good in a hundredth of the time.
+        takes: on a map of many bends (`bench planner --scenarios`, random512-35) a greater
+        weight finds a path as good much sooner.
     """
     nodes, (height, width) = begun(start), terrain.data.shape
     index = indexed(height, width, len(moves.angles))
@@ -200,7 +200,7 @@ def _drive(
         x, y = pose[0] + moves.poses[k, 0], pose[1] + moves.poses[k, 1]
         row, column = math.floor(y), math.floor(x)
         inside = 0 <= row < data.shape[0] and 0 <= column < data.shape[1]
-        if inside and data[row, column] < plain:  # most: a call of `cost_at` takes ten times this
+        if inside and data[row, column] < plain:  # most
             total += data[row, column]
             continue
         cost = cost_at(x, y, pose[2] + moves.poses[k, 2], terrain)

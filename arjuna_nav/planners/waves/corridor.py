@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 _FINE, _COARSE = 2, 3  # cells of 4 x 4 of the map's, and before of 8 x 8 where they may lie
 _BLOCKED = 60  # added to a coarse cell's value by the share that is blocked: paths bend round it
-_LEAST_SIZE = 256 * 256  # cells; a wave covers fewer in a millisecond
+_LEAST_SIZE = 256 * 256  # cells; a wave over fewer needs no corridor
 _DOUBTFUL = 1.1  # a path costlier than estimated by this factor may not be the best
 _WHOLE = 2 / 3  # of the open coarse cells, or walls too thin to be seen may stand anywhere
 _APART = 36  # rows between those by which that is judged
@@ -158,7 +158,7 @@ def _strips(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def _sums(data: NDArray[np.uint8], costs: NDArray[np.float32], size: int) -> NDArray[np.int32]:
     """Return the sum of the open cells' values in each coarse cell, and their number.
 
-    Both in one number of 32 bits while they are summed, from a table: a third of the time.
+    Both in one number of 32 bits while they are summed, from a table.
     """
     height, width = data.shape
     table = np.zeros(256, np.uint32)
