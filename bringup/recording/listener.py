@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 from rclpy.node import Node
@@ -12,6 +12,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from arjuna_core.bags.topic import TopicInfo, TopicQos, request_for
 from bringup.recording.message_definitions import message_definition, type_hash
+
+BARE_NODE: dict[str, Any] = {"start_parameter_services": False, "enable_rosout": False}
+"""Options of the recorder's and the player's node."""
 
 _QUEUE = 1000  # messages that may wait between two calls of `take`
 
@@ -50,7 +53,7 @@ class LossCounter:
         self._last[self._last.index(max(before))] = number
 
 
-class Heard(NamedTuple):
+class Received(NamedTuple):
     """A message that arrived.
 
     Attributes:
@@ -67,7 +70,7 @@ class Heard(NamedTuple):
 
 
 @dataclass
-class _Heard:
+class _Subscription:
     """One topic that is listened to."""
 
     topic: TopicInfo
@@ -92,19 +95,19 @@ class TopicListener:
     def __init__(self, node: Node, note: Callable[[str], None] = lambda line: None) -> None:
         self._node = node
         self._note = note
-        self._heard: dict[str, _Heard] = {}
+        self._topics: dict[str, _Subscription] = {}
         self._refused: set[str] = set()
 
     @property
     def topics(self) -> list[TopicInfo]:
         """The topics listened to."""
-        return [each.topic for each in self._heard.values()]
+        return [each.topic for each in self._topics.values()]
 
     @property
     def lost(self) -> dict[str, int]:
         """How many messages of a topic were published and never arrived; only where some are."""
         return {
-            name: each.losses.lost for name, each in self._heard.items() if each.losses.lost > 0
+            name: each.losses.lost for name, each in self._topics.items() if each.losses.lost > 0
         }
 
     def listen(self, name: str, type_name: str, offers: tuple[TopicQos, ...]) -> bool:
@@ -129,7 +132,7 @@ class TopicListener:
             return False
         request = request_for(offers)
         subscription = self._subscribe(message_type, name, request)
-        self._heard[name] = _Heard(topic, message_type, subscription, request, len(offers))
+        self._topics[name] = _Subscription(topic, message_type, subscription, request, len(offers))
         return True
 
     def discover(
@@ -149,14 +152,14 @@ class TopicListener:
             if name in self._refused or not takes(name) or not takes_type(types[0]):
                 continue
             count = self._node.count_publishers(name)
-            heard = self._heard.get(name)
+            heard = self._topics.get(name)
             if heard is None and count:
                 if self.listen(name, types[0], self._offers(name)):
                     self._note(f"listens to {name} ({types[0]})")
             elif heard is not None and count != heard.publishers:
                 self._adapt(heard, count)
 
-    def _adapt(self, heard: _Heard, count: int) -> None:
+    def _adapt(self, heard: _Subscription, count: int) -> None:
         heard.publishers = count
         request = request_for(self._offers(heard.topic.name))
         before = heard.request
@@ -179,23 +182,15 @@ class TopicListener:
         )
 
     def _subscribe(self, message_type: Any, name: str, request: TopicQos) -> Any:
-        profile = QoSProfile(
-            depth=_QUEUE,
-            reliability=(
-                ReliabilityPolicy.RELIABLE if request.reliable else ReliabilityPolicy.BEST_EFFORT
-            ),
-            durability=(
-                DurabilityPolicy.TRANSIENT_LOCAL if request.latched else DurabilityPolicy.VOLATILE
-            ),
-        )
+        profile = profile_of(replace(request, depth=_QUEUE))
         return self._node.create_subscription(
             message_type, name, lambda data: None, profile, raw=True
         )
 
-    def take(self) -> list[Heard]:
+    def take(self) -> list[Received]:
         """Return what has arrived since the last call, in the order in which it came."""
         found = []
-        for heard in self._heard.values():
+        for heard in self._topics.values():
             handle, kind = heard.subscription.handle, heard.message_type
             if not getattr(handle, "waiting", True):  # of the local transport
                 continue
@@ -204,9 +199,19 @@ class TopicListener:
                     data, info = taken
                     heard.losses.take(info["publication_sequence_number"], heard.publishers)
                     received, published = info["received_timestamp"], info["source_timestamp"]
-                    found.append(Heard(heard.topic, received, published, data))
+                    found.append(Received(heard.topic, received, published, data))
         found.sort(key=lambda each: each.received)
         return found
+
+
+def profile_of(wanted: TopicQos) -> QoSProfile:
+    """Return the rclpy profile of a recording's QoS."""
+    reliability, durability = ReliabilityPolicy, DurabilityPolicy
+    return QoSProfile(
+        depth=wanted.depth,
+        reliability=reliability.RELIABLE if wanted.reliable else reliability.BEST_EFFORT,
+        durability=durability.TRANSIENT_LOCAL if wanted.latched else durability.VOLATILE,
+    )
 
 
 def message_class(type_name: str) -> Any:

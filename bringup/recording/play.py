@@ -15,7 +15,6 @@ from typing import Any
 
 from rclpy.context import Context
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
 from arjuna_core.bags.reader import Bag
@@ -23,7 +22,7 @@ from arjuna_core.bags.topic import BagMessage, TopicInfo, offer_for
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import new_context
-from bringup.recording.listener import message_class
+from bringup.recording.listener import BARE_NODE, message_class, profile_of
 from bringup.recording.playback import Playback
 from bringup.recording.selection import TopicSelection
 from bringup.terminal import stopped_by_signals
@@ -87,9 +86,7 @@ class Player:
         clock: bool = False,
         note: Callable[[str], None] = lambda line: None,
     ) -> None:
-        self._node = Node(
-            "player", context=context, start_parameter_services=False, enable_rosout=False
-        )
+        self._node = Node("player", context=context, **BARE_NODE)
         self._publishers: dict[str, Any] = {}
         for topic in topics:
             self._publish(topic, remap.get(topic.name, topic.name), note)
@@ -105,7 +102,8 @@ class Player:
         except (ImportError, AttributeError, ValueError):
             note(f"{topic.name} is left out: its type {topic.type_name} is not installed")
             return
-        publisher = self._node.create_publisher(message_type, name, _profile(topic))
+        offer = offer_for(topic.offers, _STATIC if topic.name.endswith("tf_static") else 1)
+        publisher = self._node.create_publisher(message_type, name, profile_of(offer))
         self._publishers[topic.name] = publisher
 
     def publish(self, message: BagMessage) -> None:
@@ -125,20 +123,6 @@ class Player:
     def close(self) -> None:
         """Leave the graph."""
         self._node.destroy_node()
-
-
-def _profile(topic: TopicInfo) -> QoSProfile:
-    several = _STATIC if topic.name.endswith("tf_static") else 1
-    offer = offer_for(topic.offers, several)
-    return QoSProfile(
-        depth=offer.depth,
-        reliability=(
-            ReliabilityPolicy.RELIABLE if offer.reliable else ReliabilityPolicy.BEST_EFFORT
-        ),
-        durability=(
-            DurabilityPolicy.TRANSIENT_LOCAL if offer.latched else DurabilityPolicy.VOLATILE
-        ),
-    )
 
 
 @dataclass(frozen=True)

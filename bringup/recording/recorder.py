@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
 
 from rclpy.node import Node
 
-from arjuna_core.bags.topic import TopicInfo, TopicQos
+from arjuna_core.bags.topic import TopicQos
 from arjuna_core.bags.writer import BagFolder, McapWriter, SplitLimits
 from arjuna_core.ros.context import new_context
 from arjuna_core.ros.process import Process
-from bringup.recording.listener import Heard, TopicListener
+from bringup.recording.listener import BARE_NODE, TopicListener
 from bringup.recording.selection import TopicSelection
 from bringup.terminal import stopped_by_signals
 
@@ -38,24 +37,9 @@ TOPICS: dict[str, tuple[str, TopicQos]] = {
 }
 """What the demo records: with these the lock-step run listens from its first tick on."""
 
-OPTIONS: dict[str, Any] = {"start_parameter_services": False, "enable_rosout": False}
-"""Of the recorder's node."""
 _POLL = 0.02  # [s]
 _DISCOVER = 0.5  # [s]
 _FLUSH = 1.0  # [s]: what a recorder that is killed loses at most
-
-
-class Writer(Protocol):
-    """Where messages go."""
-
-    def write(self, topic: TopicInfo, time: int, data: bytes, published: int) -> None:
-        """Add a message; see `McapWriter.write`."""
-
-    def flush(self) -> None:
-        """Hand everything to the operating system."""
-
-    def close(self, lost: Mapping[str, int] | None = None) -> None:
-        """End the recording."""
 
 
 class Recorder:
@@ -75,7 +59,7 @@ class Recorder:
     def __init__(
         self,
         node: Node,
-        writer: Writer,
+        writer: McapWriter | BagFolder,
         note: Callable[[str], None] = lambda line: None,
         clock: Callable[[], float] | None = None,
     ) -> None:
@@ -87,16 +71,11 @@ class Recorder:
 
     def poll(self) -> None:
         """Write what has arrived; raise RecordingError where the disk refuses."""
-        for heard in self.listener.take():
-            self._write(heard)
-
-    def _write(self, heard: Heard) -> None:
-        if self._clock is None:
-            time, published = heard.received, heard.published
-        else:
-            time = published = round(self._clock() * 1e9)
-        self._writer.write(heard.topic, time, heard.data, published)
-        self.messages += 1
+        for topic, received, published, data in self.listener.take():
+            if self._clock is not None:
+                received = published = round(self._clock() * 1e9)
+            self._writer.write(topic, received, data, published)
+            self.messages += 1
 
     def flush(self) -> None:
         """Hand what has been written to the operating system."""
@@ -120,7 +99,7 @@ def demo_recorder(process: Process, path: Path) -> Recorder:
         RecordingError: The file exists or cannot be written.
     """
     writer = McapWriter(path)
-    node = process.make_node("recorder", spun=False, **OPTIONS)
+    node = process.make_node("recorder", spun=False, **BARE_NODE)
     recorder = Recorder(node, writer, clock=lambda: process.now)
     for topic, (type_name, offer) in TOPICS.items():
         recorder.listener.listen(topic, type_name, (offer,))
@@ -144,7 +123,7 @@ def record(
     bag = BagFolder(folder, limits)
     stop = stopped_by_signals()
     context = new_context()
-    recorder = Recorder(Node("recorder", context=context, **OPTIONS), bag, show)
+    recorder = Recorder(Node("recorder", context=context, **BARE_NODE), bag, show)
     show(f"records into {folder}; Ctrl-C ends it")
     try:
         _run(recorder, selection, stop)
