@@ -19,7 +19,6 @@ def approach(
     law: NDArray[np.float64],
     limits: NDArray[np.float64],
     spacing: float,
-    limit: int = 200,
 ) -> tuple[NDArray[np.float64], float, float]:
     """Return the poses of the trajectory to a target seen from the robot, and the first velocity.
 
@@ -28,15 +27,14 @@ def approach(
         law: As `steer` takes it.
         limits: As `steer` takes them.
         spacing: Distance between two poses; it ends within that and 1 cm of the target [m].
-        limit: Greatest number of poses.
 
     Returns:
         Poses `(N, 3) float64`, the robot's first; forward speed [m/s]; yaw rate [rad/s].
     """
-    poses = np.zeros((limit, 3))
+    poses = np.zeros((200, 3))
     first_v = first_w = 0.0
     count = 1
-    for k in range(1, limit):
+    for k in range(1, len(poses)):
         x, y, theta = poses[k - 1]
         dx, dy, c, s = target[0] - x, target[1] - y, math.cos(theta), math.sin(theta)
         v, w = steer(c * dx + s * dy, c * dy - s * dx, target[2] - theta, law, limits)
