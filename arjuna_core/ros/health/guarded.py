@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
@@ -18,6 +19,7 @@ from arjuna_core.ros.local.doors import Doors
 from arjuna_core.ros.local.transport import Registry
 from arjuna_core.ros.messages import is_of_lists
 
+RMWError = rclpy_implementation.RMWError
 _TEXTS = ("error_message", "error_msg", "message", "status_message", "reason")
 _INVALID_CODES = ("INVALID_PATH", "INVALID_INPUT", "INVALID_POSE")
 _CODES = ("RESULT_OPERATION_FAILED", "RESULT_UNDEFINED_FAILURE", "RESULT_FAILED_TO_WRITE_FILE")
@@ -116,11 +118,17 @@ class Guarded(Doors):
         bounded = self.transport is None and not named.get("raw") and is_of_lists(msg_type)
 
         def read(data: bytes) -> None:
-            if len(data) <= LISTED:
-                callback(deserialize_message(data, msg_type))
-            else:
+            if len(data) > LISTED:
                 problem = f"{len(data)} bytes of lists; at most {LISTED} are valid"
                 self.guard.refused(self, topic, problem)
+                return
+            try:
+                message = deserialize_message(data, msg_type)
+            except RMWError:
+                problem = f"{len(data)} bytes that are no {msg_type.__name__}"
+                self.guard.refused(self, topic, problem)
+                return
+            callback(message)
 
         named["raw"] = bounded or named.get("raw", False)
         deliver = self.guarded(topic, read if bounded else callback)
