@@ -18,7 +18,6 @@ from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import center, radius_of, rolling_direction, wheel_sign
 
 _NONE = np.zeros(0)
-_NONE = np.zeros(0)
 _ROUNDING = 1e-9
 
 
