@@ -125,6 +125,7 @@ def _hybrid(model: str, queries: int, size: int = 1000, cells: int = 360) -> dic
     """Time Hybrid-A* from pose to pose 18 m off through rooms; compare its turns with Theta*'s."""
     costmap, rng, robot = rooms(size, 0), np.random.default_rng(5), Footprint.circle(ROBOT_RADIUS)
     planner = Hybrid(HybridConfig(motion_model_for_search=model), robot)
+    theta_star = ThetaStar(ThetaStarConfig())
     free = np.argwhere(costmap.data < 100)
     spent: list[float] = []
     turns: list[float] = []
@@ -137,7 +138,7 @@ def _hybrid(model: str, queries: int, size: int = 1000, cells: int = 360) -> dic
             SE2(*costmap.frame.to_point(*map(int, end)), rng.uniform(-math.pi, math.pi))
             for end in ends
         ]
-        straight = PLANNERS["Theta*"].plan(costmap, *poses)
+        straight = theta_star.plan(costmap, *poses)
         planned = planner.plan(costmap, *poses)  # compiles, the first time
         if planned.status != PlanStatus.SUCCEEDED or paths.length(straight.path) > 25.0:
             continue
