@@ -137,6 +137,7 @@ def _parts_when_read(template: Any) -> Callable[[Any, str], Any]:
 
 def _compiled(name: str, lines: list[str], known: dict[str, Any]) -> Any:
     code = compile("\n".join(lines), "<message>", "exec")  # of the names of fields alone
+    known["__name__"] = __name__
     exec(code, known)  # noqa: S102
     return known[name]
 

@@ -9,10 +9,12 @@ from typing import Any
 from geometry_msgs.msg import (
     Point,
     Pose,
+    PoseWithCovariance,
     Quaternion,
     Transform,
     TransformStamped,
     Twist,
+    TwistWithCovariance,
     Vector3,
 )
 from nav_msgs.msg import Odometry
@@ -51,11 +53,14 @@ def odometry_msg(estimate: OdometryEstimate, frame: str, child: str, now: float)
         child: The robot's frame.
         now: [s].
     """
-    message = Odometry(header=header(frame, now), child_frame_id=child)
-    message.pose.pose = pose_msg(estimate.T_odom_base)
+    linear = Vector3(x=estimate.v, y=estimate.side)
+    message = Odometry(
+        header=header(frame, now),
+        child_frame_id=child,
+        pose=PoseWithCovariance(pose=pose_msg(estimate.T_odom_base)),
+        twist=TwistWithCovariance(twist=Twist(linear=linear, angular=Vector3(z=estimate.w))),
+    )
     message.pose.covariance[PLANAR] = estimate.covariance.ravel()
-    twist = message.twist.twist
-    twist.linear.x, twist.linear.y, twist.angular.z = estimate.v, estimate.side, estimate.w
     v_variance, w_variance = estimate.twist_variance
     side_variance = v_variance if estimate.side else 0.0
     message.twist.covariance[_DIAGONAL] = v_variance, side_variance, w_variance
@@ -88,8 +93,7 @@ def _set_truth(pose: Pose, twist: Twist, truth: Truth) -> None:
 def motion_msg(motion: EntityMotion, now: float) -> EntityState:
     """Return an entity's pose and motion at a time [s] as an EntityState message."""
     message = EntityState(header=header(WORLD, now), pose=pose3_msg(motion.pose))
-    _set(message.twist.linear, motion.linear)
-    _set(message.twist.angular, motion.angular)
+    message.twist = Twist(linear=_vector(motion.linear), angular=_vector(motion.angular))
     return message
 
 
@@ -119,10 +123,7 @@ def pose3_from_msg(message: Pose) -> Pose3:
 
 def box_msg(low: Any, high: Any) -> Bounds:
     """Return the least and greatest corner of a box as a Bounds message, the upper one first."""
-    points = [Vector3(), Vector3()]
-    _set(points[0], high)
-    _set(points[1], low)
-    return Bounds(type=Bounds.TYPE_BOX, points=points)
+    return Bounds(type=Bounds.TYPE_BOX, points=[_vector(high), _vector(low)])
 
 
 def joint_state_msg(joints: JointStates, now: float) -> JointState:
@@ -137,11 +138,13 @@ def joint_state_msg(joints: JointStates, now: float) -> JointState:
 
 def imu_msg(reading: ImuReading, frame: str, now: float) -> Imu:
     """Return an IMU's reading at a time [s] as an Imu message."""
-    message = Imu(header=header(frame, now))
-    turn = message.orientation
-    turn.w, turn.x, turn.y, turn.z = reading.orientation.quaternion
-    _set(message.angular_velocity, reading.angular_velocity.tolist())
-    _set(message.linear_acceleration, reading.linear_acceleration.tolist())
+    w, x, y, z = reading.orientation.quaternion
+    message = Imu(
+        header=header(frame, now),
+        orientation=Quaternion(x=x, y=y, z=z, w=w),
+        angular_velocity=_vector(reading.angular_velocity.tolist()),
+        linear_acceleration=_vector(reading.linear_acceleration.tolist()),
+    )
     message.orientation_covariance[:8:4] = reading.tilt_variance
     message.orientation_covariance[8] = _YAW_VARIANCE
     message.angular_velocity_covariance[::4] = reading.angular_variance
@@ -149,5 +152,6 @@ def imu_msg(reading: ImuReading, frame: str, now: float) -> Imu:
     return message
 
 
-def _set(vector: Any, values: Any) -> None:
-    vector.x, vector.y, vector.z = map(float, values)
+def _vector(values: Any) -> Vector3:
+    x, y, z = map(float, values)
+    return Vector3(x=x, y=y, z=z)

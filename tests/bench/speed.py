@@ -67,6 +67,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--record", action="store_true", help=f"with --short: write {KNOWN.name} for later runs"
     )
     parser.add_argument(
+        "--functions", type=int, default=0, help="show so many functions that take the steps' time"
+    )
+    parser.add_argument(
         "--history", type=Path, metavar="FILE", help="append a row; plot all beside it, as .png"
     )
 
@@ -80,7 +83,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     if arguments.short:
         return _short(arguments.record)
     result: dict[str, float] = {}
-    for name, value, unit, goal in _rows():
+    for name, value, unit, goal in _rows(arguments.functions):
         result[name] = value
         print(
             f"{name:34}{value:10.3f} {unit:16}{'' if goal is None else f'goal {goal:g}'}",
@@ -91,11 +94,11 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     return result
 
 
-def _rows() -> Iterator[tuple[str, float, str, float | None]]:
+def _rows(functions: int) -> Iterator[tuple[str, float, str, float | None]]:
     """Yield name, value, unit and goal."""
     _, alone = sim.paired_factors(simulator(ROOM), 30.0)
     yield "mj_step alone", alone, "x of a core", None
-    yield from _demo(alone)
+    yield from _demo(alone, functions)
     for transport in ("local", "dds"):
         yield f"delivery, {transport}", 1e6 * _delivery(transport), "us", None
     for command in (name for group in COMMANDS.values() for name in group):
@@ -108,7 +111,7 @@ def _rows() -> Iterator[tuple[str, float, str, float | None]]:
     yield from _kernels()
 
 
-def _demo(alone: float) -> Iterator[tuple[str, float, str, float | None]]:
+def _demo(alone: float, functions: int) -> Iterator[tuple[str, float, str, float | None]]:
     with TemporaryDirectory() as folder:
         chosen = parse(["demo", "--seed", "0", "--out", folder, "--log-level", "error"])
         begun, spent = time.monotonic(), time.process_time()
@@ -126,6 +129,10 @@ def _demo(alone: float) -> Iterator[tuple[str, float, str, float | None]]:
         yield f"step: {part}", 100.0 * samples.parts[part] / total, "% of the steps", goal
     for node in sorted(samples.nodes, key=samples.nodes.__getitem__, reverse=True):
         yield f"node: {node}", 1e3 * samples.nodes[node] / simulated, "CPU ms / s", None
+    for name in sorted(samples.functions, key=samples.functions.__getitem__, reverse=True)[
+        :functions
+    ]:
+        yield name, 100.0 * samples.functions[name] / total, "% of the steps", None
 
 
 def _delivery(transport: Transport) -> float:

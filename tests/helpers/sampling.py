@@ -13,7 +13,9 @@ from typing import Any
 from arjuna_core.ros.node import ManagedNode
 
 PARTS = (
-    ("recorder", r"bringup\.recording"),
+    ("recorder", r"bringup\.recording|arjuna_core\.(bags|ros\.local\.cdr)"),
+    ("transforms", r"arjuna_core\.(transforms|se2|pose3|ros\.tf)"),
+    ("logging", r"rclpy\.impl\.rcutils_logger"),
     ("plumbing", r"arjuna_core\.(ros|checks)|rclpy|\w+\.(msg|srv|action)\."),
     ("costmaps", r"arjuna_nav\.(nodes\.)?costmap"),
     ("controllers", r"arjuna_nav\.controllers"),
@@ -26,7 +28,8 @@ PARTS = (
 """The parts of a step and their modules, the first that matches.
 
 Message plumbing is what a robot in one class would not have: processes, nodes, transport,
-conversion, checks (`arjuna_core.ros`, `arjuna_core.checks`), rclpy, and messages' constructors.
+conversion, checks (`arjuna_core.ros`, `arjuna_core.checks`), rclpy, and messages' constructors;
+not the arithmetic of transforms, which one class needs too, nor logging, nor what is recorded.
 """
 _PERIOD = 0.004  # of the process's CPU time, so that a sample's 30 us stay below 1 % [s]
 
@@ -40,11 +43,13 @@ class Samples:
     Attributes:
         parts: CPU time by part [s].
         nodes: CPU time by node [s].
+        functions: CPU time by function, with its part [s].
     """
 
     def __init__(self) -> None:
         self.parts: defaultdict[str, float] = defaultdict(float)
         self.nodes: defaultdict[str, float] = defaultdict(float)
+        self.functions: defaultdict[str, float] = defaultdict(float)
         self._last = 0.0
 
     def __enter__(self) -> Samples:
@@ -60,10 +65,12 @@ class Samples:
     def _sample(self, number: int, frame: FrameType | None) -> None:
         now = time.process_time()
         spent, self._last = now - self._last, now
-        parts, node, stepping = [], None, False
+        parts, node, function, stepping = [], None, "", False
         while frame is not None:
             module = frame.f_globals.get("__name__", "")
-            parts.append(_part(module))
+            part = _part(module)
+            parts.append(part)
+            function = function or (part and f"{part}: {module}.{frame.f_code.co_name}")
             node = node or _node(frame.f_locals.get("self"))
             stepping = stepping or (module == "bringup.lockstep" and frame.f_code.co_name == "step")
             frame = frame.f_back
@@ -71,6 +78,7 @@ class Samples:
             found = "recorder" if "recorder" in parts else next(filter(None, parts), "other")
             self.parts[found] += spent
             self.nodes[node.get_name() if node else "the process"] += spent
+            self.functions[function] += spent
 
 
 @cache

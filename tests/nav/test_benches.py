@@ -129,7 +129,9 @@ def test_scenarios_of_movingai_are_solved(tmp_path: Path, monkeypatch: pytest.Mo
     scenario = "version 1\n0\tu.map\t5\t3\t0\t0\t3\t2\t5.0\n"
     (tmp_path / "u.map.scen").write_text(scenario, encoding="ascii")
     assert planner.read_map(tmp_path / "u.map").sum() == 11
-    result = run(planner, "--sizes", "--arrays", "0", "--queries", "0", "--scenarios", str(tmp_path))
+    result = run(
+        planner, "--sizes", "--arrays", "0", "--queries", "0", "--scenarios", str(tmp_path)
+    )
     for found in result.values():
         assert (found["solved"], found["scenarios"]) == (1, 1)
         assert 0.9 < found["octile_ratio"] < 1.05
