@@ -1,1 +1,1 @@
-"""What Arjuna's packages share: geometry, grids, scans, configuration. Free of ROS."""
+"""The parts that Arjuna's packages share: geometry, grids, scans, configuration. Free of ROS."""

@@ -10,7 +10,7 @@ from typing import Any, TypeVar, Union, get_args, get_origin
 
 from arjuna_core.errors import ConfigError, closest, nearest
 from arjuna_core.param import SEED_MAX, ParamInfo, info_of, key_of, param, plugin_names
-from arjuna_core.plugins import shaped, type_hints
+from arjuna_core.plugins import config_class_for, type_hints
 
 T = TypeVar("T")
 __all__ = [
@@ -75,11 +75,11 @@ def load(
     prefix = f"{where}: " if where else ""
     flat = dotted(values)
     if warn is not None:
-        known = infos(shaped(cls, dict(flat), prefix, []))
+        known = infos(config_class_for(cls, dict(flat), prefix, []))
         for name in [name for name in flat if name not in known]:
             warn(f"{prefix}unknown parameter '{name}'{closest(name, known)}")
             del flat[name]
-    config = _build(shaped(cls, flat, prefix, problems), flat, "", prefix, problems)
+    config = _build(config_class_for(cls, flat, prefix, problems), flat, "", prefix, problems)
     if problems:
         raise ConfigError(*problems)
     return config
@@ -104,7 +104,7 @@ def _build(
     problems: list[str],
     default: T | None = None,
 ) -> T:
-    """Build a config; what is wrong goes to the problems, and its default takes its place.
+    """Build a config; a wrong value is added to the problems and replaced by its default.
 
     A config within another has the defaults that the other gives it, which need not be its class's.
     """

@@ -29,15 +29,15 @@ class InputFileError(ArjunaError):
     Args:
         path: The file.
         problem: What is wrong and what is valid, one sentence.
-        place: Where in the file: a line, an element, a key.
+        location: Position in the file: a line, an element, a key.
     """
 
-    def __init__(self, path: str | Path, problem: str, place: str | None = None) -> None:
+    def __init__(self, path: str | Path, problem: str, location: str | None = None) -> None:
         self.path = Path(path)
         problem = " ".join(problem.split())  # what is quoted of a broken file may hold lines
         self.problem = problem
-        self.place = place
-        super().__init__(f"{path}: {place}: {problem}" if place else f"{path}: {problem}")
+        self.location = location
+        super().__init__(f"{path}: {location}: {problem}" if location else f"{path}: {problem}")
 
 
 class MapError(InputFileError):

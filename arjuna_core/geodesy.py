@@ -1,4 +1,4 @@
-"""Places on the earth: WGS84 coordinates, the local tangent plane, and where a map lies on it."""
+"""Points on the earth: WGS84 coordinates, the local tangent plane, and where a map lies on it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ROUNDS = 6  # each makes the error of a latitude some 150 times smaller
 
 @dataclass(frozen=True)
 class GeoPoint:
-    """A place on the earth, in WGS84.
+    """A point on the earth, in WGS84.
 
     Attributes:
         latitude_deg: North of the equator [degree].
@@ -51,12 +51,12 @@ class GeoPoint:
         return np.array([ring * math.cos(lon), ring * math.sin(lon), z])
 
     @staticmethod
-    def from_ecef(place: NDArray[np.float64]) -> GeoPoint:
-        """Return the place of earth-centred coordinates `(3,)` [m], not near the earth's centre.
+    def from_ecef(ecef: NDArray[np.float64]) -> GeoPoint:
+        """Return the point of earth-centred coordinates `(3,)` [m], not near the earth's centre.
 
         Source: Hofmann-Wellenhof et al., GNSS, 2008, section 8.2.1: a fixed point in the latitude.
         """
-        x, y, z = (float(value) for value in place)
+        x, y, z = (float(value) for value in ecef)
         ring = math.hypot(x, y)
         lat = math.atan2(z, ring * (1.0 - _ECCENTRICITY_2))
         for _ in range(_ROUNDS):
@@ -70,7 +70,7 @@ class GeoPoint:
 
 
 class TangentPlane:
-    """East, north, up at a place: what GPS coordinates are within some kilometres of it."""
+    """East, north, up at an origin, which GPS coordinates follow within some kilometres of it."""
 
     def __init__(self, origin: GeoPoint) -> None:
         lat, lon = math.radians(origin.latitude_deg), math.radians(origin.longitude_deg)
@@ -88,37 +88,37 @@ class TangentPlane:
         )
 
     def enu(self, point: GeoPoint) -> NDArray[np.float64]:
-        """Return a place as east, north and up `(3,) float64` of the origin [m]."""
+        """Return a point as east, north and up `(3,) float64` of the origin [m]."""
         result: NDArray[np.float64] = self._rotation @ (point.ecef() - self._origin)
         return result
 
     def geodetic(self, enu: NDArray[np.float64]) -> GeoPoint:
-        """Return the place that lies east, north and up `(3,)` of the origin [m]."""
+        """Return the point that lies east, north and up `(3,)` of the origin [m]."""
         return GeoPoint.from_ecef(self._origin + self._rotation.T @ enu)
 
 
 class MapOnEarth:
-    """A map with a known place and direction on the earth.
+    """A map with a known position and direction on the earth.
 
     Args:
-        place: A place.
-        x: Where that place lies in the map [m].
-        y: Where that place lies in the map [m].
+        reference: A point whose position in the map is known.
+        x: Its position in the map [m].
+        y: Its position in the map [m].
         heading: Direction of the map's x axis, counter-clockwise from east [rad].
     """
 
     def __init__(
-        self, place: GeoPoint, x: float = 0.0, y: float = 0.0, heading: float = 0.0
+        self, reference: GeoPoint, x: float = 0.0, y: float = 0.0, heading: float = 0.0
     ) -> None:
-        self._plane = TangentPlane(place)
+        self._plane = TangentPlane(reference)
         self._T_map_enu = SE2(x, y, -heading)
 
     def to_map(self, point: GeoPoint, yaw: float = 0.0) -> SE2:
-        """Return the pose in the map of a place and a direction, counter-clockwise from east."""
+        """Return the pose in the map of a point and a direction, counter-clockwise from east."""
         east, north, _ = self._plane.enu(point)
         return self._T_map_enu @ SE2(float(east), float(north), yaw)
 
     def to_earth(self, x: float, y: float, up: float = 0.0) -> GeoPoint:
-        """Return the place of a point of the map, above the plane of the known place [m]."""
+        """Return a point of the map on the earth, `up` above the reference's plane [m]."""
         local = self._T_map_enu.inverse() @ SE2(x, y)
         return self._plane.geodetic(np.array([local.x, local.y, up]))

@@ -16,7 +16,7 @@ OCCUPIED = 100
 
 @dataclass(frozen=True)
 class GridFrame:
-    """Where a grid lies: cell (row, column) covers `resolution` squared, row 0 lowest in y.
+    """A grid's pose and size: cell (row, column) covers `resolution` squared, row 0 lowest in y.
 
     Attributes:
         resolution: Edge of a cell [m].
@@ -63,7 +63,7 @@ class GridFrame:
         return 0 <= row < self.height and 0 <= column < self.width
 
     def inside(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Tell for each of `(N, 2)` cells whether it lies in the grid, `(N,) bool`."""
+        """Return for each of `(N, 2)` cells whether it lies in the grid, `(N,) bool`."""
         return (
             (cells[:, 0] >= 0)
             & (cells[:, 0] < self.height)

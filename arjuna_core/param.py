@@ -17,7 +17,7 @@ _GREATEST_OF_ANY = 1e6
 
 @dataclass(frozen=True)
 class ParamInfo:
-    """What is known of a parameter beside its name, type and default.
+    """A parameter's unit, bounds and description, beside its name, type and default.
 
     Attributes:
         description: One sentence.

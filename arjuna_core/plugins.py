@@ -97,7 +97,7 @@ def _imported(path: str) -> Any:
         raise ConfigError(f"plug-in '{path}' cannot be imported: {error}") from error
 
 
-def shaped(
+def config_class_for(
     cls: type[T], flat: dict[str, Any], where: str, problems: list[str], prefix: str = ""
 ) -> type[T]:
     """Return a config class with a field for each plug-in that the values name, at any depth.
@@ -107,7 +107,7 @@ def shaped(
         flat: Values by dotted name; plug-ins' class names become canonical in it, and what stands
             below a plug-in whose class does not exist is taken out.
         where: Prefix of problems.
-        problems: Takes the classes that do not exist; the default takes their place.
+        problems: Receives the classes that do not exist; the default replaces them.
         prefix: What stands before the class's parameters in the values' names.
     """
     fields: dict[str, type[Any]] = {}
@@ -118,7 +118,7 @@ def shaped(
         if kind is None:
             hint = hints[item.name]
             inner = dataclasses.is_dataclass(hint)
-            made = shaped(hint, flat, where, problems, f"{name}.") if inner else hint
+            made = config_class_for(hint, flat, where, problems, f"{name}.") if inner else hint
             fields |= {} if made is hint else {item.name: made}
             continue
         for plugin in names_in(flat.get(name, item.default), item.default):
@@ -126,7 +126,7 @@ def shaped(
                 problems.append(f"{where}'{name}': '{plugin}' is no name of a plug-in")
                 continue
             config = _plugin_class(kind, plugin, flat, where, problems, prefix)
-            fields[plugin] = shaped(config, flat, where, problems, f"{prefix}{plugin}.")
+            fields[plugin] = config_class_for(config, flat, where, problems, f"{prefix}{plugin}.")
     base: Any = cls
     result: type[T] = _with_plugins(base, tuple(fields.items())) if fields else cls
     return result

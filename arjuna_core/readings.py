@@ -1,4 +1,4 @@
-"""What depth cameras, sonars and infrared sensors see, free of ROS."""
+"""Readings of depth cameras, sonars and infrared sensors, free of ROS."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from arjuna_core.se2 import SE2
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """What a depth camera or a lidar of several rows sees at once.
+    """One reading of a depth camera or of a lidar of several rows.
 
     Attributes:
         points: From the robot's base, heights from the ground, `(N, 3) float64` [m], all finite.
@@ -47,5 +47,5 @@ class RangeReading:
 
     @property
     def fixed(self) -> bool:
-        """Whether the sensor tells something from nothing at one distance."""
+        """True where the sensor only detects an object at one fixed distance."""
         return self.range_min == self.range_max

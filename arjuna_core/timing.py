@@ -36,7 +36,7 @@ class Periodic:
 
 
 def other_clock(age: float) -> str:
-    """Return the cure where an age [s] shows that two clocks are at work; empty where it does not.
+    """Return the remedy where an age [s] shows that two clocks are in use; empty where it does not.
 
     Args:
         age: This node's time less the stamp of what it got.

@@ -23,7 +23,7 @@ class Velocity:
 
     @property
     def is_finite(self) -> bool:
-        """Whether all parts are numbers."""
+        """True where all parts are finite."""
         return all(map(math.isfinite, (self.x, self.y, self.yaw_rate)))
 
 

@@ -35,7 +35,7 @@ class FileEntry:
 
     @property
     def messages(self) -> int:
-        """How many messages it holds."""
+        """Number of its messages."""
         return self.counts.total()
 
     def count(self, topic: str, time: int) -> None:

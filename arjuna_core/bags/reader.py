@@ -96,7 +96,7 @@ class Bag:
 
     @property
     def counts(self) -> Counter[str]:
-        """How many messages of each topic it holds."""
+        """Number of its messages by topic."""
         return sum((file.counts for file in self.files), Counter[str]())
 
     @property

@@ -1,1 +1,1 @@
-"""Whether a message can be used: finite, of plausible size, and its parts fit each other."""
+"""Checks that a message can be used: finite, of plausible size, its parts consistent."""

@@ -1,4 +1,4 @@
-"""What the parts of a message of one type have to do with each other, beyond being finite."""
+"""Consistency rules between the parts of a message, by type, beyond being finite."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def rotation_problem(rotation: Any) -> str | None:
 
 
 def stamp_problem(message: Any, now: float) -> str | None:
-    """Return why a measurement's stamp cannot be; a clock that has not begun says nothing."""
+    """Return why a measurement's stamp is implausible; None while the clock stands at 0."""
     if now <= 0.0 or type(message).__name__ not in _MEASUREMENTS:
         return None
     ahead = message.header.stamp.sec - now
@@ -99,7 +99,7 @@ def covariance_problem(item: Any) -> str | None:
 
 
 def pose_problem(pose: Any) -> str | None:
-    """Return why a pose's place cannot be; its rotation is looked at as any is."""
+    """Return why a pose's position is implausible; every rotation has its own check."""
     at = pose.position
     if max(abs(at.x), abs(at.y), abs(at.z)) <= limits.FARTHEST:
         return None

@@ -22,7 +22,7 @@ _UNKNOWN_READS_BACK = 0.196
 
 @dataclass(frozen=True)
 class MapOptions:
-    """How shades become occupancy, and back.
+    """Thresholds by which shades become occupancy, and back.
 
     Attributes:
         mode: `trinary`, `scale` or `raw`.

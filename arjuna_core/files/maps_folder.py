@@ -1,4 +1,4 @@
-"""Where files may be that a client names: inside one folder, and maps in the user's home too."""
+"""The folders of files that a client may name: one, and for maps the user's home too."""
 
 from __future__ import annotations
 
@@ -51,11 +51,11 @@ def map_path(folder: str | Path, url: str, suffix: str = "") -> Path:
     if result != root and result.is_relative_to(root):
         return result
     open_folders = _open_folders()
-    for place in open_folders:
-        below = result.relative_to(place).parts if result.is_relative_to(place) else ()
+    for allowed in open_folders:
+        below = result.relative_to(allowed).parts if result.is_relative_to(allowed) else ()
         if below and not any(part.startswith(".") for part in below):
             return result
-    listed = ", ".join(dict.fromkeys(str(place) for place in (root, *open_folders)))
+    listed = ", ".join(dict.fromkeys(str(each) for each in (root, *open_folders)))
     problem = (
         f"'{url[:_SHOWN]}' is no place for maps; valid: paths in {listed}, none of them hidden"
     )
@@ -65,9 +65,9 @@ def map_path(folder: str | Path, url: str, suffix: str = "") -> Path:
 def _open_folders() -> list[Path]:
     """Return the user's home and the working folder; never the whole disk."""
     found = []
-    for place in (Path.home, Path.cwd):
+    for folder in (Path.home, Path.cwd):
         with suppress(RuntimeError, OSError):  # there may be none
-            found.append(place().resolve())
+            found.append(folder().resolve())
     return [folder for folder in dict.fromkeys(found) if folder != folder.parent]
 
 

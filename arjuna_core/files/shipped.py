@@ -1,4 +1,4 @@
-"""Where the files that ship with Arjuna are: robots, worlds, maps, parameters."""
+"""Paths of the files that ship with Arjuna: robots, worlds, maps, parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Messages to core types and back: the only place that knows both."""
+"""Messages to core types and back: the only module that knows both."""
 
 from __future__ import annotations
 

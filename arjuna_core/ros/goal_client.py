@@ -16,10 +16,10 @@ from arjuna_core.ros.node import ManagedNode
 
 
 class _SettlingActionClient(ActionClient):
-    """An action client that may be destroyed while answers are on their way."""
+    """An action client that may be destroyed while answers are pending."""
 
     def destroy(self) -> None:
-        """Leave the graph, once what is under way has come."""
+        """Leave the graph once pending events were handled."""
         retire(self._node, self, self._client_handle.destroy_when_not_in_use)
 
 
@@ -39,7 +39,7 @@ def _action_client(node: ManagedNode, action_type: Any, name: str) -> Any:
 
 @dataclass(frozen=True)
 class GoalOutcome:
-    """How a goal ended for its client.
+    """A goal's end as its client sees it.
 
     Attributes:
         accepted: Whether the server took it.
@@ -53,7 +53,7 @@ class GoalOutcome:
 
     @property
     def succeeded(self) -> bool:
-        """Whether the goal was reached."""
+        """True where the goal was reached."""
         return bool(self.status == GoalStatus.STATUS_SUCCEEDED)
 
 
@@ -70,7 +70,7 @@ class GoalClient:
 
     @property
     def ready(self) -> bool:
-        """Whether a server is there."""
+        """True where a server is there."""
         return bool(self._client.server_is_ready())
 
     def send(

@@ -40,7 +40,7 @@ def retire(
 _OFF_THE_TICKS = 1e-6
 """rcl's expiry never ends in lock-step where a result is exactly as old as it may be [s]."""
 YIELDING = UUID(uuid=list(b"arjuna: it yields"[:16]))
-"""The id of a goal that never takes the place of another."""
+"""The id of a goal that never preempts another."""
 
 
 class _DeferredActionServer(ActionServer):
@@ -65,7 +65,7 @@ class _DeferredActionServer(ActionServer):
         self._result_futures[bytes(handle.goal_id.uuid)].set_result(response)
 
     def destroy(self) -> None:
-        """Leave the graph, once what is under way has come."""
+        """Leave the graph once pending events were handled."""
         retire(self._node, self, self._destroy_handles)
 
     def _destroy_handles(self) -> None:
@@ -78,7 +78,7 @@ class GoalServer:
     """One goal at a time, the newest wins: nav2_util::SimpleActionServer's contract.
 
     A new goal while one runs waits as pending (an older pending one is aborted); the node sees
-    `preempt_requested` and calls `accept_pending`, which aborts the running goal, or goes on.
+    `preempt_requested` and calls `accept_pending`, which aborts the running goal, or keeps it.
 
     Args:
         node: The node; goals are rejected unless it is active.
@@ -142,12 +142,12 @@ class GoalServer:
 
     @property
     def preempt_requested(self) -> bool:
-        """Whether a newer goal waits."""
+        """True while a newer goal waits."""
         return self._pending is not None
 
     @property
     def cancel_requested(self) -> bool:
-        """Whether the client asked to cancel the running goal (and no newer one waits)."""
+        """True where the client asked to cancel the running goal and no newer one waits."""
         return self._current is not None and bool(self._current.is_cancel_requested)
 
     def _on_request(self, goal: Any) -> GoalResponse:
@@ -257,7 +257,7 @@ class GoalServer:
         self._finish(result, _CANCELED)
 
     def abort_pending(self, result: Any) -> None:
-        """End the pending goal as aborted; the running one goes on."""
+        """End the pending goal as aborted; the running one continues."""
         if self._pending is not None:
             handle, self._pending = self._pending, None
             self._end(handle, result, _ABORTED)

@@ -29,7 +29,7 @@ class ManagedNode(Guarded, LifecycleNode):
     publishers, subscriptions and services; `activate` starts work; `deactivate` stops it; `cleanup`
     drops what `configure` made. Each raises an ArjunaError to refuse, which is logged and fails the
     transition. What else a callback raises ends in the process's guard: the message is dropped, the
-    request answered as failed, the transition ends in `unconfigured`, and the node goes on.
+    request answered as failed, the transition ends in `unconfigured`, and the node continues.
 
     Attributes:
         Config: The frozen dataclass of the node's parameters.

@@ -1,4 +1,4 @@
-"""What the nodes of one process share: executor, clock, transforms."""
+"""The parts that the nodes of one process share: executor, clock, transforms."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class MissingNodeError(ArjunaError):
 
 
 class ClockedNode(Protocol):
-    """What a process asks of the nodes that live in it."""
+    """The interface that a process needs of its nodes."""
 
     def get_fully_qualified_name(self) -> str:
         """Return the node's name with its namespace."""
@@ -64,7 +64,7 @@ class Process:
 
     A node per process subscribes to /clock and /tf, not one per node: deserialising them is most
     of what an idle sim-time node costs. It sets the time of all nodes, and then runs what is due
-    in them, in the order in which they were added: one process runs the same way every time.
+    in them, in the order in which they were added: one process runs alike every time.
 
     Args:
         name: The name of the process's own node.
@@ -74,7 +74,7 @@ class Process:
         namespace: The robot's namespace: all its nodes and topics are below, /tf and /clock too.
         strict: Whether what a callback raises is raised by `drain`, for tests; else it is logged
             and counted, and the process continues.
-        beside: A process whose executor, place in the graph and guard it shares: of one that has
+        beside: A process whose executor, graph participant and guard it shares: of one that has
             several robots each has a clock, transforms and nodes below a namespace of its own.
         transport: How the nodes of an isolated process talk: `local` hands objects over, `dds` goes
             through the middleware, as every process does that is not isolated.

@@ -131,7 +131,7 @@ class PosedQueue(Generic[T]):
         return self._node.transforms.lookup(target, source, stamp)
 
     def _passed(self, stamp: float) -> bool:
-        """Whether a pose newer than a stamp is known, so that what lacks will not come."""
+        """Return whether a pose newer than a stamp is known: the missing one will not come."""
         try:
             newest = self._node.transforms.latest_common(self._frames.fixed, self._frames.base)
         except TransformError:

@@ -42,17 +42,17 @@ class Spin(TimedBehavior):
         if self._last_yaw is not None:
             self._progress += wrap(pose.theta - self._last_yaw)
         self._last_yaw = pose.theta
-        return self._left() <= 0.0
+        return self._remaining() <= 0.0
 
-    def _left(self) -> float:
+    def _remaining(self) -> float:
         return abs(self._target) - abs(self._progress)
 
     def _drive(self, pose: SE2, costmap: Costmap, now: float) -> BehaviorResult:
         config = self._config
-        rate = braking_speed(self._left(), config.rotational_acc_lim, 0.0)
+        rate = braking_speed(self._remaining(), config.rotational_acc_lim, 0.0)
         rate = min(max(rate, config.min_rotational_vel), config.max_rotational_vel)
         velocity = Velocity(yaw_rate=math.copysign(rate, self._target))
-        return self._unless_it_collides(velocity, self._left() / rate, pose, costmap)
+        return self._unless_it_collides(velocity, self._remaining() / rate, pose, costmap)
 
 
 class DriveOnHeading(TimedBehavior):

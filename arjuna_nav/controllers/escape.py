@@ -1,4 +1,4 @@
-"""The escape from tight places: a searched trajectory where there is no valid control."""
+"""The escape from tight spots: a searched trajectory where there is no valid control."""
 
 from __future__ import annotations
 

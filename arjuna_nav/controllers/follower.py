@@ -238,13 +238,13 @@ class PathFollower:
     ) -> ControlResult:
         """Ask the controller; where it finds no valid control, escape.
 
-        What moves and is in the way is waited for, as long as progress allows.
+        It waits for a moving obstacle ahead, as long as progress allows.
         """
         escape, path = self._escape, self._controller.path
         if escape.active:
             command = escape.compute(pose, velocity, path, costmap, now, self.speed_limit)
             if command is not None and escape.can_hand_over(pose, path, costmap):
-                command = self._faster(command, pose, velocity, costmap, now)
+                command = self._hand_over_if_faster(command, pose, velocity, costmap, now)
             if command is not None:
                 return ControlResult(ControlStatus.SUCCEEDED, command)
         control = self._controller.compute(pose, velocity, costmap, now)
@@ -267,7 +267,7 @@ class PathFollower:
                 return ControlResult(ControlStatus.SUCCEEDED, command)
         return control
 
-    def _faster(
+    def _hand_over_if_faster(
         self, command: Velocity, pose: SE2, velocity: Velocity, costmap: Costmap, now: float
     ) -> Velocity:
         """Hand the rest over to the controller if that drives faster; return what to drive."""

@@ -20,7 +20,7 @@ from arjuna_nav.planners import path as paths
 
 @dataclass(frozen=True)
 class TrackerConfig:
-    """Parameters of driving planned trajectories, into goals and out of tight places."""
+    """Parameters of driving planned trajectories, into goals and out of tight spots."""
 
     lookahead_time: float = param(
         0.4, "Time to the point that is steered to.", unit="s", minimum=0.0

@@ -95,7 +95,7 @@ class Footprint:
         return Footprint(self.points * scale, inscribed, circumscribed, self.circular)
 
     def holds(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Tell which points `(N, 2) float64` of the base frame [m] lie within the outline."""
+        """Return which points `(N, 2) float64` of the base frame [m] lie within the outline."""
         if self.circular:
             near: NDArray[np.bool_] = np.hypot(*points.T) <= self.circumscribed_radius
             return near
@@ -145,7 +145,7 @@ def _on_edges(corners: NDArray[np.float64], points: NDArray[np.float64]) -> NDAr
 
 
 def _inside(points: NDArray[np.float64], corners: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which points a ray from crosses the outline an odd number of times."""
+    """Return from which points a ray crosses the outline an odd number of times."""
     x, y = points[:, :1], points[:, 1:]
     x0, y0 = corners.T
     x1, y1 = np.roll(corners, -1, axis=0).T

@@ -91,8 +91,8 @@ def enter_points(
         data: `(height, width) uint8`.
         sensor: `(3,)` where the points were seen from, in the grid.
         points: `(N, 3)` in the grid.
-        limits: `(6,)` raytrace_min, raytrace_max, obstacle_min, obstacle_max, and the lowest and
-            highest place that marks.
+        limits: `(6,)` raytrace_min, raytrace_max, obstacle_min, obstacle_max, and the least and
+            greatest height that marks.
         clearing: Whether to clear; else the points mark.
     """
     trace_min, trace_max, mark_min, mark_max, low, high = limits

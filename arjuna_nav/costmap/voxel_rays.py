@@ -26,7 +26,7 @@ def clear_cloud(
 ) -> None:
     """Clear along the rays to all points, in place.
 
-    Places are in voxels, so that a point's voxel is its coordinates' floor.
+    Coordinates are in voxels: the floor of a point's coordinates is its voxel.
 
     Args:
         voxels: `(height, width) uint32` which are marked.

@@ -44,7 +44,7 @@ DOCKS = PluginTypes("dock", {_DOCK: "arjuna_nav.docking.database:Dock"}, _DOCK)
 
 
 @dataclass(frozen=True)
-class DockPlace:
+class DockInstance:
     """A dock's kind and pose.
 
     Attributes:
@@ -58,7 +58,7 @@ class DockPlace:
     pose: SE2
 
 
-def dock_places(configs: Mapping[str, Any]) -> dict[str, DockPlace]:
+def dock_instances(configs: Mapping[str, Any]) -> dict[str, DockInstance]:
     """Return docks by name from their configs.
 
     Raises:
@@ -68,12 +68,12 @@ def dock_places(configs: Mapping[str, Any]) -> dict[str, DockPlace]:
     if lost:
         raise ConfigError(*(f"'{name}.pose' is missing; valid: [x, y, heading]" for name in lost))
     return {
-        name: DockPlace(config.type, config.frame, SE2(*config.pose))
+        name: DockInstance(config.type, config.frame, SE2(*config.pose))
         for name, config in configs.items()
     }
 
 
-def read_docks(path: str | Path, warn: Callable[[str], None]) -> dict[str, DockPlace]:
+def read_docks(path: str | Path, warn: Callable[[str], None]) -> dict[str, DockInstance]:
     """Read a file of docks, `docks: {name: {type, frame, pose, id}}`.
 
     Args:
@@ -90,14 +90,14 @@ def read_docks(path: str | Path, warn: Callable[[str], None]) -> dict[str, DockP
     ):
         raise InputFileError(path, "expected 'docks: {name: {type, frame, pose}}'")
     try:
-        return dock_places(
+        return dock_instances(
             {str(k): load(DockConfig, v, f"{path}: {k}", warn) for k, v in entries.items()}
         )
     except ConfigError as error:
         raise InputFileError(path, "; ".join(error.problems)) from error
 
 
-def unknown_types(docks: Mapping[str, DockPlace], types: Iterable[str]) -> list[str]:
+def unknown_types(docks: Mapping[str, DockInstance], types: Iterable[str]) -> list[str]:
     """Return a sentence for each dock of a kind that is not among those there are."""
     valid = list(types)
     return [

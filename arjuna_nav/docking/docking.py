@@ -157,7 +157,7 @@ class Docking:
         self._navigate = navigate
         self._max_staging_time = max_staging_time
         self._since = -math.inf
-        self._begun = False
+        self._started = False
         self._dock = SE2()
         self._failure = _FailedError(DockingError.UNKNOWN, "")
         self.phase = DockingPhase.NAV_TO_STAGING_POSE
@@ -165,7 +165,7 @@ class Docking:
 
     def tick(self, state: DockingState, nominal: SE2) -> DockingStep:
         """Return what to do."""
-        if not self._begun:
+        if not self._started:
             return self._begin(state, nominal)
         step = {
             DockingPhase.NAV_TO_STAGING_POSE: self._stage,
@@ -180,7 +180,7 @@ class Docking:
             return self._retry(failure, state.now)
 
     def _begin(self, state: DockingState, nominal: SE2) -> DockingStep:
-        self._begun, self._dock = True, nominal
+        self._started, self._dock = True, nominal
         if self._kind.charges and self._kind.is_in(state.senses):
             return DockingStep(ended=DockingError.NONE)
         staging = self._kind.staging_pose(nominal)

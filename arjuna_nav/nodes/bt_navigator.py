@@ -84,7 +84,7 @@ class BtNavigatorNode(ResumingNode):
         config = self.config
         self._navigator: Navigator | None = None
         self._kind = ""
-        self._velocity, self._measured_at, self._begun = STILL, 0.0, 0.0
+        self._velocity, self._measured_at, self._started_at = STILL, 0.0, 0.0
         self._new_goals: tuple[SE2, ...] | None = None
         self._feedback_due = Periodic(1.0 / config.feedback_rate)
         self._requests = TreeClients(self, config)
@@ -112,7 +112,7 @@ class BtNavigatorNode(ResumingNode):
         self.every(config.bt_loop_duration / 1000.0, self._work)
 
     def resume_goal(self) -> None:
-        """Begin again with the goal under way."""
+        """Start the current goal again."""
         self.halt()
         self._admission.begin(self.config.outage_patience)
 
@@ -174,7 +174,7 @@ class BtNavigatorNode(ResumingNode):
         if goals is None:
             return
         self.get_logger().info(f"{kind}: {_described(goals)} received")
-        self._begun, self._kind = self.now, kind
+        self._started_at, self._kind = self.now, kind
         self.memory.keep(kind, server.newest)
         if preempts:
             server.accept_pending()
@@ -234,7 +234,7 @@ class BtNavigatorNode(ResumingNode):
         result = _ACTIONS[self._kind].Result(
             error_code=error_code(self._kind, finish.error_code), error_msg=finish.error_msg
         )
-        server, took = self._servers[self._kind], f"after {self.now - self._begun:.1f} s"
+        server, took = self._servers[self._kind], f"after {self.now - self._started_at:.1f} s"
         if finish.ending is Ending.CANCELED:
             self.get_logger().info(f"{self._kind}: goal canceled {took}")
             server.cancel(result)

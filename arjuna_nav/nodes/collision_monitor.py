@@ -43,7 +43,7 @@ class CollisionMonitorNode(ManagedNode):
         config = self.config
         self._watch = Watch(self, self.process.find("local_costmap/local_costmap"))
         self._enabled = config.enabled
-        self._told = Verdict(STILL)
+        self._published = Verdict(STILL)
         self._moved_at = 0.0
         stamped = config.enable_stamped_cmd_vel
         self._output = VelocityOutput(self, stamped, self._watch.base, config.cmd_vel_out_topic)
@@ -77,7 +77,7 @@ class CollisionMonitorNode(ManagedNode):
 
     def _on_command(self, velocity: Velocity) -> None:
         verdict = self._judge(velocity) if self._enabled else Verdict(velocity)
-        self._tell(verdict)
+        self._publish_state(verdict)
         if verdict.velocity != STILL:
             self._moved_at = self.now
         if self.now - self._moved_at <= self.config.stop_pub_timeout:
@@ -100,11 +100,11 @@ class CollisionMonitorNode(ManagedNode):
         silent = self._watch.silent() if self.active and self._enabled else ""
         return f"the robot is held: {silent}" if silent else ""
 
-    def _tell(self, verdict: Verdict) -> None:
+    def _publish_state(self, verdict: Verdict) -> None:
         """Publish what is done, where it is not what was done before."""
-        if (verdict.action, verdict.zone) == (self._told.action, self._told.zone):
+        if (verdict.action, verdict.zone) == (self._published.action, self._published.zone):
             return
-        self._told = verdict
+        self._published = verdict
         name = verdict.zone
         if self._state is not None:
             self._state.publish(

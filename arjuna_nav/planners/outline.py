@@ -232,7 +232,7 @@ def _moves(first: float, drive: Drive, resolution: float) -> Moves:
     steps = math.ceil(drive.stride / STEP)
     ahead = np.arange(1, steps + 1)[:, None] / steps
     angles = np.asarray(first + one * np.arange(drive.headings), np.float64)
-    prices = [_price(*kind, drive, one, resolution) for kind in kinds]
+    costs = [_price(*kind, drive, one, resolution) for kind in kinds]
     poses, ends = [], []
     for heading, angle in enumerate(angles):
         for direction, turn in kinds:
@@ -247,7 +247,7 @@ def _moves(first: float, drive: Drive, resolution: float) -> Moves:
         np.arange(drive.headings + 1) * len(kinds),
         np.array(ends),
         np.tile([direction for direction, _ in kinds], drive.headings),
-        np.tile(prices, drive.headings),
+        np.tile(costs, drive.headings),
         np.full(count, drive.reversal / resolution),
         steps * np.arange(count + 1),
         np.vstack(poses),

@@ -91,7 +91,7 @@ def row_at(index: RowIndex, row: int, column: int, heading: int) -> int:
 
 
 @njit(cache=True)
-def begun(start: NDArray[np.float64], size: int = ROOM) -> PoseTable:
+def new_table(start: NDArray[np.float64], size: int = ROOM) -> PoseTable:
     """Return a table with room for `size` rows whose first is the start `(3,)`."""
     table = PoseTable(
         np.empty((size, 3)),
@@ -109,7 +109,7 @@ def with_room(table: PoseTable, count: int, more: int) -> PoseTable:
     """Return the table, or one of twice its size, so that `more` rows fit behind `count`."""
     if count + more <= len(table.values):
         return table
-    larger = begun(table.poses[0], 2 * len(table.values))
+    larger = new_table(table.poses[0], 2 * len(table.values))
     larger.poses[:count] = table.poses[:count]
     larger.values[:count] = table.values[:count]
     larger.before[:count] = table.before[:count]

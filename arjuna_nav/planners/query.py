@@ -28,8 +28,8 @@ class Query:
         goal: Where it is to be.
         goal_cell: The goal's cell.
         out: Paths from the start to the cells where a robot may be.
-        allow_unknown: Whether paths may cross unknown space.
-        tolerance: How far from a blocked goal the path may end [m].
+        allow_unknown: True where paths may cross unknown space.
+        tolerance: Greatest distance of the path's end from a blocked goal [m].
     """
 
     costmap: Costmap
@@ -109,15 +109,15 @@ class Reach(Protocol):
 
     @property
     def allow_unknown(self) -> bool:
-        """Whether paths may cross unknown space."""
+        """True where paths may cross unknown space."""
 
     @property
     def tolerance(self) -> float:
-        """How far from a blocked goal the path may end [m]."""
+        """Greatest distance of the path's end from a blocked goal [m]."""
 
     @property
     def escape_radius(self) -> float:
-        """How far a start too near to an obstacle is led out of it [m]."""
+        """Greatest distance over which a start too near to an obstacle is led out [m]."""
 
 
 def ask(reach: Reach, costmap: Costmap, start: SE2, goal: SE2) -> Query | PlanResult:

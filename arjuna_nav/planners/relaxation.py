@@ -39,7 +39,7 @@ def relax(
 
 
 def touches(points: NDArray[np.float64], costmap: Costmap) -> bool:
-    """Tell whether a point `(N, 2)` [m] lies off the costmap or where a robot may not be."""
+    """Return whether a point `(N, 2)` [m] is off the costmap or in a cell closed to the robot."""
     cells = costmap.frame.to_cells(points)
     if not costmap.frame.inside(cells).all():
         return True

@@ -152,7 +152,7 @@ def _a_star(
     for row, column, value in seeds:
         r, c = int(row), int(column)
         values[r, c] = value
-        heapq.heappush(queue, (value + _left(r, c, goal), np.int64(r * width + c)))
+        heapq.heappush(queue, (value + _octile_distance(r, c, goal), np.int64(r * width + c)))
     count = 0
     while len(queue) > 0:
         cell = heapq.heappop(queue)[1]
@@ -177,12 +177,14 @@ def _a_star(
                 if costs[data[row, c]] == np.inf or costs[data[r, column]] == np.inf:
                     continue
                 values[r, c], before[r, c] = value, cell
-                heapq.heappush(queue, (value + _left(r, c, goal), np.int64(r * width + c)))
+                heapq.heappush(
+                    queue, (value + _octile_distance(r, c, goal), np.int64(r * width + c))
+                )
     return values, before, False
 
 
 @njit(cache=True)
-def _left(row: int, column: int, goal: tuple[int, int]) -> float:
+def _octile_distance(row: int, column: int, goal: tuple[int, int]) -> float:
     """Return the octile distance to the goal [cells]."""
     d_r, d_c = abs(row - goal[0]), abs(column - goal[1])
     return max(d_r, d_c) + (math.sqrt(2.0) - 1.0) * min(d_r, d_c)

@@ -23,8 +23,8 @@ def plan_through(
 ) -> PlanResult:
     """Plan through poses to the last; without any, NO_VALID_PATH.
 
-    Where a footprint is given, a path that its outline could not follow gives way to one that it
-    can, if there is one.
+    Where a footprint is given, a path that its outline could not follow is replaced by one
+    that it can, if there is one.
     """
     if not goals:
         return PlanResult.failed(PlanStatus.NO_VALID_PATH, "no goals were given")

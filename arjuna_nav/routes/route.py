@@ -170,7 +170,7 @@ class Tracker:
 
     @property
     def done(self) -> bool:
-        """Whether the last node was reached."""
+        """True once the last node was reached."""
         return self._passed == len(self._route.nodes)
 
     def update(self, x: float, y: float) -> bool:

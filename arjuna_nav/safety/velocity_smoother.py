@@ -101,7 +101,7 @@ class VelocitySmoother:
         return self._without_deadband(self._last)
 
     def is_due(self, now: float) -> bool:
-        """Tell whether it is time to say something although no command came."""
+        """Return whether a velocity is due although no command came."""
         return now - self._last_at > 1.0 / self._config.smoothing_frequency - _ROUNDING
 
     def _step(self, current: Velocity, command: Velocity, period: float) -> Velocity:

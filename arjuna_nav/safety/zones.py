@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from arjuna_core.config import param, plugin_names
 from arjuna_core.errors import ConfigError
-from arjuna_core.plugins import PluginTypes, shaped
+from arjuna_core.plugins import PluginTypes, config_class_for
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.safety.approach import Approach, ApproachConfig, inside
@@ -263,7 +263,7 @@ class VelocityPolygonZone(Zone):
             ConfigError: One is of a class that does not exist.
         """
         problems: list[str] = []
-        made = shaped(VelocityPolygonConfig, dict(values), "", problems)
+        made = config_class_for(VelocityPolygonConfig, dict(values), "", problems)
         if problems:
             raise ConfigError(*problems)
         return made

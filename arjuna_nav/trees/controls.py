@@ -1,6 +1,6 @@
 """Nodes with several children: BehaviorTree.CPP's, then Nav2's.
 
-A reactive node stops a running child when another takes its place, and leaves the statuses of the
+A reactive node stops a running child when another replaces it, and leaves the statuses of the
 others as they are, so that a condition such as GoalUpdated remembers what it saw. A child that a
 condition skips counts as none; where all are skipped, so is the node.
 

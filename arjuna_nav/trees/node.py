@@ -138,7 +138,7 @@ class TreeNode:
         raise NotImplementedError
 
     def _on_halt(self) -> None:
-        """Stop what is under way and forget it."""
+        """Stop the running node and forget its state."""
 
     def halt(self) -> None:
         """Stop the node and all below it; it is idle then."""

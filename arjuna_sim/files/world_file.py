@@ -38,7 +38,7 @@ def load_map_world(path: str | Path) -> World:
     try:
         grid = load_map(path)
     except MapError as error:
-        raise WorldError(error.path, error.problem, error.place) from error
+        raise WorldError(error.path, error.problem, error.location) from error
     boxes = rectangles(grid.data >= _OCCUPIED)
     if len(boxes) > _BOXES_MAX:
         raise WorldError(path, f"has walls of {len(boxes)} boxes; valid: up to {_BOXES_MAX}")
@@ -100,7 +100,7 @@ def load_world(path: str | Path, search: SearchPath | None = None) -> World:
     try:
         expanded = expand(path, search, {})
     except RobotError as error:
-        raise WorldError(error.path, error.problem, error.place) from error
+        raise WorldError(error.path, error.problem, error.location) from error
     xml = XmlFile(path, "sdf", WorldError, expanded.text, search)
     xml.keep(*expanded.notes)
     return read_world(xml)

@@ -30,7 +30,7 @@ def test_a_config_error_is_a_value_error() -> None:
 def test_a_file_error_names_the_file_the_place_and_the_problem() -> None:
     error = MapError("maps/a.yaml", "must be positive", "resolution")
     assert str(error) == "maps/a.yaml: resolution: must be positive"
-    assert (error.path, error.place) == (Path("maps/a.yaml"), "resolution")
+    assert (error.path, error.location) == (Path("maps/a.yaml"), "resolution")
     assert str(WorldError("w.sdf", "is empty")) == "w.sdf: is empty"
 
 

@@ -1,1 +1,1 @@
-"""What a process does about what goes wrong in it: caught, refused, counted, reported."""
+"""Handling of failures within a process: caught, refused, counted, reported."""

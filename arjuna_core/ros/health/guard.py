@@ -1,4 +1,4 @@
-"""The one place where a callback's exception ends: logged with its cause, counted, survived."""
+"""The guard that ends every callback's exception: logged with its cause, counted, survived."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Failure:
 
 @dataclass
 class Tally:
-    """How often one thing went wrong.
+    """The count of one kind of failure.
 
     Attributes:
         kind: `failed` where a callback raised, `refused` where a message was no valid one.

@@ -154,12 +154,12 @@ class LocalGoalHandle:
 
     @property
     def is_active(self) -> bool:
-        """Whether it has not ended."""
+        """True until it has ended."""
         return self.status in _RUNNING
 
     @property
     def is_cancel_requested(self) -> bool:
-        """Whether it is to be cancelled."""
+        """True where it is to be cancelled."""
         return bool(self.status == GoalStatus.STATUS_CANCELING)
 
     def become(self, status: int) -> None:

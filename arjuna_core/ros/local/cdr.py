@@ -83,7 +83,7 @@ def _numbers(run: list[tuple[str, str]]) -> _Step:
 
 
 def _form(codes: list[str], start: int) -> Struct:
-    """Return what packs numbers that begin at a place, with the gaps between them."""
+    """Return the struct that packs numbers from an offset on, with the gaps between them."""
     form, at = "<", start
     for code in codes:
         size = Struct(f"<{code}").size

@@ -1,4 +1,4 @@
-"""How a node gets its publishers, subscriptions, services and clients of the local transport."""
+"""Factories of a node's publishers, subscriptions, services and clients, local transport."""
 
 from __future__ import annotations
 

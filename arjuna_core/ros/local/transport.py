@@ -22,7 +22,7 @@ class TransportError(ArjunaError):
 
 
 class LocalExecutor:
-    """What rclpy's executors are to their nodes, for nodes of the local transport.
+    """The counterpart of rclpy's executors for nodes of the local transport.
 
     Attributes:
         nodes: The nodes whose callbacks run.
@@ -189,7 +189,7 @@ class Registry:
 
 
 class LocalTimer:
-    """What rclpy's Timer is to its owner; of several periods that pass at once one is run."""
+    """The counterpart of rclpy's Timer; of several periods that pass at once one is run."""
 
     def __init__(
         self, registry: Registry, period: float, callback: Callable[[], Any], clock: Any

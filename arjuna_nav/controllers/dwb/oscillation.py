@@ -66,5 +66,5 @@ class Oscillation:
 
     @property
     def allowed(self) -> tuple[bool, bool, bool, bool]:
-        """Whether driving back, forward, turning right, left is allowed."""
+        """Flags: driving back, driving forward, turning right, turning left is allowed."""
         return (*self._v.allowed(), *self._w.allowed())

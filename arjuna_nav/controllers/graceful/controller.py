@@ -85,7 +85,7 @@ class Graceful:
             rate_min=config.v_angular_min_in_place,
         )
         self._path = TrackedPath(config.max_robot_pose_search_dist)
-        self._arrived = self._rotating = self._begun = False
+        self._arrived = self._rotating = self._had_carrot = False
         self._last_w = 0.0
         self.speed_limit = math.inf
         self.carrot: SE2 | None = None
@@ -103,7 +103,7 @@ class Graceful:
     def set_path(self, path: NDArray[np.float64]) -> None:
         """Take a path `(N, 3) float64`; a path to the same goal keeps what was reached."""
         if self._path.replace(path):
-            self._arrived = self._begun = False
+            self._arrived = self._had_carrot = False
             self._rotating = self._config.initial_rotation
 
     def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
@@ -121,7 +121,7 @@ class Graceful:
             angle = math.atan2(seen.y, seen.x)
             self._rotating = self._rotating and abs(angle) > self._tolerance()
             if self._rotating or abs(angle) > 0.5 * math.pi:
-                self.carrot, self._begun = seen, True
+                self.carrot, self._had_carrot = seen, True
                 return self._turn(angle, pose, costmap)
             command = self._approach(seen, pose, costmap)
             if command is not None:
@@ -134,7 +134,7 @@ class Graceful:
 
     def _tolerance(self) -> float:
         """Return the heading error that ends a turn: a third of what starts it, once started."""
-        return self._config.initial_rotation_tolerance / (3.0 if self._begun else 1.0)
+        return self._config.initial_rotation_tolerance / (3.0 if self._had_carrot else 1.0)
 
     def _targets(self, pose: SE2) -> list[SE2]:
         """Return the poses to steer to, the farthest first."""

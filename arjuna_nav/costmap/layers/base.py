@@ -103,7 +103,7 @@ class Layer(Protocol):
 
     @property
     def enabled(self) -> bool:
-        """Whether the layer takes part."""
+        """The layer's `enabled` parameter: else it leaves the costmap as it is."""
         return bool(self.config.enabled)
 
     @property

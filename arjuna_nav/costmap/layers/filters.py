@@ -156,7 +156,7 @@ class KeepoutFilter(CostmapFilter):
         self._made_of = None
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
-        """Place the mask by the latest transform."""
+        """Align the mask with the costmap by the latest transform."""
         before = self._placement
         T_global_mask = self._locate() if self._mask is not None else None
         if self._mask is None or T_global_mask is None:
@@ -164,14 +164,14 @@ class KeepoutFilter(CostmapFilter):
         else:
             self._weigh(self._mask, T_global_base)
             if self._placement is None or self._placement.T_global_map != T_global_mask:
-                self._place(T_global_mask)
+                self._resample(T_global_mask)
         return whole(self.master.frame.shape) if self._placement is not before else None
 
     def write(self, costs: NDArray[np.uint8], window: Window) -> None:
         """Take the mask's costs where they are greater."""
         if self._placement is not None:
             if self._placement.frame != self.master.frame:
-                self._place(self._placement.T_global_map)
+                self._resample(self._placement.T_global_map)
             combine(costs, self._shown[window], 1)
 
     def _weigh(self, mask: PlacedMap, T_global_base: SE2) -> None:
@@ -184,7 +184,7 @@ class KeepoutFilter(CostmapFilter):
                 costs[_is_zone(costs)] = self.config.lethal_override_cost
             self._costs, self._made_of, self._placement = costs, (mask, overridden), None
 
-    def _place(self, T_global_mask: SE2) -> None:
+    def _resample(self, T_global_mask: SE2) -> None:
         """Read the mask's costs at the costmap's cells."""
         assert self._mask is not None
         self._placement = Placement(self.master.frame, T_global_mask, self._mask.grid.frame)

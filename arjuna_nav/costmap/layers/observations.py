@@ -71,7 +71,7 @@ class PlacedScan:
 
     @property
     def is_planar(self) -> bool:
-        """Whether its beams are rays at one height from the sensor."""
+        """True where its beams are rays at one height from the sensor."""
         return self.mount is None and self.start is None
 
     @property

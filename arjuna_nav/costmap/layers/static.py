@@ -116,7 +116,7 @@ class StaticLayer(Layer):
         return self._problem
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
-        """Place the map by the latest transform, free where the robot stands if that is asked."""
+        """Align the map by the latest transform; clear it below the robot if configured."""
         if self._map is None:
             return None
         self._locate(self._map.frame_id)
@@ -125,12 +125,12 @@ class StaticLayer(Layer):
         before, changed, self._updated = self._placement, self._updated, None
         if before is not None and before.covered is not None and changed is not None:
             self._placement = None
-        self._place()
+        self._resample()
         return changed if self._placement is before else whole(self.master.frame.shape)
 
     def write(self, costs: NDArray[np.uint8], window: Window) -> None:
         """Write the map, unknown cells too, unless the greater cost counts."""
-        self._place()
+        self._resample()
         if self._placement is None:
             return
         own, covered = self._shown[window], self._placement.covered
@@ -154,7 +154,7 @@ class StaticLayer(Layer):
         except TransformError as error:
             self._T_global_map, self._problem = None, str(error)
 
-    def _place(self) -> None:
+    def _resample(self) -> None:
         """Read the map's costs at the costmap's cells, where either has moved."""
         frame, T_global_map, placement = self.master.frame, self._T_global_map, self._placement
         if self._map is None or T_global_map is None:

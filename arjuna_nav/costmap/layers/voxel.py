@@ -69,7 +69,7 @@ class VoxelLayer(ObstacleLayer):
             self.clear()
 
     def move(self, frame: GridFrame) -> None:
-        """Go on in another grid of the same resolution; what both cover is kept."""
+        """Move to another grid of the same resolution; the overlap is kept."""
         self.voxels = moved(self.voxels, self.master.frame, frame, 0)
         self.known = moved(self.known, self.master.frame, frame, 0)
         super().move(frame)

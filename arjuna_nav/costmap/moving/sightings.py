@@ -113,7 +113,7 @@ def has_moved(
 
 @njit(cache=True)
 def has_come(scans: Sightings, now: int, since: float, reach: float) -> NDArray[np.bool_]:
-    """Tell which beams of a scan end where an earlier one saw nothing: what is there has moved.
+    """Return which beams of a scan end in space that an earlier scan saw free: things have moved.
 
     That is known at once, its speed only after some scans more.
 

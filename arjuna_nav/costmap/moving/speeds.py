@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from arjuna_nav.costmap.moving.sightings import Sightings, has_moved
 
 KEPT = 8  # sightings of a track
-_LOOKS = 4  # that make a speed
+_SIGHTINGS = 4  # that make a speed
 SPAN = 0.9  # that sightings count before a thing is known to move [s]
 _SPAN_MOVING = 0.5  # and then: who walks may turn [s]
 _SLOWEST, _FASTEST = 0.2, 3.0  # of what is taken for moving [m/s]
@@ -51,13 +51,13 @@ def go(
         speed = math.hypot(vx, vy)
         if speed >= going[3] or now - going[4] > _PACE:
             going[3], going[4] = speed, now
-    elif now - going[2] > _STANDS and _slopes(seen, count, now, SPAN)[0] >= _LOOKS:
+    elif now - going[2] > _STANDS and _slopes(seen, count, now, SPAN)[0] >= _SIGHTINGS:
         going[:2] = 0.0
 
 
 @njit(cache=True)
 def _is_sure(seen: NDArray[np.float64], count: int, scans: Sightings, number: int) -> bool:
-    """Tell whether what a track's first scan, of those kept, saw was free says that it moves."""
+    """Return whether a track moves: the first of its kept scans saw its present position free."""
     last, now = seen[latest(count)], scans.stamps[number]
     since, first, then = now, -1, np.int64(-1)  # a plain -1 has `has_moved` compiled twice
     for k in range(min(count, KEPT)):
@@ -80,11 +80,11 @@ def _velocity(
     It is 0 for what stands.
     """
     span = _SPAN_MOVING if moves else SPAN
-    looks, duration, slopes = _slopes(seen, count, now, span)
-    if moves and looks >= 2:
+    sightings, duration, slopes = _slopes(seen, count, now, span)
+    if moves and sightings >= 2:
         vx, vy = 0.5 * (slopes[0] + slopes[2]), 0.5 * (slopes[1] + slopes[3])
         return (vx, vy) if _SLOWEST <= math.hypot(vx, vy) <= _FASTEST else (0.0, 0.0)
-    if looks < _LOOKS:
+    if sightings < _SIGHTINGS:
         return 0.0, 0.0
     speeds = math.hypot(slopes[0], slopes[1]), math.hypot(slopes[2], slopes[3])
     same = slopes[0] * slopes[2] + slopes[1] * slopes[3] > 0.5 * speeds[0] * speeds[1]
@@ -100,13 +100,13 @@ def _slopes(
     seen: NDArray[np.float64], count: int, now: float, span: float
 ) -> tuple[int, float, NDArray[np.float64]]:
     """Return how many sightings of the last while there are, over how long, and their slopes."""
-    looks, t, sums = 0, 0.0, np.zeros(4)
+    sightings, t, sums = 0, 0.0, np.zeros(4)
     for k in range(min(count, KEPT)):
         if now - seen[k, 0] <= span:
-            looks += 1
+            sightings += 1
             t += seen[k, 0]
             sums += seen[k, 1:5]
-    t, sums = t / max(looks, 1), sums / max(looks, 1)
+    t, sums = t / max(sightings, 1), sums / max(sightings, 1)
     spread, slopes = 0.0, np.zeros(4)
     low, high = math.inf, -math.inf
     for k in range(min(count, KEPT)):
@@ -117,4 +117,4 @@ def _slopes(
             slopes += off * (seen[k, 1:5] - sums)
     if spread <= 0.0:
         return 0, 0.0, slopes
-    return looks, high - low, slopes / spread
+    return sightings, high - low, slopes / spread

@@ -12,7 +12,13 @@ from arjuna_core.files.maps_folder import path_in_folder
 from arjuna_core.ros.convert import se2_from_pose
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.se2 import SE2
-from arjuna_nav.docking.database import DOCKS, DockPlace, dock_places, read_docks, unknown_types
+from arjuna_nav.docking.database import (
+    DOCKS,
+    DockInstance,
+    dock_instances,
+    read_docks,
+    unknown_types,
+)
 from arjuna_nav.docking.dock_types import DOCK_TYPES, DockType
 from arjuna_nav.docking.docking import Docking, DockingConfig, DockingError, Undocking
 
@@ -65,7 +71,7 @@ class DockBook:
             self._docks = self._checked(read_docks(config.dock_database, warn))
         else:
             named = {name: getattr(config, name) for name in config.docks}
-            self._docks = self._checked(dock_places(named))
+            self._docks = self._checked(dock_instances(named))
 
     def judge_by(self, config: DockingServerConfig) -> None:
         """Take the kinds' parameters."""
@@ -79,13 +85,13 @@ class DockBook:
         """
         self._docks = self._checked(read_docks(path_in_folder(folder, filepath), self._warn))
 
-    def _checked(self, docks: dict[str, DockPlace]) -> dict[str, DockPlace]:
+    def _checked(self, docks: dict[str, DockInstance]) -> dict[str, DockInstance]:
         problems = unknown_types(docks, self.types)
         if problems:
             raise ConfigError(*problems)
         return docks
 
-    def place(self, goal: Any, frame: str) -> DockPlace:
+    def dock(self, goal: Any, frame: str) -> DockInstance:
         """Return the dock that a goal of dock_robot names or describes.
 
         Args:
@@ -103,7 +109,7 @@ class DockBook:
             raise RefusedError(DockingError.DOCK_NOT_IN_DB, message)
         frame = goal.dock_pose.header.frame_id.lstrip("/") or frame
         try:
-            return DockPlace(goal.dock_type, frame, se2_from_pose(goal.dock_pose.pose))
+            return DockInstance(goal.dock_type, frame, se2_from_pose(goal.dock_pose.pose))
         except ValueError as error:
             raise RefusedError(DockingError.DOCK_NOT_VALID, f"invalid pose: {error}") from error
 
@@ -133,7 +139,7 @@ class Order:
         type: The name of that kind.
         core: What is done.
         since: When it began [s].
-        place: The dock to drive to; None where the robot leaves one.
+        dock: The dock to drive to; None where the robot leaves one.
         nominal: Where that dock is in the fixed frame, once it was needed.
         staged: Whether the staging pose was reached, None while it is driven to.
         lost_since: Since when the robot's pose is not known [s].
@@ -145,7 +151,7 @@ class Order:
     type: str
     core: Docking | Undocking
     since: float
-    place: DockPlace | None = None
+    dock: DockInstance | None = None
     nominal: SE2 | None = None
     staged: bool | None = None
     lost_since: float | None = None

@@ -120,13 +120,13 @@ class DockingServerNode(GoalNode):
             server.abort(_result(_ACTIONS[name], refusal.error, str(refusal)))
 
     def _dock(self, server: GoalServer, goal: Any) -> Order:
-        place = self._book.place(goal, self.config.fixed_frame)
-        name, kind = self._book.kind(place.type)
+        dock = self._book.dock(goal, self.config.fixed_frame)
+        name, kind = self._book.kind(dock.type)
         self._sensors.forget()
         footprint = self._costmap.layered.footprint
         navigate, limit = goal.navigate_to_staging_pose, goal.max_staging_time
         core = Docking(self.config, kind, footprint, navigate, limit)
-        return Order(server, DockRobot, kind, name, core, self.now, place)
+        return Order(server, DockRobot, kind, name, core, self.now, dock)
 
     def _undock(self, server: GoalServer, goal: Any) -> Order:
         last = self._last[0] if self._last is not None else ""
@@ -173,12 +173,12 @@ class DockingServerNode(GoalNode):
             return DockingStep(
                 ended=DockingError.FAILED_TO_CONTROL, message=self._costmap.why_not_current()
             )
-        if order.place is None:
+        if order.dock is None:
             last = None if self._last is None else self._last[1]
             return self._asked(order, pose, last, costmap)
         if order.nominal is None or order.core.phase in _BEFORE_APPROACH:  # type: ignore[union-attr]
-            T_fixed_dock = self.transforms.lookup(config.fixed_frame, order.place.frame)
-            order.nominal = T_fixed_dock @ order.place.pose
+            T_fixed_dock = self.transforms.lookup(config.fixed_frame, order.dock.frame)
+            order.nominal = T_fixed_dock @ order.dock.pose
         seen = order.kind.config.use_external_detection_pose
         dock = self._sensors.detected(order.kind.config) if seen else order.nominal
         if dock is not None:
@@ -223,9 +223,9 @@ class DockingServerNode(GoalNode):
             )
 
     def _drive_to_staging_pose(self, order: Order) -> None:
-        assert order.place is not None
-        staging = order.kind.staging_pose(order.place.pose)
-        goal = pose_stamped(staging, order.place.frame, self.now)
+        assert order.dock is not None
+        staging = order.kind.staging_pose(order.dock.pose)
+        goal = pose_stamped(staging, order.dock.frame, self.now)
         self._staging_out.publish(goal)
 
         def arrived(outcome: GoalOutcome) -> None:

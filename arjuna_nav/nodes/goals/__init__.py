@@ -1,1 +1,1 @@
-"""Goals on their way into the navigator."""
+"""Goals as the navigator receives, checks and stores them."""

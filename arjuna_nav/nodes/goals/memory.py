@@ -1,4 +1,4 @@
-"""The goal under way, kept in a file, and nodes that resume it after their process has ended."""
+"""The current goal, stored in a file, and nodes that resume it after their process has ended."""
 
 from __future__ import annotations
 
@@ -73,16 +73,16 @@ class GoalMemory:
 
 
 class ResumingNode(GoalNode):
-    """Resumes the goal under way after a crash or a jump of time, if `resume_file` is set.
+    """Resumes the current goal after a crash or a jump of time, if `resume_file` is set.
 
     Attributes:
-        memory: The goal under way; made in `configure`.
+        memory: The current goal; made in `configure`.
     """
 
     memory: GoalMemory
 
     def activate(self) -> None:
-        """Look for a goal that was under way when the process ended."""
+        """Look for a goal that was running when the process ended."""
         self.memory.recall()
 
     def deactivate(self) -> None:
@@ -91,11 +91,11 @@ class ResumingNode(GoalNode):
         self.memory.forget()
 
     def on_time_jump(self) -> None:
-        """Stop and abort, or resume the goal under way if that is asked for."""
+        """Stop and abort, or resume the current goal if `resume_file` is set."""
         if not self.config.resume_file:
             super().on_time_jump()
         elif self.active:
             self.resume_goal()
 
     def resume_goal(self) -> None:
-        """Resume the goal under way at another time."""
+        """Resume the current goal after the clock has jumped."""

@@ -121,7 +121,7 @@ class PoseSearch(abc.ABC):
     @property
     @abc.abstractmethod
     def _reverse(self) -> bool:
-        """Whether it may drive backwards."""
+        """True where the motion model includes driving backwards."""
 
     def _radius(self, costmap: Costmap) -> float:
         """Return the radius of the tightest bend [cells]."""

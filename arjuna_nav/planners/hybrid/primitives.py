@@ -46,7 +46,7 @@ class Primitive:
 
     @property
     def length(self) -> float:
-        """How far it drives, 0 for a turn on the spot."""
+        """Length of its arc or straight; 0 for a turn on the spot."""
         steps = np.diff(self.poses[:, :2], axis=0, prepend=0.0)
         return float(np.hypot(*steps.T).sum())
 

@@ -17,8 +17,8 @@ from arjuna_nav.planners.hybrid.moves import STEP, Moves
 from arjuna_nav.planners.pose_table import (
     PoseTable,
     RowIndex,
-    begun,
     indexed,
+    new_table,
     row_at,
     slot_of,
     with_block,
@@ -95,7 +95,7 @@ def search(
         takes: on a map of many bends (`bench planner --scenarios`, random512-35) a greater
         weight finds a path as good much sooner.
     """
-    nodes, (height, width) = begun(start), terrain.data.shape
+    nodes, (height, width) = new_table(start), terrain.data.shape
     index = indexed(height, width, len(moves.angles))
     most = np.max(moves.first[1:] - moves.first[:-1])
     queue = [(0.0, np.int64(0))]
@@ -159,14 +159,14 @@ def _expand(
         index = with_block(index, r, c)
         index.slots[slot_of(index, r, c, moves.ends[move])] = count
         nodes.values[count], nodes.before[count], nodes.kinds[count] = value, row, move
-        left = _left(reached, goal, terrain, rules)
+        left = _cost_to_go(reached, goal, terrain, rules)
         heapq.heappush(queue, (value / weight + left, np.int64(count)))
         count += 1
     return count, index
 
 
 @njit(cache=True)
-def _left(
+def _cost_to_go(
     pose: NDArray[np.float64], goal: NDArray[np.float64], terrain: Terrain, rules: Rules
 ) -> float:
     """Return a lower bound of the rest: by the costs round obstacles, or by the bends alone.

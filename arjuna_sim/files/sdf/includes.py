@@ -134,7 +134,7 @@ def leaving_out(xml: XmlFile, what: str) -> Iterator[None]:
     except ExcessError:
         raise
     except InputFileError as error:
-        place = "" if error.place is None or error.place == what else f"{error.place}: "
+        place = "" if error.location is None or error.location == what else f"{error.location}: "
         xml.note(f"{what} is left out: {place}{error.problem}", NoteKind.BROKEN)
 
 

@@ -110,7 +110,7 @@ def _look(xml: XmlFile, element: Element, place: str) -> Shape | None:
     try:
         return _shape(xml, element, place)
     except RobotError as error:
-        xml.note(f"{error.place}: {error.problem}; it is left out", NoteKind.BROKEN)
+        xml.note(f"{error.location}: {error.problem}; it is left out", NoteKind.BROKEN)
         return None
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from arjuna_core.config import flatten, info_of, infos
 from arjuna_core.errors import ConfigError, closest
-from arjuna_core.plugins import PluginTypes, canonical, shaped
+from arjuna_core.plugins import PluginTypes, canonical, config_class_for
 from bringup.parameters.files import EVERY_NODE, SIM_TIME, Parameters, merged, node_of
 from bringup.parameters.foreign import nav2
 from bringup.parameters.remarks import Checked, Kind, Remark
@@ -265,4 +265,7 @@ def _own_keys(config: type[Any], values: dict[str, Any]) -> dict[str, Any]:
     Those below a plug-in of no known class count: the node's own check speaks of the class.
     """
     left = dict(values)
-    return {**flatten(shaped(config, left, "", [])()), **dict.fromkeys(values.keys() - left.keys())}
+    return {
+        **flatten(config_class_for(config, left, "", [])()),
+        **dict.fromkeys(values.keys() - left.keys()),
+    }

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from arjuna_nav.planners.pose_table import begun, indexed, rows_to, slot_of, with_block, with_room
+from arjuna_nav.planners.pose_table import (
+    indexed,
+    new_table,
+    rows_to,
+    slot_of,
+    with_block,
+    with_room,
+)
 
 _HEADINGS = 5
 
@@ -24,7 +31,7 @@ def test_an_index_finds_every_row_again() -> None:
 
 
 def test_a_table_keeps_its_rows_when_it_grows() -> None:
-    table = begun(np.array([1.0, 2.0, 3.0]), 2)
+    table = new_table(np.array([1.0, 2.0, 3.0]), 2)
     for row in range(1, 50):
         table = with_room(table, row, 1)
         table.poses[row] = row
