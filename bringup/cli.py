@@ -1,4 +1,4 @@
-"""Runs a command; the one place where errors become messages and exit codes."""
+"""Runs a command; only here do errors become messages and exit codes."""
 
 from __future__ import annotations
 

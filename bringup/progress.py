@@ -58,7 +58,7 @@ class Progress(_Line):
 
 
 class Bar(_Line):
-    """How much of a known amount is done: a bar on a terminal, else a line each tenth."""
+    """The share of a known amount that is done: a bar on a terminal, else a line each tenth."""
 
     _tenth = 0
 

@@ -1,4 +1,4 @@
-"""How sure a campaign's figures are, and whether two campaigns differ by more than chance."""
+"""Confidence intervals of a campaign's figures, and tests of whether two campaigns differ."""
 
 from __future__ import annotations
 

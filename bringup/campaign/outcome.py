@@ -1,4 +1,4 @@
-"""How a run ended: what its result says, judged by what the campaign asks for."""
+"""The outcome of a run: its result, judged by the campaign's criteria of success."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _FILE = "outcome.json"
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended.
+    """The outcome of a run.
 
     Attributes:
         name: The run's.

@@ -1,4 +1,4 @@
-"""What a campaign runs: one command with every combination of its factors."""
+"""A campaign's runs: one command with every combination of the factors' levels."""
 
 from __future__ import annotations
 

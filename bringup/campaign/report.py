@@ -1,4 +1,4 @@
-"""What a campaign found: a table as Parquet, and a page that shows it."""
+"""A campaign's results: a table as Parquet, and a page that shows it."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class Forks:
 
 
 class _Started:
-    """A run under way; what it prints goes into its folder."""
+    """A run in progress; its output goes into its folder."""
 
     def __init__(
         self,
@@ -121,7 +121,7 @@ def run_all(
         folder: Where each has a folder of its own.
         jobs: How many at a time.
         ended: Takes each outcome, those of earlier times first.
-        stop: Set to break off; runs under way are run again next time.
+        stop: Set to break off; unfinished runs are run again next time.
         program: What takes the words of a run.
         forks: What does the same in forks of this process; None to start the program each time.
 

@@ -14,7 +14,7 @@ _FRONT, _SIDE = math.radians(15.0), math.radians(90.0)
 
 @dataclass(frozen=True)
 class Decision:
-    """What to do for a scan.
+    """The decision that follows from a scan.
 
     Attributes:
         word: FORWARD, TURN LEFT or TURN RIGHT.

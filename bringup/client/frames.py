@@ -40,7 +40,7 @@ class FrameListener:
 
     @property
     def found(self) -> bool:
-        """Whether any frame has come."""
+        """True once any frame has been received."""
         return bool(self._stamps)
 
     def frames(self, now: float | None) -> dict[str, Frame]:

@@ -22,7 +22,7 @@ _ENDS = {GoalStatus.STATUS_CANCELED: "cancelled", GoalStatus.STATUS_ABORTED: "ab
 
 @dataclass(frozen=True)
 class GoalEnd:
-    """How a goal ended.
+    """The outcome of a goal.
 
     Attributes:
         succeeded: Whether it was reached.
@@ -37,7 +37,7 @@ class GoalEnd:
 
 @dataclass(frozen=True)
 class GoalTimes:
-    """How long servers may take [s].
+    """Time-outs for servers [s].
 
     Attributes:
         answer: To appear, and to answer a goal.
@@ -100,7 +100,7 @@ class _Goal:
         self._session, self._client, self._name = session, client, name
         self._request, self._times = request, times
         self._logger = session.client.get_logger()
-        self._heard_at = session.now
+        self._last_contact = session.now
 
     def run(self, deadline: float, progress: Callable[[Any], None]) -> GoalEnd:
         """Send it, and again where its server loses it, until a time [s]; return how it ended.
@@ -135,7 +135,7 @@ class _Goal:
                     raise
 
     @property
-    def _left(self) -> float:
+    def _remaining(self) -> float:
         """The time until the deadline [s]."""
         return self._deadline - self._session.now
 
@@ -159,12 +159,12 @@ class _Goal:
         """Send it and wait for its end; None where its server has lost it."""
         session, what = self._session, f"a server of '{self._name}'"
         session.wait_for(self._client.server_is_ready, self._times.answer, what, _REMEDY)
-        self._heard_at = session.now
+        self._last_contact = session.now
         handle = session.send_goal(self._client, self._request, self._take)
         if not handle.accepted:
             reason = f"'{self._name}' refuses the goal: another goal runs, or it is not active"
             return GoalEnd(False, reason, refused=True)
-        left, result = self._left, handle.get_result_async()
+        left, result = self._remaining, handle.get_result_async()
         try:
             known = self._is_known_until_end(handle, result)
         except KeyboardInterrupt:
@@ -178,7 +178,7 @@ class _Goal:
         return GoalEnd(False, f"not done within {left:g} s, cancelled")
 
     def _take(self, message: Any) -> None:
-        self._heard_at = self._session.now
+        self._last_contact = self._session.now
         self._progress(message.feedback)
 
     def _is_known_until_end(self, handle: Any, result: Any) -> bool:
@@ -189,17 +189,17 @@ class _Goal:
         session, warned = self._session, False
 
         def is_due() -> bool:
-            return bool(result.done()) or session.now - self._heard_at > self._times.silence
+            return bool(result.done()) or session.now - self._last_contact > self._times.silence
 
         while True:
-            session.run_until(is_due, self._left, required=False)
+            session.run_until(is_due, self._remaining, required=False)
             if result.done():
                 return bool(result.result().status != GoalStatus.STATUS_UNKNOWN)
             if session.is_past(self._deadline):
                 return True
             if self._is_lost(handle):
                 return False
-            self._heard_at = session.now
+            self._last_contact = session.now
             if not warned:
                 warned = True
                 self._logger.warning(

@@ -55,7 +55,7 @@ def on_system_time(session: Session, names: Collection[str], timeout: float) -> 
 def _ask_all(
     session: Session, kind: Any, services: Collection[str], request: Any, timeout: float
 ) -> dict[str, Any]:
-    """Return the answers of those services of a type that give one within a time [s], each way."""
+    """Return the answers, by name, of the services of a type that respond within a time [s]."""
     client = session.client
     clients = {name: client.create_client(kind, name) for name in services}
     session.run_until(

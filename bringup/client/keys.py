@@ -36,7 +36,7 @@ PAGES = {
 
 @dataclass(frozen=True)
 class Driving:
-    """What is asked of the robot.
+    """The command that the pressed keys stand for.
 
     Attributes:
         layout: `wasd` or `twist`.

@@ -1,4 +1,4 @@
-"""Way-points: read from a file, driven one after the other, summed up."""
+"""Waypoints: read from a file, driven one after the other, summed up."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _VALID = "valid: 'waypoints: [[x, y, yaw], ...]' or '- {x: 1.0, y: 2.0, yaw: 0.0
 
 
 def load_waypoints(path: Path) -> list[Waypoint]:
-    """Return a file's way-points [m, m, rad].
+    """Return a file's waypoints [m, m, rad].
 
     Raises:
         InputFileError: It cannot be read, or holds something else.
@@ -30,7 +30,7 @@ def load_waypoints(path: Path) -> list[Waypoint]:
     document = read_yaml(path)
     rows = document.get("waypoints") if isinstance(document, dict) else document
     if not isinstance(rows, list) or not rows:
-        raise InputFileError(path, f"holds no way-points; {_VALID}")
+        raise InputFileError(path, f"holds no waypoints; {_VALID}")
     return [_waypoint(path, row, number) for number, row in enumerate(rows, 1)]
 
 
@@ -42,7 +42,7 @@ def _waypoint(path: Path, row: Any, number: int) -> Waypoint:
         if len(numbers) == len(row) and all(map(math.isfinite, numbers)):
             x, y, yaw = (*map(float, numbers), 0.0)[:3]
             return x, y, yaw
-    raise InputFileError(path, f"is no pose: {row!r}; {_VALID}", f"way-point {number}")
+    raise InputFileError(path, f"is no pose: {row!r}; {_VALID}", f"waypoint {number}")
 
 
 class Progress:
@@ -91,7 +91,7 @@ class Progress:
 
 
 class Tour:
-    """Drives to way-points and writes how each ended."""
+    """Drives to waypoints and writes how each ended."""
 
     def __init__(self, robot: Robot, write: Callable[[str], None]) -> None:
         self._robot = robot

@@ -49,7 +49,7 @@ _INITIAL_COVARIANCE = np.diag([0.05**2, 0.05**2, 0.05**2])
 
 @dataclass(frozen=True)
 class DemoOptions:
-    """What a demo run depends on.
+    """Options of a demo run.
 
     Attributes:
         seed: Seed of every random choice.

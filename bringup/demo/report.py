@@ -73,7 +73,7 @@ class Report:
 
     @property
     def success(self) -> bool:
-        """Whether the robot did all it was asked to without touching anything."""
+        """True if the robot did all that it was asked to, without touching anything."""
         return (
             self.waypoints_reached == self.waypoints_total
             and self.kidnap_recovered is not False

@@ -22,7 +22,7 @@ _STACK = " nodes active after "  # what `sim`, `slam` and `nav` say last
 
 @dataclass(frozen=True)
 class Times:
-    """How long a lesson's command may take [s].
+    """Time-outs of a lesson's command [s].
 
     Attributes:
         start: Until it is up.

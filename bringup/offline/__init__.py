@@ -1,1 +1,1 @@
-"""What runs without ROS: SLAM and AMCL on logs, calibration."""
+"""Programs that need no ROS: SLAM and AMCL on logs, calibration."""

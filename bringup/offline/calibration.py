@@ -128,15 +128,15 @@ def _draw_paths(
 def _draw_errors(panel: mpl.axes.Axes, result: Calibration) -> None:
     """Draw each manoeuvre's error of turn, or of distance for a straight, before and after."""
     parts = [row.manoeuvre for row in result.after]
-    places = np.arange(len(parts))
+    rows_at = np.arange(len(parts))
     for shift, rows, colour, label in (
         (-0.2, result.before, "tab:red", "before"),
         (0.2, result.after, "tab:green", "after"),
     ):
         errors = [100.0 * abs(row.turn_error or row.path_error) for row in rows]
-        panel.barh(places + shift, errors, 0.4, color=colour, label=label)
+        panel.barh(rows_at + shift, errors, 0.4, color=colour, label=label)
     names = [f"{m.kind} {m.command.x:g} m/s {m.command.yaw_rate:g} rad/s" for m in parts]
-    panel.set_yticks(places, names, fontsize=8)
+    panel.set_yticks(rows_at, names, fontsize=8)
     panel.axvline(100.0 * _TURN_BOUND, color="black", linestyle=":", label="bound of turns")
     panel.set(xscale="log", xlabel="error of turn (straight: of distance) [%]")
     panel.invert_yaxis()

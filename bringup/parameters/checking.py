@@ -76,7 +76,7 @@ def checked(source: Source, below: Parameters, namespace: str = "") -> Checked:
     remarks += _without_missing_masks(after, further)
     problems += _problems_of_change(below, after, nodes)
     locate = _locator(source)
-    located = [one._replace(place=locate(one.where)) for one in remarks]
+    located = [one._replace(location=locate(one.where)) for one in remarks]
     return Checked(after, located, [f"{locate(text)}: {text}" for text in problems])
 
 

@@ -1,4 +1,4 @@
-"""What a check of parameters finds: values, names without effect with the reason, and problems."""
+"""The result of checking parameters: values, names without effect and why, and problems."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ class Remark(NamedTuple):
         where: The node, or the node and the key.
         reason: The nearest valid name, what Nav2 would do, or why nothing is missed.
         safety: Whether the name keeps a robot from harm elsewhere.
-        place: File and line; empty where not known.
+        location: File and line; empty where not known.
     """
 
     kind: Kind
     where: str
     reason: str
     safety: bool = False
-    place: str = ""
+    location: str = ""
 
     def __str__(self) -> str:
         """Return the remark as one line."""
         word = f"{self.kind.value}{' (SAFETY)' if self.safety else ''}"
-        place = f"{self.place}: " if self.place else ""
-        return f"{place}{word}: {self.where}: {self.reason}"
+        location = f"{self.location}: " if self.location else ""
+        return f"{location}{word}: {self.where}: {self.reason}"
 
 
 class Checked(NamedTuple):
@@ -76,7 +76,7 @@ def lines(
     grouped: dict[tuple[str, ...], list[Remark]] = {}
     for one in ordered:
         node, _, key = one.where.partition(": ")
-        own = one.where + one.place if one.safety or not key else ""
+        own = one.where + one.location if one.safety or not key else ""
         grouped.setdefault((one.kind.value, node, one.reason, own), []).append(one)
     for (_, node, *_), group in grouped.items():
         if group[0].safety or group[0].kind not in counted:

@@ -16,7 +16,7 @@ _CHUNK = 65536
 
 @dataclass(frozen=True)
 class ChildSpec:
-    """What to run.
+    """A child process to run.
 
     Attributes:
         name: Marks the lines of its output.

@@ -185,7 +185,7 @@ def _flush() -> None:
 
 
 class _Map(ctypes.Structure):
-    """Where a process's memory begins and ends: `struct prctl_mm_map` of Linux."""
+    """Bounds of a process's memory segments: `struct prctl_mm_map` of Linux."""
 
     _fields_ = (
         *((name, ctypes.c_uint64) for name in ("start_code", "end_code", "start_data")),

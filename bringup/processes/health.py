@@ -19,10 +19,10 @@ class Heartbeat:
     """One process's signs of life; one that gives none is not watched.
 
     Time that it was ready to run but got no core is not held against it: on a busy machine a
-    process is late, not hung.
+    process is late, not stuck.
     """
 
-    _heard_at: float | None = None
+    _last_sign: float | None = None
     _patience: float = PATIENCE
     _starved: float = 0.0
 
@@ -34,19 +34,19 @@ class Heartbeat:
             patience: Within what time the next one comes [s].
             starved: How long the process has waited for a core in its life [s].
         """
-        self._heard_at, self._patience, self._starved = now, patience, starved
+        self._last_sign, self._patience, self._starved = now, patience, starved
 
     def silence(self, now: float, starved: float) -> float | None:
         """Return for how long it has been silent [s] where that is too long, else None."""
-        if self._heard_at is None:
+        if self._last_sign is None:
             return None
-        silent = now - self._heard_at - (starved - self._starved)
+        silent = now - self._last_sign - (starved - self._starved)
         return silent if silent > self._patience else None
 
     def excuse(self, duration: float) -> None:
         """Take no notice of a time [s] in which nobody listened."""
-        if self._heard_at is not None:
-            self._heard_at += duration
+        if self._last_sign is not None:
+            self._last_sign += duration
 
 
 def starved(pid: int) -> float:

@@ -52,7 +52,7 @@ class _Process:
 
 
 class StartUp:
-    """Whether all processes are up and, if not, what they wait for.
+    """Progress of the start-up: the processes that are up, and what the others wait for.
 
     Args:
         names: The processes that hold nodes; events of others are left alone.
@@ -89,7 +89,7 @@ class StartUp:
 
     @property
     def waiting(self) -> str:
-        """What is waited for, process by process; empty where all are up."""
+        """The things that are waited for, process by process; empty where all are up."""
         missing: dict[str, list[str]] = {}
         for name, process in self._processes.items():
             if not process.up:

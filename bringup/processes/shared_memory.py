@@ -1,4 +1,4 @@
-"""What killed processes leave in shared memory: Fast DDS removes its own only on a clean end."""
+"""Shared memory that killed processes leave: Fast DDS removes its own only on a clean end."""
 
 from __future__ import annotations
 

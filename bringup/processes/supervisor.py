@@ -24,12 +24,12 @@ _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 @dataclass(frozen=True)
 class StopTimes:
-    """How long processes may take to end [s].
+    """Time limits for ending processes [s].
 
     Attributes:
         interrupt: From SIGINT until SIGTERM follows.
         terminate: From SIGTERM until SIGKILL follows.
-        last_words: For a process that hangs to say where.
+        last_words: For a process that is stuck to print its stack.
         absence: Between two looks, after which the supervisor itself was stopped, or slept.
         tick: From one look to the next.
     """
@@ -144,7 +144,7 @@ class Supervisor:
             one.heartbeat.hear(time.monotonic(), patience, starved(one.child.pid))
 
     def _end_silent(self, now: float) -> None:
-        """End processes that are too long silent; they say where they hang, and start again."""
+        """End processes that are silent for too long; each prints its stack, and starts again."""
         absent, self._looked = now - self._looked, now
         for one in self._all:
             if one.child is None:

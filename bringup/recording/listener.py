@@ -1,4 +1,4 @@
-"""Topics heard byte for byte: found as they appear, subscribed to as their publishers offer."""
+"""Topics received as raw bytes: found as they appear, subscribed to as their publishers offer."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ class LossCounter:
             number: The publisher's number of it.
             publishers: How many publishers the topic has now.
         """
-        for place, last in enumerate(self._last):
+        for index, last in enumerate(self._last):
             if number == last + 1:
-                self._last[place] = number
+                self._last[index] = number
                 return
         before = [last for last in self._last if last < number]
         if len(self._last) < publishers or not before:
@@ -84,12 +84,12 @@ class _Subscription:
 class TopicListener:
     """Raw subscriptions, emptied by `take`: to ask each costs 0.4 us, an executor's turn 50 us.
 
-    The middleware tells for each message when it came and its publisher's number of it, which
+    The middleware gives each message's time of arrival and its publisher's sequence number, which
     no callback of rclpy gives for raw messages.
 
     Args:
         node: The node that subscribes; no executor has to know it.
-        note: Takes a line about a topic that is found or cannot be heard.
+        note: Takes a line about a topic that is found or cannot be subscribed to.
     """
 
     def __init__(self, node: Node, note: Callable[[str], None] = lambda line: None) -> None:
@@ -105,7 +105,7 @@ class TopicListener:
 
     @property
     def lost(self) -> dict[str, int]:
-        """How many messages of a topic were published and never arrived; only where some are."""
+        """The number of messages that were published and never arrived, of topics with any."""
         return {
             name: each.losses.lost for name, each in self._topics.items() if each.losses.lost > 0
         }
@@ -152,23 +152,23 @@ class TopicListener:
             if name in self._refused or not takes(name) or not takes_type(types[0]):
                 continue
             count = self._node.count_publishers(name)
-            heard = self._topics.get(name)
-            if heard is None and count:
+            entry = self._topics.get(name)
+            if entry is None and count:
                 if self.listen(name, types[0], self._offers(name)):
                     self._note(f"listens to {name} ({types[0]})")
-            elif heard is not None and count != heard.publishers:
-                self._adapt(heard, count)
+            elif entry is not None and count != entry.publishers:
+                self._adapt(entry, count)
 
-    def _adapt(self, heard: _Subscription, count: int) -> None:
-        heard.publishers = count
-        request = request_for(self._offers(heard.topic.name))
-        before = heard.request
+    def _adapt(self, entry: _Subscription, count: int) -> None:
+        entry.publishers = count
+        request = request_for(self._offers(entry.topic.name))
+        before = entry.request
         weaker = before.reliable > request.reliable or before.latched > request.latched
         if count and weaker:
-            self._node.destroy_subscription(heard.subscription)
-            heard.request = request
-            name = heard.topic.name
-            heard.subscription = self._subscribe(heard.message_type, name, request)
+            self._node.destroy_subscription(entry.subscription)
+            entry.request = request
+            name = entry.topic.name
+            entry.subscription = self._subscribe(entry.message_type, name, request)
 
     def _offers(self, name: str) -> tuple[TopicQos, ...]:
         profiles = [each.qos_profile for each in self._node.get_publishers_info_by_topic(name)]
@@ -190,16 +190,16 @@ class TopicListener:
     def take(self) -> list[Received]:
         """Return what has arrived since the last call, in the order in which it came."""
         found = []
-        for heard in self._topics.values():
-            handle, kind = heard.subscription.handle, heard.message_type
+        for entry in self._topics.values():
+            handle, kind = entry.subscription.handle, entry.message_type
             if not getattr(handle, "waiting", True):  # of the local transport
                 continue
             with handle:
                 while (taken := handle.take_message(kind, True)) is not None:
                     data, info = taken
-                    heard.losses.take(info["publication_sequence_number"], heard.publishers)
+                    entry.losses.take(info["publication_sequence_number"], entry.publishers)
                     received, published = info["received_timestamp"], info["source_timestamp"]
-                    found.append(Received(heard.topic, received, published, data))
+                    found.append(Received(entry.topic, received, published, data))
         found.sort(key=lambda each: each.received)
         return found
 

@@ -127,7 +127,7 @@ class Player:
 
 @dataclass(frozen=True)
 class PlayOptions:
-    """How to play.
+    """Options of playing.
 
     Attributes:
         selection: Which topics.

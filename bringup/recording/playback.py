@@ -49,7 +49,7 @@ class Playback:
 
     @property
     def time(self) -> int:
-        """Where in the recording it is [ns]."""
+        """The present time within the recording [ns]."""
         return round(self._time)
 
     def _rewind(self) -> None:

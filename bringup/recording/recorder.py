@@ -43,7 +43,7 @@ _FLUSH = 1.0  # [s]: what a recorder that is killed loses at most
 
 
 class Recorder:
-    """Writes what is heard; `poll` it more often than a thousand messages of a topic come.
+    """Writes received messages; `poll` it more often than a thousand messages of a topic come.
 
     Args:
         node: The node that listens, and is destroyed at the end.
@@ -114,7 +114,7 @@ def record(
     Args:
         folder: Where to; it must not exist.
         selection: Which topics.
-        limits: When to go on in a new file.
+        limits: When to continue in a new file.
         show: Takes lines for the user.
 
     Raises:

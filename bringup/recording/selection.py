@@ -18,7 +18,7 @@ class TopicSelection:
         wanted: Patterns of which one must fit; all topics where there is none.
         unwanted: Patterns of which none may fit.
         hidden: Whether topics with a part that begins with `_` count too where none is named;
-            how actions go on, which is such a part, counts always.
+            the feedback and status of actions, which are such parts, always count.
     """
 
     wanted: Patterns = ()

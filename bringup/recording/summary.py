@@ -1,4 +1,4 @@
-"""What a recording holds and lacks, in the lines of `ros2 bag info` and some of our own."""
+"""Summary of a recording and of its gaps: the lines of `ros2 bag info` and some of our own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a tuning found, in one picture: how it went, what mattered, and each parameter's trials."""
+"""One picture of a tuning: its progress, which parameters mattered, and each one's trials."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ class Dimension:
 
     @property
     def whole(self) -> bool:
-        """Whether only whole numbers are valid."""
+        """True where only whole numbers are valid."""
         return type(self.now) is int
 
 

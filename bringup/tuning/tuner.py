@@ -22,13 +22,13 @@ _PROGRAM = (sys.executable, "-m", "bringup")
 
 
 class Tuner:
-    """A tuning under way.
+    """A tuning in progress.
 
     Args:
         tuning: What is tuned.
         folder: Where the study, a folder a trial and the best parameters go.
         jobs: How many runs at a time.
-        stop: Set to break off; runs under way are run again next time.
+        stop: Set to break off; unfinished runs are run again next time.
         program: What takes the words of a run.
 
     Attributes:

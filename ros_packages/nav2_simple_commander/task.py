@@ -17,7 +17,7 @@ _POLL = 0.1
 
 
 class TaskResult(Enum):
-    """How a task ended."""
+    """The outcome of a task."""
 
     UNKNOWN = 0
     SUCCEEDED = 1

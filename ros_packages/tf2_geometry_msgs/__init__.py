@@ -1,4 +1,4 @@
-"""How messages of geometry_msgs are transformed; importing it registers them with tf2_ros."""
+"""Transforms for messages of geometry_msgs; importing it registers them with tf2_ros."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How messages of geometry_msgs are transformed."""
+"""Transforms for messages of geometry_msgs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every buffer offers, and which messages can be transformed."""
+"""The interface of every buffer, and the registry of messages that can be transformed."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class NotImplementedException(TransformException):
 
 
 class TransformRegistration:
-    """How messages of each type are transformed; packages such as tf2_geometry_msgs add theirs."""
+    """The transform for each message type; packages such as tf2_geometry_msgs add theirs."""
 
     __type_map: dict[Any, Callable[[Any, Any], Any]] = {}  # noqa: RUF012 - shared by all on purpose
 

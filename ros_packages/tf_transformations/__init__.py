@@ -94,7 +94,7 @@ def quaternion_about_axis(angle: float, axis: ArrayLike) -> Array:
 
 
 def quaternion_slerp(quat0: ArrayLike, quat1: ArrayLike, fraction: float) -> Array:
-    """Return the quaternion a share of the way from one to another, by the shorter arc."""
+    """Return the quaternion at a fraction of the shorter arc from one to another."""
     return _array(Slerp((0.0, 1.0), Rotation.from_quat([quat0, quat1]))(fraction).as_quat())
 
 

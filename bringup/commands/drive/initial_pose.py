@@ -1,4 +1,4 @@
-"""`initial-pose`: tell AMCL where the robot is."""
+"""`initial-pose`: set AMCL's initial pose."""
 
 from __future__ import annotations
 

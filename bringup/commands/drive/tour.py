@@ -1,4 +1,4 @@
-"""`tour`: drive to the way-points of a file, one after the other."""
+"""`tour`: drive to the waypoints of a file, one after the other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`doctor`: what is wrong with the machine and the running robot, and the cure."""
+"""`doctor`: what is wrong with the machine and the running robot, and the remedy."""
 
 from __future__ import annotations
 

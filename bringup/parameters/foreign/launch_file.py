@@ -31,7 +31,7 @@ _NO = ("false", "0")
 
 
 class LaunchFile:
-    """What a launch file and those that it includes set.
+    """The settings of a launch file and of those that it includes.
 
     Args:
         path: The file.

@@ -33,7 +33,7 @@ _UPS = (Command.STARTUP, Command.RESUME)
 
 @dataclass
 class _Job:
-    """A command under way: its steps that are left, and what takes its success."""
+    """A command in progress: its remaining steps, and what takes its success."""
 
     command: Command
     steps: deque[Step]
@@ -57,7 +57,7 @@ class LifecycleManager(GuardedNode):
         commandable: Whether clients may command it by `<name>/manage_nodes`.
         ready: Whether the first command may begin; asked until it is so.
         on_wait: Takes what is waited for, before it is; empty where nothing is.
-        period: From one look at the command under way to the next [s].
+        period: From one look at the command in progress to the next [s].
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class LifecycleManager(GuardedNode):
         )
 
     def _advance(self) -> None:
-        """Take the command under way one step on, if what it waits for has come."""
+        """Advance the command in progress by one step, if what it waits for has come."""
         if not self._jobs:
             self._timer.cancel()
             return
@@ -201,7 +201,7 @@ class _DeferredService:
 
     rclpy's executors send what a callback returns through `Service.send_response`; here that
     keeps the request's header instead, and the reply sends the real answer. Coroutines as
-    callbacks, the other way to do it, do not work under the EventsExecutor of rclpy 7.1.6.
+    callbacks, the alternative, do not work under the EventsExecutor of rclpy 7.1.6.
     """
 
     def __init__(

@@ -43,7 +43,7 @@ class Transition(Enum):
 
     @property
     def upward(self) -> bool:
-        """Whether it brings a node nearer to work."""
+        """True for a transition towards the active state."""
         return self in (Transition.CONFIGURE, Transition.ACTIVATE)
 
 
@@ -55,7 +55,7 @@ class Step(NamedTuple):
 
 
 class Verdict(Enum):
-    """What to do about a step in a node's present state."""
+    """The decision about a step in a node's present state."""
 
     DO = "do"
     SKIP = "skip"

@@ -1,4 +1,4 @@
-"""Way-points: the files they come from, and what a tour says."""
+"""Waypoints: the files they come from, and what a tour says."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ def test_every_form_is_read(tmp_path: Path, text: str) -> None:
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("", "holds no way-points; valid: 'waypoints: "),
-        ("points: [[1, 2]]", "holds no way-points"),
-        ("- [1]", "way-point 1"),
-        ("- [1, 2]\n- [1, .nan]", "way-point 2"),
+        ("", "holds no waypoints; valid: 'waypoints: "),
+        ("points: [[1, 2]]", "holds no waypoints"),
+        ("- [1]", "waypoint 1"),
+        ("- [1, 2]\n- [1, .nan]", "waypoint 2"),
         ("- [1, true]", "is no pose"),
         ("- {x: 1, z: 2}", "is no pose"),
         ("- [1, 2", "is no YAML"),
@@ -56,7 +56,7 @@ def _at(x: float, y: float, left: float = 0.0) -> Any:
 
 
 class Driven:
-    """A robot that reaches all but the way-points with a negative x."""
+    """A robot that reaches all but the waypoints with a negative x."""
 
     session = SimpleNamespace(pause=lambda duration: None)
 
