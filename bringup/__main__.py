@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 
 from bringup.cli_parser import parse
-
-_INTERRUPTED = 130  # as a shell reports it
 
 
 def main() -> int:
@@ -20,7 +19,7 @@ def main() -> int:
 
         return run(arguments)
     except KeyboardInterrupt:  # while it imports; commands that run have handlers of their own
-        return _INTERRUPTED
+        return 128 + signal.SIGINT  # as POSIX shells report it
 
 
 if __name__ == "__main__":

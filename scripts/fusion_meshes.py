@@ -13,13 +13,12 @@ from itertools import pairwise
 from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parents[1] / "urdf" / "fusion_description" / "meshes"
-_SIDES = 64
 
 Point = tuple[float, float, float]
 Triangle = tuple[Point, Point, Point]
 
 
-def ring(radius: float, at: float, sides: int = _SIDES) -> list[Point]:
+def ring(radius: float, at: float, sides: int = 64) -> list[Point]:
     """Return a circle around z at a height [mm]."""
     turns = [2.0 * math.pi * k / sides for k in range(sides)]
     return [(radius * math.cos(t), radius * math.sin(t), at) for t in turns]

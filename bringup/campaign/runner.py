@@ -19,7 +19,7 @@ from bringup.campaign.outcome import Outcome, figures_of, judged, read_outcome, 
 from bringup.campaign.plan import Campaign, CampaignError, Run
 from bringup.processes.child import Child, ChildSpec, describe_exit
 
-_POLL = 0.1  # [s]
+_POLL = 0.1  # [s] from one look at the running processes to the next
 _PROGRAM = (sys.executable, "-m", "bringup")
 _CLAIM = "campaign.json"
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")

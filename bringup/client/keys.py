@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-_STEP = 0.1  # share by which a key changes a speed, as in teleop_twist_keyboard
-
 WASD = {
     "w": (1.0, 0.0), "s": (-1.0, 0.0), "a": (0.0, 1.0), "d": (0.0, -1.0), "x": (0.0, 0.0),
 }  # fmt: skip
@@ -59,12 +57,17 @@ class Driving:
         """Forward speed [m/s] and turn rate [rad/s]."""
         return self.forward * self.speed, self.left * self.turn
 
-    def pressed(self, key: str) -> Driving:
-        """Return what is asked after a key; one without a meaning stops the robot."""
+    def pressed(self, key: str, step: float = 0.1) -> Driving:
+        """Return the command after a key; one without a meaning stops the robot.
+
+        Args:
+            key: The key.
+            step: Share by which a key changes a speed; as in teleop_twist_keyboard.
+        """
         if key in QUIT or (key == "q" and self.layout == "wasd"):
             return replace(self, forward=0.0, left=0.0, done=True)
         if key in SPEEDS and self.layout == "twist":
-            speed, turn = (1.0 + _STEP * steps for steps in SPEEDS[key])
+            speed, turn = (1.0 + step * steps for steps in SPEEDS[key])
             return replace(self, speed=self.speed * speed, turn=self.turn * turn)
         keys = WASD if self.layout == "wasd" else TWIST
         forward, left = keys.get(key, (0.0, 0.0))

@@ -18,7 +18,6 @@ from arjuna_core.ros.context import new_context
 
 POLL = 0.02
 """From one look at whether something is done to the next [s]."""
-_EPSILON = 1e-9  # [s] a sum of simulated ticks may be off by so much
 
 
 class ClientError(ArjunaError):
@@ -78,9 +77,9 @@ class Session(ABC):
             self.spin_once(min(deadline - self.now, POLL))
         return True
 
-    def is_past(self, deadline: float) -> bool:
-        """Return whether a time has come [s]."""
-        return deadline - self.now <= _EPSILON
+    def is_past(self, deadline: float, tolerance: float = 1e-9) -> bool:
+        """Return whether a time has come [s], within the rounding of a sum of simulated ticks."""
+        return deadline - self.now <= tolerance
 
     def pause(self, duration: float) -> None:
         """Handle what comes for a time [s]."""

@@ -11,7 +11,7 @@ from bringup.terminal import stopped_by_signals
 
 EXAMPLES = ("view", "view --foxglove", "view --rerun --save drive.rrd")
 
-_PORT = 8080
+_PORT = 8080  # as viser serves by default
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

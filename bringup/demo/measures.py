@@ -13,23 +13,21 @@ from scipy.ndimage import label
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
 
-_CHUNK = 4096  # points that are compared with all surfaces at a time
-_SAME_TIME = 1e-6  # [s] times so close are one
-
 
 def distance_to_surfaces(
-    points: NDArray[np.float64], surfaces: NDArray[np.float64]
+    points: NDArray[np.float64], surfaces: NDArray[np.float64], batch: int = 4096
 ) -> NDArray[np.float64]:
     """Return each point's distance to the nearest segment.
 
     Args:
         points: `(N, 2) float64` [m].
         surfaces: `(M, 4) float64` of `x0, y0, x1, y1` [m].
+        batch: Points that are compared with all surfaces at a time; bounds the memory.
 
     Returns:
         `(N,) float64` [m].
     """
-    chunks = [points[i : i + _CHUNK] for i in range(0, len(points), _CHUNK)]
+    chunks = [points[i : i + batch] for i in range(0, len(points), batch)]
     return np.concatenate([_nearest(chunk, surfaces) for chunk in chunks])
 
 
@@ -152,12 +150,13 @@ class Samples:
         steps = np.linalg.norm(np.diff(self.table[:, 1:3], axis=0), axis=1)
         return float(steps[steps < 0.1].sum())
 
-    def localization_rmse(self) -> tuple[float, float]:
+    def localization_rmse(self, same_time: float = 1e-6) -> tuple[float, float]:
         """Return the root mean square errors [m], [rad] of the judged samples.
 
         Each is compared with where the robot was at the estimate's stamp: odometry of 10 Hz is up
-        to 0.1 s old, in which a robot turns by degrees.
+        to 0.1 s old, in which a robot turns by degrees. Stamps closer than
+        `same_time` [s] are equal.
         """
         table, judged = self.table, np.array(self.judged, dtype=bool)
-        dated = np.searchsorted(table[:, 0], np.array(self.stamps)[judged] - _SAME_TIME)
+        dated = np.searchsorted(table[:, 0], np.array(self.stamps)[judged] - same_time)
         return rmse(table[judged, 4:7], table[np.minimum(dated, len(table) - 1), 1:4])

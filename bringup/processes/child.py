@@ -11,8 +11,6 @@ from dataclasses import dataclass
 
 from bringup.processes.fork import Fork, can_fork, die_with
 
-_CHUNK = 65536
-
 
 @dataclass(frozen=True)
 class ChildSpec:
@@ -77,10 +75,14 @@ class Child:
         except ProcessLookupError:
             return  # it ended meanwhile
 
-    def read(self) -> bool:
-        """Hand on the lines that wait; return False at the end of its output."""
+    def read(self, size: int = 65536) -> bool:
+        """Hand on the lines that wait; return False at the end of its output.
+
+        Args:
+            size: The most bytes that are read at once; the capacity of a pipe (pipe(7)).
+        """
         try:
-            data = os.read(self.output, _CHUNK)
+            data = os.read(self.output, size)
         except BlockingIOError:
             return True
         *lines, self._rest = (self._rest + data).split(b"\n")

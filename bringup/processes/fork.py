@@ -20,8 +20,7 @@ from arjuna_core.errors import ArjunaError
 from bringup.stack import MESSAGES, Group
 
 _LIBC = ctypes.CDLL(None, use_errno=True)
-_PR_SET_PDEATHSIG = 1
-_PR_SET_MM, _PR_SET_MM_MAP = 35, 14
+_PR_SET_PDEATHSIG, _PR_SET_MM, _PR_SET_MM_MAP = 1, 35, 14  # linux/prctl.h
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _STANDARD = (0, 1, 2)
 _SHOWN: list[Any] = []

@@ -16,8 +16,6 @@ from bringup.recording.message_definitions import message_definition, type_hash
 BARE_NODE: dict[str, Any] = {"start_parameter_services": False, "enable_rosout": False}
 """Options of the recorder's and the player's node."""
 
-_QUEUE = 1000  # messages that may wait between two calls of `take`
-
 
 class LossCounter:
     """Counts what is missing on one topic.
@@ -181,8 +179,9 @@ class TopicListener:
             for each in profiles
         )
 
-    def _subscribe(self, message_type: Any, name: str, request: TopicQos) -> Any:
-        profile = profile_of(replace(request, depth=_QUEUE))
+    def _subscribe(self, message_type: Any, name: str, request: TopicQos, depth: int = 1000) -> Any:
+        """Subscribe with a queue of the messages that may wait between two calls of `take`."""
+        profile = profile_of(replace(request, depth=depth))
         return self._node.create_subscription(
             message_type, name, lambda data: None, profile, raw=True
         )

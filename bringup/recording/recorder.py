@@ -37,10 +37,6 @@ TOPICS: dict[str, tuple[str, TopicQos]] = {
 }
 """What the demo records: with these the lock-step run listens from its first tick on."""
 
-_POLL = 0.02  # [s]
-_DISCOVER = 0.5  # [s]
-_FLUSH = 1.0  # [s]: what a recorder that is killed loses at most
-
 
 class Recorder:
     """Writes received messages; `poll` it more often than a thousand messages of a topic come.
@@ -133,18 +129,26 @@ def record(
         show(_summary(recorder))
 
 
-def _run(recorder: Recorder, selection: TopicSelection, stop: threading.Event) -> None:
+def _run(
+    recorder: Recorder,
+    selection: TopicSelection,
+    stop: threading.Event,
+    poll_period: float = 0.02,
+    discovery_period: float = 0.5,
+    flush_period: float = 1.0,
+) -> None:
+    """Record until stopped; a recorder that is killed loses at most one flush period [s]."""
     discover = flush = time.monotonic()
     while not stop.is_set():
         now = time.monotonic()
         if now >= discover:
             recorder.listener.discover(selection.takes)
-            discover = now + _DISCOVER
+            discover = now + discovery_period
         recorder.poll()
         if now >= flush:
             recorder.flush()
-            flush = now + _FLUSH
-        stop.wait(_POLL)
+            flush = now + flush_period
+        stop.wait(poll_period)
 
 
 def _summary(recorder: Recorder) -> str:

@@ -14,7 +14,6 @@ STABLE = 0.6  # one of which that cannot be told
 SILENT = 3.5  # one some of whose participants have not been heard of
 # DDSI-RTPS 2.5, section 9.6.2: port = 7400 + 250 domain + 10 + 2 participant (discovery, unicast)
 _BASE, _DOMAIN_GAIN, _OFFSET, _PARTICIPANT_GAIN = 7400, 250, 10, 2
-_MOST = 120  # participants a domain; the next domain's ports follow
 _TABLE = Path("/proc/net/udp")
 _UNNAMED = "_NODE_NAME_UNKNOWN_"
 _REQUEST, _REPLY = ("rq/", "Request"), ("rr/", "Reply")
@@ -132,6 +131,7 @@ def count_participants(domain: int, table: str) -> int:
         table: As /proc/net/udp gives it.
     """
     first = _BASE + _DOMAIN_GAIN * domain + _OFFSET
-    expected = range(first, first + _MOST * _PARTICIPANT_GAIN, _PARTICIPANT_GAIN)
+    end = first + _DOMAIN_GAIN - _OFFSET  # there the next domain's ports begin
+    expected = range(first, end, _PARTICIPANT_GAIN)
     addresses = (line.split()[1] for line in table.splitlines()[1:])
     return len({int(address.split(":")[1], 16) for address in addresses} & set(expected))

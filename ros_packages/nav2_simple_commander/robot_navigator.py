@@ -32,8 +32,6 @@ from nav2_simple_commander.task import SERVER_TIMEOUT, TaskResult
 
 __all__ = ["BasicNavigator", "TaskResult"]
 
-_POSE_PERIOD = 1.0  # the initial pose is sent again until it was taken [s]
-
 
 class BasicNavigator(RobotServices):
     """Sends one task at a time; ask `isTaskComplete()` until it is, then `getResult()`.
@@ -167,12 +165,13 @@ class BasicNavigator(RobotServices):
             f"'{node_name}' in the state active",
         )
 
-    def _waitForInitialPose(self) -> None:
+    def _waitForInitialPose(self, period: float = 1.0) -> None:
+        """Send the initial pose once a period [s] until AMCL has taken it."""
         sent_at = float("-inf")
 
         def received() -> bool:
             nonlocal sent_at
-            if not self.initial_pose_received and time.monotonic() - sent_at >= _POSE_PERIOD:
+            if not self.initial_pose_received and time.monotonic() - sent_at >= period:
                 sent_at = time.monotonic()
                 self._setInitialPose()  # its subscriber may have come just now
             return self.initial_pose_received

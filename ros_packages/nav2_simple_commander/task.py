@@ -13,7 +13,6 @@ from rclpy.node import Node
 from bringup.client.session import POLL, Session
 
 SERVER_TIMEOUT = 60.0  # [s]; the original waits for ever
-_POLL = 0.1
 
 
 class TaskResult(Enum):
@@ -91,12 +90,12 @@ class Task(Session):
             return None
         return self._result.result().result
 
-    def complete(self) -> bool:
-        """Let callbacks run for at most 0.1 s; return whether the goal has ended."""
+    def complete(self, timeout: float = 0.1) -> bool:
+        """Let callbacks run for at most a time [s]; return whether the goal has ended."""
         if self._result is None:
             return True
         if self.status is None:
-            self.run_until(self._result.done, _POLL, required=False)
+            self.run_until(self._result.done, timeout, required=False)
             if self._result.done() and self._result.result() is not None:
                 self.status = self._result.result().status
         return self.status is not None

@@ -21,7 +21,6 @@ _ROOT_ERROR = "ArjunaError"
 _LOGGED = {"warn": "warning", "warning": "warning", "error": "error in the log",
            "fatal": "error in the log"}  # fmt: skip
 _WORDS = re.compile(r"[A-Za-z]{2,}")
-_LEAST_WORDS = 2  # that do not vary: with fewer nobody would find it
 
 
 def page() -> str:
@@ -122,12 +121,17 @@ def _assigned(scope: ast.FunctionDef) -> dict[str, list[ast.expr]]:
     return found
 
 
-def _texts(nodes: list[ast.expr], values: dict[str, list[ast.expr]]) -> Iterator[str]:
-    """Return the sentences that expressions stand for, those with words of their own."""
+def _texts(
+    nodes: list[ast.expr], values: dict[str, list[ast.expr]], fixed_words: int = 2
+) -> Iterator[str]:
+    """Return the sentences that expressions stand for.
+
+    Those with fewer fixed words are left out: nobody could search for them.
+    """
     for node in nodes:
         if isinstance(node, ast.Constant | ast.JoinedStr | ast.BinOp):
             text = _text(node)
-            if len(_WORDS.findall(text)) >= _LEAST_WORDS:
+            if len(_WORDS.findall(text)) >= fixed_words:
                 yield text
         elif isinstance(node, ast.Name):
             yield from _texts(values.get(node.id, []), {})

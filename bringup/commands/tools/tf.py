@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
 EXAMPLES = ("tf", "tf --picture frames.png")
 
-_WAIT = 5.0  # [s] for the first frame
-
 
 def configure(parser: argparse.ArgumentParser) -> None:
     options.add(parser, *options.ROBOT_CHOICE)
@@ -24,8 +22,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     options.add(parser, "--duration", default=2.0)
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Show the tree; return 1 where no frame came."""
+def run(arguments: argparse.Namespace, patience: float = 5.0) -> int:
+    """Show the tree; return 1 where no frame came within a time [s]."""
     from contextlib import closing
 
     from bringup.client.frames import FrameListener
@@ -35,7 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     with closing(Connection("arjuna_tf", arguments.namespace)) as session:
         listener = FrameListener(session)
-        session.run_until(lambda: listener.found, _WAIT, required=False)
+        session.run_until(lambda: listener.found, patience, required=False)
         session.pause(arguments.duration)
         frames = listener.frames(None)
     if not frames:

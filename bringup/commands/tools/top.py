@@ -9,7 +9,6 @@ from bringup.parameters import options
 EXAMPLES = ("top",)
 
 _CLEAR = "\033[2J\033[H"
-_WIDE = 160  # [characters] of a file or pipe
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -24,8 +23,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--count", type=int, metavar="N", help="end after so many tables")
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Show the table until Ctrl-C, or as often as asked; return 1 where no robot ran at the end."""
+def run(arguments: argparse.Namespace, pipe_width: int = 160) -> int:
+    """Show the table until Ctrl-C, or as often as asked; return 1 where no robot ran at the end.
+
+    Into a file or pipe it is so many characters wide.
+    """
     import shutil
     import sys
     from contextlib import closing
@@ -41,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
         while left is None or left > 0:
             found = watcher.rows(arguments.period)
             live = sys.stdout.isatty()
-            width = shutil.get_terminal_size().columns if live else _WIDE
+            width = shutil.get_terminal_size().columns if live else pipe_width
             text = table_text(found, width) if found else "no robot runs; doctor says more"
             show(f"{_CLEAR if live else ''}{text}")
             left = None if left is None else left - 1

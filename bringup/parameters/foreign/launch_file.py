@@ -22,8 +22,7 @@ from arjuna_core.files.whole_file import head_of, read_bytes
 from arjuna_core.files.yaml_file import plain, read_yaml
 from bringup.parameters.foreign.ros1_names import SECTIONS
 
-_LARGEST = 2**20  # [bytes]
-_DEEPEST = 10  # files that include each other
+_LARGEST = 2**20  # [bytes] a bound on the memory that a foreign file can take
 _SUBSTITUTION = re.compile(r"\$\((\w+)\s*([^()]*)\)")
 # Among a node's arguments: a new name, a parameter (_), or what roslaunch itself means (__).
 _GIVEN = re.compile(r"^/?(?P<private>_*)(?P<name>\w+):=(?P<value>\S+)$")
@@ -73,10 +72,10 @@ class _Reading:
         self._into, self._path, self._above = into, path, above
         self._given, self._arguments = arguments, dict(arguments)
 
-    def run(self) -> None:
-        """Read it."""
-        if len(self._above) >= _DEEPEST:
-            raise InputFileError(self._path, f"is included {_DEEPEST} files deep")
+    def run(self, deepest: int = 10) -> None:
+        """Read it; nesting of `deepest` files is refused: they include each other."""
+        if len(self._above) >= deepest:
+            raise InputFileError(self._path, f"is included {deepest} files deep")
         root = self._root()
         if root.tag != "launch":
             raise InputFileError(self._path, f"is XML of <{root.tag}>; valid: <launch>, or YAML")

@@ -36,9 +36,7 @@ _LEAST_TURNS = (
     "min_in_place_rotational_vel",
 )
 _WEIGHTS = [f"FollowPath.{of}{what}.scale" for of in ("Path", "Goal") for what in ("Dist", "Align")]
-_CELL = 0.05  # [m] costmap_2d's resolution where a file gives none
 _LAYER = "obstacle_layer."
-_HIGHEST = 2.0  # [m] point that a source of ROS 1 takes, where it gives no max_obstacle_height
 _OF_VOXELS = "origin_z z_resolution z_voxels mark_threshold unknown_threshold publish_voxel_map"
 
 
@@ -135,13 +133,14 @@ class _Conversion:
                 if not ours:
                     self._without[f"{section}: remap from {old} to {new}"] = None
 
-    def _weigh(self, follow: dict[str, Any]) -> None:
+    def _weigh(self, follow: dict[str, Any], cell: float = 0.05) -> None:
         """Write TrajectoryPlanner's weights, of a metre or a cell, as DWB's, of half a metre.
 
-        Source: base_local_planner, trajectory_planner.cpp; dwb_critics, map_grid.cpp.
+        Source: base_local_planner, trajectory_planner.cpp; dwb_critics, map_grid.cpp. A cell's
+        size [m] is that of costmap_2d (Costmap2D.cfg) where the file gives none.
         """
         costmap = self._parameters.get(TABLES["local_costmap"]["of"], {})
-        unit = 1.0 if self._weighs_metres else costmap.get("resolution", _CELL)
+        unit = 1.0 if self._weighs_metres else costmap.get("resolution", cell)
         for key in _WEIGHTS:
             if isinstance(follow.get(key), int | float):
                 follow[key] = round(2.0 * follow[key] / unit, 3)
@@ -209,15 +208,18 @@ class _Conversion:
         self._parameters.setdefault(node, {})[name] = value
 
 
-def _complete_sources(values: dict[str, Any]) -> None:
-    """Give each source of a costmap what ROS 1 says for all of them, and voxels their class."""
+def _complete_sources(values: dict[str, Any], highest: float = 2.0) -> None:
+    """Give each source of a costmap what ROS 1 says for all of them, and voxels their class.
+
+    In ROS 1 a source without max_obstacle_height takes points up to a height [m].
+    """
     sources = str(values.get(f"{_LAYER}observation_sources", "")).split()
     every = f"{_LAYER}scan."  # where the tables put the ranges of all
     ranges = {name: value for name, value in values.items() if name.startswith(every)}
     for name in ranges if sources and "scan" not in sources else ():
         del values[name]
     for source in sources:
-        values.setdefault(f"{_LAYER}{source}.max_obstacle_height", _HIGHEST)
+        values.setdefault(f"{_LAYER}{source}.max_obstacle_height", highest)
         for name, value in ranges.items():
             if name.endswith("_range"):
                 values.setdefault(f"{_LAYER}{source}.{name.removeprefix(every)}", value)

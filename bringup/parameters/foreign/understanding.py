@@ -22,7 +22,6 @@ _NAMESPACE = "<robot_namespace>"
 _PLACEHOLDER = re.compile(r".*(<\w+>|\$\{.+\}|\$\((?!find-pkg-share).+\)).*")
 _KEYWORD = re.compile(r"[A-Z][A-Z0-9]*_[A-Z0-9_]+")
 _FILLED = "a launch file fills '{}'; the default holds"
-_MISSPELT = 0.85  # likeness from which on a class is taken for one of Nav2's, misspelt
 _CLASS_KEYS = ("plugin", "robot_model_type")
 
 
@@ -247,15 +246,18 @@ def _class_of(name: str, kind: PluginTypes, values: Mapping[str, Any]) -> str:
     return canonical(str(values.get(f"{name}.{kind.key}", default)))
 
 
-def _is_foreign(cls: str, kind: PluginTypes) -> bool:
-    """Return whether a class is of a package that is not Nav2's, and cannot be loaded."""
+def _is_foreign(cls: str, kind: PluginTypes, misspelt: float = 0.85) -> bool:
+    """Return whether a class is of a package that is not Nav2's, and cannot be loaded.
+
+    A name at least as similar to one of Nav2's as `misspelt`, of 0 to 1, is a misspelt one.
+    """
     package = cls.rpartition("::")[0]
     if not package or package in {known.rpartition("::")[0] for known in kind.types}:
         return False
     try:
         kind.resolve(cls)
     except ConfigError:
-        return not difflib.get_close_matches(cls, kind.types, 1, _MISSPELT)
+        return not difflib.get_close_matches(cls, kind.types, 1, misspelt)
     return False
 
 
