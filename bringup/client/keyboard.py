@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import os
-import select
 import signal
 import sys
-import termios
-import tty
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 
 from bringup.client.keys import PAGES, Driving
 from bringup.client.session import ClientError, Connection
 from bringup.client.velocity import VelocityPublisher
-from bringup.terminal import show
+from bringup.terminal import Keys, show
 
 
 def drive_by_keys(
@@ -28,35 +24,24 @@ def drive_by_keys(
     Raises:
         ClientError: There is no terminal, or no robot that listens.
     """
-    if not sys.stdin.isatty():
+    keys = Keys(raw=True)
+    if not keys.live:
         raise ClientError("teleop reads keys: it needs a terminal as its standard input")
     with closing(Connection("teleop", arguments.namespace)) as session, _interruptible():
         velocity = VelocityPublisher(session, arguments.topic, arguments.stamped)
         velocity.wait(patience)
         show(PAGES[driving.layout])
         try:
-            with _raw_keys():
+            with keys:
                 while not driving.done:
-                    session.run_until(_key_waits, period, required=False)
-                    if _key_waits():
-                        driving = driving.pressed(os.read(sys.stdin.fileno(), 1).decode("latin-1"))
+                    session.run_until(keys.waits, period, required=False)
+                    if keys.waits():
+                        driving = driving.pressed(keys.wait(0.0))
                         _show_state(driving)
                     velocity.send(*driving.velocity)
         finally:
             velocity.stop()
-
-
-@contextmanager
-def _raw_keys() -> Iterator[None]:
-    """Hand each key over as it is pressed; give the terminal back as it was."""
-    keyboard = sys.stdin.fileno()
-    before = termios.tcgetattr(keyboard)
-    tty.setraw(keyboard)
-    try:
-        yield
-    finally:
-        termios.tcsetattr(keyboard, termios.TCSADRAIN, before)
-        show("")
+            show("")  # ends the line of the state
 
 
 @contextmanager
@@ -71,10 +56,6 @@ def _interruptible() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _key_waits() -> bool:
-    return bool(select.select([sys.stdin], [], [], 0.0)[0])
 
 
 def _show_state(driving: Driving) -> None:

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import select
-import sys
-import termios
 import threading
 import time
-import tty
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -23,45 +18,11 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import new_context
 from bringup.recording.listener import BARE_NODE, message_class, profile_of
-from bringup.recording.playback import Playback
+from bringup.recording.playback import NANO, Playback
 from bringup.recording.selection import TopicSelection
-from bringup.terminal import stopped_by_signals
+from bringup.terminal import Keys, stopped_by_signals
 
-_NANO = 1_000_000_000
-_STATIC = 100  # transforms whose publishers one latched topic stands for
-_POLL = 0.05  # [s]
 _CLOCK = "/clock"
-
-
-class Keys:
-    """Reads single keys from standard input where that is a terminal; a context manager.
-
-    Attributes:
-        live: Whether there is a terminal.
-    """
-
-    def __init__(self) -> None:
-        self._descriptor = -1
-        self._before: list[Any] = []
-        self.live = sys.stdin is not None and sys.stdin.isatty()
-
-    def __enter__(self) -> Keys:
-        if self.live:
-            self._descriptor = sys.stdin.fileno()
-            self._before = termios.tcgetattr(self._descriptor)
-            tty.setcbreak(self._descriptor)
-        return self
-
-    def __exit__(self, *ended: object) -> None:
-        if self.live:
-            termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._before)
-
-    def wait(self, timeout: float) -> str:
-        """Return the key that is pressed within a time [s], "" where there is none."""
-        inputs = [self._descriptor] if self.live else []
-        if not select.select(inputs, [], [], timeout)[0]:
-            return ""
-        return os.read(self._descriptor, 1).decode(errors="replace")
 
 
 class Player:
@@ -93,7 +54,10 @@ class Player:
         self._clock = self._node.create_publisher(Clock, "/clock", qos.LATEST) if clock else None
         self.published = 0
 
-    def _publish(self, topic: TopicInfo, name: str, note: Callable[[str], None]) -> None:
+    def _publish(
+        self, topic: TopicInfo, name: str, note: Callable[[str], None], static_publishers: int = 100
+    ) -> None:
+        """Advertise a topic; that of /tf_static latches a message of each of many publishers."""
         if topic.encoding != "cdr":
             note(f"{topic.name} is left out: it is encoded as '{topic.encoding}', not as cdr")
             return
@@ -102,7 +66,9 @@ class Player:
         except (ImportError, AttributeError, ValueError):
             note(f"{topic.name} is left out: its type {topic.type_name} is not installed")
             return
-        offer = offer_for(topic.offers, _STATIC if topic.name.endswith("tf_static") else 1)
+        offer = offer_for(
+            topic.offers, static_publishers if topic.name.endswith("tf_static") else 1
+        )
         publisher = self._node.create_publisher(message_type, name, profile_of(offer))
         self._publishers[topic.name] = publisher
 
@@ -117,7 +83,7 @@ class Player:
         """Publish a time [ns] on `/clock`, where that was asked for."""
         if self._clock is not None:
             message = Clock()
-            message.clock.sec, message.clock.nanosec = divmod(time, _NANO)
+            message.clock.sec, message.clock.nanosec = divmod(time, NANO)
             self._clock.publish(message)
 
     def close(self) -> None:
@@ -189,9 +155,15 @@ def play(bag: Bag, options: PlayOptions, show: Callable[[str], None]) -> None:
 
 
 def _run(
-    playback: Playback, player: Player, keys: Keys, stop: threading.Event, clock_hz: float
+    playback: Playback,
+    player: Player,
+    keys: Keys,
+    stop: threading.Event,
+    clock_hz: float,
+    poll: float = 0.05,
 ) -> None:
-    period = 1.0 / clock_hz if clock_hz > 0.0 else _POLL
+    """Play until the end or a signal; keys and signals are looked at once a `poll` [s]."""
+    period = 1.0 / clock_hz if clock_hz > 0.0 else poll
     tick = 0.0
     while not stop.is_set() and not playback.finished:
         now = time.monotonic()
@@ -202,5 +174,5 @@ def _run(
                 player.publish_clock(playback.time)
         while (message := playback.due()) is not None:
             player.publish(message)
-        if keys.wait(min(playback.wait(), max(tick - time.monotonic(), 0.0), _POLL)) == " ":
+        if keys.wait(min(playback.wait(), max(tick - time.monotonic(), 0.0), poll)) == " ":
             playback.paused = not playback.paused
