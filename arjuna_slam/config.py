@@ -191,7 +191,7 @@ class SlamNodeConfig(UnusedParameters, SlamConfig):
     )
     resume_file: str = param(
         "",
-        "Keeps the map under way, to go on with it after a crash; before map_file_name; empty: no.",
+        "Keeps the current map, to continue it after a crash; before map_file_name; empty: no.",
         read_only=True,
     )
     maps_folder: str = param(".", "Folder that relative paths of maps and graphs are of.")

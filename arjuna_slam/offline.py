@@ -25,14 +25,14 @@ Watch = Callable[[Log], Iterable[tuple[Scan, SE2]]]
 
 @dataclass(frozen=True)
 class MappedLog:
-    """What SLAM made of a log.
+    """The result of SLAM on a log.
 
     Attributes:
         trajectory: Stamp [s] and optimised pose in map of every usable scan, by stamp.
         grid: The map.
         counts: Scans skipped, keyframes, edges, closures, closures undone.
         error: Against the reference relations, if there are any.
-        problems: What of the log was passed over.
+        problems: The parts of the log that were skipped.
     """
 
     trajectory: list[tuple[float, SE2]]

@@ -27,7 +27,7 @@ _SPREAD = np.diag([0.25, 0.25, 0.0685])  # of the initial pose, as RViz's [m^2, 
 
 @dataclass(frozen=True)
 class Fix:
-    """Where the filter said the robot was when a scan was taken.
+    """The filter's estimate of the pose at a scan.
 
     Attributes:
         stamp: [s].
@@ -64,12 +64,12 @@ def replay(belief: ParticleFilter, log: Iterable[tuple[Scan, SE2]]) -> list[Fix]
 
 @dataclass(frozen=True)
 class LocalizedLog:
-    """Where AMCL found the robot of a log.
+    """The result of AMCL on a log.
 
     Attributes:
         fixes: One for each scan from the first estimate on.
         grid: The map.
-        problems: What of the log was passed over.
+        problems: The parts of the log that were skipped.
     """
 
     fixes: list[Fix]

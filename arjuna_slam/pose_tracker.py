@@ -1,4 +1,4 @@
-"""What mapping and localization on a saved graph have in common: scans in, poses and a map out."""
+"""The interface of mapping and of localization on a saved graph: scans in, poses and a map out."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from arjuna_slam.matching.scan_matcher import MatchStatus
 
 @dataclass(frozen=True)
 class SlamUpdate:
-    """What one scan brought.
+    """The result of one scan.
 
     Attributes:
         T_map_base: Robot in map.
@@ -73,7 +73,7 @@ class PoseTracker(Protocol):
         """
 
     def session(self) -> Session | None:
-        """Return what another session needs to go on, or None before the first scan."""
+        """Return what another session needs to continue, or None before the first scan."""
 
     @property
     def graph(self) -> PoseGraph:

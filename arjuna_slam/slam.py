@@ -12,8 +12,8 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.graph.back_end import BackEnd
 from arjuna_slam.graph.loops import LoopCloser
-from arjuna_slam.graph.places import Places
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
+from arjuna_slam.graph.wide_loops import WideLoops
 from arjuna_slam.mapping.keyframes import Keyframes
 from arjuna_slam.mapping.lifelong import forget_submap
 from arjuna_slam.mapping.reference_map import ReferenceMap
@@ -44,7 +44,7 @@ class Slam(PoseTracker):
         self._tracker = Tracker(config, self._matcher)
         self._local = LocalMap(config)
         self._closer = LoopCloser(config, self._matcher)
-        self._places = Places(config, self._matcher, config.max_laser_range)
+        self._wide_loops = WideLoops(config, self._matcher, config.max_laser_range)
         self._begin_graph()
         self._resumed: tuple[ReferenceMap, Start] | None = None
         self._odometry = LastOdometry()
@@ -82,7 +82,7 @@ class Slam(PoseTracker):
         closures = self._add_keyframe(scan, surface, match) if due else 0
         self._back_end.advance()
         if not self._back_end.running:
-            self._look_for_places(self._local.finished)
+            self._search_wide_loops(self._local.finished)
         return self._update(match, due, closures)
 
     def trajectory(self) -> list[tuple[float, SE2]]:
@@ -108,11 +108,11 @@ class Slam(PoseTracker):
         self.optimize()
         return closed
 
-    def _look_for_places(self, submaps: list[Submap]) -> bool:
+    def _search_wide_loops(self, submaps: list[Submap]) -> bool:
         """Do a piece of the work that waits; return whether there was any."""
         if not self._config.do_loop_closing:
             return False
-        found = self._places.step(self.graph, submaps, self.keyframes.scans)
+        found = self._wide_loops.step(self.graph, submaps, self.keyframes.scans)
         if found:
             self._back_end.add([closure.edge for closure in found])
         return found is not None
@@ -120,7 +120,7 @@ class Slam(PoseTracker):
     def finish(self) -> None:
         """Do all the work that waits, also on what the log ends in, and optimise to the end."""
         self.optimize()
-        while self._look_for_places(self._local.finished + self._local.active):
+        while self._search_wide_loops(self._local.finished + self._local.active):
             while self._back_end.running:
                 self._back_end.advance()
         self.optimize()
@@ -131,11 +131,11 @@ class Slam(PoseTracker):
 
     @property
     def undone(self) -> int:
-        """How many loop edges were taken back because the rest of the graph disagreed."""
+        """Number of loop edges that were taken back because the rest of the graph disagreed."""
         return self._back_end.undone
 
     def session(self) -> Session | None:
-        """Return what another session needs to go on, or None before the first scan."""
+        """Return what another session needs to continue, or None before the first scan."""
         if len(self.graph) == 0:
             return None
         submaps = self._local.finished + self._local.active
@@ -149,14 +149,14 @@ class Slam(PoseTracker):
         )
 
     def resume(self, session: Session, start: Start) -> None:
-        """Go on from another session's graph; the next scan is placed on its map.
+        """Continue another session's graph; the next scan is placed on its map.
 
         Args:
             session: The session.
             start: What is known of the robot's pose.
 
         Raises:
-            ValueError: It shall go on by odometry, which the session does not know.
+            ValueError: It shall continue by odometry, which the session does not know.
         """
         self.reset()
         if start.kind is StartKind.ODOMETRY:
@@ -174,7 +174,7 @@ class Slam(PoseTracker):
 
     def _start(self, scan: Scan, surface: Surface, T_odom_base: SE2) -> SlamUpdate | None:
         """Begin the local map: at the map's origin, or where the scan lies on a session's map."""
-        found = self._place(surface, T_odom_base)
+        found = self._locate_first(surface, T_odom_base)
         if found is None:
             return None
         self._T_odom_keyframe = T_odom_base
@@ -191,7 +191,7 @@ class Slam(PoseTracker):
         covariance = np.zeros((3, 3)) if nearest is None else found.covariance
         return self._update(Match(found.status, IDENTITY, covariance, found.response), True, 0)
 
-    def _place(self, surface: Surface, T_odom_base: SE2) -> Match | None:
+    def _locate_first(self, surface: Surface, T_odom_base: SE2) -> Match | None:
         """Return where the first scan lies in map, or None if it has to be looked for further."""
         if self._resumed is None:
             return _AT_START
@@ -267,7 +267,7 @@ class Slam(PoseTracker):
         self._begin_graph(self._back_end.undone)
         self.keyframes.adopt(pruned)
         self._closer.resume(pruned.travel, index)
-        self._places.restart()
+        self._wide_loops.restart()
 
     def _update(self, match: Match, keyframe: bool, closures: int) -> SlamUpdate:
         anchor = self._local.reference.anchor

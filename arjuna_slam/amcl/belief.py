@@ -126,16 +126,16 @@ class Belief:
         """Draw all particles from the map's free cells."""
         self._replace(self._anywhere(self._config.max_particles))
 
-    def seed(self, places: list[Hypothesis], covariance: NDArray[np.float64]) -> None:
-        """Draw all particles around places in proportion to their shares.
+    def seed(self, hypotheses: list[Hypothesis], covariance: NDArray[np.float64]) -> None:
+        """Draw all particles around hypotheses in proportion to their shares.
 
         Args:
-            places: The hypotheses.
+            hypotheses: The poses, each with its share.
             covariance: Of the draws around each, `(3, 3) float64`, diagonal.
         """
         count = self._config.max_particles
-        shares = np.array([place.share for place in places])
-        poses = np.array([place.T_map_base.array() for place in places])
+        shares = np.array([one.share for one in hypotheses])
+        poses = np.array([one.T_map_base.array() for one in hypotheses])
         centres = poses[low_variance_indices(shares, count, self._rng)]
         draws = self._rng.standard_normal((count, 3)) @ np.sqrt(covariance)
         self._replace(centres + draws)
@@ -164,7 +164,7 @@ class Belief:
     def level(self, factors: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return factors `(N,)` that leave the shares of tied clusters among each other alone.
 
-        Where a scan fits several places alike, its sampled likelihood differs by chance, and over
+        Where a scan fits at several poses alike, its sampled likelihood differs by chance, and over
         many scans chance would decide for one of them.
 
         Args:
@@ -213,7 +213,7 @@ class Belief:
         return True
 
     def clusters(self) -> list[Cluster]:
-        """Return the places where the particles are, the heaviest first."""
+        """Return the clusters of the particles, the heaviest first."""
         found, self._rank_of = find_clusters(
             self.particles, self.weights, _RIVAL, _RIVALS_MAX, self._binned
         )

@@ -38,9 +38,9 @@ def to_bins(particles: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[
     else:
         used, inverse = np.unique(codes, return_inverse=True)
         bin_of = inverse.astype(np.int32)
-    places = used // _HEADINGS
+    cells = used // _HEADINGS
     return bin_of, np.column_stack(
-        (places // rows + low[0], places % rows + low[1], used % _HEADINGS)
+        (cells // rows + low[0], cells % rows + low[1], used % _HEADINGS)
     )
 
 
@@ -95,7 +95,7 @@ def connect(bins: NDArray[np.int64], shares: NDArray[np.float64]) -> NDArray[np.
 
     From the heaviest bin down, each joins what it touches, corners and wrapped headings included.
     Modes that meet are one if the bin between them carries enough of the lesser one's peak; so
-    the tails of places near each other do not make them one.
+    the tails of neighbouring modes do not join them.
 
     Args:
         bins: From `to_bins`.
@@ -125,9 +125,9 @@ def _connect(
     rank[by_share] = np.arange(len(codes))
     for k in by_share:
         root[k] = k
-        place, heading = divmod(codes[k], _HEADINGS)
+        cell, heading = divmod(codes[k], _HEADINGS)
         for dx, dy, turn in _STEPS:
-            near = (place + dx * rows + dy) * _HEADINGS + (heading + turn) % _HEADINGS
+            near = (cell + dx * rows + dy) * _HEADINGS + (heading + turn) % _HEADINGS
             other = np.searchsorted(codes, near)
             if other == k or other == len(codes) or codes[other] != near or root[other] < 0:
                 continue

@@ -109,19 +109,19 @@ class AmclConfig:
     )
     relocalize_doubt: float = param(
         0.85,
-        "Share of beams agreeing with the map below which a better place is searched for.",
+        "Share of beams agreeing with the map below which a better pose is searched for.",
         minimum=0.0,
         maximum=1.0,
     )
     relocalize_gain: float = param(
         0.15,
-        "Agreement that another place must have more; two thirds of it where the robot is lost.",
+        "Agreement that another pose must have more; two thirds of it where the robot is lost.",
         minimum=0.0,
         maximum=1.0,
     )
     relocalize_evidence: float = param(
         40.0,
-        "How many beams of a scan err independently, so count as evidence for a place.",
+        "How many beams of a scan err independently, so count as evidence for a pose.",
         minimum=0.0,
     )
     relocalize_patience: float = param(

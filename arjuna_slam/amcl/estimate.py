@@ -83,7 +83,7 @@ def covariance_root(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 class Status(enum.Enum):
-    """How an update of the filter ended."""
+    """Outcome of an update of the filter."""
 
     TRACKING = "tracking"
     AMBIGUOUS = "ambiguous"
@@ -93,7 +93,7 @@ class Status(enum.Enum):
 
 @dataclass(frozen=True)
 class Estimate:
-    """Where the robot is.
+    """The estimated pose of the robot, and how far to trust it.
 
     Attributes:
         T_map_base: Pose of the base in the map.
@@ -102,8 +102,8 @@ class Estimate:
         quality: Trust, 0..1: the share of beams that agree times the share of the weight.
         reason: What the quality rests on, one sentence.
         status: How the update ended.
-        strayed: Whether it has been lost since it was put elsewhere than odometry led it: not a
-            place to drive from.
+        strayed: Whether the robot has been lost since its pose jumped away from the odometry's: a
+            pose that it must not drive from.
     """
 
     T_map_base: SE2
@@ -117,7 +117,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """A place where the robot may be.
+    """A pose that the robot may have.
 
     Attributes:
         T_map_base: Pose of the base in the map.
@@ -147,13 +147,13 @@ def _judge(best: Hypothesis, config: AmclConfig) -> tuple[Status, str]:
     if best.agreement < config.relocalize_agreement:
         return Status.LOST, f"only {agree}"
     if best.share < config.tracking_share:
-        return Status.AMBIGUOUS, f"{agree}, but other places explain {1 - best.share:.0%}"
+        return Status.AMBIGUOUS, f"{agree}, but other poses explain {1 - best.share:.0%}"
     return Status.TRACKING, agree
 
 
 @dataclass
 class Track:
-    """What was concluded last, and from which odometry.
+    """The last conclusion, and the odometry that it rests on.
 
     Attributes:
         updated_at: Odometry at the last update of the particles; None after a new start.

@@ -58,7 +58,7 @@ class ParticleFilter:
 
     @property
     def initialized(self) -> bool:
-        """Whether a pose was set or a global localization asked for."""
+        """True once a pose was set or a global localization was requested."""
         return len(self._belief.particles) > 0
 
     @property
@@ -213,7 +213,7 @@ class ParticleFilter:
         return self._matcher.refined(pose, view, np.full(3, _DRIFT + _DRIFT_SHARE * moved))
 
     def _relocalize(self, best: Hypothesis, T_odom_base: SE2, view: ScanView) -> Hypothesis:
-        """Where the scan has fit badly for long, seed particles wherever it fits better."""
+        """Seed particles at poses where the scan fits better, once it has fit badly for long."""
         assert best.agreement is not None
         if not self._recovery.due(best.agreement, view.stamp):
             return best

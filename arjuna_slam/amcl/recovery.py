@@ -16,14 +16,14 @@ from arjuna_slam.matching.map_field import MapField
 
 # Coarse to fine, so that the basin is wide and the end unmoved by what the map does not have [m]
 _SCALES = np.array((0.36, 0.36, 0.24, 0.12, 0.12, 0.12, 0.12))
-_WITHIN = np.array((0.5, 0.5, math.radians(15.0)))  # what ends farther away is another place
-_WORTH = 0.02  # agreement by which another start must be better; less is chance
+_WITHIN = np.array((0.5, 0.5, math.radians(15.0)))  # a refined pose farther away is another one
+_GAIN_MIN = 0.02  # agreement by which another start must be better; less is chance
 _STARTS = [SE2(0.2 * math.cos(a), 0.2 * math.sin(a)) for a in np.arange(8) * math.pi / 4]
 ANYWHERE = np.array((1.0, 1.0, 1.0))  # deviations of a pose of which little is known [m, m, rad]
 _PROPOSALS = 24  # poses of the search that are refined and compared beam by beam
 _MARGIN = 0.1  # agreement by which a proposal may fall short of the best and be kept
 _HYPOTHESES = 6  # kept, each with its share of the particles
-_LOST_SHARE = 2.0 / 3.0  # of the gain that another place needs, where the robot is lost
+_LOST_SHARE = 2.0 / 3.0  # of the gain that another pose needs, where the robot is lost
 
 
 class MapMatcher:
@@ -44,7 +44,7 @@ class MapMatcher:
 
         Args:
             pose: Of the base in the map. Where the scan says nothing, along a bare corridor, it
-                stays, and it is returned where no place near it fits.
+                stays, and it is returned where no pose near it fits.
             view: The scan.
             deviations: How far the pose may be off, `(3,) float64` [m, m, rad].
         """
@@ -55,7 +55,7 @@ class MapMatcher:
             return best
         for ends in others:  # people pull the scan to the walls that they stand before
             other = self._moved(pose, ends, deviations)
-            if self.agreement(other, view) > score + _WORTH:
+            if self.agreement(other, view) > score + _GAIN_MIN:
                 best = other
         return best
 
@@ -85,7 +85,7 @@ class MapMatcher:
         for start in _STARTS:
             other = self.refined(SE2(pose.x + start.x, pose.y + start.y, pose.theta), view)
             other_score = self.agreement(other, view)
-            if other_score > score + _WORTH:
+            if other_score > score + _GAIN_MIN:
                 best, score = other, other_score
         return best, score
 
@@ -123,7 +123,7 @@ class LikelihoodAverages:
         return max(0.0, 1.0 - self._fast / self._slow)
 
     def reset(self) -> None:
-        """Forget the averages; the next update starts them anew."""
+        """Forget the averages; the next update starts them again."""
         self._slow = self._fast = 0.0
 
 
@@ -200,7 +200,7 @@ class Recovery:
         return self.wanted or (lost and self._config.relocalize)
 
     def search(self, best: Hypothesis, view: ScanView) -> list[Hypothesis]:
-        """Return the places that explain a scan, best first; none if the present one will do.
+        """Return the poses that explain a scan, best first; none if the present one explains it.
 
         Args:
             best: The hypothesis that is believed.
@@ -219,7 +219,7 @@ class Recovery:
         return found
 
     def propose(self, view: ScanView, present: list[SE2]) -> list[Hypothesis]:
-        """Return the places that explain a scan about equally well, best first.
+        """Return the poses that explain a scan about equally well, best first.
 
         Args:
             view: The scan.
@@ -228,7 +228,7 @@ class Recovery:
         if self._search is None:
             self._search = GlobalSearch(self._matcher.field)
         found = [self._search.find(ends, _PROPOSALS) for ends in view.readings]
-        starts = present + [SE2.from_array(place) for place in np.vstack(found)]
+        starts = present + [SE2.from_array(pose) for pose in np.vstack(found)]
         poses = [self._matcher.refined(start, view) for start in starts]
         scores = np.array([self._matcher.agreement(pose, view) for pose in poses])
         keep = distinct(np.array([pose.array() for pose in poses]), scores, _HYPOTHESES)

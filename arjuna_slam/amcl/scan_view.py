@@ -1,4 +1,4 @@
-"""What one scan says, in the form that the filter's parts use."""
+"""The readings of one scan, in the form that the filter's parts use."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class ScanView:
 
     @property
     def blind(self) -> bool:
-        """Whether too few beams returned to tell where the robot is."""
+        """True if too few beams returned to locate the robot."""
         return len(self.many.endpoints) < _BEAMS_MIN
 
     @property
@@ -127,13 +127,13 @@ _HALF_DIAGONAL = math.sqrt(0.5)
 def share_agreeing(field: MapField, pose: SE2, view: ScanView, near: float) -> float:
     """Return the share of beams (0..1) that agree with the map at a pose.
 
-    A beam agrees if it ends near an obstacle of the map and crossed none on its way. One that
+    A beam agrees if it ends near an obstacle of the map and crossed none before. One that
     crossed an obstacle speaks against the pose. One that ended in the open speaks half as much, as
     people and furniture come and go, and the less the nearer it ended: what the map does not have
     counts by its width, not by the angle that it takes up, so that one who stands at the robot and
     stops half of its beams is no more than one. A beam without return counts only against the pose,
-    where the map has an obstacle in its way; which distinguishes poses that end points alone do not
-    tell apart.
+    where the map has an obstacle along it; which distinguishes poses that end points alone do not
+    separate.
 
     Args:
         field: The map.
@@ -193,7 +193,7 @@ def _crossed(
     s: float,
     length: float,
 ) -> bool:
-    """Whether a ray of `length` [cells] meets an obstacle and comes out of it again.
+    """Return whether a ray of `length` [cells] enters an obstacle and leaves it again.
 
     Free space is passed in leaps of the free distance. A ray that grazes a wall stays close to it.
 

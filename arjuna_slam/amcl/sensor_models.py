@@ -23,7 +23,7 @@ _UNSEEN, _UNKNOWN = 0, 1 << 15  # entries of the cache: not cast yet; the ray en
 
 @dataclass(frozen=True)
 class Likelihood:
-    """How well a scan fits each particle.
+    """Likelihood of a scan at each particle.
 
     Attributes:
         factors: What the particles' weights are multiplied by, `(N,) float64`, all positive.
@@ -137,7 +137,7 @@ class BeamModel:
     """nav2_amcl's `beam`: 1 plus the sum of the beams' cubed densities, a mixture of four.
 
     A reading is the map's obstacle, something nearer, no return, or anything. Where the ray leaves
-    the known map first, readings beyond that place are uniform.
+    the known map first, readings beyond that point are uniform.
 
     Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, table 6.1; the sum: nav2_amcl.
     """

@@ -1,7 +1,7 @@
 """The back end: when the graph is optimised, how much of it at a time, and what is taken back.
 
-No scan waits for the optimiser to end: a call does a bounded number of steps and the next call goes
-on from there, so that the same scans always give the same graph. Where a closure is far off, the
+No scan waits for the optimiser to end: a call does a bounded number of steps and the next call
+resumes there, so that the same scans always give the same graph. Where a closure is far off, the
 robust kernel begins so wide that it is believed, and tightens from one optimisation to the next.
 
 Source: Yang et al., Graduated non-convexity for robust spatial perception, 2020.
@@ -80,7 +80,7 @@ class BackEnd:
 
     @property
     def running(self) -> bool:
-        """Whether an optimisation is under way."""
+        """True while an optimisation runs."""
         return self._running
 
     def add(self, edges: list[Edge]) -> None:
@@ -139,9 +139,9 @@ class BackEnd:
         return False
 
     def _moved(self) -> NDArray[np.float64]:
-        """Return the poses of an optimisation under way, newer nodes beside the last in it.
+        """Return the poses of the running optimisation; newer nodes move with its last one.
 
-        The graph moves once, when the optimisation is over: on the way a pose may lie anywhere.
+        The graph moves once, when the optimisation is over: before, a pose may lie anywhere.
         """
         graph = self._graph
         if self._poses is None:

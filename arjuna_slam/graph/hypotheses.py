@@ -1,8 +1,9 @@
 """Closures that are not believed yet, and the largest set of them that agrees.
 
 Two closures agree where the loop through both comes back to where it began, within what the graph
-and they know. Doors that are all alike make many closures, but only the true ones all agree. What
-much of a place holds needs no other: no two such places that look the same lie near each other.
+and they know. Doors that are all alike make many closures, but only the true ones all agree. A
+closure that walls over a large area constrain needs no other: no two such areas that look the same
+lie near each other.
 
 Source: Mangelson et al., Pairwise consistent measurement set maximization for robust multi-robot
 map merging, 2018; the largest set is found greedily from each closure.
@@ -29,14 +30,14 @@ _BEYOND = 3.0  # deviations from which on a correction claims to know its direct
 _SMALL = 0.3  # correction that needs no other closure that knows its direction [m]
 _ALIKE = 0.5  # share of a correction by which one that supports it may differ
 _SAME = 0.7  # cosine from which on two directions are one
-_WIDE = 2.0  # weight of a closure that much of a place holds, near to where the graph has it
-_NEAR = 1.5  # how near that is: corridors and places that look the same lie further apart [m]
+_WIDE = 2.0  # weight of a wide closure near to where the graph has it
+_NEAR = 1.5  # how near that is: corridors and areas that look the same lie further apart [m]
 _SLACK = np.diag([0.05**2, 0.05**2, 0.005**2])  # what is left where all claim to know better
 
 
 @dataclass(frozen=True)
 class Closure:
-    """A place seen again, perhaps.
+    """A loop closure that may be true: an area that is perhaps seen again.
 
     Attributes:
         query: Number of the newer submap.
@@ -44,7 +45,7 @@ class Closure:
         edge: Between a keyframe of the older and one of the newer.
         weight: What it counts for.
         enough: What the weights of a set with it must add up to.
-        wide: Whether it fits nowhere else and much of a place holds it in each direction.
+        wide: Whether it fits nowhere else and walls over a large area constrain each direction.
     """
 
     query: int
@@ -84,7 +85,7 @@ class Hypotheses:
         return believed
 
     def _against(self, chosen: list[int], rivals: list[int]) -> float:
-        """Return what a set counts for against another: little if only the other is of wide places.
+        """Return the weight of a rival set: capped where only the other has a wide closure.
 
         Along rows of equal doors any number of closures agree, in the next corridor as well.
         """
@@ -153,7 +154,7 @@ class Hypotheses:
         self._agree = self._agree[np.ix_(kept, kept)]
 
     def _compare(self, graph: PoseGraph, edge: Edge) -> list[bool]:
-        """Tell which of the closures held agree with one."""
+        """Return which of the closures held agree with one."""
         if not self._held:
             return []
         from_i, from_j = (relative_covariances(graph, node) for node in (edge.i, edge.j))
@@ -187,12 +188,12 @@ def _weight(graph: PoseGraph, closure: Closure) -> float:
 
 @dataclass(frozen=True)
 class _Correction:
-    """How an edge moves its second node and what is around, and what directions it knows.
+    """The motion that an edge asks of its second node and the map there.
 
     Attributes:
-        node: The second node's place in map, `(2,) float64` [m].
-        change: Of map.
-        known: Directions in map, `(K, 2) float64`.
+        node: The second node's position in map, `(2,) float64` [m].
+        change: Motion of the map around the node.
+        known: Directions in map that the edge constrains, `(K, 2) float64`.
     """
 
     node: NDArray[np.float64]

@@ -86,7 +86,7 @@ def assemble(
     measured: NDArray[np.float64],
     information: NDArray[np.float64],
     weight: NDArray[np.float64],
-    place: NDArray[np.int64],
+    perm: NDArray[np.int64],
     starts: NDArray[np.int64],
     slots: NDArray[np.int64],
     blocks: NDArray[np.float64],
@@ -95,7 +95,7 @@ def assemble(
 ) -> None:
     """Fill the Hessian's lower triangle and the gradient; node 0 is held.
 
-    Edges are the columns of `EdgeTable`, each with a robust weight; `place`, `starts` and `slots`
+    Edges are the columns of `EdgeTable`, each with a robust weight; `perm`, `starts` and `slots`
     are those of `Pattern`. `blocks`, `corner` and `g`, `(N, 3)` in elimination order, are filled.
     """
     blocks[:] = 0.0
@@ -105,7 +105,7 @@ def assemble(
     by_i, by_j = np.zeros((3, 3)), np.zeros((3, 3))
     left_i, left_j = np.empty((3, 3)), np.empty((3, 3))
     for e in range(len(i)):
-        a, b = place[i[e]], place[j[e]]
+        a, b = perm[i[e]], perm[j[e]]
         error = residual(poses[i[e]], poses[j[e]], measured[e])
         fill_jacobians(poses[i[e]], poses[j[e]], by_i, by_j)
         _weigh(by_i, information[e], weight[e], left_i)
@@ -120,7 +120,7 @@ def assemble(
             _add_product(_block(a, b, first, slots[e], blocks, corner), left_i, by_j)
         elif slots[e] != -2:
             _add_product(_block(b, a, first, slots[e], blocks, corner), left_j, by_i)
-    held = _block(place[0], place[0], first, starts[min(place[0], first)], blocks, corner)
+    held = _block(perm[0], perm[0], first, starts[min(perm[0], first)], blocks, corner)
     for k in range(3):
         held[k, k] = 1.0
 

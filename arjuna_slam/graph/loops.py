@@ -20,7 +20,7 @@ from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, i
 from arjuna_slam.matching.surface import Surface
 
 _CANDIDATES_MAX = 2  # submaps tried for a keyframe, to bound its time
-_JUST_LEFT = 8.0  # way within which a place is joined by matches anyway [m]
+_JUST_LEFT = 8.0  # travel within which matches join the keyframes anyway [m]
 _HARDLY = 0.1  # share of the best seen direction's information below which another is doubted
 _BY_HAND = Window(0.75, 0.35, 3)  # a hand in RViz is no better
 
@@ -57,7 +57,7 @@ class LoopConfig:
         1.0, "Half the window up to which a single scan is enough; beyond, submaps are compared.",
         unit="m", minimum=0.0, maximum=100.0,
     )  # fmt: skip
-    loop_place_response: float = param(
+    loop_submap_response: float = param(
         0.4, "Share of a submap's surfaces that must lie on a past one's.", minimum=0.0, maximum=1.0
     )
     loop_contradiction: float = param(
@@ -85,15 +85,15 @@ class LoopConfig:
 
 
 class Submap(Protocol):
-    """What a loop is closed with: a run of keyframes and their field in the first one's frame."""
+    """A run of keyframes to close a loop with, and their field in the first one's frame."""
 
     nodes: list[int]
-    way: float
+    path_length: float
     bend: NDArray[np.float64]
 
     @property
     def field(self) -> Field:
-        """What scans are matched against."""
+        """The reference that scans are matched against."""
 
     @property
     def anchor(self) -> int:
@@ -217,16 +217,18 @@ class LoopCloser:
         near = np.flatnonzero(distance < widest)
         first, last = np.array([(submap.nodes[0], submap.nodes[-1]) for submap in submaps]).T
         seen = np.searchsorted(near, last, "right") > np.searchsorted(near, first)
-        places = []
+        candidates = []
         for k in np.flatnonzero(seen).tolist():
             past = submaps[k].nodes[int(distance[submaps[k].nodes].argmin())]
             if self._travel[node] - self._travel[past] > _JUST_LEFT and distance[past] < widest:
-                places.append((k, past))
-        if not places:
+                candidates.append((k, past))
+        if not candidates:
             return []
-        covariances = relative_covariances(graph, node, np.array([p for _, p in places], np.intp))
+        covariances = relative_covariances(
+            graph, node, np.array([p for _, p in candidates], np.intp)
+        )
         found: list[tuple[float, int, Window, int]] = []
-        for k, past in places:
+        for k, past in candidates:
             xy, theta = spread(covariances[past])
             wide = config.loop_search_deviations * xy
             within = config.loop_search_maximum_distance + wide

@@ -21,7 +21,7 @@ _DAMPING_MIN, _DAMPING_MAX = 1e-10, 1e8  # no damping, no step: beyond either no
 
 
 class OptimizerStatus(enum.Enum):
-    """How an optimisation ended."""
+    """Outcome of an optimisation."""
 
     CONVERGED = "converged"
     MAX_ITERATIONS = "iterations used up"
@@ -73,12 +73,12 @@ class _Problem:
         blocks, corner, g = self._blocks, self._corner, self._g
         assemble(
             poses, self._i, self._j, edges.measured, edges.information, weight,
-            layout.place, layout.starts, np.asarray(layout.slots), blocks, corner, g,
+            layout.perm, layout.starts, np.asarray(layout.slots), blocks, corner, g,
         )  # fmt: skip
         damp(layout.starts, blocks, corner, damping)
         factorize(layout.starts, layout.rows, blocks, corner)
         solve(layout.starts, layout.rows, blocks, corner, g)
-        trial: NDArray[np.float64] = poses - g[layout.place]
+        trial: NDArray[np.float64] = poses - g[layout.perm]
         trial[0] = poses[0]
         angles: NDArray[np.float64] = trial[:, 2]
         trial[:, 2] = wrap(angles)

@@ -16,7 +16,7 @@ _VAGUE = 1e-9 * np.eye(3)  # what an edge that says nothing of a direction knows
 
 
 class EdgeKind(enum.Enum):
-    """Where a measurement comes from."""
+    """Origin of a measurement."""
 
     ODOMETRY = "odometry"
     MATCH = "match"

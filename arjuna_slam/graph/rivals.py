@@ -1,4 +1,4 @@
-"""Whether a submap lies as well elsewhere in a past one, as far as the past one has seen.
+"""Rivals: other poses where a submap fits a past one as well, as far as the past one has seen.
 
 In a row of equal doors a submap fits a door further on as well; there it often reaches beyond what
 the past one has seen. Where nobody has looked nothing speaks against it, so only what lies on
@@ -25,7 +25,7 @@ _RIVAL = 0.87  # share of the best mean likelihood on seen ground from which ano
 _NEUTRAL = (
     0.83  # share of it that ground that nobody has seen counts for, so that much must be seen
 )
-_SEEN_MIN = 0.4  # share of what lies on seen ground at the best place that must do so at another
+_SEEN_MIN = 0.4  # share of what lies on seen ground at the best pose that must do so at another
 _TRIES = 16  # peaks that are asked
 _BLOCK = 4  # cells in a row that are asked together whether they were seen
 
@@ -46,7 +46,7 @@ class SeenField:
 
     @staticmethod
     def of(surface: Field, field: Field, views: Views, range_max: float) -> SeenField:
-        """Find out which cells of a field scans have seen: near its walls, and where beams go on.
+        """Find the cells of a field that scans have seen: near its walls, and where beams pass.
 
         Points far along a corridor lie apart from each other: between them nothing is known.
 
@@ -100,14 +100,14 @@ def rival(
     pieces: Sequence[tuple[SE2, Window]],
     contradicted: Callable[[SE2], bool],
 ) -> Generator[None, None, SE2 | None]:
-    """Return another place where a submap fits as well as at the best, or None.
+    """Return another pose where a submap fits as well as at the best, or None.
 
     Args:
         past: The past submap.
         points: Some of the submap's, `(N, 2) float64` [m].
-        best: The best place.
+        best: The best pose.
         pieces: The window in pieces, each with its middle.
-        contradicted: Whether beams speak against a place.
+        contradicted: Whether beams speak against a pose.
     """
     placed = best.apply(points)
     on = past.on_seen(placed)

@@ -25,16 +25,16 @@ _REGULAR = 1e-6  # on the graph's Laplacian, so that fill decays slowly and neve
 
 @dataclass(frozen=True)
 class Pattern:
-    """Where the factor of a matrix has blocks.
+    """Positions of the blocks of a matrix's factor.
 
     Attributes:
-        place: Row of each node in the order of elimination, `(N,) int64`.
+        perm: Row of each node in the order of elimination, `(N,) int64`.
         starts: First block of each column before the corner, `(C + 1,) int64`.
         rows: Row of each block, the diagonal first, `(K,) int64`.
         slots: Block of each pair of nodes, -1 in the corner, -2 for none, `(E,) int64`.
     """
 
-    place: NDArray[np.int64]
+    perm: NDArray[np.int64]
     starts: NDArray[np.int64]
     rows: NDArray[np.int64]
     slots: NDArray[np.int64]
@@ -42,7 +42,7 @@ class Pattern:
     @property
     def corner(self) -> int:
         """Nodes in the dense corner."""
-        return len(self.place) - (len(self.starts) - 1)
+        return len(self.perm) - (len(self.starts) - 1)
 
 
 def pattern(count: int, i: NDArray[np.int64], j: NDArray[np.int64]) -> Pattern:
@@ -61,13 +61,13 @@ def pattern(count: int, i: NDArray[np.int64], j: NDArray[np.int64]) -> Pattern:
         laplacian, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
         options={"SymmetricMode": True},
     )  # fmt: skip
-    place = factor.perm_c.astype(np.int64)
+    perm = factor.perm_c.astype(np.int64)
     lower = factor.L.tocsc()
     lower.sort_indices()
     starts, rows = lower.indptr.astype(np.int64), lower.indices.astype(np.int64)
     starts = starts[: _corner_start(starts) + 1]
     rows = rows[: starts[-1]]
-    return Pattern(place, starts, rows, _slots(place, starts, rows, i, j))
+    return Pattern(perm, starts, rows, _slots(perm, starts, rows, i, j))
 
 
 def _corner_start(starts: NDArray[np.int64]) -> int:
@@ -80,7 +80,7 @@ def _corner_start(starts: NDArray[np.int64]) -> int:
 
 @njit(cache=True)
 def _slots(
-    place: NDArray[np.int64],
+    perm: NDArray[np.int64],
     starts: NDArray[np.int64],
     rows: NDArray[np.int64],
     i: NDArray[np.int64],
@@ -89,7 +89,7 @@ def _slots(
     slots = np.empty(len(i), np.int64)
     first = len(starts) - 1
     for e in range(len(i)):
-        low, high = min(place[i[e]], place[j[e]]), max(place[i[e]], place[j[e]])
+        low, high = min(perm[i[e]], perm[j[e]]), max(perm[i[e]], perm[j[e]])
         slots[e] = -1
         if i[e] == 0 or j[e] == 0:
             slots[e] = -2
@@ -171,7 +171,7 @@ def solve(
     corner: NDArray[np.float64],
     x: NDArray[np.float64],
 ) -> None:
-    """Solve with the factor in place; `x` is `(N, 3) float64` in the order of elimination."""
+    """Solve with the factor in perm; `x` is `(N, 3) float64` in the order of elimination."""
     first = len(starts) - 1
     for k in range(first):
         low = blocks[starts[k]]

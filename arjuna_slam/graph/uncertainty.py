@@ -1,4 +1,4 @@
-"""How far two nodes of a pose graph may be off from each other: what bounds a search for a loop.
+"""Bounds on the relative error of two nodes of a pose graph, which limit the search for a loop.
 
 The covariance along the surest chain of edges between two nodes bounds their relative covariance in
 the graph from above, at the cost of one shortest-path search for all nodes.
@@ -22,7 +22,7 @@ from arjuna_slam.graph.pose_graph import PoseGraph
 _LEVER = 5.0  # error in position that an error in heading of 1 rad counts for [m]
 _NEAR_SHARE = 0.25  # of a short chain's covariance: its edges claim less than they know
 _FAR_SHARE = 2.0  # of a long one's: what neighbours err by alike adds up faster than at random
-_ALIKE = 50.0  # way over which matches err alike, by `bench loops --log` [m]
+_ALIKE = 50.0  # travel over which matches err alike, by `bench loops --log` [m]
 _PLAUSIBLE = 16.0  # squared deviations of a correction from the graph
 _SLACK = np.diag([0.1**2, 0.1**2, 0.02**2])  # on top of what the graph does not know
 _UNKNOWN = 1e6  # variance of what no chain reaches
@@ -46,11 +46,11 @@ def relative_covariances(
     open_ = np.full(len(graph.poses), wanted is None)
     if wanted is not None:
         open_[wanted] = True
-    along, way = _propagate(
+    along, travel = _propagate(
         graph.poses, np.ascontiguousarray(table.i), np.ascontiguousarray(table.j),
         table.covariance, node, open_,
     )  # fmt: skip
-    share = _NEAR_SHARE + (_FAR_SHARE - _NEAR_SHARE) * np.minimum(way / _ALIKE, 1.0)
+    share = _NEAR_SHARE + (_FAR_SHARE - _NEAR_SHARE) * np.minimum(travel / _ALIKE, 1.0)
     bound: NDArray[np.float64] = share[:, None, None] * along
     return bound
 
@@ -70,9 +70,9 @@ def chained(
     `first` is that of `T_a_b` in the axes of a, `second` that of `T_b_c` in the axes of b.
     """
     turn = SE2(0.0, 0.0, T_a_b.theta).matrix()
-    way = turn @ np.array([T_b_c.x, T_b_c.y, 0.0])
+    offset = turn @ np.array([T_b_c.x, T_b_c.y, 0.0])
     lever = np.eye(3)
-    lever[0, 2], lever[1, 2] = -way[1], way[0]
+    lever[0, 2], lever[1, 2] = -offset[1], offset[0]
     result: NDArray[np.float64] = lever @ first @ lever.T + turn @ second @ turn.T
     return result
 
@@ -96,14 +96,14 @@ def _propagate(
     node: int,
     open_: NDArray[np.bool_],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the covariance along the surest chain to each node, and the way along it [m]."""
+    """Return the covariance along the surest chain to each node, and its length [m]."""
     starts, links = _links(len(poses), i, j)
     left, before = open_.sum(), np.full(len(poses), -1)
     result = np.zeros((len(poses), 3, 3))
     for k in range(len(poses)):
         result[k, 0, 0] = result[k, 1, 1] = result[k, 2, 2] = _UNKNOWN
     result[node] = 0.0
-    way = np.zeros(len(poses))
+    travel = np.zeros(len(poses))
     done = np.zeros(len(poses), np.bool_)
     best = np.full(len(poses), np.inf)
     best[node] = 0.0
@@ -119,7 +119,7 @@ def _propagate(
             last = j[e] if i[e] == here else i[e]
             _chain(poses, last, here, i[e], covariance[e], c, s, result)
             gap = poses[here, :2] - poses[last, :2]
-            way[here] = way[last] + math.hypot(gap[0], gap[1])
+            travel[here] = travel[last] + math.hypot(gap[0], gap[1])
         left -= open_[here]
         if left == 0:
             break
@@ -132,7 +132,7 @@ def _propagate(
             if length < best[there]:
                 best[there], before[there] = length, e
                 heapq.heappush(heap, (length, there))
-    return result, way
+    return result, travel
 
 
 @njit(cache=True)
@@ -175,8 +175,8 @@ def _chain(
 ) -> None:
     """Set the covariance of a node from that of the one before it and of the edge between.
 
-    An error of the heading before moves the node across the way to it; the edge's own lies in the
-    axes of its first node, whose heading it moves where that is the new one.
+    An error of the heading before moves the node sideways to the edge; the edge's own error lies
+    in the axes of its first node, whose heading it moves where that is the new one.
     """
     wx, wy = poses[there, 0] - poses[here, 0], poses[there, 1] - poses[here, 1]
     dx, dy = c * wx + s * wy, c * wy - s * wx

@@ -101,7 +101,7 @@ def read_carmen(
         lines: The log. A FLASER scan spans 180 degrees: 180 beams of 1 degree, or 360 or 361 of
             0.5; ROBOTLASER1 says what it spans.
         T_base_sensor: Where the scanner sits; None for what the first line says.
-        problems: Where lines that cannot be read are noted, to go on after them; None to stop.
+        problems: Receives the lines that cannot be read, which are skipped; None to stop at one.
 
     Raises:
         ValueError: A line cannot be read, and `problems` is None.
@@ -149,8 +149,8 @@ def _read_robotlaser(words: list[str]) -> tuple[Scan, SE2, SE2]:
     return scan, SE2.from_array(numbers[:3]), SE2.from_array(numbers[3:6])
 
 
-def _count(words: list[str], place: int) -> int:
-    word = words[place] if place < len(words) else "missing"
+def _count(words: list[str], index: int) -> int:
+    word = words[index] if index < len(words) else "missing"
     if not word.isdigit():
         raise ValueError(f"the number of readings is {word}; valid: a whole number")
     return int(word)
@@ -188,7 +188,7 @@ class Log(Protocol):
 
     @property
     def problems(self) -> list[str]:
-        """What was passed over."""
+        """The parts that were skipped."""
 
     @property
     def progress(self) -> float:

@@ -132,7 +132,7 @@ class Recording:
 
     @property
     def problems(self) -> list[str]:
-        """What was passed over."""
+        """The parts that were skipped."""
         return [*self._problems, *self._bag.problems]
 
     @property

@@ -124,8 +124,8 @@ class Keyframes:
 
     def nearest(self, T_map_base: SE2) -> int:
         """Return the node nearest to a pose in map."""
-        place = T_map_base.x, T_map_base.y
-        return int(np.hypot(*(self.graph.poses[:, :2] - place).T).argmin())
+        position = T_map_base.x, T_map_base.y
+        return int(np.hypot(*(self.graph.poses[:, :2] - position).T).argmin())
 
     def map(self, most_moved: int | None = None) -> OccupancyGrid | None:
         """Return the map, or None without keyframes; see `Mapper.grid`."""
@@ -133,5 +133,5 @@ class Keyframes:
 
     @property
     def map_behind(self) -> bool:
-        """Whether the map would be another than when it was last returned."""
+        """True if the map has changed since it was last returned."""
         return self._mapper.behind(self.graph.poses)

@@ -1,8 +1,8 @@
 """Forgetting: submaps that newer ones cover, and a graph without their keyframes.
 
 Source: the idea of Kretzschmar and Stachniss, Information-theoretic compression of pose graphs,
-2012: what the map has seen anew may go, and the measurements that go with it are replaced by what
-the graph has made of them.
+2012: what the map has seen again may be removed, and its measurements are replaced by what the
+graph has made of them.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ _MARGIN_SHARE = 0.2  # of the grid: growing then costs in proportion to the map,
 
 
 class Occupancy:
-    """A grid of counts and the map they make; only what changes is worked out anew.
+    """A grid of counts and the map they make; only cells that change are computed again.
 
     Args:
         resolution: Edge of a cell [m].

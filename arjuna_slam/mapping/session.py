@@ -1,4 +1,4 @@
-"""What a mapping session leaves behind: all that another needs to go on from it."""
+"""The saved state of a mapping session: all that another needs to continue from it."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Session:
 
 
 class StartKind(enum.Enum):
-    """What is known of the robot's pose when a session is resumed."""
+    """Knowledge of the robot's pose when a session is resumed."""
 
     FIRST_NODE = "at the first keyframe"
     NEAR_POSE = "near a pose"
@@ -198,7 +198,7 @@ def _read_arrays(path: Path, data: bytes) -> Arrays:
 
 
 def _read_array(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
-    """Return an array, once it is sure to be no larger than its place in the file."""
+    """Return an array, once its size is known to fit its entry in the file."""
     if name == _ADDED and f"{name}.npy" not in archive.namelist():
         return np.empty((0, 3))
     info = archive.getinfo(f"{name}.npy")
@@ -219,9 +219,9 @@ def _check(path: Path, arrays: Arrays) -> None:
     """Refuse what contradicts itself."""
     count, edges = len(arrays["poses"]), len(arrays["edge_nodes"])
 
-    def must(holds: Any, place: str, problem: str) -> None:
+    def must(holds: Any, entry: str, problem: str) -> None:
         if not holds:
-            raise SessionFileError(path, problem, place)
+            raise SessionFileError(path, problem, entry)
 
     for name in ("travel", "stamps", "mounts", "motions", "sweeps", "beams"):
         must(len(arrays[name]) == count, name, f"{len(arrays[name])} rows for {count} keyframes")

@@ -107,7 +107,7 @@ class Submap:
         T_previous_anchor: The anchor in the frame of the submap before, as matched.
         nodes: The keyframes in it; the first is the anchor.
         poses: Their poses in the anchor's frame, as they were added.
-        way: How far the robot went from the first to the last [m].
+        path_length: Distance travelled from the first to the last [m].
         bend: Covariance of the steps in it that only odometry knows, `(3, 3) float64`: keyframes
             on both sides of one are not as certain as a match against all of them.
     """
@@ -116,11 +116,11 @@ class Submap:
     T_previous_anchor: SE2 = IDENTITY
     nodes: list[int] = dataclasses.field(default_factory=list)
     poses: list[SE2] = dataclasses.field(default_factory=list)
-    way: float = 0.0
+    path_length: float = 0.0
     bend: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
     _unseen: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
     _post: int = 0
-    _post_way: float = 0.0
+    _post_length: float = 0.0
 
     @property
     def field(self) -> Field:
@@ -141,7 +141,7 @@ class Submap:
         """Return the keyframe that a new one is tied to, which saw most of what it sees.
 
         Also the new one's pose in its frame and, in its axes, the covariance of what no match has
-        seen on the way between, `(3, 3) float64`.
+        seen in between, `(3, 3) float64`.
         """
         T_post_anchor = self.poses[self._post].inverse()
         turn = SE2(0.0, 0.0, T_post_anchor.theta).matrix()
@@ -174,11 +174,11 @@ class Submap:
         if torn and self.nodes:
             self.bend = self.bend + unseen
         self._unseen = self._unseen + unseen
-        self.way += self.poses[-1].distance(T_anchor_base) if self.poses else 0.0
+        self.path_length += self.poses[-1].distance(T_anchor_base) if self.poses else 0.0
         self.nodes.append(node)
         self.poses.append(T_anchor_base)
-        if torn or self.way - self._post_way >= _POST_DISTANCE:
-            self._post, self._post_way = len(self.nodes) - 1, self.way
+        if torn or self.path_length - self._post_length >= _POST_DISTANCE:
+            self._post, self._post_length = len(self.nodes) - 1, self.path_length
             self._unseen = np.zeros((3, 3))
         points, normals = surface.dense(self.field.resolution)
         rotation = SE2(0.0, 0.0, T_anchor_base.theta)
@@ -245,7 +245,7 @@ class LocalMap:
 
     def _full(self, submap: Submap, share: float) -> bool:
         count, length = self._config.submap_size, self._config.submap_length
-        return len(submap.nodes) >= int(share * count) or submap.way >= share * length
+        return len(submap.nodes) >= int(share * count) or submap.path_length >= share * length
 
     def renumber(self, index: NDArray[np.int64]) -> None:
         """Follow keyframes that were forgotten; finished submaps go with their anchor.

@@ -79,12 +79,12 @@ def descend(
     depth = len(tables[2]) - 1
     size = 1 << depth
     blocks = (2 * half) // size + 1
-    for place in range(first, len(order)):
-        t = order[place]
+    for done in range(first, len(order)):
+        t = order[done]
         if tops[t] <= best[3]:
             return len(order), best
         if work <= 0:
-            return place, best
+            return done, best
         k, row, column = _root(t, blocks, size, half)
         found, row, column, response, looked = _search_block(
             tables, cells[k], (row, column, depth), tops[t], turns[k], penalty, without, best[3]
@@ -200,9 +200,9 @@ def _search_block(
             value = factor * _bound(tables, h - 1, cells, r, c, best / max(factor, 1e-9))
             if value <= best:
                 continue
-            place = _make_room(stack, bounds, first, top, value)
-            stack[place] = (r, c, h - 1)
-            bounds[place] = value
+            slot = _make_room(stack, bounds, first, top, value)
+            stack[slot] = (r, c, h - 1)
+            bounds[slot] = value
             top += 1
     return found, best_row, best_column, best, looked
 
@@ -212,12 +212,12 @@ def _make_room(
     stack: NDArray[np.int64], bounds: NDArray[np.float64], first: int, top: int, value: float
 ) -> int:
     """Return where a bound belongs among those from `first` to `top`; greater ones move up."""
-    place = top
-    while place > first and bounds[place - 1] > value:
-        stack[place] = stack[place - 1]
-        bounds[place] = bounds[place - 1]
-        place -= 1
-    return place
+    slot = top
+    while slot > first and bounds[slot - 1] > value:
+        stack[slot] = stack[slot - 1]
+        bounds[slot] = bounds[slot - 1]
+        slot -= 1
+    return slot
 
 
 @njit(cache=True)

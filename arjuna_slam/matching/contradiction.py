@@ -17,7 +17,7 @@ from scipy import ndimage
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
-_THROUGH, _ON = 0.4, 0.2  # a beam so much longer than the way to a point goes through it [m]
+_THROUGH, _ON = 0.4, 0.2  # a beam so much longer than the distance to a point goes through it [m]
 _SHARE = 0.7  # of a point's beams that must go through it
 _GAP = 0.2  # side of cells that are one piece where they touch [m]
 
@@ -94,11 +94,11 @@ def _toward(
     x: float,
     y: float,
 ) -> tuple[float, float, float]:
-    """Return the way to a point and the shortest and longest range there; no way where none is."""
+    """Return the distance to a point and the least and greatest range there; inf if unseen."""
     first, increment, range_min, range_max = how
     dx, dy = x - sensor[0], y - sensor[1]
-    way = math.hypot(dx, dy)
-    if way >= range_max or way < range_min:
+    distance = math.hypot(dx, dy)
+    if distance >= range_max or distance < range_min:
         return math.inf, 0.0, 0.0
     turn = math.copysign(1.0, increment) * (math.atan2(dy, dx) - sensor[2] - first)
     beam = round((turn % (2.0 * math.pi)) / abs(increment))
@@ -108,7 +108,7 @@ def _toward(
     longest = max(ranges[beam - 1], ranges[beam], ranges[beam + 1])
     if not longest < range_max or not shortest >= range_min:
         return math.inf, 0.0, 0.0
-    return way, shortest, longest
+    return distance, shortest, longest
 
 
 @njit(cache=True)
@@ -121,10 +121,10 @@ def _count(
     through: NDArray[np.int64],
 ) -> None:
     for k in range(len(points)):
-        way, shortest, longest = _toward(ranges, how, sensor, points[k, 0], points[k, 1])
-        if shortest > way + _THROUGH:
+        distance, shortest, longest = _toward(ranges, how, sensor, points[k, 0], points[k, 1])
+        if shortest > distance + _THROUGH:
             through[k] += 1
-        elif shortest - _ON < way < longest + _ON:
+        elif shortest - _ON < distance < longest + _ON:
             on[k] += 1
 
 
@@ -138,5 +138,5 @@ def _pass(
 ) -> None:
     for k in range(len(points)):
         if not through[k]:
-            way, shortest, _ = _toward(ranges, how, sensor, points[k, 0], points[k, 1])
-            through[k] = shortest > way + _THROUGH
+            distance, shortest, _ = _toward(ranges, how, sensor, points[k, 0], points[k, 1])
+            through[k] = shortest > distance + _THROUGH

@@ -24,7 +24,7 @@ _ALL = 1 << 62
 
 @dataclass(frozen=True)
 class Window:
-    """Where to search and how much to trust the prior.
+    """Search window, and how much to trust the prior.
 
     Attributes:
         xy: Half the width of the window [m].

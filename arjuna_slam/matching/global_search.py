@@ -1,6 +1,6 @@
-"""Global search: every place of a map where a scan could have been taken.
+"""Global search: every pose in a map at which a scan could have been taken.
 
-Breadth first where `correlative` goes depth first: many distinct places are asked for, and the time
+Breadth first where `correlative` goes depth first: many distinct poses are wanted, and the time
 must not depend on how well the scan fits. Depth first, the best twelve take 9 ms in the room, but
 60 ms in the office and 340 ms there with clutter in the scan; this takes 21, 29 and 28 ms.
 """
@@ -77,14 +77,14 @@ class GlobalSearch:
                 blocks = self._split(blocks, level - 1)
         poses = blocks + np.array([0.5 * self._leaf, 0.5 * self._leaf, 0.0])
         scores = sum_at_endpoints(self._likelihood, poses, cells)
-        places = self._in_map(poses)
-        return places[distinct(places, scores, limit)]
+        found = self._in_map(poses)
+        return found[distinct(found, scores, limit)]
 
     def _in_map(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return poses `(N, 3)` of the padded tables in the map frame [m, m, rad]."""
         origin = self._frame.origin
-        places = origin.apply((poses[:, :2] - self._sizes[-1]) * self._frame.resolution)
-        return np.column_stack((places, wrap(poses[:, 2] + origin.theta)))
+        positions = origin.apply((poses[:, :2] - self._sizes[-1]) * self._frame.resolution)
+        return np.column_stack((positions, wrap(poses[:, 2] + origin.theta)))
 
     def _block_count(self, size: int) -> int:
         return math.ceil(self._frame.height / size) * math.ceil(self._frame.width / size)

@@ -88,7 +88,7 @@ class ScanFilter:
 
     @property
     def skipped(self) -> int:
-        """How many scans were not used."""
+        """Number of scans that were not used."""
         return sum(self.counts.values())
 
     def skip(self, reason: Skip) -> None:

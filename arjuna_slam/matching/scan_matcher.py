@@ -27,7 +27,7 @@ _FLAT = np.zeros((3, 3))
 
 
 class MatchStatus(enum.Enum):
-    """How a match ended."""
+    """Outcome of a match."""
 
     MATCHED = "matched"
     TOO_FEW_POINTS = "too few points"

@@ -20,7 +20,7 @@ _SAME_WALL = 0.8  # cosine between the normals of neighbours: 37 degrees
 
 @dataclass(frozen=True)
 class Surface:
-    """What one scan saw, in the robot's base frame.
+    """The surfaces that one scan saw, in the robot's base frame.
 
     Attributes:
         points: End points of the valid beams, in beam order, `(N, 2) float64` [m].

@@ -1,4 +1,4 @@
-"""Tracking: where a scan lies in a reference, from odometry's word."""
+"""Tracking: the pose of a scan in a reference, starting from odometry."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus,
 from arjuna_slam.matching.surface import Surface
 
 _WELL_SEEN = 0.015  # deviation of a match up to which it judges odometry [m]
-_MEMORY = 10.0  # way over which odometry is judged [m]
+_MEMORY = 10.0  # travel over which odometry is judged [m]
 _DEVIATION_SHARE_MIN = 0.3  # least share of its configured deviation
-_STRETCHED = 0.03  # deviation of the factor on odometry's ways before any was measured
-_CHANGES = 500.0  # way over which the factor may change as much again [m]
-_BASE = 2.0  # way over which a factor is measured [m]
-_SEEN_ALONG = 0.025  # deviation of a match along a way up to which it measures the way [m]
-_OUTLIER = 3.0  # deviations beyond which a measured way counts for no more
+_STRETCHED = 0.03  # deviation of the factor on odometry's distances before any was measured
+_CHANGES = 500.0  # travel over which the factor may change as much again [m]
+_BASE = 2.0  # distance over which a factor is measured [m]
+_SEEN_ALONG = 0.025  # deviation of a match along a segment up to which it measures its length [m]
+_OUTLIER = 3.0  # deviations beyond which a measured length counts for no more
 _DEVIATION_MIN = 1e-3  # of a penalty [m, rad]: none divides by zero
 
 
 class Trust:
-    """How good odometry's positions have been of late, where scans saw them well."""
+    """Recent accuracy of odometry's positions, measured where scans see them well."""
 
     def __init__(self) -> None:
         self._square = 1.0
@@ -37,27 +37,29 @@ class Trust:
         scale = np.array([self._square, self._square, 1.0]) ** -0.5
         return information * np.outer(scale, scale)
 
-    def judge(self, prior: SE2, match: Match, information: NDArray[np.float64], way: float) -> None:
-        """Compare a step with where the scan then lay.
+    def judge(
+        self, prior: SE2, match: Match, information: NDArray[np.float64], travel: float
+    ) -> None:
+        """Compare a step of odometry with the pose of the scan after it.
 
         Args:
-            prior: Where odometry put the robot.
-            match: Where it was.
+            prior: The pose by odometry.
+            match: The pose by the scan.
             information: Of the step, as configured, `(3, 3) float64`.
-            way: Its length [m].
+            travel: Its length [m].
         """
         seen = np.linalg.eigvalsh(match.covariance[:2, :2])[1] < _WELL_SEEN**2
         if match.status is not MatchStatus.MATCHED or not seen:
             return
         error = np.array([match.T_field_base.x - prior.x, match.T_field_base.y - prior.y])
         square = 0.5 * float(error @ information[:2, :2] @ error)
-        share = min(1.0, way / _MEMORY)
+        share = min(1.0, travel / _MEMORY)
         self._square = max(_DEVIATION_SHARE_MIN**2, self._square + share * (square - self._square))
 
 
 @dataclass(frozen=True)
-class _Way:
-    """A way since a match, as odometry has it."""
+class _Segment:
+    """The motion since a match, by odometry."""
 
     reference: Field
     match: Match
@@ -65,41 +67,41 @@ class _Way:
 
 
 class Stretch:
-    """The factor by which ways are longer than odometry says, by a Kalman filter of one state.
+    """Scale error of odometry: true by measured distance, by a Kalman filter of one state.
 
-    Wheels are never as large as is believed: that alone makes ways wrong by some percent, always
-    to the same side.
+    The true radius of the wheels is never the configured one: that alone makes distances wrong by
+    some percent, always to the same side.
     """
 
     def __init__(self) -> None:
         self.factor = 1.0
         self._variance = _STRETCHED**2
-        self._way: _Way | None = None
+        self._segment: _Segment | None = None
 
     def of(self, delta: SE2) -> SE2:
         """Return a motion as odometry has it, stretched."""
         return SE2(self.factor * delta.x, self.factor * delta.y, delta.theta)
 
     def judge(self, reference: Field, match: Match, delta: SE2) -> None:
-        """Compare the way with that between two matches in one reference.
+        """Compare odometry with the distance between two matches in one reference.
 
         Args:
-            reference: What was matched against.
-            match: Where the robot then was.
+            reference: The field that was matched against.
+            match: The pose of the robot then.
             delta: Its motion as odometry has it, since the match before.
         """
-        way = self._way
+        segment = self._segment
         if match.status is not MatchStatus.MATCHED:
-            self._way = None
+            self._segment = None
             return
-        if way is None or way.reference is not reference:
-            self._way = _Way(reference, match)
+        if segment is None or segment.reference is not reference:
+            self._segment = _Segment(reference, match)
             return
-        self._way = _Way(reference, way.match, way.T_start_base @ delta)
-        measured = math.hypot(self._way.T_start_base.x, self._way.T_start_base.y)
+        self._segment = _Segment(reference, segment.match, segment.T_start_base @ delta)
+        measured = math.hypot(self._segment.T_start_base.x, self._segment.T_start_base.y)
         if measured >= _BASE:
-            self._measure(way.match, match, measured)
-            self._way = _Way(reference, match)
+            self._measure(segment.match, match, measured)
+            self._segment = _Segment(reference, match)
 
     def _measure(self, start: Match, end: Match, measured: float) -> None:
         gap = end.T_field_base.array()[:2] - start.T_field_base.array()[:2]
@@ -153,7 +155,7 @@ class TrackerConfig(MatcherConfig):
 
     @property
     def window(self) -> Window:
-        """Where a keyframe is searched."""
+        """The search window of a keyframe."""
         return Window(
             0.5 * self.correlation_search_space_dimension,
             min(self.coarse_search_angle_offset, math.pi),

@@ -25,7 +25,7 @@ from arjuna_slam.nodes.amcl_output import AmclOutput
 from arjuna_slam.nodes.scan_intake import ScanWatch
 
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]
-_KEPT = 0.8  # of the quality, on a map that replaces another, for the place to be the same
+_KEPT = 0.8  # of the quality, on a map that replaces another, for the pose to be kept
 _PARAMETER_COVARIANCE = np.diag([0.25, 0.25, 0.0685])  # RViz's: half a metre, fifteen degrees
 
 
@@ -85,7 +85,7 @@ class AmclNode(ManagedNode):
         self._grid = self._filter = self._estimate = self._given = None
 
     def on_time_jump(self) -> None:
-        """Start anew: the odometry has most likely been reset with the clock."""
+        """Start again: the odometry has most likely been reset with the clock."""
         if self.active:
             self._output.restart()
             self._scans.clear()
@@ -93,7 +93,7 @@ class AmclNode(ManagedNode):
             self._begin()
 
     def on_config(self, config: Any) -> None:
-        """Build the filter anew around the last estimate, where that depends on the change."""
+        """Rebuild the filter around the last estimate, if the change affects it."""
         if self._grid is not None and filter_part(config) != self._built_for:
             self._build(self._grid)
 
@@ -105,7 +105,7 @@ class AmclNode(ManagedNode):
         return f"lost{' since the map was replaced' * bool(self._doubted)}: {estimate.reason}"
 
     def _on_map(self, message: Any) -> None:
-        """Take a map; on one that replaces another the place is believed once scans agree."""
+        """Take a map; on one that replaces another the pose is trusted once scans agree."""
         replaces = self._grid is not None
         if replaces and self.config.first_map_only:
             return
@@ -195,7 +195,7 @@ class AmclNode(ManagedNode):
         return response
 
     def _on_scan(self, message: Any) -> None:
-        self._watch.heard()
+        self._watch.scan_received()
         self._scans.add(message)
         self._process_scans()
 

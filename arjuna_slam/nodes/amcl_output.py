@@ -1,4 +1,4 @@
-"""What the amcl node says: pose, quality, particles and the transform to odom."""
+"""The output of the amcl node: pose, quality, particles and the transform to odom."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class AmclOutput:
             self._cloud.publish(ParticleCloud(header=head, particles=particles))
 
     def save(self, estimate: Estimate) -> None:
-        """Write a pose that is tracked to initial_pose, from where a later start may go on."""
+        """Write a pose that is tracked to initial_pose, so that a later start continues there."""
         if estimate.status is Status.TRACKING:
             pose = estimate.T_map_base
             values = {"x": pose.x, "y": pose.y, "yaw": pose.theta}

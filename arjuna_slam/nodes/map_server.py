@@ -92,7 +92,7 @@ def _find(name: str) -> Path:
 
 
 def _result_if_refused(path: Path) -> int:
-    """Return the result code that tells a missing file from a broken one."""
+    """Return the result code: one for a missing file, another for a broken one."""
     if not path.exists():
         return int(LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST)
     return int(LoadMap.Response.RESULT_INVALID_MAP_METADATA)

@@ -98,7 +98,7 @@ class ScanWatch:
         self._silent = 0
         node.every(_PERIOD, self._look)
 
-    def heard(self) -> None:
+    def scan_received(self) -> None:
         """Note that a scan has come."""
         self._silent = 0
 
@@ -108,7 +108,7 @@ class ScanWatch:
             self._node.get_logger().warning(f"no scan comes on '{self._topic}': {self._reason()}")
 
     def _reason(self) -> str:
-        """Return why that may be, and the cure."""
+        """Return a likely cause, and the remedy."""
         publishers = self._node.get_publishers_info_by_topic(self._topic)
         others = sorted({info.topic_type for info in publishers} - {_SCAN})
         if not publishers:

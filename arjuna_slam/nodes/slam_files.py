@@ -1,4 +1,4 @@
-"""The services of slam_toolbox that save maps and graphs, and go on from saved ones."""
+"""The services of slam_toolbox that save maps and graphs, and continue saved ones."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class MapMemory:
         self._kept = self.recalled_from = -math.inf
 
     def remember(self, slam: Slam) -> None:
-        """Keep the session, if it has keyframes that are not kept and no writing is under way."""
+        """Keep the session, if it has keyframes that are not kept and no writing is in progress."""
         if self._file is None or (self._writing is not None and not self._writing.done()):
             return
         self.settle()
@@ -84,7 +84,7 @@ class MapMemory:
             self._file.unlink(missing_ok=True)
 
     def recall(self) -> Session | None:
-        """Return the session that was under way when the process ended, if any can be used."""
+        """Return the session that was running when the process ended, if any can be used."""
         if self._file is None or not self._file.exists():
             return None
         try:
@@ -92,7 +92,7 @@ class MapMemory:
             if session.T_odom_base is None:
                 raise SessionFileError(self._file, "does not tell where odometry was")
         except SessionFileError as error:
-            self._node.get_logger().error(f"the map starts anew: {error}")
+            self._node.get_logger().error(f"a new map begins: {error}")
             return None
         self._kept = self.recalled_from = session.scans[-1].stamp
         count = len(session.scans)
@@ -112,7 +112,7 @@ class SlamFiles:
 
     Args:
         node: The slam_toolbox node, whose `slam` is saved.
-        resume: Called with a session, where to go on and whether only to localize.
+        resume: Called with a session, the start pose and whether only to localize.
     """
 
     def __init__(self, node: ManagedNode, resume: Resume) -> None:
@@ -124,7 +124,7 @@ class SlamFiles:
         node.serve(DeserializePoseGraph, "slam_toolbox/deserialize_map", self._on_deserialize)
 
     def load_at_start(self) -> None:
-        """Go on from the graph that the parameters name, if any.
+        """Continue the graph that the parameters name, if any.
 
         Raises:
             ArjunaError: It cannot be used, or the start pose is none.

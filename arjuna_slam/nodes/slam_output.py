@@ -1,4 +1,4 @@
-"""What the slam_toolbox node says: pose, correction of the odometry, map and graph."""
+"""The output of the slam_toolbox node: pose, correction of the odometry, map and graph."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _NAMESPACE = "slam_toolbox"
 NODE_COLOR = ColorRGBA(r=1.0, a=1.0)
 _EDGE = ColorRGBA(b=1.0, a=1.0)
 _LOOP = ColorRGBA(r=1.0, g=0.6, a=1.0)
-_MOST_MOVED = 200  # keyframes traced anew for one map: a closure must not hold up the scans
+_MOST_MOVED = 200  # keyframes traced again for one map: a closure must not hold up the scans
 
 
 def markers(graph: PoseGraph, head: Any) -> MarkerArray:

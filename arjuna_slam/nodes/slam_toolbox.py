@@ -41,7 +41,7 @@ class SlamToolboxNode(ManagedNode):
     DEFAULT_NAME = "slam_toolbox"
 
     def configure(self) -> None:
-        """Build SLAM and the interfaces, and go on from a saved graph if one is named."""
+        """Build SLAM and the interfaces, and continue a saved graph if one is named."""
         self._warn_of_unused()
         self._scans = ScanIntake(self)
         self._paused = False
@@ -49,11 +49,11 @@ class SlamToolboxNode(ManagedNode):
         self._output = SlamOutput(self, self.slam)
         self._interactive = InteractiveGraph(self)
         self.memory = self.keep(MapMemory(self, self.config.resume_file))
-        self._go_on(SlamFiles(self, self._resume))
+        self._continue_map(SlamFiles(self, self._resume))
         self._listen()
 
-    def _go_on(self, files: SlamFiles) -> None:
-        """Go on with the map that was under way, or else with the one that is named, if any."""
+    def _continue_map(self, files: SlamFiles) -> None:
+        """Continue the map of before a crash, or else the one that is named, if any."""
         session = self.memory.recall()
         if session is None:
             files.load_at_start()
@@ -98,7 +98,7 @@ class SlamToolboxNode(ManagedNode):
     def on_time_jump(self) -> None:
         """Start a new map: the odometry has most likely been reset with the clock."""
         if self.active:
-            self.get_logger().warning("time jumped back: the map starts anew")
+            self.get_logger().warning("time jumped back: a new map begins")
             self._restart()
 
     def on_config(self, config: Any) -> None:
@@ -112,14 +112,14 @@ class SlamToolboxNode(ManagedNode):
         return closed
 
     def _map_with(self, slam: Slam) -> None:
-        """Go on mapping."""
+        """Map from now on."""
         self.slam: PoseTracker = slam
         self._mapping: Slam | None = slam
         self._localizer: Localizer | None = None
         self._warned: set[Skip] = set()
 
     def _localize_with(self, localizer: Localizer) -> None:
-        """Go on with localization alone."""
+        """Only localize from now on."""
         self.slam = self._localizer = localizer
         self._mapping = None
         self._warned = set()
@@ -136,7 +136,7 @@ class SlamToolboxNode(ManagedNode):
         self._begin()
 
     def _resume(self, session: Session, start: Start, localize: bool) -> None:
-        """Go on from a session that is asked for, mapping or only localizing."""
+        """Continue a session on request, mapping or only localizing."""
         self.memory.forget()
         self._begin_with(session, start, localize)
 
@@ -150,7 +150,7 @@ class SlamToolboxNode(ManagedNode):
         self._begin()
 
     def _on_scan(self, message: Any) -> None:
-        self._watch.heard()
+        self._watch.scan_received()
         self._scans.add(message)
         self._process_scans()
 

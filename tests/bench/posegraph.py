@@ -112,7 +112,7 @@ def _linear(start: Poses, edges: EdgeTable) -> dict[str, float]:
     g = np.empty((count, 3))
     assemble(
         start, i, j, edges.measured, edges.information, np.ones(len(i)),
-        layout.place, layout.starts, layout.slots, blocks, corner, g,
+        layout.perm, layout.starts, layout.slots, blocks, corner, g,
     )  # fmt: skip
     damp(layout.starts, blocks, corner, 1e-8)
 
@@ -154,6 +154,6 @@ def _scalar(layout: Pattern, blocks: NDArray[np.float64], corner: NDArray[np.flo
     row, column, values = row[lower], column[lower], values[lower]
     across = row != column
     pairs = np.concatenate((row, column[across])), np.concatenate((column, row[across]))
-    size = 3 * len(layout.place)
+    size = 3 * len(layout.perm)
     both = np.concatenate((values, values[across]))
     return coo_matrix((both, pairs), shape=(size, size)).tocsc()

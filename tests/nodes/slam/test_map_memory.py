@@ -86,7 +86,7 @@ def test_a_damaged_file_is_refused_with_a_word_and_the_map_starts_anew(
     file.write_bytes(file.read_bytes()[:-100])
     again = started(next_process, resume_file=str(file))
     assert len(errors) == 1
-    assert "the map starts anew" in errors[0]
+    assert "a new map begins" in errors[0]
     assert "cut short" in errors[0]
     assert len(again.slam.graph) == 0
     drive_on(robot, next_process, 3)

@@ -136,7 +136,7 @@ def test_in_a_symmetric_room_all_places_are_kept_for_long_and_none_is_sure(seed:
             T_map_odom = estimate.T_map_odom
             assert estimate.status is Status.AMBIGUOUS
             assert estimate.quality < 0.5
-            assert "other places" in estimate.reason
+            assert "other poses" in estimate.reason
         pose = T_map_odom @ robot.odometry
         assert min(pose.distance(twin) for twin in twins(robot.pose)) < 0.1
     for twin in twins(robot.pose):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
-from arjuna_slam.graph.place_match import Place, PlaceMatcher, Search
+from arjuna_slam.graph.submap_match import Search, SubmapMatch, SubmapMatcher
 from arjuna_slam.mapping.submap import Submap
 from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.scan_matcher import MatchStatus
@@ -42,14 +42,14 @@ def looked_for(
     known: NDArray[np.float64] = LOOSE,
     xy: float = 0.3,
     scans: Sequence[Scan] = (),
-) -> Place | None:
-    work = PlaceMatcher(SlamConfig(), told, 20.0).find(
+) -> SubmapMatch | None:
+    work = SubmapMatcher(SlamConfig(), told, 20.0).find(
         query, past, Search(prior, known, xy, 0.02), scans
     )
     return finished(work)
 
 
-def same(walls: tuple[Wall, ...], told: Told, **how: float) -> Place:
+def same(walls: tuple[Wall, ...], told: Told, **how: float) -> SubmapMatch:
     """Look for walls among themselves."""
     place = looked_for(submap(walls, IDENTITY), submap(walls, IDENTITY), told, **how)  # type: ignore[arg-type]
     assert place is not None
@@ -88,7 +88,7 @@ def test_a_place_is_known_as_well_as_its_match_and_a_submap_s_bend(angle: float)
 def test_a_submap_of_less_than_60_cells_is_not_looked_for(length: float, is_asked: bool) -> None:
     wall, told = submap(((1.0, 1.02, 1.0 + length, 1.02),), IDENTITY), Told(known=covariance(0.0))
     assert (len(wall.field.surface()[0]) >= 60) is is_asked
-    work = PlaceMatcher(SlamConfig(), told, 20.0).find(
+    work = SubmapMatcher(SlamConfig(), told, 20.0).find(
         wall, wall, Search(IDENTITY, LOOSE, 0.3, 0.02), []
     )
     list(work)

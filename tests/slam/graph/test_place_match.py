@@ -11,8 +11,8 @@ import pytest
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig
-from arjuna_slam.graph.place_match import Place, PlaceMatcher, Search
 from arjuna_slam.graph.rivals import SeenField
+from arjuna_slam.graph.submap_match import Search, SubmapMatch, SubmapMatcher
 from arjuna_slam.mapping.submap import Submap
 from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import ScanMatcher
@@ -60,13 +60,13 @@ def find(
     past: tuple[Wall, ...] | None = None,
     xy: float = 1.0,
     nodes: tuple[int, ...] = (),
-) -> Place:
+) -> SubmapMatch:
     """Look for walls where they are, from a frame that is off; among some of them, if given.
 
     Beams are asked only at nodes.
     """
     config = SlamConfig()
-    matcher = PlaceMatcher(config, ScanMatcher(config), config.max_laser_range)
+    matcher = SubmapMatcher(config, ScanMatcher(config), config.max_laser_range)
     window = Search(SE2(), np.diag([xy**2, xy**2, 0.01]) / 4.0, xy, 0.1)
     query, there = submap(walls, MOVED.inverse(), nodes), submap(past or walls, SE2(), nodes)
     work = matcher.find(query, there, window, [scan(walls, view) for view in VIEWS])
@@ -75,9 +75,9 @@ def find(
     return place
 
 
-def finished(work: Generator[None, None, Place | None]) -> Place | None:
+def finished(work: Generator[None, None, SubmapMatch | None]) -> SubmapMatch | None:
     """What comes of work that waits at least once."""
-    found: list[Place | None] = []
+    found: list[SubmapMatch | None] = []
 
     def done() -> Generator[None, None, None]:
         found.append((yield from work))
@@ -131,7 +131,7 @@ def test_what_another_place_leaves_open_is_the_way_along_the_walls(frame: SE2) -
     sides: tuple[Wall, ...] = ((0.0, 0.0, 30.0, 0.0), (0.0, 2.0, 30.0, 2.0))
     doors = tuple((float(x), 2.0, float(x), 2.4) for x in range(2, 30, 3))
     there = submap((*sides, *doors), frame)
-    matcher = PlaceMatcher(SlamConfig(), ScanMatcher(SlamConfig()), 20.0)
+    matcher = SubmapMatcher(SlamConfig(), ScanMatcher(SlamConfig()), 20.0)
     window = Search(SE2(0.1, 0.05, 0.01), np.diag([6.0, 6.0, 0.01]), 5.0, 0.1)
     place = finished(matcher.find(there, there, window, []))
     assert place is not None
@@ -149,7 +149,7 @@ def test_beams_that_go_through_much_of_it_speak_against_a_place(
     open_ = (*CORRIDOR, *ENDS)
     shut = (*open_, *((x, 0.0, x, 2.0) for x in doors))
     config, scans = SlamConfig(), [scan(open_, view) for view in VIEWS]
-    matcher = PlaceMatcher(config, ScanMatcher(config), config.max_laser_range)
+    matcher = SubmapMatcher(config, ScanMatcher(config), config.max_laser_range)
     window = Search(SE2(), np.diag([1.0, 1.0, 0.01]) / 4.0, 1.0, 0.1)
     for query, past in ((shut, open_), (open_, shut)):
         seen = tuple(range(3))

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_slam.graph import places
+from arjuna_slam.graph import wide_loops
 from arjuna_slam.graph.hypotheses import Closure
 from arjuna_slam.graph.loops import LoopConfig, Submap
-from arjuna_slam.graph.place_match import Place, Search
-from arjuna_slam.graph.places import Places
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
+from arjuna_slam.graph.submap_match import Search, SubmapMatch
 from arjuna_slam.graph.uncertainty import relative_covariances, spread
+from arjuna_slam.graph.wide_loops import WideLoops
 from arjuna_slam.mapping.submap import Submap as Run
 from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import MatcherConfig, ScanMatcher
@@ -26,7 +26,7 @@ CONFIG = LoopConfig()
 NOWHERE = np.zeros(2)
 GOOD = np.diag([0.02**2, 0.03**2, 0.004**2])
 
-Answer = Callable[[int, int, Search], Place | None]
+Answer = Callable[[int, int, Search], SubmapMatch | None]
 
 
 @dataclass
@@ -38,7 +38,7 @@ class Told:
 
     def find(
         self, query: Submap, past: Submap, window: Search, scans: Sequence[Scan]
-    ) -> Generator[None, None, Place | None]:
+    ) -> Generator[None, None, SubmapMatch | None]:
         assert scans == []
         self.asked.append((query.anchor, past.anchor, window))
         yield
@@ -59,12 +59,12 @@ class Noted:
         return []
 
 
-def work(patch: pytest.MonkeyPatch, told: Told, config: LoopConfig = CONFIG) -> Places:
-    patch.setattr(places, "PlaceMatcher", lambda *_: told)
-    return Places(config, ScanMatcher(MatcherConfig()), 20.0)
+def work(patch: pytest.MonkeyPatch, told: Told, config: LoopConfig = CONFIG) -> WideLoops:
+    patch.setattr(wide_loops, "SubmapMatcher", lambda *_: told)
+    return WideLoops(config, ScanMatcher(MatcherConfig()), 20.0)
 
 
-def ended(work: Places, graph: PoseGraph, submaps: list[Run]) -> list[Closure]:
+def ended(work: WideLoops, graph: PoseGraph, submaps: list[Run]) -> list[Closure]:
     """Return what is believed until there is nothing to do."""
     believed: list[Closure] = []
     while (found := work.step(graph, submaps, [])) is not None:
@@ -86,7 +86,7 @@ def mapped(way: Sequence[SE2], size: int, deviation: float) -> tuple[PoseGraph, 
         submap.nodes.extend(range(first, first + size))
         submap.poses.extend(way[first].inverse() @ way[k] for k in submap.nodes)
         steps = zip(submap.poses, submap.poses[1:], strict=False)
-        submap.way = sum(a.distance(b) for a, b in steps)
+        submap.path_length = sum(a.distance(b) for a, b in steps)
         submaps.append(submap)
     return graph, submaps
 
@@ -193,9 +193,9 @@ def test_a_piece_of_work_is_done_at_a_time(monkeypatch: pytest.MonkeyPatch) -> N
     assert len(told.asked) == 6
 
 
-def found(window: Search, off: float, *, sure: bool = True, area: float = 20.0) -> Place:
+def found(window: Search, off: float, *, sure: bool = True, area: float = 20.0) -> SubmapMatch:
     """Return a place so far beside where it was looked for [m]."""
-    return Place(SE2(0.0, off, 0.0) @ window.prior, GOOD, sure, NOWHERE, area)
+    return SubmapMatch(SE2(0.0, off, 0.0) @ window.prior, GOOD, sure, NOWHERE, area)
 
 
 @pytest.mark.parametrize(
@@ -208,7 +208,7 @@ def test_a_graph_that_was_bent_is_searched_where_it_was_not(
     """Bent by 0.5 m; moved by as much as half of what the window reached."""
     graph, submaps = out_and_back()
 
-    def answer(query: int, past: int, window: Search) -> Place | None:
+    def answer(query: int, past: int, window: Search) -> SubmapMatch | None:
         return found(window, off) if (query, past) == (12, 4) else None
 
     told = Told(answer)
@@ -246,7 +246,7 @@ def test_what_a_place_counts_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     noted = Noted()
-    monkeypatch.setattr(places, "Hypotheses", lambda: noted)
+    monkeypatch.setattr(wide_loops, "Hypotheses", lambda: noted)
     graph, submaps = out_and_back(deviation)
     told = Told(lambda _q, _p, window: found(window, off, sure=sure, area=area))
     assert ended(work(monkeypatch, told), graph, submaps[:3]) == []
@@ -276,7 +276,7 @@ def test_the_edge_joins_the_keyframes_nearest_to_what_holds_the_place(
     holds: tuple[float, float], i: int, j: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     noted = Noted()
-    monkeypatch.setattr(places, "Hypotheses", lambda: noted)
+    monkeypatch.setattr(wide_loops, "Hypotheses", lambda: noted)
     graph, _ = out_and_back()
     T = SE2(2.1, 0.25, 2.7)  # the newer begins near the other end, facing back
     past, query = (Run(Field(0.05, 0.05)) for _ in range(2))
@@ -286,7 +286,7 @@ def test_the_edge_joins_the_keyframes_nearest_to_what_holds_the_place(
     past.bend, query.bend = (np.diag([s**2, s**2, t**2]) for s, t in ((0.1, 0.03), (0.07, 0.02)))
     covariance = np.array([[4.0, 1.0, 0.2], [1.0, 2.0, -0.1], [0.2, -0.1, 0.5]]) * 1e-3
     empty = Run(Field(0.05, 0.05), nodes=[4, 5], poses=[SE2(), SE2()])
-    told = Told(lambda *_: Place(T, covariance, True, np.array(holds), 0.0))
+    told = Told(lambda *_: SubmapMatch(T, covariance, True, np.array(holds), 0.0))
     ended(work(monkeypatch, told), graph, [past, empty, query])
     (edge,) = (closure.edge for closure in noted.added)
     assert (edge.i, edge.j, edge.kind) == (i, 8 + j, EdgeKind.LOOP)

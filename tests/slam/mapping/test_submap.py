@@ -107,7 +107,7 @@ def test_a_new_keyframe_is_tied_to_one_at_most_four_metres_back() -> None:
         way += step
         pose = SE2(way, 0.0, math.pi / 2)  # looking aside
         submap.insert(10 + k, SEEN, pose, tears.get(k, NONE))
-        assert submap.way == pytest.approx(way)
+        assert submap.path_length == pytest.approx(way)
         assert (submap.anchor, submap.nodes[-1], submap.poses[-1]) == (10, 10 + k, pose)
         post, T_post_base, unseen_since = submap.constraint_to(SE2(way + 0.3, 0.1, 0.0))
         assert post == 10 + posts[k]

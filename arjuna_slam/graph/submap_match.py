@@ -1,8 +1,8 @@
-"""Where one submap lies in another, what is not known of it, and what speaks against it.
+"""Pose of one submap in another: what is not known of it, and what speaks against it.
 
 A scan in a corridor fits anywhere along it, and in the next corridor too. So whole submaps are
 compared; the direction in which they fit as well elsewhere in the window is not known; and where
-the beams of one go through what the other has seen, they are not the same place.
+the beams of one go through what the other has seen, they are not of the same area.
 
 Source: Hess et al., Real-time loop closure in 2D LIDAR SLAM, 2016, section V (search); Olson,
 Robust and efficient robotic mapping, 2008, chapter 3 (ambiguity).
@@ -31,18 +31,18 @@ from arjuna_slam.matching.surface import Surface
 
 _POINTS = 240  # of a submap that is looked for
 _SCANS = 12  # of a submap that are asked for contradiction
-_WALL = 1.2  # of a wall, longer than a door is wide, in a beam's way: it is another place [m]
-_COARSE = 0.45  # mean likelihood that a place must reach in the coarse search
+_WALL = 1.2  # of a wall, longer than a door is wide, that a beam crosses: not the same area [m]
+_COARSE = 0.45  # mean likelihood that a pose must reach in the coarse search
 _FINE = Window(0.2, 0.02, 2)
 _BENT = np.diag([0.03**2, 0.03**2, 0.004**2])  # covariance of what a submap's own bend adds
-_UNKNOWN = 1e-4  # information left along a direction in which another place fits as well
+_UNKNOWN = 1e-4  # information left along a direction in which another pose fits as well
 _ALONG = 0.95  # cosine from which on a wall runs towards a rival
-_FEW = 0.1  # share of all walls up to which those that do so tell no direction
+_FEW = 0.1  # share of all walls up to which those that do so determine no direction
 _FACING = 0.3  # cosine from which on a wall faces a direction
 _DIRECTIONS = np.array(
     [(math.cos(k * math.pi / 6.0), math.sin(k * math.pi / 6.0)) for k in range(6)]
 )
-_ACROSS = 0.5  # cosine from which on a wall holds a place in a direction by itself
+_ACROSS = 0.5  # cosine from which on a wall constrains a direction by itself
 _ON = 0.3  # likelihood from which on a point lies on the other's wall
 _PIECE = 1.2  # m^2 rad of a window that are searched at a time
 _PIECE_ANGLE_MIN = 0.03  # of a piece of the window, however wide that is [rad]
@@ -50,7 +50,7 @@ _PIECE_ANGLE_MIN = 0.03  # of a piece of the window, however wide that is [rad]
 
 @dataclass(frozen=True)
 class Search:
-    """Where a submap is looked for.
+    """Window in which a submap is searched.
 
     Attributes:
         prior: The submap in the past one's frame, as the graph has it.
@@ -66,11 +66,11 @@ class Search:
 
     @property
     def ambiguous(self) -> bool:
-        """Whether the window has room for another place that looks the same."""
+        """True if the window has room for another pose that fits as well."""
         return self.xy >= 2.0 * APART
 
     def reaches_beside(self, best: SE2) -> bool:
-        """Return whether the window reaches so far from a place that another may lie in it."""
+        """Return whether another peak, apart from the best pose, may lie in the window."""
         off = max(abs(best.x - self.prior.x), abs(best.y - self.prior.y))
         return off + self.xy > APART
 
@@ -91,11 +91,11 @@ class Search:
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where a submap lies in a past one.
+class SubmapMatch:
+    """Pose of a submap in a past one, as matched.
 
     Attributes:
-        T_past_query: Its pose.
+        T_past_query: The pose.
         covariance: Of it, in the past one's axes, `(3, 3) float64`.
         sure: Whether it fits nowhere else in the window.
         holds: Where in the past one lies what holds it in the direction that is least seen,
@@ -110,7 +110,7 @@ class Place:
     area: float
 
 
-class PlaceMatcher:
+class SubmapMatcher:
     """Compares submaps.
 
     Args:
@@ -126,7 +126,7 @@ class PlaceMatcher:
 
     def find(
         self, query: Submap, past: Submap, window: Search, scans: Sequence[Scan]
-    ) -> Generator[None, None, Place | None]:
+    ) -> Generator[None, None, SubmapMatch | None]:
         """Look for a submap in a past one; each step of the generator takes a bounded time.
 
         Args:
@@ -136,7 +136,7 @@ class PlaceMatcher:
             scans: The scan at each node.
 
         Returns:
-            The place, or None where there is none or something speaks against it.
+            The match, or None where none fits or something speaks against it.
         """
         points, normals = query.field.surface()
         if len(points) < _POINTS // 4:
@@ -167,11 +167,11 @@ class PlaceMatcher:
             information = _along_unknown(information, other, match, surface)
         holds, area = _what_holds(past.field, surface, match), _area(query.field, past.field, found)
         sure = other is None and wall <= _WALL
-        return Place(found, invert(information), sure, holds, area)
+        return SubmapMatch(found, invert(information), sure, holds, area)
 
     def _refine(self, past: Submap, surface: Surface, start: SE2) -> Match | None:
         match = self._matcher.match(past.field, surface, start, _FINE, 0.0)
-        good = match.response >= self._config.loop_place_response
+        good = match.response >= self._config.loop_submap_response
         return match if good and match.status is MatchStatus.MATCHED else None
 
     def _is_ruled_out(
@@ -244,9 +244,9 @@ def _what_holds(field: Field, surface: Surface, match: Match) -> NDArray[np.floa
 
 
 def _area(query: Field, past: Field, T_past_query: SE2) -> float:
-    """Return how much ground the walls take that hold one in the other in each direction [m^2].
+    """Return the area of the walls that hold one in the other, least over directions [m^2].
 
-    A door holds a place along a corridor as firmly as a room does, but many doors are alike.
+    A door holds a submap along a corridor as firmly as a room does, but many doors are alike.
     """
     return min(_squares(query, past, T_past_query), _squares(past, query, T_past_query.inverse()))
 
@@ -266,10 +266,11 @@ def _squares(field: Field, other: Field, T_other_field: SE2) -> int:
 def _along_unknown(
     information: NDArray[np.float64], rival: SE2, best: Match, surface: Surface
 ) -> NDArray[np.float64]:
-    """Take out what is said along the direction in which another place fits as well.
+    """Remove the information along the direction in which another pose fits as well.
 
-    It is that of the walls that run there, for where the rival lies is known to a cell, which is
-    degrees over 0.8 m. What the match sees least does not tell it: doors hold as firmly as walls.
+    The direction is that of the walls that run towards the rival, as the rival is known to a cell
+    only, which is degrees over 0.8 m. The direction that the match sees least would not do: doors
+    hold as firmly as walls.
     """
     gap = rival.array()[:2] - best.T_field_base.array()[:2]
     gap /= np.linalg.norm(gap)
@@ -277,9 +278,9 @@ def _along_unknown(
     along = np.column_stack((-normals[:, 1], normals[:, 0]))
     along = along[np.abs(along @ gap) > _ALONG]
     walls = len(along) > _FEW * len(normals)
-    way = np.append(np.linalg.eigh(along.T @ along)[1][:, 1] if walls else gap, 0.0)
-    pull = information @ way
-    left: NDArray[np.float64] = information - np.outer(pull, pull) / (way @ pull)
+    direction = np.append(np.linalg.eigh(along.T @ along)[1][:, 1] if walls else gap, 0.0)
+    pull = information @ direction
+    left: NDArray[np.float64] = information - np.outer(pull, pull) / (direction @ pull)
     return left + _UNKNOWN * np.eye(3)
 
 

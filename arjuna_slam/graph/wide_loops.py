@@ -1,8 +1,8 @@
-"""Loops that drift has opened wide: every finished submap against every past one it may lie on.
+"""Loops that drift has opened wide: each finished submap against each past one it may overlap.
 
 The graph says how far drift may have come, so that is how wide a search is. All of it is a queue of
 small pieces of work in a fixed order: one at a scan, the rest when a log ends. What is found is
-held until several closures agree, and all is looked at anew once they have bent the graph.
+held until several closures agree, and all is searched again once they have bent the graph.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.hypotheses import Closure, Hypotheses
 from arjuna_slam.graph.loops import LoopConfig, Submap
-from arjuna_slam.graph.place_match import Place, PlaceMatcher, Search
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
+from arjuna_slam.graph.submap_match import Search, SubmapMatch, SubmapMatcher
 from arjuna_slam.graph.uncertainty import chained, relative_covariances, spread
 from arjuna_slam.matching.scan_matcher import ScanMatcher, invert
 
-_OVERLAP = 3.0  # how near two submaps' ways must come [m]
-_LONGER = 1.5  # by which a submap's way may be longer in the graph
+_OVERLAP = 3.0  # how near two submaps' trajectories must come [m]
+_LONGER = 1.5  # by which a submap's path may be longer in the graph
 _CANDIDATES_MAX = 8  # of a submap at a time
 _KNOWN = 0.3  # deviation below which submaps that a closure joins are not compared [m]
-_BENDS = 0.5  # correction from which on all is looked at anew [m]
+_BENDS = 0.5  # correction from which on all is searched again [m]
 _SMALL = 0.3  # correction up to which a closure needs no other in a narrow window [m]
 _SURE, _UNSURE = 1.0, 0.5  # weight of a closure, and of one that fits elsewhere as well
-_AREA = 12.0  # of walls that hold a place from which on it is no mere door [m^2]
+_AREA = 12.0  # of walls that hold a submap from which on they are no mere door [m^2]
 _BELIEVED = 2.0  # weights of closures that agree
 
 
@@ -42,7 +42,7 @@ class _Task:
     covariance: NDArray[np.float64]
 
 
-class Places:
+class WideLoops:
     """Closes wide loops, a piece of work at a time.
 
     Args:
@@ -53,7 +53,7 @@ class Places:
 
     def __init__(self, config: LoopConfig, matcher: ScanMatcher, range_max: float) -> None:
         self._config = config
-        self._matcher = PlaceMatcher(config, matcher, range_max)
+        self._matcher = SubmapMatcher(config, matcher, range_max)
         self.restart()
 
     def restart(self) -> None:
@@ -115,8 +115,8 @@ class Places:
         """Return which submaps the widest window may reach, by their anchors alone."""
         widest = _OVERLAP + 0.5 * self._config.loop_search_space_dimension
         anchors = np.array([submap.anchor for submap in submaps], np.intp)
-        ways = np.array([submap.way for submap in submaps])
-        near: list[int] = np.flatnonzero(gaps[anchors] < widest + _LONGER * ways).tolist()
+        lengths = np.array([submap.path_length for submap in submaps])
+        near: list[int] = np.flatnonzero(gaps[anchors] < widest + _LONGER * lengths).tolist()
         return near
 
     def _window(self, task: _Task, graph: PoseGraph, submaps: Sequence[Submap]) -> Search:
@@ -138,13 +138,13 @@ class Places:
         query, past = submaps[task.query], submaps[task.past]
         window = self._window(task, graph, submaps)
         self._tried[task.query, task.past] = window.prior, window.xy
-        place = yield from self._matcher.find(query, past, window, scans)
-        if place is None:
+        match = yield from self._matcher.find(query, past, window, scans)
+        if match is None:
             return []
-        edge = _edge(query, past, place)
+        edge = _edge(query, past, match)
         far = bool(np.hypot(*graph.residual(edge)[:2]) > _SMALL)
         enough = _BELIEVED if window.ambiguous or far else _UNSURE
-        weight, wide = _SURE if place.sure else _UNSURE, place.sure and place.area >= _AREA
+        weight, wide = _SURE if match.sure else _UNSURE, match.sure and match.area >= _AREA
         closure = Closure(task.query, task.past, edge, weight, enough, wide)
         believed = self._hypotheses.add(graph, closure)
         self._closed.update((one.query, one.past) for one in believed)
@@ -173,13 +173,13 @@ def _gaps(graph: PoseGraph, nodes: list[int]) -> NDArray[np.float64]:
     return gaps
 
 
-def _edge(query: Submap, past: Submap, place: Place) -> Edge:
+def _edge(query: Submap, past: Submap, match: SubmapMatch) -> Edge:
     """Return the edge between the keyframes nearest to what holds the one in the other."""
-    T = place.T_past_query
+    T = match.T_past_query
     at = [T @ pose for pose in query.poses]
-    i, j = (_nearest(poses, place.holds) for poses in (past.poses, at))
+    i, j = (_nearest(poses, match.holds) for poses in (past.poses, at))
     T_i_past = past.poses[i].inverse()
-    covariance = chained(T_i_past, past.bend, T, place.covariance)
+    covariance = chained(T_i_past, past.bend, T, match.covariance)
     covariance = chained(T_i_past @ T, covariance, query.poses[j], query.bend)
     T_i_j = T_i_past @ at[j]
     return Edge(past.nodes[i], query.nodes[j], T_i_j, invert(covariance), EdgeKind.LOOP)
