@@ -9,7 +9,7 @@ from pathlib import Path
 from scripts.steps import StepError
 
 EXTRAS = ("campaign", "dev", "tune", "view")
-"""What can be left out: packages that the demo does not need."""
+"""Optional packages: those that the demo does not need."""
 INSTALLER = "setup"
 """The extra of the program that installs the others."""
 _LINE = re.compile(r"(?P<pin>[^#\s][^#]*?)(?:\s+# (?P<extras>[\w ]+))?")

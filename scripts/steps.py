@@ -14,7 +14,7 @@ from pathlib import Path
 QUIET_S = 2.0
 """A step shorter than this says nothing [s]."""
 REPORT_S = 20.0
-"""How often a long step says that it goes on [s]."""
+"""Period of the notes that a long step is still running [s]."""
 TAIL_LINES = 25
 
 

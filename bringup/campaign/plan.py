@@ -14,7 +14,7 @@ from arjuna_core.errors import ArjunaError, InputFileError, nearest
 from arjuna_core.files.yaml_file import read_yaml
 
 FOLDER = "{folder}"
-"""What stands in a command for the folder of a run."""
+"""The placeholder in a command for the folder of a run."""
 _RUNS_MAX = 100_000  # more are taken for a mistake in the factors
 _KEYS = ("command", "result", "factors", "success", "measures", "timeout")
 _RANGE = {"first", "count"}

@@ -29,7 +29,7 @@ PAGES = {
         "q/z both speeds up/down 10 %   w/x forward speed   e/c turn rate   Ctrl-C quit"
     ),
 }
-"""What to show of each layout."""
+"""The help text of each layout."""
 
 
 @dataclass(frozen=True)

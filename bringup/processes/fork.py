@@ -24,7 +24,7 @@ _PR_SET_PDEATHSIG, _PR_SET_MM, _PR_SET_MM_MAP = 1, 35, 14  # linux/prctl.h
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _STANDARD = (0, 1, 2)
 _SHOWN: list[Any] = []
-"""What the kernel reads of this process must stay where it is."""
+"""Keeps buffers alive that the kernel reads in this process."""
 
 
 def can_fork() -> bool:

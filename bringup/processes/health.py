@@ -11,7 +11,7 @@ from arjuna_core.config import param
 PERIOD = 0.5
 """From one sign of life to the next [s]."""
 PATIENCE = 6.0
-"""How long a process that has work as usual may be silent [s]; one stopped for 5 s continues."""
+"""The longest silence of a process at its usual work [s]; one stopped for 5 s continues."""
 
 
 @dataclass

@@ -35,7 +35,7 @@ TOPICS: dict[str, tuple[str, TopicQos]] = {
     "/initialpose": ("geometry_msgs/msg/PoseWithCovarianceStamped", _QUEUED),
     "/goal_pose": ("geometry_msgs/msg/PoseStamped", _QUEUED),
 }
-"""What the demo records: with these the lock-step run listens from its first tick on."""
+"""The topics that the demo records: with these the lock-step run listens from its first tick on."""
 
 
 class Recorder:

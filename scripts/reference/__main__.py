@@ -10,7 +10,7 @@ PAGES = {
     "topics.md": topics.page,
     "messages.md": messages.page,
 }
-"""What writes each page."""
+"""The writer of each page."""
 
 if __name__ == "__main__":
     for name, page in PAGES.items():

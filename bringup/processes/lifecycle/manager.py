@@ -21,9 +21,9 @@ from arjuna_core.ros.process import Process
 from bringup.processes.lifecycle.plan import Command, State, Step, Transition, Verdict, judge, plan
 
 SERVICE_DEADLINE = 10.0
-"""How long a node's services may take to appear [s]."""
+"""Time-out for a node's services to appear [s]."""
 TRANSITION_DEADLINE = 90.0
-"""How long a transition may take [s]; the first ever compiles the algorithms."""
+"""Time-out of a transition [s]; the first ever compiles the algorithms."""
 _MANAGED = ParameterDescriptor(
     description="The managed nodes, in the order of bring-up.", read_only=True
 )

@@ -13,7 +13,7 @@ from PIL import Image
 from arjuna_core.grid import OccupancyGrid
 
 MAX_TEXTURE = 4096
-"""What every browser's WebGL takes as edge of a texture [pixels]; larger grids are thinned."""
+"""The edge of a texture that every browser's WebGL takes [pixels]; larger grids are thinned."""
 
 # glTF 2.0, sections 4.4 and 5, after OpenGL
 _GLB, _JSON, _BIN = 0x46546C67, 0x4E4F534A, 0x004E4942
