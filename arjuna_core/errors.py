@@ -53,8 +53,6 @@ class WorldError(InputFileError):
 
 
 _LOOK_ALIKES = str.maketrans({"i": "1", "l": "1", "|": "1", "o": "0", "s": "5", "z": "2"})
-_ALIKE = 0.6  # part of the letters that names share which are close
-_CLOSE = 8  # of the names that share most letters, those that are compared letter by letter
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:
@@ -68,7 +66,8 @@ def nearest(name: str, valid: Iterable[str]) -> str:
         `did you mean 'x'?` where a name is close, else the sorted list of valid names.
     """
     names = sorted(valid)
-    meant = _closest(name, names, _ALIKE)
+    # Names are close that share 0.6 of their letters.
+    meant = _closest(name, names, 0.6)
     return f"did you mean '{meant}'?" if meant else f"valid: {', '.join(names) or 'none'}"
 
 
@@ -84,7 +83,8 @@ def _closest(name: str, names: list[str], alike: float) -> str | None:
     Upper case, `-` or a space for `_`, and letters that look alike (`l` and `1`) are hardly one.
     """
     given, plain = _plain(name), {each: _plain(each) for each in names}
-    shapes = difflib.get_close_matches(given, dict.fromkeys(plain.values()), _CLOSE, alike)
+    # The eight names that share most letters are compared letter by letter.
+    shapes = difflib.get_close_matches(given, dict.fromkeys(plain.values()), 8, alike)
     close = [each for each in names if plain[each] in shapes]
     mistakes = {each: _mistakes(given, plain[each]) for each in close}
     fewest = [each for each in close if mistakes[each] == min(mistakes.values())]

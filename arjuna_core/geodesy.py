@@ -13,7 +13,6 @@ from arjuna_core.se2 import SE2
 SEMI_MAJOR = 6378137.0
 FLATTENING = 1.0 / 298.257223563
 _ECCENTRICITY_2 = FLATTENING * (2.0 - FLATTENING)
-_ROUNDS = 6  # each makes the error of a latitude some 150 times smaller
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,8 @@ class GeoPoint:
         x, y, z = (float(value) for value in ecef)
         ring = math.hypot(x, y)
         lat = math.atan2(z, ring * (1.0 - _ECCENTRICITY_2))
-        for _ in range(_ROUNDS):
+        # Each iteration makes the error of a latitude some 150 times smaller.
+        for _ in range(6):
             sine = math.sin(lat)
             normal = SEMI_MAJOR / math.sqrt(1.0 - _ECCENTRICITY_2 * sine * sine)
             lat = math.atan2(z + _ECCENTRICITY_2 * normal * sine, ring)

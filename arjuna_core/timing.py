@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-_TOLERANCE = 1e-9
-_NO_DELAY = 1e6  # [s] simulated time begins near 0, the system's in 1970
+NANOSECONDS = 1_000_000_000  # in a second
 
 
 class Periodic:
@@ -26,7 +25,8 @@ class Periodic:
 
     def due(self, now: float) -> bool:
         """Return whether an occurrence has come since the last call that said so."""
-        count = int((now - self._phase + _TOLERANCE) // self._period) + 1
+        # 1 ns for rounding.
+        count = int((now - self._phase + 1e-9) // self._period) + 1
         if count < self._count:  # the clock was set back
             self._count = max(count - 1, 0)
         if count <= self._count:
@@ -41,7 +41,8 @@ def other_clock(age: float) -> str:
     Args:
         age: This node's time less the stamp of what it got.
     """
-    if abs(age) < _NO_DELAY:
+    # Simulated time begins near 0, the system's in 1970: 1e6 s are no delay.
+    if abs(age) < 1e6:
         return ""
     simulated, system, who = "simulated time", "the system's", "this node"
     if age < 0.0:

@@ -15,7 +15,6 @@ TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 """Types of transforms, that of ROS 1 last."""
 
 _SEQUENCE_MAX = 1 << 28  # elements
-_DEFINITION_MAX = 100_000  # characters; longer ones are passed over
 
 
 class DecodeError(ArjunaError, ValueError):
@@ -35,7 +34,8 @@ def _known(encoding: str) -> Any:
 
 def _defined(topic: TopicInfo) -> dict[str, Any]:
     """Return the types that a recording defines for a topic; none where it cannot be read."""
-    if not 0 < len(topic.definition.strip()) <= _DEFINITION_MAX:
+    # A definition of more than 100 000 characters is skipped.
+    if not 0 < len(topic.definition.strip()) <= 100_000:
         return {}
     try:
         return dict(get_types_from_msg(topic.definition, topic.type_name))

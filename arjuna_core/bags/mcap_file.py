@@ -36,8 +36,6 @@ _DAMAGE = (
     *(McapError, zstandard.ZstdError, ValueError, RuntimeError, KeyError, struct.error),
     *(EOFError, MemoryError, OverflowError),
 )
-_RECORD_MAX = 1 << 30  # [bytes]
-_CHUNK_MAX = 1 << 28  # [bytes]; recorders write chunks of about 1 MiB
 _HEAD = struct.Struct("<BQ")  # opcode and length of a record; mcap.dev/spec
 _SINGLE: dict[int, Callable[..., Any]] = {
     Opcode.SCHEMA: Schema.read,
@@ -167,7 +165,8 @@ class McapFile:
         if len(head) < _HEAD.size:
             return None
         kind, length = _HEAD.unpack(head)
-        if length > min(self.path.stat().st_size - file.tell(), _RECORD_MAX):
+        # At most 1 GiB: recorders write chunks of about 1 MiB.
+        if length > min(self.path.stat().st_size - file.tell(), 1 << 30):
             return None
         content = file.read(length)
         try:
@@ -235,7 +234,8 @@ def _unpacked(chunk: Chunk) -> Chunk:
         ValueError: It is larger than it says, or than any chunk should be.
     """
     size = chunk.uncompressed_size
-    if size > _CHUNK_MAX:
+    # At most 256 MiB: recorders write chunks of about 1 MiB.
+    if size > 1 << 28:
         raise ValueError(f"a chunk of {size} bytes")
     if chunk.compression == "zstd":
         packed: Any = zstandard.ZstdDecompressor().stream_reader(BytesIO(chunk.data))

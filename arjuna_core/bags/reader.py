@@ -30,7 +30,6 @@ SUFFIXES = tuple(_KINDS)
 
 _VALID = f"valid: a file of {', '.join(SUFFIXES)}, or a folder of such files"
 _MESSAGE_MAX = 1 << 28  # [bytes]
-_DISK_MARGIN = 1 << 30  # [bytes] that unpacking leaves free
 
 
 class Bag:
@@ -83,7 +82,8 @@ class Bag:
             with file.open("rb") as source, copy.open("wb") as target:
                 for part in zstandard.ZstdDecompressor().read_to_iter(source):
                     target.write(part)
-                    if shutil.disk_usage(copy).free < _DISK_MARGIN:
+                    # Unpacking leaves 1 GiB of the disk free.
+                    if shutil.disk_usage(copy).free < 1 << 30:
                         raise InputFileError(file, "cannot be unpacked: the disk is full")
         except (zstandard.ZstdError, OSError) as error:
             raise InputFileError(file, f"cannot be unpacked: {error}") from error

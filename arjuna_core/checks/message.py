@@ -15,9 +15,9 @@ import numpy as np
 
 from arjuna_core.checks import limits
 from arjuna_core.checks.rules import DOCUMENTS, MOST, RULES, rotation_problem, stamp_problem
+from arjuna_core.timing import NANOSECONDS
 
 _Check = Callable[[Any], str | None]
-_NANO = 1_000_000_000
 _PARAMETER_TYPES = 9  # rcl_interfaces/ParameterType, the last
 _NUMBERS = ("double", "float")
 # fields that may hold what is no number: REP 117, and unmeasured parts of an IMU's message
@@ -163,7 +163,9 @@ def _text_problem(path: str, text: str) -> str | None:
 
 
 def _duration_problem(value: Any) -> str | None:
-    return f"{value.nanosec} ns; valid: less than {_NANO}" if value.nanosec >= _NANO else None
+    if value.nanosec < NANOSECONDS:
+        return None
+    return f"{value.nanosec} ns; valid: less than {NANOSECONDS}"
 
 
 def _time_problem(value: Any) -> str | None:

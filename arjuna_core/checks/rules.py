@@ -11,7 +11,6 @@ import numpy as np
 from arjuna_core.checks import limits
 
 _MEASUREMENTS = ("LaserScan", "Odometry", "Imu", "JointState", "PointCloud2", "Image", "Range")
-_TURN = 2.0 * math.pi
 _REALS = {7: 4, 8: 8}  # bytes of PointField.FLOAT32 and FLOAT64
 
 
@@ -38,10 +37,10 @@ def scan_problem(scan: Any) -> str | None:
     beams = len(scan.ranges)
     if not 1 <= beams <= limits.BEAMS:
         return f"{beams} beams; valid: 1 to {limits.BEAMS}"
-    if beams > 1 and not 1e-6 <= abs(scan.angle_increment) <= _TURN:
+    if beams > 1 and not 1e-6 <= abs(scan.angle_increment) <= math.tau:
         return f"angle_increment is {scan.angle_increment} rad; valid: 1e-6 to 2 pi, or negative"
     sweep = abs(scan.angle_increment) * (beams - 1)
-    if not (sweep <= 2.0 * _TURN and abs(scan.angle_min) <= 2.0 * _TURN):  # NaN is neither
+    if not (sweep <= 2.0 * math.tau and abs(scan.angle_min) <= 2.0 * math.tau):  # NaN is neither
         return f"{beams} beams from {scan.angle_min} rad, each {scan.angle_increment} rad on"
     if not 0.0 <= scan.range_min < scan.range_max <= limits.FARTHEST:
         return f"ranges from {scan.range_min} to {scan.range_max} m; valid: 0 <= min < max"
@@ -52,7 +51,7 @@ def scan_problem(scan: Any) -> str | None:
 
 def range_problem(reading: Any) -> str | None:
     """Return why a sonar's cone cannot be; its range may be inf or NaN."""
-    if not 0.0 < reading.field_of_view <= _TURN:
+    if not 0.0 < reading.field_of_view <= math.tau:
         return f"field_of_view is {reading.field_of_view} rad; valid: above 0, to 2 pi"
     if not 0.0 <= reading.min_range <= reading.max_range <= limits.FARTHEST:
         return f"ranges from {reading.min_range} to {reading.max_range} m; valid: 0 <= min <= max"

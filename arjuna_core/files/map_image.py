@@ -16,8 +16,6 @@ from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN
 
 MODES = ("trinary", "scale", "raw")
 _CELLS_MAX = 100_000_000  # 500 m x 500 m at 5 cm: more is a mistake or an attack
-_UNKNOWN_SHADE = 205.0  # map_saver's; 1 - 205/255 = 0.19608, so the written free_thresh lies below
-_UNKNOWN_READS_BACK = 0.196
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,8 @@ class MapOptions:
     @property
     def written_free_thresh(self) -> float:
         """The free_thresh to write, so that unknown cells read back as such."""
-        return min(self.free_thresh, _UNKNOWN_READS_BACK)
+        # Shade 205 reads back as 1 - 205/255 = 0.19608: the threshold is below it.
+        return min(self.free_thresh, 0.196)
 
 
 MAP_SAVER = MapOptions()
@@ -114,5 +113,6 @@ def _shades(data: NDArray[np.int8], options: MapOptions) -> NDArray[np.uint8]:
     else:
         occupied = data >= options.occupied_thresh * OCCUPIED
         free = (data >= 0) & (data <= options.free_thresh * OCCUPIED)
-        shade = np.select([occupied, free], [0.0, 254.0], _UNKNOWN_SHADE)
+        # map_saver's shade 205 for unknown.
+        shade = np.select([occupied, free], [0.0, 254.0], 205.0)
     return (255 - shade if options.negate else shade).astype(np.uint8)

@@ -10,8 +10,6 @@ from typing import Any
 
 from arjuna_core.errors import InputFileError
 
-_JSON_LARGEST = 20_000_000  # [bytes]
-
 
 def read_bytes(path: Path, largest: int, error: type[InputFileError] = InputFileError) -> bytes:
     """Return a file's content.
@@ -54,7 +52,8 @@ def read_json(path: Path) -> Any:
         InputFileError: It cannot be read, or is no JSON.
     """
     try:
-        return json.loads(read_bytes(path, _JSON_LARGEST))
+        # At most 20 MB: a larger file is a mistake or an attack.
+        return json.loads(read_bytes(path, 20_000_000))
     except (ValueError, RecursionError) as error:
         raise InputFileError(path, f"is no JSON: {error}") from error
 

@@ -28,14 +28,14 @@ from arjuna_core.pose3 import Pose3
 from arjuna_core.readings import Cloud
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2, yaw_of
+from arjuna_core.timing import NANOSECONDS
 
-_NANO = 1_000_000_000
 _REALS = {7: "f4", 8: "f8"}  # PointField.FLOAT32 and FLOAT64
 
 
 def seconds(stamp: Any) -> float:
     """Return a Time or Duration message as seconds [s]."""
-    return float(stamp.sec) + float(stamp.nanosec) / _NANO
+    return float(stamp.sec) + float(stamp.nanosec) / NANOSECONDS
 
 
 def time_msg(now: float) -> Time:
@@ -52,12 +52,12 @@ def duration_msg(duration: float) -> Duration:
 
 def _whole(time: float) -> tuple[int, int]:
     """Return a time [s] as whole seconds and the nearest nanosecond."""
-    return divmod(round(time * _NANO), _NANO)
+    return divmod(round(time * NANOSECONDS), NANOSECONDS)
 
 
 def header(frame_id: str, now: float) -> Header:
     """Return a header for a frame and a time [s]."""
-    sec, nanosec = divmod(round(now * _NANO), _NANO)
+    sec, nanosec = divmod(round(now * NANOSECONDS), NANOSECONDS)
     return Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=frame_id)
 
 

@@ -19,16 +19,14 @@ from arjuna_core.ros.node import ManagedNode
 _SUCCEEDED, _ABORTED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED
 _CANCELED = GoalStatus.STATUS_CANCELED
 _ENDS = {_SUCCEEDED: "succeed", _ABORTED: "abort", _CANCELED: "canceled"}
-_TURNS_TO_SETTLE = 8  # of the executor: a cancellation, its answer, the result, and their echoes
 
 
-def retire(
-    node: Any, waitable: Any, destroy: Callable[[], None], turns: int = _TURNS_TO_SETTLE
-) -> None:
+def retire(node: Any, waitable: Any, destroy: Callable[[], None], turns: int = 8) -> None:
     """Take an action's end out of the executor some turns from now, then destroy it.
 
     rclpy's EventsExecutor crashes the process (it drops a Python reference without the interpreter
     lock) where an event of a waitable comes between its removal and the executor's next turn.
+    Eight turns cover a cancellation, its answer, the result, and their echoes.
     """
     if turns:
         node.executor.create_task(retire, node, waitable, destroy, turns - 1)

@@ -18,8 +18,6 @@ from arjuna_core.ros.tf import TransformBuffer
 from arjuna_core.timing import Periodic
 
 T = TypeVar("T")
-_TRANSITION = 90.0  # [s] at most; the first ever compiles the algorithms
-_REQUEST = 30.0  # [s] at most; it may read a file
 
 
 class ManagedNode(Guarded, LifecycleNode):
@@ -194,7 +192,8 @@ class ManagedNode(Guarded, LifecycleNode):
             problem = self.problem_of(name, request)
             if problem is not None:
                 return failed(request, response, problem, invalid=True)
-            self.process.on_long_step(_REQUEST)
+            # 30 s at most; a request may read a file.
+            self.process.on_long_step(30.0)
             return callback(request, response)
 
         made = self.create_service(service_type, self.process.absolute(name), answer)
@@ -261,7 +260,8 @@ class ManagedNode(Guarded, LifecycleNode):
                 return TransitionCallbackReturn.FAILURE
             return TransitionCallbackReturn.SUCCESS
 
-        self.process.on_long_step(_TRANSITION)
+        # 90 s at most; the first transition ever compiles the algorithms.
+        self.process.on_long_step(90.0)
         failed = TransitionCallbackReturn.ERROR
         return self.guarded(step.__name__, run, lambda reason: failed)()
 

@@ -26,7 +26,6 @@ from arjuna_core.ros.params import describe_sim_time
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
 
 _POLL = 0.05  # a wake-up without work costs nothing measurable at this period [s]
-_DRAIN_STEP = 0.001  # [s, wall]; the queue holds a marker, so that it is never waited out
 _ISOLATED_DOMAIN = 231  # whose ports nobody uses: those who hold one of a domain are waited for
 
 
@@ -274,7 +273,8 @@ class Process:
         """Run callbacks one by one up to a marker; guarded as one, for each costs time itself."""
         while not marker.done():
             self._steps += 1
-            self.executor.spin_once(_DRAIN_STEP)
+            # 1 ms of wall time; the queue holds a marker, so that it is never waited out.
+            self.executor.spin_once(0.001)
 
     def ok(self) -> bool:
         """Return whether the process has not been asked to stop."""

@@ -14,12 +14,6 @@ from arjuna_core.ros.tf import TransformError
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
-_LENGTH = 10  # as nav2_amcl's message filter
-_LOG_EVERY = 1000  # of what is lost, so that a log stays readable
-_FRAME_PATIENCE = 1.0  # [s] in which the robot's frames appear, after the first message
-_ADOPTION = 3.0  # [s] after which the frame that is there takes the place of one that is not
-
-
 T = TypeVar("T")
 
 
@@ -51,7 +45,8 @@ class BaseFrames:
         """Log that nobody moves the base, and the remedy, once a message of a time [s] has come."""
         self._first = stamp if self._first is None else min(self._first, stamp)
         waited = stamp - self._first
-        if self._reported or waited < _FRAME_PATIENCE:
+        # The robot's frames appear within 1 s after the first message.
+        if self._reported or waited < 1.0:
             return
         problem = self.node.transforms.missing_base(self._parameter, self.base, self.fixed)
         if problem:
@@ -59,7 +54,8 @@ class BaseFrames:
             if there is None:
                 self._reported = True
                 self.node.get_logger().error(problem)
-            elif waited >= _ADOPTION:
+            # After 3 s the existing frame replaces the one that is missing.
+            elif waited >= 3.0:
                 self._take(there)
 
     def _take(self, there: str) -> None:
@@ -85,7 +81,8 @@ class PosedQueue(Generic[T]):
 
     _WHAT = ""
 
-    def __init__(self, frames: BaseFrames, length: int = _LENGTH) -> None:
+    # 10, as nav2_amcl's message filter.
+    def __init__(self, frames: BaseFrames, length: int = 10) -> None:
         self._frames = frames
         self._node = frames.node
         self._length = length
@@ -142,7 +139,8 @@ class PosedQueue(Generic[T]):
         """Count what is lost; the first, and each that starts another thousand, is logged."""
         message = self._waiting.popleft()
         self.dropped += 1
-        if self.dropped % _LOG_EVERY == 1:
+        # Every thousandth lost scan is logged, so that the log stays readable.
+        if self.dropped % 1000 == 1:
             self._node.get_logger().warning(
                 f"{self._WHAT} dropped so far: {self.dropped}; the last, of "
                 f"{seconds(message.header.stamp):.3f} s, at {self._node.now:.3f} s: {reason}"

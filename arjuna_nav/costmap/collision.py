@@ -13,7 +13,6 @@ from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 
 _CLEARANCE_EPSILON_CELLS = 1e-6  # rounding where the robot stands
-_RIPPLE_CELLS = 0.5  # by which distances between cells' centres fall on a straight line outward
 
 
 def collides(costmap: Costmap, footprint: Footprint, pose: SE2) -> bool:
@@ -84,7 +83,8 @@ def _first_collision(
             last = -_depth_in_cells(data, poses[i], 1.0 - allowed)
             if last < allowed:
                 return i
-            allowed = max(allowed, last - _RIPPLE_CELLS)
+            # Distances between cells' centres fall by half a cell on a straight line outward.
+            allowed = max(allowed, last - 0.5)
         if not collides_in_cells(data, poses[i], points, circular, safe_cost):
             allowed = math.inf
         elif i == 0:

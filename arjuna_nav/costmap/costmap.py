@@ -17,7 +17,6 @@ MAX_NON_OBSTACLE = 252
 INSCRIBED = 253
 LETHAL = 254
 UNKNOWN = 255
-_NEWEST = 0.25  # weight of a hit in its cell's mean: noise of ranges is averaged
 _STEPS = 65534.0  # of a cell's edge
 
 
@@ -107,7 +106,8 @@ def blended(code: int, x: float, y: float) -> int:
     """
     if code:
         x0, y0 = _decoded(code)
-        x, y = x0 + _NEWEST * (x - x0), y0 + _NEWEST * (y - y0)
+        # A hit weighs a quarter in its cell's mean: the noise of ranges is averaged.
+        x, y = x0 + 0.25 * (x - x0), y0 + 0.25 * (y - y0)
     return 1 + int(x * _STEPS) + (int(y * _STEPS) << 16)
 
 

@@ -48,9 +48,6 @@ class DockingConfig:
     controller: ApproachConfig = field(default_factory=ApproachConfig)
 
 
-_MOST_PASSED = 0.05  # [m] behind the docked pose: farther, the law would turn the robot round
-
-
 class DockingPhase(enum.IntEnum):
     """The states of nav2_msgs' feedback."""
 
@@ -227,7 +224,8 @@ class Docking:
         self._dock, backward = state.dock, self._config.dock_backwards
         target = docked_pose(state.dock, backward)
         ahead = (state.pose.inverse() @ target).x * (-1 if backward else 1)
-        if ahead < -_MOST_PASSED:
+        # More than 5 cm behind the docked pose, the law would turn the robot round.
+        if ahead < -0.05:
             raise _FailedError(DockingError.FAILED_TO_CONTROL, f"passed the dock by {-ahead:.2f} m")
         return self._drive(state, target, backward)
 

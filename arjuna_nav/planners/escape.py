@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from arjuna_nav.costmap.costmap import LETHAL
 
-_FACTOR = 20.0  # times a free cell's cost, where the robot may not be: the nearest exit wins
 _NEIGHBOURS = tuple((r, c) for r in (-1, 0, 1) for c in (-1, 0, 1) if (r, c) != (0, 0))
 
 
@@ -70,7 +69,8 @@ class Escape:
 
     def seeds(self, cost: float) -> NDArray[np.float64]:
         """Return where a search begins, `(N, 3)`: row, column and the cost to come there."""
-        return np.column_stack((self.exits.astype(np.float64), _FACTOR * cost * self.distances))
+        # 20 times a free cell's cost where the robot may not be: the nearest exit wins.
+        return np.column_stack((self.exits.astype(np.float64), 20.0 * cost * self.distances))
 
     def to(self, cell: tuple[int, int]) -> NDArray[np.float64]:
         """Return the path to an exit, `(N, 2) float64` of `(row, column)`, the start left out."""

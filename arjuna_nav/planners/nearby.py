@@ -15,10 +15,6 @@ from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.window import Window, clipped
 from arjuna_nav.planners.base import PlanResult
 
-_LEAST = 0.99  # of a straight line's length that a potential has, by the fit of `potential`
-_MARGIN = 40  # about both ends, where they lie side by side [cells]
-_SHARE = 0.5  # of the map, above which a part saves nothing
-
 
 class Plan(NamedTuple):
     """A planner's answer.
@@ -52,7 +48,8 @@ def nearby_first(
     """
     ends = [costmap.frame.to_cell(one.x, one.y) for one in (start, goal)]
     if all(costmap.frame.contains(*end) and costs[costmap.data[end]] < np.inf for end in ends):
-        reach = max(_MARGIN, math.ceil(math.dist(*ends)))
+        # A margin of 40 cells about both ends, where they are side by side.
+        reach = max(40, math.ceil(math.dist(*ends)))
         rows, columns = zip(*ends, strict=True)
         window = clipped(
             min(rows) - reach,
@@ -61,9 +58,11 @@ def nearby_first(
             max(columns) + reach + 1,
             costmap.data.shape,
         )
-        if costmap.data[window].size < _SHARE * costmap.data.size:
+        # A window above half of the map saves nothing.
+        if costmap.data[window].size < 0.5 * costmap.data.size:
             found = plan(_part(costmap, window))
-            if found.path_cost <= _LEAST * float(costs.min()) * math.hypot(
+            # The fit of `potential` gives a straight line at least 0.99 of its length.
+            if found.path_cost <= 0.99 * float(costs.min()) * math.hypot(
                 math.dist(*ends), 2 * reach
             ):
                 return found.result

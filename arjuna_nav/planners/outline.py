@@ -80,21 +80,24 @@ def plan_for_outline(
     blocked = first_blocked(plan.path, costmap, footprint)
     if blocked is None:
         return plan
-    (x, y), (dx, dy) = plan.path[-1, :2], plan.path[-1, :2] - plan.path[-2, :2]
-    end = SE2(float(x), float(y), math.atan2(dy, dx))
-    path = find_path(start, end, costmap, footprint, Drive())
-    if len(path) > 1:
+    if len(path := find_path(start, _end_of(plan.path), costmap, footprint, Drive())) > 1:
         return replace(plan, path=np.vstack((path[:-1], plan.path[-1:])))
     closed = replace(costmap, data=costmap.data.copy())
     for _ in range(attempts):
         _close(closed, blocked, closed_radius)
         other = planner.plan(closed, start, goal)
         if other.status is not PlanStatus.SUCCEEDED:
-            break
+            return plan
         blocked = first_blocked(other.path, costmap, footprint)
         if blocked is None:
             return other
     return plan
+
+
+def _end_of(path: NDArray[np.float64]) -> SE2:
+    """Return the last pose of a path `(N, 3)`, heading along its last step."""
+    (x, y), (dx, dy) = path[-1, :2], path[-1, :2] - path[-2, :2]
+    return SE2(float(x), float(y), math.atan2(dy, dx))
 
 
 def _through_gaps(
@@ -180,20 +183,7 @@ def find_path(
         costmap.circumscribed_cost,
         True,
     )
-    rules = Rules(
-        radius=1.0,
-        reverse=True,
-        cost_penalty=(INSCRIBED - 1) * COST_FACTOR / NEUTRAL,
-        straight=1.0,
-        bends=drive.bend,
-        direct_ratio=drive.direct / frame.resolution,
-        direct_length=drive.direct / frame.resolution,
-        direct_cost=float(INSCRIBED - 1),
-        limit=drive.limit,
-        heuristic_weight=1.0,
-        spins=True,
-        shortcuts=False,
-    )
+    rules = _rules(drive, frame.resolution)
     moves = _moves(first[2], drive, frame.resolution)
     nodes, row, curve, _ = search(first, last, terrain, rules, moves)
     if row < 0:
@@ -202,6 +192,24 @@ def find_path(
     poses[:, :2] = frame.origin.apply(poses[:, :2] * frame.resolution)
     poses[:, 2] += frame.origin.theta
     return np.vstack((lead[:-1], poses))
+
+
+def _rules(drive: Drive, resolution: float) -> Rules:
+    """Return the rules of a search whose lengths are in cells."""
+    return Rules(
+        radius=1.0,
+        reverse=True,
+        cost_penalty=(INSCRIBED - 1) * COST_FACTOR / NEUTRAL,
+        straight=1.0,
+        bends=drive.bend,
+        direct_ratio=drive.direct / resolution,
+        direct_length=drive.direct / resolution,
+        direct_cost=float(INSCRIBED - 1),
+        limit=drive.limit,
+        heuristic_weight=1.0,
+        spins=True,
+        shortcuts=False,
+    )
 
 
 def straight_out(

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 
-_DETOUR = 1.0  # of a path over the straight line, up to which it is no loop [m]
-
 
 def length(path: NDArray[np.float64]) -> float:
     """Return the length of a path [m]."""
@@ -78,7 +76,8 @@ def remaining(path: NDArray[np.float64], pose: SE2) -> float:
 def ends_here(path: NDArray[np.float64], pose: SE2) -> bool:
     """Return whether a path goes to its end from here, not in a loop that leads back later."""
     straight = float(np.hypot(path[-1, 0] - pose.x, path[-1, 1] - pose.y))
-    return length(path) <= straight + _DETOUR
+    # Up to 1 m longer than the straight line, a path is no loop.
+    return length(path) <= straight + 1.0
 
 
 def deviation(path: NDArray[np.float64], other: NDArray[np.float64]) -> float:

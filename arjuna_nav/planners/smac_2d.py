@@ -24,7 +24,6 @@ from arjuna_nav.planners.waves.potential import NEUTRAL
 
 _ACROSS = math.sqrt(2.0)
 _SCALE = np.float32(NEUTRAL)  # of a free cell's cost in a corridor's estimate
-_SLACK = 0.0  # of paths considered on large maps, over the best estimate
 
 
 @dataclass(frozen=True)
@@ -94,7 +93,8 @@ class Smac2D:
         values, before, spent = guided(
             lambda within: _a_star(data, costs, seeds, goal_cell, limit, within),
             lambda found: float((found[0][goal_cell] - seeds[0, 2]) * _SCALE),
-            corridors(data, costs * _SCALE, query.out.nearest, goal_cell, _SLACK) or (),
+            # Slack 0: on large maps only the best estimate is considered.
+            corridors(data, costs * _SCALE, query.out.nearest, goal_cell, 0.0) or (),
         )
         end = query.reachable_end(values)
         if end is None and spent:
@@ -152,7 +152,7 @@ def _a_star(
     for row, column, value in seeds:
         r, c = int(row), int(column)
         values[r, c] = value
-        heapq.heappush(queue, (value + _octile_distance(r, c, goal), np.int64(r * width + c)))
+        heapq.heappush(queue, (value + _octile(r, c, goal), np.int64(r * width + c)))
     count = 0
     while len(queue) > 0:
         cell = heapq.heappop(queue)[1]
@@ -177,14 +177,12 @@ def _a_star(
                 if costs[data[row, c]] == np.inf or costs[data[r, column]] == np.inf:
                     continue
                 values[r, c], before[r, c] = value, cell
-                heapq.heappush(
-                    queue, (value + _octile_distance(r, c, goal), np.int64(r * width + c))
-                )
+                heapq.heappush(queue, (value + _octile(r, c, goal), np.int64(r * width + c)))
     return values, before, False
 
 
 @njit(cache=True)
-def _octile_distance(row: int, column: int, goal: tuple[int, int]) -> float:
+def _octile(row: int, column: int, goal: tuple[int, int]) -> float:
     """Return the octile distance to the goal [cells]."""
     d_r, d_c = abs(row - goal[0]), abs(column - goal[1])
     return max(d_r, d_c) + (math.sqrt(2.0) - 1.0) * min(d_r, d_c)

@@ -9,7 +9,6 @@ from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.twist import STILL, Velocity
 
-_ROUNDING = 1e-6  # of sums of ticks [s]
 _AXES = (0, 2)  # of [x, y, theta]: no robot of ours moves sideways
 
 
@@ -102,7 +101,8 @@ class VelocitySmoother:
 
     def is_due(self, now: float) -> bool:
         """Return whether a velocity is due although no command came."""
-        return now - self._last_at > 1.0 / self._config.smoothing_frequency - _ROUNDING
+        # 1 us for the rounding of sums of ticks.
+        return now - self._last_at > 1.0 / self._config.smoothing_frequency - 1e-6
 
     def _step(self, current: Velocity, command: Velocity, period: float) -> Velocity:
         """Return the velocity a period [s] nearer to a command."""

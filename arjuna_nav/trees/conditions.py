@@ -25,7 +25,6 @@ from arjuna_nav.trees.ports import (
     Port,
 )
 
-_BRAKES = 10.0  # harder than a robot brakes by itself: it was stopped, as in Nav2 [m/s^2]
 _FRAMES = {"global_frame": Port(TEXT, ""), "robot_base_frame": Port(TEXT, "")}
 
 
@@ -211,7 +210,8 @@ class IsStuck(Condition):
         state = self.tree.state
         now, speed = state.measured_at, abs(state.velocity.x)
         if self._last is not None and now > self._last[0]:
-            self._stuck = (self._last[1] - speed) / (now - self._last[0]) > _BRAKES
+            # 10 m/s^2, as in Nav2: no robot brakes so hard by itself, so it was stopped.
+            self._stuck = (self._last[1] - speed) / (now - self._last[0]) > 10.0
         self._last = now, speed
         return self._stuck
 

@@ -14,8 +14,6 @@ from typing import ClassVar
 from arjuna_nav.trees.node import ENDED, Control, Status
 from arjuna_nav.trees.ports import TEXT, WHOLE, Port
 
-_ROUNDS = 100  # of children that end at once in one tick; the rest waits for the next
-
 
 class _InTurn(Control):
     """Ticks one child after the other, and resumes with the one that ran."""
@@ -253,7 +251,8 @@ class RecoveryNode(Control):
     _recovering = False
 
     def _tick(self) -> Status:
-        for _ in range(_ROUNDS):
+        # At most 100 children that end at once in one tick; the rest waits for the next.
+        for _ in range(100):
             status = self.children[self._recovering].execute()
             if status is Status.RUNNING:
                 return status

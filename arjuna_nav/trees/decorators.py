@@ -30,7 +30,6 @@ from arjuna_nav.trees.ports import (
 
 GOAL_UPDATE = "goal_update"
 """The topic on which a goal is moved, as Nav2's."""
-_SAME_GOAL = 0.05  # [m]
 
 
 class _Mapped(Decorator):
@@ -338,7 +337,8 @@ class PathLongerOnApproach(Decorator):
         return self.child.execute()
 
     def _is_detour(self, path: Any, before: Any) -> bool:
-        same_goal = bool(np.hypot(*(path[-1, :2] - before[-1, :2])) < _SAME_GOAL)
+        # Ends less than 5 cm apart are the same goal.
+        same_goal = bool(np.hypot(*(path[-1, :2] - before[-1, :2])) < 0.05)
         length, old = paths.length(path), paths.length(before)
         near = old < self.prox_len
         return bool(same_goal and near and length > self.length_factor * old)

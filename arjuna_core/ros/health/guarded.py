@@ -23,7 +23,6 @@ RMWError = rclpy_implementation.RMWError
 _TEXTS = ("error_message", "error_msg", "message", "status_message", "reason")
 _INVALID_CODES = ("INVALID_PATH", "INVALID_INPUT", "INVALID_POSE")
 _CODES = ("RESULT_OPERATION_FAILED", "RESULT_UNDEFINED_FAILURE", "RESULT_FAILED_TO_WRITE_FILE")
-_NO_COST = -1.0  # nav2's GetCost, of a place that has none
 
 
 def invalid_code(result: Any, otherwise: int) -> int:
@@ -60,7 +59,8 @@ def _explain(answer: Any, reason: str) -> None:
     if fields.get("result") == "uint8":
         answer.result = next(getattr(answer, code) for code in _CODES if hasattr(answer, code))
     if fields.get("cost") == "float":
-        answer.cost = _NO_COST
+        # nav2's GetCost answers -1 outside the costmap.
+        answer.cost = -1.0
     for name in _TEXTS:
         if fields.get(name) == "string":
             setattr(answer, name, reason)

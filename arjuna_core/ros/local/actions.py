@@ -20,12 +20,12 @@ from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
 from arjuna_core.ros.local.services import Respond
+from arjuna_core.timing import NANOSECONDS
 
 _SEND = "/_action/send_goal"
 _FEEDBACK = QoSProfile(depth=10)
 _RUNNING = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalStatus.STATUS_CANCELING)
 _ENDED = (GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED)
-_NANO = 1_000_000_000
 
 
 def action_client(node: Any, action_type: Any, name: str, **profiles: Any) -> Any:
@@ -198,7 +198,7 @@ class LocalActionServer:
         self._impl = impl = action_type.Impl
         self._on_goal, self._on_accepted = goal_callback, handle_accepted_callback
         self._on_cancel = cancel_callback
-        self._kept_ns = round(result_timeout * _NANO)
+        self._kept_ns = round(result_timeout * NANOSECONDS)
         self._goal_handles: dict[bytes, LocalGoalHandle] = {}
         serve, publisher, door = node.create_deferred_service, node.create_publisher, "/_action/"
         self._services = [
@@ -304,4 +304,4 @@ class LocalActionServer:
 
 
 def _ns(stamp: Any) -> int:
-    return int(stamp.sec) * _NANO + int(stamp.nanosec)
+    return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)

@@ -28,8 +28,6 @@ from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 
-_LOOK = 0.3  # the command's own arc is checked with the whole outline this far [s]
-
 
 class Mppi:
     """Follows a path by model predictive path integral control.
@@ -133,9 +131,11 @@ class Mppi:
                 costs += cost if own.cost_power == 1 else cost**own.cost_power
         return costs, blocked
 
-    def _checked(self, command: Velocity, pose: SE2, costmap: Costmap) -> ControlResult:
-        """Return the command, or NO_VALID_CONTROL where its own arc would collide."""
-        arc = rollout(pose, command, _LOOK, costmap.frame.resolution)
+    def _checked(
+        self, command: Velocity, pose: SE2, costmap: Costmap, lookahead: float = 0.3
+    ) -> ControlResult:
+        """Return the command, or NO_VALID_CONTROL where its own arc, so long [s], collides."""
+        arc = rollout(pose, command, lookahead, costmap.frame.resolution)
         hit = first_collision(costmap, self._footprint, arc)
         if hit is None:
             self._last = command

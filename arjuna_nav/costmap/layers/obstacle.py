@@ -29,8 +29,6 @@ from arjuna_nav.costmap.moving.trails import free_trails
 from arjuna_nav.costmap.raytrace import enter_points, enter_scan, fill_polygon
 from arjuna_nav.costmap.window import Window, joined, within
 
-_NEAR = 0.35  # beyond the outline: where what moves may yet be when the robot comes [m]
-
 Seen = tuple[str, Observation, bool]
 """A source's name, what it saw, and whether that is new."""
 
@@ -199,7 +197,8 @@ class ObstacleLayer(SensedLayer):
         cells = self.master.frame.to_cells(ends)
         inside = self.master.frame.inside(cells)
         rows, columns = cells[inside].T
-        near = self.master.footprint.circumscribed_radius + _NEAR
+        # A moving thing 0.35 m beyond the outline may still be there when the robot comes.
+        near = self.master.footprint.circumscribed_radius + 0.35
         near = near if self.master.config.rolling_window else 0.0
         at, ends = seen.T_global_base, ends[inside]
         passing = np.hypot(ends[:, 0] - at.x, ends[:, 1] - at.y) > near

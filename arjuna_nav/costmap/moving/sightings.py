@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 
-_BEHIND = 0.1  # that a beam ends farther than a point it has passed [m]
 _BESIDE = 0.04  # from a point, where beams have to pass it as well [m]
 _SHARE = 0.25  # of a thing's points
-_NEIGHBOURS = 3  # beams beside each other that must say the same: one alone is noise
 
 
 class Sightings(NamedTuple):
@@ -137,7 +135,8 @@ def has_come(scans: Sightings, now: int, since: float, reach: float) -> NDArray[
         last = first
         while last < count and come[last]:
             last += 1
-        if last - first < _NEIGHBOURS:
+        # One beam alone is noise: three adjacent ones must agree.
+        if last - first < 3:
             come[first:last] = False
         first = last + 1
     return come
@@ -166,13 +165,13 @@ def is_free(scans: Sightings, number: int, point: NDArray[np.float64]) -> bool:
     beside = max(_BESIDE / max(away, _BESIDE) / abs(step), 1.0)
     for beam in range(math.floor(middle - beside), math.ceil(middle + beside) + 1):
         k = beam % round(round_it)
-        if k >= count or not ranges[k] > away + _BEHIND:  # NaN has seen nothing
+        # A beam that passed the point ends at least 0.1 m behind it.
+        if k >= count or not ranges[k] > away + 0.1:  # NaN has seen nothing
             return False
     return True
 
 
 _GAP = 0.25  # between neighbours of one thing, and to what is behind it [m]
-_LARGEST = 1.0  # largest thing that is not taken for a wall [m]
 
 
 @njit(cache=True)
@@ -205,7 +204,8 @@ def free_standing(
         wide = math.hypot(points[last, 0] - points[first, 0], points[last, 1] - points[first, 1])
         if (
             last - first >= 2
-            and wide <= _LARGEST
+            # What is wider than 1 m is taken for a wall.
+            and wide <= 1.0
             and _beyond(ranges, before, first)
             and _beyond(ranges, after, last)
         ):

@@ -13,11 +13,7 @@ from arjuna_nav.costmap.moving.sightings import Sightings, has_moved
 KEPT = 8  # sightings of a track
 _SIGHTINGS = 4  # that make a speed
 SPAN = 0.9  # that sightings count before a thing is known to move [s]
-_SPAN_MOVING = 0.5  # and then: who walks may turn [s]
 _SLOWEST, _FASTEST = 0.2, 3.0  # of what is taken for moving [m/s]
-_TRAVELLED = 0.15  # by both outer points before it is [m]
-_STANDS = 0.5  # after which what has moved is taken for standing [s]
-_PACE = 0.8  # that a speed is kept in mind: who turns about is slow only between [s]
 
 
 @njit(cache=True)
@@ -49,9 +45,11 @@ def go(
     if (vx != 0.0 or vy != 0.0) and (moves or _is_sure(seen, count, scans, number)):
         going[0], going[1], going[2] = vx, vy, now
         speed = math.hypot(vx, vy)
-        if speed >= going[3] or now - going[4] > _PACE:
+        # Kept for 0.8 s: who turns about is slow only in between.
+        if speed >= going[3] or now - going[4] > 0.8:
             going[3], going[4] = speed, now
-    elif now - going[2] > _STANDS and _slopes(seen, count, now, SPAN)[0] >= _SIGHTINGS:
+    # After half a second without a speed, a moved thing counts as standing.
+    elif now - going[2] > 0.5 and _slopes(seen, count, now, SPAN)[0] >= _SIGHTINGS:
         going[:2] = 0.0
 
 
@@ -79,7 +77,8 @@ def _velocity(
 
     It is 0 for what stands.
     """
-    span = _SPAN_MOVING if moves else SPAN
+    # A person who walks may turn within half a second.
+    span = 0.5 if moves else SPAN
     sightings, duration, slopes = _slopes(seen, count, now, span)
     if moves and sightings >= 2:
         vx, vy = 0.5 * (slopes[0] + slopes[2]), 0.5 * (slopes[1] + slopes[3])
@@ -90,7 +89,8 @@ def _velocity(
     same = slopes[0] * slopes[2] + slopes[1] * slopes[3] > 0.5 * speeds[0] * speeds[1]
     slower = 0 if speeds[0] <= speeds[1] else 2
     speed = min(speeds[0], speeds[1])
-    if not same or not _SLOWEST <= speed <= _FASTEST or speed * duration < _TRAVELLED:
+    # Both outer points must have travelled 0.15 m.
+    if not same or not _SLOWEST <= speed <= _FASTEST or speed * duration < 0.15:
         return 0.0, 0.0
     return slopes[slower], slopes[slower + 1]
 

@@ -17,10 +17,7 @@ from arjuna_nav.costmap.moving.speeds import KEPT, SPAN, go, latest
 REACH = 3.0  # from where somebody may be at a robot before it has stopped [m]
 _LOST = 0.5  # after which a track ends [s]
 _LOST_MOVING = 1.5  # and that of what moves: it is hidden, and moves on [s]
-_GATE = 0.4  # from where a thing is expected [m]
 _MOST = 128  # tracks
-_ABOUT = 0.1  # beyond its outer points, what is seen is a thing's own [m]
-_SUDDEN = 1.0  # of what is known to have moved, and no more [m/s]
 _RING = 8  # points that stand for what moves and is hidden
 
 
@@ -49,7 +46,8 @@ class Moving:
     @property
     def speeds(self) -> NDArray[np.float64]:
         """Speed at which each point may approach, wherever it turns, `(N,)` [m/s]."""
-        return np.where(self.come, _SUDDEN, self.paces)
+        # A thing that has moved, at an unknown speed, is taken to move at 1 m/s.
+        return np.where(self.come, 1.0, self.paces)
 
     @staticmethod
     def nothing() -> Moving:
@@ -209,7 +207,8 @@ def _predicted(
         count += 1
         for i in range(len(points) if ahead > 0.0 else 0):
             stands = motions[i, 0] == 0.0 and motions[i, 1] == 0.0
-            if stands and math.hypot(points[i, 0] - x, points[i, 1] - y) <= radius + _ABOUT:
+            # Points up to 0.1 m beyond its outer points are the thing's own.
+            if stands and math.hypot(points[i, 0] - x, points[i, 1] - y) <= radius + 0.1:
                 motions[i, 0], motions[i, 1], motions[i, 2] = vx, vy, going[track, 3]
     return things[:count], hidden[:count], paces[:count]
 
@@ -233,7 +232,8 @@ def _nearest(
     now: float,
 ) -> int:
     """Return the track predicted to be nearest, a free one where none is; -1 for neither."""
-    best, least, empty = -1, _GATE, -1
+    # A sighting belongs to the nearest track expected within 0.4 m.
+    best, least, empty = -1, 0.4, -1
     x, y = 0.5 * (first[0] + last[0]), 0.5 * (first[1] + last[1])
     for track in range(_MOST):
         if taken[track]:

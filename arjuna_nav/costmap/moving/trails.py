@@ -14,8 +14,6 @@ from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.window import Window, clipped
 
-_PEAK = 30  # where a thing is now: paths bend round it, and do not turn about for it
-_EDGE = 0.3  # over which the cost falls beside the path [m]
 _TRAIL = 0.9  # as long as a thing may have moved before that was known [s]
 _NOISE = 0.05  # beside a thing, where it may have been marked as well [m]
 
@@ -47,7 +45,8 @@ def path_costs(
     """
     if not len(things):
         return None
-    edge = _EDGE / frame.resolution
+    # The cost falls to 0 over 0.3 m beside the path.
+    edge = 0.3 / frame.resolution
     positions, goes, sizes = _in_cells(things, since, time, radius, frame)
     reach = sizes[:, None] + edge
     low = np.minimum(positions, positions + goes) - reach
@@ -111,7 +110,8 @@ def _draw(
                 share, beside = _passed(column + 0.5 - x, row + 0.5 - y, goes[k])
                 near = min((sizes[k] + edge - beside) / edge, 1.0)
                 if near > 0.0:
-                    cost = int(_PEAK * near * (1.0 - share))
+                    # At most 30, so that paths bend round a thing and do not turn back for it.
+                    cost = int(30 * near * (1.0 - share))
                     costs[row, column] = max(costs[row, column], cost)
 
 

@@ -25,15 +25,13 @@ from arjuna_nav.costmap.layers.base import Input, absolute
 from arjuna_nav.costmap.layers.filters import FilterInfo
 from arjuna_nav.costmap.layers.static import MapUpdate, PlacedMap
 
-_QUEUE = 50  # as the message filter of nav2_costmap_2d's obstacle layer
-_LEVEL = 0.9998  # cosine of one degree: a lidar that leans less is level
-
 
 class _Queue(PosedQueue[Any]):
     """Scans, clouds or distances of one source, with where the robot was."""
 
     def __init__(self, frames: BaseFrames, source: Input) -> None:
-        super().__init__(frames, _QUEUE)
+        # 50, as the message filter of nav2_costmap_2d's obstacle layer.
+        super().__init__(frames, 50)
         self._source = source
 
     def placed(self) -> list[Any]:
@@ -56,7 +54,8 @@ class _Scans(_Queue, ScanQueue):
         scan, mount = ScanQueue._read(self, message, frame), self._mount(frame)
         other = self._source.sensor_frame
         start = self._mount(other).position if other and other != frame else None
-        level = abs(float(mount.rotation()[2, 2])) >= _LEVEL
+        # The cosine of one degree: a lidar that is tilted less is level.
+        level = abs(float(mount.rotation()[2, 2])) >= 0.9998
         tilted = None if level and start is None else mount
         return PlacedScan(scan, SE2(), mount.position[2], tilted, start)
 

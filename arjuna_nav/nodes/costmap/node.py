@@ -21,8 +21,6 @@ from arjuna_nav.nodes.costmap.output import CostmapOutput, FilterOutput
 from arjuna_nav.nodes.costmap.services import CostmapServices
 from arjuna_nav.nodes.frames import robot_pose
 
-_OVERDUE = 3.0  # periods without an update that are too many
-
 
 class CostmapNode(ManagedNode):
     """Keeps a layered costmap current; the servers of its process read `current`.
@@ -72,7 +70,8 @@ class CostmapNode(ManagedNode):
     def trouble(self) -> str:
         """Say why the costs are old, where they are."""
         overdue = (
-            self.active and self.now - self._updated_at > _OVERDUE / self.config.update_frequency
+            # Three periods without an update are too many.
+            self.active and self.now - self._updated_at > 3.0 / self.config.update_frequency
         )
         return self.why_not_current() if overdue else ""
 

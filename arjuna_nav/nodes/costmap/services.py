@@ -23,8 +23,6 @@ from arjuna_nav.costmap.collision import collides
 from arjuna_nav.nodes.costmap.messages import costmap_raw_msg
 from arjuna_nav.nodes.frames import pose_in
 
-_OUTSIDE = -1.0  # what Nav2 answers where there is no cost
-
 
 class CostmapServices:
     """Offers Nav2's services, and those that nav2_simple_commander calls by other names.
@@ -89,7 +87,8 @@ class CostmapServices:
     def _on_get_cost(self, request: Any, response: Any) -> Any:
         """Answer with the cost at a point, or of the whole footprint there."""
         layered, pose = self._layered, SE2(request.x, request.y, request.theta)
-        response.cost = _OUTSIDE
+        # Nav2 answers -1 outside the costmap.
+        response.cost = -1.0
         if not all(map(math.isfinite, (pose.x, pose.y, pose.theta))):
             return response
         cost = layered.costmap.cost_at(pose.x, pose.y)

@@ -31,8 +31,6 @@ from arjuna_nav.nodes.docking.senses import DockSensors
 from arjuna_nav.nodes.frames import robot_pose
 from arjuna_nav.nodes.velocity import VelocityOutput
 
-_LOST = 2.0  # a pose that is not known is waited for so long, standing still [s]
-_MOVED = 0.1  # who has moved by more since it docked has left the dock [m]
 _ACTIONS = {"dock_robot": DockRobot, "undock_robot": UndockRobot}
 _BEFORE_APPROACH = (DockingPhase.NAV_TO_STAGING_POSE, DockingPhase.INITIAL_PERCEPTION)
 
@@ -139,7 +137,8 @@ class DockingServerNode(GoalNode):
         """Return whether the robot has not moved since it docked."""
         pose = self.transforms.try_lookup(self.config.fixed_frame, self.config.base_frame)
         docked = self._docked_at
-        return pose is not None and docked is not None and pose.distance(docked) < _MOVED
+        # A robot that moved 0.1 m since it docked has left the dock.
+        return pose is not None and docked is not None and pose.distance(docked) < 0.1
 
     def _check_cancelled(self) -> None:
         order = self._order
@@ -157,7 +156,8 @@ class DockingServerNode(GoalNode):
             step = self._step(order)
         except TransformError as error:
             order.lost_since = self.now if order.lost_since is None else order.lost_since
-            late = self.now - order.lost_since > _LOST
+            # The robot waits two seconds, standing still, for its pose to be known again.
+            late = self.now - order.lost_since > 2.0
             message = f"the robot's pose is not known: {error}"
             step = DockingStep(ended=DockingError.UNKNOWN if late else None, message=message)
         else:

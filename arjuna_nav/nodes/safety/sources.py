@@ -23,11 +23,8 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_nav.costmap.moving.tracker import REACH, Moving, Tracker
 from arjuna_nav.safety.sight import Sight, along_edges, on_arc
 
-_INTERVALS = 5  # between messages of which the shortest is the sensor's period
 _UNKNOWN_INTERVAL = 0.4  # [s] before two messages have come
 _PERIODS = 2.5  # of the sensor, that a message may be old
-_SLOWS = 0.4  # of that time, in which the robot slows down to a stop
-_MOST_POINTS = 1_000_000  # of a cloud; of more every second, third, ... is taken
 _FORMATS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """By sensor_msgs/PointField's `datatype`."""
 
@@ -112,7 +109,8 @@ class Source:
     def reset(self) -> None:
         """Forget what was seen."""
         self.message: Any | None = None
-        self._intervals: deque[float] = deque(maxlen=_INTERVALS)
+        # The shortest of the last five intervals is the sensor's period.
+        self._intervals: deque[float] = deque(maxlen=5)
         self._received_at = 0.0
 
     def take(self, message: Any) -> None:
@@ -154,7 +152,8 @@ class Source:
         if not self._brakes:
             return 1.0
         silent = self._frames.node.now - self._received_at
-        return min((timeout - silent) / max(_SLOWS * timeout, 1e-3), 1.0)
+        # The robot slows down to a stop in the last 0.4 of the timeout.
+        return min((timeout - silent) / max(0.4 * timeout, 1e-3), 1.0)
 
     def sight(self) -> Sight | None:
         """Return what it sees, None where its message says nothing valid.
@@ -231,7 +230,8 @@ class PointCloudSource(Source):
     def _points(self, message: Any) -> NDArray[np.float64] | None:
         config, frame = self.config, message.header.frame_id.lstrip("/")
         mount = self._frames.node.transforms.mount(self._frames.base, frame)
-        cloud = cloud_from_msg(message, mount, _MOST_POINTS)
+        # Of a cloud above a million points every second, third, ... is taken.
+        cloud = cloud_from_msg(message, mount, 1_000_000)
         heights = _field(message, "height") if config.use_global_height else cloud.points[:, 2]
         if heights is None:
             return None

@@ -15,8 +15,6 @@ from arjuna_nav.planners.hybrid.curves import along
 STEP = 0.5
 """Between two poses that are looked at for collisions [cells]."""
 
-_GENTLE = 24  # a bend by the 24th of a turn is gentle: 15 degrees
-
 
 class Moves(NamedTuple):
     """Pieces, sorted by the heading from which they start; lengths in cells.
@@ -57,7 +55,8 @@ def _turns(bins: int, tight: int) -> list[int]:
     Where the tightest turn by much, as on coarse grids, the robot could else but drive along the
     grid.
     """
-    gentle = max(bins // _GENTLE, 1)
+    # A bend by the 24th of a turn, 15 degrees, is gentle.
+    gentle = max(bins // 24, 1)
     turns = [0, tight, -tight]
     if tight > 2 * gentle:
         turns += [gentle, -gentle]

@@ -24,7 +24,6 @@ from arjuna_nav.planners.query import Cell, Query, ask
 from arjuna_nav.planners.waves.potential import NEUTRAL
 
 _ENDLESS = 2**62
-_SLACK = 0.0  # of paths considered on large maps, over the best estimate
 
 
 class PoseSearch(abc.ABC):
@@ -58,7 +57,8 @@ class PoseSearch(abc.ABC):
         rules, moves = self._rules(costmap), self._moves(costmap, first)
         heading, first[2] = first[2], moves.angles[moves.start]
         looked = 0
-        for slack in (_SLACK, None):
+        # On large maps only the best estimate is considered first: slack 0.
+        for slack in (0.0, None):
             seeds = query.out.seeds(NEUTRAL)[:1]
             found = guide(query, self._costs(), seeds, slack, rules.radius)
             if isinstance(found, PlanResult):
@@ -180,9 +180,6 @@ def _first(query: Query) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return poses[:-1], poses[-1]
 
 
-_MOST_CELLS = 4096 * 4096  # of a grid that is made finer
-
-
 class Hybrid(PoseSearch):
     """Plans by hybrid A* with Dubins' or Reeds and Shepp's curves.
 
@@ -200,7 +197,8 @@ class Hybrid(PoseSearch):
         """Return the costs in cells no larger than the tightest bend, or it could not be driven."""
         radius = self._config.minimum_turning_radius
         needed = math.ceil(costmap.frame.resolution / radius - 1e-9)
-        return _finer(costmap, min(needed, math.isqrt(_MOST_CELLS // costmap.data.size)))
+        # The finer grid has at most 4096 x 4096 cells.
+        return _finer(costmap, min(needed, math.isqrt(4096 * 4096 // costmap.data.size)))
 
     def _moves(self, costmap: Costmap, first: NDArray[np.float64]) -> Moves:
         config, radius = self._config, self._radius(costmap)

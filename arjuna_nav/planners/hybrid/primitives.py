@@ -23,7 +23,6 @@ from arjuna_nav.planners.hybrid.moves import STEP, Moves
 _DIRECTIONS = ((1, 0), (2, 1), (1, 1), (1, 2))  # and as many in each other quadrant
 _FARTHEST = 100.0  # that a piece of a file may lead [m]
 _LONGEST = 1000  # poses
-_TURN = 0.1  # between two poses of a turn that are looked at for collisions [rad]
 _LEAST = math.sqrt(2.0)  # so that a piece leaves its cell [cells]
 _MODELS = ("diff", "omni", "ackermann")
 
@@ -94,7 +93,8 @@ def generated(radius: float) -> Lattice:
             last = (first + side) % len(directions)
             turn = float(wrap(angles[last] - angles[first]))
             pieces.append(Primitive(first, last, side, _bend(angles[first], turn, radius)))
-            steps = math.ceil(abs(turn) / _TURN)
+            # A turn is checked for collisions every 0.1 rad.
+            steps = math.ceil(abs(turn) / 0.1)
             there = angles[first] + turn * np.arange(1, steps + 1) / steps
             pieces.append(Primitive(first, last, 0, np.pad(there[:, None], ((0, 0), (2, 0)))))
     return Lattice(angles, tuple(pieces), True, radius)

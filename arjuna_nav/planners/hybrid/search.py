@@ -26,7 +26,6 @@ from arjuna_nav.planners.pose_table import (
 )
 
 _SPIN = 32  # poses of half a turn on the spot that are looked at for collisions
-_PATIENCE = 200_000  # poses looked at after which what is left weighs twice as much
 _LONGER = 8.4  # turning radii at most by which Dubins' curve is longer than the straight line
 
 _LONGER_REVERSE = math.pi + 1e-6  # and Reeds and Shepp's, which all but turns on the spot
@@ -114,7 +113,8 @@ def search(
                 return nodes, row, curve, looked
             until_direct = max(distance / rules.direct_ratio, 1.0)
         nodes = with_room(nodes, count, most)
-        weight = rules.heuristic_weight * (1.0 + looked / _PATIENCE)
+        # After 200 000 expanded poses the cost to go weighs twice as much.
+        weight = rules.heuristic_weight * (1.0 + looked / 200_000)
         count, index = _expand(row, count, nodes, index, queue, goal, terrain, rules, moves, weight)
     return nodes, -1, np.empty((0, 3)), looked
 

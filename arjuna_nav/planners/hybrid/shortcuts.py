@@ -37,8 +37,7 @@ def driven(
         rules: How it drives.
         moves: The pieces.
 
-    Source: dynamic programming over the path's own poses; Dolgov et al., IJRR 2010, section 4, on
-        why what the search finds has to be smoothed.
+    Source: dynamic programming over the path's own poses; Dolgov et al., IJRR 2010, section 4.
     """
     rows = rows_to(nodes, row)
     last = len(rows)

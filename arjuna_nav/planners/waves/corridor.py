@@ -16,12 +16,8 @@ T = TypeVar("T")
 
 _FINE, _COARSE = 2, 3  # cells of 4 x 4 of the map's, and before of 8 x 8 where they may lie
 _BLOCKED = 60  # added to a coarse cell's value by the share that is blocked: paths bend round it
-_LEAST_SIZE = 256 * 256  # cells; a wave over fewer needs no corridor
 _DOUBTFUL = 1.1  # a path costlier than estimated by this factor may not be the best
-_WHOLE = 2 / 3  # of the open coarse cells, or walls too thin to be seen may stand anywhere
-_APART = 36  # rows between those by which that is judged
 _ONE = np.uint32(1 << 16)  # cell, in a sum of values
-_WIDTH = 6.0  # least slack: three coarse cells to either side of a straight path [cells]
 
 
 class Corridor(NamedTuple):
@@ -72,7 +68,8 @@ def corridors(
     """
     if not np.isfinite(costs[data[goal]]):
         return None
-    if data.size < _LEAST_SIZE or _is_maze(data, costs):
+    # A wave over fewer than 256 x 256 cells needs no corridor.
+    if data.size < 256 * 256 or _is_maze(data, costs):
         return ()
     sums = _sums(data, costs, 1 << _FINE)
     ask = costs, start, goal, slack, width
@@ -91,7 +88,8 @@ def _is_maze(data: NDArray[np.uint8], costs: NDArray[np.float32]) -> bool:
     """Return whether few of a sample's coarse cells are free as a whole."""
     counts = _sums(_strips(data), costs, 1 << _FINE)[1]
     whole = np.count_nonzero(counts == 1 << 2 * _FINE)
-    return bool(whole < _WHOLE * np.count_nonzero(counts))
+    # Below two thirds, walls too thin to be seen may be anywhere.
+    return bool(whole < 2 / 3 * np.count_nonzero(counts))
 
 
 def _corridor(
@@ -105,7 +103,8 @@ def _corridor(
 ) -> Corridor | None:
     """Return the corridor of a coarse grid, None where no path leads through it."""
     ends = [(cell[0] >> shift, cell[1] >> shift) for cell in (start, goal)]
-    beyond = 1.0 + slack, (_WIDTH + 2.0 * width / (1 << shift)) * NEUTRAL
+    # 6 cells of slack: three coarse cells to either side of a straight path.
+    beyond = 1.0 + slack, (6.0 + 2.0 * width / (1 << shift)) * NEUTRAL
     waves = [
         spread(cells, costs, np.array([[*end, 0.0]]), other, beyond=beyond)
         for end, other in (ends, ends[::-1])
@@ -149,7 +148,8 @@ def is_outside(within: Corridor, row: int, column: int) -> bool:
 def _strips(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return a ninth of a map: rows of whole coarse cells, apart."""
     height, width = data.shape
-    apart = min(_APART, height)
+    # 36 rows apart are enough to judge.
+    apart = min(36, height)
     rows = data[: height // apart * apart].reshape(-1, apart, width)[:, : 1 << _FINE]
     return rows.reshape(-1, width)
 

@@ -8,10 +8,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-_STEP = 0.5  # pathStep of nav2_navfn_planner [cells]
-_STEPS_IN_CELL = 6  # twice what crosses a diagonal: more go in a circle
-_ROOM = 1024  # for points at first; it doubles where it is not enough
-
 
 @njit(cache=True)
 def descend(potential: NDArray[np.float32], start: tuple[int, int]) -> NDArray[np.float64]:
@@ -27,7 +23,8 @@ def descend(potential: NDArray[np.float32], start: tuple[int, int]) -> NDArray[n
     Returns:
         `(N, 2) float64` of `(row, column)`, cells' centres at whole numbers, the seed last.
     """
-    points = np.empty((_ROOM, 2))
+    # Room for points at first; it doubles where it is not enough.
+    points = np.empty((1024, 2))
     row, column = start
     points[0, 0], points[0, 1] = start
     r, c = points[0]
@@ -38,8 +35,10 @@ def descend(potential: NDArray[np.float32], start: tuple[int, int]) -> NDArray[n
         norm = math.sqrt(d_r * d_r + d_c * d_c)
         cell, here = lowest, here + 1
         next_r, next_c = float(lowest[0]), float(lowest[1])
-        if norm > 0.0 and here <= _STEPS_IN_CELL:
-            down_r, down_c = r - _STEP * d_r / norm, c - _STEP * d_c / norm
+        # 6 steps are twice what crosses a diagonal: more go in a circle.
+        if norm > 0.0 and here <= 6:
+            # Half a cell, pathStep of nav2_navfn_planner.
+            down_r, down_c = r - 0.5 * d_r / norm, c - 0.5 * d_c / norm
             below = math.floor(down_r + 0.5), math.floor(down_c + 0.5)
             if below == (row, column) or potential[below] < potential[row, column]:
                 cell, next_r, next_c = below, down_r, down_c

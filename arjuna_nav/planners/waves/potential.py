@@ -62,10 +62,8 @@ def spread(
 
     Source: Konolige's NavFn as in nav2_navfn_planner: the quadratic fit of the eikonal equation,
         and three buffers of cells in bands of potential, which are the buckets of Meyer and
-        Sanders, Delta-stepping, 2003. A rim of closed cells, unsigned cell numbers and queueing
-        without a branch make it fast (`bench planner` times it beside the same in C).
-        Nav2 looks again at a cell 0.707 of its cost above a new neighbour; with 0.5 potentials are
-        3 % too high at the most, not 4.
+        Sanders, Delta-stepping, 2003. Nav2 offers a cell again that is 0.707 of its cost above a
+        neighbour; with 0.5 potentials are 3 % too high at the most, not 4.
     """
     cells = _rimmed(data, corridor, shift)
     potential, width = np.full(cells.shape, np.inf, np.float32), cells.shape[1]
@@ -110,6 +108,8 @@ def _open_corridor(
                         cells[row + 1, column + 1] = data[row, column]
 
 
+# A rim of closed cells, unsigned cell numbers and queueing without a branch make it fast:
+# `bench planner` times it beside the same in C.
 @njit(cache=True, error_model="numpy")
 def _spread(
     cells: NDArray[np.uint8],
@@ -125,15 +125,13 @@ def _spread(
 ) -> None:
     """Fill `potential`; all arrays are flat, `width` is that of a row with its rim.
 
-    The queues are of the cells of this round, the next round of the band, and later bands. `seen`
-    is what a neighbour sees of `cells`: a cell that stands in a queue is closed to it.
+    The queues hold the cells of this round, of the next round of the band, and of later bands.
+    `seen` holds `cells` with the queued ones closed.
     """
-    row, none = np.uint32(width), np.uint32(0)
-    least = costs * _LEAST_GAIN
+    row, none, least = np.uint32(width), np.uint32(0), costs * _LEAST_GAIN
     now, following, later = queues[0], queues[1], queues[2]
-    count, n_following, n_later = none, none, none
-    for i in range(len(seeds)):
-        potential[seeds[i]] = values[i]
+    count, n_next, n_later = none, none, none
+    potential[seeds] = values
     for i in range(len(seeds)):
         beside = _beside(potential, seeds[i], row)
         count = _offer(seeds[i], row, values[i], beside, least, seen, now, count)
@@ -148,12 +146,11 @@ def _spread(
                 continue
             potential[cell] = value
             if value < limit:
-                offered = _offer(cell, row, value, beside, least, seen, following, n_following)
-                n_following = offered
+                n_next = _offer(cell, row, value, beside, least, seen, following, n_next)
             else:
                 n_later = _offer(cell, row, value, beside, least, seen, later, n_later)
                 lowest = min(lowest, value)
-        now, following, count, n_following = following, now, n_following, none
+        now, following, count, n_next = following, now, n_next, none
         if count == 0:
             if target >= 0 and beyond[0] * potential[target] + beyond[1] < lowest:
                 return
