@@ -242,10 +242,10 @@ def _forever(seconds: float) -> str:
 def _sensor_lines(settings: GazeboSettings) -> Iterator[str]:
     for sensor in settings.sensors:
         x, y, z = sensor.pose.position
-        place = "" if sensor.pose == ORIGIN else f" + ({x:.4g}, {y:.4g}, {z:.4g})"
+        offset = "" if sensor.pose == ORIGIN else f" + ({x:.4g}, {y:.4g}, {z:.4g})"
         yield (
             f"  {sensor.title}: topic {sensor.topic}, frame {sensor.frame}, {sensor.rate:g} Hz,"
-            f" on {sensor.link}{place}"
+            f" on {sensor.link}{offset}"
         )
         if details := sensor.details():
             yield f"    {details}"

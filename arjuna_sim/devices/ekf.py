@@ -19,7 +19,7 @@ from arjuna_sim.devices.odometry import OdometryEstimate
 
 _X, _Y, _THETA, _V, _SIDE, _W, _BIAS = range(7)
 _SIZE = 7
-_TOLD = 3.0  # least bias that is taken off a moving robot's gyro, by its standard deviation
+_SIGNIFICANT = 3.0  # least bias that is taken off a moving robot's gyro, by its standard deviation
 _QUIET = 2.0  # greatest variance of a gyro at rest, by its noise's
 _STRAIGHT = 1e-9  # [rad] below it sin(x) / x is 1 in double precision
 
@@ -163,7 +163,7 @@ class FusedOdometry:
     def _unsure_bias(self) -> float:
         """Return the bias where it is not significant yet and the robot moves."""
         bias, sigma = float(self._state[_BIAS]), math.sqrt(self._covariance[_BIAS, _BIAS])
-        return bias if not self._at_rest and abs(bias) < _TOLD * sigma else 0.0
+        return bias if not self._at_rest and abs(bias) < _SIGNIFICANT * sigma else 0.0
 
     def _rests(self, rate: float, noise: float) -> bool:
         """Take a gyro's rate [rad/s] while the wheels stand; return whether the robot does, too."""

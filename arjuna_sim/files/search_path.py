@@ -206,7 +206,7 @@ class SearchPath:
         """Return what a path leads to: from the file's folder, or from one that holds it."""
         allowed = (home_folder(beside), *self.packages, *self.models)
         escaped = False
-        for path in self._places(beside, rest):
+        for path in self._candidates(beside, rest):
             if not _is_file(path):
                 continue
             if any(path.resolve().is_relative_to(folder.resolve()) for folder in allowed):
@@ -216,8 +216,8 @@ class SearchPath:
             raise EscapeError(f"'{rest}' leads out of {allowed[0]}; --package-path allows more")
         return None
 
-    def _places(self, beside: Path, rest: str) -> Iterator[Path]:
-        """Yield where a path may lead, as Gazebo resolves it wherever it was started."""
+    def _candidates(self, beside: Path, rest: str) -> Iterator[Path]:
+        """Yield the files that a path may name, as Gazebo finds them from any working directory."""
         yield beside.parent / rest
         home = home_folder(beside)
         above = [p for p in beside.resolve().parents[1:] if p.is_relative_to(home)]

@@ -205,7 +205,7 @@ class World:
         )
 
 
-def ground() -> list[Body]:
+def ground_bodies() -> list[Body]:
     """Return the ground plane at height 0, solid and drawn."""
     part = Part(Shape(Kind.PLANE), rgba=GROUND_COLOUR)
     return [Body(GROUND, part, True), Body(GROUND, part, False)]

@@ -66,5 +66,5 @@ class ContactLog:
 
     @property
     def total(self) -> int:
-        """The number of contacts that have begun."""
+        """The number of contacts since the start or the last reset."""
         return sum(self.counts.values())

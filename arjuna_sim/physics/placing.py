@@ -88,11 +88,11 @@ class Placer:
         steps = [level for level in higher if level < lowest + _STEP]
         floors = [lowest, *(level for level in steps if self._is_floor(pose, level))]
         for level in floors:
-            placed = self._standing(pose, level)
+            placed = self._pose_on_floor(pose, level)
             yield placed, self._contacts_at(placed)
 
-    def _standing(self, pose: SE2, level: float) -> Pose3:
-        """Return where the robot's root is when it stands on a floor, which may be a slope."""
+    def _pose_on_floor(self, pose: SE2, level: float) -> Pose3:
+        """Return the pose of the root of a robot that stands on a floor, level or sloped."""
         along, across = (self._rise(pose, level, turn) for turn in (0.0, math.pi / 2))
         pitch = -math.atan(along)
         roll = math.atan(across * math.cos(pitch))

@@ -127,10 +127,10 @@ def _set_mass(
 ) -> None:
     """Combine masses about their common centre (parallel axis theorem)."""
     total = sum(mass for mass, _, _ in masses)
-    center = sum((mass * place for mass, place, _ in masses), np.zeros(3)) / total
+    center = sum((mass * position for mass, position, _ in masses), np.zeros(3)) / total
     inertia = np.zeros((3, 3))
-    for mass, place, own in masses:
-        arm = place - center
+    for mass, position, own in masses:
+        arm = position - center
         inertia += own + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     body.mass, body.ipos, body.explicitinertial = total, center, True
     body.fullinertia = [

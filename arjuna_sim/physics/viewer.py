@@ -16,7 +16,7 @@ from arjuna_sim.model.geometry.shapes import Group
 _PERIOD = 1.0 / 30.0  # [s] of real time between two pictures
 _DISTANCE, _ELEVATION = 5.0, -40.0  # of the eye that a window opens with: a room's corner [m, deg]
 _SHOWN = (Group.WORLD_VISUAL.value, Group.ROBOT_VISUAL.value)
-_CURE = "'python -m bringup view' shows the robot in a browser"
+_REMEDY = "'python -m bringup view' shows the robot in a browser"
 
 
 class ViewerError(ArjunaError):
@@ -31,7 +31,7 @@ def need_screen() -> None:
     """
     reason = _screen_error()
     if reason:
-        raise ViewerError(f"MuJoCo's viewer needs a screen: {reason}; {_CURE}")
+        raise ViewerError(f"MuJoCo's viewer needs a screen: {reason}; {_REMEDY}")
 
 
 def _screen_error() -> str:

@@ -91,7 +91,7 @@ def with_mecanum(
         grips |= {front: (_HALF, -sign * _HALF), rear: (_HALF, sign * _HALF)}
     own = {n: named_grips.get(urdf.joints[n].child) for n in grips}
     named = {n: grip for n, grip in own.items() if grip is not None}
-    if len(named) == 4 and _drives_all_ways(urdf, named):
+    if len(named) == 4 and _is_holonomic(urdf, named):
         grips = named
     elif named:
         xml.note("its <fdir1> do not let mecanum wheels drive: their rollers are those of an X")
@@ -99,7 +99,7 @@ def with_mecanum(
     return dataclasses.replace(drive, kind=DriveKind.MECANUM, grips=ordered)
 
 
-def _drives_all_ways(urdf: Urdf, grips: Mapping[str, tuple[float, float]]) -> bool:
+def _is_holonomic(urdf: Urdf, grips: Mapping[str, tuple[float, float]]) -> bool:
     rows = []
     for name, (gx, gy) in grips.items():
         x, y = center(urdf, name)[:2].tolist()
@@ -135,11 +135,11 @@ def _is_upright(urdf: Urdf, joint: Joint) -> bool:
 
 def _is_above(urdf: Urdf, joint: Joint) -> bool:
     """Return whether a joint stands above the wheel that it carries, or beside it on its axle."""
-    place = np.array(urdf.T_root(joint.child).position)
+    pivot = np.array(urdf.T_root(joint.child).position)
     for name, wheel in urdf.joints.items():
         if wheel.parent == joint.child and wheel.kind == "continuous":
             ahead = np.cross(axis(urdf, name), (0.0, 0.0, 1.0))
-            if abs(float((center(urdf, name) - place) @ ahead)) > _TRAIL * radius_of(urdf, name):
+            if abs(float((center(urdf, name) - pivot) @ ahead)) > _TRAIL * radius_of(urdf, name):
                 return False
     return True
 

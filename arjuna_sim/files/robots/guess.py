@@ -81,7 +81,7 @@ def guess_sides(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> Sides
     names = _candidates(urdf, controlled)
     if not names or omni_drive(urdf, tuple(names)) is not None:
         return (), ()
-    left = _left(urdf, names)
+    left = _left_direction(urdf, names)
     names = [n for n in names if abs(float(axis(urdf, n) @ left)) > _PARALLEL]
     along = {n: float(center(urdf, n) @ left) for n in names}
     middle = (max(along.values()) + min(along.values())) / 2
@@ -113,7 +113,7 @@ def _candidates(urdf: Urdf, controlled: Set[str]) -> list[str]:
     return next((group for group in (by_control, by_name, names) if len(group) > 1), [])
 
 
-def _left(urdf: Urdf, names: list[str]) -> NDArray[np.float64]:
+def _left_direction(urdf: Urdf, names: list[str]) -> NDArray[np.float64]:
     """Return the unit vector along the wheels' axes that points to the robot's left."""
     line = axis(urdf, names[0])
     sums = [float(center(urdf, n) @ line) * _side_of(urdf, n) for n in names]

@@ -29,26 +29,26 @@ def checked_joint(xml: XmlFile, joint: Joint) -> Joint:
     Raises:
         RobotError: Its axis is zero, its limits are crossed, or a value is beyond all bounds.
     """
-    place = f"joint '{joint.name}'"
+    label = f"joint '{joint.name}'"
     if joint.kind == "fixed":
         return joint
     if not joint.has_position:
-        xml.note(f"{place}: moves freely as a {joint.kind} joint; its position is not published")
+        xml.note(f"{label}: moves freely as a {joint.kind} joint; its position is not published")
     limits, kind = joint.limits, joint.kind
     if limits is not None and limits[0] > limits[1]:
-        raise xml.fail(place, f"limit lower {limits[0]} is above upper {limits[1]}")
+        raise xml.fail(label, f"limit lower {limits[0]} is above upper {limits[1]}")
     if kind == "revolute" and limits is not None and limits[1] - limits[0] > _UNLIMITED:
         kind, limits = "continuous", None
     for name in ("damping", "friction"):
         number = getattr(joint, name)
         if not 0.0 <= number <= _FACTOR_MAX:
-            raise xml.fail(f"{place} {name}", f"is {number:g}; valid: 0 to {_FACTOR_MAX:g}")
+            raise xml.fail(f"{label} {name}", f"is {number:g}; valid: 0 to {_FACTOR_MAX:g}")
     length = math.hypot(*joint.axis)
     if not 0.0 < length < math.inf:
-        raise xml.fail(place, "axis must not be zero")
+        raise xml.fail(label, "axis must not be zero")
     mimic = joint.mimic
     if mimic is not None and max(abs(mimic.multiplier), abs(mimic.offset)) > _FACTOR_MAX:
-        raise xml.fail(f"{place} mimic", f"multiplier and offset may reach {_FACTOR_MAX:g}")
+        raise xml.fail(f"{label} mimic", f"multiplier and offset may reach {_FACTOR_MAX:g}")
     x, y, z = (float(value / length) for value in joint.axis)
     return dataclasses.replace(joint, kind=kind, limits=limits, axis=(x, y, z))
 
@@ -70,13 +70,13 @@ def check_mimics(xml: XmlFile, joints: dict[str, Joint]) -> dict[str, Joint]:
     """
     joints = {name: _free_if_alone(xml, joint, joints) for name, joint in joints.items()}
     for joint in joints.values():
-        place, followed, steps = f"joint '{joint.name}' mimic", joint, 0
+        label, followed, steps = f"joint '{joint.name}' mimic", joint, 0
         while followed.mimic is not None:
             followed, steps = joints[followed.mimic.joint], steps + 1
             if steps > len(joints):
-                raise xml.fail(place, "the joints follow each other in a circle")
+                raise xml.fail(label, "the joints follow each other in a circle")
         if joint.mimic is not None and not (joint.has_position and followed.has_position):
-            raise xml.fail(place, "only joints with one position can follow each other")
+            raise xml.fail(label, "only joints with one position can follow each other")
     return joints
 
 
@@ -92,7 +92,7 @@ def _free_if_alone(xml: XmlFile, joint: Joint, joints: Mapping[str, Joint]) -> J
 
 def inertial_of(
     xml: XmlFile,
-    place: str,
+    label: str,
     mass: float,
     pose: Pose3,
     tensor: NDArray[np.float64] | None,
@@ -104,7 +104,7 @@ def inertial_of(
 
     Args:
         xml: The file.
-        place: Name of the link's inertial in messages.
+        label: Name of the link's inertial in messages.
         mass: [kg].
         pose: Of the centre of mass, in the link.
         tensor: Inertia about it, `(3, 3) float64` [kg m^2]; None where the file names none.
@@ -114,9 +114,9 @@ def inertial_of(
         RobotError: The mass is negative or too great.
     """
     if not 0.0 <= mass <= _MASS_MAX:
-        raise xml.fail(f"{place} mass", f"weighs {mass:g} kg; valid: 0 to {_MASS_MAX:g} kg")
+        raise xml.fail(f"{label} mass", f"weighs {mass:g} kg; valid: 0 to {_MASS_MAX:g} kg")
     if mass < MASS_MIN:
-        xml.note(f"{place}: mass {mass:g}: the link counts as massless")
+        xml.note(f"{label}: mass {mass:g}: the link counts as massless")
         return None
     problem = "lacks <inertia>" if tensor is None else _problem(tensor)
     if tensor is not None and not problem:
@@ -124,7 +124,7 @@ def inertial_of(
         return Inertial(mass, pose.position, rotation @ tensor @ rotation.T)
     computed = inertial_of_parts(parts, mass)
     source = "its shapes" if parts else "a ball of 5 cm"
-    xml.note(f"{place}: {problem}, so it is computed from {source} of {mass:g} kg")
+    xml.note(f"{label}: {problem}, so it is computed from {source} of {mass:g} kg")
     return Inertial(mass, pose.position, computed.inertia)
 
 

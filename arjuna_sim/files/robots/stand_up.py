@@ -87,8 +87,8 @@ def _weight(urdf: Urdf) -> NDArray[np.float64]:
     total, moment = 1e-9, np.zeros(3)
     for link in urdf.links.values():
         if link.inertial is not None:
-            place = urdf.T_root(link.name).apply(np.array([link.inertial.center]))[0]
-            total, moment = total + link.inertial.mass, moment + link.inertial.mass * place
+            center = urdf.T_root(link.name).apply(np.array([link.inertial.center]))[0]
+            total, moment = total + link.inertial.mass, moment + link.inertial.mass * center
     return moment / total
 
 

@@ -55,7 +55,7 @@ class WorldServices:
         self._host.simulator.load_world(world)
         self._forget()
         self._host.state = state
-        self._host.begin_anew()
+        self._host.after_reset()
 
     def _read(self, request: Any) -> World:
         """Read the world that a client names or sends.

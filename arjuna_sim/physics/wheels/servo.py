@@ -30,8 +30,8 @@ def add_rollers(body: Any, robot: RobotModel, joint: str) -> None:
         return
     T_link_root = urdf.T_root(urdf.joints[joint].child).inverse()
     along = np.array([*drive.grips[drive.wheels.index(joint)], 0.0])
-    place = T_link_root.apply(center(urdf, joint)[None])[0]
-    body.add_joint(name=_name(joint), axis=T_link_root.rotation() @ along, pos=place)
+    position = T_link_root.apply(center(urdf, joint)[None])[0]
+    body.add_joint(name=_name(joint), axis=T_link_root.rotation() @ along, pos=position)
 
 
 def roller_addresses(model: Any, robot: RobotModel) -> NDArray[np.int64]:
@@ -115,9 +115,9 @@ class ServosAt:
 
     def __init__(self, servos: Servos, data: Any) -> None:
         self._servos, self._qpos = servos, data.qpos
-        self._wanted, self._told = data.act[servos.sums], data.ctrl[servos.motors]
+        self._wanted, self._setpoint = data.act[servos.sums], data.ctrl[servos.motors]
         self._steered = data.ctrl[servos.steerers]
-        self._state = data.qpos, data.qvel, self._wanted, self._told
+        self._state = data.qpos, data.qvel, self._wanted, self._setpoint
         self._limits = servos.position, servos.velocity, servos.lead, servos.reach
 
     def turn(self, speeds: NDArray[np.float64], angles: NDArray[np.float64]) -> None:
@@ -133,7 +133,7 @@ class ServosAt:
     def rest(self) -> None:
         """Let the wheels, which stand, stay where they are."""
         self._wanted[:] = self._qpos[self._servos.position]
-        self._told[:] = 0.0
+        self._setpoint[:] = 0.0
         self._steered[:] = self._qpos[self._servos.steering]
 
 

@@ -1,4 +1,4 @@
-"""Footing: how hard a robot may pull away and brake before a wheel slips or leaves the ground."""
+"""Traction: how hard a robot may pull away and brake before a wheel slips or leaves the ground."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def steady_acceleration(contacts: GroundContacts, weight: Weight) -> float:
     """
     if not contacts.drives.any():
         return np.inf
-    contacts, loads = _standing(contacts, weight)
+    contacts, loads = _loaded_contacts(contacts, weight)
     if not contacts.drives.any():
         return LEAST
     if np.ptp(contacts.positions[:, 0]) < _SPREAD:
@@ -128,7 +128,7 @@ def climbed_sill(contacts: GroundContacts, radius: float) -> float:
     return radius * (1.0 - 1.0 / math.sqrt(1.0 + friction**2))
 
 
-def _standing(
+def _loaded_contacts(
     contacts: GroundContacts, weight: Weight
 ) -> tuple[GroundContacts, NDArray[np.float64]]:
     """Return the contacts that carry something at rest, and their loads, `(N,) float64` [N]."""
@@ -166,7 +166,7 @@ def sill_notes(lifting: float, climbed: float, radius: float) -> tuple[str, ...]
     """Return notes on a robot that crosses only low sills.
 
     Args:
-        lifting: The sill from which its driven wheels hang in the air [m].
+        lifting: The lowest sill on which its driven wheels lose contact with the ground [m].
         climbed: The highest that these climb by friction [m].
         radius: Of its wheels [m].
     """

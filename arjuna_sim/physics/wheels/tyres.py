@@ -93,7 +93,7 @@ def add_tyre(body: Any, robot: RobotModel, joint: str, sag: float) -> None:
     """
     urdf, link = robot.urdf, robot.urdf.joints[joint].child
     radius, width = radius_of(urdf, joint) or robot.drive.radius, width_of(urdf, joint)
-    place = urdf.T_root(link).inverse().apply(center(urdf, joint)[None])[0]
+    position = urdf.T_root(link).inverse().apply(center(urdf, joint)[None])[0]
     along = np.zeros(4)
     mujoco.mju_quatZ2Vec(along, np.array(urdf.joints[joint].axis))
     outer, half = radius + sag / 2, width / 2 or radius
@@ -101,7 +101,7 @@ def add_tyre(body: Any, robot: RobotModel, joint: str, sag: float) -> None:
         ("tyre", mujoco.mjtGeom.mjGEOM_ELLIPSOID, [outer, outer, half]),
         ("rim", mujoco.mjtGeom.mjGEOM_CYLINDER, [radius - _RIM * sag, half, 0.0]),
     ):
-        geom = body.add_geom(type=kind, size=size, pos=place, quat=along, mass=0.0)
+        geom = body.add_geom(type=kind, size=size, pos=position, quat=along, mass=0.0)
         geom.name = f"{link}//{name}"
         geom.group, geom.conaffinity, geom.contype = Group.ROBOT_COLLISION.value, 1, 0
         name_friction(geom, robot.settings.friction.get(link, geom.friction[0]))
@@ -174,11 +174,11 @@ def _ground_contacts(
 
 def _contact_point(model: Any, data: Any, geom: int) -> NDArray[np.float64]:
     """Return where a geom touches level ground, seen from above, `(2,) float64` [m]."""
-    place = data.geom_xpos[geom]
+    position = data.geom_xpos[geom]
     if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
-        points = place + _mesh_points(model, geom) @ data.geom_xmat[geom].reshape(3, 3).T
-        place = points[points[:, 2] < points[:, 2].min() + _FLAT].mean(axis=0)
-    touching: NDArray[np.float64] = place[:2].copy()
+        points = position + _mesh_points(model, geom) @ data.geom_xmat[geom].reshape(3, 3).T
+        position = points[points[:, 2] < points[:, 2].min() + _FLAT].mean(axis=0)
+    touching: NDArray[np.float64] = position[:2].copy()
     return touching
 
 
