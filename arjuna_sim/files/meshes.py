@@ -35,7 +35,6 @@ _DEPTH_MAX = 64  # of COLLADA's nodes
 _PLACED_MAX = 10_000  # geometries that COLLADA's nodes place
 _STL_HEADER, _STL_FACE = 84, 50  # bytes of binary STL
 _REACH_MAX = 1e5  # [m]
-_SURFACE_MIN = 1e-9  # [m^2]
 _BROKEN = (ValueError, LookupError, AttributeError, TypeError, OverflowError, struct.error)
 """What readers raise where a file is broken."""
 
@@ -83,7 +82,7 @@ def mesh_shape(
     reach = mesh.reach * max(map(abs, size))
     if not reach <= _REACH_MAX:
         raise xml.fail(label, f"mesh '{uri}' is {reach:.3g} m large; valid: up to {_REACH_MAX:g}")
-    if not surface(mesh.triangles * size) > _SURFACE_MIN:
+    if not surface(mesh.triangles * size) > 1e-9:
         xml.note(f"{label}: mesh '{uri}' has no surface, so it is left out", NoteKind.BROKEN)
         return None
     return Shape(Kind.MESH, size, mesh)

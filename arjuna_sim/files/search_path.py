@@ -27,7 +27,6 @@ _WEB = ("http", "https")
 _MODELS = (Path("~/.gazebo/models"), Path("/usr/share/gazebo-11/models"))
 _TAIL_MIN = 2  # parts of a path that has to be found elsewhere: a folder and a file
 _MANIFESTS = ("package.xml", "model.config")
-_MANIFEST_BYTES = 100_000
 _FILES = (".sdf", ".world", ".urdf")
 _SDF = re.compile(r"<sdf(?:\s+version=[\"']([\d.]+)[\"'])?[^>]*>\s*([^<]+?)\s*</sdf>")
 
@@ -269,7 +268,8 @@ def _manifest(folder: Path) -> str:
 def _text(path: Path) -> str:
     try:
         with path.open("rb") as file:
-            return file.read(_MANIFEST_BYTES).decode("utf-8", "replace")
+            # A hostile manifest may be large: its first 100 kB are read.
+            return file.read(100_000).decode("utf-8", "replace")
     except OSError:
         return ""
 

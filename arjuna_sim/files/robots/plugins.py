@@ -49,7 +49,6 @@ _CONTROL_CLASSES = (
 )
 TORQUE = 5.0
 """Least torque of a wheel whose file names none, as in Gazebo [N m]."""
-_PULL = 2.0 * GRAVITY  # of all such wheels together, by the robot's mass [m/s^2]
 _ENDS = ("front", "rear", "middle", "back")
 WHEEL, STEERING = ("wheeljoint",), ("leftsteeringjoint", "rightsteeringjoint", "steeringjoint")
 """Plain names of tags that hold the joints of wheels without sides, and those that steer."""
@@ -64,7 +63,6 @@ _TURN = ("maxangularvelocity", "maxvelocity")
 _TURN_ACCELERATION = ("maxangularacceleration", "maxacceleration")
 _TIMEOUT = ("cmdveltimeout", "commandtimeout")
 _LIMIT = ("steeringlimit", "maxsteer")
-_DIFFERENT = 0.05  # share from which the file and the wheels' shapes contradict each other
 _OUTPUTS = {
     "odom": (True, ("publishodom",)),
     "odom_tf": (True, ("publishodomtf", "broadcasttf", "publishtf")),
@@ -160,7 +158,8 @@ def torque_of(urdf: Urdf, radius: float, wheels: int) -> float:
 
     The heaviest robot climbs and turns by it; Gazebo's own drives know no limit, or `TORQUE`.
     """
-    return max(TORQUE, _PULL * urdf.mass * radius / wheels)
+    # Together the wheels pull twice the robot's weight.
+    return max(TORQUE, 2.0 * GRAVITY * urdf.mass * radius / wheels)
 
 
 def _name(plugin: Element) -> str:
@@ -272,7 +271,8 @@ def _kinematics(
         ("wheel_separation", separation, by_shape[0]),
         ("wheel radius", radius, by_shape[1]),
     ):
-        if seen > 0.0 and abs(said - seen) > _DIFFERENT * seen and not (track or rolling):
+        # From 5 % on the file and the wheels' shapes contradict each other.
+        if seen > 0.0 and abs(said - seen) > 0.05 * seen and not (track or rolling):
             xml.note(
                 f"{label}: {name} is {said:g}, but the wheels have {seen:g}: it drives by that"
             )

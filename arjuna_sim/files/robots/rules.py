@@ -12,13 +12,10 @@ from numpy.typing import NDArray
 from arjuna_core.errors import RobotError, nearest
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.geometry.shapes import MASS_MIN, Inertial, Part, inertial_of_parts
+from arjuna_sim.model.geometry.shapes import MASS_MAX, MASS_MIN, Inertial, Part, inertial_of_parts
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.urdf import Joint, Link
 
-_MASS_MAX = 1e7  # [kg]
-_LEAST = 1e-13  # below this MuJoCo takes an inertia for none [kg m^2]
-_UNLIMITED = 100.0 * math.pi  # a revolute joint that may turn so far has no stop [rad]
 _FACTOR_MAX = 1e6  # of damping, friction and what mimics
 _DEPTH_MAX = 100  # of the tree of links
 
@@ -37,7 +34,8 @@ def checked_joint(xml: XmlFile, joint: Joint) -> Joint:
     limits, kind = joint.limits, joint.kind
     if limits is not None and limits[0] > limits[1]:
         raise xml.fail(label, f"limit lower {limits[0]} is above upper {limits[1]}")
-    if kind == "revolute" and limits is not None and limits[1] - limits[0] > _UNLIMITED:
+    # [rad] A revolute joint that may turn 50 times has no stop.
+    if kind == "revolute" and limits is not None and limits[1] - limits[0] > 100.0 * math.pi:
         kind, limits = "continuous", None
     for name in ("damping", "friction"):
         number = getattr(joint, name)
@@ -113,8 +111,8 @@ def inertial_of(
     Raises:
         RobotError: The mass is negative or too great.
     """
-    if not 0.0 <= mass <= _MASS_MAX:
-        raise xml.fail(f"{label} mass", f"weighs {mass:g} kg; valid: 0 to {_MASS_MAX:g} kg")
+    if not 0.0 <= mass <= MASS_MAX:
+        raise xml.fail(f"{label} mass", f"weighs {mass:g} kg; valid: 0 to {MASS_MAX:g} kg")
     if mass < MASS_MIN:
         xml.note(f"{label}: mass {mass:g}: the link counts as massless")
         return None
@@ -133,7 +131,8 @@ def _problem(inertia: NDArray[np.float64]) -> str:
     if np.abs(inertia).max() > 1e12:
         return "the inertia is beyond all bounds"
     principal = np.linalg.eigvalsh(inertia)
-    if principal[0] <= _LEAST:
+    # [kg m^2] MuJoCo treats a smaller inertia as none.
+    if principal[0] <= 1e-13:
         return "the inertia is not positive definite"
     if principal[2] > 2.0 * (principal[0] + principal[1]):
         return "the inertia's largest axis is more than the sum of the others"

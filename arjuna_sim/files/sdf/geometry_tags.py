@@ -35,7 +35,7 @@ Placed = tuple[Shape, Pose3]
 """A shape, and its pose in the frame of its `<collision>` or `<visual>`."""
 _FRICTION = "surface/friction"
 _ODE = f"{_FRICTION}/ode"
-_PULL_MAX = 100.0  # [m/s^2]
+_PULL_MAX = 100.0  # [m/s^2] Jupiter's gravity is 24.8
 
 
 def read_shape(xml: XmlFile, geometry: Element, label: str) -> Placed | None:

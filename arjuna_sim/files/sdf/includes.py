@@ -23,7 +23,6 @@ from arjuna_sim.model.world import GROUND, GROUND_COLOUR
 
 _MODELS_MAX = 5_000
 _LINES = {"linear-x": 0, "linear-y": 1, "linear-z": 2}
-_TRIES = 20  # random positions of which the one farthest from the others is taken
 BUILT_IN = ("sun", "ground_plane")
 _INCLUDES_MAX = 5_000
 _NESTED_MAX = 32
@@ -111,7 +110,8 @@ def _random(
     rng = np.random.default_rng(zlib.crc32(label.encode()))
     points = np.zeros((0, 3))
     for _ in range(count):
-        tries = (rng.random((_TRIES, 3)) - 0.5) * size
+        # Of 20 random positions the one farthest from the others is taken.
+        tries = (rng.random((20, 3)) - 0.5) * size
         inside = tries[np.hypot(tries[:, 0], tries[:, 1]) <= radius]
         tries = inside if len(inside) else np.zeros((1, 3))
         best = 0

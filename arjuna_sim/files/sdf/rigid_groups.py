@@ -12,15 +12,13 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from arjuna_sim.files.sdf.includes import leaving_out
-from arjuna_sim.files.sdf.model_tags import WORLD, SdfJoint, SdfLink
+from arjuna_sim.files.sdf.model_tags import UNLIMITED, WORLD, SdfJoint, SdfLink
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.entities import bounds
 from arjuna_sim.model.geometry.shapes import Kind
 from arjuna_sim.model.urdf import Hinge
 
 SWINGING = ("revolute", "continuous", "prismatic")
-_UNLIMITED = 1e6  # beyond it a limit is none [rad or m]
-_TOUCHING = 1e-3  # [m]
 
 
 def read_hinge(joint: SdfJoint, link: SdfLink, own: set[str]) -> Hinge:
@@ -56,9 +54,9 @@ def read_hinge(joint: SdfJoint, link: SdfLink, own: set[str]) -> Hinge:
 
 
 def _limits(xml: XmlFile, axis: Element, label: str) -> tuple[float, float] | None:
-    low = max(xml.number(axis, "limit/lower", -_UNLIMITED, label), -_UNLIMITED)
-    high = min(xml.number(axis, "limit/upper", _UNLIMITED, label), _UNLIMITED)
-    return (low, high) if low > -_UNLIMITED or high < _UNLIMITED else None
+    low = max(xml.number(axis, "limit/lower", -UNLIMITED, label), -UNLIMITED)
+    high = min(xml.number(axis, "limit/upper", UNLIMITED, label), UNLIMITED)
+    return (low, high) if low > -UNLIMITED or high < UNLIMITED else None
 
 
 @dataclass(frozen=True)
@@ -155,7 +153,8 @@ def _overlaps(links: list[SdfLink], jointed: set[int]) -> NDArray[np.int64]:
     loose = [i for i, link in enumerate(links) if i not in jointed and link.solid]
     loose = [i for i in loose if not _stands(links[i])]
     boxes = np.array([bounds(links[i].solid) for i in loose]).reshape(-1, 2, 3)
-    low, high = boxes[:, 0], boxes[:, 1] - _TOUCHING
+    # [m] Boxes that overlap by less than 1 mm only touch.
+    low, high = boxes[:, 0], boxes[:, 1] - 1e-3
     pairs = [np.empty((0, 2), np.int64)]
     for i in range(len(loose)):
         others = np.flatnonzero(((low[i] < high[:i]) & (low[:i] < high[i])).all(axis=1))

@@ -25,7 +25,7 @@ from arjuna_sim.files.robots.tags import PluginTag, Tags
 from arjuna_sim.files.sdf.frames import raw_pose
 from arjuna_sim.files.sdf.geometry_tags import read_friction
 from arjuna_sim.files.sdf.includes import Includes
-from arjuna_sim.files.sdf.model_tags import WORLD, ModelReader, SdfJoint, SdfLink
+from arjuna_sim.files.sdf.model_tags import UNLIMITED, WORLD, ModelReader, SdfJoint, SdfLink
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape
@@ -33,7 +33,6 @@ from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
 
 _MOVING = ("revolute", "continuous", "prismatic")
-_UNLIMITED = 1e6  # SDF's own bound of a joint without limits is 1e16 [rad or m]
 
 
 @dataclass
@@ -183,10 +182,10 @@ def _moving(joint: SdfJoint, fixed: Joint, T_axis: Pose3, label: str) -> Joint:
     axis = xml.child(joint.element, "axis", label)
     numbers = xml.numbers(xml.child(axis, "xyz", label).text or "", 3, f"{label} <xyz>")
     x, y, z = (T_axis.rotation() @ numbers).tolist()
-    low = xml.number(axis, "limit/lower", -_UNLIMITED, label)
-    high = xml.number(axis, "limit/upper", _UNLIMITED, label)
+    low = xml.number(axis, "limit/lower", -UNLIMITED, label)
+    high = xml.number(axis, "limit/upper", UNLIMITED, label)
     kind = fixed.kind
-    if kind == "revolute" and low <= -_UNLIMITED and high >= _UNLIMITED:
+    if kind == "revolute" and low <= -UNLIMITED and high >= UNLIMITED:
         kind = "continuous"
     damping, friction = (
         max(0.0, xml.number(axis, f"dynamics/{key}", 0.0, label)) for key in ("damping", "friction")

@@ -28,7 +28,7 @@ from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
 from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
-from arjuna_sim.model.geometry.shapes import Kind, estimated_inertial
+from arjuna_sim.model.geometry.shapes import MASS_MAX, Kind, estimated_inertial
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.urdf import Hinge
 from arjuna_sim.model.world import Actor, Body, Earth, Trajectory, World, ground_bodies, person
@@ -40,7 +40,6 @@ _UNLIT = (
     *("frame", "joint", "atmosphere", "wind", "spherical_coordinates", "audio"),
 )
 _MASS = 1.0  # SDF's default [kg]
-_MASS_MAX = 1e7  # [kg]
 
 
 def read_actor(xml: XmlFile, element: Element, T_world: Pose3) -> Actor:
@@ -283,12 +282,12 @@ class _Reader:
     def _mass(self, name: str, group: RigidGroup) -> float:
         """Return what links weigh: a link without a mass as much as its shapes hold [kg]."""
         total = sum(_MASS if link.mass is None else max(0.0, link.mass) for link in group.links)
-        if total > _MASS_MAX:
-            self._xml.note(f"model '{name}': weighs {total:g} kg; it gets {_MASS_MAX:g} kg")
+        if total > MASS_MAX:
+            self._xml.note(f"model '{name}': weighs {total:g} kg; it gets {MASS_MAX:g} kg")
         if total > 0.0:
-            return min(total, _MASS_MAX)
+            return min(total, MASS_MAX)
         guessed = estimated_inertial([part for link in group.links for part in link.solid])
-        mass = _MASS if guessed is None else min(guessed.mass, _MASS_MAX)
+        mass = _MASS if guessed is None else min(guessed.mass, MASS_MAX)
         self._xml.note(f"model '{name}': has no mass; it gets {mass:.3g} kg, by its shapes")
         return mass
 

@@ -14,8 +14,6 @@ from arjuna_core.config import param
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import center
 
-_STEERING_TIME = 0.02  # in which steering reaches its setpoint, critically damped [s]
-
 
 def add_rollers(body: Any, robot: RobotModel, joint: str) -> None:
     """Add the freedom of a wheel's rollers to its body, where it has any, before its own joint.
@@ -211,9 +209,10 @@ def tune_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Servos:
     steering = [model.joint(name) for name in robot.drive.steering]
     moved = model.dof_M0[[joint.dofadr[0] for joint in steering]]
     moved = moved + robot.urdf.mass * robot.drive.radius**2 / max(1, len(steering))
-    model.actuator_gainprm[steerers, 0] = moved / _STEERING_TIME**2
-    model.actuator_biasprm[steerers, 1] = -moved / _STEERING_TIME**2
-    model.actuator_biasprm[steerers, 2] = -2.0 * moved / _STEERING_TIME
+    steering_time = 0.02  # [s] in which steering reaches its setpoint, critically damped
+    model.actuator_gainprm[steerers, 0] = moved / steering_time**2
+    model.actuator_biasprm[steerers, 1] = -moved / steering_time**2
+    model.actuator_biasprm[steerers, 2] = -2.0 * moved / steering_time
     first = int(model.actuator_actadr[motors.start]) if names else 0
     return Servos(
         np.array([joint.qposadr[0] for joint in joints], np.int64),

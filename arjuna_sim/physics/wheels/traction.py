@@ -10,9 +10,6 @@ from numpy.typing import NDArray
 
 from arjuna_sim.model.world import GRAVITY
 
-_SHARE = 0.8  # of what wheels could grip and motors could do, which leaves some to steer with
-_LIFTS = 1.0  # a foot that carries next to nothing may leave the ground [m/s^2]
-_TINY = 1e-12
 LEAST = 0.5
 """Acceleration that any robot is asked for [m/s^2]."""
 _SPREAD = 1e-3  # of contacts along the robot, from which they hold it upright [m]
@@ -75,11 +72,13 @@ def steady_acceleration(contacts: GroundContacts, weight: Weight) -> float:
     if np.ptp(contacts.positions[:, 0]) < _SPREAD:
         return np.inf
     lean = _shares(contacts) @ np.array([0.0, -(weight.mass * weight.middle[2] + weight.spin), 0.0])
-    lifting = max(_LIFTS, float((loads / np.maximum(np.abs(lean), _TINY)).min()))
+    # [m/s^2] A foot that carries next to nothing may leave the ground.
+    lifting = max(1.0, float((loads / np.maximum(np.abs(lean), 1e-12)).min()))
     held = contacts.friction * loads
     gripping = float(held[contacts.drives].sum() - held[~contacts.drives].sum()) / weight.mass
     turning = weight.force / (weight.mass + weight.rolling)
-    return max(LEAST, min(lifting, _SHARE * gripping, _SHARE * turning))
+    # A fifth of the grip and of the motors' force is left to steer with.
+    return max(LEAST, min(lifting, 0.8 * gripping, 0.8 * turning))
 
 
 def lifting_sill(contacts: GroundContacts, sag: float) -> float:
