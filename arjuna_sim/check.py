@@ -34,8 +34,6 @@ from arjuna_sim.physics.wheels.servo import ServoConfig
 from arjuna_sim.simulation import Simulation, solo
 
 _TIMESTEP = 0.004  # of a robot that no simulator has stepped yet [s]
-_SETTLE = 2.0  # in which a robot that tips over does [s]
-_UPRIGHT = 3.0  # [deg]
 _CREEP = Velocity(0.1)
 _ROBOT_SUFFIXES = (".urdf", ".xacro")
 _WORLD_SUFFIXES = (".sdf", ".world", *MAP_SUFFIXES)
@@ -148,10 +146,11 @@ def _check_robot(
 def _leaning(robot: RobotModel, empty: World) -> Iterator[str]:
     """Yield a note on a robot that does not stay upright, as one that tips over or balances."""
     sim = Simulation(solo(robot), empty, SimulatorConfig(), np.random.default_rng(0))
-    for _ in range(round(_SETTLE / sim.config.tick)):
+    # A robot that tips over does so within 2 s.
+    for _ in range(round(2.0 / sim.config.tick)):
         truth = sim.drive(_CREEP).truth
     lean = math.degrees(math.hypot(truth.roll, truth.pitch))
-    if lean > _UPRIGHT:
+    if lean > 3.0:  # [deg]
         yield f"leans by {lean:.0f} degrees soon: it tips over, or would have to balance"
 
 
@@ -242,10 +241,10 @@ def _forever(seconds: float) -> str:
 def _sensor_lines(settings: GazeboSettings) -> Iterator[str]:
     for sensor in settings.sensors:
         x, y, z = sensor.pose.position
-        place = "" if sensor.pose == ORIGIN else f" + ({x:.4g}, {y:.4g}, {z:.4g})"
+        offset = "" if sensor.pose == ORIGIN else f" + ({x:.4g}, {y:.4g}, {z:.4g})"
         yield (
             f"  {sensor.title}: topic {sensor.topic}, frame {sensor.frame}, {sensor.rate:g} Hz,"
-            f" on {sensor.link}{place}"
+            f" on {sensor.link}{offset}"
         )
         if details := sensor.details():
             yield f"    {details}"

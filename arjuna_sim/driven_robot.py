@@ -257,10 +257,10 @@ class DrivenRobot:
             return ()
         inside = enclosure.nearest_inside(spawn.x, spawn.y).tolist()
         fine = ((x, y) for x, y in inside if not self._placer.touched(SE2(x, y, spawn.theta)))
-        place = next((f"; inside is ({x:.2f}, {y:.2f})" for x, y in fine), "")
+        hint = next((f"; inside is ({x:.2f}, {y:.2f})" for x, y in fine), "")
         return (
             f"the start ({spawn.x:.4g}, {spawn.y:.4g}) is outside the world's walls: nothing inside"
-            f" can be reached from there{place}",
+            f" can be reached from there{hint}",
         )
 
     def close(self) -> None:

@@ -17,8 +17,7 @@ from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.stage import Stage
 
-_NANOSECONDS = 1_000_000_000
-_ALOFT = 1000.0  # height of robots that wait to be put down, and distance between them [m]
+_NANOSECONDS = 1_000_000_000  # in a second (SI)
 
 
 @dataclass(frozen=True)
@@ -214,7 +213,8 @@ class Simulation:
     def _lift_all(self) -> None:
         """Lift robots, so that none blocks those that are put down before it."""
         for i, robot in enumerate(self.robots.values() if len(self.robots) > 1 else ()):
-            robot.lift(_ALOFT * (i + 1))
+            # [m] Waiting robots are out of reach of the world and of each other.
+            robot.lift(1000.0 * (i + 1))
 
     def _rebind(self) -> None:
         for robot in self.robots.values():

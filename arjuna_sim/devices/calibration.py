@@ -16,9 +16,7 @@ from arjuna_core.twist import Velocity
 from arjuna_sim.devices.drive import Kinematics
 from arjuna_sim.devices.odometry import Odometry, OdometryConfig
 
-_REST = 1.0  # [s] after each manoeuvre, more than twice what braking from 1 m/s takes
 _QUARTER = math.pi / 2
-_LEAST_NOISE = 1e-3  # so short a pattern cannot distinguish errors this small from chance
 
 
 @dataclass(frozen=True)
@@ -117,7 +115,8 @@ def drive(vehicle: Vehicle) -> DriveLog:
     seen, spans = [vehicle.observe()], []
     for manoeuvre in PATTERN:
         start = len(seen) - 1
-        moving, resting = (round(t / vehicle.tick) for t in (manoeuvre.seconds, _REST))
+        # A rest of 1 s is more than twice what braking from 1 m/s takes.
+        moving, resting = (round(t / vehicle.tick) for t in (manoeuvre.seconds, 1.0))
         for command in [manoeuvre.command] * moving + [Velocity()] * resting:
             vehicle.drive(command)
             seen.append(vehicle.observe())
@@ -257,7 +256,8 @@ def _noise(config: OdometryConfig, rows: tuple[Comparison, ...]) -> OdometryConf
     """Return standard deviations per root of path and turn that the errors have."""
 
     def fit(values: list[float]) -> float:
-        return max(_LEAST_NOISE, math.sqrt(sum(values) / max(1, len(values))))
+        # So short a pattern cannot distinguish smaller errors from chance.
+        return max(1e-3, math.sqrt(sum(values) / max(1, len(values))))
 
     straight = [row for row in rows if row.manoeuvre.kind == "straight"]
     spins = [row for row in rows if row.manoeuvre.kind == "spin"]

@@ -17,7 +17,6 @@ from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.model.geometry.shapes import Group
 
 _BACKENDS = ("egl", "osmesa")
-_GEOMS_MAX = 10_000  # that a picture shows; MuJoCo's own viewer takes as many
 # MuJoCo's cameras look along -z with y up, links along x with z up.
 _FROM_LINK = np.array([0.5, 0.5, -0.5, -0.5])
 
@@ -136,7 +135,8 @@ class Camera:
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
         self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
-        self._scene = mujoco.MjvScene(model, maxgeom=_GEOMS_MAX)
+        # MuJoCo's own viewer allows as many geoms.
+        self._scene = mujoco.MjvScene(model, maxgeom=10_000)
         self._view.fixedcamid = model.camera(self._settings.name).id
         self._gl, self._model = gl, model
 

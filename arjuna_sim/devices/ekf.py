@@ -18,10 +18,7 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.devices.odometry import OdometryEstimate
 
 _X, _Y, _THETA, _V, _SIDE, _W, _BIAS = range(7)
-_SIZE = 7
-_TOLD = 3.0  # least bias that is taken off a moving robot's gyro, by its standard deviation
-_QUIET = 2.0  # greatest variance of a gyro at rest, by its noise's
-_STRAIGHT = 1e-9  # [rad] below it sin(x) / x is 1 in double precision
+_SIZE = _BIAS + 1
 
 
 @dataclass(frozen=True)
@@ -163,7 +160,8 @@ class FusedOdometry:
     def _unsure_bias(self) -> float:
         """Return the bias where it is not significant yet and the robot moves."""
         bias, sigma = float(self._state[_BIAS]), math.sqrt(self._covariance[_BIAS, _BIAS])
-        return bias if not self._at_rest and abs(bias) < _TOLD * sigma else 0.0
+        # Three standard deviations: by chance an estimate exceeds them once in 370 times.
+        return bias if not self._at_rest and abs(bias) < 3.0 * sigma else 0.0
 
     def _rests(self, rate: float, noise: float) -> bool:
         """Take a gyro's rate [rad/s] while the wheels stand; return whether the robot does, too."""
@@ -176,7 +174,8 @@ class FusedOdometry:
         mean = sum(value for _, value in rates) / len(rates)
         spread = sum((value - mean) ** 2 for _, value in rates) / (len(rates) - 1)
         is_bias = abs(mean - float(self._state[_BIAS])) < self.config.sliding_rate
-        return is_bias and spread < _QUIET * noise
+        # The sample variance of a gyro at rest scatters about its noise's; twice that is motion.
+        return is_bias and spread < 2.0 * noise
 
     def _measure(self, index: int, bias: float, value: float, variance: float) -> None:
         """Correct by one number that measures a state, plus a share of the gyro's bias."""
@@ -206,7 +205,8 @@ def _predict(
     path, left, turn = state[_V] * dt, state[_SIDE] * dt, state[_W] * dt
     middle = state[_THETA] + turn / 2
     c, s = math.cos(middle), math.sin(middle)
-    chord = math.sin(turn / 2) / (turn / 2) if abs(turn) > _STRAIGHT else 1.0
+    # Below 1e-9 rad sin(x) / x is 1 in double precision.
+    chord = math.sin(turn / 2) / (turn / 2) if abs(turn) > 1e-9 else 1.0
     state[_X] += chord * (path * c - left * s)
     state[_Y] += chord * (path * s + left * c)
     state[_THETA] = (state[_THETA] + turn + math.pi) % (2.0 * math.pi) - math.pi

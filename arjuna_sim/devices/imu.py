@@ -18,9 +18,6 @@ from arjuna_sim.devices.device import Mount, simulates
 from arjuna_sim.devices.sensors.imu import ImuConfig, ImuSettings
 
 _SITE = mujoco.mjtObj.mjOBJ_SITE
-_DRAWS = 14  # for biases and white noise of six channels, and for roll and pitch
-_AT_ONCE = 50  # readings, for which draws are made in one go
-_GAP = 1.5  # periods after which it has forgotten its last velocity
 _wrap = njit(cache=True)(wrap)
 _product = njit(cache=True)(quaternion_product)
 
@@ -97,7 +94,8 @@ class Imu:
         """Return a reading at a time [s], of a unit that is read from time to time."""
         passed, period = now - self._last_read, self._period
         self._last_read = now
-        if not 0.0 < passed < _GAP * period:
+        # After a gap of 1.5 periods the last velocity is too old to be differentiated.
+        if not 0.0 < passed < 1.5 * period:
             self.settle()
             passed = period
         return self.measure(data, now, passed)
@@ -134,7 +132,8 @@ def _imu(settings: ImuSettings, mount: Mount) -> Imu:
 def _endless(rng: np.random.Generator) -> Iterator[NDArray[np.float64]]:
     """Yield a reading's standard normal draws, `(14,) float64`, one reading after the other."""
     while True:
-        yield from rng.standard_normal((_AT_ONCE, _DRAWS))
+        # 14: biases and white noise of six channels, and roll and pitch; 50 readings in one call.
+        yield from rng.standard_normal((50, 14))
 
 
 @njit(cache=True)

@@ -15,9 +15,6 @@ from arjuna_sim.devices.device import Mount, simulates
 from arjuna_sim.devices.rays.rays import Rays
 from arjuna_sim.devices.sensors.lidar import LidarConfig, LidarSettings
 
-_SIGMAS = 6.0  # a surface so much beyond the range is read within it once in 1e9 beams
-_STRIDE = 1e-3  # [m] beams cast from one point may lie this far apart on the sensor's path
-
 
 class Lidar:
     """Casts the beams of a sweep, all at once or each from where the sensor was at its instant.
@@ -121,7 +118,8 @@ class Lidar:
         )
         rays /= np.linalg.norm(rays, axis=1)[:, None]
         path = float(np.linalg.norm(np.diff(origins, axis=0), axis=1).sum())
-        count = min(len(rays), 1 + int(path / _STRIDE))
+        # Beams cast from one point may lie up to 1 mm apart on the sensor's path.
+        count = min(len(rays), 1 + int(path / 1e-3))
         return np.concatenate(
             [
                 self._cast(data, some[len(some) // 2], beams)
@@ -135,7 +133,8 @@ class Lidar:
         self, data: Any, origin: NDArray[np.float64], rays: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """Return exact distances from one point along unit vectors, inf where nothing is hit."""
-        reach = self._settings.range_max + _SIGMAS * self._noise
+        # A surface 6 sigma beyond the range is read within it once in 1e9 beams.
+        reach = self._settings.range_max + 6.0 * self._noise
         return self._rays.cast(data, origin, rays, reach)
 
 

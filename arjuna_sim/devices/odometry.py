@@ -15,7 +15,6 @@ from arjuna_core.config import param
 from arjuna_core.se2 import IDENTITY, SE2, wrap
 
 _NONE = np.zeros(0)
-_STRAIGHT = 1e-9  # an arc that turns less is a line [rad]
 _wrap = njit(cache=True)(wrap)
 
 
@@ -168,7 +167,8 @@ def _moved(
     middle = theta + turn / 2 + math.atan2(side, path)
     _grow(covariance, grown, math.cos(middle), math.sin(middle), length, along, about)
     ahead, left, turned = path, side, turn
-    if abs(turn) >= _STRAIGHT:
+    # An arc that turns by less than 1e-9 rad is a line in double precision.
+    if abs(turn) >= 1e-9:
         a, b = math.sin(turn) / turn, (1.0 - math.cos(turn)) / turn
         ahead, left, turned = a * path - b * side, b * path + a * side, _wrap(turn)
     c, s = math.cos(theta), math.sin(theta)

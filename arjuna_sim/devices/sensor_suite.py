@@ -20,9 +20,6 @@ from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.model.world import Earth
 
-_TOLERANCE = 1e-9
-
-
 __all__ = ["SensorSuite", "beams"]
 
 
@@ -80,7 +77,7 @@ class SensorSuite:
 
     def is_imu_faster(self, period: float) -> bool:
         """Return whether the first IMU reads more often than once a period [s]."""
-        return self._imu is not None and self._imu_period < period - _TOLERANCE
+        return self._imu is not None and self._imu_period < period - 1e-9
 
     def imu(self, data: Any, now: float) -> ImuReading | None:
         """Return the first IMU's reading at a time [s], where one is due."""

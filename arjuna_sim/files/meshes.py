@@ -35,7 +35,6 @@ _DEPTH_MAX = 64  # of COLLADA's nodes
 _PLACED_MAX = 10_000  # geometries that COLLADA's nodes place
 _STL_HEADER, _STL_FACE = 84, 50  # bytes of binary STL
 _REACH_MAX = 1e5  # [m]
-_SURFACE_MIN = 1e-9  # [m^2]
 _BROKEN = (ValueError, LookupError, AttributeError, TypeError, OverflowError, struct.error)
 """What readers raise where a file is broken."""
 
@@ -45,7 +44,7 @@ class MeshError(InputFileError):
 
 
 def mesh_shape(
-    xml: XmlFile, uri: str, scale: str, place: str, part: str = "", centred: bool = False
+    xml: XmlFile, uri: str, scale: str, label: str, part: str = "", centred: bool = False
 ) -> Shape | None:
     """Read a mesh; None (and a note) where it is missing, of a foreign form, or broken and drawn.
 
@@ -53,49 +52,49 @@ def mesh_shape(
         xml: The file that refers to it.
         uri: Path or URI of the mesh.
         scale: Three numbers.
-        place: Position in the file; of a visual it ends in `visual`.
+        label: Name of the element in messages; of a visual it ends in `visual`.
         part: Name of the part of it that is meant; "" for all of it.
         centred: Whether that part is put about its own middle.
 
     Raises:
         InputFileError: A mesh that collides is broken, or the scale is no scale.
     """
-    size = xml.numbers(scale, 3, f"{place} scale")
+    size = xml.numbers(scale, 3, f"{label} scale")
     if 0.0 in size:
-        raise xml.fail(f"{place} scale", f"{scale!r} must not be zero")
-    path = xml.find(uri, place)
+        raise xml.fail(f"{label} scale", f"{scale!r} must not be zero")
+    path = xml.find(uri, label)
     if path is None:
-        xml.note(f"{place}: mesh '{uri}' does not exist, so it is left out", NoteKind.MISSING)
+        xml.note(f"{label}: mesh '{uri}' does not exist, so it is left out", NoteKind.MISSING)
         return None
     if path.suffix.lower() not in MESH_SUFFIXES:
         xml.note(
-            f"{place}: mesh '{uri}' left out; simulated are {', '.join(MESH_SUFFIXES)}",
+            f"{label}: mesh '{uri}' left out; simulated are {', '.join(MESH_SUFFIXES)}",
             NoteKind.UNSUPPORTED,
         )
         return None
     try:
-        mesh = _mesh(xml, path, part, centred, f"{place}: mesh '{uri}'")
+        mesh = _mesh(xml, path, part, centred, f"{label}: mesh '{uri}'")
     except MeshError as error:
-        if not place.endswith("visual"):
-            raise xml.fail(place, f"mesh '{uri}' {error.problem}") from error
-        xml.note(f"{place}: mesh '{uri}' {error.problem}, so it is not drawn")
+        if not label.endswith("visual"):
+            raise xml.fail(label, f"mesh '{uri}' {error.problem}") from error
+        xml.note(f"{label}: mesh '{uri}' {error.problem}, so it is not drawn")
         return None
     reach = mesh.reach * max(map(abs, size))
     if not reach <= _REACH_MAX:
-        raise xml.fail(place, f"mesh '{uri}' is {reach:.3g} m large; valid: up to {_REACH_MAX:g}")
-    if not surface(mesh.triangles * size) > _SURFACE_MIN:
-        xml.note(f"{place}: mesh '{uri}' has no surface, so it is left out", NoteKind.BROKEN)
+        raise xml.fail(label, f"mesh '{uri}' is {reach:.3g} m large; valid: up to {_REACH_MAX:g}")
+    if not surface(mesh.triangles * size) > 1e-9:
+        xml.note(f"{label}: mesh '{uri}' has no surface, so it is left out", NoteKind.BROKEN)
         return None
     return Shape(Kind.MESH, size, mesh)
 
 
-def _mesh(xml: XmlFile, path: Path, part: str, centred: bool, place: str) -> Mesh:
+def _mesh(xml: XmlFile, path: Path, part: str, centred: bool, label: str) -> Mesh:
     key = path.with_name(f"{path.name}#{part}{'~' * centred}") if part else path
     if key in xml.meshes:
         return xml.meshes[key]
     triangles = read_mesh(path, part)
     if part and not len(triangles):
-        xml.note(f"{place} has no part '{part}': all of it is taken")
+        xml.note(f"{label} has no part '{part}': all of it is taken")
         triangles = read_mesh(path)
     if centred:
         points = triangles.reshape(-1, 3)

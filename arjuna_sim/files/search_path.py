@@ -27,7 +27,6 @@ _WEB = ("http", "https")
 _MODELS = (Path("~/.gazebo/models"), Path("/usr/share/gazebo-11/models"))
 _TAIL_MIN = 2  # parts of a path that has to be found elsewhere: a folder and a file
 _MANIFESTS = ("package.xml", "model.config")
-_MANIFEST_BYTES = 100_000
 _FILES = (".sdf", ".world", ".urdf")
 _SDF = re.compile(r"<sdf(?:\s+version=[\"']([\d.]+)[\"'])?[^>]*>\s*([^<]+?)\s*</sdf>")
 
@@ -206,7 +205,7 @@ class SearchPath:
         """Return what a path leads to: from the file's folder, or from one that holds it."""
         allowed = (home_folder(beside), *self.packages, *self.models)
         escaped = False
-        for path in self._places(beside, rest):
+        for path in self._candidates(beside, rest):
             if not _is_file(path):
                 continue
             if any(path.resolve().is_relative_to(folder.resolve()) for folder in allowed):
@@ -216,8 +215,8 @@ class SearchPath:
             raise EscapeError(f"'{rest}' leads out of {allowed[0]}; --package-path allows more")
         return None
 
-    def _places(self, beside: Path, rest: str) -> Iterator[Path]:
-        """Yield where a path may lead, as Gazebo resolves it wherever it was started."""
+    def _candidates(self, beside: Path, rest: str) -> Iterator[Path]:
+        """Yield the files that a path may name, as Gazebo finds them from any working directory."""
         yield beside.parent / rest
         home = home_folder(beside)
         above = [p for p in beside.resolve().parents[1:] if p.is_relative_to(home)]
@@ -269,7 +268,8 @@ def _manifest(folder: Path) -> str:
 def _text(path: Path) -> str:
     try:
         with path.open("rb") as file:
-            return file.read(_MANIFEST_BYTES).decode("utf-8", "replace")
+            # A hostile manifest may be large: its first 100 kB are read.
+            return file.read(100_000).decode("utf-8", "replace")
     except OSError:
         return ""
 

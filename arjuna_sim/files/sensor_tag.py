@@ -37,8 +37,8 @@ class SensorTag:
         return self.element.get("name") or self.element.get("type") or ""
 
     @property
-    def place(self) -> str:
-        """Its name in messages."""
+    def label(self) -> str:
+        """The name of its element in messages."""
         return f"{self.element.tag} '{self.name or '?'}'"
 
     @property
@@ -69,9 +69,9 @@ class SensorTag:
         """
         pose, lens = self.pose, self.element.find("camera[pose]")
         if pose is None:
-            pose = raw_pose(self.xml, self.element, self.place)
+            pose = raw_pose(self.xml, self.element, self.label)
         if lens is not None:
-            pose = pose @ raw_pose(self.xml, lens, self.place)
+            pose = pose @ raw_pose(self.xml, lens, self.label)
         return {
             "link": self.link,
             "frame": self.frame,
@@ -100,7 +100,7 @@ class SensorTag:
         text = next((text for text in found if text), None) or self.text("gaussiannoise")
         if not text:
             return None
-        noise = self.xml.numbers(text, 1, f"{self.place} <stddev>")[0]
+        noise = self.xml.numbers(text, 1, f"{self.label} <stddev>")[0]
         if noise < 0.0:
             raise self.fail(f"<stddev> is {noise}; it must not be negative")
         return noise
@@ -115,16 +115,16 @@ class SensorTag:
 
     def number(self, path: str, default: float, below: Element | None = None) -> float:
         """Return the number at a path below an element, or below the tag itself."""
-        return self.xml.number(self.element if below is None else below, path, default, self.place)
+        return self.xml.number(self.element if below is None else below, path, default, self.label)
 
     def count(self, path: str, default: int, below: Element | None = None) -> int:
         """Return the whole number at a path below an element, or below the tag itself."""
-        return self.xml.count(self.element if below is None else below, path, default, self.place)
+        return self.xml.count(self.element if below is None else below, path, default, self.label)
 
     def fail(self, problem: str) -> InputFileError:
         """Return the exception to raise for a problem."""
-        return self.xml.fail(self.place, problem)
+        return self.xml.fail(self.label, problem)
 
     def note(self, text: str) -> None:
         """Keep one line on what is simulated otherwise than the file says."""
-        self.xml.note(f"{self.place}: {text}")
+        self.xml.note(f"{self.label}: {text}")

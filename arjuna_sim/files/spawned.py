@@ -16,7 +16,7 @@ from arjuna_sim.files.robots.robot_file import is_sdf, names_drive, robot_of_tex
 from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.xacro_file import Expanded
-from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile
 from arjuna_sim.model.entities import (
     Category,
     Entity,
@@ -41,7 +41,6 @@ _ASSET_FAULTS = {
     NoteKind.BROKEN: Fault.RESOURCE_PARSE_ERROR,
 }
 _PARTS_MAX = 2000
-_TEXT_MAX = 20_000_000
 _ROOT = re.compile(r"<\s*(sdf|robot)\b")
 
 
@@ -143,8 +142,8 @@ def _read_text(path: Path, text: str, library: Library) -> Entity:
     if not text.strip():
         problem = "neither a uri nor a resource_string was given"
         raise ResourceError(Fault.NO_RESOURCE, problem)
-    if len(text) > _TEXT_MAX:
-        problem = f"has {len(text)} characters; at most {_TEXT_MAX} are read"
+    if len(text) > BYTES_MAX:
+        problem = f"has {len(text)} characters; at most {BYTES_MAX} are read"
         raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)
     root = _ROOT.search(text)
     if root is None:

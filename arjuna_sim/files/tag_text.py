@@ -46,14 +46,14 @@ def text_of(element: Element, *names: str, default: str = "") -> str:
     return next((text for name in names for text in texts(element, name)), default)
 
 
-def value(xml: XmlFile, element: Element, place: str, default: float, *names: str) -> float:
+def value(xml: XmlFile, element: Element, label: str, default: float, *names: str) -> float:
     """Return the first number from 0 under one of these plain names; 0 means the default."""
     text = text_of(element, *names)
     if not text:
         return default
-    number = xml.numbers(text, 1, f"{place} <{names[0]}>")[0]
+    number = xml.numbers(text, 1, f"{label} <{names[0]}>")[0]
     if number < 0.0:
-        raise xml.fail(f"{place} <{names[0]}>", f"{text!r} must not be negative")
+        raise xml.fail(f"{label} <{names[0]}>", f"{text!r} must not be negative")
     return number or default
 
 

@@ -18,7 +18,7 @@ from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.xacro_file import expand, has_macros
 from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.model.world import Body, World, ground
+from arjuna_sim.model.world import Body, World, ground_bodies
 
 MAP_SUFFIXES = (".yaml", ".yml")
 WALLS = "walls"
@@ -44,7 +44,7 @@ def load_map_world(path: str | Path) -> World:
         raise WorldError(path, f"has walls of {len(boxes)} boxes; valid: up to {_BOXES_MAX}")
     walls = [_wall(grid, box) for box in boxes.tolist()]
     bodies = [Body(WALLS, part, collides) for part in walls for collides in (True, False)]
-    return World(path, path.stem, (*ground(), *bodies), ())
+    return World(path, path.stem, (*ground_bodies(), *bodies), ())
 
 
 def rectangles(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:

@@ -1,4 +1,4 @@
-"""Reading URDF and SDF: hardened XML, and numbers whose errors name the file and the place."""
+"""Reading URDF and SDF: hardened XML, and numbers whose errors name the file and the element."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _WESTERN = "cp1252"  # in which files are written that are not in UTF-8 and do n
 BYTES_MAX = 20_000_000  # a hostile file still loads within 2 s and 500 MB
 _TEXT_MAX = 1000
 _SIZE_MAX = 1e5  # [m]
-_PLACE_MAX = 1e6  # [m]
+_POSITION_MAX = 1e6  # [m]
 
 
 class _Builder(TreeBuilder):
@@ -152,9 +152,9 @@ class XmlFile:
             raise self.error(self.path, f"has the root <{root.tag}>; valid: <{tag}>")
         return root
 
-    def fail(self, place: str, problem: str) -> InputFileError:
-        """Return the exception to raise for a place in this file."""
-        return self.error(self.path, problem, place)
+    def fail(self, label: str, problem: str) -> InputFileError:
+        """Return the exception to raise for an element of this file."""
+        return self.error(self.path, problem, label)
 
     def note(self, text: str, kind: NoteKind = NoteKind.CHANGED) -> None:
         """Keep one line on what is not simulated as the file says it."""
@@ -164,7 +164,7 @@ class XmlFile:
         """Keep notes, each once."""
         self.notes.update(dict.fromkeys(notes))
 
-    def find(self, uri: str, place: str) -> Path | None:
+    def find(self, uri: str, label: str) -> Path | None:
         """Return the file that a path or URI of this file, or of one it includes, leads to.
 
         Raises:
@@ -174,9 +174,9 @@ class XmlFile:
             found = (self.search.find(file, uri) for file in self.beside)
             return next((path for path in found if path is not None), None)
         except EscapeError as error:
-            raise self.fail(place, str(error)) from error
+            raise self.fail(label, str(error)) from error
 
-    def find_model(self, uri: str, place: str) -> Path | None:
+    def find_model(self, uri: str, label: str) -> Path | None:
         """Return the SDF file of a model that this file includes, None where there is none.
 
         Raises:
@@ -185,7 +185,7 @@ class XmlFile:
         try:
             return self.search.find_model(self.path, uri)
         except EscapeError as error:
-            raise self.fail(place, str(error)) from error
+            raise self.fail(label, str(error)) from error
 
     def beside_it(self, path: Path) -> XmlFile:
         """Return another file of the same kind, which shares this one's notes and meshes.
@@ -197,11 +197,11 @@ class XmlFile:
         other.meshes, other.terrains, other.notes = self.meshes, self.terrains, self.notes
         return other
 
-    def attribute(self, element: Element, name: str, place: str) -> str:
+    def attribute(self, element: Element, name: str, label: str) -> str:
         """Return an attribute that must be there."""
         value = element.get(name)
         if value is None or not value.strip():
-            raise self.fail(place, f"<{element.tag}> lacks the attribute '{name}'")
+            raise self.fail(label, f"<{element.tag}> lacks the attribute '{name}'")
         if len(value) > _TEXT_MAX:
             problem = (
                 f"the attribute '{name}' has {len(value)} characters; valid: up to {_TEXT_MAX}"
@@ -209,61 +209,61 @@ class XmlFile:
             raise self.fail(f"<{element.tag}>", problem)
         return value.strip()
 
-    def child(self, element: Element, path: str, place: str) -> Element:
+    def child(self, element: Element, path: str, label: str) -> Element:
         """Return a child that must be there."""
         found = element.find(path)
         if found is None:
-            raise self.fail(place, f"<{element.tag}> lacks <{path}>")
+            raise self.fail(label, f"<{element.tag}> lacks <{path}>")
         return found
 
-    def numbers(self, text: str, count: int, place: str) -> tuple[float, ...]:
+    def numbers(self, text: str, count: int, label: str) -> tuple[float, ...]:
         """Return `count` finite numbers of a text."""
         words = text.split()
         if len(words) != count:
-            raise self.fail(place, f"has {len(words)} numbers ({text!r}); valid: {count}")
+            raise self.fail(label, f"has {len(words)} numbers ({text!r}); valid: {count}")
         try:
             values = tuple(float(word) for word in words)
         except ValueError as error:
-            raise self.fail(place, f"{text!r} is not {count} numbers") from error
+            raise self.fail(label, f"{text!r} is not {count} numbers") from error
         if not all(math.isfinite(value) for value in values):
-            raise self.fail(place, f"{text!r} must be finite")
+            raise self.fail(label, f"{text!r} must be finite")
         return values
 
-    def attribute_number(self, element: Element, name: str, default: str, place: str) -> float:
+    def attribute_number(self, element: Element, name: str, default: str, label: str) -> float:
         """Return the finite number in an attribute, or in the default where it is not there."""
-        return self.numbers(element.get(name, default), 1, f"{place} {name}")[0]
+        return self.numbers(element.get(name, default), 1, f"{label} {name}")[0]
 
-    def positive(self, text: str, count: int, place: str) -> tuple[float, ...]:
+    def positive(self, text: str, count: int, label: str) -> tuple[float, ...]:
         """Return `count` finite numbers above zero."""
-        values = self.numbers(text, count, place)
+        values = self.numbers(text, count, label)
         if min(values) <= 0.0:
-            raise self.fail(place, f"{text!r} must be above zero")
+            raise self.fail(label, f"{text!r} must be above zero")
         return values
 
-    def sizes(self, text: str, count: int, place: str) -> tuple[float, ...]:
+    def sizes(self, text: str, count: int, label: str) -> tuple[float, ...]:
         """Return `count` lengths above zero, of which none is larger than a landscape."""
-        values = self.positive(text, count, place)
+        values = self.positive(text, count, label)
         if max(values) > _SIZE_MAX:
-            raise self.fail(place, f"{text!r} is too large; valid: up to {_SIZE_MAX:g}")
+            raise self.fail(label, f"{text!r} is too large; valid: up to {_SIZE_MAX:g}")
         return values
 
-    def position(self, text: str, place: str) -> tuple[float, ...]:
+    def position(self, text: str, label: str) -> tuple[float, ...]:
         """Return three coordinates within reach."""
-        values = self.numbers(text, 3, place)
-        if max(map(abs, values)) > _PLACE_MAX:
-            raise self.fail(place, f"{text!r} is too far; valid: up to {_PLACE_MAX:g}")
+        values = self.numbers(text, 3, label)
+        if max(map(abs, values)) > _POSITION_MAX:
+            raise self.fail(label, f"{text!r} is too far; valid: up to {_POSITION_MAX:g}")
         return values
 
-    def count(self, element: Element | None, path: str, default: int, place: str) -> int:
+    def count(self, element: Element | None, path: str, default: int, label: str) -> int:
         """Return the number in a child's text cut to a whole one, or the default."""
-        value = self.number(element, path, default, place)
-        if abs(value) > _PLACE_MAX:
-            raise self.fail(f"{place} <{path}>", f"{value:g} is too large")
+        value = self.number(element, path, default, label)
+        if abs(value) > _POSITION_MAX:
+            raise self.fail(f"{label} <{path}>", f"{value:g} is too large")
         return int(value)
 
-    def number(self, element: Element | None, path: str, default: float, place: str) -> float:
+    def number(self, element: Element | None, path: str, default: float, label: str) -> float:
         """Return the number in a child's text, or the default where there is no such child."""
         text = None if element is None else element.findtext(path)
         if text is None:
             return default
-        return self.numbers(text, 1, f"{place} <{path}>")[0]
+        return self.numbers(text, 1, f"{label} <{path}>")[0]

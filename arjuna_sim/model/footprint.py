@@ -9,8 +9,6 @@ from scipy.spatial import ConvexHull, QhullError
 from arjuna_sim.model.geometry.shapes import corners
 from arjuna_sim.model.robot import RobotModel
 
-_FINE = 0.003  # [m] a corner that stands out less is left out
-
 
 def footprint(robot: RobotModel, frame: str) -> NDArray[np.float64]:
     """Return the convex outline of all that can touch something, every joint at zero.
@@ -52,7 +50,8 @@ def _without_fine_corners(outline: NDArray[np.float64]) -> NDArray[np.float64]:
         length = np.maximum(np.hypot(*along.T), 1e-9)
         height = np.abs(along[:, 0] * offset[:, 1] - along[:, 1] * offset[:, 0]) / length
         finest = int(height.argmin())
-        if height[finest] >= _FINE:
+        # [m] A corner that stands out by less is left out.
+        if height[finest] >= 0.003:
             break
         outline = np.delete(outline, finest, axis=0)
     return outline

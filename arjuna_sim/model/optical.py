@@ -70,12 +70,12 @@ def optical_frame(urdf: Urdf, camera: SensorSettings) -> SensorFrame:
 
 
 def _is_at(
-    urdf: Urdf, link: str, sensor: SensorSettings, T_own: Pose3, at_place: bool = True
+    urdf: Urdf, link: str, sensor: SensorSettings, T_own: Pose3, at_position: bool = True
 ) -> bool:
-    """Return whether a link stands as a sensor does, and, if that is asked, where it does."""
+    """Return whether a link has a sensor's orientation and, with `at_position`, its position."""
     T = (urdf.T_root(sensor.link) @ sensor.pose @ T_own).inverse() @ urdf.T_root(link)
     turned = np.abs(T.rotation() - np.eye(3)).max() < _TOLERANCE
-    return bool(turned and (not at_place or np.abs(T.position).max() < _TOLERANCE))
+    return bool(turned and (not at_position or np.abs(T.position).max() < _TOLERANCE))
 
 
 def _carries_optical(joint: Joint) -> bool:

@@ -47,7 +47,7 @@ class RobotModel:
 
     @property
     def anchored(self) -> bool:
-        """Whether it is fixed to the world, as Gazebo fixes a robot whose root is `world`."""
+        """True for a robot fixed to the world, as Gazebo fixes a robot whose root is `world`."""
         return self.urdf.root.rpartition(_BELOW)[2] == ANCHOR
 
     def below(self, name: str) -> RobotModel:

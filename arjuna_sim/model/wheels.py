@@ -9,8 +9,8 @@ from arjuna_core.errors import RobotError
 from arjuna_sim.model.geometry.shapes import Kind, corners
 from arjuna_sim.model.urdf import Joint, Urdf
 
-_ROUND = 0.05  # how far the middle of a wheel's shapes may be off its axis, by its radius
-_ACROSS = 0.5  # least part of a wheel's axis along y: within 60 degrees of it
+CASTER_GAP_MAX = 0.008
+"""Greatest height of a caster above the ground that its robot stands on [m]."""
 _ROUNDS, _STICKS = 100, 1e-6  # of the search for how wheels slip, and what is no slip [m/s]
 
 
@@ -29,7 +29,8 @@ def wheel_sign(urdf: Urdf, joint: str) -> float:
         RobotError: The joint's axis does not lie across the robot.
     """
     across = float(axis(urdf, joint)[1])
-    if abs(across) < _ACROSS:
+    # A wheel's axis is within 60 degrees of y.
+    if abs(across) < 0.5:
         raise RobotError(
             urdf.path, "a wheel's axis must lie across the robot (y)", f"joint '{joint}'"
         )
@@ -81,7 +82,8 @@ def _middle(urdf: Urdf, joint: str) -> NDArray[np.float64]:
 
 def is_round(urdf: Urdf, joint: str) -> bool:
     """Return whether a wheel turns about its middle."""
-    return eccentricity(urdf, joint) <= _ROUND * radius_of(urdf, joint)
+    # The middle of a wheel's shapes lies within 5 % of the radius of its axis.
+    return eccentricity(urdf, joint) <= 0.05 * radius_of(urdf, joint)
 
 
 def radius_of(urdf: Urdf, joint: str) -> float:

@@ -22,9 +22,6 @@ from arjuna_sim.model.urdf import Hinge
 
 PERSON = (0.25, 1.7)
 """Radius and height of the cylinder that stands for a person [m]."""
-_CLOTH = 0.3
-"""Friction of clothes on plastic, 0.2 to 0.4: legs slide along a robot and do not lift it."""
-_STEP = 1e-3  # over which a velocity is measured [s]
 GRAVITY = 9.81
 """As in Gazebo; standard gravity is 9.80665 (ISO 80000-3) [m/s^2]."""
 _NULL_ISLAND = GeoPoint(0.0, 0.0)
@@ -94,9 +91,10 @@ class Trajectory:
 
     def velocity(self, elapsed: float) -> tuple[float, float, float]:
         """Return `(vx, vy, w)` in the world at a time from the start [m/s, m/s, rad/s]."""
-        a, b = self.pose(elapsed), self.pose(elapsed + _STEP)
+        step = 1e-3  # over which the velocity is measured [s]
+        a, b = self.pose(elapsed), self.pose(elapsed + step)
         turn = wrap(b.theta - a.theta)
-        return (b.x - a.x) / _STEP, (b.y - a.y) / _STEP, turn / _STEP
+        return (b.x - a.x) / step, (b.y - a.y) / step, turn / step
 
 
 @dataclass(frozen=True)
@@ -119,7 +117,8 @@ def person() -> tuple[Part, ...]:
     """Return the shape that stands for a person: an upright cylinder."""
     height = PERSON[1]
     middle = Pose3((0.0, 0.0, height / 2))
-    return (Part(Shape(Kind.CYLINDER, PERSON), middle, (0.3, 0.4, 0.8, 1.0), _CLOTH),)
+    # Friction of clothes on plastic, 0.2 to 0.4: legs slide along a robot and do not lift it.
+    return (Part(Shape(Kind.CYLINDER, PERSON), middle, (0.3, 0.4, 0.8, 1.0), 0.3),)
 
 
 @dataclass(frozen=True)
@@ -205,7 +204,7 @@ class World:
         )
 
 
-def ground() -> list[Body]:
+def ground_bodies() -> list[Body]:
     """Return the ground plane at height 0, solid and drawn."""
     part = Part(Shape(Kind.PLANE), rgba=GROUND_COLOUR)
     return [Body(GROUND, part, True), Body(GROUND, part, False)]

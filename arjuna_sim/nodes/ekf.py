@@ -20,10 +20,7 @@ from arjuna_sim.devices.odometry import OdometryEstimate
 from arjuna_sim.nodes.messages import odometry_msg
 
 WHEEL_ODOMETRY = "wheel_odom"
-_UNIT = 0.01  # how far off a quaternion's length may be
 _Vector = tuple[float, float, float]
-_YAW_RATE = 8  # index of its variance in an IMU's covariance
-_PATIENCE = 5.0  # after which it is said, at the latest, that no wheels come [s]
 
 
 @dataclass(frozen=True)
@@ -67,7 +64,8 @@ class EkfNode(ManagedNode):
         self.subscribe(Odometry, config.odom0, self._on_wheels, qos.DEFAULT)
         self.subscribe(Imu, config.imu0, self._on_imu, qos.SENSOR_SUBSCRIPTION)
         self._silent = 0  # looks that found no wheels
-        self.every(_PATIENCE / 2, self._check_wheels)
+        # [s] Wheels that do not come are reported after 5 s at the latest.
+        self.every(5.0 / 2, self._check_wheels)
 
     def _resolved(self, topic: str) -> str:
         return str(self.resolve_topic_name(self.process.absolute(topic)))
@@ -125,7 +123,8 @@ class EkfNode(ManagedNode):
         if self._waiting:
             self._take_wheels()
         self._go_on(now)
-        variance = float(message.angular_velocity_covariance[_YAW_RATE])
+        # Index 8 of a row-major 3 x 3 covariance is the variance about z.
+        variance = float(message.angular_velocity_covariance[8])
         rates, up = message.angular_velocity, self._up(message)
         self._filter.gyro(up[0] * rates.x + up[1] * rates.y + up[2] * rates.z, variance)
         self._publish(self._filter.estimate)
@@ -134,7 +133,8 @@ class EkfNode(ManagedNode):
         """Return the vertical in an IMU's frame, by what it says or else by how it is mounted."""
         q = message.orientation
         length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z
-        if message.orientation_covariance[0] >= 0.0 and abs(length - 1.0) <= _UNIT:
+        # A quaternion whose length is off by more than 1 % is no orientation.
+        if message.orientation_covariance[0] >= 0.0 and abs(length - 1.0) <= 0.01:
             x, y = 2.0 * (q.x * q.z - q.w * q.y), 2.0 * (q.y * q.z + q.w * q.x)
             return x, y, 1.0 - 2.0 * (q.x * q.x + q.y * q.y)
         frame = message.header.frame_id.lstrip("/")

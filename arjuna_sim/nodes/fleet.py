@@ -57,7 +57,7 @@ class SimulatedRobotNode(ManagedNode):
         """End drawing pictures."""
         self.interface.close()
 
-    def tell_time(self, now: float) -> None:
+    def publish_time(self, now: float) -> None:
         """Publish the time [s]."""
         self._clock_out.publish(Clock(clock=time_msg(now)))
 
@@ -114,9 +114,9 @@ class RobotNodes:
         for node in reversed(self._nodes):
             node.trigger_deactivate()
 
-    def tell_time(self, now: float) -> None:
+    def publish_time(self, now: float) -> None:
         """Publish the time [s] in the robot's namespace."""
-        self._node.tell_time(now)
+        self._node.publish_time(now)
 
     def destroy(self) -> None:
         """Take the nodes and their topics out of the graph."""

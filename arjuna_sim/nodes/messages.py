@@ -29,8 +29,6 @@ from arjuna_sim.model.entities import EntityMotion
 from arjuna_sim.physics.robot_motion import JointStates, Truth
 
 WORLD = "world"
-# The gyro's sum drifts without bound; a client must not take it for a compass.
-_YAW_VARIANCE = 0.1
 _DIAGONAL = PLANAR[::4]
 _FARTHEST = 10_000.0  # [m] beyond it single precision tears meshes apart
 
@@ -146,7 +144,8 @@ def imu_msg(reading: ImuReading, frame: str, now: float) -> Imu:
         linear_acceleration=_vector(reading.linear_acceleration.tolist()),
     )
     message.orientation_covariance[:8:4] = reading.tilt_variance
-    message.orientation_covariance[8] = _YAW_VARIANCE
+    # The gyro's sum drifts without bound: a client must not take it for a compass.
+    message.orientation_covariance[8] = 0.1
     message.angular_velocity_covariance[::4] = reading.angular_variance
     message.linear_acceleration_covariance[::4] = reading.linear_variance
     return message

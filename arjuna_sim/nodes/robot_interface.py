@@ -17,7 +17,6 @@ from arjuna_sim.nodes.sensor_topics import SensorTopics
 from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.physics.stage import Stage
 
-_CHECK_PERIOD = 2.0  # [s] between looks for who publishes the wrong type
 _TYPES = {False: "geometry_msgs/msg/Twist", True: "geometry_msgs/msg/TwistStamped"}
 
 
@@ -45,7 +44,8 @@ class RobotInterface:
         self._topic = self.topics.drive.command_topic
         self._stamped = config.enable_stamped_cmd_vel or self.topics.drive.stamped
         self._commands = self._listen()
-        node.every(_CHECK_PERIOD, self._check_command_type)
+        # [s] between two checks for publishers of the wrong type.
+        node.every(2.0, self._check_command_type)
 
     def begin(self, now: float) -> None:
         """Publish the pose of the world at a time [s]."""

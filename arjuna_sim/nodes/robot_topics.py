@@ -34,8 +34,6 @@ from arjuna_sim.physics.contacts import ContactLog
 from arjuna_sim.physics.robot_motion import Truth
 
 TOPIC = "ground_truth/contacts"
-_PERIOD = 1.0  # [s] of simulated time, where nothing changes
-_TOLERANCE = 1e-9
 _TOPICS = (LidarSettings.TOPIC, CameraSettings.TOPIC, ImuSettings.TOPIC)
 
 
@@ -50,7 +48,8 @@ class ContactTopic:
     def __init__(self, node: ManagedNode, robot: str) -> None:
         self._robot = robot
         self._out = node.publisher(DiagnosticArray, TOPIC, qos.LATCHED)
-        self._due = Periodic(_PERIOD, phase=_PERIOD)
+        # [s] of simulated time between messages where nothing changes.
+        self._due = Periodic(1.0, phase=1.0)
         self.log = ContactLog()
 
     def update(self, touched: tuple[str, ...], now: float) -> None:
@@ -217,7 +216,7 @@ def _check_rates(node: ManagedNode, settings: GazeboSettings, config: SimConfig)
         is_first = not any(sensor is other for other in further)
         is_imu = is_first and isinstance(sensor, ImuSettings)
         period = config.physics_timestep if is_imu else config.tick
-        if sensor.rate > 1.0 / period + _TOLERANCE:
+        if sensor.rate > 1.0 / period + 1e-9:
             name = type(sensor).TITLE if is_first else f"sensor {sensor.name}"
             node.get_logger().warning(
                 f"the {name} has {sensor.rate:g} Hz, but comes at {1.0 / period:g} Hz at most"
@@ -226,7 +225,7 @@ def _check_rates(node: ManagedNode, settings: GazeboSettings, config: SimConfig)
 
 def _slower(rate: float, tick: float) -> Periodic | None:
     """Return when something slower than the tick is due; None for each tick."""
-    if rate <= 0.0 or 1.0 / rate <= tick + _TOLERANCE:
+    if rate <= 0.0 or 1.0 / rate <= tick + 1e-9:
         return None
     return Periodic(1.0 / rate, phase=1.0 / rate)
 

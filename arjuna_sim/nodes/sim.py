@@ -145,7 +145,7 @@ class SimNode(ManagedNode):
         seen = self.simulator.step({name: robot.take_command() for name, robot in robots})
         self._ticks += 1
         self.last = seen.get(SOLO)
-        self.tell_time()
+        self.publish_time()
         for name, robot in robots:
             robot.publish(seen[name], self.interactive)
 
@@ -159,19 +159,19 @@ class SimNode(ManagedNode):
         assert self._own is not None
         return self._own.contacts
 
-    def begin_anew(self) -> None:
+    def after_reset(self) -> None:
         """Count contacts from zero, and publish the time, which was set back."""
         self.fleet.match()
         for _, robot in self._interfaces():
             robot.contacts.log.reset()
-        self.tell_time()
+        self.publish_time()
 
-    def tell_time(self) -> None:
+    def publish_time(self) -> None:
         """Publish the time now, in the namespace of each robot too."""
         now = self.simulator.time
         self._clock_out.publish(Clock(clock=time_msg(now)))
         for _, nodes in self.fleet:
-            nodes.tell_time(now)
+            nodes.publish_time(now)
 
     def realtime_due(self, wall_now: float) -> float:
         """Return the time until the next tick is due.

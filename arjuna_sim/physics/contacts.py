@@ -10,9 +10,6 @@ from numpy.typing import NDArray
 
 from arjuna_sim.physics.scene import Scene
 
-_UPRIGHT = 0.7  # of a contact's normal: a robot stands on what is less steep than 45 degrees
-_SINKS = 0.02  # deeper than a robot that stands [m]
-
 
 def touched(scene: Scene, data: Any, robot: str) -> tuple[str, ...]:
     """Return the names of what a robot touches, sorted; never what it stands on.
@@ -30,7 +27,8 @@ def touched(scene: Scene, data: Any, robot: str) -> tuple[str, ...]:
     is_hit = scene.is_obstacle[others]
     if not is_hit.any():
         return ()
-    stands = (np.abs(data.contact.frame[rows, 2]) > _UPRIGHT) & (data.contact.dist[rows] > -_SINKS)
+    # A robot stands on what is less steep than 45 degrees and within 0.02 m of its surface.
+    stands = (np.abs(data.contact.frame[rows, 2]) > 0.7) & (data.contact.dist[rows] > -0.02)
     return tuple(sorted({scene.names[geom] for geom in others[is_hit & ~stands]}))
 
 
@@ -66,5 +64,5 @@ class ContactLog:
 
     @property
     def total(self) -> int:
-        """The number of contacts that have begun."""
+        """The number of contacts since the start or the last reset."""
         return sum(self.counts.values())

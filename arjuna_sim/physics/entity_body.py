@@ -15,9 +15,6 @@ from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.urdf import Hinge
 from arjuna_sim.physics.geoms import add_part
 
-_THIN = 1e-3  # least extent that inertia is computed with [m]
-_SWING_DAMPING = 0.1  # [N m s/rad] lets a door that was pushed come to rest
-
 
 def add_entity(spec: Any, entity: Entity) -> int:
     """Add an entity to a MuJoCo world.
@@ -56,7 +53,8 @@ def add_entity(spec: Any, entity: Entity) -> int:
 def _add_hinge(body: Any, name: str, hinge: Hinge) -> None:
     kind = mujoco.mjtJoint.mjJNT_SLIDE if hinge.slides else mujoco.mjtJoint.mjJNT_HINGE
     joint = body.add_joint(name=name, type=kind, axis=hinge.axis, pos=hinge.anchor)
-    joint.damping[0] = max(hinge.damping, _SWING_DAMPING)
+    # [N m s/rad] A door that was pushed comes to rest.
+    joint.damping[0] = max(hinge.damping, 0.1)
     joint.frictionloss = hinge.friction
     if hinge.limits is not None:
         joint.limited, joint.range = True, hinge.limits
@@ -64,7 +62,8 @@ def _add_hinge(body: Any, name: str, hinge: Hinge) -> None:
 
 def _set_mass(body: Any, entity: Entity) -> None:
     low, high = entity.bounds()
-    x, y, z = np.maximum(high - low, _THIN) ** 2
+    # [m] Least extent that the inertia is computed with.
+    x, y, z = np.maximum(high - low, 1e-3) ** 2
     body.mass, body.ipos, body.explicitinertial = entity.mass, (low + high) / 2, True
     body.inertia = np.array([y + z, x + z, x + y]) * entity.mass / 12.0
 

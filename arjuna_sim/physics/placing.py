@@ -15,15 +15,10 @@ from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.physics.stage import Stage
 
 _TOP, _BOTTOM = 3.0, -5.0  # between which floors are looked for [m]
-_STEP = 0.25  # how much higher than the lowest a floor may be; what is higher is a roof [m]
 _BELOW = 1e-4  # a ray continues so far below what it hit [m]
-_RAYS_MAX = 40  # floors above one another that are looked through
 _WIDE, _LEVEL = 1.0, 0.05  # a floor is as high in most directions this far away [m]
 _NEAR, _EVEN = 0.1, 0.002  # how far off a slope is measured, and how straight it is [m]
-_STEEPEST = 0.7  # slope that a robot is put on
 _RADIUS_MAX, _RING = 3.0, 0.1  # how far, and in which steps, a free pose is looked for [m]
-_DIRECTIONS = 16  # of a ring in which a free pose is looked for
-_HEADINGS = 8  # tried at each position
 _HIT = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np.uint8)
 
 
@@ -68,11 +63,11 @@ class Placer:
 
     def _nearest(self, pose: SE2, is_ground: bool) -> SE2 | None:
         for ring in range(1, round(_RADIUS_MAX / _RING) + 1):
-            for step in range(_DIRECTIONS):
-                angle = pose.theta + 2.0 * math.pi * step / _DIRECTIONS
+            for step in range(16):  # directions of a ring, with 8 headings at each position
+                angle = pose.theta + 2.0 * math.pi * step / 16
                 x = pose.x + ring * _RING * math.cos(angle)
                 y = pose.y + ring * _RING * math.sin(angle)
-                turns = [pose.theta + 2.0 * math.pi * i / _HEADINGS for i in range(_HEADINGS)]
+                turns = [pose.theta + 2.0 * math.pi * i / 8 for i in range(8)]
                 if all(self._is_free(SE2(x, y, turn), is_ground) for turn in turns):
                     return SE2(x, y, pose.theta)
         return None
@@ -85,14 +80,15 @@ class Placer:
         """Yield the robot's root pose on each floor at a pose, and what it touches there."""
         mujoco.mj_kinematics(self._stage.scene.model, self._stage.data)
         lowest, *higher = self._levels(pose.x, pose.y) or [0.0]
-        steps = [level for level in higher if level < lowest + _STEP]
+        # [m] A level more than 0.25 m above the lowest is a roof.
+        steps = [level for level in higher if level < lowest + 0.25]
         floors = [lowest, *(level for level in steps if self._is_floor(pose, level))]
         for level in floors:
-            placed = self._standing(pose, level)
+            placed = self._pose_on_floor(pose, level)
             yield placed, self._contacts_at(placed)
 
-    def _standing(self, pose: SE2, level: float) -> Pose3:
-        """Return where the robot's root is when it stands on a floor, which may be a slope."""
+    def _pose_on_floor(self, pose: SE2, level: float) -> Pose3:
+        """Return the pose of the root of a robot that stands on a floor, level or sloped."""
         along, across = (self._rise(pose, level, turn) for turn in (0.0, math.pi / 2))
         pitch = -math.atan(along)
         roll = math.atan(across * math.cos(pitch))
@@ -110,7 +106,8 @@ class Placer:
         ahead, behind = ends
         is_straight = abs(ahead + behind - 2.0 * level) < _EVEN
         rise = (ahead - behind) / (2.0 * _NEAR) if is_straight else 0.0
-        return rise if abs(rise) < _STEEPEST else 0.0
+        # A robot is put on slopes of up to 0.7 (35 degrees).
+        return rise if abs(rise) < 0.7 else 0.0
 
     def _levels(self, x: float, y: float) -> list[float]:
         """Return the heights of all surfaces above the highest plane at a point, rising [m]."""
@@ -122,7 +119,8 @@ class Placer:
         found = {round(ground, 6)} if planes else set()
         inside: set[int] = set()
         height, geom = _TOP, np.zeros(1, np.int32)
-        for _ in range(_RAYS_MAX):
+        # Up to 40 floors above one another are searched.
+        for _ in range(40):
             start, down = np.array([x, y, height]), np.array([0.0, 0.0, -1.0])
             distance = mujoco.mj_ray(model, data, start, down, _HIT, 1, -1, geom)
             if distance < 0.0 or height - distance < ground + _BELOW:

@@ -28,7 +28,6 @@ _PASSIVE_DAMPING = 1e-3  # at most, lets casters come to rest [N m s/rad]
 _ROLLING_DAMPING = 0.2  # the same by load and radius^2: 1 % of the weight at 0.5 m/s [1/s]
 ROBOTS_MAX = 30
 """Robots in one world: each takes one of 31 bits that say what touches what."""
-_ANCHOR_WEIGHT = 1e9  # [kg] inertia that no arm can move
 
 
 def free_joint(robot: RobotModel) -> str:
@@ -53,7 +52,8 @@ def add_robot(spec: Any, robot: RobotModel, servo: ServoConfig, sag: float) -> N
     body = spec.worldbody.add_body(name=f"body:{robot.urdf.root}")
     joint = body.add_freejoint(name=free_joint(robot))
     if robot.anchored:
-        joint.armature, joint.damping[0] = _ANCHOR_WEIGHT, _ANCHOR_WEIGHT
+        # [kg] No arm can move so large an inertia.
+        joint.armature, joint.damping[0] = 1e9, 1e9
     _fill_body(spec, body, robot, robot.urdf.root, servo)
     for name in robot.rolling_joints:
         add_tyre(spec.body(f"body:{robot.urdf.joints[name].child}"), robot, name, sag)
@@ -127,10 +127,10 @@ def _set_mass(
 ) -> None:
     """Combine masses about their common centre (parallel axis theorem)."""
     total = sum(mass for mass, _, _ in masses)
-    center = sum((mass * place for mass, place, _ in masses), np.zeros(3)) / total
+    center = sum((mass * position for mass, position, _ in masses), np.zeros(3)) / total
     inertia = np.zeros((3, 3))
-    for mass, place, own in masses:
-        arm = place - center
+    for mass, position, own in masses:
+        arm = position - center
         inertia += own + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     body.mass, body.ipos, body.explicitinertial = total, center, True
     body.fullinertia = [

@@ -24,7 +24,6 @@ from arjuna_sim.physics.running import let_sleep
 from arjuna_sim.physics.wheels.servo import ServoConfig, Servos, roller_addresses, tune_servos
 from arjuna_sim.physics.wheels.tyres import STICTION, WheelSupport, sag_of, tune_tyres
 
-_SOLVER_TOLERANCE = 1e-6  # MuJoCo takes 1e-8, and more iterations a step
 _ARENA = (64_000_000, 1_000_000_000)  # least and most memory for contacts [bytes]
 
 
@@ -174,7 +173,8 @@ def _set_physics(spec: Any, timestep: float) -> None:
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = STICTION
-    spec.option.tolerance = _SOLVER_TOLERANCE
+    # MuJoCo's default, 1e-8, takes more iterations a step.
+    spec.option.tolerance = 1e-6
     # What lies still costs little then, and what stands fast is placed once and not at each step,
     # which takes 8 times as long in a world of 26 000 pieces.
     spec.option.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)

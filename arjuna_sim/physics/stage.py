@@ -162,7 +162,7 @@ class Stage:
         found = motion_of(self.scene.model, self.data, entity, self._handles[name])
         if entity.trajectory is None:
             return found
-        vx, vy, w = entity.trajectory.velocity(self._on_the_way(name))
+        vx, vy, w = entity.trajectory.velocity(self._walking_time(name))
         return EntityMotion(found.pose, (vx, vy, 0.0), (0.0, 0.0, w))
 
     def clear_spawned(self) -> None:
@@ -198,13 +198,13 @@ class Stage:
             self._stepper.run(1)
             self.data.qpos[self.scene.rollers] = 0.0
 
-    def _on_the_way(self, name: str) -> float:
+    def _walking_time(self, name: str) -> float:
         return (self._steps - self._began[name]) * self._timestep
 
     def _follow(self) -> None:
         if len(self._walkers):
             self._began.update(self._walking[k] for k in self._manners.stopped(self.data))
-            self._walkers.put(self.data, np.array([self._on_the_way(n) for n in self._walking]))
+            self._walkers.put(self.data, np.array([self._walking_time(n) for n in self._walking]))
 
     def contacts(self, robot: str) -> tuple[str, ...]:
         """Return the names of what a robot touches, sorted; never what it stands on."""

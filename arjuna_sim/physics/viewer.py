@@ -13,10 +13,9 @@ import mujoco
 from arjuna_core.errors import ArjunaError
 from arjuna_sim.model.geometry.shapes import Group
 
-_PERIOD = 1.0 / 30.0  # [s] of real time between two pictures
 _DISTANCE, _ELEVATION = 5.0, -40.0  # of the eye that a window opens with: a room's corner [m, deg]
 _SHOWN = (Group.WORLD_VISUAL.value, Group.ROBOT_VISUAL.value)
-_CURE = "'python -m bringup view' shows the robot in a browser"
+_REMEDY = "'python -m bringup view' shows the robot in a browser"
 
 
 class ViewerError(ArjunaError):
@@ -31,7 +30,7 @@ def need_screen() -> None:
     """
     reason = _screen_error()
     if reason:
-        raise ViewerError(f"MuJoCo's viewer needs a screen: {reason}; {_CURE}")
+        raise ViewerError(f"MuJoCo's viewer needs a screen: {reason}; {_REMEDY}")
 
 
 def _screen_error() -> str:
@@ -91,7 +90,8 @@ class Viewer:
         is_closed = self._handle is not None and not self._handle.is_running()
         if wall_now < self._due or is_closed:
             return
-        self._due = wall_now + _PERIOD
+        # [s] 30 pictures a second of real time.
+        self._due = wall_now + 1.0 / 30.0
         if model is not self._model:
             self._open(model)
         copied, own = self._own

@@ -11,11 +11,6 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2
 from arjuna_sim.model.world import Trajectory
 
-_PUSH = 50.0  # of a walker, by the mass of what it meets: twice what tyres hold [m/s^2]
-_HASTE = 0.05  # over which a push is averaged [s]: to set something moving takes more
-_WAITS = 2.0  # before it steps over what blocks it [s]
-_LIGHT = 1.0  # time constant of a contact that hardly presses, 0.02 of another [s]
-
 
 class Walkers:
     """Puts mocap bodies where their trajectories say, as `Trajectory.pose` does one by one.
@@ -74,8 +69,10 @@ class Manners:
     """
 
     def __init__(self, model: Any, bodies: list[int], timestep: float) -> None:
-        self._model, self._patience = model, round(_WAITS / timestep)
-        self._share, self._pushes = timestep / _HASTE, np.zeros(len(bodies))
+        # A walker steps over what blocks it after 2 s.
+        self._model, self._patience = model, round(2.0 / timestep)
+        # A push is averaged over 0.05 s: to set something moving takes more.
+        self._share, self._pushes = timestep / 0.05, np.zeros(len(bodies))
         walkers = [int(np.flatnonzero(model.body_mocapid == body)[0]) for body in bodies]
         self._geoms = [np.flatnonzero(model.geom_bodyid == body) for body in walkers]
         self._who = np.full(model.ngeom, -1)
@@ -101,10 +98,12 @@ class Manners:
         for i in np.flatnonzero(who >= 0).tolist():
             mujoco.mj_contactForce(self._model, data, i, force)
             self._pushes[who[i]] += self._share * force[0] / self._mass[pairs[i]].max()
-        halts = self._pushes > _PUSH
+        # A walker halts at a push of 50 N per kg of what it meets: twice what tyres hold.
+        halts = self._pushes > 50.0
         self._waited[halts | (self._waited > 0)] += 1
         for k in np.flatnonzero(self._waited == self._patience).tolist():
-            self._model.geom_solref[self._geoms[k], 0] = _LIGHT
+            # [s] A contact so slow hardly presses; the time constant of others is 0.02 s.
+            self._model.geom_solref[self._geoms[k], 0] = 1.0
         return np.flatnonzero(halts & (self._waited < self._patience))
 
     def _go_on(self, free: NDArray[np.bool_]) -> None:

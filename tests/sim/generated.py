@@ -15,7 +15,7 @@ from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.xacro_file import Expanded
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.robot import RobotModel
-from arjuna_sim.model.world import Body, World, ground
+from arjuna_sim.model.world import Body, World, ground_bodies
 
 _SIDE = 400.0  # of a slope [m]
 _THICK = 0.5
@@ -180,12 +180,14 @@ def sill(height: float, x: float, depth: float) -> World:
         depth: Of the sill, along the way [m].
     """
     T = Pose3((x + depth / 2, 0.0, height / 2))
-    return _world(*ground(), Body("sill", Part(Shape(Kind.BOX, (depth, 20.0, height)), T), True))
+    return _world(
+        *ground_bodies(), Body("sill", Part(Shape(Kind.BOX, (depth, 20.0, height)), T), True)
+    )
 
 
 def level() -> World:
     """Return level ground."""
-    return _world(*ground())
+    return _world(*ground_bodies())
 
 
 def _world(*bodies: Body) -> World:

@@ -18,7 +18,6 @@ from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import center, radius_of, rolling_direction, wheel_sign
 
 _NONE = np.zeros(0)
-_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -185,7 +184,8 @@ class WheelSpeeds:
         shares = np.abs(self._base.speeds(velocity)) / self._most
         worst = int(shares.argmax())
         over = float(shares[worst])
-        if over <= 1.0 + _ROUNDING:
+        # A share above 1 by rounding alone is no excess.
+        if over <= 1.0 + 1e-9:
             return velocity
         if not self._is_said:
             self._is_said, limit = True, f"{self._most[worst]:.4g} rad/s"

@@ -17,9 +17,6 @@ _LATE = 1.5  # of its period: a command ends where the next one is so late
 _EARLY = 1.2  # of its period: no sooner is the next one taken not to come
 _KEPT, _RANK = 9, 3  # gaps: of three senders that take turns a third are long
 _BRAKES = 0.4  # of the time-out, at most, by which braking begins before it is out
-_TIMEOUT = 0.5  # of commands, where neither parameters nor the robot's file name one [s]
-_SOUND = 50.0  # [m/s, rad/s] beyond which the physics' time step would not follow
-_TOLERANCE = 1e-9
 _STILL = Velocity()
 
 
@@ -155,7 +152,8 @@ def limited(config: DriveConfig, settings: DriveSettings, steady: float = math.i
 
 def _bound(unit: str, parameter: float | None, kind: str, in_file: float, plugin: str) -> Bound:
     """Return a bound; 0 in the file is none."""
-    bound = Bound(_SOUND, unit, "what the physics can step")
+    # The physics' time step would not follow a faster robot [m/s, rad/s].
+    bound = Bound(50.0, unit, "what the physics can step")
     if parameter is not None and parameter < bound.value:
         return Bound(parameter, unit, f"the parameter drive.max_{kind}_velocity")
     if parameter is None and 0.0 < in_file < bound.value:
@@ -169,7 +167,8 @@ def _hold(config: DriveConfig, settings: DriveSettings) -> HoldLimits:
         return HoldLimits(config.command_timeout, config.command_timeout_max)
     if settings.command_timeout is not None:
         return HoldLimits(settings.command_timeout, is_fixed=True)
-    return HoldLimits(_TIMEOUT, config.command_timeout_max)
+    # [s] Neither the parameters nor the robot's file name a time-out.
+    return HoldLimits(0.5, config.command_timeout_max)
 
 
 class CommandError(ArjunaError, ValueError):
@@ -229,7 +228,8 @@ class Drive:
     def velocity(self, now: float, dt: float) -> Velocity:
         """Return the velocity to hold from `now` for `dt` [s]."""
         limits = self.limits
-        expired = now >= self._hold.ends(self._braking()) - _TOLERANCE
+        # [s] Rounding of the times must not hold a command for one more tick.
+        expired = now >= self._hold.ends(self._braking()) - 1e-9
         target = _STILL if expired else self._target
         self._current = Velocity(
             _ramp(self._current.x, target.x, limits.linear_acceleration * dt),

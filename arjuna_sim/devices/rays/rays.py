@@ -21,7 +21,6 @@ SOLIDS = (_PLANE, _SPHERE, _ELLIPSOID, _CYLINDER, _BOX)
 """MuJoCo's kinds of geoms that `cast` knows."""
 
 _LEAST = 1e-15  # of a ray along an axis, for it not to be parallel
-_SLACK = 1.0 - 1e-9  # rounding, by which a ray may pass a sphere and touch what is in it
 _MISS = np.inf
 
 Triple = tuple[float, float, float]
@@ -69,7 +68,8 @@ def cast(
         if math.sqrt(apart) > reach + bound:
             continue
         outside = apart - bound * bound
-        cone = _SLACK * math.sqrt(outside) if outside > 0.0 else -np.inf
+        # By rounding a ray may pass a sphere and yet touch what is in it.
+        cone = (1.0 - 1e-9) * math.sqrt(outside) if outside > 0.0 else -np.inf
         size = sizes[g, 0], sizes[g, 1], sizes[g, 2]
         start = _turned(turned, -x, -y, -z)
         for k in range(len(rays)):

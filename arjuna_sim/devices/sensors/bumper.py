@@ -30,7 +30,7 @@ def read(tag: SensorTag) -> list[BumperSettings]:
 
 @simulates(BumperSettings)
 class Bumper(StaticDevice):
-    """Tells whether its link touches anything."""
+    """A switch that is closed while its link touches anything."""
 
     def rebind(self, model: Any) -> None:
         """Find the link's collision shapes, which carry its name."""

@@ -78,16 +78,16 @@ def first_camera(sensors: Sequence[SensorSettings]) -> CameraSettings | None:
 
 
 def _camera(tag: SensorTag, depth: bool) -> CameraSettings:
-    xml, place, lens = tag.xml, tag.place, tag.element.find("camera")
+    xml, label, lens = tag.xml, tag.label, tag.element.find("camera")
     frame = tag.text("opticalframeid", default=tag.frame).lstrip("/")
     mount = tag.mount(30.0, CameraSettings.TOPIC) | {"frame": frame}
     settings = CameraSettings(
         **(mount | _topics(tag.element, depth)),
-        width=xml.count(lens, "image/width", 640, place),
-        height=xml.count(lens, "image/height", 480, place),
+        width=xml.count(lens, "image/width", 640, label),
+        height=xml.count(lens, "image/height", 480, label),
         horizontal_fov=_view(tag, lens),
-        near=xml.number(lens, "clip/near", 0.05, place),
-        far=xml.number(lens, "clip/far", 100.0, place),
+        near=xml.number(lens, "clip/near", 0.05, label),
+        far=xml.number(lens, "clip/far", 100.0, label),
         depth=depth,
     )
     if not (0 < settings.width <= _PIXELS_MAX and 0 < settings.height <= _PIXELS_MAX):
@@ -100,7 +100,7 @@ def _camera(tag: SensorTag, depth: bool) -> CameraSettings:
 
 def _view(tag: SensorTag, lens: Element | None) -> float:
     """Return the field of view; that of a fish-eye is cut to what a flat picture can hold [rad]."""
-    angle = tag.xml.number(lens, "horizontal_fov", 1.047, tag.place)
+    angle = tag.xml.number(lens, "horizontal_fov", 1.047, tag.label)
     if not 0.0 < angle <= 2.0 * math.pi:
         raise tag.fail(f"<horizontal_fov> is {angle}; valid: above 0, up to 2 pi")
     if angle > _WIDEST:

@@ -82,7 +82,7 @@ def first_imu(sensors: Sequence[SensorSettings]) -> ImuSettings | None:
 
 
 def _of_plugin(tag: SensorTag) -> ImuSettings:
-    rate = value(tag.xml, tag.element, tag.place, 50.0, "updaterate")
+    rate = value(tag.xml, tag.element, tag.label, 50.0, "updaterate")
     if rate > RATE_MAX:
         raise tag.fail(f"<updateRate> is {rate}; valid: up to {RATE_MAX:g} Hz")
     return ImuSettings(

@@ -136,7 +136,7 @@ def read_sonar(tag: SensorTag) -> list[RangeSettings]:
     """
     cone = tag.element.find("sonar")
     low, high, radius = (
-        tag.xml.number(cone, key, default, tag.place)
+        tag.xml.number(cone, key, default, tag.label)
         for key, default in (("min", 0.0), ("max", 1.0), ("radius", 0.5))
     )
     if not (0.0 <= low < high and radius > 0.0):
@@ -181,12 +181,12 @@ def surroundings(sensors: Sequence[SensorSettings]) -> LidarSettings | None:
 def _beams_of(tag: SensorTag) -> dict[str, Any]:
     ray = tag.first("ray", "lidar")
     across = None if ray is None else ray.find("scan/horizontal")
-    xml, place = tag.xml, tag.place
-    samples = xml.count(across, "samples", 360, place)
-    angle_min = xml.number(across, "min_angle", -math.pi, place)
-    angle_max = xml.number(across, "max_angle", math.pi, place)
-    range_min = xml.number(ray, "range/min", 0.1, place)
-    range_max = min(xml.number(ray, "range/max", 10.0, place), _RANGE_MAX)
+    xml, label = tag.xml, tag.label
+    samples = xml.count(across, "samples", 360, label)
+    angle_min = xml.number(across, "min_angle", -math.pi, label)
+    angle_max = xml.number(across, "max_angle", math.pi, label)
+    range_min = xml.number(ray, "range/min", 0.1, label)
+    range_max = min(xml.number(ray, "range/max", 10.0, label), _RANGE_MAX)
     if not 1 <= samples <= _BEAMS_MAX:
         raise tag.fail(f"<samples> is {samples}; valid: 1 to {_BEAMS_MAX}")
     if not angle_min < angle_max and samples > 1:
@@ -207,9 +207,9 @@ def _rows_of(tag: SensorTag) -> dict[str, Any]:
     """Return the number of rows, and the tilts of the lowest and the highest [rad]."""
     ray = tag.first("ray", "lidar")
     upright = None if ray is None else ray.find("scan/vertical")
-    rows = max(1, tag.xml.count(upright, "samples", 1, tag.place))
-    low = tag.xml.number(upright, "min_angle", 0.0, tag.place)
-    high = tag.xml.number(upright, "max_angle", 0.0, tag.place)
+    rows = max(1, tag.xml.count(upright, "samples", 1, tag.label))
+    low = tag.xml.number(upright, "min_angle", 0.0, tag.label)
+    high = tag.xml.number(upright, "max_angle", 0.0, tag.label)
     if not (low <= high and max(abs(low), abs(high)) <= math.pi / 2):
         raise tag.fail(f"<vertical> {low} to {high} must rise within pi / 2")
     return {"rows": rows, "tilt_min": low, "tilt_max": high}

@@ -17,15 +17,13 @@ from arjuna_sim.model.geometry.shapes import (
 )
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Urdf
-from arjuna_sim.model.wheels import center, radius_of
+from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, radius_of
 
 CASTER_FRICTION = 0.01
 """Of what slides along on the ground: a fixed shape there stands for a caster, which rolls."""
-_PLAUSIBLE = 20.0  # a body as light as foam lacks masses that its file forgot [kg/m^3]
-_TOUCHES = 0.008  # how far off the ground a caster may be [m]
 _BEYOND = 4.0  # of the inertia of a mass that is all at the reach of its shapes
 _LEAST = 0.01  # mass of a moving part without mass or shape [kg]
-_GRIP = 0.8  # friction of rubber on dry concrete, of wheels that Gazebo let slide
+_GRIP = 0.8  # of rubber on dry concrete (Wong, Theory of Ground Vehicles: 0.8 to 0.9)
 
 
 def complete_shapes(xml: XmlFile, urdf: Urdf) -> Urdf:
@@ -100,7 +98,8 @@ def complete_masses(xml: XmlFile, urdf: Urdf) -> Urdf:
         given = sum(i.mass for n in group if (i := urdf.links[n].inertial) is not None)
         parts = [part for n in group for part in urdf.links[n].collisions]
         without = [n for n in group if urdf.links[n].inertial is None]
-        if given > 0.0 and (not parts or given > _PLAUSIBLE * volume_of(parts)):
+        # [kg/m^3] A body as light as foam lacks masses that its file forgot.
+        if given > 0.0 and (not parts or given > 20.0 * volume_of(parts)):
             continue
         for name in without:
             found = estimated_inertial(urdf.links[name].collisions)
@@ -162,7 +161,7 @@ def friction_of(
     )
     carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g}
     for name, low in lowest.items():
-        if name in carried and name not in friction and low < ground + _TOUCHES:
+        if name in carried and name not in friction and low < ground + CASTER_GAP_MAX:
             friction[name] = CASTER_FRICTION
             if not _is_ball(urdf, name):
                 xml.note(f"link '{name}': slides along on the ground, as a caster")

@@ -29,9 +29,7 @@ _SIDES = {
 _WHEELS = ("wheel_names", "traction_joints_names", "traction_joint_name", "rear_wheels_names")
 _STEERING = ("steering_joints_names", "steering_joint_name", "front_wheels_names")
 _READ_LIMITS = ("velocity", "acceleration")
-_SECTIONS_MAX = 1000
 _BYTES_MAX = 1_000_000
-_DEPTH_MAX = 50
 
 
 def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
@@ -90,7 +88,8 @@ def _sections(content: Any) -> Iterator[tuple[str, dict[str, Any]]]:
     Dotted keys are as nested ones; the name is "" where it is a wildcard's.
     """
     queue: list[tuple[str, Any]] = [("", _nested(content))]
-    for _ in range(_SECTIONS_MAX):
+    # A hostile file may nest sections without end.
+    for _ in range(1000):
         if not queue:
             return
         name, values = queue.pop(0)
@@ -109,7 +108,7 @@ def _node(key: str) -> str:
 
 def _nested(content: Any, depth: int = 0) -> Any:
     """Return values with `a.b` as `b` in `a`."""
-    if not isinstance(content, dict) or depth > _DEPTH_MAX:
+    if not isinstance(content, dict) or depth > 50:
         return content
     made: dict[str, Any] = {}
     for key, value in content.items():

@@ -23,9 +23,6 @@ from arjuna_sim.model.wheels import (
     wheel_radius,
 )
 
-_LEVEL = 0.3  # greatest part of a wheel's axis along z
-_PARALLEL = 0.97  # cosine from which axes have the same direction
-_APART = 0.02  # of a front wheel and a rear one [m]
 _HALF = math.sqrt(0.5)
 _SPREAD = (
     0.1  # least singular value of the grips, by the largest: how well all directions are driven
@@ -34,8 +31,6 @@ _STEERS = re.compile(r"steer|kingpin|knuckle|turn|swivel|hinge", re.I)
 _PASSIVE = re.compile(r"cast[eo]r", re.I)
 _UPRIGHT, _ACROSS = 0.7, 0.5  # least part of a steering axis along z, and of a wheel's along y
 _LIMITS = (0.05, 1.4)  # of what steering can do [rad]
-_TRAIL = 0.1  # least of a caster's wheel behind its hinge, by its radius
-_STANDS = 0.02  # how far a wheel's lowest point may be off the others' [m]
 _OTHERWISE = {
     DriveKind.MECANUM: "it has no four mecanum wheels at four corners",
     DriveKind.OMNI: "its wheels' axes are parallel",
@@ -46,7 +41,8 @@ _OTHERWISE = {
 
 def omni_drive(urdf: Urdf, names: tuple[str, ...]) -> DriveSettings | None:
     """Return the drive of omni wheels; None where axes are parallel, or of less than three."""
-    level = tuple(name for name in names if abs(axis(urdf, name)[2]) < _LEVEL)
+    # The axis of an omni wheel is within 17 degrees of level.
+    level = tuple(name for name in names if abs(axis(urdf, name)[2]) < 0.3)
     if len(level) < 3 or not axes_spread(urdf, level):
         return None
     radius, width = wheel_radius(urdf, level), span(urdf, level)
@@ -57,7 +53,8 @@ def omni_drive(urdf: Urdf, names: tuple[str, ...]) -> DriveSettings | None:
 def axes_spread(urdf: Urdf, names: tuple[str, ...]) -> bool:
     """Return whether wheels' axes point in different directions, seen from above."""
     directions = [rolling_direction(urdf, name) for name in names]
-    return any(abs(float(directions[0] @ direction)) < _PARALLEL for direction in directions)
+    # Axes within 14 degrees of each other count as parallel.
+    return any(abs(float(directions[0] @ direction)) < 0.97 for direction in directions)
 
 
 def with_omni(drive: DriveSettings, urdf: Urdf) -> DriveSettings:
@@ -86,12 +83,13 @@ def with_mecanum(
     grips: dict[str, tuple[float, float]] = {}
     for side, sign in ((drive.left, 1.0), (drive.right, -1.0)):
         rear, front = sorted(side, key=lambda name: float(center(urdf, name)[0]))
-        if float(center(urdf, front)[0] - center(urdf, rear)[0]) < _APART:
+        # [m] Of wheels that are closer than this none is the front one.
+        if float(center(urdf, front)[0] - center(urdf, rear)[0]) < 0.02:
             return None
         grips |= {front: (_HALF, -sign * _HALF), rear: (_HALF, sign * _HALF)}
     own = {n: named_grips.get(urdf.joints[n].child) for n in grips}
     named = {n: grip for n, grip in own.items() if grip is not None}
-    if len(named) == 4 and _drives_all_ways(urdf, named):
+    if len(named) == 4 and _is_holonomic(urdf, named):
         grips = named
     elif named:
         xml.note("its <fdir1> do not let mecanum wheels drive: their rollers are those of an X")
@@ -99,7 +97,7 @@ def with_mecanum(
     return dataclasses.replace(drive, kind=DriveKind.MECANUM, grips=ordered)
 
 
-def _drives_all_ways(urdf: Urdf, grips: Mapping[str, tuple[float, float]]) -> bool:
+def _is_holonomic(urdf: Urdf, grips: Mapping[str, tuple[float, float]]) -> bool:
     rows = []
     for name, (gx, gy) in grips.items():
         x, y = center(urdf, name)[:2].tolist()
@@ -135,11 +133,12 @@ def _is_upright(urdf: Urdf, joint: Joint) -> bool:
 
 def _is_above(urdf: Urdf, joint: Joint) -> bool:
     """Return whether a joint stands above the wheel that it carries, or beside it on its axle."""
-    place = np.array(urdf.T_root(joint.child).position)
+    pivot = np.array(urdf.T_root(joint.child).position)
     for name, wheel in urdf.joints.items():
         if wheel.parent == joint.child and wheel.kind == "continuous":
             ahead = np.cross(axis(urdf, name), (0.0, 0.0, 1.0))
-            if abs(float((center(urdf, name) - place) @ ahead)) > _TRAIL * radius_of(urdf, name):
+            # A caster's wheel trails its hinge by a tenth of its radius or more.
+            if abs(float((center(urdf, name) - pivot) @ ahead)) > 0.1 * radius_of(urdf, name):
                 return False
     return True
 
@@ -189,7 +188,8 @@ def _free(urdf: Urdf, driven: tuple[str, ...]) -> tuple[str, ...]:
         and joint.mimic is None
         and radius_of(urdf, name) > 0.0
         and abs(float(axis(urdf, name)[1])) > _ACROSS
-        and abs(float(center(urdf, name)[2]) - radius_of(urdf, name) - ground) < _STANDS
+        # [m] Its lowest point is level with the others'.
+        and abs(float(center(urdf, name)[2]) - radius_of(urdf, name) - ground) < 0.02
         and _PASSIVE.search(f"{name} {joint.child}") is None
     )
 

@@ -103,10 +103,10 @@ class _Reader:
         kind, readers = tag.element.get("type", "?"), sensor_kinds().readers
         if kind not in readers:
             problem = f"type '{kind}' is not simulated; simulated are {', '.join(readers)}"
-            self._xml.note(f"{tag.place}: {problem}", NoteKind.IGNORED)
+            self._xml.note(f"{tag.label}: {problem}", NoteKind.IGNORED)
         elif tag.link not in self._urdf.links:
             problem = f"not simulated, since '{tag.link}' is no link"
-            self._xml.note(f"{tag.place}: {problem}", NoteKind.IGNORED)
+            self._xml.note(f"{tag.label}: {problem}", NoteKind.IGNORED)
         else:
             self.sensors += readers[kind](tag)
 

@@ -24,10 +24,7 @@ _WHEEL = re.compile(r"wheel|tire|tyre|track|rueda|roue|rad_", re.I)
 _LEFT = re.compile(r"left|(^|_)(l|fl|rl|bl|ml|lf|lr|lb)(_|\d|$)", re.I)
 _RIGHT = re.compile(r"right|(^|_)(r|fr|rr|br|mr|rf|rb)(_|\d|$)", re.I)
 # Tried on the robots of tests/sim/files/test_robots.py and on ten public ones.
-_PARALLEL = 0.9  # least cosine between the axes of wheels that drive together
 _TOLERANCE = 0.02  # between a left wheel and its partner, along the robot and in height [m]
-_SAME_SIZE = 0.1  # greatest difference of partners' radii, by the radius
-_OPPOSITE = 0.3  # greatest distance of a wheel from its partner's axis, by the radius
 _NONE: Set[str] = frozenset()
 NO_DRIVE = DriveSettings((), (), 1.0, 1.0, TORQUE, 1.0, 1.0)
 """Of a robot that has no wheels."""
@@ -81,8 +78,9 @@ def guess_sides(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> Sides
     names = _candidates(urdf, controlled)
     if not names or omni_drive(urdf, tuple(names)) is not None:
         return (), ()
-    left = _left(urdf, names)
-    names = [n for n in names if abs(float(axis(urdf, n) @ left)) > _PARALLEL]
+    left = _left_direction(urdf, names)
+    # Wheels that drive together have axes within 26 degrees of each other.
+    names = [n for n in names if abs(float(axis(urdf, n) @ left)) > 0.9]
     along = {n: float(center(urdf, n) @ left) for n in names}
     middle = (max(along.values()) + min(along.values())) / 2
     sides = (
@@ -113,7 +111,7 @@ def _candidates(urdf: Urdf, controlled: Set[str]) -> list[str]:
     return next((group for group in (by_control, by_name, names) if len(group) > 1), [])
 
 
-def _left(urdf: Urdf, names: list[str]) -> NDArray[np.float64]:
+def _left_direction(urdf: Urdf, names: list[str]) -> NDArray[np.float64]:
     """Return the unit vector along the wheels' axes that points to the robot's left."""
     line = axis(urdf, names[0])
     sums = [float(center(urdf, n) @ line) * _side_of(urdf, n) for n in names]
@@ -137,8 +135,9 @@ def _partners(urdf: Urdf, name: str, other: str, left: NDArray[np.float64]) -> b
     gap = center(urdf, name) - center(urdf, other)
     gap = gap - float(gap @ left) * left
     sizes = radius_of(urdf, name), radius_of(urdf, other)
-    near = float(np.linalg.norm(gap)) < max(_TOLERANCE, _OPPOSITE * sizes[0])
-    return near and abs(sizes[0] - sizes[1]) < _SAME_SIZE * sizes[0]
+    # Partners stand opposite within 0.3 of a radius, and their radii differ by less than a tenth.
+    near = float(np.linalg.norm(gap)) < max(_TOLERANCE, 0.3 * sizes[0])
+    return near and abs(sizes[0] - sizes[1]) < 0.1 * sizes[0]
 
 
 def save_guess(path: Path, source: Path, name: str, drive: DriveSettings) -> None:

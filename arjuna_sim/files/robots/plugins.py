@@ -49,7 +49,6 @@ _CONTROL_CLASSES = (
 )
 TORQUE = 5.0
 """Least torque of a wheel whose file names none, as in Gazebo [N m]."""
-_PULL = 2.0 * GRAVITY  # of all such wheels together, by the robot's mass [m/s^2]
 _ENDS = ("front", "rear", "middle", "back")
 WHEEL, STEERING = ("wheeljoint",), ("leftsteeringjoint", "rightsteeringjoint", "steeringjoint")
 """Plain names of tags that hold the joints of wheels without sides, and those that steer."""
@@ -64,7 +63,6 @@ _TURN = ("maxangularvelocity", "maxvelocity")
 _TURN_ACCELERATION = ("maxangularacceleration", "maxacceleration")
 _TIMEOUT = ("cmdveltimeout", "commandtimeout")
 _LIMIT = ("steeringlimit", "maxsteer")
-_DIFFERENT = 0.05  # share from which the file and the wheels' shapes contradict each other
 _OUTPUTS = {
     "odom": (True, ("publishodom",)),
     "odom_tf": (True, ("publishodomtf", "broadcasttf", "publishtf")),
@@ -130,27 +128,27 @@ def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | Non
         RobotError: It names a joint that does not exist, or a value is invalid.
     """
     left, right = tuple(texts(plugin, *LEFT)), tuple(texts(plugin, *RIGHT))
-    place = f"plugin '{_name(plugin)}'"
+    label = f"plugin '{_name(plugin)}'"
     if not left or not right:
         left, right = tuple(texts(plugin, *WHEEL)), ()
         if not left:
             return None
-    left, right = _sides(xml, place, urdf, left, right)
-    _note_unread(xml, plugin, place)
-    separation, radius, track, rolling = _kinematics(xml, plugin, place, urdf, (left, right))
+    left, right = _sides(xml, label, urdf, left, right)
+    _note_unread(xml, plugin, label)
+    separation, radius, track, rolling = _kinematics(xml, plugin, label, urdf, (left, right))
     steering = tuple(dict.fromkeys(texts(plugin, *STEERING)))
-    _check_joints(xml, place, urdf, steering)
+    _check_joints(xml, label, urdf, steering)
     drive = DriveSettings(
         left,
         right,
         separation,
         radius,
-        torque=value(xml, plugin, place, 0.0, "torque", "wheeltorque", "maxwheeltorque")
+        torque=value(xml, plugin, label, 0.0, "torque", "wheeltorque", "maxwheeltorque")
         or torque_of(urdf, radius, len(left + right)),
         effective_track=track,
         effective_radius=rolling,
         steering=steering,
-        steering_limit=value(xml, plugin, place, 0.0, *_LIMIT),
+        steering_limit=value(xml, plugin, label, 0.0, *_LIMIT),
     )
     return with_outputs(xml, plugin, drive)
 
@@ -160,7 +158,8 @@ def torque_of(urdf: Urdf, radius: float, wheels: int) -> float:
 
     The heaviest robot climbs and turns by it; Gazebo's own drives know no limit, or `TORQUE`.
     """
-    return max(TORQUE, _PULL * urdf.mass * radius / wheels)
+    # Together the wheels pull twice the robot's weight.
+    return max(TORQUE, 2.0 * GRAVITY * urdf.mass * radius / wheels)
 
 
 def _name(plugin: Element) -> str:
@@ -173,20 +172,20 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
     Raises:
         RobotError: A value is invalid.
     """
-    place = f"plugin '{_name(plugin)}'"
+    label = f"plugin '{_name(plugin)}'"
 
     def number(*names: str) -> float:
-        return value(xml, plugin, place, 0.0, *names)
+        return value(xml, plugin, label, 0.0, *names)
 
     return dataclasses.replace(
         drive,
         plugin=_name(plugin),
         max_acceleration=number(*_ACCELERATION),
         max_velocity=number(*_SPEED),
-        max_reverse=_reverse(xml, plugin, place),
+        max_reverse=_reverse(xml, plugin, label),
         max_turn=number(*_TURN),
         max_turn_acceleration=number(*_TURN_ACCELERATION),
-        command_timeout=_timeout(xml, plugin, place),
+        command_timeout=_timeout(xml, plugin, label),
         rate=number("updaterate", "odompublishfrequency", "odometryrate"),
         command_topic=topic(plugin, "cmd_vel", "cmd_vel", "commandtopic", "topic"),
         odometry_topic=topic(plugin, "odom", "odom", "odometrytopic", "odomtopic"),
@@ -198,17 +197,17 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
     )
 
 
-def _reverse(xml: XmlFile, plugin: Element, place: str) -> float:
+def _reverse(xml: XmlFile, plugin: Element, label: str) -> float:
     """Return the greatest speed backwards, which files write as a least speed below 0 [m/s]."""
     text = text_of(plugin, *_BACK)
-    return max(0.0, -xml.numbers(text, 1, f"{place} <{_BACK[0]}>")[0]) if text else 0.0
+    return max(0.0, -xml.numbers(text, 1, f"{label} <{_BACK[0]}>")[0]) if text else 0.0
 
 
-def _timeout(xml: XmlFile, plugin: Element, place: str) -> float | None:
+def _timeout(xml: XmlFile, plugin: Element, label: str) -> float | None:
     """Return how long a command holds [s], 0 for ever; None where nothing says so."""
     if not text_of(plugin, *_TIMEOUT):
         return None
-    return value(xml, plugin, place, 0.0, *_TIMEOUT)
+    return value(xml, plugin, label, 0.0, *_TIMEOUT)
 
 
 def read_wheelless(xml: XmlFile, plugin: Element, kind: DriveKind) -> DriveSettings:
@@ -224,23 +223,23 @@ def read_wheelless(xml: XmlFile, plugin: Element, kind: DriveKind) -> DriveSetti
 
 
 def _sides(
-    xml: XmlFile, place: str, urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]
+    xml: XmlFile, label: str, urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]
 ) -> Sides:
     """Return the left and the right joints, exchanged where the file confuses them."""
-    _check_joints(xml, place, urdf, left + right)
+    _check_joints(xml, label, urdf, left + right)
     if len(set(left + right)) < len(left + right):
-        raise xml.fail(place, "names a joint twice")
+        raise xml.fail(label, "names a joint twice")
     if right and _mean_y(urdf, left) < _mean_y(urdf, right):
-        xml.note(f"{place}: its left wheels stand on the right, so left and right are exchanged")
+        xml.note(f"{label}: its left wheels stand on the right, so left and right are exchanged")
         return right, left
     return left, right
 
 
-def _check_joints(xml: XmlFile, place: str, urdf: Urdf, joints: tuple[str, ...]) -> None:
+def _check_joints(xml: XmlFile, label: str, urdf: Urdf, joints: tuple[str, ...]) -> None:
     for joint in joints:
         if joint not in urdf.joints:
             problem = f"joint '{joint}' does not exist; {nearest(joint, urdf.joints)}"
-            raise xml.fail(place, problem)
+            raise xml.fail(label, problem)
 
 
 def _mean_y(urdf: Urdf, joints: tuple[str, ...]) -> float:
@@ -248,7 +247,7 @@ def _mean_y(urdf: Urdf, joints: tuple[str, ...]) -> float:
 
 
 def _kinematics(
-    xml: XmlFile, plugin: Element, place: str, urdf: Urdf, sides: Sides
+    xml: XmlFile, plugin: Element, label: str, urdf: Urdf, sides: Sides
 ) -> tuple[float, float, float, float]:
     """Return separation and radius as the file says, and track and radius that the robot drives by.
 
@@ -259,22 +258,23 @@ def _kinematics(
         wheel_separation(urdf, left, right) if right else span(urdf, left),
         wheel_radius(urdf, left + right),
     )
-    radius = value(xml, plugin, place, 0.0, "wheeldiameter") / 2
-    radius = radius or value(xml, plugin, place, 0.0, "wheelradius") or by_shape[1]
-    separation = value(xml, plugin, place, 0.0, "wheelseparation") or by_shape[0]
+    radius = value(xml, plugin, label, 0.0, "wheeldiameter") / 2
+    radius = radius or value(xml, plugin, label, 0.0, "wheelradius") or by_shape[1]
+    separation = value(xml, plugin, label, 0.0, "wheelseparation") or by_shape[0]
     if not radius > 0.0:
-        raise xml.fail(place, "the wheels' radius is unknown; <wheel_diameter> gives it")
+        raise xml.fail(label, "the wheels' radius is unknown; <wheel_diameter> gives it")
     if not separation > 0.0:
-        raise xml.fail(place, "the wheels' separation is unknown; <wheel_separation> gives it")
-    track = value(xml, plugin, place, 0.0, "effectivetrackwidth")
-    rolling = value(xml, plugin, place, 0.0, "effectivewheelradius")
+        raise xml.fail(label, "the wheels' separation is unknown; <wheel_separation> gives it")
+    track = value(xml, plugin, label, 0.0, "effectivetrackwidth")
+    rolling = value(xml, plugin, label, 0.0, "effectivewheelradius")
     for name, said, seen in (
         ("wheel_separation", separation, by_shape[0]),
         ("wheel radius", radius, by_shape[1]),
     ):
-        if seen > 0.0 and abs(said - seen) > _DIFFERENT * seen and not (track or rolling):
+        # From 5 % on the file and the wheels' shapes contradict each other.
+        if seen > 0.0 and abs(said - seen) > 0.05 * seen and not (track or rolling):
             xml.note(
-                f"{place}: {name} is {said:g}, but the wheels have {seen:g}: it drives by that"
+                f"{label}: {name} is {said:g}, but the wheels have {seen:g}: it drives by that"
             )
     return (
         separation,
@@ -284,9 +284,9 @@ def _kinematics(
     )
 
 
-def _note_unread(xml: XmlFile, plugin: Element, place: str) -> None:
+def _note_unread(xml: XmlFile, plugin: Element, label: str) -> None:
     unread = sorted({child.tag for child in plugin.iter() if plain(child.tag) not in _READ})
     if unread:
         xml.note(
-            f"{place}: not simulated: {', '.join(f'<{tag}>' for tag in unread)}", NoteKind.IGNORED
+            f"{label}: not simulated: {', '.join(f'<{tag}>' for tag in unread)}", NoteKind.IGNORED
         )

@@ -12,13 +12,10 @@ from numpy.typing import NDArray
 from arjuna_core.errors import RobotError, nearest
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.geometry.shapes import MASS_MIN, Inertial, Part, inertial_of_parts
+from arjuna_sim.model.geometry.shapes import MASS_MAX, MASS_MIN, Inertial, Part, inertial_of_parts
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.urdf import Joint, Link
 
-_MASS_MAX = 1e7  # [kg]
-_LEAST = 1e-13  # below this MuJoCo takes an inertia for none [kg m^2]
-_UNLIMITED = 100.0 * math.pi  # a revolute joint that may turn so far has no stop [rad]
 _FACTOR_MAX = 1e6  # of damping, friction and what mimics
 _DEPTH_MAX = 100  # of the tree of links
 
@@ -29,26 +26,27 @@ def checked_joint(xml: XmlFile, joint: Joint) -> Joint:
     Raises:
         RobotError: Its axis is zero, its limits are crossed, or a value is beyond all bounds.
     """
-    place = f"joint '{joint.name}'"
+    label = f"joint '{joint.name}'"
     if joint.kind == "fixed":
         return joint
     if not joint.has_position:
-        xml.note(f"{place}: moves freely as a {joint.kind} joint; its position is not published")
+        xml.note(f"{label}: moves freely as a {joint.kind} joint; its position is not published")
     limits, kind = joint.limits, joint.kind
     if limits is not None and limits[0] > limits[1]:
-        raise xml.fail(place, f"limit lower {limits[0]} is above upper {limits[1]}")
-    if kind == "revolute" and limits is not None and limits[1] - limits[0] > _UNLIMITED:
+        raise xml.fail(label, f"limit lower {limits[0]} is above upper {limits[1]}")
+    # [rad] A revolute joint that may turn 50 times has no stop.
+    if kind == "revolute" and limits is not None and limits[1] - limits[0] > 100.0 * math.pi:
         kind, limits = "continuous", None
     for name in ("damping", "friction"):
         number = getattr(joint, name)
         if not 0.0 <= number <= _FACTOR_MAX:
-            raise xml.fail(f"{place} {name}", f"is {number:g}; valid: 0 to {_FACTOR_MAX:g}")
+            raise xml.fail(f"{label} {name}", f"is {number:g}; valid: 0 to {_FACTOR_MAX:g}")
     length = math.hypot(*joint.axis)
     if not 0.0 < length < math.inf:
-        raise xml.fail(place, "axis must not be zero")
+        raise xml.fail(label, "axis must not be zero")
     mimic = joint.mimic
     if mimic is not None and max(abs(mimic.multiplier), abs(mimic.offset)) > _FACTOR_MAX:
-        raise xml.fail(f"{place} mimic", f"multiplier and offset may reach {_FACTOR_MAX:g}")
+        raise xml.fail(f"{label} mimic", f"multiplier and offset may reach {_FACTOR_MAX:g}")
     x, y, z = (float(value / length) for value in joint.axis)
     return dataclasses.replace(joint, kind=kind, limits=limits, axis=(x, y, z))
 
@@ -70,13 +68,13 @@ def check_mimics(xml: XmlFile, joints: dict[str, Joint]) -> dict[str, Joint]:
     """
     joints = {name: _free_if_alone(xml, joint, joints) for name, joint in joints.items()}
     for joint in joints.values():
-        place, followed, steps = f"joint '{joint.name}' mimic", joint, 0
+        label, followed, steps = f"joint '{joint.name}' mimic", joint, 0
         while followed.mimic is not None:
             followed, steps = joints[followed.mimic.joint], steps + 1
             if steps > len(joints):
-                raise xml.fail(place, "the joints follow each other in a circle")
+                raise xml.fail(label, "the joints follow each other in a circle")
         if joint.mimic is not None and not (joint.has_position and followed.has_position):
-            raise xml.fail(place, "only joints with one position can follow each other")
+            raise xml.fail(label, "only joints with one position can follow each other")
     return joints
 
 
@@ -92,7 +90,7 @@ def _free_if_alone(xml: XmlFile, joint: Joint, joints: Mapping[str, Joint]) -> J
 
 def inertial_of(
     xml: XmlFile,
-    place: str,
+    label: str,
     mass: float,
     pose: Pose3,
     tensor: NDArray[np.float64] | None,
@@ -104,7 +102,7 @@ def inertial_of(
 
     Args:
         xml: The file.
-        place: Name of the link's inertial in messages.
+        label: Name of the link's inertial in messages.
         mass: [kg].
         pose: Of the centre of mass, in the link.
         tensor: Inertia about it, `(3, 3) float64` [kg m^2]; None where the file names none.
@@ -113,10 +111,10 @@ def inertial_of(
     Raises:
         RobotError: The mass is negative or too great.
     """
-    if not 0.0 <= mass <= _MASS_MAX:
-        raise xml.fail(f"{place} mass", f"weighs {mass:g} kg; valid: 0 to {_MASS_MAX:g} kg")
+    if not 0.0 <= mass <= MASS_MAX:
+        raise xml.fail(f"{label} mass", f"weighs {mass:g} kg; valid: 0 to {MASS_MAX:g} kg")
     if mass < MASS_MIN:
-        xml.note(f"{place}: mass {mass:g}: the link counts as massless")
+        xml.note(f"{label}: mass {mass:g}: the link counts as massless")
         return None
     problem = "lacks <inertia>" if tensor is None else _problem(tensor)
     if tensor is not None and not problem:
@@ -124,7 +122,7 @@ def inertial_of(
         return Inertial(mass, pose.position, rotation @ tensor @ rotation.T)
     computed = inertial_of_parts(parts, mass)
     source = "its shapes" if parts else "a ball of 5 cm"
-    xml.note(f"{place}: {problem}, so it is computed from {source} of {mass:g} kg")
+    xml.note(f"{label}: {problem}, so it is computed from {source} of {mass:g} kg")
     return Inertial(mass, pose.position, computed.inertia)
 
 
@@ -133,7 +131,8 @@ def _problem(inertia: NDArray[np.float64]) -> str:
     if np.abs(inertia).max() > 1e12:
         return "the inertia is beyond all bounds"
     principal = np.linalg.eigvalsh(inertia)
-    if principal[0] <= _LEAST:
+    # [kg m^2] MuJoCo treats a smaller inertia as none.
+    if principal[0] <= 1e-13:
         return "the inertia is not positive definite"
     if principal[2] > 2.0 * (principal[0] + principal[1]):
         return "the inertia's largest axis is more than the sum of the others"

@@ -19,7 +19,6 @@ from arjuna_sim.model.geometry.shapes import Kind, corners
 from arjuna_sim.model.urdf import Joint, Link, Urdf
 from arjuna_sim.model.wheels import axis, center, radius_of
 
-_PARALLEL = 0.9  # least cosine between a wheel's axis and the line to the other side
 _ACROSS = 0.5  # least part of that line along y, or greatest along z: within 60 degrees
 _STANDS_OUT = 0.005  # from which one side counts as lower than another; files round to mm [m]
 _NAMES = ("base_footprint", "base_upright", "base_standing")
@@ -35,7 +34,8 @@ def stand_up(xml: XmlFile, urdf: Urdf, tags: Tags) -> Urdf:
     if length < 1e-6 or abs(across[1]) > _ACROSS * length:
         return urdf
     across = across / length
-    if abs(float(axis(urdf, left[0]) @ across)) < _PARALLEL:
+    # The axis is within 26 degrees of the line to the other side.
+    if abs(float(axis(urdf, left[0]) @ across)) < 0.9:
         return urdf
     up = _up(urdf, across, left + right)
     rows = np.array([np.cross(across, up), across, up])  # maps the old root's frame into the new
@@ -87,8 +87,8 @@ def _weight(urdf: Urdf) -> NDArray[np.float64]:
     total, moment = 1e-9, np.zeros(3)
     for link in urdf.links.values():
         if link.inertial is not None:
-            place = urdf.T_root(link.name).apply(np.array([link.inertial.center]))[0]
-            total, moment = total + link.inertial.mass, moment + link.inertial.mass * place
+            center = urdf.T_root(link.name).apply(np.array([link.inertial.center]))[0]
+            total, moment = total + link.inertial.mass, moment + link.inertial.mass * center
     return moment / total
 
 

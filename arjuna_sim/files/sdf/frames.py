@@ -23,7 +23,7 @@ _VERSION = re.compile(r"1\.([0-4])")
 """Versions in which an axis is in its model's frame, not yet in its joint's."""
 
 
-def raw_pose(xml: XmlFile, element: Element, place: str) -> Pose3:
+def raw_pose(xml: XmlFile, element: Element, label: str) -> Pose3:
     """Return the numbers of an element's `<pose>`, the origin where it has none.
 
     Raises:
@@ -34,10 +34,10 @@ def raw_pose(xml: XmlFile, element: Element, place: str) -> Pose3:
     if pose is None or not text:
         return ORIGIN
     if pose.get("rotation_format") == "quat_xyzw":
-        x, y, z, *quaternion = xml.numbers(text, 7, f"{place} pose")
-        return _of_quaternion(xml, (x, y, z), quaternion, place)
-    numbers = xml.numbers(text, 6, f"{place} pose")
-    xml.position(" ".join(map(str, numbers[:3])), f"{place} pose")
+        x, y, z, *quaternion = xml.numbers(text, 7, f"{label} pose")
+        return _of_quaternion(xml, (x, y, z), quaternion, label)
+    numbers = xml.numbers(text, 6, f"{label} pose")
+    xml.position(" ".join(map(str, numbers[:3])), f"{label} pose")
     angles = numbers[3:]
     if pose.get("degrees") == "true":
         angles = tuple(math.radians(angle) for angle in angles)
@@ -45,13 +45,13 @@ def raw_pose(xml: XmlFile, element: Element, place: str) -> Pose3:
 
 
 def _of_quaternion(
-    xml: XmlFile, place: tuple[float, float, float], quaternion: list[float], where: str
+    xml: XmlFile, position: tuple[float, float, float], quaternion: list[float], label: str
 ) -> Pose3:
     x, y, z, w = quaternion
     length = math.hypot(x, y, z, w)
     if not 0.0 < length < math.inf:
-        raise xml.fail(f"{where} pose", "its quaternion is no rotation")
-    return Pose3(place, (w / length, x / length, y / length, z / length))
+        raise xml.fail(f"{label} pose", "its quaternion is no rotation")
+    return Pose3(position, (w / length, x / length, y / length, z / length))
 
 
 def base_of(element: Element) -> str:
@@ -69,9 +69,9 @@ class Scope:
         element: The `<model>` or `<world>`.
     """
 
-    def __init__(self, xml: XmlFile, element: Element, place: str) -> None:
+    def __init__(self, xml: XmlFile, element: Element, label: str) -> None:
         self._xml = xml
-        self._place = place
+        self._label = label
         self._items = {_name(child): child for child in element if child.tag in _NAMED}
         self._is_old = _VERSION.fullmatch(xml.root.get("version", "")) is not None
         merged = [child for child in element if child.get(MERGE) == "true"]
@@ -79,22 +79,22 @@ class Scope:
             _name(inner): child for child in merged for inner in child if inner.tag in _NAMED
         }
 
-    def pose(self, element: Element, place: str, parent: Pose3 = ORIGIN) -> Pose3:
+    def pose(self, element: Element, label: str, parent: Pose3 = ORIGIN) -> Pose3:
         """Return an element's pose in this scope.
 
         Args:
             element: What has a `<pose>`.
-            place: Name in messages.
+            label: Name of the element in messages.
             parent: What the pose is relative to, where it does not say.
 
         Raises:
             WorldError: It is relative to what does not exist, or to itself.
         """
-        return self._pose(element, place, parent, ())
+        return self._pose(element, label, parent, ())
 
-    def _pose(self, element: Element, place: str, parent: Pose3, seen: tuple[str, ...]) -> Pose3:
+    def _pose(self, element: Element, label: str, parent: Pose3, seen: tuple[str, ...]) -> Pose3:
         base = base_of(element)
-        return (self._find(base, seen) if base else parent) @ raw_pose(self._xml, element, place)
+        return (self._find(base, seen) if base else parent) @ raw_pose(self._xml, element, label)
 
     def axis(self, axis: Element, T_joint: Pose3) -> Pose3:
         """Return the pose of the frame that the numbers of a joint's `<axis>` are in.
@@ -122,24 +122,24 @@ class Scope:
             return ORIGIN
         if name in seen:
             problem = f"frame '{name}' is relative to itself: {' -> '.join((*seen, name))}"
-            raise self._xml.fail(self._place, problem)
+            raise self._xml.fail(self._label, problem)
         if len(seen) > _CHAIN_MAX:
             problem = f"frame '{name}' ends a chain of more than {_CHAIN_MAX} frames"
-            raise self._xml.fail(self._place, problem)
+            raise self._xml.fail(self._label, problem)
         first, _, rest = name.partition("::")
         element = self._items.get(name) if name in self._items else self._items.get(first)
         merged = None if element is not None else self._merged.get(first)
         if merged is not None:
-            T_own = self._pose(merged, f"{self._place} '{name}'", ORIGIN, (*seen, name))
-            return T_own @ Scope(self._xml, merged, self._place).find(name)
+            T_own = self._pose(merged, f"{self._label} '{name}'", ORIGIN, (*seen, name))
+            return T_own @ Scope(self._xml, merged, self._label).find(name)
         if element is None:
             problem = f"frame '{name}' does not exist; {nearest(name, self._items)}"
-            raise self._xml.fail(self._place, problem)
+            raise self._xml.fail(self._label, problem)
         seen = (*seen, name)
         parent = ORIGIN if base_of(element) else self._parent(element, seen)
-        pose = self._pose(element, f"{self._place} '{name}'", parent, seen)
+        pose = self._pose(element, f"{self._label} '{name}'", parent, seen)
         if rest and name not in self._items and element.tag == "model":
-            return pose @ Scope(self._xml, element, f"{self._place} '{first}'").find(rest)
+            return pose @ Scope(self._xml, element, f"{self._label} '{first}'").find(rest)
         return pose
 
     def _parent(self, element: Element, seen: tuple[str, ...]) -> Pose3:

@@ -23,7 +23,6 @@ from arjuna_sim.model.world import GROUND, GROUND_COLOUR
 
 _MODELS_MAX = 5_000
 _LINES = {"linear-x": 0, "linear-y": 1, "linear-z": 2}
-_TRIES = 20  # random positions of which the one farthest from the others is taken
 BUILT_IN = ("sun", "ground_plane")
 _INCLUDES_MAX = 5_000
 _NESTED_MAX = 32
@@ -39,13 +38,13 @@ def populate(xml: XmlFile, element: Element) -> Iterator[Element]:
         WorldError: It has no model, no region, or a value is invalid.
     """
     name = element.get("name", "population")
-    place = f"population '{name}'"
+    label = f"population '{name}'"
     source = element.find("model")
     if source is None:
-        source = xml.child(element, "include", place)
-    T_world = raw_pose(xml, element, place)
-    own = raw_pose(xml, source, place) if source.find("pose") is not None else ORIGIN
-    for number, point in enumerate(_points(xml, element, place)):
+        source = xml.child(element, "include", label)
+    T_world = raw_pose(xml, element, label)
+    own = raw_pose(xml, source, label) if source.find("pose") is not None else ORIGIN
+    for number, point in enumerate(_points(xml, element, label)):
         model = copy.deepcopy(source)
         _rename(model, f"{(source.get('name') or source.findtext('name') or name)}_clone_{number}")
         x, y, z = point.tolist()
@@ -66,38 +65,38 @@ def _rename(model: Element, name: str) -> None:
     SubElement(model, "name").text = name
 
 
-def _points(xml: XmlFile, element: Element, place: str) -> NDArray[np.float64]:
+def _points(xml: XmlFile, element: Element, label: str) -> NDArray[np.float64]:
     """Return where the copies stand in the population's frame, `(N, 3) float64` [m]."""
     spread = element.find("distribution")
     kind = "random" if spread is None else (spread.findtext("type") or "random").strip()
     if kind == "grid" and spread is not None:
-        return _grid(xml, spread, place)
-    count = xml.count(element, "model_count", 1, place)
+        return _grid(xml, spread, label)
+    count = xml.count(element, "model_count", 1, label)
     if not 0 <= count <= _MODELS_MAX:
-        raise xml.fail(place, f"<model_count> is {count}; valid: 0 to {_MODELS_MAX}")
+        raise xml.fail(label, f"<model_count> is {count}; valid: 0 to {_MODELS_MAX}")
     box, cylinder = element.find("box"), element.find("cylinder")
     if box is not None:
-        size = np.array(xml.sizes(box.findtext("size") or "", 3, f"{place} <size>"))
+        size = np.array(xml.sizes(box.findtext("size") or "", 3, f"{label} <size>"))
         radius = math.inf
     elif cylinder is not None:
-        radius = xml.sizes(cylinder.findtext("radius") or "", 1, f"{place} <radius>")[0]
-        length = xml.sizes(cylinder.findtext("length") or "1", 1, f"{place} <length>")[0]
+        radius = xml.sizes(cylinder.findtext("radius") or "", 1, f"{label} <radius>")[0]
+        length = xml.sizes(cylinder.findtext("length") or "1", 1, f"{label} <length>")[0]
         size = np.array([2.0 * radius, 2.0 * radius, length])
     else:
-        raise xml.fail(place, "lacks its region; valid: <box>, <cylinder>")
+        raise xml.fail(label, "lacks its region; valid: <box>, <cylinder>")
     if kind in _LINES:
         points = np.zeros((count, 3))
         along = _LINES[kind]
         points[:, along] = (np.arange(count) + 0.5) / max(1, count) * size[along] - size[along] / 2
         return points
-    return _random(place, kind, count, size, radius)
+    return _random(label, kind, count, size, radius)
 
 
-def _grid(xml: XmlFile, spread: Element, place: str) -> NDArray[np.float64]:
-    rows, columns = (xml.count(spread, key, 1, place) for key in ("rows", "cols"))
+def _grid(xml: XmlFile, spread: Element, label: str) -> NDArray[np.float64]:
+    rows, columns = (xml.count(spread, key, 1, label) for key in ("rows", "cols"))
     if not (rows >= 0 and columns >= 0 and rows * columns <= _MODELS_MAX):
-        raise xml.fail(place, f"has {rows} x {columns} models; valid: up to {_MODELS_MAX}")
-    step = xml.numbers(spread.findtext("step") or "1 1 0", 3, f"{place} <step>")
+        raise xml.fail(label, f"has {rows} x {columns} models; valid: up to {_MODELS_MAX}")
+    step = xml.numbers(spread.findtext("step") or "1 1 0", 3, f"{label} <step>")
     row, column = np.divmod(np.arange(rows * columns), max(1, columns))
     middle = (np.array([columns, rows]) - 1) / 2
     x, y = (column - middle[0]) * step[0], (row - middle[1]) * step[1]
@@ -105,13 +104,14 @@ def _grid(xml: XmlFile, spread: Element, place: str) -> NDArray[np.float64]:
 
 
 def _random(
-    place: str, kind: str, count: int, size: NDArray[np.float64], radius: float
+    label: str, kind: str, count: int, size: NDArray[np.float64], radius: float
 ) -> NDArray[np.float64]:
     """Draw positions; of `uniform` ones each lies far from those before."""
-    rng = np.random.default_rng(zlib.crc32(place.encode()))
+    rng = np.random.default_rng(zlib.crc32(label.encode()))
     points = np.zeros((0, 3))
     for _ in range(count):
-        tries = (rng.random((_TRIES, 3)) - 0.5) * size
+        # Of 20 random positions the one farthest from the others is taken.
+        tries = (rng.random((20, 3)) - 0.5) * size
         inside = tries[np.hypot(tries[:, 0], tries[:, 1]) <= radius]
         tries = inside if len(inside) else np.zeros((1, 3))
         best = 0
@@ -134,12 +134,12 @@ def leaving_out(xml: XmlFile, what: str) -> Iterator[None]:
     except ExcessError:
         raise
     except InputFileError as error:
-        place = "" if error.location is None or error.location == what else f"{error.location}: "
-        xml.note(f"{what} is left out: {place}{error.problem}", NoteKind.BROKEN)
+        origin = "" if error.location is None or error.location == what else f"{error.location}: "
+        xml.note(f"{what} is left out: {origin}{error.problem}", NoteKind.BROKEN)
 
 
 class Includes:
-    """Puts what a world includes into its place, and knows the file that each model is from."""
+    """Replaces the includes of a world by their models, and keeps the file of each model."""
 
     def __init__(self, xml: XmlFile) -> None:
         self._root = xml
@@ -164,9 +164,9 @@ class Includes:
 
     def _expand(self, xml: XmlFile, parent: Element, chain: tuple[Path, ...], depth: int) -> None:
         if depth > _NESTED_MAX:
-            place = f"model '{parent.get('name', '?')}'"
+            label = f"model '{parent.get('name', '?')}'"
             problem = f"is nested too deeply; valid: up to {_NESTED_MAX} models"
-            raise ExcessError(xml.path, problem, place)
+            raise ExcessError(xml.path, problem, label)
         for child in list(parent):
             if child.tag == "population":
                 with leaving_out(xml, f"population '{child.get('name', '?')}'"):
@@ -183,11 +183,11 @@ class Includes:
             self._tally(xml, f"population '{element.get('name', '?')}'")
             parent.append(model)
 
-    def _tally(self, xml: XmlFile, place: str) -> None:
+    def _tally(self, xml: XmlFile, label: str) -> None:
         self._count += 1
         if self._count > _INCLUDES_MAX:
             problem = f"is one of too many; valid: up to {_INCLUDES_MAX} includes"
-            raise ExcessError(xml.path, problem, place)
+            raise ExcessError(xml.path, problem, label)
 
     def _replacement(
         self, xml: XmlFile, element: Element, chain: tuple[Path, ...], depth: int
@@ -203,16 +203,16 @@ class Includes:
     def _included(
         self, xml: XmlFile, element: Element, uri: str, chain: tuple[Path, ...], depth: int
     ) -> Element | None:
-        place = f"include '{uri}'"
+        label = f"include '{uri}'"
         name = uri.strip("/").rpartition("/")[2].lower().replace(" ", "_")
         if name == "sun":
             return None
-        self._tally(xml, place)
+        self._tally(xml, label)
         inner = None
         if name == GROUND:
-            model = _ground()
+            model = _ground_model()
         else:
-            inner = self._open(xml, uri, place, chain)
+            inner = self._open(xml, uri, label, chain)
             found = None if inner is None else _content(inner)
             if inner is None or found is None:
                 return None
@@ -223,10 +223,10 @@ class Includes:
             self._expand(inner, model, (*chain, inner.path.resolve()), depth + 1)
         return model
 
-    def _open(self, xml: XmlFile, uri: str, place: str, chain: tuple[Path, ...]) -> XmlFile | None:
+    def _open(self, xml: XmlFile, uri: str, label: str, chain: tuple[Path, ...]) -> XmlFile | None:
         """Return the file that is included; None (and a note) where there is none."""
         if (xml.path, uri) not in self._found:
-            self._found[xml.path, uri] = xml.find_model(uri, place)
+            self._found[xml.path, uri] = xml.find_model(uri, label)
         path = self._found[xml.path, uri]
         if path is None:
             built_in = ", ".join(BUILT_IN)
@@ -235,7 +235,7 @@ class Includes:
             return None
         path = path.resolve()
         if path in chain:
-            raise xml.fail(place, f"model '{uri}' includes itself")
+            raise xml.fail(label, f"model '{uri}' includes itself")
         if path not in self._files:
             self._files[path] = self._root.beside_it(path)
         return self._files[path]
@@ -269,7 +269,7 @@ def _override(model: Element, include: Element, name: str) -> None:
         model.set(MERGE, "true")
 
 
-def _ground() -> Element:
+def _ground_model() -> Element:
     model = Element("model", name=GROUND)
     SubElement(model, "static").text = "true"
     link = SubElement(model, "link", name="link")

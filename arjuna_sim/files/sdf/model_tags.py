@@ -27,6 +27,8 @@ _OF_LINK = (
 )
 WORLD = "world"
 """Name of the world as the parent of a joint."""
+UNLIMITED = 1e6
+"""A joint's limit beyond it is none [rad or m]; SDF writes 1e16 for a joint without limits."""
 
 
 @dataclass
@@ -137,23 +139,23 @@ class ModelReader:
         joints: list[SdfJoint],
     ) -> None:
         xml = self._includes.file_of(model, xml)
-        place = f"model '{model.get('name', '?')}'"
-        scope = Scope(xml, model, place)
+        label = f"model '{model.get('name', '?')}'"
+        scope = Scope(xml, model, label)
         frame = model.get("placement_frame", "")
         T_world = pose if placed or not frame else pose @ scope.find(frame).inverse()
         static = static or is_static(model)
         for tag in sorted({child.tag for child in model} - set(_OF_MODEL)):
-            xml.note(f"{place}: <{tag}>: not simulated", NoteKind.IGNORED)
+            xml.note(f"{label}: <{tag}>: not simulated", NoteKind.IGNORED)
         for link in model.findall("link"):
-            with self._leaving_out(xml, f"{place} link '{link.get('name', '?')}'"):
-                links.append(self._link(xml, link, scope, T_world, (prefix, place, static)))
+            with self._leaving_out(xml, f"{label} link '{link.get('name', '?')}'"):
+                links.append(self._link(xml, link, scope, T_world, (prefix, label, static)))
         for joint in model.findall("joint"):
-            with self._leaving_out(xml, f"{place} joint '{joint.get('name', '?')}'"):
+            with self._leaving_out(xml, f"{label} joint '{joint.get('name', '?')}'"):
                 joints.append(read_joint(xml, joint, scope, T_world, prefix))
         for nested in model.findall("model"):
             name = nested.get("name", "?")
-            with self._leaving_out(xml, f"{place} model '{name}'"):
-                T_nested = T_world @ scope.pose(nested, place)
+            with self._leaving_out(xml, f"{label} model '{name}'"):
+                T_nested = T_world @ scope.pose(nested, label)
                 inner = prefix if nested.get(MERGE) == "true" else f"{prefix}{name}::"
                 self._model(xml, nested, T_nested, False, inner, static, links, joints)
         if self._is_robot:
@@ -175,48 +177,48 @@ class ModelReader:
     def _link(
         self, xml: XmlFile, link: Element, scope: Scope, T_model: Pose3, of: tuple[str, str, bool]
     ) -> SdfLink:
-        prefix, place, static = of
-        T_model_link = scope.pose(link, f"{place} link")
+        prefix, label, static = of
+        T_model_link = scope.pose(link, f"{label} link")
         known = {*_OF_LINK, *(("sensor",) if self._is_robot else ())}
         for tag in sorted({child.tag for child in link} - known):
-            xml.note(f"{place}: <{tag}>: not simulated", NoteKind.IGNORED)
+            xml.note(f"{label}: <{tag}>: not simulated", NoteKind.IGNORED)
         floats = not is_true(link.findtext("gravity") or "true")
         floats = floats or is_true(link.findtext("kinematic"))
         text = link.findtext("inertial/mass")
-        mass = None if text is None else xml.numbers(text, 1, f"{place} <mass>")[0]
+        mass = None if text is None else xml.numbers(text, 1, f"{label} <mass>")[0]
         name = prefix + link.get("name", "?").strip()
         read = SdfLink(link, xml, name, T_model @ T_model_link, static, floats, mass)
         if self._is_robot:
-            place = f"link '{name.replace('::', '/')}'"
+            label = f"link '{name.replace('::', '/')}'"
             for sensor in link.findall("sensor"):
-                pose = scope.pose(sensor, f"{place} sensor", T_model_link)
+                pose = scope.pose(sensor, f"{label} sensor", T_model_link)
                 read.sensors.append((sensor, T_model @ pose))
         for tag, parts in (("collision", read.solid), ("visual", read.drawn)):
             refuses = self._is_robot and tag == "collision"
             for element in link.findall(tag):
-                self._tally(xml, f"{place} {tag}")
-                with nullcontext() if refuses else leaving_out(xml, f"{place} {tag}"):
-                    part = _part(xml, element, f"{place} {tag}", scope, T_model, T_model_link)
+                self._tally(xml, f"{label} {tag}")
+                with nullcontext() if refuses else leaving_out(xml, f"{label} {tag}"):
+                    part = _part(xml, element, f"{label} {tag}", scope, T_model, T_model_link)
                     parts += [] if part is None else [part]
         return read
 
-    def _tally(self, xml: XmlFile, place: str) -> None:
+    def _tally(self, xml: XmlFile, label: str) -> None:
         self._parts += 1
         if self._parts > PARTS_MAX:
             problem = f"is one of too many; valid: up to {PARTS_MAX} parts"
-            raise ExcessError(xml.path, problem, place)
+            raise ExcessError(xml.path, problem, label)
 
 
 def _part(
-    xml: XmlFile, element: Element, place: str, scope: Scope, T_world: Pose3, T_link: Pose3
+    xml: XmlFile, element: Element, label: str, scope: Scope, T_world: Pose3, T_link: Pose3
 ) -> Part | None:
     """Read a `<collision>` or `<visual>`; None (and a note) where its shape is left out."""
-    read = read_shape(xml, xml.child(element, "geometry", place), place)
+    read = read_shape(xml, xml.child(element, "geometry", label), label)
     if read is None:
         return None
     shape, T_own = read
-    pose = T_world @ scope.pose(element, place, T_link) @ T_own
-    return Part(shape, pose, read_colour(xml, element, place), read_friction(xml, element, place))
+    pose = T_world @ scope.pose(element, label, T_link) @ T_own
+    return Part(shape, pose, read_colour(xml, element, label), read_friction(xml, element, label))
 
 
 def is_static(model: Element) -> bool:
@@ -237,15 +239,15 @@ def read_joint(xml: XmlFile, joint: Element, scope: Scope, T_world: Pose3, prefi
     Raises:
         WorldError: An end is missing, or a frame does not exist.
     """
-    place = f"joint '{joint.get('name', '?')}'"
+    label = f"joint '{joint.get('name', '?')}'"
     ends = []
     for tag in ("parent", "child"):
-        element = xml.child(joint, tag, place)
+        element = xml.child(joint, tag, label)
         name = (element.text or element.findtext("link_name") or "").strip()
         ends.append(name if name == WORLD else prefix + name)
     child = (joint.findtext("child") or "").strip()
     base = scope.find(child) if child != WORLD else Pose3()
-    pose, axis = scope.pose(joint, place, base), joint.find("axis")
+    pose, axis = scope.pose(joint, label, base), joint.find("axis")
     frame = pose if axis is None else scope.axis(axis, pose)
     kind = joint.get("type", "?")
     return SdfJoint(joint, xml, prefix, kind, ends[0], ends[1], T_world @ pose, T_world @ frame)

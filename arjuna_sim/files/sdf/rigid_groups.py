@@ -12,15 +12,13 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from arjuna_sim.files.sdf.includes import leaving_out
-from arjuna_sim.files.sdf.model_tags import WORLD, SdfJoint, SdfLink
+from arjuna_sim.files.sdf.model_tags import UNLIMITED, WORLD, SdfJoint, SdfLink
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.entities import bounds
 from arjuna_sim.model.geometry.shapes import Kind
 from arjuna_sim.model.urdf import Hinge
 
 SWINGING = ("revolute", "continuous", "prismatic")
-_UNLIMITED = 1e6  # beyond it a limit is none [rad or m]
-_TOUCHING = 1e-3  # [m]
 
 
 def read_hinge(joint: SdfJoint, link: SdfLink, own: set[str]) -> Hinge:
@@ -34,12 +32,12 @@ def read_hinge(joint: SdfJoint, link: SdfLink, own: set[str]) -> Hinge:
     Raises:
         WorldError: Its axis or a limit is invalid.
     """
-    xml, place = joint.file, f"joint '{joint.element.get('name', '?')}'"
-    axis = xml.child(joint.element, "axis", place)
-    toward = np.array(xml.numbers(axis.findtext("xyz") or "0 0 1", 3, f"{place} <xyz>"))
+    xml, label = joint.file, f"joint '{joint.element.get('name', '?')}'"
+    axis = xml.child(joint.element, "axis", label)
+    toward = np.array(xml.numbers(axis.findtext("xyz") or "0 0 1", 3, f"{label} <xyz>"))
     length = math.hypot(*toward)
     if not 0.0 < length < math.inf:
-        raise xml.fail(place, "axis must not be zero")
+        raise xml.fail(label, "axis must not be zero")
     T_link = link.T_world.inverse()
     along = T_link.rotation() @ joint.T_axis.rotation() @ toward / length
     x, y, z = T_link.apply(np.array([joint.T_world.position]))[0]
@@ -49,16 +47,16 @@ def read_hinge(joint: SdfJoint, link: SdfLink, own: set[str]) -> Hinge:
         joint.kind == "prismatic",
         (a, b, c),
         (float(x), float(y), float(z)),
-        None if joint.kind == "continuous" else _limits(xml, axis, place),
-        max(0.0, xml.number(axis, "dynamics/damping", 0.0, place)),
-        max(0.0, xml.number(axis, "dynamics/friction", 0.0, place)),
+        None if joint.kind == "continuous" else _limits(xml, axis, label),
+        max(0.0, xml.number(axis, "dynamics/damping", 0.0, label)),
+        max(0.0, xml.number(axis, "dynamics/friction", 0.0, label)),
     )
 
 
-def _limits(xml: XmlFile, axis: Element, place: str) -> tuple[float, float] | None:
-    low = max(xml.number(axis, "limit/lower", -_UNLIMITED, place), -_UNLIMITED)
-    high = min(xml.number(axis, "limit/upper", _UNLIMITED, place), _UNLIMITED)
-    return (low, high) if low > -_UNLIMITED or high < _UNLIMITED else None
+def _limits(xml: XmlFile, axis: Element, label: str) -> tuple[float, float] | None:
+    low = max(xml.number(axis, "limit/lower", -UNLIMITED, label), -UNLIMITED)
+    high = min(xml.number(axis, "limit/upper", UNLIMITED, label), UNLIMITED)
+    return (low, high) if low > -UNLIMITED or high < UNLIMITED else None
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,7 @@ class RigidGroup:
 
 
 def rigid_groups(
-    xml: XmlFile, place: str, links: list[SdfLink], joints: list[SdfJoint]
+    xml: XmlFile, label: str, links: list[SdfLink], joints: list[SdfJoint]
 ) -> list[RigidGroup]:
     """Group a model's links; what stands fast comes first.
 
@@ -87,24 +85,24 @@ def rigid_groups(
     """
     index = {link.name: i for i, link in enumerate(links)}
     known = [j for j in joints if _ends(j, index) is not None]
-    label = _joined(links, known, index)
-    fast = {int(label[i]) for i, link in enumerate(links) if _stands(link)}
-    fast |= {int(label[i]) for j in known if j.kind == "fixed" for i in _on_world(j, index)}
-    free = [j for j in known if j.kind != "fixed" and not _touches(j, index, label, fast)]
+    body_of = _joined(links, known, index)
+    fast = {int(body_of[i]) for i, link in enumerate(links) if _stands(link)}
+    fast |= {int(body_of[i]) for j in known if j.kind == "fixed" for i in _on_world(j, index)}
+    free = [j for j in known if j.kind != "fixed" and not _touches(j, index, body_of, fast)]
     if free:
-        xml.note(f"{place}: its links hold together as one body")
-        label = _joined(links, [j for j in known if j.kind == "fixed" or j in free], index, True)
-        fast = {int(label[i]) for i, link in enumerate(links) if _stands(link)}
-        fast |= {int(label[i]) for j in known if j.kind == "fixed" for i in _on_world(j, index)}
+        xml.note(f"{label}: its links hold together as one body")
+        body_of = _joined(links, [j for j in known if j.kind == "fixed" or j in free], index, True)
+        fast = {int(body_of[i]) for i, link in enumerate(links) if _stands(link)}
+        fast |= {int(body_of[i]) for j in known if j.kind == "fixed" for i in _on_world(j, index)}
     suspended: dict[int, list[SdfJoint]] = {}
     for joint in (j for j in known if j.kind != "fixed"):
-        held = {int(label[i]) if i >= 0 else -1 for i in _ends(joint, index) or ()}
+        held = {int(body_of[i]) if i >= 0 else -1 for i in _ends(joint, index) or ()}
         for number in held - fast - {-1} if len(held) > 1 else ():  # else within one body
             suspended.setdefault(number, []).append(joint)
-    groups = [RigidGroup([link for i, link in enumerate(links) if int(label[i]) in fast], True)]
-    for number in dict.fromkeys(int(value) for value in label if int(value) not in fast):
-        own = [link for i, link in enumerate(links) if label[i] == number]
-        groups.append(_on_hinge(xml, place, own, suspended.get(number, []), index))
+    groups = [RigidGroup([link for i, link in enumerate(links) if int(body_of[i]) in fast], True)]
+    for number in dict.fromkeys(int(value) for value in body_of if int(value) not in fast):
+        own = [link for i, link in enumerate(links) if body_of[i] == number]
+        groups.append(_on_hinge(xml, label, own, suspended.get(number, []), index))
     return [group for group in groups if group.links]
 
 
@@ -124,10 +122,10 @@ def _stands(link: SdfLink) -> bool:
 
 
 def _touches(
-    joint: SdfJoint, index: dict[str, int], label: NDArray[np.int64], fast: set[int]
+    joint: SdfJoint, index: dict[str, int], body_of: NDArray[np.int64], fast: set[int]
 ) -> bool:
     ends = _ends(joint, index) or ()
-    return any(i < 0 or int(label[i]) in fast for i in ends)
+    return any(i < 0 or int(body_of[i]) in fast for i in ends)
 
 
 def _joined(
@@ -155,7 +153,8 @@ def _overlaps(links: list[SdfLink], jointed: set[int]) -> NDArray[np.int64]:
     loose = [i for i, link in enumerate(links) if i not in jointed and link.solid]
     loose = [i for i in loose if not _stands(links[i])]
     boxes = np.array([bounds(links[i].solid) for i in loose]).reshape(-1, 2, 3)
-    low, high = boxes[:, 0], boxes[:, 1] - _TOUCHING
+    # [m] Boxes that overlap by less than 1 mm only touch.
+    low, high = boxes[:, 0], boxes[:, 1] - 1e-3
     pairs = [np.empty((0, 2), np.int64)]
     for i in range(len(loose)):
         others = np.flatnonzero(((low[i] < high[:i]) & (low[:i] < high[i])).all(axis=1))
@@ -164,17 +163,17 @@ def _overlaps(links: list[SdfLink], jointed: set[int]) -> NDArray[np.int64]:
 
 
 def _on_hinge(
-    xml: XmlFile, place: str, links: list[SdfLink], joints: list[SdfJoint], index: dict[str, int]
+    xml: XmlFile, label: str, links: list[SdfLink], joints: list[SdfJoint], index: dict[str, int]
 ) -> RigidGroup:
     if not joints:
         return RigidGroup(links, False)
     kinds = sorted({joint.kind for joint in joints})
     if len(joints) == 1 and joints[0].kind in SWINGING:
         own = {link.name for link in links}
-        with leaving_out(xml, f"{place} joint '{joints[0].element.get('name', '?')}'"):
+        with leaving_out(xml, f"{label} joint '{joints[0].element.get('name', '?')}'"):
             hinge = read_hinge(joints[0], links[0], own)
             is_locked = hinge.limits is not None and hinge.limits[0] >= hinge.limits[1]
             return RigidGroup(links, is_locked, None if is_locked else hinge)
     else:
-        xml.note(f"{place}: stands fast, held by {len(joints)} joints ({', '.join(kinds)})")
+        xml.note(f"{label}: stands fast, held by {len(joints)} joints ({', '.join(kinds)})")
     return RigidGroup(links, True)

@@ -25,7 +25,7 @@ from arjuna_sim.files.robots.tags import PluginTag, Tags
 from arjuna_sim.files.sdf.frames import raw_pose
 from arjuna_sim.files.sdf.geometry_tags import read_friction
 from arjuna_sim.files.sdf.includes import Includes
-from arjuna_sim.files.sdf.model_tags import WORLD, ModelReader, SdfJoint, SdfLink
+from arjuna_sim.files.sdf.model_tags import UNLIMITED, WORLD, ModelReader, SdfJoint, SdfLink
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape
@@ -33,7 +33,6 @@ from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
 
 _MOVING = ("revolute", "continuous", "prismatic")
-_UNLIMITED = 1e6  # SDF's own bound of a joint without limits is 1e16 [rad or m]
 
 
 @dataclass
@@ -102,18 +101,18 @@ def _called(name: str) -> str:
 def _add_link(robot: _Robot, link: SdfLink, about: Pose3 | None) -> None:
     """Add a link; one that a joint turns lies where its joint is, as URDF wants it."""
     xml, name = link.file, _called(link.name)
-    place = f"link '{name}'"
+    label = f"link '{name}'"
     pose = link.T_world if about is None else Pose3(about.position, link.T_world.quaternion)
     T_own = pose.inverse() @ link.T_world
     parts = {
-        tag: tuple(_robot_parts(xml, found, pose, f"{place} {tag}"))
+        tag: tuple(_robot_parts(xml, found, pose, f"{label} {tag}"))
         for tag, found in (("collision", link.solid), ("visual", link.drawn))
     }
     shapes = parts["collision"] or parts["visual"]
-    inertial = _inertial(xml, link.element, T_own, place, shapes)
+    inertial = _inertial(xml, link.element, T_own, label, shapes)
     robot.add(xml, Link(name, inertial, parts["collision"], parts["visual"]), pose)
     for collision in link.element.findall("collision"):
-        mu = read_friction(xml, collision, f"{place} collision")
+        mu = read_friction(xml, collision, f"{label} collision")
         if mu is not None:
             robot.tags.friction.setdefault(name, mu)
     for element, T_world in link.sensors:
@@ -121,97 +120,97 @@ def _add_link(robot: _Robot, link: SdfLink, about: Pose3 | None) -> None:
         robot.tags.items.append(SensorTag(xml, element, name, T))
 
 
-def _robot_parts(xml: XmlFile, parts: list[Part], pose: Pose3, place: str) -> Iterator[Part]:
+def _robot_parts(xml: XmlFile, parts: list[Part], pose: Pose3, label: str) -> Iterator[Part]:
     """Yield parts of the world as those of a link; what is ground is left out with a note."""
     for part in parts:
         shape = part.shape
         if shape.kind in (Kind.PLANE, Kind.TERRAIN):
             problem = f"<{shape.kind.value}> is left out of a robot"
-            xml.note(f"{place}: {problem}", NoteKind.UNSUPPORTED)
+            xml.note(f"{label}: {problem}", NoteKind.UNSUPPORTED)
             continue
         if shape.kind is Kind.CAPSULE:
-            xml.note(f"{place}: the <capsule> is taken to be a cylinder")
+            xml.note(f"{label}: the <capsule> is taken to be a cylinder")
             shape = Shape(Kind.CYLINDER, shape.size)
         yield Part(shape, pose.inverse() @ part.pose, part.rgba)
 
 
 def _inertial(
-    xml: XmlFile, link: Element, T_own: Pose3, place: str, parts: tuple[Part, ...]
+    xml: XmlFile, link: Element, T_own: Pose3, label: str, parts: tuple[Part, ...]
 ) -> Inertial | None:
     """Read an `<inertial>` of a link whose own frame is at a pose; None for no mass."""
-    inertial, place = link.find("inertial"), f"{place} inertial"
+    inertial, label = link.find("inertial"), f"{label} inertial"
     if inertial is None or inertial.find("mass") is None:
         return None
-    mass, tensor = xml.number(inertial, "mass", 0.0, place), inertial.find("inertia")
+    mass, tensor = xml.number(inertial, "mass", 0.0, label), inertial.find("inertia")
     given = None
     if tensor is not None:
         keys = ("ixx", "ixy", "ixz", "ixy", "iyy", "iyz", "ixz", "iyz", "izz")
-        given = np.array([xml.number(tensor, key, 0.0, place) for key in keys]).reshape(3, 3)
-    pose = T_own @ raw_pose(xml, inertial, place)
-    return inertial_of(xml, place, mass, pose, given, parts)
+        given = np.array([xml.number(tensor, key, 0.0, label) for key in keys]).reshape(3, 3)
+    pose = T_own @ raw_pose(xml, inertial, label)
+    return inertial_of(xml, label, mass, pose, given, parts)
 
 
 def _add_joint(robot: _Robot, joint: SdfJoint) -> None:
     xml, element = joint.file, joint.element
     name = _called(joint.name)
-    place = f"joint '{name}'"
-    kind = xml.attribute(element, "type", place)
+    label = f"joint '{name}'"
+    kind = xml.attribute(element, "type", label)
     parent, child = _called(joint.parent), _called(joint.child)
     if parent == WORLD and WORLD not in robot.links:
         robot.add(xml, Link(WORLD, None, (), ()), ORIGIN)
     for end in (parent, child):
         if end not in robot.links:
-            raise xml.fail(place, f"link '{end}' does not exist")
+            raise xml.fail(label, f"link '{end}' does not exist")
     if name in robot.joints:
-        raise xml.fail(place, "is there twice")
+        raise xml.fail(label, "is there twice")
     if child in robot.carried:
-        xml.note(f"{place}: closes a loop of links, so it is left out", NoteKind.UNSUPPORTED)
+        xml.note(f"{label}: closes a loop of links, so it is left out", NoteKind.UNSUPPORTED)
         return
     if kind not in (*_MOVING, "fixed"):
-        xml.note(f"{place}: type '{kind}' is held fast", NoteKind.UNSUPPORTED)
+        xml.note(f"{label}: type '{kind}' is held fast", NoteKind.UNSUPPORTED)
     if kind not in _MOVING:
         robot.connect(name, "fixed", parent, child)
         return
     fixed = robot.connect(name, kind, parent, child)
     T_axis = robot.poses[child].inverse() @ joint.T_axis
-    robot.joints[name] = checked_joint(xml, _moving(joint, fixed, T_axis, place))
+    robot.joints[name] = checked_joint(xml, _moving(joint, fixed, T_axis, label))
 
 
-def _moving(joint: SdfJoint, fixed: Joint, T_axis: Pose3, place: str) -> Joint:
+def _moving(joint: SdfJoint, fixed: Joint, T_axis: Pose3, label: str) -> Joint:
     """Return a joint with its axis, limits, damping and what it follows."""
     xml = joint.file
-    axis = xml.child(joint.element, "axis", place)
-    numbers = xml.numbers(xml.child(axis, "xyz", place).text or "", 3, f"{place} <xyz>")
+    axis = xml.child(joint.element, "axis", label)
+    numbers = xml.numbers(xml.child(axis, "xyz", label).text or "", 3, f"{label} <xyz>")
     x, y, z = (T_axis.rotation() @ numbers).tolist()
-    low = xml.number(axis, "limit/lower", -_UNLIMITED, place)
-    high = xml.number(axis, "limit/upper", _UNLIMITED, place)
+    low = xml.number(axis, "limit/lower", -UNLIMITED, label)
+    high = xml.number(axis, "limit/upper", UNLIMITED, label)
     kind = fixed.kind
-    if kind == "revolute" and low <= -_UNLIMITED and high >= _UNLIMITED:
+    if kind == "revolute" and low <= -UNLIMITED and high >= UNLIMITED:
         kind = "continuous"
     damping, friction = (
-        max(0.0, xml.number(axis, f"dynamics/{key}", 0.0, place)) for key in ("damping", "friction")
+        max(0.0, xml.number(axis, f"dynamics/{key}", 0.0, label)) for key in ("damping", "friction")
     )
     return dataclasses.replace(
         fixed,
         kind=kind,
         axis=(x, y, z),
         limits=None if kind == "continuous" else (low, high),
-        mimic=_mimic(joint, axis, place),
+        mimic=_mimic(joint, axis, label),
         damping=damping,
         friction=friction,
         max_speed=speed_of(axis.findtext("limit/velocity")),
     )
 
 
-def _mimic(joint: SdfJoint, axis: Element, place: str) -> Mimic | None:
+def _mimic(joint: SdfJoint, axis: Element, label: str) -> Mimic | None:
     mimic = axis.find("mimic")
     if mimic is None:
         return None
     xml = joint.file
-    multiplier = xml.number(mimic, "multiplier", 1.0, place)
-    offset = xml.number(mimic, "offset", 0.0, place)
-    offset -= multiplier * xml.number(mimic, "reference", 0.0, place)
-    name = xml.attribute(mimic, "joint", f"{place} mimic")
+    multiplier = xml.number(mimic, "multiplier", 1.0, label)
+    offset = xml.number(mimic, "offset", 0.0, label)
+    offset -= multiplier * xml.number(mimic, "reference", 0.0, label)
+    name = xml.attribute(mimic, "joint", f"{label} mimic")
     return Mimic(_called(joint.prefix + name), multiplier, offset)
 
 

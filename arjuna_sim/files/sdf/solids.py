@@ -11,23 +11,21 @@ from PIL import Image
 
 from arjuna_core.errors import WorldError
 
-_ROUND = 48  # corners that stand for a circle
 _CORNERS_MAX = 1000
 _LEAST = 1e-12  # [m^2]
 _PIXELS_MAX = 4_000_000
-_SIDE_MAX = 513  # beyond it MuJoCo takes seconds; a coarser grid stands for the picture
 _FULL = {"L": 255.0, "I;16": 65535.0, "I": 65535.0}
 
 
-def cone(radius: float, length: float) -> NDArray[np.float64]:
+def cone(radius: float, length: float, corners: int = 48) -> NDArray[np.float64]:
     """Return the triangles of an upright cone about the origin, `(N, 3, 3) float64` [m]."""
-    angles = np.arange(_ROUND) * 2.0 * math.pi / _ROUND
-    low = np.full(_ROUND, -length / 2)
+    angles = np.arange(corners) * 2.0 * math.pi / corners
+    low = np.full(corners, -length / 2)
     ring = np.column_stack((radius * np.cos(angles), radius * np.sin(angles), low))
     after = np.roll(ring, -1, axis=0)
     tip, foot = (
-        np.tile((0.0, 0.0, length / 2), (_ROUND, 1)),
-        np.tile((0.0, 0.0, -length / 2), (_ROUND, 1)),
+        np.tile((0.0, 0.0, length / 2), (corners, 1)),
+        np.tile((0.0, 0.0, -length / 2), (corners, 1)),
     )
     return np.concatenate((np.stack((ring, after, tip), 1), np.stack((after, ring, foot), 1)))
 
@@ -143,5 +141,6 @@ def read_heights(path: Path) -> NDArray[np.float64]:
 
 
 def _samples(side: int) -> NDArray[np.int64]:
-    chosen: NDArray[np.int64] = np.linspace(0, side - 1, min(side, _SIDE_MAX)).astype(np.int64)
+    # Beyond 513 samples a side MuJoCo takes seconds to compile a height field.
+    chosen: NDArray[np.int64] = np.linspace(0, side - 1, min(side, 513)).astype(np.int64)
     return chosen

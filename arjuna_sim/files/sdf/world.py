@@ -28,10 +28,10 @@ from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
 from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
-from arjuna_sim.model.geometry.shapes import Kind, estimated_inertial
+from arjuna_sim.model.geometry.shapes import MASS_MAX, Kind, estimated_inertial
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.urdf import Hinge
-from arjuna_sim.model.world import Actor, Body, Earth, Trajectory, World, ground, person
+from arjuna_sim.model.world import Actor, Body, Earth, Trajectory, World, ground_bodies, person
 
 _WAYPOINTS_MAX = 10_000
 _ANGLES = {"latitude_deg": 90.0, "longitude_deg": 360.0, "heading_deg": 360.0}
@@ -40,7 +40,6 @@ _UNLIT = (
     *("frame", "joint", "atmosphere", "wind", "spherical_coordinates", "audio"),
 )
 _MASS = 1.0  # SDF's default [kg]
-_MASS_MAX = 1e7  # [kg]
 
 
 def read_actor(xml: XmlFile, element: Element, T_world: Pose3) -> Actor:
@@ -64,32 +63,32 @@ def read_actor(xml: XmlFile, element: Element, T_world: Pose3) -> Actor:
     return Actor(name, person(), start, trajectory)
 
 
-def _read_script(xml: XmlFile, script: Element, place: str) -> Trajectory | None:
+def _read_script(xml: XmlFile, script: Element, label: str) -> Trajectory | None:
     """Join a script's trajectories by their ids, as Gazebo plays them."""
     if not _flag(script.findtext("auto_start"), True):
-        xml.note(f"{place}: <auto_start> is false, so it stands still")
+        xml.note(f"{label}: <auto_start> is false, so it stands still")
         return None
     waypoints = [w for t in script.findall("trajectory") for w in t.findall("waypoint")]
     if not waypoints:
         return None
     if len(waypoints) > _WAYPOINTS_MAX:
-        raise xml.fail(place, f"has {len(waypoints)} waypoints; at most {_WAYPOINTS_MAX} are read")
-    read = [_read_waypoint(xml, waypoint, place) for waypoint in waypoints]
+        raise xml.fail(label, f"has {len(waypoints)} waypoints; at most {_WAYPOINTS_MAX} are read")
+    read = [_read_waypoint(xml, waypoint, label) for waypoint in waypoints]
     read.sort(key=lambda item: item[0])
-    delay = xml.number(script, "delay_start", 0.0, place)
+    delay = xml.number(script, "delay_start", 0.0, label)
     if delay < 0.0:
-        raise xml.fail(place, f"<delay_start> is {delay}; valid: 0 or more")
+        raise xml.fail(label, f"<delay_start> is {delay}; valid: 0 or more")
     loop = _flag(script.findtext("loop"), True)
     return Trajectory(tuple(t for t, _ in read), tuple(p for _, p in read), loop, delay)
 
 
-def _read_waypoint(xml: XmlFile, waypoint: Element, place: str) -> tuple[float, SE2]:
-    place = f"{place} waypoint"
-    (time,) = xml.numbers(xml.child(waypoint, "time", place).text or "", 1, f"{place} <time>")
+def _read_waypoint(xml: XmlFile, waypoint: Element, label: str) -> tuple[float, SE2]:
+    label = f"{label} waypoint"
+    (time,) = xml.numbers(xml.child(waypoint, "time", label).text or "", 1, f"{label} <time>")
     if time < 0.0:
-        raise xml.fail(place, f"<time> is {time}; valid: 0 or more")
-    text = xml.child(waypoint, "pose", place).text or ""
-    values: Sequence[float] = xml.numbers(text, 6, f"{place} <pose>")
+        raise xml.fail(label, f"<time> is {time}; valid: 0 or more")
+    text = xml.child(waypoint, "pose", label).text or ""
+    values: Sequence[float] = xml.numbers(text, 6, f"{label} <pose>")
     return time, SE2(values[0], values[1], values[5])
 
 
@@ -102,9 +101,9 @@ def read_earth(xml: XmlFile, world: Element) -> Earth:
     nowhere = Earth()
     origin, heading, field = nowhere.origin, nowhere.heading, nowhere.magnetic_field
     with leaving_out(xml, "<spherical_coordinates>"):
-        tag, place = world.find("spherical_coordinates"), "<spherical_coordinates>"
-        latitude, longitude, turn = (_angle(xml, tag, key, place) for key in _ANGLES)
-        altitude = xml.number(tag, "elevation", 0.0, place)
+        tag, label = world.find("spherical_coordinates"), "<spherical_coordinates>"
+        latitude, longitude, turn = (_angle(xml, tag, key, label) for key in _ANGLES)
+        altitude = xml.number(tag, "elevation", 0.0, label)
         origin = GeoPoint(latitude, math.remainder(longitude, 360.0), altitude)
         heading = math.radians(turn)
     with leaving_out(xml, "<magnetic_field>"):
@@ -115,10 +114,10 @@ def read_earth(xml: XmlFile, world: Element) -> Earth:
     return Earth(origin, heading, field)
 
 
-def _angle(xml: XmlFile, tag: Element | None, key: str, place: str) -> float:
-    value = xml.number(tag, key, 0.0, place)
+def _angle(xml: XmlFile, tag: Element | None, key: str, label: str) -> float:
+    value = xml.number(tag, key, 0.0, label)
     if abs(value) > _ANGLES[key]:
-        raise xml.fail(place, f"<{key}> is {value:g}; valid: up to {_ANGLES[key]:g}")
+        raise xml.fail(label, f"<{key}> is {value:g}; valid: up to {_ANGLES[key]:g}")
     return value
 
 
@@ -135,14 +134,14 @@ def world_joints(xml: XmlFile, world: Element, scope: Scope) -> dict[str, list[S
     models = {model.get("name", "").strip(): model for model in world.findall("model")}
     found: dict[str, list[SdfJoint]] = {}
     for element in world.findall("joint"):
-        place = f"joint '{element.get('name', '?')}'"
-        with leaving_out(xml, place):
+        label = f"joint '{element.get('name', '?')}'"
+        with leaving_out(xml, label):
             joint = read_joint(xml, element, scope, ORIGIN, "")
             ends = [_end(models, name) for name in (joint.parent, joint.child)]
             held = sorted({model for model, _ in ends if model != WORLD})
             if len(held) != 1:
                 problem = "connects no model to what stands fast: not simulated"
-                xml.note(f"{place}: {problem}", NoteKind.IGNORED)
+                xml.note(f"{label}: {problem}", NoteKind.IGNORED)
                 continue
             parent, child = (WORLD if model == WORLD else link for model, link in ends)
             found.setdefault(held[0], []).append(
@@ -187,7 +186,7 @@ def read_world(xml: XmlFile) -> World:
     flat = (Kind.PLANE, Kind.TERRAIN)
     if not any(body.part.shape.kind in flat and body.collides for body in bodies):
         xml.note("has no ground plane: one is put at height 0")
-        bodies.extend(ground())
+        bodies.extend(ground_bodies())
     return World(
         xml.path,
         world.get("name", "world"),
@@ -283,12 +282,12 @@ class _Reader:
     def _mass(self, name: str, group: RigidGroup) -> float:
         """Return what links weigh: a link without a mass as much as its shapes hold [kg]."""
         total = sum(_MASS if link.mass is None else max(0.0, link.mass) for link in group.links)
-        if total > _MASS_MAX:
-            self._xml.note(f"model '{name}': weighs {total:g} kg; it gets {_MASS_MAX:g} kg")
+        if total > MASS_MAX:
+            self._xml.note(f"model '{name}': weighs {total:g} kg; it gets {MASS_MAX:g} kg")
         if total > 0.0:
-            return min(total, _MASS_MAX)
+            return min(total, MASS_MAX)
         guessed = estimated_inertial([part for link in group.links for part in link.solid])
-        mass = _MASS if guessed is None else min(guessed.mass, _MASS_MAX)
+        mass = _MASS if guessed is None else min(guessed.mass, MASS_MAX)
         self._xml.note(f"model '{name}': has no mass; it gets {mass:.3g} kg, by its shapes")
         return mass
 

@@ -61,12 +61,12 @@ def _read_surface(xml: XmlFile, gazebo: Element, link: str, tags: Tags) -> None:
     values = {}
     for child in gazebo:
         if plain(child.tag) in ("mu1", "mu", "mu2", *_CONTACT):
-            place = f"gazebo '{link}' {child.tag}"
+            label = f"gazebo '{link}' {child.tag}"
             text = (child.text or "").strip() or child.get("value", "")
             if not text:
-                xml.note(f"{place}: is empty, so it is left out", NoteKind.BROKEN)
+                xml.note(f"{label}: is empty, so it is left out", NoteKind.BROKEN)
                 continue
-            values[plain(child.tag)] = xml.numbers(text, 1, place)[0]
+            values[plain(child.tag)] = xml.numbers(text, 1, label)[0]
     stiffness = {key: value for key, value in values.items() if key in _CONTACT}
     if stiffness:
         tags.stiffness.setdefault(link, {}).update(stiffness)

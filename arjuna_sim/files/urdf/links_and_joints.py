@@ -65,7 +65,7 @@ def read_urdf(xml: XmlFile) -> Urdf:
     return Urdf(xml.path, name, xml.text.decode("utf-8", "replace"), root, links, joints)
 
 
-def read_origin(xml: XmlFile, element: Element, place: str) -> Pose3:
+def read_origin(xml: XmlFile, element: Element, label: str) -> Pose3:
     """Return the pose of an element's `<origin>`.
 
     Raises:
@@ -74,8 +74,8 @@ def read_origin(xml: XmlFile, element: Element, place: str) -> Pose3:
     origin = element.find("origin")
     if origin is None:
         return Pose3()
-    xyz = xml.position(origin.get("xyz", "0 0 0"), f"{place} origin xyz")
-    return Pose3.from_rpy(xyz, xml.numbers(origin.get("rpy", "0 0 0"), 3, f"{place} origin rpy"))
+    xyz = xml.position(origin.get("xyz", "0 0 0"), f"{label} origin xyz")
+    return Pose3.from_rpy(xyz, xml.numbers(origin.get("rpy", "0 0 0"), 3, f"{label} origin rpy"))
 
 
 def _colours(xml: XmlFile) -> dict[str, tuple[float, ...]]:
@@ -83,64 +83,64 @@ def _colours(xml: XmlFile) -> dict[str, tuple[float, ...]]:
     for element in xml.root.iter("material"):
         color = element.find("color")
         if color is not None:
-            place = f"material '{element.get('name', '')}'"
-            text = xml.attribute(color, "rgba", place)
-            result[element.get("name", "")] = xml.numbers(text, 4, place)
+            label = f"material '{element.get('name', '')}'"
+            text = xml.attribute(color, "rgba", label)
+            result[element.get("name", "")] = xml.numbers(text, 4, label)
     return result
 
 
 def _link(xml: XmlFile, element: Element, colours: dict[str, tuple[float, ...]]) -> Link:
     name = xml.attribute(element, "name", "a link")
-    place = f"link '{name}'"
+    label = f"link '{name}'"
     parts: dict[str, list[Part]] = {"collision": [], "visual": []}
     for tag, found in parts.items():
         for child in element.findall(tag):
-            shape = (_look if tag == "visual" else _shape)(xml, child, f"{place} {tag}")
+            shape = (_look if tag == "visual" else _shape)(xml, child, f"{label} {tag}")
             if shape is not None:
                 material = child.find("material")
                 colour = GREY if material is None else colours.get(material.get("name", ""), GREY)
-                found.append(Part(shape, read_origin(xml, child, f"{place} {tag}"), colour))
+                found.append(Part(shape, read_origin(xml, child, f"{label} {tag}"), colour))
     shapes = tuple(parts["collision"] or parts["visual"])
-    inertial = read_inertial(xml, element, place, shapes)
+    inertial = read_inertial(xml, element, label, shapes)
     return Link(name, inertial, tuple(parts["collision"]), tuple(parts["visual"]))
 
 
-def _look(xml: XmlFile, element: Element, place: str) -> Shape | None:
+def _look(xml: XmlFile, element: Element, label: str) -> Shape | None:
     """Read a shape that is only seen; None (and a note) where it is none."""
     try:
-        return _shape(xml, element, place)
+        return _shape(xml, element, label)
     except RobotError as error:
         xml.note(f"{error.location}: {error.problem}; it is left out", NoteKind.BROKEN)
         return None
 
 
-def _shape(xml: XmlFile, element: Element, place: str) -> Shape | None:
+def _shape(xml: XmlFile, element: Element, label: str) -> Shape | None:
     """Read a shape; None (and a note) for a mesh that is not simulated, or a shape of no size."""
-    geometry = xml.child(element, "geometry", place)
+    geometry = xml.child(element, "geometry", label)
     if len(geometry) != 1:
-        raise xml.fail(place, f"<geometry> must hold one of {', '.join([*_SHAPES, 'mesh'])}")
+        raise xml.fail(label, f"<geometry> must hold one of {', '.join([*_SHAPES, 'mesh'])}")
     item = geometry[0]
     if item.tag == "mesh":
-        name = xml.attribute(item, "filename", place)
-        return mesh_shape(xml, name, item.get("scale", "1 1 1"), place)
+        name = xml.attribute(item, "filename", label)
+        return mesh_shape(xml, name, item.get("scale", "1 1 1"), label)
     if item.tag not in _SHAPES:
-        raise xml.fail(place, f"<{item.tag}> is unknown; {nearest(item.tag, [*_SHAPES, 'mesh'])}")
+        raise xml.fail(label, f"<{item.tag}> is unknown; {nearest(item.tag, [*_SHAPES, 'mesh'])}")
     size: tuple[float, ...] = ()
     for key in _SHAPES[item.tag]:
         count = 3 if key == "size" else 1
-        text = xml.attribute(item, key, place)
-        if 0.0 in xml.numbers(text, count, f"{place} {key}"):
-            xml.note(f"{place}: a <{item.tag}> of no size is left out", NoteKind.BROKEN)
+        text = xml.attribute(item, key, label)
+        if 0.0 in xml.numbers(text, count, f"{label} {key}"):
+            xml.note(f"{label}: a <{item.tag}> of no size is left out", NoteKind.BROKEN)
             return None
-        size += xml.sizes(text, count, f"{place} {key}")
+        size += xml.sizes(text, count, f"{label} {key}")
     if item.tag == "capsule":
-        xml.note(f"{place}: the <capsule> is taken to be a cylinder")
+        xml.note(f"{label}: the <capsule> is taken to be a cylinder")
         return Shape(Kind.CYLINDER, size)
     return Shape(Kind(item.tag), size)
 
 
 def read_inertial(
-    xml: XmlFile, link: Element, place: str, parts: tuple[Part, ...]
+    xml: XmlFile, link: Element, label: str, parts: tuple[Part, ...]
 ) -> Inertial | None:
     """Read a link's `<inertial>`; None where it has none, or one without mass.
 
@@ -150,18 +150,18 @@ def read_inertial(
     element = link.find("inertial")
     if element is None:
         return None
-    place, tensor = f"{place} inertial", element.find("inertia")
-    mass = xml.attribute(xml.child(element, "mass", place), "value", place)
+    label, tensor = f"{label} inertial", element.find("inertia")
+    mass = xml.attribute(xml.child(element, "mass", label), "value", label)
     given = None
     if tensor is not None:
         xx, yy, zz = (
-            xml.numbers(xml.attribute(tensor, key, place), 1, f"{place} {key}")[0]
+            xml.numbers(xml.attribute(tensor, key, label), 1, f"{label} {key}")[0]
             for key in ("ixx", "iyy", "izz")
         )
-        xy, xz, yz = (xml.attribute_number(tensor, k, "0", place) for k in ("ixy", "ixz", "iyz"))
+        xy, xz, yz = (xml.attribute_number(tensor, k, "0", label) for k in ("ixy", "ixz", "iyz"))
         given = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    number = xml.numbers(mass, 1, f"{place} mass")[0]
-    return inertial_of(xml, place, number, read_origin(xml, element, place), given, parts)
+    number = xml.numbers(mass, 1, f"{label} mass")[0]
+    return inertial_of(xml, label, number, read_origin(xml, element, label), given, parts)
 
 
 def read_joint(xml: XmlFile, element: Element, links: Collection[str]) -> Joint:
@@ -171,48 +171,48 @@ def read_joint(xml: XmlFile, element: Element, links: Collection[str]) -> Joint:
         RobotError: Something is missing, unknown or invalid.
     """
     name = xml.attribute(element, "name", "a joint")
-    place = f"joint '{name}'"
-    kind = xml.attribute(element, "type", place)
+    label = f"joint '{name}'"
+    kind = xml.attribute(element, "type", label)
     if kind not in JOINT_KINDS:
-        raise xml.fail(place, f"type '{kind}' is not simulated; valid: {', '.join(JOINT_KINDS)}")
+        raise xml.fail(label, f"type '{kind}' is not simulated; valid: {', '.join(JOINT_KINDS)}")
     ends = []
     for tag in ("parent", "child"):
-        link = xml.attribute(xml.child(element, tag, place), "link", place)
+        link = xml.attribute(xml.child(element, tag, label), "link", label)
         if link not in links:
-            raise xml.fail(place, f"{tag} link '{link}' does not exist; {nearest(link, links)}")
+            raise xml.fail(label, f"{tag} link '{link}' does not exist; {nearest(link, links)}")
         ends.append(link)
     for tag in sorted({child.tag for child in element} - set(_READ_OF_JOINT)):
         xml.note(f"joint <{tag}>: not simulated", NoteKind.IGNORED)
-    pose = read_origin(xml, element, place)
+    pose = read_origin(xml, element, label)
     if kind == "fixed":
         return Joint(name, kind, ends[0], ends[1], pose)
     limits, dynamics, limit = None, element.find("dynamics"), element.find("limit")
     if kind in ("revolute", "prismatic"):
-        bounds = xml.child(element, "limit", place)
-        low, high = (xml.attribute_number(bounds, k, "0", place) for k in ("lower", "upper"))
+        bounds = xml.child(element, "limit", label)
+        low, high = (xml.attribute_number(bounds, k, "0", label) for k in ("lower", "upper"))
         limits = low, high
     damping, friction = (
-        0.0 if dynamics is None else xml.attribute_number(dynamics, key, "0", place)
+        0.0 if dynamics is None else xml.attribute_number(dynamics, key, "0", label)
         for key in ("damping", "friction")
     )
     axis = element.find("axis")
-    text = "1 0 0" if axis is None else xml.attribute(axis, "xyz", place)
-    x, y, z = xml.numbers(text, 3, f"{place} axis")
+    text = "1 0 0" if axis is None else xml.attribute(axis, "xyz", label)
+    x, y, z = xml.numbers(text, 3, f"{label} axis")
     return checked_joint(
         xml,
         Joint(
             *(name, kind, ends[0], ends[1], pose, (x, y, z), limits),
-            *(_mimic(xml, element, place), damping, friction),
+            *(_mimic(xml, element, label), damping, friction),
             max_speed=0.0 if limit is None else speed_of(limit.get("velocity")),
         ),
     )
 
 
-def _mimic(xml: XmlFile, element: Element, place: str) -> Mimic | None:
+def _mimic(xml: XmlFile, element: Element, label: str) -> Mimic | None:
     mimic = element.find("mimic")
     if mimic is None:
         return None
-    place = f"{place} mimic"
-    multiplier = xml.attribute_number(mimic, "multiplier", "1", place)
-    offset = xml.attribute_number(mimic, "offset", "0", place)
-    return Mimic(xml.attribute(mimic, "joint", place), multiplier, offset)
+    label = f"{label} mimic"
+    multiplier = xml.attribute_number(mimic, "multiplier", "1", label)
+    offset = xml.attribute_number(mimic, "offset", "0", label)
+    return Mimic(xml.attribute(mimic, "joint", label), multiplier, offset)

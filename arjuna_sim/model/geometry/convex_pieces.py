@@ -17,9 +17,6 @@ PIECES_OF_MOVING = 24
 _DEPTH = 0.05  # of the slab behind a face: stops what is slower than 12 m/s at 4 ms a step [m]
 _FLAT = 1e-3  # MuJoCo refuses meshes without volume [m]
 _FILLED = 0.97  # a body that fills so much of its hull counts as convex
-_COARSER = 1.25  # times the cell, until the pieces are within their budget
-_WHOLE_MAX = 50_000  # faces beyond which no connected bodies are looked for: it takes seconds
-_PARTS_MAX = 1_000_000  # that faces are cut into
 CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
 """Corners of a cube about the origin, edges 2, `(8, 3) int64`."""
 
@@ -81,7 +78,8 @@ def pieces(triangles: NDArray[np.float64], most: int = PIECES_MAX) -> Pieces:
         most: How many pieces there may be.
     """
     found: list[NDArray[np.float64]] = []
-    if len(triangles) > _WHOLE_MAX:
+    # The search for connected bodies of more faces takes seconds.
+    if len(triangles) > 50_000:
         return _of_cells(triangles, most)
     bodies = _bodies(triangles)
     for body in bodies if len(bodies) <= most else ():
@@ -145,7 +143,8 @@ def _of_cells(triangles: NDArray[np.float64], most: int) -> Pieces:
             order = np.argsort(cell, kind="stable")
             starts = np.flatnonzero(np.diff(cell[order], prepend=-1))
             return Pieces([_thick(parts[g]) for g in np.split(order, starts[1:])], float(side))
-        side *= _COARSER
+        # Larger cells make fewer pieces, until these are within their budget.
+        side *= 1.25
     return Pieces([hull(triangles.reshape(-1, 3))], reach)
 
 
@@ -155,7 +154,8 @@ def _cut(triangles: NDArray[np.float64], side: float) -> NDArray[np.float64]:
     while len(triangles):
         edges = np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2)
         is_long = edges.max(axis=1) > side
-        if sum(len(faces) for faces in done) + 2 * int(is_long.sum()) > _PARTS_MAX:
+        # Faces are cut into 1e6 parts at most; the others stay longer than a side.
+        if sum(len(faces) for faces in done) + 2 * int(is_long.sum()) > 1_000_000:
             is_long[:] = False
         done.append(triangles[~is_long])
         faces, first = triangles[is_long], edges[is_long].argmax(axis=1)

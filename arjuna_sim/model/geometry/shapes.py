@@ -23,6 +23,8 @@ DENSITY = 500.0
 """Of parts whose file gives no mass: half of water's, as robots are hollow [kg/m^3]."""
 MASS_MIN = 1e-6
 """Least mass of a link [kg]."""
+MASS_MAX = 1e7
+"""Greatest mass of a link or model [kg]."""
 _INERTIA_MIN = 1e-10  # [kg m^2]
 
 

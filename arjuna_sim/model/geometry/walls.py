@@ -15,8 +15,6 @@ from arjuna_sim.model.world import World
 
 _EMPTY = np.zeros((0, 4))
 _CELL, _CELLS_MAX = 0.05, 600  # of the grid that walls are drawn on [m], and along each side
-_MOST = 0.3  # of the grid that an enclosure takes at least: else it is a room beside the open
-_EDGE = 3  # cells outside the walls, all around
 _NEAR, _EACH = 3000, 10  # cells inside that are looked at, and every how many-th
 
 
@@ -135,7 +133,8 @@ def enclosure_of(segments: NDArray[np.float64], radius: float) -> Enclosure | No
     points = segments.reshape(-1, 2)
     size = np.ptp(points, axis=0)
     cell = max(_CELL, float(size.max()) / _CELLS_MAX)
-    margin = radius + _EDGE * cell
+    # Three free cells lie outside the walls, all around.
+    margin = radius + 3 * cell
     origin = points.min(axis=0) - margin
     columns, rows = np.ceil((size + 2.0 * margin) / cell).astype(int).tolist()
     walls = np.zeros((rows, columns), np.bool_)
@@ -152,6 +151,7 @@ def enclosure_of(segments: NDArray[np.float64], radius: float) -> Enclosure | No
     labels, _ = ndimage.label(free)
     outside = labels == labels[0, 0]
     sizes = np.bincount(labels[free & ~outside], minlength=1)
-    if not len(sizes) or sizes.max() < _MOST * walls.size:
+    # An enclosure takes at least 0.3 of the grid: else it is a room beside the open.
+    if not len(sizes) or sizes.max() < 0.3 * walls.size:
         return None
     return Enclosure(origin, cell, labels == sizes.argmax(), outside)

@@ -78,8 +78,8 @@ class Host(Protocol):
     def advance(self) -> None:
         """Advance one tick and publish what it brought."""
 
-    def begin_anew(self) -> None:
+    def after_reset(self) -> None:
         """Count contacts from zero, and publish the time, which was set back."""
 
-    def tell_time(self) -> None:
+    def publish_time(self) -> None:
         """Publish the time, where it was set back."""

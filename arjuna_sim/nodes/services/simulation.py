@@ -135,12 +135,12 @@ class SimulationServices:
             simulator.reset_state()
         if scope & kind.SCOPE_TIME:
             simulator.reset_time()
-            self._host.tell_time()
+            self._host.publish_time()
 
     def _reset_all(self) -> None:
         self._host.simulator.reset()
         self._forget()
-        self._host.begin_anew()
+        self._host.after_reset()
 
     def _need_world(self) -> None:
         if self._host.state == SimulationState.STATE_NO_WORLD:

@@ -14,14 +14,13 @@ from arjuna_sim.files.library import Fault, ResourceError
 from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.spawned import check_assets
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.world import World
 from arjuna_sim.nodes.services.host import Host, RequestError, answering, resource_error
 
 _SUFFIXES = (".world", ".sdf", ".yaml")
 _NO_WORLD = b"<sdf version='1.7'><world name='none'/></sdf>"
-_TEXT_MAX = 20_000_000  # as much as of a file
 
 
 class WorldServices:
@@ -55,7 +54,7 @@ class WorldServices:
         self._host.simulator.load_world(world)
         self._forget()
         self._host.state = state
-        self._host.begin_anew()
+        self._host.after_reset()
 
     def _read(self, request: Any) -> World:
         """Read the world that a client names or sends.
@@ -79,8 +78,8 @@ class WorldServices:
     def _read_text(self, text: str) -> World:
         if not text.strip():
             raise ResourceError(Fault.NO_RESOURCE, "neither a uri nor a resource_string was given")
-        if len(text) > _TEXT_MAX:
-            problem = f"has {len(text)} characters; at most {_TEXT_MAX} are read"
+        if len(text) > BYTES_MAX:
+            problem = f"has {len(text)} characters; at most {BYTES_MAX} are read"
             raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)
         if "<sdf" not in text:
             raise ResourceError(Fault.UNSUPPORTED_FORMAT, "holds no <sdf>; valid: an SDF world")

@@ -14,8 +14,6 @@ from arjuna_core.config import param
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import center
 
-_STEERING_TIME = 0.02  # in which steering reaches its setpoint, critically damped [s]
-
 
 def add_rollers(body: Any, robot: RobotModel, joint: str) -> None:
     """Add the freedom of a wheel's rollers to its body, where it has any, before its own joint.
@@ -30,8 +28,8 @@ def add_rollers(body: Any, robot: RobotModel, joint: str) -> None:
         return
     T_link_root = urdf.T_root(urdf.joints[joint].child).inverse()
     along = np.array([*drive.grips[drive.wheels.index(joint)], 0.0])
-    place = T_link_root.apply(center(urdf, joint)[None])[0]
-    body.add_joint(name=_name(joint), axis=T_link_root.rotation() @ along, pos=place)
+    position = T_link_root.apply(center(urdf, joint)[None])[0]
+    body.add_joint(name=_name(joint), axis=T_link_root.rotation() @ along, pos=position)
 
 
 def roller_addresses(model: Any, robot: RobotModel) -> NDArray[np.int64]:
@@ -115,9 +113,9 @@ class ServosAt:
 
     def __init__(self, servos: Servos, data: Any) -> None:
         self._servos, self._qpos = servos, data.qpos
-        self._wanted, self._told = data.act[servos.sums], data.ctrl[servos.motors]
+        self._wanted, self._setpoint = data.act[servos.sums], data.ctrl[servos.motors]
         self._steered = data.ctrl[servos.steerers]
-        self._state = data.qpos, data.qvel, self._wanted, self._told
+        self._state = data.qpos, data.qvel, self._wanted, self._setpoint
         self._limits = servos.position, servos.velocity, servos.lead, servos.reach
 
     def turn(self, speeds: NDArray[np.float64], angles: NDArray[np.float64]) -> None:
@@ -133,7 +131,7 @@ class ServosAt:
     def rest(self) -> None:
         """Let the wheels, which stand, stay where they are."""
         self._wanted[:] = self._qpos[self._servos.position]
-        self._told[:] = 0.0
+        self._setpoint[:] = 0.0
         self._steered[:] = self._qpos[self._servos.steering]
 
 
@@ -211,9 +209,10 @@ def tune_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Servos:
     steering = [model.joint(name) for name in robot.drive.steering]
     moved = model.dof_M0[[joint.dofadr[0] for joint in steering]]
     moved = moved + robot.urdf.mass * robot.drive.radius**2 / max(1, len(steering))
-    model.actuator_gainprm[steerers, 0] = moved / _STEERING_TIME**2
-    model.actuator_biasprm[steerers, 1] = -moved / _STEERING_TIME**2
-    model.actuator_biasprm[steerers, 2] = -2.0 * moved / _STEERING_TIME
+    steering_time = 0.02  # [s] in which steering reaches its setpoint, critically damped
+    model.actuator_gainprm[steerers, 0] = moved / steering_time**2
+    model.actuator_biasprm[steerers, 1] = -moved / steering_time**2
+    model.actuator_biasprm[steerers, 2] = -2.0 * moved / steering_time
     first = int(model.actuator_actadr[motors.start]) if names else 0
     return Servos(
         np.array([joint.qposadr[0] for joint in joints], np.int64),

@@ -1,4 +1,4 @@
-"""Footing: how hard a robot may pull away and brake before a wheel slips or leaves the ground."""
+"""Traction: how hard a robot may pull away and brake before a wheel slips or leaves the ground."""
 
 from __future__ import annotations
 
@@ -10,9 +10,6 @@ from numpy.typing import NDArray
 
 from arjuna_sim.model.world import GRAVITY
 
-_SHARE = 0.8  # of what wheels could grip and motors could do, which leaves some to steer with
-_LIFTS = 1.0  # a foot that carries next to nothing may leave the ground [m/s^2]
-_TINY = 1e-12
 LEAST = 0.5
 """Acceleration that any robot is asked for [m/s^2]."""
 _SPREAD = 1e-3  # of contacts along the robot, from which they hold it upright [m]
@@ -69,17 +66,19 @@ def steady_acceleration(contacts: GroundContacts, weight: Weight) -> float:
     """
     if not contacts.drives.any():
         return np.inf
-    contacts, loads = _standing(contacts, weight)
+    contacts, loads = _loaded_contacts(contacts, weight)
     if not contacts.drives.any():
         return LEAST
     if np.ptp(contacts.positions[:, 0]) < _SPREAD:
         return np.inf
     lean = _shares(contacts) @ np.array([0.0, -(weight.mass * weight.middle[2] + weight.spin), 0.0])
-    lifting = max(_LIFTS, float((loads / np.maximum(np.abs(lean), _TINY)).min()))
+    # [m/s^2] A foot that carries next to nothing may leave the ground.
+    lifting = max(1.0, float((loads / np.maximum(np.abs(lean), 1e-12)).min()))
     held = contacts.friction * loads
     gripping = float(held[contacts.drives].sum() - held[~contacts.drives].sum()) / weight.mass
     turning = weight.force / (weight.mass + weight.rolling)
-    return max(LEAST, min(lifting, _SHARE * gripping, _SHARE * turning))
+    # A fifth of the grip and of the motors' force is left to steer with.
+    return max(LEAST, min(lifting, 0.8 * gripping, 0.8 * turning))
 
 
 def lifting_sill(contacts: GroundContacts, sag: float) -> float:
@@ -128,7 +127,7 @@ def climbed_sill(contacts: GroundContacts, radius: float) -> float:
     return radius * (1.0 - 1.0 / math.sqrt(1.0 + friction**2))
 
 
-def _standing(
+def _loaded_contacts(
     contacts: GroundContacts, weight: Weight
 ) -> tuple[GroundContacts, NDArray[np.float64]]:
     """Return the contacts that carry something at rest, and their loads, `(N,) float64` [N]."""
@@ -166,7 +165,7 @@ def sill_notes(lifting: float, climbed: float, radius: float) -> tuple[str, ...]
     """Return notes on a robot that crosses only low sills.
 
     Args:
-        lifting: The sill from which its driven wheels hang in the air [m].
+        lifting: The lowest sill on which its driven wheels lose contact with the ground [m].
         climbed: The highest that these climb by friction [m].
         radius: Of its wheels [m].
     """

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.robot import RobotModel
-from arjuna_sim.model.wheels import center, radius_of, width_of
+from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, radius_of, width_of
 from arjuna_sim.model.world import GRAVITY
 from arjuna_sim.physics.geoms import name_friction
 from arjuna_sim.physics.wheels.traction import (
@@ -37,19 +37,10 @@ from arjuna_sim.physics.wheels.traction import (
 
 STICTION = 1e6
 """Damping along the ground, by the normal damping (MuJoCo's `impratio`)."""
-_SAG = 0.008  # of a tyre under its load, by the wheel's radius
-_SLOWEST = 4.0  # least sag, by the fall in one time step: no oscillation is faster than the steps
-_DAMPING = 0.005  # of a robot that bounces on its tyres, by the critical one
 _CASTER_DAMPING, _DAMPING_BY_FRICTION = (
     0.7,
     0.03,
 )  # the same of casters, at most, and by their friction
-_ARREST = 50.0  # rate at which friction takes away a sliding speed at most [1/s]
-_ARREST_STEP = 0.5  # the same for a long step, by the step
-_RIM = 2.0  # how much smaller than the wheel its rim is, by the sag
-_LEVEL = 0.1  # greatest part of a roller's axis along z
-_FLAT = 1e-3  # of a mesh's underside [m]
-_TOUCHES = 0.008  # how far off the ground a caster may be [m]
 _LEAST, _MOST = 1e-4, 0.9999  # of MuJoCo's impedance
 
 
@@ -76,7 +67,8 @@ class WheelSupport:
 
 def sag_of(robot: RobotModel, timestep: float) -> float:
     """Return how far a tyre sinks in under its load [m]."""
-    return max(_SAG * robot.drive.radius, _SLOWEST * GRAVITY * timestep**2)
+    # Below four times the fall in one step a tyre would oscillate faster than the steps.
+    return max(0.008 * robot.drive.radius, 4.0 * GRAVITY * timestep**2)
 
 
 def add_tyre(body: Any, robot: RobotModel, joint: str, sag: float) -> None:
@@ -93,15 +85,16 @@ def add_tyre(body: Any, robot: RobotModel, joint: str, sag: float) -> None:
     """
     urdf, link = robot.urdf, robot.urdf.joints[joint].child
     radius, width = radius_of(urdf, joint) or robot.drive.radius, width_of(urdf, joint)
-    place = urdf.T_root(link).inverse().apply(center(urdf, joint)[None])[0]
+    position = urdf.T_root(link).inverse().apply(center(urdf, joint)[None])[0]
     along = np.zeros(4)
     mujoco.mju_quatZ2Vec(along, np.array(urdf.joints[joint].axis))
     outer, half = radius + sag / 2, width / 2 or radius
     for name, kind, size in (
         ("tyre", mujoco.mjtGeom.mjGEOM_ELLIPSOID, [outer, outer, half]),
-        ("rim", mujoco.mjtGeom.mjGEOM_CYLINDER, [radius - _RIM * sag, half, 0.0]),
+        # The rim stays clear of the ground by more than the tyre sags.
+        ("rim", mujoco.mjtGeom.mjGEOM_CYLINDER, [radius - 2.0 * sag, half, 0.0]),
     ):
-        geom = body.add_geom(type=kind, size=size, pos=place, quat=along, mass=0.0)
+        geom = body.add_geom(type=kind, size=size, pos=position, quat=along, mass=0.0)
         geom.name = f"{link}//{name}"
         geom.group, geom.conaffinity, geom.contype = Group.ROBOT_COLLISION.value, 1, 0
         name_friction(geom, robot.settings.friction.get(link, geom.friction[0]))
@@ -123,11 +116,12 @@ def tune_tyres(model: Any, robot: RobotModel, sag: float) -> WheelSupport:
     round_ones = model.geom_type == mujoco.mjtGeom.mjGEOM_ELLIPSOID
     wheels = {g for g in lowest if round_ones[g] and model.geom_bodyid[g] in bodies}
     ground = min((lowest[geom] for geom in wheels), default=0.0)
-    near = {g for g in lowest if wheels and lowest[g] < ground + _TOUCHES}
+    near = {g for g in lowest if wheels and lowest[g] < ground + CASTER_GAP_MAX}
     casters = {g for g in near if model.geom_bodyid[g] not in bodies}
     load = robot.urdf.mass / max(1, len(wheels))
     for geom in wheels:
-        _set_contact(model, geom, load, sag, _DAMPING)
+        # A robot bounces on its tyres with 0.005 of the critical damping.
+        _set_contact(model, geom, load, sag, 0.005)
     for geom in casters:
         _crown(model, data, geom)
         friction = max(float(model.geom_friction[geom, 0]), 1e-3)
@@ -153,7 +147,8 @@ def tune_tyres(model: Any, robot: RobotModel, sag: float) -> WheelSupport:
 def _crown(model: Any, data: Any, geom: int) -> None:
     """Make a roller an ellipsoid: MuJoCo lets cylinders run against an edge as against a wall."""
     cylinder, ellipsoid = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_ELLIPSOID
-    if model.geom_type[geom] == cylinder and abs(data.geom_xmat[geom][8]) < _LEVEL:
+    # The axis of a roller on the ground is within 6 degrees of level.
+    if model.geom_type[geom] == cylinder and abs(data.geom_xmat[geom][8]) < 0.1:
         radius, half, _ = model.geom_size[geom]
         model.geom_type[geom], model.geom_size[geom] = ellipsoid, (radius, radius, half)
 
@@ -174,11 +169,12 @@ def _ground_contacts(
 
 def _contact_point(model: Any, data: Any, geom: int) -> NDArray[np.float64]:
     """Return where a geom touches level ground, seen from above, `(2,) float64` [m]."""
-    place = data.geom_xpos[geom]
+    position = data.geom_xpos[geom]
     if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
-        points = place + _mesh_points(model, geom) @ data.geom_xmat[geom].reshape(3, 3).T
-        place = points[points[:, 2] < points[:, 2].min() + _FLAT].mean(axis=0)
-    touching: NDArray[np.float64] = place[:2].copy()
+        points = position + _mesh_points(model, geom) @ data.geom_xmat[geom].reshape(3, 3).T
+        # [m] Points within 1 mm of the lowest are a mesh's underside.
+        position = points[points[:, 2] < points[:, 2].min() + 1e-3].mean(axis=0)
+    touching: NDArray[np.float64] = position[:2].copy()
     return touching
 
 
@@ -202,7 +198,8 @@ def _set_contact(model: Any, geom: int, load: float, sag: float, share: float) -
     is (-b v - k r) / R: b is as large as the step allows, R and k follow from damping and sag.
     """
     damping = 2.0 * share * load * float(np.sqrt(GRAVITY / sag))
-    b = min(_ARREST, _ARREST_STEP / model.opt.timestep)
+    # [1/s] The rate at which friction takes away a sliding speed, less for long steps.
+    b = min(50.0, 0.5 / model.opt.timestep)
     regularization = b / damping
     k = regularization * load * GRAVITY / sag
     inverse_mass = float(model.body_invweight0[model.geom_bodyid[geom], 0])

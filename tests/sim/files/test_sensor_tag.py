@@ -135,5 +135,5 @@ def test_an_imu_may_be_a_plugin(inside: str, expected: tuple[object, ...]) -> No
 
 
 def test_sensors_are_called_by_name_or_type() -> None:
-    places = [tag(name=name).place for name in ("name='s'", "")]
-    assert places == ["sensor 's'", "sensor 't'"]
+    labels = [tag(name=name).label for name in ("name='s'", "")]
+    assert labels == ["sensor 's'", "sensor 't'"]

@@ -179,7 +179,7 @@ def test_nothing_weighs_more_than_ten_tonnes(mass: str, fits: bool) -> None:
 def test_bounds_on_shapes_and_text_are_the_last_that_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     text = sdf(model(SOLID + DRAWN))
     monkeypatch.setattr(spawned, "_PARTS_MAX", 2)
-    monkeypatch.setattr(spawned, "_TEXT_MAX", len(text))
+    monkeypatch.setattr(spawned, "BYTES_MAX", len(text))
     assert read(text).solid
     assert "has" in refused(text + " ")[1]
     assert f"has {len(text) + 1} characters; at most {len(text)} are read" in refused(text + " ")[1]

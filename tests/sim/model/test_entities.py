@@ -21,7 +21,16 @@ from arjuna_sim.model.entities import (
 )
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.urdf import Hinge
-from arjuna_sim.model.world import PERSON, Actor, Body, Trajectory, World, ground, is_ground, person
+from arjuna_sim.model.world import (
+    PERSON,
+    Actor,
+    Body,
+    Trajectory,
+    World,
+    ground_bodies,
+    is_ground,
+    person,
+)
 from tests.sim.wheeled import weight, wheeled
 
 BOX = Shape(Kind.BOX, (2.0, 4.0, 6.0))
@@ -40,7 +49,7 @@ def world() -> World:
     return World(
         Path("w.world"),
         "yard",
-        (*ground(), *bodies, drawn),
+        (*ground_bodies(), *bodies, drawn),
         (),
         (ACTOR,),
         {"crate": 5.0, "door": 2.0},
