@@ -95,10 +95,6 @@ def _walk(
     return indices
 
 
-_RIVAL = 0.02  # lighter clusters are no hypothesis
-_RIVALS_MAX = 6  # clusters that are returned at most
-
-
 class Belief:
     """A set of particles.
 
@@ -214,8 +210,10 @@ class Belief:
 
     def clusters(self) -> list[Cluster]:
         """Return the clusters of the particles, the heaviest first."""
+        lightest = 0.02  # lighter clusters are no hypothesis
+        most = 6  # as many as the search proposes
         found, self._rank_of = find_clusters(
-            self.particles, self.weights, _RIVAL, _RIVALS_MAX, self._binned
+            self.particles, self.weights, lightest, most, self._binned
         )
         return found
 

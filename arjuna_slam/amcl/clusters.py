@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 _METRES = 0.5  # side of a bin [m]: Fox's and Nav2's
 _HEADINGS = 36  # bins of 10 degrees, as theirs
 _RADIANS = 2.0 * math.pi / _HEADINGS
-_TABLE_MAX = 1 << 23  # bins of the box around all particles, up to which a table numbers them
 _SADDLE = 0.2  # of the lesser peak's weight, above which two modes are one
 _STEPS = tuple((x, y, h) for x in (-1, 0, 1) for y in (-1, 0, 1) for h in (-1, 0, 1))
 
@@ -33,7 +32,8 @@ def to_bins(particles: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[
     rows = math.floor(y.max() / _METRES) - low[1] + 1
     codes = _codes(x, y, heading, low[0], low[1], rows)
     size = columns * rows * _HEADINGS
-    if size <= _TABLE_MAX:
+    table_max = 1 << 23  # bins: a table of 32 MB numbers them faster than a sort
+    if size <= table_max:
         bin_of, used = _number(codes, size)
     else:
         used, inverse = np.unique(codes, return_inverse=True)
@@ -154,9 +154,6 @@ def _top(root: NDArray[np.int64], k: int) -> int:
     return k
 
 
-_SLACK = 0.05  # beyond three deviations [m, rad]
-
-
 @dataclass(frozen=True)
 class Cluster:
     """Particles that lie together.
@@ -175,7 +172,8 @@ class Cluster:
         """Return whether a pose `(3,)` [m, m, rad] may be one of the cluster's."""
         off = pose - self.mean
         off[2] = math.remainder(off[2], 2.0 * math.pi)
-        return bool((np.abs(off) <= 3.0 * np.sqrt(self.covariance.diagonal()) + _SLACK).all())
+        slack = 0.05  # [m, rad] beyond three deviations, which may be zero
+        return bool((np.abs(off) <= 3.0 * np.sqrt(self.covariance.diagonal()) + slack).all())
 
 
 def find_clusters(

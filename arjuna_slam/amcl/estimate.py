@@ -15,7 +15,6 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.config import AmclConfig
 
 _PSD_TOLERANCE = 1e-9
-_ELSEWHERE = 0.5  # from where odometry leads, beyond which no scan has corrected a pose [m], [rad]
 
 
 class LocalizationError(ArjunaError, ValueError):
@@ -181,9 +180,10 @@ class Track:
     def conclude(self, best: Hypothesis, T_odom_base: SE2, config: AmclConfig) -> Estimate:
         """Believe a hypothesis; return what it amounts to."""
         last, estimate = self.estimate, conclude(best, T_odom_base, config)
+        jump = 0.5  # [m, rad] from odometry, beyond which no scan has corrected a pose
         if last is not None and estimate.status is Status.LOST:
             step = (last.T_map_odom @ T_odom_base).inverse() @ best.T_map_base
-            elsewhere = math.hypot(step.x, step.y) > _ELSEWHERE or abs(step.theta) > _ELSEWHERE
+            elsewhere = math.hypot(step.x, step.y) > jump or abs(step.theta) > jump
             estimate = replace(estimate, strayed=last.strayed or elsewhere)
         self.best, self.estimate = best, estimate
         return estimate

@@ -30,8 +30,6 @@ from arjuna_slam.matching.map_field import MapField
 from arjuna_slam.matching.scan_filter import LastOdometry
 
 _INDIFFERENT = 0.015  # difference of agreement that decides nothing: three beams of 180
-_EXCELLENT = 0.95  # agreement that leaves nothing to look for
-_STILL = 1e-3  # a robot that moved less since the last scan stands [m, rad]
 _DRIFT = 0.005  # by which odometry may err from scan to scan [m, m, rad] ...
 _DRIFT_SHARE = 0.2  # ... and per unit of motion, as nav2_amcl's alphas
 
@@ -169,9 +167,10 @@ class ParticleFilter:
         Unless that fits worse: the filter is the judge.
         """
         kept, score = None, 0.0
+        excellent = 0.95  # agreement that no other pose can clearly exceed
         if followed is not None and cluster.holds(followed.array()):
             kept, score = followed, self._matcher.agreement(followed, view)
-            if score >= _EXCELLENT:
+            if score >= excellent:
                 return kept, score
         deviations = np.sqrt(cluster.covariance.diagonal())
         pose, matched = self._matcher.best_near(SE2.from_array(cluster.mean), view, deviations)
@@ -193,7 +192,8 @@ class ParticleFilter:
         score = self._matcher.agreement(pose, view)
         moved = np.abs((last.T_map_base.inverse() @ pose).array()).max()
         settled = last.status in (Status.TRACKING, Status.AMBIGUOUS)
-        if moved < _STILL and settled and score >= self._config.relocalize_doubt:
+        still = 1e-3  # [m, rad] below which the robot has not moved since the last scan
+        if moved < still and settled and score >= self._config.relocalize_doubt:
             self._recovery.lost.reset()
             return None
         refined = self._followed(T_odom_base, view)

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.config import DIFFERENTIAL, OMNIDIRECTIONAL, SKID_STEER, AmclConfig
 
-_TURN_ONLY_BELOW = 0.01  # shorter moves have no reliable direction [m]
-
 
 class MotionModel(Protocol):
     """Moves particles by a noisy step of odometry."""
@@ -46,7 +44,8 @@ def differential(
     that treats driving backwards as forwards.
     """
     a, length = config, math.hypot(delta.x, delta.y)
-    first = math.atan2(delta.y, delta.x) if length >= _TURN_ONLY_BELOW else 0.0
+    least = 0.01  # [m]; shorter moves have no reliable direction
+    first = math.atan2(delta.y, delta.x) if length >= least else 0.0
     second = wrap(delta.theta - first)
     noise1, noise2 = _turn_or_reverse(first), _turn_or_reverse(second)
     variances = (

@@ -20,9 +20,6 @@ _WITHIN = np.array((0.5, 0.5, math.radians(15.0)))  # a refined pose farther awa
 _GAIN_MIN = 0.02  # agreement by which another start must be better; less is chance
 _STARTS = [SE2(0.2 * math.cos(a), 0.2 * math.sin(a)) for a in np.arange(8) * math.pi / 4]
 ANYWHERE = np.array((1.0, 1.0, 1.0))  # deviations of a pose of which little is known [m, m, rad]
-_PROPOSALS = 24  # poses of the search that are refined and compared beam by beam
-_MARGIN = 0.1  # agreement by which a proposal may fall short of the best and be kept
-_HYPOTHESES = 6  # kept, each with its share of the particles
 _LOST_SHARE = 2.0 / 3.0  # of the gain that another pose needs, where the robot is lost
 
 
@@ -227,12 +224,15 @@ class Recovery:
         """
         if self._search is None:
             self._search = GlobalSearch(self._matcher.field)
-        found = [self._search.find(ends, _PROPOSALS) for ends in view.readings]
+        proposals = 24  # refined and compared beam by beam
+        found = [self._search.find(ends, proposals) for ends in view.readings]
         starts = present + [SE2.from_array(pose) for pose in np.vstack(found)]
         poses = [self._matcher.refined(start, view) for start in starts]
         scores = np.array([self._matcher.agreement(pose, view) for pose in poses])
-        keep = distinct(np.array([pose.array() for pose in poses]), scores, _HYPOTHESES)
-        keep = keep[scores[keep] >= scores[keep[0]] - _MARGIN]
+        most = 6  # each needs its share of the particles
+        keep = distinct(np.array([pose.array() for pose in poses]), scores, most)
+        margin = 0.1  # agreement by which a proposal may fall short of the best
+        keep = keep[scores[keep] >= scores[keep[0]] - margin]
         shares = np.exp(self._config.relocalize_evidence * (scores[keep] - scores[keep[0]]))
         return [
             Hypothesis(poses[i], SEED_COVARIANCE, float(scores[i]), float(share))

@@ -14,9 +14,6 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.matching.map_field import MapField
 
-_MATCHED = 180  # more beams match no better: what the map errs by is the same for neighbours
-_BESIDE = 1.0  # who stands so near hides much of the map [m]
-_HIDDEN = 0.2  # share of the beams from which it may be much
 _BEAMS_MIN = 10  # fewer beams with a return say nothing about where the robot is
 
 
@@ -68,7 +65,8 @@ class ScanView:
         if scan.motion != IDENTITY:
             ranges, directions = _deskewed(ranges, scan.rays(), mount, high)
         step = max(1, (len(ranges) - 1) // (config.max_beams - 1))
-        stride = max(1, math.ceil(len(ranges) / _MATCHED))
+        enough = 180  # beams; more match no better, as the errors of neighbours are the same
+        stride = max(1, math.ceil(len(ranges) / enough))
 
         def beams(each: int) -> Beams:
             some = np.ascontiguousarray(ranges[::each])
@@ -95,8 +93,10 @@ class ScanView:
         Where many end near by, which may be walls or a crowd, the others come as a second reading.
         """
         ends, mount = self.many.endpoints, self.T_base_sensor
-        far = ends[np.hypot(ends[:, 0] - mount.x, ends[:, 1] - mount.y) > _BESIDE]
-        hidden = _BEAMS_MIN <= len(far) < (1.0 - _HIDDEN) * len(ends)
+        beside = 1.0  # [m]; who stands so near hides much of the map
+        far = ends[np.hypot(ends[:, 0] - mount.x, ends[:, 1] - mount.y) > beside]
+        hidden_min = 0.2  # share of the beams from which the crowd may matter
+        hidden = _BEAMS_MIN <= len(far) < (1.0 - hidden_min) * len(ends)
         return [ends, far] if hidden else [ends]
 
 

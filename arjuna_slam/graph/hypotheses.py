@@ -22,14 +22,10 @@ from arjuna_slam.graph.pose_graph import Edge, PoseGraph
 from arjuna_slam.graph.uncertainty import chained, relative_covariances
 from arjuna_slam.matching.scan_matcher import invert
 
-_AGREE = 11.3  # squared deviations in three degrees of freedom: 99 % of true pairs
 _AHEAD = 1.0  # by how much a set must outweigh another of the same submaps
-_HELD_MAX = 60  # the newest are kept
 _KNOWN = 0.5  # deviation up to which a closure knows a direction [m]
 _BEYOND = 3.0  # deviations from which on a correction claims to know its direction after all
 _SMALL = 0.3  # correction that needs no other closure that knows its direction [m]
-_ALIKE = 0.5  # share of a correction by which one that supports it may differ
-_SAME = 0.7  # cosine from which on two directions are one
 _WIDE = 2.0  # weight of a wide closure near to where the graph has it
 _NEAR = 1.5  # how near that is: corridors and areas that look the same lie further apart [m]
 _SLACK = np.diag([0.05**2, 0.05**2, 0.005**2])  # what is left where all claim to know better
@@ -77,8 +73,9 @@ class Hypotheses:
         near = {self._held[k].query + step for k in chosen for step in (-1, 0, 1)}
         rivals = [k for k in np.flatnonzero(~agrees).tolist() if self._held[k].query in near]
         rival = max((self._against(chosen, self._largest(k)) for k in rivals), default=0.0)
+        held_max = 60  # closures, the newest
         if count not in chosen or (rivals and total < rival + _AHEAD):
-            self._drop({0} if len(self._held) > _HELD_MAX else set())
+            self._drop({0} if len(self._held) > held_max else set())
             return []
         believed = [self._held[k] for k in chosen]
         self._drop({*chosen, *rivals})
@@ -177,7 +174,8 @@ class Hypotheses:
         covariance += chained(edge.T_i_j, invert(edge.information), T_j_other, from_j[other.j])
         error = over_other.array() - over_edge.array()
         error[2] = math.remainder(error[2], 2.0 * math.pi)
-        return bool(error @ np.linalg.solve(covariance + _SLACK, error) < _AGREE)
+        chi2_max = 11.3  # 99 % quantile of the chi-squared distribution of 3 degrees of freedom
+        return bool(error @ np.linalg.solve(covariance + _SLACK, error) < chi2_max)
 
 
 def _weight(graph: PoseGraph, closure: Closure) -> float:
@@ -218,7 +216,9 @@ class _Correction:
 
     def supports(self, other: _Correction, axis: NDArray[np.float64]) -> bool:
         """Return whether it moves the other's node much as far along an axis as the other does."""
-        sees = (np.abs(self.known @ axis) > _SAME).any()
+        same = 0.7  # cosine from which on two directions are one
+        sees = (np.abs(self.known @ axis) > same).any()
         wanted = float(other.moves(other.node) @ axis)
         found = float(self.moves(other.node) @ axis)
-        return bool(sees and abs(found - wanted) < _ALIKE * abs(wanted))
+        alike = 0.5  # share of a correction by which its support may differ
+        return bool(sees and abs(found - wanted) < alike * abs(wanted))

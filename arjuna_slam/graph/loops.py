@@ -21,7 +21,6 @@ from arjuna_slam.matching.surface import Surface
 
 _CANDIDATES_MAX = 2  # submaps tried for a keyframe, to bound its time
 _JUST_LEFT = 8.0  # travel within which matches join the keyframes anyway [m]
-_HARDLY = 0.1  # share of the best seen direction's information below which another is doubted
 _BY_HAND = Window(0.75, 0.35, 3)  # a hand in RViz is no better
 
 
@@ -296,7 +295,8 @@ def doubted(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
         covariance: `(3, 3) float64` [m^2, m rad, rad^2].
     """
     (narrow, wide), axes = np.linalg.eigh(covariance[:2, :2])
-    seen = narrow / (_HARDLY * wide)
+    hardly = 0.1  # share of the best seen direction's information
+    seen = narrow / (hardly * wide)
     if seen >= 1.0:
         return covariance
     result: NDArray[np.float64] = covariance.copy()

@@ -18,10 +18,6 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import splu
 
-_TAIL_DENSITY = 0.5  # share of blocks from which a corner counts as dense
-_TAIL_NODES_MAX = 1000  # of the corner, whose cost grows with their cube
-_REGULAR = 1e-6  # on the graph's Laplacian, so that fill decays slowly and never to zero
-
 
 @dataclass(frozen=True)
 class Pattern:
@@ -56,7 +52,8 @@ def pattern(count: int, i: NDArray[np.int64], j: NDArray[np.int64]) -> Pattern:
     free = (i != 0) & (j != 0)
     pair = (np.concatenate((i[free], j[free])), np.concatenate((j[free], i[free])))
     links = coo_matrix((-np.ones(len(pair[0])), pair), shape=(count, count)).tocsc()
-    laplacian = (links + diags(_REGULAR - np.asarray(links.sum(axis=0)).ravel())).tocsc()
+    regular = 1e-6  # so that fill decays slowly and never to zero
+    laplacian = (links + diags(regular - np.asarray(links.sum(axis=0)).ravel())).tocsc()
     factor = splu(
         laplacian, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
         options={"SymmetricMode": True},
@@ -72,9 +69,11 @@ def pattern(count: int, i: NDArray[np.int64], j: NDArray[np.int64]) -> Pattern:
 
 def _corner_start(starts: NDArray[np.int64]) -> int:
     """Return the first column of the largest lower right corner that is dense."""
-    sizes = np.arange(1, min(len(starts) - 1, _TAIL_NODES_MAX) + 1)
+    most = 1000  # nodes, as the cost of the corner grows with their cube
+    sizes = np.arange(1, min(len(starts) - 1, most) + 1)
     filled = np.cumsum(np.diff(starts)[::-1])[: len(sizes)]
-    dense = np.flatnonzero(filled >= _TAIL_DENSITY * 0.5 * sizes * (sizes + 1))
+    density = 0.5  # share of blocks from which a corner counts as dense
+    dense = np.flatnonzero(filled >= density * 0.5 * sizes * (sizes + 1))
     return len(starts) - 1 - int(sizes[dense[-1]])
 
 

@@ -30,15 +30,12 @@ from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, i
 from arjuna_slam.matching.surface import Surface
 
 _POINTS = 240  # of a submap that is looked for
-_SCANS = 12  # of a submap that are asked for contradiction
 _WALL = 1.2  # of a wall, longer than a door is wide, that a beam crosses: not the same area [m]
 _COARSE = 0.45  # mean likelihood that a pose must reach in the coarse search
 _FINE = Window(0.2, 0.02, 2)
 _BENT = np.diag([0.03**2, 0.03**2, 0.004**2])  # covariance of what a submap's own bend adds
-_UNKNOWN = 1e-4  # information left along a direction in which another pose fits as well
 _ALONG = 0.95  # cosine from which on a wall runs towards a rival
 _FEW = 0.1  # share of all walls up to which those that do so determine no direction
-_FACING = 0.3  # cosine from which on a wall faces a direction
 _DIRECTIONS = np.array(
     [(math.cos(k * math.pi / 6.0), math.sin(k * math.pi / 6.0)) for k in range(6)]
 )
@@ -211,7 +208,8 @@ class SubmapMatcher:
 
 def _views(submap: Submap, change: SE2, scans: Sequence[Scan]) -> Views:
     """Return some of a submap's scans and where `change` takes their poses."""
-    every = max(1, len(submap.nodes) // _SCANS)
+    most = 12  # scans of a submap that are compared
+    every = max(1, len(submap.nodes) // most)
     at = zip(submap.nodes[::every], submap.poses[::every], strict=True)
     return [(scans[node], change @ pose) for node, pose in at]
 
@@ -236,7 +234,8 @@ def _what_holds(field: Field, surface: Surface, match: Match) -> NDArray[np.floa
     """
     points = match.T_field_base.apply(surface.points)
     facing = SE2(0.0, 0.0, match.T_field_base.theta).apply(surface.normals) @ _least_seen(match)
-    weight = np.where(np.abs(facing) > _FACING, facing**2, 0.0) * field.likelihood(points)
+    facing_min = 0.3  # cosine from which on a wall faces a direction
+    weight = np.where(np.abs(facing) > facing_min, facing**2, 0.0) * field.likelihood(points)
     if not weight.any():
         weight = np.ones(len(points))
     middle: NDArray[np.float64] = weight @ points / weight.sum()
@@ -281,7 +280,8 @@ def _along_unknown(
     direction = np.append(np.linalg.eigh(along.T @ along)[1][:, 1] if walls else gap, 0.0)
     pull = information @ direction
     left: NDArray[np.float64] = information - np.outer(pull, pull) / (direction @ pull)
-    return left + _UNKNOWN * np.eye(3)
+    unknown = 1e-4  # information left in that direction, for the inverse
+    return left + unknown * np.eye(3)
 
 
 def _least_seen(match: Match) -> NDArray[np.float64]:

@@ -23,7 +23,6 @@ _LEVER = 5.0  # error in position that an error in heading of 1 rad counts for [
 _NEAR_SHARE = 0.25  # of a short chain's covariance: its edges claim less than they know
 _FAR_SHARE = 2.0  # of a long one's: what neighbours err by alike adds up faster than at random
 _ALIKE = 50.0  # travel over which matches err alike, by `bench loops --log` [m]
-_PLAUSIBLE = 16.0  # squared deviations of a correction from the graph
 _SLACK = np.diag([0.1**2, 0.1**2, 0.02**2])  # on top of what the graph does not know
 _UNKNOWN = 1e6  # variance of what no chain reaches
 
@@ -84,7 +83,8 @@ def plausible(expected: SE2, found: SE2, covariance: NDArray[np.float64]) -> boo
     """
     error = found.array() - expected.array()
     error[2] = wrap(float(error[2]))
-    return bool(error @ np.linalg.solve(covariance + _SLACK, error) < _PLAUSIBLE)
+    chi2_max = 16.0  # four deviations
+    return bool(error @ np.linalg.solve(covariance + _SLACK, error) < chi2_max)
 
 
 @njit(cache=True)

@@ -25,10 +25,6 @@ from arjuna_slam.graph.uncertainty import chained, relative_covariances, spread
 from arjuna_slam.matching.scan_matcher import ScanMatcher, invert
 
 _OVERLAP = 3.0  # how near two submaps' trajectories must come [m]
-_LONGER = 1.5  # by which a submap's path may be longer in the graph
-_CANDIDATES_MAX = 8  # of a submap at a time
-_KNOWN = 0.3  # deviation below which submaps that a closure joins are not compared [m]
-_BENDS = 0.5  # correction from which on all is searched again [m]
 _SMALL = 0.3  # correction up to which a closure needs no other in a narrow window [m]
 _SURE, _UNSURE = 1.0, 0.5  # weight of a closure, and of one that fits elsewhere as well
 _AREA = 12.0  # of walls that hold a submap from which on they are no mere door [m^2]
@@ -99,9 +95,10 @@ class WideLoops:
         covariances = relative_covariances(graph, submaps[query].anchor)
         gaps, joined = _gaps(graph, submaps[query].nodes), _joined(graph, submaps[query].nodes)
         found: list[tuple[float, _Task]] = []
+        known_below = 0.3  # [m] deviation at which joined submaps need no comparison
         for past in self._within_reach(gaps, submaps[: max(query - 1, 0)]):
             task = _Task(query, past, covariances[submaps[past].anchor])
-            known = spread(task.covariance)[0] < _KNOWN and joined[submaps[past].nodes].any()
+            known = spread(task.covariance)[0] < known_below and joined[submaps[past].nodes].any()
             if known or (query, past) in self._closed:
                 continue
             gap = float(gaps[submaps[past].nodes].min())
@@ -109,14 +106,16 @@ class WideLoops:
             if gap < _OVERLAP + window.xy and not self._is_searched(task, window):
                 found.append((gap, task))
         found.sort(key=lambda entry: (entry[0], entry[1].past))
-        self._tasks.extend(task for _, task in found[:_CANDIDATES_MAX])
+        most = 8  # of a submap at a time
+        self._tasks.extend(task for _, task in found[:most])
 
     def _within_reach(self, gaps: NDArray[np.float64], submaps: Sequence[Submap]) -> Sequence[int]:
         """Return which submaps the widest window may reach, by their anchors alone."""
         widest = _OVERLAP + 0.5 * self._config.loop_search_space_dimension
         anchors = np.array([submap.anchor for submap in submaps], np.intp)
         lengths = np.array([submap.path_length for submap in submaps])
-        near: list[int] = np.flatnonzero(gaps[anchors] < widest + _LONGER * lengths).tolist()
+        longer = 1.5  # as a path may be longer in the graph
+        near: list[int] = np.flatnonzero(gaps[anchors] < widest + longer * lengths).tolist()
         return near
 
     def _window(self, task: _Task, graph: PoseGraph, submaps: Sequence[Submap]) -> Search:
@@ -148,7 +147,8 @@ class WideLoops:
         closure = Closure(task.query, task.past, edge, weight, enough, wide)
         believed = self._hypotheses.add(graph, closure)
         self._closed.update((one.query, one.past) for one in believed)
-        if any(np.hypot(*graph.residual(one.edge)[:2]) > _BENDS for one in believed):
+        bends = 0.5  # [m] correction from which on all is searched again
+        if any(np.hypot(*graph.residual(one.edge)[:2]) > bends for one in believed):
             self._next = 0
         return believed
 

@@ -23,7 +23,6 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.logs.recording import Recording, RecordingTopics
 
 _RANGE_MAX = 80.0  # readings at the scanner's maximum mean no return
-_OFFSET_MAX = 1.0  # a laser further from its robot has been corrected by some other program
 
 COMPRESSED = (".xz", ".gz", ".bz2")
 """Suffixes of compressed logs."""
@@ -123,7 +122,8 @@ def read_carmen(
 
 
 def _mount(offset: SE2) -> SE2:
-    return offset if math.hypot(offset.x, offset.y) < _OFFSET_MAX else IDENTITY
+    offset_max = 1.0  # [m]; a laser further off was corrected by another program
+    return offset if math.hypot(offset.x, offset.y) < offset_max else IDENTITY
 
 
 def _read_flaser(words: list[str]) -> tuple[Scan, SE2, SE2]:

@@ -22,7 +22,6 @@ from arjuna_core.transforms import TransformBuffer, TransformError
 
 _USUAL = ("/scan", "/odom")
 _WAITING_MAX = 1000  # scans; odometry that lags further behind is taken for missing
-_TF_SEARCHED = 2000  # messages of /tf in which the odometry must show up
 
 
 @dataclass(frozen=True)
@@ -180,6 +179,7 @@ class Recording:
     def _tf_has_odometry(self) -> bool:
         """Return whether odom -> base shows up among the first transforms."""
         buffer = TransformBuffer()
+        searched = 2000  # messages in which the odometry must show up
         for count, message in enumerate(self._bag.messages(self._tf.__contains__)):
             try:
                 _insert(buffer, transforms_of(self._decoded(message)), message)
@@ -187,7 +187,7 @@ class Recording:
                 continue  # counted when it is read again
             if buffer.try_lookup(*self._frames) is not None:
                 return True
-            if count > _TF_SEARCHED:
+            if count > searched:
                 break
         return False
 

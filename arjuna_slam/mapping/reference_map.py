@@ -16,8 +16,6 @@ from arjuna_slam.matching.correlative import Window, search
 from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher
 from arjuna_slam.matching.surface import Surface, extract
 
-_NEAR_DEPTH = 4  # levels of the search about a known start: blocks of 16 cells
-_POINTS = 120  # of a scan that is looked for everywhere
 _DEPTH_MIN, _DEPTH_MAX = 3, 7  # levels of the search everywhere: blocks of 8 to 128 cells
 
 
@@ -62,7 +60,8 @@ class ReferenceMap:
             return self._search_all(surface)
         prior = self._first if start.kind is StartKind.FIRST_NODE else start.T_map_base
         c = self._config
-        window = Window(c.start_search_distance, c.start_search_angle, _NEAR_DEPTH)
+        depth = 4  # levels of the search: blocks of 16 cells
+        window = Window(c.start_search_distance, c.start_search_angle, depth)
         least = c.loop_match_minimum_response_coarse
         return self._matcher.match(self.field, surface, prior, window, least)
 
@@ -73,7 +72,8 @@ class ReferenceMap:
         depth = round(math.log2(float(half.max()) / self.field.resolution)) - 2
         window = Window(float(half.max()), math.pi, min(max(depth, _DEPTH_MIN), _DEPTH_MAX))
         prior = SE2(float(centre[0]), float(centre[1]), 0.0)
-        points = surface.points[:: math.ceil(len(surface) / _POINTS)]
+        most = 120  # points of a scan, as it is searched everywhere
+        points = surface.points[:: math.ceil(len(surface) / most)]
         found = search(self.field, points, prior, window, self._config.start_anywhere_response)
         if found is None:
             return Match(MatchStatus.LOW_RESPONSE, prior, np.eye(3), 0.0)

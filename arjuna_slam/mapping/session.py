@@ -24,8 +24,6 @@ from arjuna_slam.graph.pose_graph import Edge, EdgeKind
 
 _VERSION = 2
 _FIRST_VERSION = b"ARJUNAPG"  # began the files of a format of its own
-_HEAD = 64  # [bytes] that tell a session from other files
-_LARGEST = 2**31  # [bytes]
 _DIGEST = hashlib.sha256().digest_size
 _KINDS = (EdgeKind.ODOMETRY, EdgeKind.MATCH, EdgeKind.LOOP)
 _TRIANGLE = np.triu_indices(3)
@@ -118,12 +116,14 @@ def load_session(path: Path) -> Session:
     Raises:
         SessionFileError: It is missing, damaged, foreign or inconsistent.
     """
-    return _decode(path, read_bytes(path, _LARGEST, SessionFileError))
+    largest = 2**31  # [bytes]
+    return _decode(path, read_bytes(path, largest, SessionFileError))
 
 
 def _check_replaced(path: Path) -> None:
     """Refuse to write over a file that no session was written to."""
-    head = head_of(path, _HEAD)
+    size = 64  # [bytes] that distinguish a session from other files
+    head = head_of(path, size)
     ours = head.startswith(_FIRST_VERSION) or (head.startswith(b"PK") and b"poses.npy" in head)
     if head and not ours:
         problem = "is there and no pose graph of Arjuna's: it is not overwritten"

@@ -16,7 +16,6 @@ from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.surface import Surface
 
 _NONE = np.zeros((3, 3))
-_GRIDS = 12  # finished submaps whose fields stay unpacked, some MB each: a scan asks for few
 _POST_DISTANCE = (
     4.0  # distance after which keyframes are tied to a nearer one, with which they share more
 )
@@ -195,7 +194,8 @@ class LocalMap:
         self._config = config
         self.active: list[Submap] = []
         self.finished: list[Submap] = []
-        self._unpacked = lru_cache(_GRIDS)(PackedField.unpacked)
+        unpacked = 12  # fields, some MB each: a scan is matched against few
+        self._unpacked = lru_cache(unpacked)(PackedField.unpacked)
 
     @property
     def reference(self) -> Submap:

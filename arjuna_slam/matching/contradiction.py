@@ -18,8 +18,6 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
 _THROUGH, _ON = 0.4, 0.2  # a beam so much longer than the distance to a point goes through it [m]
-_SHARE = 0.7  # of a point's beams that must go through it
-_GAP = 0.2  # side of cells that are one piece where they touch [m]
 
 
 def seen_and_contradicted(
@@ -36,7 +34,8 @@ def seen_and_contradicted(
     for scan, pose in scans:
         _count(*_beams(scan, pose, range_max), points, on, through)
     seen = on + through > 0
-    against = through > _SHARE * (on + through)
+    share = 0.7  # of a point's beams that must go through it
+    against = through > share * (on + through)
     return seen, seen & against
 
 
@@ -48,7 +47,8 @@ def longest(points: NDArray[np.float64]) -> float:
     """
     if not len(points):
         return 0.0
-    cells = np.floor(points / _GAP).astype(np.int64)
+    gap = 0.2  # [m] side of cells that are one piece where they touch
+    cells = np.floor(points / gap).astype(np.int64)
     cells -= cells.min(axis=0)
     taken = np.zeros(cells.max(axis=0) + 1, np.bool_)
     taken[cells[:, 0], cells[:, 1]] = True

@@ -19,7 +19,6 @@ from arjuna_slam.matching.field import Field
 
 _ANGLE_STEP_MIN = math.radians(0.25)
 _WORK = 10000  # blocks of offsets looked at in a step of a search that waits between: some ms
-_ALL = 1 << 62
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,8 @@ def search(
         least: Response that a pose must exceed.
     """
     whole = _Search(field, points, prior, window, least)
-    whole.go_on(_ALL)
+    all_work = 1 << 62  # blocks, more than any search has
+    whole.go_on(all_work)
     return whole.found
 
 

@@ -18,8 +18,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 _MARGIN_CELLS = 40  # by which it grows at least, so that it seldom does
-_PLANES_MIN = 4096  # by which the planes grow at least
-_SMALL_MAX = 1 << 16  # planes that 16 bits count: a submap's index is most of what it keeps
 _CROSSED_MIN, _AGREED_MIN = 0.5, 0.7  # weight and share of it in one direction, to be a surface
 _LEVEL_MIN = 2  # of 255: likelihood from which a point counts in a cell
 
@@ -61,15 +59,17 @@ class Field:
             return
         self._cover(points.min(axis=0), points.max(axis=0))
         done = 0
+        spare = 4096  # planes, so that the array seldom grows
+        small_max = 1 << 16  # planes that 16 bits count
         while done < len(points):
             self._count, done = _stamp(
                 self.score, self.index, self.planes, self._count, self.resolution, self.origin,
                 points, normals, done, self.sigma, self._radius,
             )  # fmt: skip
             if done < len(points):
-                more = np.zeros((len(self.planes) + _PLANES_MIN, 4), np.float32)
+                more = np.zeros((len(self.planes) + spare, 4), np.float32)
                 self.planes = np.concatenate((self.planes, more))
-                if len(self.planes) > _SMALL_MAX and self.index.dtype != np.int32:
+                if len(self.planes) > small_max and self.index.dtype != np.int32:
                     self.index = self.index.astype(np.int32)
         self._pyramid = None
 

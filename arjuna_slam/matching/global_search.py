@@ -19,9 +19,7 @@ from arjuna_slam.matching.map_field import MapField, bordered, sum_at_endpoints
 
 # Cost and grain of the search; they change how long it takes, not what counts as a match.
 _SIGMA = 0.2  # how far a beam may end from an obstacle and still count [m]; two steps of position
-_LEAF = 0.1  # finest step of position [m], within reach of the refinement
 _HEADINGS = 120  # steps of 3 degrees, which move a beam of 4 m by _SIGMA
-_BEAMS = 90  # of a scan that are scored: one in four degrees
 _ROOTS_MAX = 200_000  # poses scored at the coarsest level
 _KEPT_MIN = 8192  # poses that are looked into further, at least
 _KEPT_SHARE = 0.05  # ... and of all at that level
@@ -44,7 +42,8 @@ class GlobalSearch:
 
     def __init__(self, field: MapField) -> None:
         self._frame = field.frame
-        self._leaf = max(1, round(_LEAF / field.frame.resolution))
+        leaf = 0.1  # [m] finest step of position, within reach of the refinement
+        self._leaf = max(1, round(leaf / field.frame.resolution))
         sizes = [self._leaf]
         while self._block_count(sizes[-1]) * _HEADINGS > _ROOTS_MAX:
             sizes.append(2 * sizes[-1])
@@ -66,7 +65,8 @@ class GlobalSearch:
         Returns:
             `(K, 3) float64` in the map frame [m, m, rad], within a step of the true optimum.
         """
-        stride = max(1, len(endpoints) // _BEAMS)
+        most = 90  # beams that are scored: one in four degrees
+        stride = max(1, len(endpoints) // most)
         cells = endpoints[::stride] / self._frame.resolution
         blocks = self._roots()
         kept = max(_KEPT_MIN, int(_KEPT_SHARE * len(blocks)))

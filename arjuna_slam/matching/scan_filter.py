@@ -10,8 +10,6 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.matching.surface import Surface, extract
 
-_SCANS_MAX = 2.0  # sweeps longer than this many gaps between scans are mistakes of the driver
-
 
 def motion_within(scan: Scan, delta: SE2, gap: float) -> SE2:
     """Return the motion from a scan's first beam to its last, at the velocity before it.
@@ -20,7 +18,8 @@ def motion_within(scan: Scan, delta: SE2, gap: float) -> SE2:
     scan's time increment or the gap makes no sense.
     """
     sweep = scan.time_increment * (len(scan.ranges) - 1)
-    if not (gap > 0.0 and abs(sweep) <= _SCANS_MAX * gap):
+    most = 2.0  # gaps between scans; longer sweeps are mistakes of the driver
+    if not (gap > 0.0 and abs(sweep) <= most * gap):
         return IDENTITY
     return SE2.exp(sweep / gap * delta.log())
 

@@ -17,11 +17,9 @@ from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.refinement import observed, refine, solve
 from arjuna_slam.matching.surface import Surface
 
-_SEARCH_POINTS_MAX = 360  # that the search scores; the refinement takes all
 _UNKNOWN_INFORMATION = np.diag(
     [1.0, 1.0, 1.0]
 )  # 1 m, 1 rad: information on a direction that is never seen
-_HARDLY_SEEN = 0.05  # deviation from which a direction counts as not seen [m]
 _BETTER = 0.02  # what a searched pose's response must gain on the tracked one
 _FLAT = np.zeros((3, 3))
 
@@ -86,8 +84,9 @@ class Match:
         covariance = invert(prior + self.information)
         values, axes = np.linalg.eigh(covariance[:2, :2])
         result = np.zeros((3, 3))
+        hardly_seen = 0.05  # [m] deviation from which a direction counts as not seen
         for value, axis in zip(values, axes.T, strict=True):
-            if value > _HARDLY_SEEN**2:
+            if value > hardly_seen**2:
                 result[:2, :2] += value * np.outer(axis, axis)
         return result
 
@@ -212,7 +211,8 @@ class ScanMatcher:
         """
         if len(surface) < self._config.match_minimum_points:
             return self._failed(MatchStatus.TOO_FEW_POINTS, prior, 0.0)
-        points = surface.points[:: math.ceil(len(surface) / _SEARCH_POINTS_MAX)]
+        most = 360  # points that the search scores; the refinement takes all
+        points = surface.points[:: math.ceil(len(surface) / most)]
         tracked = self._refine(field, surface, prior, prior, information)
         if tracked.status is MatchStatus.MATCHED:
             reached = score(field, points, prior, tracked.T_field_base, window)

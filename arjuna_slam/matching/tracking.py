@@ -15,14 +15,8 @@ from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface
 
-_WELL_SEEN = 0.015  # deviation of a match up to which it judges odometry [m]
-_MEMORY = 10.0  # travel over which odometry is judged [m]
 _DEVIATION_SHARE_MIN = 0.3  # least share of its configured deviation
 _STRETCHED = 0.03  # deviation of the factor on odometry's distances before any was measured
-_CHANGES = 500.0  # travel over which the factor may change as much again [m]
-_BASE = 2.0  # distance over which a factor is measured [m]
-_SEEN_ALONG = 0.025  # deviation of a match along a segment up to which it measures its length [m]
-_OUTLIER = 3.0  # deviations beyond which a measured length counts for no more
 _DEVIATION_MIN = 1e-3  # of a penalty [m, rad]: none divides by zero
 
 
@@ -48,12 +42,14 @@ class Trust:
             information: Of the step, as configured, `(3, 3) float64`.
             travel: Its length [m].
         """
-        seen = np.linalg.eigvalsh(match.covariance[:2, :2])[1] < _WELL_SEEN**2
+        well_seen = 0.015  # [m] deviation of a match that can judge odometry
+        seen = np.linalg.eigvalsh(match.covariance[:2, :2])[1] < well_seen**2
         if match.status is not MatchStatus.MATCHED or not seen:
             return
         error = np.array([match.T_field_base.x - prior.x, match.T_field_base.y - prior.y])
         square = 0.5 * float(error @ information[:2, :2] @ error)
-        share = min(1.0, travel / _MEMORY)
+        memory = 10.0  # [m] of travel over which odometry is judged
+        share = min(1.0, travel / memory)
         self._square = max(_DEVIATION_SHARE_MIN**2, self._square + share * (square - self._square))
 
 
@@ -99,7 +95,8 @@ class Stretch:
             return
         self._segment = _Segment(reference, segment.match, segment.T_start_base @ delta)
         measured = math.hypot(self._segment.T_start_base.x, self._segment.T_start_base.y)
-        if measured >= _BASE:
+        base = 2.0  # [m] over which the factor is measured
+        if measured >= base:
             self._measure(segment.match, match, measured)
             self._segment = _Segment(reference, match)
 
@@ -108,11 +105,14 @@ class Stretch:
         travelled = float(np.hypot(*gap))
         along = gap / max(travelled, 1e-9)
         variances = [float(along @ m.covariance[:2, :2] @ along) for m in (start, end)]
-        self._variance += measured / _CHANGES * _STRETCHED**2
-        if max(variances) > _SEEN_ALONG**2:
+        changes = 500.0  # [m] of travel over which the factor may change as much again
+        self._variance += measured / changes * _STRETCHED**2
+        seen_along = 0.025  # [m] deviation of a match that can measure the distance
+        if max(variances) > seen_along**2:
             return
         innovation = measured**2 * self._variance + sum(variances)
-        most = _OUTLIER * math.sqrt(innovation)
+        outlier = 3.0  # deviations beyond which a distance counts for no more
+        most = outlier * math.sqrt(innovation)
         error = min(max(travelled - self.factor * measured, -most), most)
         gain = measured * self._variance / innovation
         self.factor += gain * error

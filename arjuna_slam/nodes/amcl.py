@@ -25,7 +25,6 @@ from arjuna_slam.nodes.amcl_output import AmclOutput
 from arjuna_slam.nodes.scan_intake import ScanWatch
 
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]
-_KEPT = 0.8  # of the quality, on a map that replaces another, for the pose to be kept
 _PARAMETER_COVARIANCE = np.diag([0.25, 0.25, 0.0685])  # RViz's: half a metre, fifteen degrees
 
 
@@ -114,8 +113,9 @@ class AmclNode(ManagedNode):
         except ValueError as error:
             self._refuse("map", error)
             return
+        kept = 0.8  # share of the quality that the new map must reach
         if replaces and self._estimate is not None:
-            before = _KEPT * self._estimate.quality
+            before = kept * self._estimate.quality
             self._doubted = min(float(self.config.relocalize_agreement), before)
 
     def _build(self, grid: OccupancyGrid) -> None:

@@ -12,12 +12,8 @@ from arjuna_core.ros.scan_queue import BaseFrames, ScanQueue
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
-_ANY = 100_000  # scans; as good as all
-_MANY = 10  # slam_toolbox warns from here on
 _SCAN = "sensor_msgs/msg/LaserScan"
 _DRAWN = "/scan_visualization"  # slam_toolbox's own, of a keyframe
-_PERIOD = 1.0  # [s] between two looks
-_SILENT = 4  # looks without a scan before it is said
 
 
 class ScanIntake:
@@ -33,7 +29,8 @@ class ScanIntake:
     def __init__(self, node: ManagedNode) -> None:
         self._node = node
         c = node.config
-        length = _ANY if c.synchronous else c.scan_queue_size or _ANY
+        any_number = 100_000  # of scans, as good as all
+        length = any_number if c.synchronous else c.scan_queue_size or any_number
         self._queue = ScanQueue(BaseFrames(node, c.odom_frame, c.base_frame, adopt=True), length)
         self._warned = False
         self.overrun = 0
@@ -52,7 +49,8 @@ class ScanIntake:
     def add(self, message: Any) -> None:
         """Take in a LaserScan message."""
         self._queue.add(message)
-        if self._node.config.synchronous and len(self._queue) > _MANY and not self._warned:
+        many = 10  # scans; slam_toolbox warns from here on
+        if self._node.config.synchronous and len(self._queue) > many and not self._warned:
             self._warned = True
             self._node.get_logger().warning(f"{len(self._queue)} scans wait to be processed")
 
@@ -96,7 +94,8 @@ class ScanWatch:
         self._topic = node.resolve_topic_name(node.process.absolute(topic))
         self._profile = profile
         self._silent = 0
-        node.every(_PERIOD, self._look)
+        period = 1.0  # [s] between two looks
+        node.every(period, self._look)
 
     def scan_received(self) -> None:
         """Note that a scan has come."""
@@ -104,7 +103,8 @@ class ScanWatch:
 
     def _look(self) -> None:
         self._silent += 1
-        if self._silent == _SILENT:
+        silent = 4  # looks without a scan
+        if self._silent == silent:
             self._node.get_logger().warning(f"no scan comes on '{self._topic}': {self._reason()}")
 
     def _reason(self) -> str:

@@ -26,7 +26,6 @@ from arjuna_slam.nodes.slam_output import NODE_COLOR
 
 SCAN_FRAME = "scan_visualization"
 _SERVER = "slam_toolbox"
-_SIZE = 0.2
 _UPRIGHT = Quaternion(w=0.7071067811865476, y=0.7071067811865476)  # a control's x axis along z
 _FACE_UP = (
     (InteractiveMarkerControl.MOVE_PLANE, "move"),
@@ -167,7 +166,8 @@ def _marker(head: Any, name: str, pose: SE2) -> InteractiveMarker:
     marker = InteractiveMarker(header=head, name=name, description=name, scale=0.5)
     marker.pose = pose_msg(pose)
     ball = Marker(type=Marker.SPHERE, color=NODE_COLOR)
-    ball.scale.x = ball.scale.y = ball.scale.z = _SIZE
+    diameter = 0.2  # [m]
+    ball.scale.x = ball.scale.y = ball.scale.z = diameter
     for mode, control_name in _FACE_UP:
         control = InteractiveMarkerControl(name=control_name, interaction_mode=mode)
         control.orientation = _UPRIGHT

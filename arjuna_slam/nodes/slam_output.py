@@ -24,7 +24,6 @@ _NAMESPACE = "slam_toolbox"
 NODE_COLOR = ColorRGBA(r=1.0, a=1.0)
 _EDGE = ColorRGBA(b=1.0, a=1.0)
 _LOOP = ColorRGBA(r=1.0, g=0.6, a=1.0)
-_MOST_MOVED = 200  # keyframes traced again for one map: a closure must not hold up the scans
 
 
 def markers(graph: PoseGraph, head: Any) -> MarkerArray:
@@ -141,7 +140,8 @@ class SlamOutput:
         """Publish map and graph, if they are others than before."""
         if not (self._fresh or self._slam.keyframes.map_behind):
             return
-        message: Any = self.map_message(_MOST_MOVED)
+        most_moved = 200  # keyframes traced again: a closure must not delay the scans
+        message: Any = self.map_message(most_moved)
         if message is None:
             return
         self._fresh = False

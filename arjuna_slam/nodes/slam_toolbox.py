@@ -29,7 +29,6 @@ from arjuna_slam.nodes.slam_output import SlamOutput
 from arjuna_slam.pose_tracker import PoseTracker
 from arjuna_slam.slam import Slam
 
-_KEEP = 5.0  # least time between two copies of the map that outlive the process [s]
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]
 _EVERY_SCAN = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 
@@ -82,7 +81,8 @@ class SlamToolboxNode(ManagedNode):
         self.serve(Empty, "slam_toolbox/clear_localization_buffer", self._on_clear_buffer)
         self.every(_RETRY, self._process_scans)
         self.every(max(c.map_update_interval, LEAST_INTERVAL), self._output.publish_map)
-        self.every(_KEEP, self._keep_map)
+        keep = 5.0  # [s] between two copies of the map that outlive the process
+        self.every(keep, self._keep_map)
         if c.transform_publish_period > 0.0:
             self.every(c.transform_publish_period, self._output.broadcast)
 
