@@ -56,7 +56,7 @@ class LoopConfig:
         1.0, "Half the window up to which a single scan is enough; beyond, submaps are compared.",
         unit="m", minimum=0.0, maximum=100.0,
     )  # fmt: skip
-    loop_submap_response: float = param(
+    loop_place_response: float = param(
         0.4, "Share of a submap's surfaces that must lie on a past one's.", minimum=0.0, maximum=1.0
     )
     loop_contradiction: float = param(

@@ -168,7 +168,7 @@ class SubmapMatcher:
 
     def _refine(self, past: Submap, surface: Surface, start: SE2) -> Match | None:
         match = self._matcher.match(past.field, surface, start, _FINE, 0.0)
-        good = match.response >= self._config.loop_submap_response
+        good = match.response >= self._config.loop_place_response
         return match if good and match.status is MatchStatus.MATCHED else None
 
     def _is_ruled_out(
