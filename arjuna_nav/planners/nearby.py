@@ -15,6 +15,8 @@ from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.window import Window, clipped
 from arjuna_nav.planners.base import PlanResult
 
+_SHARE = 0.5  # of the map; a larger window saves nothing, by `bench planner --sizes`
+
 
 class Plan(NamedTuple):
     """A planner's answer.
@@ -58,8 +60,7 @@ def nearby_first(
             max(columns) + reach + 1,
             costmap.data.shape,
         )
-        # A window above half of the map saves nothing.
-        if costmap.data[window].size < 0.5 * costmap.data.size:
+        if costmap.data[window].size < _SHARE * costmap.data.size:
             found = plan(_part(costmap, window))
             # The fit of `potential` gives a straight line at least 0.99 of its length.
             if found.path_cost <= 0.99 * float(costs.min()) * math.hypot(

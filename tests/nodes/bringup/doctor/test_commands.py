@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -21,7 +22,7 @@ pytestmark = pytest.mark.ros
 def _alone(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
     monkeypatch.setattr(discovery, "SILENT", 0.2)
-    monkeypatch.setattr(tf, "_WAIT", 0.2)
+    monkeypatch.setattr(tf, "run", partial(tf.run, patience=0.2))
 
 
 def test_doctor_names_the_range_that_keeps_it_alone(capfd: pytest.CaptureFixture[str]) -> None:
