@@ -65,7 +65,7 @@ def tracked(seed: int, config: AmclConfig = DEFAULTS) -> Run:
         (motion, sensor, seed)
         for motion in MOTION_MODELS
         for sensor in SENSOR_MODELS
-        for seed in range(3 if sensor == AmclConfig().laser_model_type else 1)
+        for seed in range(3)
     ],
 )
 def test_tracking_error_is_below_3_cm(seed: int, motion: str, sensor: str) -> None:

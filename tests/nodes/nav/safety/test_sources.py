@@ -37,7 +37,7 @@ pytestmark = pytest.mark.ros
 KINDS = {"scan": LaserScan, "pointcloud": PointCloud2, "range": Range,
          "polygon": PolygonInstanceStamped}  # fmt: skip
 BODY, RADIUS, ZONE = 0.25, 0.1, 0.55  # of the robot, the obstacle and the zone [m]
-SCENES = 10
+SCENES = 20
 STOP = {"type": "circle", "action_type": "stop", "radius": ZONE, "min_points": 1}
 FOV = 1.2  # of the range sensor [rad]
 
