@@ -12,7 +12,7 @@ from unique_identifier_msgs.msg import UUID
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.health.guarded import invalid_code
+from arjuna_core.ros.failure import invalid_code
 from arjuna_core.ros.local.actions import LocalActionServer
 from arjuna_core.ros.node import ManagedNode
 

@@ -8,9 +8,8 @@ from typing import Any, ClassVar, TypeVar
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
-from arjuna_core.checks.message import problem_of
 from arjuna_core.errors import ArjunaError
-from arjuna_core.ros.health.guarded import Guarded, failed
+from arjuna_core.ros.health.guarded import Guarded
 from arjuna_core.ros.local.lifecycle import LIFECYCLE_SERVICES, AnnouncedStates
 from arjuna_core.ros.params import ParameterBinding, describe_sim_time
 from arjuna_core.ros.process import Process
@@ -189,23 +188,12 @@ class ManagedNode(Guarded, LifecycleNode):
         """Create a service that lives until cleanup; requests that cannot be used are refused."""
 
         def answer(request: Any, response: Any) -> Any:
-            problem = self.problem_of(name, request)
-            if problem is not None:
-                return failed(request, response, problem, invalid=True)
             # 30 s at most; a request may read a file.
             self.process.on_long_step(30.0)
             return callback(request, response)
 
         made = self.create_service(service_type, self.process.absolute(name), answer)
         self._keep(self._retire, made)
-
-    def problem_of(self, source: str, message: Any) -> str | None:
-        """Return why a request or goal cannot be used, and count it; None if it can."""
-        trusted = self.transport is not None and self.transport.trusted
-        problem = None if trusted else problem_of(message, self.process.now)
-        if problem is not None:
-            self.guard.refused(self, source, problem)
-        return problem
 
     def _retire(self, service: Any) -> None:
         """Destroy a service behind the requests that came; rclpy makes those in between errors."""

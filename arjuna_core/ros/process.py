@@ -12,12 +12,12 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.task import Future, Task
 from rosgraph_msgs.msg import Clock
 
-from arjuna_core.checks.message import problem_of
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import discovery, new_context
 from arjuna_core.ros.convert import seconds
-from arjuna_core.ros.health.diagnostics import Diagnostics
+from arjuna_core.ros.diagnostics import Diagnostics
+from arjuna_core.ros.health.checks import problem_of
 from arjuna_core.ros.health.guard import Guard
 from arjuna_core.ros.health.guarded import GuardedNode
 from arjuna_core.ros.local.doors import PlainNode

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from tf2_msgs.msg import TFMessage
 
-from arjuna_core.checks.rules import transform_problem
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose3_from_transform, se2_from_transform, seconds
+from arjuna_core.ros.health.rules import transform_problem
 from arjuna_core.transforms import TransformBuffer, TransformError
 
 if TYPE_CHECKING:

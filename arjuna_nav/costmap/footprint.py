@@ -9,8 +9,8 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from arjuna_core.checks.limits import OUTLINE
 from arjuna_core.errors import ConfigError
+from arjuna_core.ros.health.rules import OUTLINE
 from arjuna_core.se2 import SE2
 
 _CIRCLE_CORNERS = 16  # what Nav2 publishes for a radius

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.bags.reader import PACKED, SUFFIXES
-from arjuna_core.checks.limits import GREATEST
 from arjuna_core.errors import InputFileError
+from arjuna_core.ros.health.rules import GREATEST
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.logs.recording import Recording, RecordingTopics

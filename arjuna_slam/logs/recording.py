@@ -13,9 +13,9 @@ import numpy as np
 from arjuna_core.bags.decoder import TRANSFORMS, DecodeError, Decoder, is_standard
 from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import ROS1, ROS2, BagMessage
-from arjuna_core.checks.rules import scan_problem, transform_problem
 from arjuna_core.errors import InputFileError
 from arjuna_core.pose3 import Pose3
+from arjuna_core.ros.health.rules import scan_problem, transform_problem
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2, yaw_of
 from arjuna_core.transforms import TransformBuffer, TransformError

@@ -17,13 +17,15 @@ class Import(NamedTuple):
         place: `path:line`.
         path: The file, relative to the root.
         module: The module; "(relative)" for a relative import.
-        names: What is taken from it.
+        names: The names that are taken from it.
+        typing: Whether only type checkers read it.
     """
 
     place: str
     path: str
     module: str
     names: tuple[str, ...] = ()
+    typing: bool = False
 
     @property
     def package(self) -> str:
@@ -41,9 +43,15 @@ def imports(root: Path, *packages: str) -> Iterator[Import]:
     for package in packages:
         for file in sorted((root / package).rglob("*.py")):
             path = file.relative_to(root).as_posix()
-            for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+            guards = [
+                n for n in nodes if isinstance(n, ast.If) and _name(n.test) == "TYPE_CHECKING"
+            ]
+            typing = {id(node) for guard in guards for node in ast.walk(guard)}
+            for node in nodes:
+                place = f"{path}:{getattr(node, 'lineno', 0)}"
                 for module, names in _modules(node):
-                    yield Import(f"{path}:{getattr(node, 'lineno', 0)}", path, module, names)
+                    yield Import(place, path, module, names, id(node) in typing)
 
 
 def _modules(node: ast.AST) -> list[tuple[str, tuple[str, ...]]]:

@@ -28,7 +28,7 @@ PARTS = (
 """The parts of a step and their modules, the first that matches.
 
 Message plumbing is what a robot in one class would not have: processes, nodes, transport,
-conversion, checks (`arjuna_core.ros`, `arjuna_core.checks`), rclpy, and messages' constructors;
+conversion, checks (`arjuna_core.ros`), rclpy, and messages' constructors;
 not the arithmetic of transforms, which one class needs too, nor logging, nor what is recorded.
 """
 _PERIOD = 0.004  # of the process's CPU time, so that a sample's 30 us stay below 1 % [s]

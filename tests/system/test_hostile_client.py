@@ -21,8 +21,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 from simulation_interfaces.srv import GetEntities, LoadWorld, SpawnEntity
 
-from arjuna_core.checks import limits
 from arjuna_core.ros import qos
+from arjuna_core.ros.health import rules
 from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
@@ -38,7 +38,7 @@ NO_NAMES = ("x" * 300, "//[", "http://[", "../" * 50, "\u202e\U0001f4a5" * 200, 
 LONGEST = 2.0
 """How much of a core's time what follows a message may take [s]."""
 TRANSITIONS = (0, 1, 2, 9, 42, 255)
-PATH_TOO_LONG = Path(poses=[PoseStamped()] * (limits.POSES + 1))
+PATH_TOO_LONG = Path(poses=[PoseStamped()] * (rules.POSES + 1))
 
 
 class Client:

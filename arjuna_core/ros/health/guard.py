@@ -10,21 +10,12 @@ from typing import Any
 from rclpy.executors import ExternalShutdownException
 
 
-@dataclass(frozen=True)
-class Failure:
-    """Returned by a guarded call that raised; the reason is one line."""
-
-    reason: str
-
-
 @dataclass
 class Tally:
-    """The count of one kind of failure.
+    """The count of one kind of failure, with the latest's reason and time [s].
 
     Attributes:
-        kind: `failed` where a callback raised, `refused` where a message was no valid one.
-        reason: The latest one.
-        at: Time of the latest [s].
+        kind: `failed` where a callback raised, `refused` where a message was not valid.
         logged_at: Time of the last that was logged [s].
     """
 
@@ -36,44 +27,31 @@ class Tally:
 
 
 class Guard:
-    """Calls what may raise, and keeps count of what was raised or refused, node by node.
+    """Calls what may raise, and counts what was raised or refused, by node and source.
 
     Args:
         now: Returns the process's time [s].
         strict: Whether what a callback raises is raised on, so that a test shows the mistake.
         log_every: Least time between two lines about the same thing, after the first [s].
-
-    Attributes:
-        tallies: What went wrong, by node and source.
     """
 
     def __init__(
         self, now: Callable[[], float], strict: bool = False, log_every: float = 60.0
     ) -> None:
-        self._now, self._log_every = now, log_every
+        self.now, self._log_every = now, log_every
         self.strict = strict
         self.tallies: dict[tuple[str, str], Tally] = {}
 
-    def call(self, node: Any, source: str, callback: Callable[..., Any], *arguments: Any) -> Any:
-        """Return what a node's callback returns, or a Failure where it raised.
-
-        The source, such as a topic, is named in the node's log.
-        """
-        try:
-            return callback(*arguments)
-        except ExternalShutdownException:
-            raise
-        except Exception as error:
-            if self.strict:
-                raise
-            return Failure(self._caught(node, source, error))
+    def call(self, node: Any, source: str, callback: Callable[..., Any], *arguments: Any) -> None:
+        """Call a node's callback, whose exceptions end here; the log names the source."""
+        self.guarded(node, source, callback)(*arguments)
 
     def guarded(
         self,
         node: Any,
         source: str,
         callback: Callable[..., Any],
-        otherwise: Callable[..., Any],
+        otherwise: Callable[..., Any] = lambda reason, *arguments: None,
     ) -> Callable[..., Any]:
         """Return a node's callback whose exceptions end here.
 
@@ -88,19 +66,16 @@ class Guard:
             except Exception as error:
                 if self.strict:
                     raise
-                return otherwise(self._caught(node, source, error), *arguments)
+                reason = f"{type(error).__name__}: {error}"
+                cause = "".join(traceback.format_exception(error))
+                self._count(node, source, "failed", reason, cause)
+                return otherwise(reason, *arguments)
 
         run.__wrapped__ = callback  # type: ignore[attr-defined]  # rclpy counts its arguments
         return run
 
-    def _caught(self, node: Any, source: str, error: Exception) -> str:
-        reason = f"{type(error).__name__}: {error}"
-        cause = "".join(traceback.format_exception(error))
-        self._count(node, source, "failed", reason, cause)
-        return reason
-
     def refused(self, node: Any, source: str, reason: str) -> None:
-        """Count a message, request or goal that was not taken, and say why."""
+        """Count and log a message, request or goal that was not taken."""
         self._count(node, source, "refused", reason, reason)
 
     def _count(self, node: Any, source: str, kind: str, reason: str, cause: str) -> None:
@@ -108,7 +83,7 @@ class Guard:
         key = (node.get_fully_qualified_name(), source)
         tally = self.tallies.setdefault(key, Tally(kind))
         tally.count += 1
-        now = self._now()
+        now = self.now()
         tally.kind, tally.reason, tally.at = kind, reason, now
         if tally.count == 1:
             text = f"{source} {kind}: {cause}"

@@ -10,7 +10,7 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 
-from arjuna_core.checks.message import problem_of
+from arjuna_core.ros.health.checks import problem_of
 from arjuna_core.ros.local.cdr import to_cdr
 from arjuna_core.ros.local.transport import Registry
 from arjuna_core.ros.messages import handed_over

@@ -21,16 +21,16 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from arjuna_core.checks import limits
 from arjuna_core.ros import qos
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.goal_server import GoalNode, GoalServer
+from arjuna_core.ros.health import rules
 from arjuna_core.ros.messages import is_of_lists
 from tests.helpers.ros import RosBench
 from tests.nodes.core.test_guard import FragileConfig
 
 pytestmark = pytest.mark.ros
-LONG = Path(poses=[PoseStamped()] * (limits.POSES + 1))
+LONG = Path(poses=[PoseStamped()] * (rules.POSES + 1))
 
 
 class ReadingNode(GoalNode):
@@ -83,9 +83,9 @@ def test_a_topic_s_message_is_not_even_read_and_the_next_is_heard(
     assert not node.heard
     ((_, source), tally) = next(iter(bench.process.guard.tallies.items()))
     assert (source, tally.kind) == ("path", "refused")
-    assert tally.reason.endswith(f"bytes of lists; at most {limits.LISTED} are valid")
+    assert tally.reason.endswith(f"bytes of lists; at most {rules.LISTED} are valid")
     bench.publish(Path, "path", Path(poses=LONG.poses[1:]))
-    assert [len(path.poses) for path in node.heard] == [limits.POSES]
+    assert [len(path.poses) for path in node.heard] == [rules.POSES]
 
 
 def test_a_request_is_answered_as_failed(bench: RosBench, node: ReadingNode) -> None:
@@ -104,19 +104,19 @@ def test_a_request_is_answered_as_failed(bench: RosBench, node: ReadingNode) -> 
 def test_rclpy_s_own_services_are_bounded(
     bench: RosBench, node: ReadingNode, kind: Any, name: str, field: str, item: Any
 ) -> None:
-    counts = (limits.CALLS + 1, limits.CALLS)
+    counts = (rules.CALLS + 1, rules.CALLS)
     for count in counts:
         request = kind.Request(**{field: [item] * count})
         bench.call(kind, f"reading/{name}", request)
     (tally,) = bench.process.guard.tallies.values()
-    assert tally.reason == f"{field} has {counts[0]} items; at most {counts[1]} are valid"
+    assert tally.reason == f"{field}: {counts[0]} items; at most {counts[1]} are valid"
 
 
 def test_a_parameter_of_no_type_is_refused(bench: RosBench, node: ReadingNode) -> None:
     request = SetParameters.Request(parameters=[Parameter(name="limit")])
     request.parameters[0].value.type = 97
     (result,) = bench.call(SetParameters, "reading/set_parameters", request).results
-    assert result.reason == "limit: type 97; valid: 0 to 9"
+    assert result.reason == "parameters: item 0: value: type 97; valid: 0 to 9"
 
 
 def test_a_goal_is_aborted_and_says_why(bench: RosBench, node: ReadingNode) -> None:
@@ -127,5 +127,5 @@ def test_a_goal_is_aborted_and_says_why(bench: RosBench, node: ReadingNode) -> N
     (outcome,) = outcomes
     assert outcome.status == GoalStatus.STATUS_ABORTED
     assert outcome.result is not None
-    assert f"path.poses has {limits.POSES + 1} items" in outcome.result.error_msg
+    assert f"path.poses: {rules.POSES + 1} items" in outcome.result.error_msg
     client.destroy()

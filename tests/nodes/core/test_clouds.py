@@ -12,9 +12,9 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from sensor_msgs.msg import PointCloud2, PointField
 
-from arjuna_core.checks.rules import cloud_problem
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros.convert import cloud_from_msg
+from arjuna_core.ros.health.rules import cloud_problem
 
 POINTS = np.array([[1.0, 2.0, 3.0], [-0.5, 0.25, 4.0], [7.0, 0.0, -1.0], [2.0, 2.0, 2.0]])
 

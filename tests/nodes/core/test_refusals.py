@@ -29,12 +29,12 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from arjuna_core.checks import limits
-from arjuna_core.checks.message import problem_of
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import transform_msg
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.goal_server import GoalNode, GoalServer
+from arjuna_core.ros.health import rules
+from arjuna_core.ros.health.checks import problem_of
 from arjuna_core.se2 import SE2
 from tests.helpers.ros import RosBench
 from tests.nodes.core.test_guard import FragileConfig
@@ -100,8 +100,7 @@ def changed(message: Any, path: str, value: Any) -> Any:
 )
 def test_numbers_that_are_none_are_named(kind: Any, path: str, value: float) -> None:
     assert problem_of(kind()) is None
-    named = path.rsplit(".", 1)[0] if "orientation" in path else path
-    assert str(problem_of(changed(kind(), path, value))).startswith(named)
+    assert str(problem_of(changed(kind(), path, value))).startswith(path)
 
 
 @pytest.mark.parametrize("value", NO_NUMBERS)
@@ -112,23 +111,21 @@ def test_covariances_are_looked_at(value: float) -> None:
 
 
 def test_lists_of_numbers_texts_and_messages_are_looked_at() -> None:
-    assert "position: one is nan, not finite" in str(
-        problem_of(JointState(position=[0.0, math.nan]))
-    )
-    assert "one has 5000" in str(problem_of(JointState(name=["x" * 5000])))
+    assert "position: nan is not finite" in str(problem_of(JointState(position=[0.0, math.nan])))
+    assert "item 0: 5000" in str(problem_of(JointState(name=["x" * 5000])))
     path = Path(poses=[PoseStamped(), changed(PoseStamped(), "pose.position.x", math.inf)])
-    assert str(problem_of(path)).startswith("poses[1]: pose.position.x is inf")
+    assert str(problem_of(path)).startswith("poses: item 1: pose.position.x: inf")
 
 
 @pytest.mark.parametrize(
     ("message", "problem"),
     [
-        (Path(poses=[PoseStamped()] * (limits.POSES + 1)), f"poses has {limits.POSES + 1} items"),
-        (Polygon(points=[Point32()] * (limits.CORNERS + 1)), "points has 1001 items"),
-        (LoadMap.Request(map_url="x" * 5000), "map_url has 5000 characters"),
-        (String(data="x" * (limits.DOCUMENT + 1)), "data has 16777217 characters"),
-        (Clock(clock=Time(sec=-1)), "clock: is -1 s"),
-        (FollowPath.Goal(path=Path(poses=[PoseStamped()] * 100_000)), "path.poses has 100000"),
+        (Path(poses=[PoseStamped()] * (rules.POSES + 1)), f"poses: {rules.POSES + 1} items"),
+        (Polygon(points=[Point32()] * (rules.CORNERS + 1)), "points: 1001 items"),
+        (LoadMap.Request(map_url="x" * 5000), "map_url: 5000 characters"),
+        (String(data="x" * (rules.DOCUMENT + 1)), "data: 16777217 characters"),
+        (Clock(clock=Time(sec=-1)), "clock: -1 s"),
+        (FollowPath.Goal(path=Path(poses=[PoseStamped()] * 100_000)), "path.poses: 100000"),
     ],
 )
 def test_what_is_too_long_is_refused_unread(message: Any, problem: str) -> None:
@@ -158,7 +155,7 @@ def test_a_node_hears_only_what_it_can_use(bench: RosBench, node: OpenNode) -> N
     assert len(node.heard) == 1
     tally = bench.process.guard.tallies[("/open", "odom")]
     assert (tally.kind, tally.count) == ("refused", 1)
-    assert tally.reason == "pose.pose.position.x is nan, not finite"
+    assert tally.reason == "pose.pose.position.x: nan is not finite"
 
 
 def test_a_request_that_cannot_be_used_is_answered_in_its_own_code(
@@ -184,7 +181,7 @@ def test_a_goal_that_cannot_be_used_is_aborted_with_the_reason(
     result: Any = outcomes[0].result
     assert (result.error_code, result.error_msg) == (
         FollowPath.Result.INVALID_PATH,
-        "path.poses[0]: pose.position.x is 1e+300, too great",
+        "path.poses: item 0: pose.position.x: 1e+300 is too great",
     )
     assert node.server.goal is None
 
@@ -201,7 +198,7 @@ def test_what_is_refused_is_told_on_diagnostics(bench: RosBench, node: OpenNode)
     assert (before.level, before.message) == (DiagnosticStatus.OK, "all could be used")
     assert (after.level, after.message) == (
         DiagnosticStatus.WARN,
-        "pose.pose.position.x is nan, not finite",
+        "pose.pose.position.x: nan is not finite",
     )
     assert [(item.key, item.value.split(",")[0]) for item in after.values] == [
         ("odom refused", "1")

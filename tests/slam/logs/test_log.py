@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arjuna_core.checks.limits import GREATEST
 from arjuna_core.errors import InputFileError
+from arjuna_core.ros.health.rules import GREATEST
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.logs.log import CarmenLog, open_log, read_carmen

@@ -1,4 +1,4 @@
-"""Claims: each rule of a message's type takes what a robot sends and names what cannot be."""
+"""Claims: each rule of a type accepts what a robot sends, up to its limits, and names the rest."""
 
 from __future__ import annotations
 
@@ -8,17 +8,21 @@ from typing import Any
 
 import pytest
 
-from arjuna_core.checks import limits
-from arjuna_core.checks.rules import (
+from arjuna_core.ros.health import rules
+from arjuna_core.ros.health.rules import (
     cloud_problem,
     covariance_problem,
     grid_problem,
     imu_problem,
+    pose_problem,
     range_problem,
     rotation_problem,
     scan_problem,
+    stamp_problem,
     transform_problem,
 )
+
+TURN = 2.0 * math.pi
 
 
 def rotation(x: float = 0.0, y: float = 0.0, z: float = 0.0, w: float = 1.0) -> Any:
@@ -51,6 +55,80 @@ def transform(x: float = 1.0, turn: Any = None, **changed: Any) -> Any:
         child_frame_id=names["child_frame_id"],
         transform=SimpleNamespace(translation=place, rotation=turn or rotation()),
     )
+
+
+def sonar(**changed: float) -> Any:
+    return SimpleNamespace(**{"field_of_view": 0.4, "min_range": 0.1, "max_range": 2.0, **changed})
+
+
+def position(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Any:
+    return SimpleNamespace(position=SimpleNamespace(x=x, y=y, z=z))
+
+
+def beams(count: int, each: float, **changed: Any) -> Any:
+    return scan(ranges=range(count), angle_increment=each, **changed)
+
+
+def names(parent: int, child: int) -> Any:
+    return transform(frame_id="p" * parent, child_frame_id="c" * child)
+
+
+BOUNDS = [
+    (rotation_problem, rotation(w=1e-6), rotation(w=0.99e-6)),
+    (rotation_problem, rotation(x=1e6, w=0.0), rotation(x=1.01e6, w=0.0)),
+    (rotation_problem, rotation(x=8e5, z=6e5, w=0.0), rotation(x=8e5, z=6.1e5, w=0.0)),
+    (rotation_problem, rotation(y=8e5, w=6e5), rotation(y=8.1e5, w=6e5)),
+    (scan_problem, beams(rules.BEAMS, 1e-6), beams(rules.BEAMS + 1, 1e-6)),
+    (scan_problem, beams(2, 1e-6), beams(2, 0.99e-6)),
+    (scan_problem, beams(3, -TURN), beams(2, -1.01 * TURN)),
+    (scan_problem, beams(3, TURN), beams(4, 0.7 * TURN)),
+    (scan_problem, scan(angle_min=-2.0 * TURN), scan(angle_min=-2.01 * TURN)),
+    (scan_problem, scan(range_min=0.0), scan(range_min=-0.01)),
+    (scan_problem, scan(range_min=9.9), scan(range_min=10.0)),
+    (scan_problem, scan(range_max=rules.FARTHEST), scan(range_max=1.01 * rules.FARTHEST)),
+    (scan_problem, scan(time_increment=-10.0 / 3.0), scan(time_increment=-3.4)),
+    (range_problem, sonar(field_of_view=TURN), sonar(field_of_view=1.01 * TURN)),
+    (range_problem, sonar(field_of_view=1e-9), sonar(field_of_view=0.0)),
+    (range_problem, sonar(min_range=0.0), sonar(min_range=-0.01)),
+    (range_problem, sonar(min_range=2.0), sonar(min_range=2.01)),
+    (range_problem, sonar(max_range=rules.FARTHEST), sonar(max_range=1.01 * rules.FARTHEST)),
+    (grid_problem, grid(rules.FINEST), grid(0.99 * rules.FINEST)),
+    (grid_problem, grid(rules.COARSEST), grid(1.01 * rules.COARSEST)),
+    (grid_problem, grid(0.1, 1, 1, 1), grid(0.1, 0, 1, 0)),
+    (
+        grid_problem,
+        grid(0.1, rules.CELLS, 1, rules.CELLS),
+        grid(0.1, rules.CELLS + 1, 1, rules.CELLS + 1),
+    ),
+    (pose_problem, position(x=rules.FARTHEST), position(x=1.01 * rules.FARTHEST)),
+    (pose_problem, position(y=-rules.FARTHEST), position(y=-1.01 * rules.FARTHEST)),
+    (pose_problem, position(z=-rules.FARTHEST), position(z=-1.01 * rules.FARTHEST)),
+    (transform_problem, transform(-rules.FARTHEST), transform(-1.01 * rules.FARTHEST)),
+    (transform_problem, transform(sec=0), transform(sec=-1)),
+    (transform_problem, names(1, rules.TEXT - 1), names(1, rules.TEXT)),
+    (transform_problem, names(2, 1), names(0, 1)),
+    (transform_problem, names(1, 2), names(1, 0)),
+]
+
+
+@pytest.mark.parametrize(("problem", "on_it", "beyond"), BOUNDS)
+def test_a_limit_is_valid_itself(problem: Any, on_it: Any, beyond: Any) -> None:
+    assert problem(on_it) is None
+    assert problem(beyond) is not None
+
+
+def test_a_measurement_is_not_far_ahead_of_a_clock_that_has_begun() -> None:
+    class Imu:
+        header = SimpleNamespace(stamp=SimpleNamespace(sec=110))
+
+    class Path(Imu):
+        """What is no measurement may lie ahead."""
+
+    assert stamp_problem(Imu(), 100.0) is None
+    assert stamp_problem(Imu(), 0.0) is None
+    assert stamp_problem(Path(), 1.0) is None
+    ahead = "its stamp is 11 s ahead of the clock; does its sender use sim time?"
+    assert stamp_problem(Imu(), 99.0) == ahead
 
 
 @pytest.mark.parametrize(
@@ -93,7 +171,7 @@ def test_scans_of_lidars_are_taken(good: Any) -> None:
     ("changed", "problem"),
     [
         ({"ranges": []}, "0 beams"),
-        ({"ranges": range(limits.BEAMS + 1)}, f"{limits.BEAMS + 1} beams"),
+        ({"ranges": range(rules.BEAMS + 1)}, f"{rules.BEAMS + 1} beams"),
         ({"angle_increment": 0.0}, "angle_increment is 0.0"),
         ({"angle_increment": 6.2, "ranges": range(9)}, "9 beams from"),
         ({"angle_min": 1e9}, "3 beams from 1000000000.0 rad"),
@@ -113,9 +191,9 @@ def test_scans_that_cannot_be_are_refused(changed: dict[str, Any], problem: str)
 
 def test_a_map_as_it_comes_over_the_wire_is_taken() -> None:
     assert grid_problem(grid(0.05000000074505806)) is None
-    assert grid_problem(grid(0.05, limits.CELLS, 1, limits.CELLS)) is None
-    assert grid_problem(grid(limits.FINEST, 1, 1, 1)) is None
-    assert grid_problem(grid(limits.COARSEST, 1, 1, 1)) is None
+    assert grid_problem(grid(0.05, rules.CELLS, 1, rules.CELLS)) is None
+    assert grid_problem(grid(rules.FINEST, 1, 1, 1)) is None
+    assert grid_problem(grid(rules.COARSEST, 1, 1, 1)) is None
 
 
 @pytest.mark.parametrize("resolution", [0.0, -0.05, 1e-9, 1e-6, 1e-3, 1e30])

@@ -1,4 +1,7 @@
-"""Consistency rules between the parts of a message, by type, beyond being finite."""
+"""Limits and consistency rules of what a message holds; they import no ROS.
+
+The limits are far more than any robot needs and far less than hurts.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +11,55 @@ from typing import Any
 
 import numpy as np
 
-from arjuna_core.checks import limits
+from arjuna_core.timing import NANOSECONDS
+
+GREATEST = 1e12  # sum of a message's absolute numbers: squares of it stay exact enough
+FARTHEST = 1e7  # from the origin of a frame [m]: beyond it a float32 resolves no metre
+FUTURE = 10.0  # a measurement's stamp ahead of the clock [s]
+TEXT = 4096  # characters of a name, a path or a frame
+DOCUMENT = 2**24  # characters of a description or a file's text
+DOCUMENTS = ("resource_string", "data", "text", "description")  # fields that hold such
+LISTED = 2**21  # bytes of a message of lists alone, as a path: 20 000 poses, 0.1 s to read
+OUTLINE = 20.0  # from a robot's origin to a corner of its outline [m]
+BEAMS = 20_000  # of a scan
+CELLS = 2**25  # of a map: 290 m x 290 m at 5 cm
+FINEST, COARSEST = 0.004, 100.0  # edge of a map's cell [m]
+POSES = 15_000  # of a path: 750 m, one each five centimetres
+CORNERS = 1000  # of a polygon
+CALLS = 1000  # parameters of one request to a node, and names of any list
+ITEMS = 10_000  # of a list of a type that LONGEST does not name
+LONGEST = {
+    **dict.fromkeys(("geometry_msgs/PoseStamped", "geometry_msgs/Pose"), POSES),
+    **dict.fromkeys(("geometry_msgs/Point32", "geometry_msgs/Point"), CORNERS),
+    **dict.fromkeys(("rcl_interfaces/Parameter", "string"), CALLS),
+    **dict.fromkeys(("double", "float"), 2**20),
+    **dict.fromkeys(("uint8", "int8", "octet"), 2**26),
+}
+"""Items of a list, by their type."""
 
 _MEASUREMENTS = ("LaserScan", "Odometry", "Imu", "JointState", "PointCloud2", "Image", "Range")
+_PARAMETER_TYPES = 9  # rcl_interfaces/ParameterType, the last
 _REALS = {7: 4, 8: 8}  # bytes of PointField.FLOAT32 and FLOAT64
 
 
 def rotation_problem(rotation: Any) -> str | None:
     """Return why a quaternion, which need not be normalised, is no rotation."""
     x, y, z, w = rotation.x, rotation.y, rotation.z, rotation.w
-    if 1e-12 <= x * x + y * y + z * z + w * w <= limits.GREATEST:
+    if 1e-12 <= x * x + y * y + z * z + w * w <= GREATEST:
         return None
     return f"quaternion ({x}, {y}, {z}, {w}) is no rotation"
+
+
+def duration_problem(duration: Any) -> str | None:
+    """Return why a duration, or a time, has too many nanoseconds."""
+    if duration.nanosec < NANOSECONDS:
+        return None
+    return f"{duration.nanosec} ns; valid: less than {NANOSECONDS}"
+
+
+def time_problem(time: Any) -> str | None:
+    """Return why a time cannot be."""
+    return duration_problem(time) or (f"{time.sec} s; valid: from 0" if time.sec < 0 else None)
 
 
 def stamp_problem(message: Any, now: float) -> str | None:
@@ -27,7 +67,7 @@ def stamp_problem(message: Any, now: float) -> str | None:
     if now <= 0.0 or type(message).__name__ not in _MEASUREMENTS:
         return None
     ahead = message.header.stamp.sec - now
-    if ahead <= limits.FUTURE:
+    if ahead <= FUTURE:
         return None
     return f"its stamp is {ahead:.0f} s ahead of the clock; does its sender use sim time?"
 
@@ -35,16 +75,16 @@ def stamp_problem(message: Any, now: float) -> str | None:
 def scan_problem(scan: Any) -> str | None:
     """Return why a scan's geometry cannot be; ranges may be inf or NaN (REP 117)."""
     beams = len(scan.ranges)
-    if not 1 <= beams <= limits.BEAMS:
-        return f"{beams} beams; valid: 1 to {limits.BEAMS}"
+    if not 1 <= beams <= BEAMS:
+        return f"{beams} beams; valid: 1 to {BEAMS}"
     if beams > 1 and not 1e-6 <= abs(scan.angle_increment) <= math.tau:
         return f"angle_increment is {scan.angle_increment} rad; valid: 1e-6 to 2 pi, or negative"
     sweep = abs(scan.angle_increment) * (beams - 1)
     if not (sweep <= 2.0 * math.tau and abs(scan.angle_min) <= 2.0 * math.tau):  # NaN is neither
         return f"{beams} beams from {scan.angle_min} rad, each {scan.angle_increment} rad on"
-    if not 0.0 <= scan.range_min < scan.range_max <= limits.FARTHEST:
+    if not 0.0 <= scan.range_min < scan.range_max <= FARTHEST:
         return f"ranges from {scan.range_min} to {scan.range_max} m; valid: 0 <= min < max"
-    if not abs(scan.time_increment) * beams <= limits.FUTURE:
+    if not abs(scan.time_increment) * beams <= FUTURE:
         return f"{beams} beams, each {scan.time_increment} s on"
     return None
 
@@ -53,7 +93,7 @@ def range_problem(reading: Any) -> str | None:
     """Return why a sonar's cone cannot be; its range may be inf or NaN."""
     if not 0.0 < reading.field_of_view <= math.tau:
         return f"field_of_view is {reading.field_of_view} rad; valid: above 0, to 2 pi"
-    if not 0.0 <= reading.min_range <= reading.max_range <= limits.FARTHEST:
+    if not 0.0 <= reading.min_range <= reading.max_range <= FARTHEST:
         return f"ranges from {reading.min_range} to {reading.max_range} m; valid: 0 <= min <= max"
     return None
 
@@ -76,11 +116,11 @@ def grid_problem(grid: Any) -> str | None:
     """Return why a map cannot be."""
     info = grid.info
     resolution, cells = round(float(info.resolution), 6), info.width * info.height
-    if not limits.FINEST <= resolution <= limits.COARSEST:
-        return f"cells of {resolution} m; valid: {limits.FINEST} to {limits.COARSEST}"
-    if not 1 <= cells <= limits.CELLS or cells != len(grid.data):
+    if not FINEST <= resolution <= COARSEST:
+        return f"cells of {resolution} m; valid: {FINEST} to {COARSEST}"
+    if not 1 <= cells <= CELLS or cells != len(grid.data):
         size = f"{info.width} x {info.height}"
-        return f"{len(grid.data)} cells for {size}; valid: as many, 1 to {limits.CELLS}"
+        return f"{len(grid.data)} cells for {size}; valid: as many, 1 to {CELLS}"
     return None
 
 
@@ -99,23 +139,31 @@ def covariance_problem(item: Any) -> str | None:
 
 def pose_problem(pose: Any) -> str | None:
     """Return why a pose's position is implausible; every rotation has its own check."""
-    at = pose.position
-    if max(abs(at.x), abs(at.y), abs(at.z)) <= limits.FARTHEST:
+    return _position_problem("position", pose.position)
+
+
+def _position_problem(name: str, at: Any) -> str | None:
+    if abs(at.x) <= FARTHEST and abs(at.y) <= FARTHEST and abs(at.z) <= FARTHEST:
         return None
-    return f"position ({at.x}, {at.y}, {at.z}) is farther than {limits.FARTHEST:g} m"
+    return f"{name} ({at.x}, {at.y}, {at.z}) is farther than {FARTHEST:g} m"
 
 
 def transform_problem(stamped: Any) -> str | None:
     """Return why a stamped transform cannot be; it comes often, so its parts are looked at here."""
-    at, turn = stamped.transform.translation, stamped.transform.rotation
-    if not abs(at.x) + abs(at.y) + abs(at.z) <= limits.FARTHEST:
-        return f"translation ({at.x}, {at.y}, {at.z}) is farther than {limits.FARTHEST:g} m"
     parent, child = stamped.header.frame_id, stamped.child_frame_id
     if not parent.strip("/") or not child.strip("/") or parent == child:
         return f"from '{parent[:50]}' to '{child[:50]}'; valid: two names"
-    if len(parent) + len(child) > limits.TEXT or stamped.header.stamp.sec < 0:
+    if len(parent) + len(child) > TEXT or stamped.header.stamp.sec < 0:
         return f"names of {len(parent) + len(child)} characters, {stamped.header.stamp.sec} s"
-    return rotation_problem(turn)
+    at, rotation = stamped.transform.translation, stamped.transform.rotation
+    return _position_problem("translation", at) or rotation_problem(rotation)
+
+
+def parameter_problem(value: Any) -> str | None:
+    """Return why a parameter's value is of no type."""
+    if value.type <= _PARAMETER_TYPES:
+        return None
+    return f"type {value.type}; valid: 0 to {_PARAMETER_TYPES}"
 
 
 RULES: dict[str, Callable[[Any], str | None]] = {
@@ -126,19 +174,9 @@ RULES: dict[str, Callable[[Any], str | None]] = {
     "Imu": imu_problem,
     "PoseWithCovariance": covariance_problem,
     "Pose": pose_problem,
+    "Quaternion": rotation_problem,
+    "Time": time_problem,
+    "Duration": duration_problem,
+    "ParameterValue": parameter_problem,
 }
 """The rule of each type that has one, by its name without its package."""
-MOST = {
-    "geometry_msgs/PoseStamped[]": limits.POSES,
-    "geometry_msgs/Pose[]": limits.POSES,
-    "geometry_msgs/Point32[]": limits.CORNERS,
-    "geometry_msgs/Point[]": limits.CORNERS,
-    "double[]": limits.NUMBERS,
-    "float[]": limits.NUMBERS,
-    "uint8[]": limits.BYTES,
-    "int8[]": limits.BYTES,
-    "octet[]": limits.BYTES,
-}
-"""Most items of a list, by their type."""
-DOCUMENTS = ("resource_string", "data", "text", "description")
-"""Strings that are no names."""

@@ -30,7 +30,7 @@ class Diagnostics:
         self._period = Periodic(1.0)
 
     def run_due(self, now: float, nodes: Iterable[Any], remarks: Iterable[str] = ()) -> None:
-        """Publish what is due at a time [s], of the nodes and remarks of a process."""
+        """Publish what is due at a time [s]: a status for each node, and the remarks."""
         if self._period.due(now) and self._publisher.get_subscription_count():
             array = DiagnosticArray(header=header("", now))
             array.status = [self._status(node, now) for node in nodes]

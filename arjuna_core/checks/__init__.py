@@ -1,1 +1,0 @@
-"""Checks that a message can be used: finite, of plausible size, its parts consistent."""

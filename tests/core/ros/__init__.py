@@ -1,0 +1,1 @@
+"""Tests of what nodes share, without ROS."""
