@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 from io import BytesIO
-from pathlib import Path
 from typing import Any, BinaryIO
 
 import lz4.frame
@@ -24,7 +23,7 @@ from mcap.stream_reader import breakup_chunk
 from mcap.summary import Summary
 
 from arjuna_core.bags import topic as topics
-from arjuna_core.bags.metadata import FileEntry
+from arjuna_core.bags.metadata import BagFile, reason_of
 from arjuna_core.bags.topic import BagMessage, TopicInfo
 from arjuna_core.errors import InputFileError
 
@@ -46,27 +45,13 @@ _SINGLE: dict[int, Callable[..., Any]] = {
 _Record = Schema | Channel | Message | Metadata | Footer
 
 
-class McapFile:
-    """The topics and messages of an mcap file.
+class McapFile(BagFile):
+    """The topics and messages of an mcap file."""
 
-    Attributes:
-        topics: Its topics by name.
-        entry: Its times and counts.
-        lost: How many messages of a topic never reached the recorder.
-        problems: Damages found so far.
-        share: Share (0..1) that has been read.
+    KIND = "mcap"
+    DAMAGE = ()  # it is noted where it stands, and read past
 
-    Raises:
-        InputFileError: It cannot be read or is no mcap.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.topics: dict[str, TopicInfo] = {}
-        self.entry = FileEntry(path.name)
-        self.lost: Counter[str] = Counter()
-        self.problems: list[str] = []
-        self.share = 0.0
+    def _take_index(self) -> str:
         self._channels: dict[int, TopicInfo] = {}
         self._schemas: dict[int, Schema] = {}
         self._unordered: list[ChunkIndex] = []
@@ -76,6 +61,7 @@ class McapFile:
             self._count()
         else:
             self._take_summary(summary)
+        return ""
 
     def _open(self) -> BinaryIO:
         try:
@@ -115,13 +101,7 @@ class McapFile:
             if isinstance(record, Message) and record.channel_id in self._channels:
                 self.entry.count(self._channels[record.channel_id].name, record.log_time)
 
-    def messages(self, takes: Callable[[str], bool], start: int = 0) -> Iterator[BagMessage]:
-        """Yield messages in the order of their time.
-
-        Args:
-            takes: Returns whether a topic's messages are wanted.
-            start: The first time [ns].
-        """
+    def _messages(self, takes: Callable[[str], bool], start: int) -> Iterator[BagMessage]:
         wanted = cache(takes)
         for record in self._merged(start) if self._unordered else self._read(start):
             if isinstance(record, Message) and record.log_time >= start:
@@ -139,7 +119,7 @@ class McapFile:
                     self._learn(record)
                     yield record
             if not isinstance(record, Footer):
-                self._note(end, "it ends there, without its index")
+                self._note(f"at byte {end}: it ends there, without its index")
 
     def _merged(self, start: int) -> Iterator[_Record]:
         """Yield the messages of chunks that overlap in time; held are those that overlap."""
@@ -177,13 +157,8 @@ class McapFile:
                 return [Message.read(stream, length)]
             return [_SINGLE[kind](stream)] if kind in _SINGLE else []
         except _DAMAGE as error:
-            self._note(offset, f"{length} bytes are damaged ({error or type(error).__name__})")
+            self._note(f"at byte {offset}: {length} bytes are damaged ({reason_of(error)})")
             return []
-
-    def _note(self, offset: int, damage: str) -> None:
-        text = f"{self.path.name}: at byte {offset}: {damage}"
-        if text not in self.problems:
-            self.problems.append(text)
 
     def _learn(self, record: _Record) -> None:
         if isinstance(record, Schema):

@@ -1,16 +1,17 @@
-"""metadata.yaml, by which rosbag2 knows a folder as a recording."""
+"""The files of a recording, and metadata.yaml, by which rosbag2 knows a folder as a recording."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import yaml
 
-from arjuna_core.bags.topic import TopicInfo
+from arjuna_core.bags.topic import BagMessage, TopicInfo
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.yaml_file import plain
 
@@ -43,6 +44,74 @@ class FileEntry:
         self.start = min(self.start, time) if self.counts else time
         self.end = max(self.end, time)
         self.counts[topic] += 1
+
+
+class BagFile(ABC):
+    """One file of a recording, read past damage or as far as it goes.
+
+    Attributes:
+        KIND: The file's kind in errors.
+        DAMAGE: Errors that reading a damaged file raises.
+        topics: Its topics by name.
+        entry: Its times and counts.
+        lost: How many messages of a topic never reached the recorder.
+        problems: Damages found so far.
+        share: Share (0..1) that has been read.
+
+    Raises:
+        InputFileError: It cannot be read or is no such file.
+    """
+
+    KIND: ClassVar[str]
+    DAMAGE: ClassVar[tuple[type[Exception], ...]]
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.topics: dict[str, TopicInfo] = {}
+        self.entry = FileEntry(path.name)
+        self.lost: Counter[str] = Counter()
+        self.problems: list[str] = []
+        self.share = 0.0
+        try:
+            damage = self._take_index()
+        except self.DAMAGE as error:
+            problem = f"is no {self.KIND} recording: {reason_of(error)}"
+            raise InputFileError(path, problem) from error
+        if damage:
+            self._note_end(damage)
+
+    @abstractmethod
+    def _take_index(self) -> str:
+        """Learn topics, times and counts; return the damage that ended that, or nothing."""
+
+    def messages(self, takes: Callable[[str], bool], start: int = 0) -> Iterator[BagMessage]:
+        """Yield messages in the order of their time.
+
+        Args:
+            takes: Returns whether a topic's messages are wanted.
+            start: The first time [ns].
+        """
+        try:
+            yield from self._messages(takes, start)
+        except self.DAMAGE as error:
+            self._note_end(reason_of(error))
+
+    @abstractmethod
+    def _messages(self, takes: Callable[[str], bool], start: int) -> Iterator[BagMessage]:
+        """Yield messages as `messages` does, up to damage that raises."""
+
+    def _note_end(self, damage: str) -> None:
+        self._note(f"damaged or cut short ({damage}); read up to there")
+
+    def _note(self, problem: str) -> None:
+        text = f"{self.path.name}: {problem}"
+        if text not in self.problems:
+            self.problems.append(text)
+
+
+def reason_of(error: BaseException) -> str:
+    """Return an error's text in one line, or its kind where it has none."""
+    return " ".join(str(error).split()) or type(error).__name__
 
 
 def read_metadata(folder: Path) -> dict[str, Any] | None:

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 import zstandard
 
 from arjuna_core.bags.mcap_file import McapFile
-from arjuna_core.bags.metadata import FileEntry, read_metadata
+from arjuna_core.bags.metadata import BagFile, FileEntry, read_metadata
 from arjuna_core.bags.ros1_file import Ros1File
 from arjuna_core.bags.sqlite_file import SqliteFile
 from arjuna_core.bags.topic import BagMessage, TopicInfo
@@ -20,7 +20,7 @@ from arjuna_core.errors import InputFileError
 PACKED = ".zstd"
 """The suffix of compressed files: rosbag2 has no other compression."""
 
-_KINDS: dict[str, tuple[str, type[McapFile | SqliteFile | Ros1File]]] = {
+_KINDS: dict[str, tuple[str, type[BagFile]]] = {
     ".mcap": ("mcap", McapFile),
     ".db3": ("sqlite3", SqliteFile),
     ".bag": ("rosbag1", Ros1File),

@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import bz2
 import struct
-from collections import Counter
 from collections.abc import Callable, Iterator
 from io import BytesIO
-from pathlib import Path
 
 import lz4.frame
 from rosbags.rosbag1 import Reader, ReaderError
@@ -24,9 +22,8 @@ from rosbags.rosbag1.reader import (
     read_uint32,
 )
 
-from arjuna_core.bags.metadata import FileEntry
+from arjuna_core.bags.metadata import BagFile, reason_of
 from arjuna_core.bags.topic import ROS1, BagMessage, TopicInfo
-from arjuna_core.errors import InputFileError
 
 _DAMAGE = (
     *(ReaderError, OSError, ValueError, RuntimeError, KeyError, IndexError, AssertionError),
@@ -35,51 +32,32 @@ _DAMAGE = (
 _CHUNK_MAX = 1 << 28  # [bytes]; rosbag writes chunks of about 768 KiB
 
 
-class Ros1File:
-    """The topics and messages of a ROS 1 bag; its attributes are those of `McapFile`.
+class Ros1File(BagFile):
+    """The topics and messages of a ROS 1 bag."""
 
-    Raises:
-        InputFileError: It cannot be read or is no such file.
-    """
+    KIND = "bag"
+    DAMAGE = _DAMAGE
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.entry = FileEntry(path.name)
-        self.lost: Counter[str] = Counter()
-        self.problems: list[str] = []
-        self.share = 0.0
-        self._reader = _Reader(path)
-        try:
-            with self._reader as bag:
-                self.topics = {
-                    c.topic: TopicInfo(c.topic, c.msgtype, c.msgdef.data, encoding=ROS1)
-                    for c in bag.connections
-                }
-                for c in bag.connections:
-                    for index in bag.indexes[c.id]:
-                        self.entry.count(c.topic, index.time)
-        except _DAMAGE as error:
-            raise InputFileError(path, f"is no bag recording: {_reason(error)}") from error
-        if self._reader.damage:
-            self._note(self._reader.damage)
+    def _take_index(self) -> str:
+        self._reader = _Reader(self.path)
+        with self._reader as bag:
+            self.topics = {
+                c.topic: TopicInfo(c.topic, c.msgtype, c.msgdef.data, encoding=ROS1)
+                for c in bag.connections
+            }
+            for c in bag.connections:
+                for index in bag.indexes[c.id]:
+                    self.entry.count(c.topic, index.time)
+        return self._reader.damage
 
-    def messages(self, takes: Callable[[str], bool], start: int = 0) -> Iterator[BagMessage]:
-        """Yield messages in the order of their time; see `McapFile.messages`."""
-        try:
-            with self._reader as bag:
-                wanted = [c for c in bag.connections if takes(c.topic)]
-                if not wanted:  # rosbags takes none for all
-                    return
-                for connection, time, data in bag.messages(wanted, start or None):
-                    self.share = (time - self.entry.start) / max(bag.duration, 1)
-                    yield BagMessage(self.topics[connection.topic], time, data)
-        except _DAMAGE as error:
-            self._note(_reason(error))
-
-    def _note(self, damage: str) -> None:
-        text = f"{self.path.name}: damaged or cut short ({damage}); read up to there"
-        if text not in self.problems:
-            self.problems.append(text)
+    def _messages(self, takes: Callable[[str], bool], start: int) -> Iterator[BagMessage]:
+        with self._reader as bag:
+            wanted = [c for c in bag.connections if takes(c.topic)]
+            if not wanted:  # rosbags takes none for all
+                return
+            for connection, time, data in bag.messages(wanted, start or None):
+                self.share = (time - self.entry.start) / max(bag.duration, 1)
+                yield BagMessage(self.topics[connection.topic], time, data)
 
 
 class _Reader(Reader):
@@ -95,7 +73,7 @@ class _Reader(Reader):
         try:
             super().open()
         except _DAMAGE as error:
-            self.damage = _reason(error)
+            self.damage = reason_of(error)
             self.bio = self.path.open("rb")
             self.indexes, self.chunk_infos = {}, []
             if self.bio.readline() != b"#ROSBAG V2.0\n":
@@ -169,7 +147,3 @@ def _checked(data: bytes, size: int) -> bytes:
     if len(data) != size:
         raise ReaderError(f"a chunk of {size} bytes holds {len(data)}")
     return data
-
-
-def _reason(error: BaseException) -> str:
-    return " ".join(str(error).split()) or type(error).__name__

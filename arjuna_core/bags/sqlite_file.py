@@ -10,17 +10,14 @@ from __future__ import annotations
 
 import sqlite3
 from array import array
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from pathlib import Path
 
 import numpy as np
 
 from arjuna_core.bags import topic as topics
-from arjuna_core.bags.metadata import FileEntry
+from arjuna_core.bags.metadata import BagFile
 from arjuna_core.bags.topic import BagMessage, TopicInfo
-from arjuna_core.errors import InputFileError
 
 _TABLES = "SELECT name FROM sqlite_schema WHERE type = 'table' AND rootpage > 0"
 _COLUMNS = (
@@ -38,49 +35,30 @@ _INDEX = (
 _DATA = "SELECT data FROM messages WHERE id = ?"
 
 
-class SqliteFile:
-    """The topics and messages of a `.db3` file; its attributes are those of `McapFile`.
+class SqliteFile(BagFile):
+    """The topics and messages of a `.db3` file."""
 
-    Raises:
-        InputFileError: It cannot be read or is no such file.
-    """
+    KIND = "db3"
+    DAMAGE = (sqlite3.Error,)
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.entry = FileEntry(path.name)
-        self.lost: Counter[str] = Counter()
-        self.problems: list[str] = []
-        self.share = 0.0
-        try:
-            with closing(self._open()) as database:
-                self._topics = _topics(database)
-                found, damage = _index(database)
-        except sqlite3.Error as error:
-            raise InputFileError(path, f"is no db3 recording: {error}") from error
+    def _take_index(self) -> str:
+        with closing(self._open()) as database:
+            self._topics = _topics(database)
+            found, damage = _index(database)
         self.topics = {each.name: each for each in self._topics.values()}
         self._index = found[np.argsort(found[:, 2], kind="stable")]
         for _, number, time in self._index.tolist():
             if number in self._topics:
                 self.entry.count(self._topics[number].name, time)
-        if damage:
-            self._note(damage)
+        return damage
 
-    def messages(self, takes: Callable[[str], bool], start: int = 0) -> Iterator[BagMessage]:
-        """Yield messages in the order of their time; see `McapFile.messages`."""
+    def _messages(self, takes: Callable[[str], bool], start: int) -> Iterator[BagMessage]:
         wanted = {number: each for number, each in self._topics.items() if takes(each.name)}
-        try:
-            with closing(self._open()) as database:
-                for count, (key, number, time) in enumerate(self._index.tolist(), 1):
-                    self.share = count / len(self._index)
-                    if time >= start and number in wanted:
-                        yield BagMessage(wanted[number], time, _data(database, key))
-        except sqlite3.Error as error:
-            self._note(str(error))
-
-    def _note(self, damage: str) -> None:
-        text = f"{self.path.name}: damaged or cut short ({damage}); read up to there"
-        if text not in self.problems:
-            self.problems.append(text)
+        with closing(self._open()) as database:
+            for count, (key, number, time) in enumerate(self._index.tolist(), 1):
+                self.share = count / len(self._index)
+                if time >= start and number in wanted:
+                    yield BagMessage(wanted[number], time, _data(database, key))
 
     def _open(self) -> sqlite3.Connection:
         """Open the file, and the log of what was written last where it lies beside it."""

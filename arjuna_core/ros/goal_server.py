@@ -12,9 +12,9 @@ from unique_identifier_msgs.msg import UUID
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.failure import invalid_code
 from arjuna_core.ros.local.actions import LocalActionServer
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.reports import invalid_code
 
 _SUCCEEDED, _ABORTED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED
 _CANCELED = GoalStatus.STATUS_CANCELED

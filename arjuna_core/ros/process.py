@@ -16,13 +16,13 @@ from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import discovery, new_context
 from arjuna_core.ros.convert import seconds
-from arjuna_core.ros.diagnostics import Diagnostics
 from arjuna_core.ros.health.checks import problem_of
 from arjuna_core.ros.health.guard import Guard
 from arjuna_core.ros.health.guarded import GuardedNode
 from arjuna_core.ros.local.doors import PlainNode
 from arjuna_core.ros.local.transport import LocalExecutor, Registry
 from arjuna_core.ros.params import describe_sim_time
+from arjuna_core.ros.reports import Diagnostics
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
 
 _POLL = 0.05  # a wake-up without work costs nothing measurable at this period [s]

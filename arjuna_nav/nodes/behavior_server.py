@@ -13,6 +13,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_core.ros.goal_server import GoalNode, result_timeout
 from arjuna_core.ros.tf import TransformError
+from arjuna_core.ros.velocity import VelocityOutput, subscribe_velocity
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.behaviors.base import (
@@ -26,7 +27,6 @@ from arjuna_nav.behaviors.motions import AssistedTeleop
 from arjuna_nav.nodes.behavior_actions import BEHAVIORS, DEFAULT_BEHAVIORS, BehaviorAction
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import robot_pose
-from arjuna_nav.nodes.velocity import VelocityOutput, subscribe_velocity
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from nav2_msgs.srv import Toggle
 from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.velocity import VelocityOutput, subscribe_velocity
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.nodes.safety.watch import Watch, WatchConfig
-from arjuna_nav.nodes.velocity import VelocityOutput, subscribe_velocity
 from arjuna_nav.safety.collision_monitor import Verdict
 from arjuna_nav.safety.zones import Action
 

@@ -19,6 +19,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, path_msg, poses_from_path
 from arjuna_core.ros.goal_server import GoalNode, GoalServer, result_timeout
 from arjuna_core.ros.tf import TransformError
+from arjuna_core.ros.velocity import VelocityOutput
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers import ControlStatus, PathError
@@ -32,7 +33,6 @@ from arjuna_nav.controllers.follower import (
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import robot_pose
-from arjuna_nav.nodes.velocity import VelocityOutput
 
 
 @dataclass(frozen=True)

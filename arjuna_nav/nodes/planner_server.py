@@ -30,7 +30,6 @@ _ACTIONS: dict[str, Any] = {
     "compute_path_to_pose": ComputePathToPose,
     "compute_path_through_poses": ComputePathThroughPoses,
 }
-_THROUGH = ComputePathThroughPoses.Result.UNKNOWN - ComputePathToPose.Result.UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -123,8 +122,7 @@ class PlannerServerNode(GoalNode):
             server.succeed(result)
             return
         self.get_logger().warning(f"no path: {plan.message}")
-        result.error_code, result.error_msg = int(plan.status), plan.message
-        result.error_code += _THROUGH if is_through else 0
+        result.error_code, result.error_msg = plan.status.code(is_through), plan.message
         if not stops:
             result.error_code = ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
         server.abort(result)

@@ -10,8 +10,8 @@ from nav_msgs.msg import Odometry
 from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.velocity import VelocityOutput, subscribe_velocity
 from arjuna_core.twist import Velocity
-from arjuna_nav.nodes.velocity import VelocityOutput, subscribe_velocity
 from arjuna_nav.safety.velocity_smoother import SmoothingConfig, VelocitySmoother
 
 

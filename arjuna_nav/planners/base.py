@@ -28,6 +28,19 @@ class PlanStatus(enum.IntEnum):
     TIMEOUT = 207
     NO_VALID_PATH = 208
 
+    def code(self, through: bool) -> int:
+        """Return the error code of the action, ComputePathThroughPoses' where it is through poses.
+
+        Source: nav2_msgs numbers the failures of ComputePathThroughPoses 100 above these.
+        """
+        return int(self) + (100 if through and self else 0)
+
+    @staticmethod
+    def of_code(code: int) -> PlanStatus | None:
+        """Return the status of either action's error code; None where it is another's."""
+        statuses = {each.code(through): each for each in PlanStatus for through in (False, True)}
+        return statuses.get(code)
+
 
 @dataclass(frozen=True, eq=False)
 class PlanResult:

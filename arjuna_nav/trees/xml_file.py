@@ -104,6 +104,7 @@ class _Trees:
 
     where: str
     named: dict[str, Any] = field(default_factory=dict)
+    files_of: dict[str, str] = field(default_factory=dict)
     own: list[str] = field(default_factory=list)
     files: set[Path] = field(default_factory=set)
 
@@ -117,7 +118,10 @@ class _Trees:
                 if len(element) != 1:
                     count = f"has {len(element)} children; valid: 1"
                     raise TreeError(f"{where}: <BehaviorTree ID='{name}'> {count}")
-                self.named[name] = element
+                if name in self.files_of:
+                    both = f"stands in {self.files_of[name]}, too; valid: one tree of a name"
+                    raise TreeError(f"{where}: <BehaviorTree ID='{name}'> {both}")
+                self.named[name], self.files_of[name] = element, where
                 if where == self.where:
                     self.own.append(name)
 
@@ -131,7 +135,8 @@ class _Trees:
         shipped = shipped_file("behavior_trees") / path.name
         if element.get("ros_pkg") and shipped.is_file():
             path = shipped
-        if path in self.files:
+        path = path.resolve()
+        if path in self.files or path == Path(self.where).resolve():
             return
         self.files.add(path)
         if len(self.files) > _MAX_FILES:

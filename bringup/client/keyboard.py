@@ -8,9 +8,10 @@ import sys
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 
+from arjuna_core.twist import Velocity
 from bringup.client.keys import PAGES, Driving
 from bringup.client.session import ClientError, Connection
-from bringup.client.velocity import VelocityPublisher
+from bringup.client.velocity import stop, velocity_output
 from bringup.terminal import Keys, show
 
 
@@ -28,8 +29,7 @@ def drive_by_keys(
     if not keys.live:
         raise ClientError("teleop reads keys: it needs a terminal as its standard input")
     with closing(Connection("teleop", arguments.namespace)) as session, _interruptible():
-        velocity = VelocityPublisher(session, arguments.topic, arguments.stamped)
-        velocity.wait(patience)
+        output = velocity_output(session, patience, arguments.topic, arguments.stamped)
         show(PAGES[driving.layout])
         try:
             with keys:
@@ -38,9 +38,10 @@ def drive_by_keys(
                     if keys.waits():
                         driving = driving.pressed(keys.wait(0.0))
                         _show_state(driving)
-                    velocity.send(*driving.velocity)
+                    v, w = driving.velocity
+                    output.publish(Velocity(v, yaw_rate=w))
         finally:
-            velocity.stop()
+            stop(session, output)
             show("")  # ends the line of the state
 
 

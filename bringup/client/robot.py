@@ -25,11 +25,13 @@ from arjuna_core.ros.convert import (
     scan_from_msg,
 )
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
+from arjuna_core.ros.velocity import VelocityOutput
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 from bringup.client.goals import GoalEnd, Goals
 from bringup.client.session import Connection, Session
-from bringup.client.velocity import VelocityPublisher
+from bringup.client.velocity import stop, velocity_output
 
 GOAL_TIMEOUT, EXPLORER_GRACE = 600.0, 60.0
 _INITIAL_COVARIANCE = np.diag([0.5**2, 0.5**2, 0.26**2])  # what RViz's "2D Pose Estimate" sends
@@ -67,7 +69,7 @@ class Robot:
         self._goals = Goals(self.session)
         self._transforms = TransformBuffer()
         TransformListener(self.session.client, self._transforms)
-        self._velocity: VelocityPublisher | None = None
+        self._velocity: VelocityOutput | None = None
 
     def __enter__(self) -> Robot:
         return self
@@ -191,14 +193,13 @@ class Robot:
     def command(self, v: float, w: float) -> None:
         """Ask for a speed [m/s] and turn rate [rad/s] once; the robot stops soon without more."""
         if self._velocity is None:
-            self._velocity = VelocityPublisher(self.session)
-            self._velocity.wait(self._timeout)
-        self._velocity.send(v, w)
+            self._velocity = velocity_output(self.session, self._timeout)
+        self._velocity.publish(Velocity(v, yaw_rate=w))
 
     def stop(self) -> None:
         """Stop what `drive` or `command` began."""
         if self._velocity is not None:
-            self._velocity.stop()
+            stop(self.session, self._velocity)
 
     def message(self, message_type: Any, topic: str, profile: Any = qos.DEFAULT) -> Any:
         """Return the next message of a topic, or the latched one.

@@ -23,8 +23,8 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.logs.log import Log
 from arjuna_slam.offline import MappedLog, map_log
 from arjuna_slam.offline_amcl import localize_log
-from bringup.parameters.files import for_node, load_parameters, merged, shipped_parameters
-from bringup.parameters.sources import of_words
+from bringup.parameters.checking import merged_sources, write_remarks
+from bringup.parameters.files import for_node
 from bringup.progress import Bar
 from bringup.viewing.pictures import draw_path
 
@@ -103,9 +103,9 @@ def run_amcl(arguments: argparse.Namespace) -> str:
 
 
 def _parameters(arguments: argparse.Namespace, node: str) -> dict[str, Any]:
-    given = of_words(arguments.param).values
-    parameters = merged(shipped_parameters(), load_parameters(arguments.params), given)
-    return dict(for_node(parameters, node))
+    read = merged_sources(arguments.params, arguments.param, arguments.namespace, arguments.strict)
+    write_remarks(read.remarks)
+    return dict(for_node(read.parameters, node))
 
 
 class _Progress:

@@ -11,13 +11,13 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.failure import failed
 from arjuna_core.ros.health.checks import problem_of
 from arjuna_core.ros.health.guard import Guard
 from arjuna_core.ros.health.rules import LISTED
 from arjuna_core.ros.local.doors import Doors
 from arjuna_core.ros.local.transport import Registry
 from arjuna_core.ros.messages import is_of_lists
+from arjuna_core.ros.reports import failed
 
 RMWError = rclpy_implementation.RMWError
 

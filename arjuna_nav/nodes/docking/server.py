@@ -15,6 +15,7 @@ from arjuna_core.ros.convert import duration_msg, pose_stamped
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.goal_server import GoalNode, GoalServer
 from arjuna_core.ros.tf import TransformError
+from arjuna_core.ros.velocity import VelocityOutput
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.docking.docking import (
@@ -29,7 +30,6 @@ from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.docking.book import DockBook, DockingServerConfig, Order, RefusedError
 from arjuna_nav.nodes.docking.senses import DockSensors
 from arjuna_nav.nodes.frames import robot_pose
-from arjuna_nav.nodes.velocity import VelocityOutput
 
 _ACTIONS = {"dock_robot": DockRobot, "undock_robot": UndockRobot}
 _BEFORE_APPROACH = (DockingPhase.NAV_TO_STAGING_POSE, DockingPhase.INITIAL_PERCEPTION)

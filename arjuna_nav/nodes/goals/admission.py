@@ -17,7 +17,6 @@ from arjuna_nav.nodes.trees.loading import TreeChoice
 from arjuna_nav.planners import PlanStatus
 from arjuna_nav.trees.exchange import Answer
 
-_THROUGH = ComputePathThroughPoses.Result.UNKNOWN - PlanStatus.UNKNOWN
 _MAY_CHANGE = {
     PlanStatus.UNKNOWN,
     PlanStatus.NO_VALID_PATH,
@@ -147,18 +146,13 @@ class Admission:
             self._clients.trial_plan(goals, take)
         if self._plan is None:
             return False
-        code = plan_code(self._plan.code)
-        if self._plan.succeeded or code in _MAY_CHANGE or code not in list(PlanStatus):
+        status = PlanStatus.of_code(self._plan.code)
+        if self._plan.succeeded or status is None or status in _MAY_CHANGE:
             return True
-        raise RefusedGoalError(error_code(kind, code), self._plan.message)
-
-
-def plan_code(code: int) -> int:
-    """Return a code of ComputePathThroughPoses as that of ComputePathToPose."""
-    return code - _THROUGH if code >= ComputePathThroughPoses.Result.UNKNOWN else code
+        raise RefusedGoalError(error_code(kind, status), self._plan.message)
 
 
 def error_code(kind: str, code: int) -> int:
     """Return an error code; planning's count from 300 where it is through poses."""
-    through = kind == "navigate_through_poses" and code in list(PlanStatus) and code
-    return code + _THROUGH if through else code
+    through = kind == "navigate_through_poses"
+    return PlanStatus(code).code(through) if code in list(PlanStatus) else code

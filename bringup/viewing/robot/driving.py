@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.node import Node
 
-from arjuna_core.ros import qos
+from arjuna_core.ros.velocity import VelocityOutput
+from arjuna_core.twist import STILL, Velocity
 
 
 class HandDrive:
@@ -24,15 +22,14 @@ class HandDrive:
         self._node = node
         self._topic = topic
         self._hold, self._stops = hold, stops
-        self._publisher: Any = None
-        self._stamped = False
+        self._output: VelocityOutput | None = None
         self._until = 0.0
-        self._velocity = (0.0, 0.0)
+        self._velocity = STILL
         self._stops_left = 0
 
     def drive(self, speed: float, turn_rate: float, now: float) -> None:
         """Drive [m/s, rad/s] from a time [s, monotonic] on, for a moment."""
-        self._velocity, self._until = (speed, turn_rate), now + self._hold
+        self._velocity, self._until = Velocity(speed, yaw_rate=turn_rate), now + self._hold
         self._stops_left = self._stops
 
     def stop(self) -> None:
@@ -42,33 +39,19 @@ class HandDrive:
     def tick(self, now: float) -> None:
         """Publish what is due at a time [s, monotonic]; called 10 times a second."""
         if now < self._until:
-            self._publish(*self._velocity)
+            self._publish(self._velocity)
         elif self._stops_left > 0:
             self._stops_left -= 1
-            self._publish(0.0, 0.0)
+            self._publish(STILL)
 
     def halt(self) -> None:
         """Publish the stop that is due at once, before nobody ticks any more."""
         if self._stops_left > 0:
             self._stops_left = 0
             self._until = 0.0
-            self._publish(0.0, 0.0)
+            self._publish(STILL)
 
-    def _publish(self, speed: float, turn_rate: float) -> None:
-        if self._publisher is None:
-            self._advertise()
-        twist = Twist()
-        twist.linear.x, twist.angular.z = speed, turn_rate
-        if self._stamped:
-            stamped = TwistStamped(twist=twist)
-            stamped.header.stamp = self._node.get_clock().now().to_msg()
-            self._publisher.publish(stamped)
-        else:
-            self._publisher.publish(twist)
-
-    def _advertise(self) -> None:
-        """Advertise the type that the topic's subscribers take."""
-        listeners = self._node.get_subscriptions_info_by_topic(self._topic)
-        self._stamped = any(item.topic_type.endswith("TwistStamped") for item in listeners)
-        kind = TwistStamped if self._stamped else Twist
-        self._publisher = self._node.create_publisher(kind, self._topic, qos.DEFAULT)
+    def _publish(self, velocity: Velocity) -> None:
+        if self._output is None:
+            self._output = VelocityOutput(self._node, None, frame="", topic=self._topic)
+        self._output.publish(velocity)

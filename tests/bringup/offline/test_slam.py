@@ -66,6 +66,19 @@ def test_a_bad_input_is_refused_in_one_line(
     assert problem in line
 
 
+@pytest.mark.ros
+@pytest.mark.parametrize(("strict", "code"), [([], 0), (["--strict"], 2)])
+def test_a_parameter_file_is_read_by_the_rule_of_all_commands(
+    log: Path, strict: list[str], code: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("rclpy", reason="no ROS here")
+    file, out = log.with_name("own.yaml"), str(log.parent / "out")
+    file.write_text("slam_toolbox: {ros__parameters: {resolutoin: 0.1}}\n", encoding="utf-8")
+    argv = ["slam", "--offline", str(log), "--out", out, "--params", str(file), *strict]
+    assert cli.run(parse(argv)) == code
+    assert "unknown: slam_toolbox: resolutoin" in capsys.readouterr().err
+
+
 def test_a_bar_that_nobody_watches_says_each_tenth_once(capsys: pytest.CaptureFixture[str]) -> None:
     bar = Bar(sys.stderr)
     for k in range(101):

@@ -100,7 +100,9 @@ def _tree(name: str, inside: str) -> str:
 
 def test_trees_of_included_files_are_subtrees(tmp_path: Path) -> None:
     (tmp_path / "parts").mkdir()
-    main = "<include path='parts/a.xml'/>" + _tree("Main", "<SubTree ID='A'/>")
+    main = "<include path='parts/a.xml'/><include path='main.xml'/>" + _tree(
+        "Main", "<SubTree ID='A'/>"
+    )
     (tmp_path / "main.xml").write_text(
         f"<root main_tree_to_execute='Main'>{main}</root>", encoding="utf-8"
     )
@@ -144,3 +146,11 @@ def test_a_subtree_has_entries_of_its_own() -> None:
     assert tree.tick(TreeState(0.0, SE2()))[0] is Status.SUCCESS
     board = tree.blackboard
     assert [board.get(name) for name in ("hidden", "seen", "shared")] == [None, "0.2", "1"]
+
+
+def test_two_trees_of_one_name_are_refused_with_both_files(tmp_path: Path) -> None:
+    text = "<root>" + _tree("A", "<AlwaysSuccess/>") + "</root>"
+    (tmp_path / "part.xml").write_text(text, encoding="utf-8")
+    main = "<include path='part.xml'/>" + _tree("A", "<AlwaysFailure/>")
+    with pytest.raises(TreeError, match=r"main: .*ID='A'> stands in .*part.xml, too"):
+        build_tree(f"<root>{main}</root>", "main", tmp_path)

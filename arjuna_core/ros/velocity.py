@@ -2,34 +2,35 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
 from geometry_msgs.msg import Twist, TwistStamped, Vector3
+from rclpy.node import Node
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.twist import STILL, Velocity
 
+_STAMPED = "geometry_msgs/msg/TwistStamped"
+
+
+def listeners(node: Node, topic: str) -> list[str]:
+    """Return the types that a topic's subscriptions take."""
+    name = node.resolve_topic_name(topic)
+    return [info.topic_type for info in node.get_subscriptions_info_by_topic(name)]
+
 
 def subscribe_velocity(
     node: ManagedNode, topic: str, stamped: bool, callback: Callable[[Velocity], None]
 ) -> None:
-    """Subscribe to commands; one that is no number is ignored and said so.
-
-    Args:
-        node: The node; in its `configure`.
-        topic: The topic.
-        stamped: Whether the type is TwistStamped.
-        callback: Called with each command.
-    """
+    """Subscribe to commands, in a node's `configure`; one that is not finite is ignored."""
 
     def take(message: Any) -> None:
         twist = message.twist if stamped else message
         velocity = Velocity(twist.linear.x, yaw_rate=twist.angular.z)
-        if math.isfinite(velocity.x) and math.isfinite(velocity.yaw_rate):
+        if velocity.is_finite:
             callback(velocity)
         else:
             node.get_logger().error(
@@ -43,34 +44,42 @@ class VelocityOutput:
     """Publishes velocities.
 
     Args:
-        node: The node; made in its `configure`.
-        stamped: Whether the type is TwistStamped.
+        node: Of a managed node, made in its `configure`.
+        stamped: Whether as TwistStamped; None for the type that the topic's subscriptions take.
         frame: Frame of a stamped twist.
         topic: The topic.
     """
 
     def __init__(
         self,
-        node: ManagedNode,
-        stamped: bool,
+        node: Node,
+        stamped: bool | None,
         frame: str = "base_link",
         topic: str = "cmd_vel",
     ) -> None:
-        self._node = node
-        self._stamped = stamped
-        self._frame = frame
-        self._publisher = node.publisher(TwistStamped if stamped else Twist, topic, qos.LATEST)
+        self._node, self._frame = node, frame
+        types = listeners(node, topic) if stamped is None else []
+        self._stamped = stamped or (bool(types) and set(types) == {_STAMPED})
+        kind = TwistStamped if self._stamped else Twist
+        managed = isinstance(node, ManagedNode)
+        make, profile = (
+            (node.publisher, qos.LATEST) if managed else (node.create_publisher, qos.DEFAULT)
+        )
+        self._publisher = make(kind, topic, profile)
 
     def publish(self, velocity: Velocity) -> None:
         """Publish one velocity."""
         linear, angular = Vector3(x=float(velocity.x)), Vector3(z=float(velocity.yaw_rate))
         twist = Twist(linear=linear, angular=angular)
         if self._stamped:
-            stamp = header(self._frame, self._node.now)
-            self._publisher.publish(TwistStamped(header=stamp, twist=twist))
-        else:
-            self._publisher.publish(twist)
+            now = self._node.get_clock().now().nanoseconds / 1e9
+            twist = TwistStamped(header=header(self._frame, now), twist=twist)
+        self._publisher.publish(twist)
 
     def stop(self) -> None:
         """Publish zero."""
         self.publish(STILL)
+
+    def heard(self) -> bool:
+        """Return whether somebody listens."""
+        return bool(self._publisher.get_subscription_count())
