@@ -13,8 +13,7 @@ import pytest
 
 from arjuna_core.files.maps import load_map
 from arjuna_core.files.shipped import shipped_file
-
-ROOT = Path(__file__).parents[3]
+from tests.helpers.extending import ROOT, section
 
 
 @pytest.fixture(scope="module")
@@ -23,10 +22,9 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("checkout")
     ignored = shutil.ignore_patterns("__pycache__")
     shutil.copytree(ROOT / "bringup", folder / "bringup", ignore=ignored)
-    page = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
-    section = page.partition("## A command\n")[2]
-    file = re.search(r"One file, `(.+?)`", section)
-    code = re.search(r"```python\n(.+?)```", section, re.DOTALL)
+    page = section("A command")
+    file = re.search(r"One file, `(.+?)`", page)
+    code = re.search(r"```python\n(.+?)```", page, re.DOTALL)
     assert file is not None
     assert code is not None
     (folder / file[1]).write_text(code[1], encoding="utf-8")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,18 +11,15 @@ import pytest
 from bringup.doctor import checks, report
 from bringup.doctor.checks import body
 from bringup.doctor.snapshot import Robot, Snapshot
-
-ROOT = Path(__file__).parents[3]
+from tests.helpers.extending import files_of
 
 
 @pytest.fixture
 def flying(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Write the file that the page names: that of the body with other words."""
-    page = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
-    section = page.partition("## A check of the doctor")[2].partition("##")[0]
-    (named,) = re.findall(r"\]\(\.\./(.+?)\)", section)
-    assert ROOT / named == Path(inspect.getfile(body))
-    code = (ROOT / named).read_text(encoding="utf-8")
+    (named,) = files_of("A check of the doctor")
+    assert named == Path(inspect.getfile(body))
+    code = named.read_text(encoding="utf-8")
     code = code.replace("height < lowest", "height > lowest").replace("-0.03", "1.0")
     (tmp_path / "flying.py").write_text(code.replace("sinks into", "is above"), encoding="utf-8")
     monkeypatch.setattr(checks, "__path__", [*checks.__path__, str(tmp_path)])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,12 +14,12 @@ from arjuna_sim.devices import sensors
 from arjuna_sim.devices.sensors import altimeter
 from arjuna_sim.model import sensor_kinds as kinds
 from arjuna_sim.nodes import sensor_topics
+from tests.helpers.extending import files_of
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start_sim
 from tests.sim.robot_cases import RobotMaker
 
 pytestmark = pytest.mark.ros
-ROOT = Path(__file__).parents[3]
 MESSAGE = """
 from sensor_msgs.msg import Temperature
 from arjuna_sim.devices.sensors.thermometer import ThermometerSettings
@@ -34,13 +33,9 @@ def _temperature(sensor, reading, now):
 @pytest.fixture
 def thermometer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Write the two files that the page names: the altimeter's with other words, and a message."""
-    section = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
-    files = re.findall(r"\]\(\.\./(.+?)\)", section.partition("## A sensor")[2])
-    assert [ROOT / name for name in files] == [
-        Path(inspect.getfile(altimeter)),
-        Path(inspect.getfile(sensor_topics)),
-    ]
-    code = (ROOT / files[0]).read_text(encoding="utf-8")
+    files = files_of("A sensor")
+    assert files == [Path(inspect.getfile(module)) for module in (altimeter, sensor_topics)]
+    code = files[0].read_text(encoding="utf-8")
     code = code.replace("Altimeter", "Thermometer").replace("altimeter", "thermometer")
     cooler = code.replace("return height - self._start + error", "return 20.0 - 0.0065 * height")
     assert cooler != code
