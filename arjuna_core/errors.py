@@ -12,11 +12,7 @@ class ArjunaError(Exception):
 
 
 class ConfigError(ArjunaError, ValueError):
-    """Parameters are unknown, of the wrong type or outside their bounds.
-
-    Args:
-        problems: What is wrong, a sentence each.
-    """
+    """Parameters are unknown, of the wrong type or outside their bounds."""
 
     def __init__(self, *problems: str) -> None:
         self.problems = problems
@@ -27,7 +23,6 @@ class InputFileError(ArjunaError):
     """A file a user gave cannot be used.
 
     Args:
-        path: The file.
         problem: What is wrong and what is valid, one sentence.
         location: Position in the file: a line, an element, a key.
     """
@@ -56,11 +51,7 @@ _LOOK_ALIKES = str.maketrans({"i": "1", "l": "1", "|": "1", "o": "0", "s": "5", 
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:
-    """Phrase a suggestion for an unknown name.
-
-    Args:
-        name: What was given.
-        valid: The names that exist.
+    """Return a suggestion for an unknown name.
 
     Returns:
         `did you mean 'x'?` where a name is close, else the sorted list of valid names.

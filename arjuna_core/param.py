@@ -58,13 +58,8 @@ def param(
     """Declare one parameter as a field of a frozen dataclass.
 
     Args:
-        default: The default; tuples serve as lists.
         description: One sentence for `--help`, docs and ROS descriptors.
         unit: SI unit.
-        minimum: Least valid value.
-        maximum: Greatest valid value.
-        choices: The valid values where only some are.
-        read_only: Whether it is fixed once the component runs.
     """
     info = ParamInfo(description, unit, minimum, maximum, tuple(choices), read_only)
     return dataclasses.field(default=default, metadata={_KEY: info})
@@ -77,7 +72,6 @@ def plugin_names(default: tuple[str, ...] | str, description: str, types: Any) -
 
     Args:
         default: The default names, in a text with spaces between them.
-        description: One sentence.
         types: The `PluginTypes` that they may be of, or the `NamedConfigs` that they have.
     """
     info = ParamInfo(description, read_only=True, plugins=types)

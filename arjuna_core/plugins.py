@@ -76,7 +76,6 @@ class NamedConfigs:
     """Things that a parameter names, each with the parameters of one dataclass below its name.
 
     Attributes:
-        config: The dataclass.
         key: Which of its parameters has the name itself as its default, such as a topic.
     """
 

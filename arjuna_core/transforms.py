@@ -29,7 +29,6 @@ class ExtrapolationError(TransformError):
     """A transform is unknown at a time.
 
     Args:
-        edge: Its parent and child.
         stamp: The requested time.
         known: The end of the known times that lies nearest.
     """
@@ -116,10 +115,6 @@ class TransformTree(Generic[T]):
         """Add `T_parent_child`; a child with a new parent forgets the old one.
 
         Args:
-            parent: Frame mapped into.
-            child: Frame mapped from.
-            stamp: Its time.
-            transform: The transform.
             static: Whether it holds for all time.
 
         Returns:
@@ -186,8 +181,6 @@ class TransformTree(Generic[T]):
         """Return `T_target_source` at a time.
 
         Args:
-            target: Frame to map into.
-            source: Frame to map from.
             stamp: The time; None for the newest at which it is known.
             early: Time before a frame's oldest transform at which that one stands in.
             late: Time after a frame's newest transform at which that one stands in.
@@ -231,11 +224,6 @@ class TransformBuffer(TransformTree[SE2]):
         """Add `T_parent_child`; see `TransformTree.insert`.
 
         Args:
-            parent: Frame mapped into.
-            child: Frame mapped from.
-            stamp: Time [s].
-            transform: The planar part.
-            static: Whether it holds for all time.
             mount: The same transform in space; None for an upright one at no height.
         """
         self._mounts.pop(child, None)
@@ -257,13 +245,7 @@ class TransformBuffer(TransformTree[SE2]):
         return next((frame for frame in below if frame is not None), next(iter(moving), None))
 
     def missing_base(self, parameter: str, base: str, fixed: str) -> str:
-        """Return a sentence that a robot's frame is missing, with the remedy; "" where it exists.
-
-        Args:
-            parameter: The parameter that names the frame.
-            base: The frame that it names.
-            fixed: The frame in which the robot moves.
-        """
+        """Return that a robot's frame is missing, with the remedy; "" where it exists."""
         if self.knows(base):
             return ""
         instead = self.base_below(fixed)

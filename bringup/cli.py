@@ -16,9 +16,6 @@ EXTRAS = {"foxglove": "view", "optuna": "tune", "pyarrow": "campaign", "rerun": 
 def run(arguments: argparse.Namespace) -> int:
     """Run a command.
 
-    Args:
-        arguments: What `cli_parser.parse` returned.
-
     Returns:
         The exit code: 0 done or stopped, 1 something failed, 2 an input was refused.
     """

@@ -19,9 +19,6 @@ _LAST = "Each command has --help with its options."
 def parse(argv: Sequence[str] | None = None) -> argparse.Namespace:
     """Read the command line.
 
-    Args:
-        argv: The arguments; those of the process if None.
-
     Returns:
         `command`, what it runs (`run`; None for the first page, printed by now) and its options.
     """

@@ -24,8 +24,6 @@ class LockStep(Session):
     drained before it returns.
 
     Args:
-        parameters: Parameters of all nodes.
-        namespace: The robot's namespace.
         isolated: Whether nothing outside the process can see it.
         strict: Whether what a callback raises is raised by `step`, for tests.
         beside: One with the simulator of several robots, of which this is one in its namespace;
@@ -34,7 +32,6 @@ class LockStep(Session):
             middleware, as nodes of rclpy's own need that are to live in it. The run is the same.
 
     Attributes:
-        process: The process of every node.
         client: A plain node for the caller's own clients and subscriptions.
         nodes: Every node by name.
         on_tick: Called after each tick, to measure.

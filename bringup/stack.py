@@ -15,8 +15,6 @@ class NodeSpec:
 
     Attributes:
         name: Its name, absolute without the slash; also its key in parameter files.
-        module: The module that holds its class.
-        cls: The class, a ManagedNode.
     """
 
     name: str
@@ -49,8 +47,6 @@ class Group:
     """The nodes of one process, in the order in which they are brought up.
 
     Attributes:
-        name: Name of the process.
-        nodes: The nodes.
         cores: The modules of their algorithms, which import no ROS.
         commandable: Whether clients may command their lifecycle manager. Not the simulator's: one
             that shuts all down, as nav2_simple_commander can, means the robot, not the world.

@@ -59,7 +59,6 @@ def gather(root: Path, target: Path, start: Iterable[str]) -> None:
     """Copy pages, and every file that they or pages they link to link to, into a tree of its own.
 
     Args:
-        root: The tree of the pages.
         target: The new tree; what it held is gone.
         start: Patterns of the first pages, relative to the root.
     """

@@ -18,9 +18,6 @@ def install(title: str, log: Path, python: Path, uv: Path | None, arguments: lis
     """Install into the environment of `python`.
 
     Args:
-        title: What is installed, for the progress line.
-        log: The log.
-        python: The environment's Python.
         uv: The program; None where only pip is.
         arguments: What to install, in words that both understand.
 

@@ -80,7 +80,6 @@ def with_hashes(pinned: str, files: str) -> str:
     """Return the pinned lines, each with the hashes of the files that may be installed for it.
 
     Args:
-        pinned: Pinned lines.
         files: The same as a pylock.toml, which names all files of each.
 
     Raises:

@@ -24,7 +24,6 @@ class Missing:
     """One thing that is not there.
 
     Attributes:
-        what: What is missing and what it is for.
         packages: The Debian and Ubuntu packages that bring it.
         advice: What to do where no package mends it.
         fatal: Whether the set-up needs it.
@@ -116,11 +115,7 @@ def find_missing(checks: tuple[Callable[[], Missing | None], ...]) -> list[Missi
 
 
 def explain(missing: list[Missing]) -> list[str]:
-    """Return one line for each missing thing, and one command for all of them.
-
-    Args:
-        missing: At least one.
-    """
+    """Return one line for each missing thing, and one command for all of them."""
     lines = [
         f"{'error: missing' if item.fatal else 'warning: no'} {item.what}; {item.remedy}"
         for item in missing

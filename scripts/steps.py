@@ -33,7 +33,6 @@ class Step:
 
     Args:
         title: What it does, for the progress line.
-        command: The program and its arguments.
         log: Its log; what it held is replaced.
         variables: What is set in its environment where nothing is yet.
     """

@@ -23,7 +23,6 @@ class FileEntry:
     """One file of a recording.
 
     Attributes:
-        name: Its name.
         start: When its first message was received [ns].
         end: When its last one was [ns].
         counts: How many messages of each topic it holds.
@@ -50,12 +49,9 @@ class BagFile(ABC):
     """One file of a recording, read past damage or as far as it goes.
 
     Attributes:
-        KIND: The file's kind in errors.
-        DAMAGE: Errors that reading a damaged file raises.
         topics: Its topics by name.
         entry: Its times and counts.
         lost: How many messages of a topic never reached the recorder.
-        problems: Damages found so far.
         share: Share (0..1) that has been read.
 
     Raises:

@@ -35,14 +35,9 @@ _MESSAGE_MAX = 1 << 28  # [bytes]
 class Bag:
     """A recording.
 
-    Args:
-        path: A file or folder.
-
     Attributes:
-        path: The file or folder.
         storage: `mcap`, `sqlite3` or `rosbag1`.
         topics: Its topics by name.
-        files: Each file's name, times and counts.
         lost: How many messages of a topic never reached the recorder.
 
     Raises:
@@ -162,7 +157,6 @@ def _files(path: Path, names: list[str] | None) -> list[Path]:
     """Return a recording's files in the order of their times.
 
     Args:
-        path: A file or folder.
         names: The files that its metadata lists.
     """
     if not path.exists():

@@ -50,12 +50,8 @@ class TopicInfo:
     """A topic of a recording.
 
     Attributes:
-        name: Its name.
-        type_name: Its type, such as `nav_msgs/msg/Path`.
         definition: The definitions of the type and of all types it needs (`ros2msg`).
         type_hash: The type's RIHS01 hash, "" if unknown.
-        offers: QoS of its publishers.
-        encoding: Encoding of its messages.
     """
 
     name: str
@@ -70,9 +66,7 @@ class BagMessage(NamedTuple):
     """A recorded message.
 
     Attributes:
-        topic: Its topic.
         time: When it was received [ns].
-        data: Its bytes.
     """
 
     topic: TopicInfo

@@ -26,7 +26,6 @@ class McapWriter:
     """One mcap file that is being written.
 
     Args:
-        path: The file; an existing one is never overwritten.
         chunk_size: Bytes that a chunk gathers before it is compressed and written.
 
     Attributes:
@@ -55,9 +54,7 @@ class McapWriter:
         """Add a message.
 
         Args:
-            topic: Its topic.
             time: When it was received [ns].
-            data: Its bytes, as they came.
             published: When it was published [ns].
 
         Raises:
@@ -188,7 +185,6 @@ def repair(bag: Bag, folder: Path) -> int:
     """Write what can be read of a recording into a new folder, with index and metadata.
 
     Args:
-        bag: The recording; it stays unchanged.
         folder: The new folder; it must not exist.
 
     Returns:

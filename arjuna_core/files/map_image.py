@@ -90,7 +90,6 @@ def encoded(data: NDArray[np.int8], options: MapOptions, image_format: str) -> b
 
     Args:
         data: Occupancy `(height, width) int8`, row 0 lowest in y.
-        options: Thresholds and mode.
         image_format: `pgm` or `png`.
     """
     pixels = _shades(data, options)

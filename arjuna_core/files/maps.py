@@ -123,9 +123,7 @@ def save_map(
     """Write a map atomically as `<stem>.yaml` and `<stem>.<image_format>`, over a map's alone.
 
     Args:
-        grid: The map.
         stem: Path without suffix.
-        image_format: `pgm` or `png`.
         options: Thresholds and mode to write.
 
     Returns:

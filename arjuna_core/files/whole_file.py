@@ -15,9 +15,7 @@ def read_bytes(path: Path, largest: int, error: type[InputFileError] = InputFile
     """Return a file's content.
 
     Args:
-        path: The file.
         largest: How large it may be [bytes].
-        error: The kind of error to raise.
 
     Raises:
         InputFileError: It is missing, too large, or no file, as a device; of the kind asked for.
@@ -66,8 +64,6 @@ def write_atomically(
     The data go to a file beside it, are forced to disk and checked, and only then take the name.
 
     Args:
-        path: Where the data shall be; its folder is made if need be.
-        data: The data.
         check: Reads the written file back and raises what forbids to keep it.
 
     Raises:

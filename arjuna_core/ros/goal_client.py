@@ -42,7 +42,6 @@ class GoalOutcome:
     """A goal's end as its client sees it.
 
     Attributes:
-        accepted: Whether the server took it.
         status: A GoalStatus constant.
         result: The action's result message; None if it was not accepted.
     """
@@ -83,9 +82,6 @@ class GoalClient:
         """Send a goal; an earlier goal's outcome is no longer reported.
 
         Args:
-            goal: The goal.
-            on_outcome: Takes how it ended.
-            on_feedback: Takes the feedback.
             yields: Whether a goal server of ours drops it where another goal runs.
         """
         self._sequence += 1

@@ -79,9 +79,6 @@ class GoalServer:
     `preempt_requested` and calls `accept_pending`, which aborts the running goal, or keeps it.
 
     Args:
-        node: The node; goals are rejected unless it is active.
-        action_type: The action.
-        name: The action's name.
         on_goal: Called after a goal became current or pending, to act on it at once.
         admit: Given a goal, says why it is rejected, or None.
         on_cancel: Called after a cancellation was accepted, to act on it at once.
@@ -302,10 +299,7 @@ class GoalNode(ManagedNode):
         """Serve an action; results are kept as the parameter `action_server_result_timeout` says.
 
         Args:
-            action: The action.
-            name: Its name.
             on_goal: Called after a goal became current or pending.
-            options: More arguments of GoalServer.
         """
         options["result_timeout"] = getattr(self.config, "action_server_result_timeout", 10.0)
         server: GoalServer = self.keep(GoalServer(self, action, name, on_goal, **options))

@@ -149,9 +149,6 @@ def copier(cls: Any) -> Callable[[Any], Any]:
     Numbers become Python's, those of 32 bits are rounded. Lists of numbers and texts are shared:
     clouds and pictures are large, and their publishers make new ones each time. A loop over the
     fields would take twice as long as the function that is compiled for them.
-
-    Args:
-        cls: The type.
     """
     known: dict[str, Any] = {"new": object.__new__, "single": _single}
     lines = ["def copied(m0):", *_copied(cls, 0, known), "    return n0"]
@@ -179,7 +176,6 @@ def handed_over(cls: Any, trusted: bool) -> Callable[[Any], Any]:
     """Return what makes of a message the one that its readers share.
 
     Args:
-        cls: Its type.
         trusted: Whether its sender changes it no more; else it is copied.
     """
     if not trusted:

@@ -30,13 +30,10 @@ class ManagedNode(Guarded, LifecycleNode):
 
     Attributes:
         Config: The frozen dataclass of the node's parameters.
-        DEFAULT_NAME: The node's standard name.
         transforms: The process's transform buffer.
 
     Args:
-        process: The process the node lives in.
         values: Parameters that differ from the defaults, nested or dotted.
-        name: Name; the standard one if None.
         namespace: Namespace of the node, below that of the process.
     """
 

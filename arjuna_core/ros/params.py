@@ -23,7 +23,6 @@ class ParameterBinding:
     """Keeps a config dataclass and a node's parameters the same.
 
     Args:
-        node: The node whose parameters they become.
         cls: The frozen dataclass; its defaults are the parameters'.
         values: Values that differ from the defaults, nested or dotted.
         on_change: Called with the new config after parameters were set at run time.

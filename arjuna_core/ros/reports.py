@@ -61,8 +61,6 @@ class Diagnostics:
     """Publishes what a guard counted, where somebody listens.
 
     Args:
-        node: The process's own node.
-        guard: The process's.
         recent: Time that a status stays worse than OK after the last that went wrong [s].
     """
 

@@ -21,9 +21,6 @@ class BaseFrames:
     """The frames that a node needs the robot's pose of; says once what is wrong with them.
 
     Args:
-        node: The node that uses the frames.
-        fixed: Frame in which the robot's pose is wanted, such as odom.
-        base: Frame of the robot's base.
         parameter: The node's parameter that names the base's frame.
         adopt: Whether the frame that moves in the fixed one is taken where the base's is missing.
     """

@@ -46,8 +46,6 @@ class VelocityOutput:
     Args:
         node: Of a managed node, made in its `configure`.
         stamped: Whether as TwistStamped; None for the type that the topic's subscriptions take.
-        frame: Frame of a stamped twist.
-        topic: The topic.
     """
 
     def __init__(

@@ -56,14 +56,10 @@ def _line(name: str, both: Sequence[str], chance: str) -> str:
 
 
 def wilson_interval(successes: int, count: int) -> tuple[float, float]:
-    """Return the 95 % confidence interval of a probability.
+    """Return the 95 % confidence interval of a probability, all of 0 to 1 of no trial.
 
     Wilson, "Probable inference, the law of succession, and statistical inference", JASA 22, 1927:
     right also where all or none succeed.
-
-    Args:
-        successes: How many succeeded.
-        count: Of how many; the interval is all of 0 to 1 for none.
     """
     if count == 0:
         return 0.0, 1.0

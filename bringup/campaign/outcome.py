@@ -19,9 +19,7 @@ class Outcome:
     """The outcome of a run.
 
     Attributes:
-        name: The run's.
         levels: The label of each factor's level.
-        success: Whether its result says what is asked for.
         reason: Why not; "" if it does.
         wall_s: How long it took [s].
         figures: Numbers of its result, truths as 0 and 1, by dotted key.
@@ -39,7 +37,6 @@ def judged(result: Mapping[str, Any], success: Mapping[str, Any]) -> str:
     """Return what a result lacks of what is asked for; "" for nothing.
 
     Args:
-        result: Values by dotted key.
         success: A value, or `at_least` and `at_most`, by key.
     """
     lacks = []

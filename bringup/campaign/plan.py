@@ -28,12 +28,7 @@ class CampaignError(InputFileError):
 
 @dataclass(frozen=True)
 class Level:
-    """One value of a factor.
-
-    Attributes:
-        label: What it is called in tables.
-        options: What it adds to the command.
-    """
+    """One value of a factor: its label in tables, and what it adds to the command."""
 
     label: str
     options: Mapping[str, Scalar]
@@ -44,10 +39,8 @@ class Campaign:
     """A command, what it is varied in, and how its result is judged.
 
     Attributes:
-        name: The file's name without its ending.
         command: The words after `python -m bringup`; `{folder}` stands for the run's folder.
         result: The JSON file that a run writes, in its folder.
-        factors: The levels of each factor, by its name.
         success: What a run's result must say: a value, or `at_least` and `at_most`, by key.
         measures: Keys of the numbers to draw; all numbers if empty.
         timeout: How long a run may take [s].

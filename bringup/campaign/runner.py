@@ -116,9 +116,6 @@ def run_all(
     """Run what has not been run yet.
 
     Args:
-        campaign: What is run.
-        runs: Its runs.
-        folder: Where each has a folder of its own.
         jobs: How many at a time.
         ended: Takes each outcome, those of earlier times first.
         stop: Set to break off; unfinished runs are run again next time.

@@ -11,9 +11,6 @@ class Endpoint:
 
     Attributes:
         node: Full name of its node, `/amcl`.
-        topic: Its topic, `/scan`.
-        type: Its message type.
-        publishes: Whether it is a publisher.
         reliable: Whether its reliability is reliable, not best effort.
         latched: Whether its durability is transient local, not volatile.
     """

@@ -25,7 +25,6 @@ class GoalEnd:
     """The outcome of a goal.
 
     Attributes:
-        succeeded: Whether it was reached.
         reason: Why it was not; empty where it was.
         refused: Whether the server did not take it.
     """

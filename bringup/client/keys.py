@@ -61,7 +61,6 @@ class Driving:
         """Return the command after a key; one without a meaning stops the robot.
 
         Args:
-            key: The key.
             step: Share by which a key changes a speed; as in teleop_twist_keyboard.
         """
         if key in QUIT or (key == "q" and self.layout == "wasd"):

@@ -88,7 +88,6 @@ class Robot:
         """Return where the robot is in a frame, `map` or `odom` [m, m, rad].
 
         Args:
-            frame: Where.
             base_frame: The robot's; empty for the one that its odometry moves.
 
         Raises:

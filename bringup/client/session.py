@@ -28,7 +28,6 @@ class Session(ABC):
     """A node, and waiting while its callbacks run; never from within one of them.
 
     Attributes:
-        client: The node.
         error: What is raised where something does not come in time.
     """
 
@@ -59,7 +58,6 @@ class Session(ABC):
         Args:
             done: Asked after each event.
             timeout: [s].
-            what: The thing waited for, for the error.
             required: Whether a timeout is an error.
 
         Returns:
@@ -98,7 +96,6 @@ class Session(ABC):
         Args:
             done: Asked after each event.
             timeout: [s].
-            what: The thing waited for.
             remedy: What to do if it does not come, a question or an order.
             patience: How long to wait without a message [s]; what runs is mostly found within 1 s.
 
@@ -134,9 +131,7 @@ class Session(ABC):
         """Return a service's response.
 
         Args:
-            service_type: Its type.
             name: Its name, or several of which the first one that is served is called.
-            request: The request.
             timeout: For the answer [s].
             appearance: For a server to appear [s]; as long as for the answer if None.
 
@@ -194,10 +189,7 @@ class Connection(Session):
     """A node among those of the robots on this machine; times are real times.
 
     Args:
-        name: The node's name.
-        namespace: The robot's namespace.
         use_sim_time: Whether the node's clock is the robot's.
-        executor: What runs its callbacks.
     """
 
     def __init__(

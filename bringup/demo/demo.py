@@ -52,9 +52,6 @@ class DemoOptions:
     """Options of a demo run.
 
     Attributes:
-        seed: Seed of every random choice.
-        out: Folder for the artifacts.
-        parameters: Parameters of all nodes.
         waypoints: What is driven to on the map.
         kidnap: Whether the robot is carried off then, and drives home.
         explore_time: For the exploration [s].

@@ -11,11 +11,7 @@ _ANY = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 class Counter:
-    """Counts from the last restart on.
-
-    Args:
-        session: The connection to the robot.
-    """
+    """Counts from the last restart on."""
 
     def __init__(self, session: Session) -> None:
         self._session = session

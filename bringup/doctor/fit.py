@@ -25,10 +25,6 @@ def scan_facts(
 
     Args:
         scan: The scan, in the sensor's frame.
-        frame: That frame.
-        upside_down: Whether its z axis points down.
-        grid: The map, if there is one.
-        T_map_sensor: Pose of the sensor in it, if it is known.
     """
     hits = scan.valid
     fit = None
@@ -50,7 +46,6 @@ def share_on_walls(points: NDArray[np.float64], grid: OccupancyGrid, near: float
 
     Args:
         points: `(N, 2) float64` in the map's frame [m], at least one.
-        grid: The map, with at least one occupied cell.
         near: The map's resolution and the pose's error [m].
     """
     cells = grid.frame.to_cells(points)

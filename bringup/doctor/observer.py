@@ -38,11 +38,7 @@ LOG = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Observer:
-    """Listens to a robot.
-
-    Args:
-        session: The connection to it.
-    """
+    """Listens to a robot."""
 
     def __init__(self, session: Session) -> None:
         self._session = session

@@ -16,9 +16,6 @@ class HostProcess:
     """A process that runs a group of nodes.
 
     Attributes:
-        pid: Its id.
-        group: The group's name.
-        domain: Its ROS domain.
         cpu_time: Used so far [s].
     """
 

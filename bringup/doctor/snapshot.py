@@ -60,7 +60,6 @@ class ScanFacts:
     """The last scan.
 
     Attributes:
-        frame: Its frame.
         returns: Share of the beams that hit something.
         near: Share of the beams that hit something within 5 cm: the robot itself.
         upside_down: Whether its frame's z axis points down in the robot's base.
@@ -82,7 +81,6 @@ class Robot:
     """The last messages of a robot; None where there was none.
 
     Attributes:
-        scan: The last scan.
         map_known: Share of the map's cells that are known.
         deviation: Standard deviation of AMCL's position [m].
         height: Height of the base's true pose [m].
@@ -103,8 +101,6 @@ class Snapshot:
     """Everything that the checks look at.
 
     Attributes:
-        machine: The machine.
-        domain: The ROS domain that was looked into.
         namespace: The robot's, "/" for none; names of nodes and topics are without it.
         duration: Of listening [s].
         nodes: Full names of the nodes, one for each, so that twins show.
@@ -113,8 +109,6 @@ class Snapshot:
         counts: How many messages came on each topic that was listened to.
         clock: Of /clock, None where nothing came.
         on_system_time: Nodes that stamp by the system's clock while /clock is published.
-        frames: The tree of frames by name.
-        robot: Its last messages.
     """
 
     machine: Machine = Machine()

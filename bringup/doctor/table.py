@@ -20,7 +20,6 @@ class Row:
     """A node.
 
     Attributes:
-        node: Full name.
         state: Lifecycle state, "" for none.
         process: The process of ours that runs it, "" for none.
         cpu: Share of one core that the process uses; None where unknown.
@@ -86,9 +85,7 @@ def rows(
     """Return a row for each node.
 
     Args:
-        nodes: Full names.
         states: Lifecycle state of those that are managed, by full name.
-        shares: CPU by process.
         topics: Main topic by full name.
         rates: Rate by topic [Hz].
         warnings: The last by logger name, `local_costmap.local_costmap`.

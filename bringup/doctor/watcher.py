@@ -16,11 +16,7 @@ from bringup.ros2.discovery import discover
 
 
 class Watcher:
-    """Listens to a robot.
-
-    Args:
-        session: The connection to it.
-    """
+    """Listens to a robot."""
 
     def __init__(self, session: Session) -> None:
         self._session = session

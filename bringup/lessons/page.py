@@ -24,7 +24,6 @@ class Command:
     """One command.
 
     Attributes:
-        text: As the page has it.
         words: Its words, without what is said to the reader.
         stays: Whether it runs on beside those that follow (`&`).
         seconds: After how long it is ended with Ctrl-C [s]; None for when it ends by itself.
@@ -43,9 +42,6 @@ class Section:
     """One exercise.
 
     Attributes:
-        title: Its heading.
-        text: What it says before its first command.
-        commands: What is typed.
         promises: What the commands together print, a line each, in any order; `...` is anything.
     """
 

@@ -50,8 +50,6 @@ class Running:
     """A command's process; its output goes to a file, so that it waits for no reader.
 
     Args:
-        command: The command.
-        folder: Where it runs.
         show: Takes each piece of its output; of one that stays, until it is up.
 
     Attributes:

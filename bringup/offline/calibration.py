@@ -29,7 +29,6 @@ def write_calibration(robot: Path | None, world: Path | None, out: Path) -> str:
     Args:
         robot: The URDF file; the shipped one if None.
         world: Where it drives, 4 m of it free; the empty world if None.
-        out: The folder to write into.
 
     Returns:
         The report as text.

@@ -123,7 +123,6 @@ def sim_time_of(parameters: Parameters, names: Iterable[str]) -> bool:
     """Return whether nodes of one process take their time from /clock.
 
     Args:
-        parameters: Of all nodes.
         names: The process's nodes; most of those that say so decide, else `/**`. Simulated if none.
     """
     said = [values[SIM_TIME] for name in names if SIM_TIME in (values := parameters.get(name, {}))]

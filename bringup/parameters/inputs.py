@@ -76,7 +76,6 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
     """Return the parameters of all nodes, the command line's over the files' over the shipped.
 
     Args:
-        arguments: What `cli_parser.parse` returned.
         ask: Whether what runs already is asked for its clock and its robot.
 
     Raises:
@@ -153,11 +152,7 @@ def _with_clock(
 
 
 def _robot_of_simulator(namespace: str) -> dict[str, Any]:
-    """Return `robot`, `robot_arguments` and `standard_topics` of the simulator that runs.
-
-    Returns:
-        The simulator's parameters; nothing where none runs. It imports rclpy.
-    """
+    """Return the robot's parameters of the simulator that runs, if one does; imports rclpy."""
     from rcl_interfaces.srv import GetParameters
     from rclpy.parameter import parameter_value_to_python
 

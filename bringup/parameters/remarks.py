@@ -45,8 +45,6 @@ class Checked(NamedTuple):
     """Parameters with those of a source over them.
 
     Attributes:
-        parameters: Of all nodes.
-        remarks: The source's names without effect.
         problems: What refuses the source, a sentence each.
     """
 
@@ -68,7 +66,6 @@ def lines(
     Keys of one node with one reason share a line, but for those of safety.
 
     Args:
-        remarks: All of one file.
         counted: The kinds of which a count stands for the lines, but for those of safety.
         where: What lists them.
     """

@@ -18,7 +18,6 @@ class ChildSpec:
 
     Attributes:
         name: Marks the lines of its output.
-        command: Program and arguments.
         needed: Whether the others end if it cannot be kept running.
         run: Does the same in a fork of this process, which is there at once; None to start the
             program.
@@ -37,7 +36,6 @@ class Child:
     pipe that the parent never writes to: the end of that pipe means the same.
 
     Args:
-        spec: What to run.
         write: Takes each line of its output, without the line's end.
     """
 

@@ -127,8 +127,6 @@ class Output(ABC):
     """Takes what a supervisor and its processes have to say.
 
     Args:
-        start_up: Follows the start-up.
-        log: The run's file.
         patience: How long something may be waited for before a line says so [s].
     """
 

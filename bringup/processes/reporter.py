@@ -102,8 +102,6 @@ class Twins:
     """Warns once of names that the graph has twice: both nodes answer, and time runs twice.
 
     Args:
-        node: Its graph and log are used.
-        names: Full names of this process's nodes.
         period: From one look to the next [s].
         lease: By then a participant that died without a word is forgotten [s].
     """

@@ -18,8 +18,6 @@ class RunLog:
     """Writes the lines of a run with the time; the oldest runs' folders go.
 
     Args:
-        command: The command that runs.
-        started: When.
         root: The folder of all runs; `~/.arjuna/log` by default.
         largest: Size of the file [bytes]; as many again of what was before are kept.
 

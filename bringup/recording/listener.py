@@ -55,10 +55,8 @@ class Received(NamedTuple):
     """A message that arrived.
 
     Attributes:
-        topic: Its topic.
         received: When it arrived, by the system's clock [ns].
         published: When it was published, by the publisher's [ns].
-        data: Its bytes.
     """
 
     topic: TopicInfo
@@ -86,7 +84,6 @@ class TopicListener:
     no callback of rclpy gives for raw messages.
 
     Args:
-        node: The node that subscribes; no executor has to know it.
         note: Takes a line about a topic that is found or cannot be subscribed to.
     """
 
@@ -110,11 +107,6 @@ class TopicListener:
 
     def listen(self, name: str, type_name: str, offers: tuple[TopicQos, ...]) -> bool:
         """Listen to a topic, whether or not somebody publishes on it yet.
-
-        Args:
-            name: The topic.
-            type_name: Its type.
-            offers: QoS of its publishers.
 
         Returns:
             Whether the type is installed; if not, that is noted once.
@@ -141,10 +133,6 @@ class TopicListener:
         """Listen to the chosen topics that somebody publishes on by now.
 
         A topic whose new publishers offer less than was asked for is subscribed to again.
-
-        Args:
-            takes: Returns which topics.
-            takes_type: Returns which types.
         """
         for name, types in self._node.get_topic_names_and_types():
             if name in self._refused or not takes(name) or not takes_type(types[0]):

@@ -29,14 +29,9 @@ class Player:
     """Publishers for the topics of a recording.
 
     Args:
-        context: The context to publish in.
-        topics: The topics to play.
         remap: New names of topics.
         clock: Whether it publishes `/clock` too.
         note: Takes a line about a topic that cannot be played.
-
-    Attributes:
-        published: How many messages have been published.
     """
 
     def __init__(
@@ -96,14 +91,11 @@ class PlayOptions:
     """Options of playing.
 
     Attributes:
-        selection: Which topics.
         rate: Recorded seconds a second.
         offset: Where in the recording to begin [s].
-        loop: Whether to begin again at the end.
         paused: Whether to begin with a pause.
         clock_hz: How often to publish the recorded time on /clock [Hz]; 0 for not.
         delay: How long to wait until those who listen have found the player [s].
-        remap: New names of topics.
     """
 
     selection: TopicSelection = field(default_factory=TopicSelection)
@@ -118,11 +110,6 @@ class PlayOptions:
 
 def play(bag: Bag, options: PlayOptions, show: Callable[[str], None]) -> None:
     """Play a recording until its end, SIGINT or SIGTERM; space pauses and resumes.
-
-    Args:
-        bag: The recording.
-        options: How.
-        show: Takes lines for the user.
 
     Raises:
         ArjunaError: No topic is left to play, or it begins behind the recording's end.

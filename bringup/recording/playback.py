@@ -15,7 +15,6 @@ class Playback:
     """A recording that runs at some rate, can pause, and begins again where it shall loop.
 
     Args:
-        bag: The recording.
         takes: Returns which topics are played.
         rate: Recorded seconds a second.
         offset: Where in the recording it begins [s].

@@ -48,7 +48,6 @@ class Recorder:
         clock: The time to stamp messages with [s]; when they arrived if None.
 
     Attributes:
-        listener: The topics.
         messages: How many messages have been written.
     """
 
@@ -88,7 +87,6 @@ def demo_recorder(process: Process, path: Path) -> Recorder:
     """Return a recorder of the demo's topics into one file, stamped with simulated time.
 
     Args:
-        process: The lock-step process.
         path: The file to write; an existing one is never overwritten.
 
     Raises:
@@ -109,9 +107,6 @@ def record(
 
     Args:
         folder: Where to; it must not exist.
-        selection: Which topics.
-        limits: When to continue in a new file.
-        show: Takes lines for the user.
 
     Raises:
         RecordingError: The folder exists, or the disk refuses.

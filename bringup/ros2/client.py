@@ -30,7 +30,6 @@ class Client(Connection):
     Args:
         arguments: The command line's; `spin_time` and `use_sim_time` count.
         name: The node's name; a hidden one, as ros2cli's, if None.
-        executor: What runs its callbacks.
     """
 
     error = Ros2Error
@@ -95,7 +94,6 @@ class Client(Connection):
         """Wait for a name of the graph and for all who have it; return its types, or none.
 
         Args:
-            name: The name.
             names_of: Returns the names, of topics or the like, that a node sees.
             hidden: Whether a hidden name counts.
         """

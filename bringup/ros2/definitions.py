@@ -55,7 +55,6 @@ def nested_type(code: str, package: str) -> str | None:
 
     Args:
         code: A line without its comment.
-        package: The package of the line, which stands for types without one.
     """
     match = _TYPE.match(code)
     if match is None:

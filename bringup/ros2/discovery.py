@@ -36,7 +36,6 @@ def discover(
     """Wait until the graph is known, or until something is found in it.
 
     Args:
-        session: The connection.
         found: Looks for what is asked for; it ends the wait early.
         duration: How long to wait, whatever is known [s]; None for as long as it takes.
         missing: How long a graph must stand still before something counts as not there [s].
@@ -127,7 +126,6 @@ def count_participants(domain: int, table: str) -> int:
     """Return the number of participants whose ports stand in a table of UDP sockets.
 
     Args:
-        domain: The domain.
         table: As /proc/net/udp gives it.
     """
     first = _BASE + _DOMAIN_GAIN * domain + _OFFSET

@@ -34,7 +34,6 @@ def fill(
     """Set fields of a message.
 
     Args:
-        message: The message.
         values: A dictionary of its fields, as `parse` returns it.
         says: What is said of an error.
 

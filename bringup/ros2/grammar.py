@@ -20,7 +20,6 @@ class Argument:
 
     Attributes:
         names: Its flags, or the one name of a positional.
-        options: The keyword arguments.
         complete: What the shell completes it with, one of `COMPLETIONS`.
     """
 
@@ -34,8 +33,6 @@ class Verb:
     """One verb of a command.
 
     Attributes:
-        name: As it is typed.
-        about: One line for the help.
         arguments: Its arguments; a tuple of them excludes one another.
         run: `module:function` among the verbs, imported only when it runs; by default the
             command's module and the verb's name, with an underscore where Python has that name.
@@ -52,10 +49,6 @@ class Command:
     """One command.
 
     Attributes:
-        name: As it is typed.
-        about: One line for the help.
-        verbs: Its verbs.
-        arguments: Arguments before the verb.
         forward: `module:function` that takes all words after the command instead of verbs.
         graph: Whether its verbs look at the graph and so take `GRAPH` too.
     """

@@ -20,11 +20,7 @@ _HANDED_ON = "ARJUNA_ROS2_HANDED_ON"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code.
-
-    Args:
-        argv: The words after `ros2`; those of the process if None.
-    """
+    """Run one command and return its exit code."""
     if argv is not None:
         return _guarded(list(argv))
     real = real_ros2(os.environ, Path(sys.argv[0]))
@@ -77,12 +73,7 @@ def _run(words: list[str]) -> int:
 
 
 def real_ros2(environment: Mapping[str, str], own: Path) -> str | None:
-    """Return the `ros2` of a sourced ROS, or None.
-
-    Args:
-        environment: The process's environment.
-        own: This program, which is none.
-    """
+    """Return the `ros2` of a sourced ROS, or None."""
     return None if _HANDED_ON in environment else real_program("ros2", environment, own)
 
 
@@ -90,8 +81,6 @@ def real_program(name: str, environment: Mapping[str, str], own: Path) -> str | 
     """Return a program of a sourced ROS, or None.
 
     Args:
-        name: Its name.
-        environment: The process's environment.
         own: The program of that name that this is.
     """
     if "ROS_DISTRO" not in environment:

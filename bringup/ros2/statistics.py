@@ -9,15 +9,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Spread:
-    """Statistics of a window of values.
-
-    Attributes:
-        mean: Their mean.
-        least: The least.
-        most: The greatest.
-        deviation: Their standard deviation.
-        count: How many there are.
-    """
+    """Statistics of a window of values."""
 
     mean: float
     least: float
@@ -44,9 +36,6 @@ class Intervals:
     """The times between messages, the newest `window` of them.
 
     A time that is set back starts again.
-
-    Attributes:
-        window: How many to keep.
     """
 
     window: int

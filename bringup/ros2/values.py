@@ -117,7 +117,6 @@ def dump(value: Any, flow: bool = False) -> str:
     """Return a plain value as YAML, in its own order and with no line broken.
 
     Args:
-        value: Dictionaries, lists, texts and numbers.
         flow: Whether lists stand on one line.
     """
 

@@ -27,12 +27,10 @@ class Tuning:
 
     Attributes:
         campaign: What a trial runs, with its parameters.
-        dimensions: The parameters.
         measure: The figure that is bettered: a key of a run's result.
         maximize: Whether more of it is better.
         params: Parameter files that every trial begins from.
         confirm: Factors of the runs by which the winner is compared at last; none if empty.
-        trials: How many to run.
     """
 
     campaign: Campaign

@@ -27,10 +27,6 @@ class Dimension:
     """A parameter that is searched, in a range or among some values.
 
     Attributes:
-        node: The node's name.
-        key: The parameter's.
-        now: The value it has now.
-        unit: Its unit, or "".
         low: Least value to try; NaN for choices.
         high: Greatest value to try; NaN for choices.
         log: Whether factors count, not differences.

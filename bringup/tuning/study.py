@@ -40,7 +40,6 @@ class Tried:
         number: Its number; 0 has the values of now.
         values: The parameters' values, by dimension.
         figure: The mean of the figure that is bettered; infinitely bad where no run has one.
-        failed: How many of its runs failed.
     """
 
     number: int

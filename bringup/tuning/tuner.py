@@ -25,14 +25,9 @@ class Tuner:
     """A tuning in progress.
 
     Args:
-        tuning: What is tuned.
         folder: Where the study, a folder a trial and the best parameters go.
-        jobs: How many runs at a time.
         stop: Set to break off; unfinished runs are run again next time.
         program: What takes the words of a run.
-
-    Attributes:
-        study: The trials.
 
     Raises:
         CampaignError: The folder is another tuning's.

@@ -12,7 +12,6 @@ class Frame:
     """A frame of /tf or /tf_static.
 
     Attributes:
-        name: Its name.
         parents: Every parent it was given, the last one last.
         static: Whether its last transform came on /tf_static.
         rate: Transforms a second, of the listener's time [Hz].
@@ -121,7 +120,6 @@ def draw_tree(path: Path, parents: Mapping[str, str], labels: Mapping[str, str])
 
     Args:
         path: The file; its ending says the format.
-        parents: The parent of each frame.
         labels: What to write on the edge from each frame's parent.
     """
     from matplotlib.figure import Figure

@@ -63,8 +63,6 @@ def draw_trajectory(
     """Write a picture of a map with the true path, the estimated path and the goals.
 
     Args:
-        path: The PNG to write.
-        grid: The map.
         table: Time, true and estimated x, y, yaw, `(N, 7) float64` [s, m, m, rad, m, m, rad].
         goals: x, y, yaw [m, m, rad] and whether it was reached.
     """
@@ -85,8 +83,6 @@ def draw_path(path: Path, grid: OccupancyGrid, poses: NDArray[np.float64]) -> No
     """Write a picture of a map with a path on it.
 
     Args:
-        path: The PNG to write.
-        grid: The map.
         poses: `(N, 3) float64` of x, y, theta in the map's frame.
     """
     figure = Figure(figsize=(9.0, 9.0))

@@ -43,7 +43,6 @@ class RvizFile:
 
     Attributes:
         fixed_frame: Empty where it names none.
-        layers: The layers that are shown.
         topics: Other topics than ours, by the key of what shows them.
         left_out: Names of displays that nothing here shows.
     """

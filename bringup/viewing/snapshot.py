@@ -31,13 +31,9 @@ class Snapshot:
 
     Attributes:
         time: The moment [s].
-        grid: The map.
         scan: Points of the last scan, `(N, 2)` [m].
-        robot: The robot's pose.
         believed: The positions that it believed in until then, `(N, 2)` [m].
         true: Its true positions, by a simulator's odometry without errors, `(N, 2)` [m].
-        plan: The last path, `(N, 2)` [m].
-        goals: The goals that were given.
     """
 
     time: float = 0.0
@@ -54,7 +50,6 @@ def snapshot_of(bag: Bag, moment: float | None = None) -> Snapshot:
     """Return a recording's state at a moment.
 
     Args:
-        bag: The recording.
         moment: Seconds from its beginning; None for its end.
 
     Raises:

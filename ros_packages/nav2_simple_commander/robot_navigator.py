@@ -34,12 +34,7 @@ __all__ = ["BasicNavigator", "TaskResult"]
 
 
 class BasicNavigator(RobotServices):
-    """Sends one task at a time; ask `isTaskComplete()` until it is, then `getResult()`.
-
-    Args:
-        node_name: The node's name.
-        namespace: The robot's namespace.
-    """
+    """Sends one task at a time; ask `isTaskComplete()` until it is, then `getResult()`."""
 
     def __init__(self, node_name: str = "basic_navigator", namespace: str = "") -> None:
         super().__init__(node_name, namespace)

@@ -23,12 +23,7 @@ _MANAGER = "nav2_msgs/srv/ManageLifecycleNodes"
 
 
 class RobotServices(Node):
-    """A node with one task at a time, and the services of a robot as methods.
-
-    Args:
-        node_name: The node's name.
-        namespace: The robot's namespace.
-    """
+    """A node with one task at a time, and the services of a robot as methods."""
 
     def __init__(self, node_name: str, namespace: str) -> None:
         super().__init__(node_name=node_name, namespace=namespace)

@@ -36,15 +36,7 @@ class NavigatorError(RuntimeError):
 
 
 class Task(Session):
-    """The goal that runs, or the last one.
-
-    Args:
-        node: The node; its callbacks run while this waits.
-
-    Attributes:
-        status: The goal's status once it has ended.
-        feedback: The newest feedback.
-    """
+    """The goal that runs, or the last one."""
 
     error = NavigatorError
 

@@ -23,7 +23,6 @@ class Buffer(BufferCore, BufferInterface):
 
     Args:
         cache_time: How long transforms are kept.
-        node: The node; its clock measures time-outs.
     """
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None) -> None:

@@ -12,12 +12,7 @@ from tf2_msgs.msg import TFMessage
 
 
 class StaticTransformBroadcaster:
-    """Publishes on /tf_static: all of its transforms in one message, for who comes later too.
-
-    Args:
-        node: The node.
-        qos: Of /tf_static.
-    """
+    """Publishes on /tf_static: all of its transforms in one message, for who comes later too."""
 
     def __init__(self, node: Node, qos: Any = None) -> None:
         latched = qos or QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -12,12 +12,7 @@ from tf2_msgs.msg import TFMessage
 
 
 class TransformBroadcaster:
-    """Publishes on /tf.
-
-    Args:
-        node: The node.
-        qos: Of /tf.
-    """
+    """Publishes on /tf."""
 
     def __init__(self, node: Node, qos: Any = None) -> None:
         self.pub_tf = node.create_publisher(TFMessage, "/tf", qos or QoSProfile(depth=100))

@@ -21,11 +21,7 @@ class TransformListener:
     """Feeds a buffer.
 
     Args:
-        buffer: The buffer.
-        node: The node.
         spin_thread: Whether a thread of its own spins the node.
-        qos: Of /tf.
-        static_qos: Of /tf_static.
     """
 
     def __init__(

@@ -121,19 +121,9 @@ class Registry:
     With the environment's ARJUNA_WATCH_MESSAGES set, a message that anyone changes after it was
     published is an error, raised some messages later.
 
-    Args:
-        executor: Runs what is delivered.
-
     Attributes:
-        executor: The same.
-        publishers: Each topic's, by its name, in the order in which they were made.
-        subscriptions: Each topic's.
-        services: Each service's.
-        timers: Those of all nodes.
         problem: Why the message that is delivered now cannot be used; None if it can.
         trusted: Whether a node of ours made what is handled now, a message or a request.
-        watching: Whether messages are looked at again.
-        now: The process's time [s].
     """
 
     def __init__(self, executor: LocalExecutor) -> None:

@@ -13,7 +13,6 @@ def check(snapshot: Snapshot, slowest: float = 0.8, listed: int = 4) -> Iterator
     """Yield faults of /clock.
 
     Args:
-        snapshot: The robot.
         slowest: Least pace of the simulation that is no fault, of real time.
         listed: The most nodes that are named.
     """

@@ -14,7 +14,6 @@ def check(snapshot: Snapshot, blind: float = 0.05, near: float = 0.02) -> Iterat
     """Yield faults of the scans.
 
     Args:
-        snapshot: The robot.
         blind: Least share of the beams that hit anything.
         near: Greatest share of the beams that hit the robot itself.
     """

@@ -16,7 +16,6 @@ def check(
     """Yield facts that contradict the map or the pose.
 
     Args:
-        snapshot: The robot.
         known: Share of a map's cells below which it is empty.
         on_walls: Least share of the scan's hits; a lost robot has about a third by chance.
         deviation: Greatest standard deviation of the position [m].

@@ -15,7 +15,6 @@ def check(
     """Yield the resources that the machine lacks.
 
     Args:
-        snapshot: The robot.
         disk: Least free, an hour's recording with the camera [GiB].
         memory: Least free, for the processes of sim and nav [GiB].
         load: Most processes that want to run, a core: each waits two thirds of the time.

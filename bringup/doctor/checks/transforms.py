@@ -15,7 +15,6 @@ def check(snapshot: Snapshot, late: float = 0.5, ahead: float = 2.0) -> Iterator
     """Yield faults of the tree of frames.
 
     Args:
-        snapshot: The robot.
         late: Greatest age of a transform; Nav2's transform_tolerance is 0.1 to 0.3 [s].
         ahead: Greatest time ahead; localization dates map -> odom a little ahead [s].
     """

@@ -27,7 +27,6 @@ class Conversion(NamedTuple):
     """A file by our names.
 
     Attributes:
-        text: The file.
         notes: The names without meaning here, a line each.
         unknown: A sentence for each name that nobody knows.
         problems: A sentence for each value that is not valid, and where nothing is left.

@@ -32,9 +32,6 @@ _NO = ("false", "0")
 class LaunchFile:
     """The settings of a launch file and of those that it includes.
 
-    Args:
-        path: The file.
-
     Attributes:
         document: Parameters by section: `{"amcl": {...}, "move_base": {"DWAPlannerROS": {...}}}`.
         topics: New names of topics by section: `{"amcl": {"scan": "robot/laser/scan"}}`.

@@ -58,7 +58,6 @@ def convert(
     names alone are for both costmaps.
 
     Args:
-        document: The file's content.
         topics: New names of topics by section, as a launch file gives them.
     """
     conversion = _Conversion()

@@ -36,8 +36,6 @@ def understand(
     Args:
         given: The file's parameters; those of `/**` go to each node that has them.
         below: What holds already; of plug-ins that the file replaces nothing is kept.
-        specs: All nodes there are.
-        namespace: The robot's.
     """
     nodes = {spec.name: spec for spec in specs}
     sections, remarks = _sections(given, nodes, namespace)
@@ -120,9 +118,6 @@ class _Section:
     """One node's section of a file, as that node's parameters.
 
     Attributes:
-        values: The node's parameters.
-        remarks: The names without effect.
-        problems: What refuses the section.
         taken: The names of `shared` that the node has.
     """
 

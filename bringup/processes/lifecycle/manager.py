@@ -50,8 +50,6 @@ class LifecycleManager(GuardedNode):
     Deadlines run on a steady clock: bringing nodes up must not wait for a simulator's time.
 
     Args:
-        process: The process it lives in.
-        name: Its name.
         nodes: The managed nodes in the order of bring-up.
         autostart: Whether to bring them up at once.
         commandable: Whether clients may command it by `<name>/manage_nodes`.

@@ -16,7 +16,6 @@ def run_file(path: Path, words: list[str]) -> None:
     """Run a file as `python FILE` does, then its `main()` if it has one that it does not call.
 
     Args:
-        path: The file.
         words: The program's own words and ROS's, which rclpy reads from `sys.argv`.
     """
     try:

@@ -77,11 +77,7 @@ def _lost(status: Any) -> None:
 
 
 class Printer:
-    """Prints messages as the options of `echo` ask for.
-
-    Args:
-        arguments: The options.
-    """
+    """Prints messages as the options of `echo` ask for."""
 
     def __init__(self, arguments: argparse.Namespace) -> None:
         self._options = arguments

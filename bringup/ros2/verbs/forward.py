@@ -26,10 +26,7 @@ class RosArguments:
     """A program's own words, and what stands between `--ros-args` and `--`.
 
     Attributes:
-        own: Its own words.
         remapped: The new name of each remapped one, which has no leading slash.
-        parameters: Values by name.
-        files: Parameter files.
         level: What to log at least, "" if it is not said.
         unused: The other words.
     """

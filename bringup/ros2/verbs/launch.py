@@ -33,7 +33,6 @@ class Launch:
     """The command of ours that starts the same as a launch file.
 
     Attributes:
-        words: Our command.
         options: The command's option for an argument of the file.
         idle: Its arguments that have no effect here.
         instead: Its arguments that say what locates the robot in place of a map.
@@ -72,12 +71,7 @@ LAUNCHES: dict[tuple[str, str], Launch] = {
 
 @dataclass
 class Translation:
-    """A launch file with arguments, as a command of ours.
-
-    Attributes:
-        command: Its words.
-        remarks: Which arguments have no effect, and why, a line each.
-    """
+    """A launch file with arguments, as a command of ours, and remarks on those without effect."""
 
     command: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)

@@ -43,11 +43,7 @@ class Panel:
     """Builds the panel; each use of it queues a call.
 
     Args:
-        server: viser's server.
-        robot: Takes the commands.
         queue: Queues a function and its arguments, for viser calls back on its own threads.
-        take_tool: Takes up a tool.
-        show_layer: Shows or hides a layer.
         shown: The layers that are shown at first.
     """
 

@@ -19,7 +19,6 @@ class Pointer:
     """Takes hold of the ground while a tool is in hand; else a drag turns the view.
 
     Args:
-        server: viser's server.
         pointed: Takes start and end of a click or drag [m]; must not block.
         half: Ground to each side [m].
         below: Height at which it hides nothing [m].
@@ -73,12 +72,7 @@ class Pointer:
 
 
 def on_ground(eye: Point3, through: Point3) -> Point2 | None:
-    """Return where a line of sight meets the ground, z = 0 [m]; None where it goes up or level.
-
-    Args:
-        eye: The camera's position [m].
-        through: Another point of the line [m].
-    """
+    """Return where a line of sight meets the ground, z = 0 [m]; None where it goes up or level."""
     down = eye[2] - through[2]
     if eye[2] <= 0.0 or down <= 1e-9:
         return None
@@ -90,8 +84,6 @@ def dragged_pose(start: Point2, end: Point2, robot: SE2 | None, shortest: float 
     """Return the pose that a drag draws: at its start, heading for its end.
 
     Args:
-        start: Of the drag [m].
-        end: Of the drag [m].
         robot: The robot, from which a mere click heads away; None where it is not known.
         shortest: A shorter drag is a click, as in RViz [m].
     """

@@ -14,11 +14,7 @@ from bringup.viewing.drawing.values import LAYERS
 
 
 class RobotScene:
-    """The tree of frames, with the robot's links in it.
-
-    Args:
-        server: viser's server.
-    """
+    """The tree of frames, with the robot's links in it."""
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._scene = server.scene

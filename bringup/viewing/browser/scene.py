@@ -28,7 +28,6 @@ class Scene:
     """Draws layers; a drawing replaces the one before under the same key.
 
     Args:
-        server: viser's server.
         decoding: Ticks that a browser takes for a map's picture.
         most_arrows: The most of a drawing; more are lines, which cost less.
     """

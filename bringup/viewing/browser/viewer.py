@@ -27,9 +27,6 @@ class Viewer:
     """Shows a robot to browsers and does what their users ask for.
 
     Args:
-        server: viser's server.
-        robot: The ROS side.
-        find_mesh: Finds the meshes of the robot's description.
         shown: The layers that are shown at first; those of `LAYERS` by default.
     """
 

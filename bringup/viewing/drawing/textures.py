@@ -73,7 +73,6 @@ def rectangle_glb(png: bytes, width: float, height: float) -> bytes:
     unlit, and its cells are sharp.
 
     Args:
-        png: The picture.
         width: Along x, from the origin [m].
         height: Along y, from the origin [m].
     """

@@ -59,7 +59,6 @@ class Grid(Drawing):
     """A map, or a see-through costmap; `pose` is that of its lower-left corner.
 
     Attributes:
-        grid: The cells.
         opacity: Of the costs, 0 to 1; None for a map.
     """
 
@@ -110,7 +109,6 @@ class Body:
     """A person, drawn round, or a box.
 
     Attributes:
-        name: Its name.
         pose: Pose of the middle of its bounding box in the drawing's frame.
         size: Edges of its bounding box [m].
         colour: Red, green and blue, 0 to 255.

@@ -33,12 +33,7 @@ def message_type(type_name: str) -> Any:
 
 
 class Channels:
-    """A channel for each topic of the graph.
-
-    Args:
-        node: The bridge's node.
-        context: The server's context.
-    """
+    """A channel for each topic of the graph."""
 
     def __init__(self, node: Node, context: foxglove.Context) -> None:
         self._node = node

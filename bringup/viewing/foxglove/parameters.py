@@ -37,11 +37,7 @@ class Question:
 
 
 class Parameters:
-    """Asks the nodes' own services.
-
-    Args:
-        services: The bridge's service clients.
-    """
+    """Asks the nodes' own services."""
 
     def __init__(self, services: Services) -> None:
         self._services = services

@@ -14,11 +14,7 @@ _LITTLE_ENDIAN_CDR = b"\x00\x01"
 
 
 class Publications:
-    """A publisher for each channel that a client advertised.
-
-    Args:
-        node: The bridge's node.
-    """
+    """A publisher for each channel that a client advertised."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -30,10 +26,7 @@ class Publications:
         """Make a publisher for a client's channel; return why that is not possible, if so.
 
         Args:
-            key: Names the channel.
-            topic: The topic.
             type_name: `package/msg/Name` or, as in ROS 1, `package/Name`.
-            encoding: Of the messages.
         """
         if encoding != "cdr":
             return f"{topic}: encoding '{encoding}' is not taken; valid: cdr"

@@ -34,9 +34,6 @@ class Output:
         web: Whether to show it in a browser instead of rerun's window.
         show: Takes lines for the user.
 
-    Attributes:
-        recording: What to log to.
-
     Raises:
         OutputError: The file exists already or cannot be written, there is no display, or the
             viewer does not start.

@@ -50,13 +50,8 @@ _TF, _STRING = "tf2_msgs/msg/TFMessage", "std_msgs/msg/String"
 class Scene:
     """Shows messages in rerun; memory does not grow with time.
 
-    Args:
-        stream: Where they go.
-        find_mesh: Finds the robot's meshes.
-
     Attributes:
         notes: On what cannot be shown, each once.
-        topics: The topics that are shown.
     """
 
     def __init__(self, stream: Stream, find_mesh: FindMesh) -> None:

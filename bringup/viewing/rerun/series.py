@@ -38,7 +38,6 @@ def errors(stream: Stream, frames: Frames, truth: Any) -> None:
     """Draw the error of the robot's belief [m] and [rad].
 
     Args:
-        stream: Where to.
         frames: Its belief, where there is a map.
         truth: The simulator's odometry without errors, in the world's frame.
     """

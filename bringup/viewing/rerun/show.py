@@ -21,11 +21,7 @@ def replay(
     """Show a recording, or write it to a file of rerun's.
 
     Args:
-        bag: The recording.
         save: The file; None to show it, until the viewer is closed.
-        web: Whether to show it in a browser.
-        find_mesh: Finds the robot's meshes.
-        show: Takes lines for the user.
 
     Raises:
         InputFileError: It holds nothing that can be shown.
@@ -61,9 +57,6 @@ def watch(
 
     Args:
         save: A file of rerun's to write instead.
-        web: Whether to show it in a browser.
-        find_mesh: Finds the robot's meshes.
-        show: Takes lines for the user.
         stopped: Returns whether to end.
 
     Raises:

@@ -16,7 +16,6 @@ class Stream:
     """Writes to a rerun recording on one timeline, seconds since its beginning.
 
     Args:
-        recording: The recording.
         patience: How long rows may wait to be sent together [s].
         most: Rows that may wait.
     """

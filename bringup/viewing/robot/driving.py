@@ -12,8 +12,6 @@ class HandDrive:
     """Publishes velocities; the topic is advertised when it is first used.
 
     Args:
-        node: The viewer's node.
-        topic: The velocity command's topic.
         hold: How long one request to drive holds; a button that is held renews it [s, wall].
         stops: Stops that are sent, for a lost one must not leave the robot driving.
     """

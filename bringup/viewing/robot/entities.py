@@ -33,11 +33,7 @@ class Kind:
 
 
 class EntityWatch:
-    """Asks for the poses of all entities, and once for the category and size of each.
-
-    Args:
-        services: The viewer's service clients.
-    """
+    """Asks for the poses of all entities, and once for the category and size of each."""
 
     def __init__(self, services: Services) -> None:
         self._services = services
@@ -101,7 +97,6 @@ def bodies(
     A simulator's world and a map need not have the same origin; the robot is in both.
 
     Args:
-        kinds: The entities that are known.
         poses: All entities' poses in the world.
     """
     known = [(name, kinds[name], pose) for name, pose in poses if name in kinds]

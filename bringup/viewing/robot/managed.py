@@ -22,11 +22,7 @@ _MARKS = {"active": "●", "inactive": "○", "unconfigured": "·"}
 class ManagedNodes:
     """Asks one node after the other for its state.
 
-    Args:
-        services: The viewer's service clients.
-
     Attributes:
-        states: Each node's state.
         report: On the last command.
     """
 

@@ -65,10 +65,6 @@ class NavigationWatch:
     """Follows the navigator's actions, whoever uses them, and sends goals.
 
     It speaks the actions' own services and topics: an ActionClient hears only of its own goals.
-
-    Args:
-        node: The viewer's node.
-        services: Its service clients.
     """
 
     def __init__(self, node: Node, services: Services) -> None:

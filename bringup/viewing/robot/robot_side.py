@@ -35,7 +35,6 @@ class RobotOptions:
     """The names by which a robot is found.
 
     Attributes:
-        namespace: Of its topics and services.
         fixed_frame: The frame to draw and to command in.
         command_topic: Of velocities by hand.
         topics: Other names of topics, by the keys of `TOPICS`.
@@ -51,7 +50,6 @@ class RobotSide:
     """Listens to layers and publishes commands; everything happens in `spin` and `tick`.
 
     Args:
-        options: The robot's names.
         context: An rclpy context to live in; its own if None.
     """
 

@@ -10,11 +10,7 @@ from rclpy.node import Node
 
 
 class Services:
-    """Clients of services, made when they are first asked.
-
-    Args:
-        node: The viewer's node.
-    """
+    """Clients of services, made when they are first asked."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -32,10 +28,6 @@ class Services:
         """Send a request; an earlier one to the same service that is not answered is dropped.
 
         Args:
-            kind: The service's type.
-            name: Its name.
-            request: The request.
-            then: Called with the response.
             deadline: How long a request keeps `busy` true [s, monotonic].
 
         Returns:

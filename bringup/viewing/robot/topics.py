@@ -23,10 +23,7 @@ class Topic:
     """A topic of a layer.
 
     Attributes:
-        layer: The layer.
         name: The topic, relative to the viewer's namespace.
-        kind: Its message type.
-        profile: Quality of service to ask for.
         anywhere: Whether a topic of the type by another name will do.
     """
 
@@ -65,7 +62,6 @@ class Feed:
     """Keeps the newest message of each topic that is shown, serialized until it is taken.
 
     Args:
-        node: The viewer's node.
         names: Other names of topics, by the keys of `TOPICS`.
     """
 
