@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import importlib
 import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import rclpy
 from rclpy.context import Context
@@ -64,3 +66,22 @@ def add_environment_to_ament_index() -> None:
     prefixes = [entry for entry in os.environ.get(_VARIABLE, "").split(os.pathsep) if entry]
     if sys.prefix not in prefixes:
         os.environ[_VARIABLE] = os.pathsep.join([*prefixes, sys.prefix])
+
+
+def class_of(name: str) -> Any:
+    """Return the class of an interface, `package/kind/Name`, or of an action's feedback message.
+
+    Raises:
+        LookupError: No installed package has it.
+    """
+    package, _, rest = name.partition("/")
+    kind, _, short = rest.partition("/")
+    if not all(part.isidentifier() for part in (package, kind, short)):
+        raise LookupError(f"'{name}' is no type; valid: package/msg/Name")
+    try:
+        module = importlib.import_module(f"{package}.{kind}")
+        if kind == "action" and short.endswith("_FeedbackMessage"):
+            return getattr(module, short.removesuffix("_FeedbackMessage")).Impl.FeedbackMessage
+        return getattr(module, short)
+    except (ImportError, AttributeError) as error:
+        raise LookupError(f"type '{name}' is not installed") from error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
@@ -11,6 +10,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from arjuna_core.bags.topic import TopicInfo, TopicQos, request_for
+from arjuna_core.ros.context import class_of
 from bringup.recording.message_definitions import message_definition, type_hash
 
 BARE_NODE: dict[str, Any] = {"start_parameter_services": False, "enable_rosout": False}
@@ -115,8 +115,8 @@ class TopicListener:
             topic = TopicInfo(
                 name, type_name, message_definition(type_name), type_hash(type_name), offers
             )
-            message_type = message_class(type_name)
-        except (LookupError, ImportError, AttributeError, ValueError, OSError):
+            message_type = class_of(type_name)
+        except (LookupError, OSError, ValueError):
             self._refused.add(name)
             self._note(f"{name} is left out: its type {type_name} is not installed")
             return False
@@ -140,14 +140,14 @@ class TopicListener:
             count = self._node.count_publishers(name)
             entry = self._topics.get(name)
             if entry is None and count:
-                if self.listen(name, types[0], self._offers(name)):
+                if self.listen(name, types[0], offers_of(self._node, name)):
                     self._note(f"listens to {name} ({types[0]})")
             elif entry is not None and count != entry.publishers:
                 self._adapt(entry, count)
 
     def _adapt(self, entry: _Subscription, count: int) -> None:
         entry.publishers = count
-        request = request_for(self._offers(entry.topic.name))
+        request = request_for(offers_of(self._node, entry.topic.name))
         before = entry.request
         weaker = before.reliable > request.reliable or before.latched > request.latched
         if count and weaker:
@@ -155,17 +155,6 @@ class TopicListener:
             entry.request = request
             name = entry.topic.name
             entry.subscription = self._subscribe(entry.message_type, name, request)
-
-    def _offers(self, name: str) -> tuple[TopicQos, ...]:
-        profiles = [each.qos_profile for each in self._node.get_publishers_info_by_topic(name)]
-        return tuple(
-            TopicQos(
-                each.reliability != ReliabilityPolicy.BEST_EFFORT,
-                each.durability == DurabilityPolicy.TRANSIENT_LOCAL,
-                each.depth,
-            )
-            for each in profiles
-        )
 
     def _subscribe(self, message_type: Any, name: str, request: TopicQos, depth: int = 1000) -> Any:
         """Subscribe with a queue of the messages that may wait between two calls of `take`."""
@@ -191,6 +180,19 @@ class TopicListener:
         return found
 
 
+def offers_of(node: Node, topic: str) -> tuple[TopicQos, ...]:
+    """Return the QoS of a topic's publishers."""
+    profiles = [each.qos_profile for each in node.get_publishers_info_by_topic(topic)]
+    return tuple(
+        TopicQos(
+            each.reliability != ReliabilityPolicy.BEST_EFFORT,
+            each.durability == DurabilityPolicy.TRANSIENT_LOCAL,
+            each.depth,
+        )
+        for each in profiles
+    )
+
+
 def profile_of(wanted: TopicQos) -> QoSProfile:
     """Return the rclpy profile of a recording's QoS."""
     reliability, durability = ReliabilityPolicy, DurabilityPolicy
@@ -199,18 +201,3 @@ def profile_of(wanted: TopicQos) -> QoSProfile:
         reliability=reliability.RELIABLE if wanted.reliable else reliability.BEST_EFFORT,
         durability=durability.TRANSIENT_LOCAL if wanted.latched else durability.VOLATILE,
     )
-
-
-def message_class(type_name: str) -> Any:
-    """Return the class of a message type such as `nav_msgs/msg/Path`, or of an action's feedback.
-
-    Raises:
-        ImportError: The package is not installed.
-        AttributeError: It has no such type.
-        ValueError: It is no name of a type.
-    """
-    package, kind, name = type_name.split("/")
-    module = importlib.import_module(f"{package}.{kind}")
-    if kind == "action":
-        return getattr(module, name.removesuffix("_FeedbackMessage")).Impl.FeedbackMessage
-    return getattr(module, name)

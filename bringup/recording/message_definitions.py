@@ -10,9 +10,7 @@ from ament_index_python.packages import get_package_share_directory
 
 from arjuna_core.ros.context import add_environment_to_ament_index
 
-_INTEGERS = {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)}
-_PRIMITIVES = _INTEGERS | {"bool", "byte", "char", "float32", "float64", "string", "wstring"}
-_FIELD = re.compile(r"^\s*([A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
+_TYPE = re.compile(r"\s*(?P<name>[A-Z]\w*|\w+/(?:msg/)?\w+)(?:<=\d+)?(?:\[[^]]*\])?\s+[A-Za-z]")
 _PARTS = re.compile(r"^---[ \t]*\n", re.MULTILINE)
 _RULE = "=" * 80
 
@@ -34,15 +32,23 @@ def type_hash(type_name: str) -> str:
     )
 
 
+def nested_type(code: str, package: str) -> str | None:
+    """Return `package/msg/Name` of the type of a field, None where it is no message.
+
+    Args:
+        code: A line without its comment, of a package whose own types stand without it.
+    """
+    match = _TYPE.match(code)
+    if match is None:
+        return None
+    parts = match["name"].split("/")
+    return f"{parts[0] if len(parts) > 1 else package}/msg/{parts[-1]}"
+
+
 def _dependencies(type_name: str, text: str) -> list[str]:
     package = type_name.split("/")[0]
-    found: list[str] = []
-    for line in text.splitlines():
-        match = _FIELD.match(line.split("#")[0])
-        if match and match[1] not in _PRIMITIVES:
-            parts = match[1].split("/")
-            found.append(f"{parts[0] if len(parts) > 1 else package}/msg/{parts[-1]}")
-    return found
+    found = (nested_type(line.partition("#")[0], package) for line in text.splitlines())
+    return [name for name in found if name is not None]
 
 
 def _feedback(type_name: str) -> tuple[str, str]:

@@ -16,9 +16,10 @@ from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import BagMessage, TopicInfo, offer_for
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
-from arjuna_core.ros.context import new_context
-from bringup.recording.listener import BARE_NODE, message_class, profile_of
-from bringup.recording.playback import NANO, Playback
+from arjuna_core.ros.context import class_of, new_context
+from arjuna_core.timing import NANOSECONDS
+from bringup.recording.listener import BARE_NODE, profile_of
+from bringup.recording.playback import Playback
 from bringup.recording.selection import TopicSelection
 from bringup.terminal import Keys, stopped_by_signals
 
@@ -57,8 +58,8 @@ class Player:
             note(f"{topic.name} is left out: it is encoded as '{topic.encoding}', not as cdr")
             return
         try:
-            message_type = message_class(topic.type_name)
-        except (ImportError, AttributeError, ValueError):
+            message_type = class_of(topic.type_name)
+        except LookupError:
             note(f"{topic.name} is left out: its type {topic.type_name} is not installed")
             return
         offer = offer_for(
@@ -78,7 +79,7 @@ class Player:
         """Publish a time [ns] on `/clock`, where that was asked for."""
         if self._clock is not None:
             message = Clock()
-            message.clock.sec, message.clock.nanosec = divmod(time, NANO)
+            message.clock.sec, message.clock.nanosec = divmod(time, NANOSECONDS)
             self._clock.publish(message)
 
     def close(self) -> None:

@@ -6,9 +6,7 @@ from collections.abc import Callable, Iterator
 
 from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import BagMessage
-
-NANO = 1_000_000_000
-"""Nanoseconds in a second."""
+from arjuna_core.timing import NANOSECONDS
 
 
 class Playback:
@@ -36,7 +34,7 @@ class Playback:
         self._bag = bag
         self._takes = takes
         self._rate = rate
-        self._start = bag.start + round(offset * NANO)
+        self._start = bag.start + round(offset * NANOSECONDS)
         self._loop = loop
         self._time = float(self._start)
         self._wall: float | None = None
@@ -60,7 +58,7 @@ class Playback:
     def advance(self, wall: float) -> None:
         """Move on to a wall time [s]."""
         if self._wall is not None and not self.paused:
-            self._time += (wall - self._wall) * self._rate * NANO
+            self._time += (wall - self._wall) * self._rate * NANOSECONDS
         self._wall = wall
         self._began_again = False
 
@@ -79,4 +77,4 @@ class Playback:
         """Return how long to wait for the next message [s, wall]; infinite while it is paused."""
         if self._next is None or self.paused:
             return float("inf")
-        return max(self._next.time - self._time, 0.0) / NANO / self._rate
+        return max(self._next.time - self._time, 0.0) / NANOSECONDS / self._rate

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from datetime import datetime
 
 from arjuna_core.bags.reader import Bag
-from bringup.recording.playback import NANO
+from arjuna_core.timing import NANOSECONDS
 
 _INDENT = " " * 19
 _UNITS = ("B", "KiB", "MiB", "GiB", "TiB")
@@ -20,7 +20,7 @@ def lines(bag: Bag) -> Iterator[str]:
     yield from (f"{_INDENT}{name}" for name in names[1:])
     yield _row("Bag size", _size(bag.size))
     yield _row("Storage id", bag.storage)
-    yield _row("Duration", f"{(bag.end - bag.start) / NANO:.9f}s")
+    yield _row("Duration", f"{(bag.end - bag.start) / NANOSECONDS:.9f}s")
     yield _row("Start", _time(bag.start))
     yield _row("End", _time(bag.end))
     yield _row("Messages", str(counts.total()))
@@ -52,6 +52,6 @@ def _size(size: float) -> str:
 
 
 def _time(stamp: int) -> str:
-    seconds, nanoseconds = divmod(stamp, NANO)
+    seconds, nanoseconds = divmod(stamp, NANOSECONDS)
     local = datetime.fromtimestamp(seconds).astimezone()
     return f"{local:%b %e %Y %H:%M:%S}.{nanoseconds:09d} ({seconds}.{nanoseconds:09d})"

@@ -1,17 +1,20 @@
-"""Interfaces by name: their Python classes, their packages and their definition files."""
+"""Interfaces by name: their Python classes, their packages and their definitions."""
 
 from __future__ import annotations
 
-import importlib
+import re
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from ament_index_python import get_package_share_directory, get_resource, get_resources
 from ament_index_python.packages import PackageNotFoundError
 
-from arjuna_core.ros.context import add_environment_to_ament_index
+from arjuna_core.ros.context import add_environment_to_ament_index, class_of
+from bringup.recording.message_definitions import nested_type
 from bringup.ros2.errors import Ros2Error
 
+_UNIT = re.compile(r"\s*\[[^,\]]+\]")
 WORDS = {"msg": "message", "srv": "service", "action": "action"}
 
 
@@ -28,21 +31,12 @@ def interface_class(name: str, kind: str | None = None) -> Any:
     parts = name.split("/")
     if len(parts) == 2 and kind is not None:
         parts.insert(1, kind)
-    valid = len(parts) == 3 and all(part.isidentifier() for part in parts)
-    if valid and parts[1] in WORDS and kind in (None, parts[1]):
-        try:
-            return getattr(importlib.import_module(f"{parts[0]}.{parts[1]}"), parts[2])
-        except (ModuleNotFoundError, AttributeError):
-            pass  # said below
+    if len(parts) == 3 and parts[1] in WORDS and kind in (None, parts[1]):
+        with suppress(LookupError):
+            return class_of("/".join(parts))
     if kind is None:
         raise Ros2Error(f"Could not find the interface '{name}'")
     raise Ros2Error(f"The passed {WORDS[kind]} type is invalid")
-
-
-def nested_class(rosidl_type: Any) -> Any:
-    """Return the Python class of a field's type that is a message."""
-    module = importlib.import_module(".".join(rosidl_type.namespaces))
-    return getattr(module, rosidl_type.name)
 
 
 def packages() -> dict[str, list[str]]:
@@ -88,3 +82,43 @@ def definition_file(name: str) -> Path:
     if kind not in WORDS or not short.isidentifier() or not path.is_file():
         raise Ros2Error(f"Could not find the interface '{name}'")
     return path
+
+
+def flattened(name: str, comments: bool = True, nested_comments: bool = False) -> list[str]:
+    """Return the lines of a definition, each nested type's below its field, one tab deeper.
+
+    Args:
+        name: `package/kind/Name`.
+        comments: Whether comments and empty lines stay.
+        nested_comments: Whether those of nested types stay.
+
+    Raises:
+        Ros2Error: There is no such interface.
+    """
+    package = name.split("/")[0]
+    lines: list[str] = []
+    for line in definition_file(name).read_text(encoding="utf-8").splitlines():
+        shown = line.rstrip() if comments else bare(line.rstrip())
+        lines += [] if shown is None else [shown]
+        nested = nested_type(line.partition("#")[0].strip(), package)
+        if nested is not None:
+            inner = flattened(nested, nested_comments, nested_comments)
+            lines += [f"\t{text}" if text else "" for text in inner]
+    return lines
+
+
+def bare(line: str) -> str | None:
+    """Return what ros2cli leaves of a line without comments, None for nothing.
+
+    It finds the comments by what the parser of definitions (rosidl_adapter) notes of them: what
+    stands behind a constant, is indented or says nothing but a unit stays, and a field's is cut
+    a character before its first word, which leaves the `#` of most.
+    """
+    code, mark, comment = line.replace("\t", " ").partition("#")
+    units = _UNIT.findall(comment)
+    said = (comment.replace(units[0], "") if len(units) == 1 else comment).lstrip("#").lstrip()
+    if not code:  # a comment, or an empty line
+        return line if mark and not said else None
+    if not said or not code.strip() or "=" in code.partition(" ")[2]:
+        return line
+    return line[: line.find(said) - 1].strip()

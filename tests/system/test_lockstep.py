@@ -14,12 +14,12 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from rclpy.serialization import deserialize_message
 
 from arjuna_core.bags.reader import Bag
+from arjuna_core.ros.context import class_of
 from arjuna_core.ros.local.cdr import to_cdr
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from bringup.lockstep import LockStep
 from bringup.parameters.files import merged, shipped_parameters
-from bringup.recording.listener import message_class
 from bringup.recording.recorder import demo_recorder
 from bringup.stack import NAVIGATION_GROUP, SIM_GROUP, SLAM_GROUP
 
@@ -77,7 +77,7 @@ def messages(path: Path) -> list[tuple[str, int, bytes]]:
         (
             each.topic.name,
             each.time,
-            to_cdr(deserialize_message(each.data, message_class(each.topic.type_name))),
+            to_cdr(deserialize_message(each.data, class_of(each.topic.type_name))),
         )
         for each in Bag(path).messages()
     ]

@@ -12,9 +12,8 @@ from rclpy.action import ActionClient
 
 from bringup.ros2.client import Client, full_name
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.filling import fill
 from bringup.ros2.types import interface_class
-from bringup.ros2.values import to_yaml
+from bringup.ros2.values import fill, to_yaml
 from bringup.ros2.verbs.send import values_of
 
 _WRONG = "Failed to populate message fields: {!r}"

@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from bringup.ros2.definitions import flattened
-from bringup.ros2.types import interface_class, interfaces_of
+from bringup.ros2.types import flattened, interface_class, interfaces_of
 from bringup.ros2.types import packages as all_packages
 
 _TITLES = {"msg": "Messages", "srv": "Services", "action": "Actions"}

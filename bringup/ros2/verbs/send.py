@@ -10,9 +10,9 @@ from typing import Any
 
 from bringup.ros2.client import Client
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.filling import fill, parse
 from bringup.ros2.qos import from_options
 from bringup.ros2.types import interface_class
+from bringup.ros2.values import fill, parse
 
 
 def values_of(text: str, stdin: bool) -> Any:

@@ -24,9 +24,8 @@ from rclpy.node import Node
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.context import new_context
-from bringup.viewing.foxglove.channels import Channels
+from bringup.viewing.foxglove.channels import Channels, Publications
 from bringup.viewing.foxglove.parameters import Parameters, Question
-from bringup.viewing.foxglove.publications import Publications
 from bringup.viewing.robot.services import Services
 
 PORT = 8765

@@ -1,35 +1,24 @@
-"""ROS topics as Foxglove's channels: passed on byte for byte, and only while somebody listens."""
+"""ROS topics as Foxglove's channels, byte for byte while somebody listens, and its clients' own."""
 
 from __future__ import annotations
 
-import importlib
-import re
 import time
 from collections import Counter
+from dataclasses import replace
 from typing import Any
 
 import foxglove
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile
 
+from arjuna_core.bags.topic import request_for
+from arjuna_core.ros import qos
+from arjuna_core.ros.context import class_of
+from bringup.recording.listener import offers_of, profile_of
 from bringup.recording.message_definitions import message_definition
 
-_TYPE = re.compile(r"([a-z][a-z0-9_]*)/msg/([A-Z][A-Za-z0-9]*)")
-
-
-def message_type(type_name: str) -> Any:
-    """Return the class of a message's type, `package/msg/Name`.
-
-    Raises:
-        LookupError: It is not installed.
-    """
-    parts = _TYPE.fullmatch(type_name)
-    if parts is None:
-        raise LookupError(f"'{type_name}' is no message type; valid: package/msg/Name")
-    try:
-        return getattr(importlib.import_module(f"{parts[1]}.msg"), parts[2])
-    except (ImportError, AttributeError) as error:
-        raise LookupError(f"type '{type_name}' is not installed") from error
+_LITTLE_ENDIAN_CDR = b"\x00\x01"
 
 
 class Channels:
@@ -65,7 +54,7 @@ class Channels:
 
     def _open(self, topic: str, type_name: str) -> None:
         try:
-            message_type(type_name)
+            class_of(type_name)
             text = message_definition(type_name)
         except LookupError as error:
             self._unknown.add(type_name)
@@ -98,7 +87,7 @@ class Channels:
             channel.log(data, log_time=time.time_ns())
 
         self._subscriptions[topic] = self._node.create_subscription(
-            message_type(type_name), topic, pass_on, profile, raw=True
+            class_of(type_name), topic, pass_on, profile, raw=True
         )
 
     def unsubscribe(self, topic: str) -> None:
@@ -115,11 +104,48 @@ class Channels:
 
     def _profile(self, topic: str) -> QoSProfile:
         """Return the best quality of service that every publisher of a topic offers."""
-        offers = [item.qos_profile for item in self._node.get_publishers_info_by_topic(topic)]
-        reliable = all(o.reliability == ReliabilityPolicy.RELIABLE for o in offers)
-        latched = all(o.durability == DurabilityPolicy.TRANSIENT_LOCAL for o in offers)
-        return QoSProfile(
-            depth=max([10, *(offer.depth for offer in offers)]),
-            reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-            durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
-        )
+        offers = offers_of(self._node, topic)
+        depth = max([10, *(offer.depth for offer in offers)])
+        return profile_of(replace(request_for(offers), depth=depth))
+
+
+class Publications:
+    """A publisher for each channel that a client advertised."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._publishers: dict[tuple[int, int], Any] = {}
+
+    def advertise(
+        self, key: tuple[int, int], topic: str, type_name: str, encoding: str
+    ) -> str | None:
+        """Make a publisher for a client's channel; return why that is not possible, if so.
+
+        Args:
+            type_name: `package/msg/Name` or, as in ROS 1, `package/Name`.
+        """
+        if encoding != "cdr":
+            return f"{topic}: encoding '{encoding}' is not taken; valid: cdr"
+        try:
+            publisher = self._node.create_publisher(class_of(_full(type_name)), topic, qos.DEFAULT)
+        except (LookupError, InvalidTopicNameException) as error:
+            return f"{topic}: {error}"
+        self._publishers[key] = publisher
+        return None
+
+    def unadvertise(self, key: tuple[int, int]) -> None:
+        """Drop a channel's publisher."""
+        publisher = self._publishers.pop(key, None)
+        if publisher is not None:
+            self._node.destroy_publisher(publisher)
+
+    def publish(self, key: tuple[int, int], data: bytes) -> None:
+        """Publish a message, if its channel is open and it is in CDR."""
+        if key in self._publishers and data[:2] == _LITTLE_ENDIAN_CDR:
+            self._publishers[key].publish(data)
+
+
+def _full(type_name: str) -> str:
+    """Return a type as ROS 2 writes it, of `package/Name` too."""
+    package, _, name = type_name.rpartition("/")
+    return type_name if "/" in package else f"{package}/msg/{name}"

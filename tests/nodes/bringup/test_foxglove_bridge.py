@@ -162,7 +162,7 @@ def test_a_client_sends_a_goal(studio: Studio) -> None:
     ("kind", "problem"),
     [
         ("no_msgs/msg/None", "type 'no_msgs/msg/None' is not installed"),
-        ("nonsense", "is no message type"),
+        ("nonsense", "is no type"),
     ],
 )
 def test_a_client_hears_what_it_cannot_publish(kind: str, problem: str, studio: Studio) -> None:

@@ -6,8 +6,9 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from bringup.ros2.definitions import bare, nested_type
+from bringup.recording.message_definitions import nested_type
 from bringup.ros2.main import main
+from bringup.ros2.types import bare
 
 pytestmark = pytest.mark.ros
 

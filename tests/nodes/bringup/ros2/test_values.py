@@ -13,8 +13,7 @@ from sensor_msgs.msg import CompressedImage, JointState, LaserScan
 from std_msgs.msg import String
 
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.filling import fill, parse
-from bringup.ros2.values import Abridge, to_csv, to_yaml
+from bringup.ros2.values import Abridge, fill, parse, to_csv, to_yaml
 
 pytestmark = pytest.mark.ros
 
