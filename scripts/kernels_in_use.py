@@ -23,7 +23,7 @@ def of_a_demo() -> list[Entry]:
     """Run a demo in this process; return what it called, sorted."""
     from bringup.demo.demo import Demo, DemoOptions
     from bringup.parameters.files import shipped_parameters
-    from bringup.progress import Progress
+    from bringup.terminal import Progress
 
     with tempfile.TemporaryDirectory() as folder:
         Demo(DemoOptions(0, Path(folder), shipped_parameters()), Progress()).run()

@@ -35,8 +35,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run a campaign, going on where it was broken off; return 0 where every run succeeded."""
     from arjuna_core.errors import ArjunaError
-    from bringup.campaign.comparison import compared, outcomes_in
     from bringup.campaign.plan import load_campaign
+    from bringup.campaign.report import compared, outcomes_in
     from bringup.terminal import show
 
     if arguments.compare is not None:

@@ -47,8 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.demo.report import summary
     from bringup.lockstep import LockStepError
     from bringup.parameters.inputs import gather
-    from bringup.progress import Progress
-    from bringup.terminal import show
+    from bringup.terminal import Progress, show
 
     options.extend_search(arguments)
     chosen = _options(arguments, gather(arguments))

@@ -23,7 +23,6 @@ from bringup.demo.measures import Samples, distance_to_surfaces, segments_from
 from bringup.demo.report import Report, write_report
 from bringup.lockstep import LockStep, LockStepError
 from bringup.parameters.files import Parameters, merged
-from bringup.progress import Progress
 from bringup.recording.recorder import demo_recorder
 from bringup.stack import (
     EXPLORER_GROUP,
@@ -32,6 +31,7 @@ from bringup.stack import (
     SIM_GROUP,
     SLAM_GROUP,
 )
+from bringup.terminal import Progress
 from bringup.viewing.pictures import draw_map, draw_trajectory
 
 WAYPOINTS = (

@@ -1,4 +1,4 @@
-"""Takes the snapshot of a running robot: the one ROS file of the doctor."""
+"""The snapshot of a running robot: messages kept and counted, and the graph."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import Log
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock as ClockMsg
 from sensor_msgs.msg import LaserScan
 
@@ -27,7 +27,6 @@ from bringup.client.frames import FrameListener
 from bringup.client.graph import endpoints, lifecycle_states, nodes, on_system_time
 from bringup.client.session import Session
 from bringup.doctor.checks.rates import LEAST, LEAST_OF_TYPE
-from bringup.doctor.counter import Counter
 from bringup.doctor.fit import scan_facts
 from bringup.doctor.machine import read_machine
 from bringup.doctor.snapshot import Clock, Robot, ScanFacts, Snapshot
@@ -157,3 +156,36 @@ def clock_of(times: Sequence[float]) -> Clock | None:
         return None
     steps = [after - before for before, after in itertools.pairwise(times)]
     return Clock(sum(step for step in steps if step > 0.0), sum(step < 0.0 for step in steps))
+
+
+_ANY = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+class Counter:
+    """Counts from the last restart on."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._counts: dict[str, int] = {}
+
+    def listen(self, topic: str) -> None:
+        """Count a topic too, if somebody publishes on it and it is not counted yet."""
+        client = self._session.client
+        publishers = client.get_publishers_info_by_topic(topic)
+        if topic in self._counts or not publishers:
+            return
+
+        def count(message: bytes) -> None:
+            self._counts[topic] += 1
+
+        self._counts[topic] = 0
+        kind = interface_class(publishers[0].topic_type)
+        client.create_subscription(kind, topic, count, _ANY, raw=True)
+
+    def restart(self) -> None:
+        """Start at zero again."""
+        self._counts = dict.fromkeys(self._counts, 0)
+
+    def counts(self) -> dict[str, int]:
+        """Return the number of messages on each topic that is counted."""
+        return dict(self._counts)

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from bringup.client.endpoint import Endpoint
-from bringup.doctor.processes import HostProcess
+from bringup.doctor.machine import HostProcess
 from bringup.stack import STACKS
 
 _MAIN = {"sim": "/scan", "amcl": "/amcl_pose", "slam_toolbox": "/map"}

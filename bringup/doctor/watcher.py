@@ -8,9 +8,8 @@ from rcl_interfaces.msg import Log
 
 from bringup.client.graph import endpoints, lifecycle_states, nodes
 from bringup.client.session import Session
-from bringup.doctor.counter import Counter
-from bringup.doctor.observer import LOG
-from bringup.doctor.processes import host_processes
+from bringup.doctor.machine import host_processes
+from bringup.doctor.observer import LOG, Counter
 from bringup.doctor.table import Row, cpu_shares, main_topic, rows
 from bringup.ros2.discovery import discover
 

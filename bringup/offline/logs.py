@@ -25,7 +25,7 @@ from arjuna_slam.offline import MappedLog, map_log
 from arjuna_slam.offline_amcl import localize_log
 from bringup.parameters.checking import merged_sources, write_remarks
 from bringup.parameters.files import for_node
-from bringup.progress import Bar
+from bringup.terminal import Bar
 from bringup.viewing.pictures import draw_path
 
 Trajectory = list[tuple[float, SE2]]

@@ -10,10 +10,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from bringup.processes.child import Child, ChildSpec, describe_exit
+from bringup.processes.child import Child, ChildSpec, describe_exit, remove_leftovers
 from bringup.processes.health import Heartbeat, RestartLimits, RestartPolicy, starved
 from bringup.processes.output import OWN, Output, read_event
-from bringup.processes.shared_memory import remove_leftovers
 
 USAGE_EXIT = 2
 """The exit code of a process that refuses its input: to start it again changes nothing."""

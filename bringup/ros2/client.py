@@ -16,9 +16,8 @@ from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from bringup.client.session import POLL, Connection
-from bringup.ros2 import interrupt
 from bringup.ros2.discovery import discover
-from bringup.ros2.errors import Ros2Error
+from bringup.ros2.errors import Ros2Error, check_interrupts
 
 Names = Sequence[tuple[str, Sequence[str]]]
 """Names of the graph, each with its types."""
@@ -57,7 +56,7 @@ class Client(Connection):
     def spin_once(self, timeout: float = POLL) -> None:
         """Handle what comes next, within a timeout [s]; an interrupt ends it."""
         super().spin_once(timeout)
-        interrupt.check()
+        check_interrupts()
 
     def not_served(self, name: str, timeout: float) -> Exception:
         """Return the error of a service that nobody serves."""

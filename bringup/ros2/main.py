@@ -11,7 +11,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from arjuna_core.errors import ArjunaError
-from bringup.ros2 import completion, interrupt
+from bringup.ros2 import completion
+from bringup.ros2.errors import watch_interrupts
 from bringup.ros2.grammar import BUFFERED, build_parser, load
 from bringup.ros2.tables import COMMANDS
 
@@ -37,7 +38,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _guarded(words: list[str]) -> int:
     """Run one command; its mistakes and its end by the user or the reader become exit codes."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    interrupt.watch()
+    watch_interrupts()
     if words[:1] == [BUFFERED]:
         words = words[1:]
     else:

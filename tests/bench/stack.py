@@ -19,7 +19,7 @@ from arjuna_core.ros import qos
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from bringup.client.session import Connection
-from bringup.doctor.processes import host_processes
+from bringup.doctor.machine import host_processes
 from bringup.parameters import options
 from tests.helpers.processes import Lines
 

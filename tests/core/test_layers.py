@@ -34,7 +34,7 @@ ORDER = {
             "offline",
         ),
         *("ros2", "lockstep", "parameters", "client"),
-        *("viewing", "recording", "stack", "progress", "terminal"),
+        *("viewing", "recording", "stack", "terminal"),
     ),
 }
 # arjuna_interfaces holds messages, so it counts as ROS
@@ -49,7 +49,6 @@ ROS = {
 BRINGUP_WITHOUT_ROS = (
     *("__init__.py", "__main__.py", "cli.py", "cli_parser.py", "terminal.py", "stack.py"),
     *(
-        "progress.py",
         "offline/",
         "campaign/",
         "tuning/picture.py",
@@ -71,14 +70,13 @@ BRINGUP_WITHOUT_ROS = (
     *(
         "processes/child.py",
         "processes/fork.py",
-        "processes/shared_memory.py",
         "processes/supervisor.py",
     ),
     *("ros2/main.py", "ros2/grammar.py", "ros2/tables/", "ros2/completion.py"),
-    *("ros2/errors.py", "ros2/interrupt.py", "ros2/statistics.py", "ros2/verbs/forward.py"),
+    *("ros2/errors.py", "ros2/statistics.py", "ros2/verbs/forward.py"),
     "ros2/programs/bag.py",
-    *("doctor/checks/", "doctor/finding.py", "doctor/fit.py", "doctor/guides.py"),
-    *("doctor/machine.py", "doctor/processes.py", "doctor/report.py", "doctor/snapshot.py"),
+    *("doctor/checks/", "doctor/fit.py"),
+    *("doctor/machine.py", "doctor/report.py", "doctor/snapshot.py"),
     *("doctor/table.py", "client/endpoint.py"),
     *("parameters/listing.py", "viewing/frame_tree.py", "lessons/"),
 )

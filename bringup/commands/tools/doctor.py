@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from bringup.doctor.guides import page as guides_page
+from bringup.doctor.report import guides_page
 from bringup.parameters import options
 
 EXAMPLES = ("doctor", "doctor --json")

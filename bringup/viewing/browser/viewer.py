@@ -13,8 +13,7 @@ import viser
 from arjuna_core.pixels import pixels
 from bringup.viewing.browser.panel import Panel, Tool
 from bringup.viewing.browser.pointer import Point2, Pointer, dragged_pose
-from bringup.viewing.browser.robot_scene import RobotScene
-from bringup.viewing.browser.scene import Scene
+from bringup.viewing.browser.scene import RobotScene, Scene
 from bringup.viewing.drawing import visual_model
 from bringup.viewing.drawing.messages import goal_arrow
 from bringup.viewing.drawing.values import LAYERS, Drawing

@@ -17,10 +17,11 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import new_context
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg, seconds
+from arjuna_core.ros.velocity import VelocityOutput
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL, Velocity
 from bringup.viewing.drawing.frames import Frames
 from bringup.viewing.drawing.messages import frame_of, pose3
-from bringup.viewing.robot.driving import HandDrive
 from bringup.viewing.robot.entities import EntityWatch
 from bringup.viewing.robot.managed import ManagedNodes
 from bringup.viewing.robot.navigation import NavigationWatch
@@ -167,3 +168,50 @@ class RobotSide:
         self._executor.shutdown()
         if self._owned:
             self._context.shutdown()
+
+
+class HandDrive:
+    """Publishes velocities; the topic is advertised when it is first used.
+
+    Args:
+        hold: How long one request to drive holds; a button that is held renews it [s, wall].
+        stops: Stops that are sent, for a lost one must not leave the robot driving.
+    """
+
+    def __init__(self, node: Node, topic: str, hold: float = 0.35, stops: int = 5) -> None:
+        self._node = node
+        self._topic = topic
+        self._hold, self._stops = hold, stops
+        self._output: VelocityOutput | None = None
+        self._until = 0.0
+        self._velocity = STILL
+        self._stops_left = 0
+
+    def drive(self, speed: float, turn_rate: float, now: float) -> None:
+        """Drive [m/s, rad/s] from a time [s, monotonic] on, for a moment."""
+        self._velocity, self._until = Velocity(speed, yaw_rate=turn_rate), now + self._hold
+        self._stops_left = self._stops
+
+    def stop(self) -> None:
+        """Stand still from now on."""
+        self._until, self._stops_left = 0.0, self._stops
+
+    def tick(self, now: float) -> None:
+        """Publish what is due at a time [s, monotonic]; called 10 times a second."""
+        if now < self._until:
+            self._publish(self._velocity)
+        elif self._stops_left > 0:
+            self._stops_left -= 1
+            self._publish(STILL)
+
+    def halt(self) -> None:
+        """Publish the stop that is due at once, before nobody ticks any more."""
+        if self._stops_left > 0:
+            self._stops_left = 0
+            self._until = 0.0
+            self._publish(STILL)
+
+    def _publish(self, velocity: Velocity) -> None:
+        if self._output is None:
+            self._output = VelocityOutput(self._node, None, frame="", topic=self._topic)
+        self._output.publish(velocity)

@@ -10,8 +10,7 @@ import pytest
 
 from bringup.client.endpoint import Endpoint
 from bringup.doctor.checks import CHECKS
-from bringup.doctor.guides import ROWS
-from bringup.doctor.report import diagnose
+from bringup.doctor.report import ROWS, diagnose
 from bringup.doctor.snapshot import Clock, Machine, Robot, ScanFacts, Snapshot
 from bringup.viewing.frame_tree import Frame
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bringup.client.endpoint import Endpoint
-from bringup.doctor.processes import HostProcess
+from bringup.doctor.machine import HostProcess
 from bringup.doctor.table import cpu_shares, groups_by_node, main_topic, rows, table_text
 
 

@@ -11,7 +11,7 @@ import pytest
 from arjuna_core.files.maps import load_map
 from bringup import cli
 from bringup.cli_parser import parse
-from bringup.progress import Bar
+from bringup.terminal import Bar
 from tests.core.bags.recordings import write_humble
 from tests.slam.logs.test_offline import text
 from tests.slam.logs.test_recording import LOG, entries

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from bringup.processes.shared_memory import remove_leftovers
+from bringup.processes.child import remove_leftovers
 
 SEGMENT = "fastrtps_00112233445566aa"
 HOLDS = """

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from bringup.ros2 import interrupt
+from bringup.ros2.errors import check_interrupts, watch_interrupts
 
 
 @pytest.fixture(autouse=True)
@@ -26,12 +26,12 @@ class Interrupted:
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_what_a_destructor_drops_is_raised_at_the_next_look() -> None:
-    interrupt.watch()
+    watch_interrupts()
     Interrupted()
     with pytest.raises(KeyboardInterrupt, match=r"^$"):
-        interrupt.check()
+        check_interrupts()
 
 
 def test_nothing_is_raised_before() -> None:
-    interrupt.watch()
-    interrupt.check()
+    watch_interrupts()
+    check_interrupts()

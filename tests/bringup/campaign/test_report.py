@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bringup.campaign.comparison import measure_difference, success_difference, wilson_interval
+from bringup.campaign.report import measure_difference, success_difference, wilson_interval
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bringup.doctor.processes import host_processes
+from bringup.doctor.machine import host_processes
 
 
 def _process(proc: Path, pid: int, command: str, environment: str = "") -> None:
