@@ -78,6 +78,6 @@ class VelocityOutput:
         """Publish zero."""
         self.publish(STILL)
 
-    def heard(self) -> bool:
+    def has_listener(self) -> bool:
         """Return whether somebody listens."""
         return bool(self._publisher.get_subscription_count())

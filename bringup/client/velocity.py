@@ -19,7 +19,7 @@ def velocity_output(
     node, what = session.client, f"a robot that listens on '{topic}'"
     session.wait_for(lambda: bool(listeners(node, topic)), timeout, what, _REMEDY)
     output = VelocityOutput(node, stamped, frame="", topic=topic)
-    session.wait_for(output.heard, timeout, what, _REMEDY)
+    session.wait_for(output.has_listener, timeout, what, _REMEDY)
     return output
 
 

@@ -16,7 +16,7 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.estimate import Status
 from arjuna_slam.amcl.filter import ParticleFilter
-from tests.helpers.tours import Place, Step
+from tests.helpers.tours import Step, TourWorld
 
 _TOUR = 120.0
 _PERIOD = 0.1
@@ -38,9 +38,9 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         `hours`, `first_mb` and `last_mb` of resident memory, `slope_mb_per_h` of a line through
         all readings, and `kidnaps` with how many the filter had recovered from by the tour's end.
     """
-    place = Place(arguments.world)
-    tour = place.drive(0, _TOUR)
-    belief = ParticleFilter(AmclConfig(), place.map, np.random.default_rng(0))
+    world = TourWorld(arguments.world)
+    tour = world.drive(0, _TOUR)
+    belief = ParticleFilter(AmclConfig(), world.map, np.random.default_rng(0))
     belief.set_pose(tour[0].truth, np.diag([0.01, 0.01, 0.01]))
     readings: list[tuple[float, float]] = []
     estimate, kidnaps, recovered = None, 0, 0

@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             "minute": sum(drive.arrived and drive.time <= _TIMEOUT for drive in drives),
             "count": len(drives),
             "bumped": sum(drive.meetings.bumped for drive in drives),
-            "met": sum(drive.meetings.met for drive in drives),
+            "met": sum(drive.meetings.hits for drive in drives),
             "walls": sum(drive.touched for drive in drives),
         }
         print(f"{people:3} people: {result[str(people)]}", flush=True)

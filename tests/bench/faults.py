@@ -22,9 +22,9 @@ from bringup.parameters.files import Parameters, merged, shipped_parameters
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
 from tests.helpers.faults import Faults
 from tests.helpers.nav.drives import Drive, placed
-from tests.helpers.nav.faults import BLIND, BORNE, SURVIVED, Trial
+from tests.helpers.nav.faults import BLIND, SURVIVED, TOLERATED, Trial
 
-_TRIALS = {**BLIND, **BORNE, **SURVIVED}
+_TRIALS = {**BLIND, **TOLERATED, **SURVIVED}
 _GOALS = (SE2(1.5, 1.0, 0.5), SE2(3.0, 1.2, 0.0), SE2(1.0, -1.0, 1.5))
 _TICK, _STILL = 0.02, 0.001  # [s], [m] a tick
 _UNDER_WAY = 2.0  # until the fault begins, at the earliest [s]

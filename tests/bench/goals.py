@@ -17,7 +17,7 @@ from arjuna_core.files.shipped import shipped_file
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
 from bringup.parameters import options
-from tests.helpers.nav.drives import Drive, Ground, desired_speed, placed
+from tests.helpers.nav.drives import Drive, FreeSpace, desired_speed, placed
 from tests.helpers.nav.furnished import make_room
 from tests.helpers.nav.inhabited import boxes_in, settle, with_boxes
 
@@ -116,11 +116,11 @@ def _drive(
     from bringup.parameters.inputs import gather
     from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
 
-    ground = Ground(grid, arguments.radius, _CLEARANCE)
-    start = ground.draw(rng)
+    space = FreeSpace(grid, arguments.radius, _CLEARANCE)
+    start = space.draw(rng)
     boxes = boxes_in(grid, arguments.boxes, start, rng)
     grid = with_boxes(grid, boxes)
-    ground = Ground(grid, arguments.radius, _CLEARANCE)
+    space = FreeSpace(grid, arguments.radius, _CLEARANCE)
     parameters = merged(gather(arguments), placed(start))
     arrivals: list[Arrival] = []
     with closing(LockStep(parameters)) as robot:
@@ -129,10 +129,10 @@ def _drive(
         settle(robot.sim.simulator.stage, grid, boxes, arguments.people, start, rng)
         goals = Goals(robot)
         while len(arrivals) < arguments.count:
-            goal, shortest = ground.draw(rng), math.nan
+            goal, shortest = space.draw(rng), math.nan
             while not shortest >= _SHORTEST:
-                goal = ground.draw(rng)
-                shortest = ground.shortest(robot.sim.last.truth.pose, goal)
+                goal = space.draw(rng)
+                shortest = space.shortest(robot.sim.last.truth.pose, goal)
             arrivals.append(_one(robot, goals, goal, shortest))
             print(_line(len(arrivals), goal, arrivals[-1]), flush=True)
     return arrivals, desired_speed(parameters)
@@ -158,7 +158,7 @@ def _one(robot: Any, goals: Any, goal: SE2, shortest: float) -> Arrival:
         shortest,
         time,
         drive.touches,
-        drive.met,
+        drive.hits,
     )
 
 

@@ -18,7 +18,7 @@ from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.estimate import Estimate, Status
 from arjuna_slam.amcl.filter import ParticleFilter
 from tests.helpers.clutter import crowded, without_walls
-from tests.helpers.tours import Place, Step, with_odometry
+from tests.helpers.tours import Step, TourWorld, with_odometry
 
 WORLDS = ("arjuna_room", "office", "warehouse")
 ODOMETRY = ("wheels", "perfect", "noisy", "slipping")
@@ -62,12 +62,12 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """
     config = load(AmclConfig, dict(_pair(text) for text in arguments.set))
     rows: list[dict[str, Any]] = []
-    tours: list[tuple[Place, list[list[Step]]]] = []
+    tours: list[tuple[TourWorld, list[list[Step]]]] = []
     for name in arguments.worlds:
-        place = Place(name)
-        drives = [place.drive(seed, arguments.seconds) for seed in range(arguments.seeds)]
-        tours.append((place, drives))
-        rows += [_show(row) for row in _tracking(place, drives, config)]
+        world = TourWorld(name)
+        drives = [world.drive(seed, arguments.seconds) for seed in range(arguments.seeds)]
+        tours.append((world, drives))
+        rows += [_show(row) for row in _tracking(world, drives, config)]
     found = _search_rows(tours, config, arguments.starts, _global_start, "global")
     caught = _search_rows(tours, config, arguments.kidnaps, _kidnap, "kidnap")
     headline = [row for row in rows if row["case"] == _HEADLINE]
@@ -94,22 +94,22 @@ def _pair(text: str) -> tuple[str, Any]:
 
 
 def _tracking(
-    place: Place, drives: list[list[Step]], config: AmclConfig
+    world: TourWorld, drives: list[list[Step]], config: AmclConfig
 ) -> Iterator[dict[str, Any]]:
     """Yield a row a case: each odometry, then clutter and a poor map with the wheels' own."""
     for case in (*ODOMETRY, "crowded", "missing walls"):
         errors = []
         for seed, drive in enumerate(drives):
             rng = np.random.default_rng(1000 + seed)
-            grid, steps = place.map, drive
+            grid, steps = world.map, drive
             if case in ODOMETRY:
                 steps = with_odometry(drive, case, rng)
             elif case == "crowded":
-                steps = crowded(place, drive, rng)
+                steps = crowded(world, drive, rng)
             else:
-                grid = without_walls(place.map, rng)
+                grid = without_walls(world.map, rng)
             errors.append(_errors(grid, steps, config, seed))
-        yield _row(place.name, case, errors)
+        yield _row(world.name, case, errors)
 
 
 def _row(world: str, case: str, errors: list[NDArray[np.float64]]) -> dict[str, Any]:
@@ -175,7 +175,7 @@ def _errors(
 
 
 def _search_rows(
-    tours: list[tuple[Place, list[list[Step]]]],
+    tours: list[tuple[TourWorld, list[list[Step]]]],
     config: AmclConfig,
     count: int,
     attempt: Any,
@@ -183,11 +183,11 @@ def _search_rows(
 ) -> list[dict[str, Any]]:
     """Return a row a world: how many of its share of attempts succeeded."""
     rows = []
-    for k, (place, drives) in enumerate(tours):
+    for k, (world, drives) in enumerate(tours):
         mine = range(k, count, len(tours))
-        results = [attempt(place, drives, config, seed) for seed in mine]
+        results = [attempt(world, drives, config, seed) for seed in mine]
         row = {
-            "world": place.name,
+            "world": world.name,
             "case": case,
             "count": len(results),
             "succeeded": sum(result[0] for result in results),
@@ -195,7 +195,7 @@ def _search_rows(
             "seconds": float(np.median([result[2] for result in results])) if results else None,
         }
         print(
-            f"{place.name:12} {case:14} {row['succeeded']} of {row['count']} right in time, "
+            f"{world.name:12} {case:14} {row['succeeded']} of {row['count']} right in time, "
             f"median {row['seconds']} s; {row['surely_wrong']} surely wrong on the way"
         )
         rows.append(row)
@@ -212,13 +212,13 @@ def _right(errors: tuple[float, float, float]) -> bool:
 
 
 def _global_start(
-    place: Place, drives: list[list[Step]], config: AmclConfig, seed: int
+    world: TourWorld, drives: list[list[Step]], config: AmclConfig, seed: int
 ) -> tuple[bool, bool, float]:
     """Start anywhere; return whether it is right in time, ever surely wrong, and when right."""
     rng = np.random.default_rng(2000 + seed)
     drive = drives[int(rng.integers(len(drives)))]
     start = int(rng.integers(max(1, len(drive) - round(_GLOBAL_TIME / _PERIOD))))
-    follower = _Follower(ParticleFilter(config, place.map, rng))
+    follower = _Follower(ParticleFilter(config, world.map, rng))
     follower.belief.globalize()
     way, first, wrong = 0.0, math.inf, False
     good = False
@@ -235,7 +235,7 @@ def _global_start(
 
 
 def _kidnap(
-    place: Place, drives: list[list[Step]], config: AmclConfig, seed: int
+    world: TourWorld, drives: list[list[Step]], config: AmclConfig, seed: int
 ) -> tuple[bool, bool, float]:
     """Carry the robot from one drive to another; return as `_global_start`, from then on.
 
@@ -247,7 +247,7 @@ def _kidnap(
     T = before[-1].odometry @ after[0].odometry.inverse()
     moved = [replace(step, odometry=T @ step.odometry) for step in after]
     late = before[-1].scan.stamp + _PERIOD - after[0].scan.stamp
-    follower = _Follower(ParticleFilter(config, place.map, rng))
+    follower = _Follower(ParticleFilter(config, world.map, rng))
     follower.belief.set_pose(before[0].truth, _START)
     for step in before:
         follower.feed(step)

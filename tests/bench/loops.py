@@ -22,7 +22,7 @@ from tests.helpers.loop_measures import (
     aligned_error,
     errors,
     is_wrong,
-    near_places,
+    near_pairs,
     travelled,
 )
 
@@ -184,7 +184,7 @@ def measure(seed: int, kind: str, walls: Building | None, log: Drive) -> Trial:
     truth = {scan.stamp: pose for scan, _, pose in log}
     found = np.array([pose.array() for _, pose in trajectory])
     true = np.array([truth[stamp].array() for stamp, _ in trajectory])
-    pairs = near_places(true, walls)
+    pairs = near_pairs(true, walls)
     good = errors(found, true, pairs) < _AGREE
     loops = agreement_of_loops(pairs, good)
     edges = [edge for edge in slam.graph.edges if edge.kind is EdgeKind.LOOP]

@@ -22,7 +22,7 @@ from bringup.client.goals import Goals
 from bringup.client.session import Connection
 from bringup.parameters import options
 from tests.helpers.processes import Lines
-from tests.helpers.real_robot import OPTIONS, free_places
+from tests.helpers.real_robot import OPTIONS, free_poses
 
 _ACTIVE = "Managed nodes are active"
 _START, _GOAL = 60.0, 90.0  # [s] at most
@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         `warnings` that were said.
     """
     os.environ["ROS_DOMAIN_ID"] = str(arguments.domain_id)
-    goals = iter(free_places(np.random.default_rng(arguments.seed), _SAMPLES))
+    goals = iter(free_poses(np.random.default_rng(arguments.seed), _SAMPLES))
     half = arguments.minutes * 60.0 / 2
     with (
         tempfile.TemporaryDirectory() as folder,

@@ -1,4 +1,4 @@
-"""What the command line says of an error."""
+"""Errors as the command line prints them."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ def test_a_command_shows_examples_that_are_understood(
         assert parse(shlex.split(line)).command == name
 
 
-def test_the_demo_writes_to_out_demo_unless_told_otherwise() -> None:
+def test_the_demo_writes_to_out_demo_by_default() -> None:
     assert parse(["demo"]).out == Path("out/demo")
     assert parse(["demo", "--out", "x"]).out == Path("x")
 

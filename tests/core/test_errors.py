@@ -27,7 +27,7 @@ def test_a_config_error_is_a_value_error() -> None:
     assert issubclass(ConfigError, ValueError)
 
 
-def test_a_file_error_names_the_file_the_place_and_the_problem() -> None:
+def test_a_file_error_names_the_file_the_line_and_the_problem() -> None:
     error = MapError("maps/a.yaml", "must be positive", "resolution")
     assert str(error) == "maps/a.yaml: resolution: must be positive"
     assert (error.path, error.location) == (Path("maps/a.yaml"), "resolution")
@@ -73,8 +73,8 @@ def test_letters_that_look_alike_are_hardly_a_mistake(typed: str, meant: str) ->
 
 def _misspelt(name: str, rng: np.random.Generator) -> str:
     """Return a name with one letter doubled, left out, swapped with the next, or mistaken."""
-    place = int(rng.integers(len(name) - 1))
-    left, letter, right = name[:place], name[place], name[place + 1 :]
+    index = int(rng.integers(len(name) - 1))
+    left, letter, right = name[:index], name[index], name[index + 1 :]
     return [
         f"{left}{letter}{letter}{right}",
         f"{left}{right}",

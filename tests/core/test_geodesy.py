@@ -1,4 +1,4 @@
-"""WGS84: known places, distances along meridians and parallels, there and back."""
+"""WGS84: known points, distances along meridians and parallels, there and back."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from arjuna_core.geodesy import FLATTENING, SEMI_MAJOR, GeoPoint, MapOnEarth, TangentPlane
 
-PLACES = [
+POINTS = [
     GeoPoint(0.0, 0.0),
     GeoPoint(48.1351, 11.5820, 519.0),
     GeoPoint(-33.8688, 151.2093, -20.0),
@@ -25,11 +25,11 @@ def test_the_axes_of_the_ellipsoid() -> None:
     assert GeoPoint(90.0, 0.0).ecef() == pytest.approx([0.0, 0.0, polar], abs=1e-6)
 
 
-@pytest.mark.parametrize("place", PLACES)
-def test_there_and_back(place: GeoPoint) -> None:
-    again = GeoPoint.from_ecef(place.ecef())
-    assert again.ecef() == pytest.approx(place.ecef(), abs=1e-6)
-    assert again.altitude == pytest.approx(place.altitude, abs=1e-6)
+@pytest.mark.parametrize("point", POINTS)
+def test_there_and_back(point: GeoPoint) -> None:
+    again = GeoPoint.from_ecef(point.ecef())
+    assert again.ecef() == pytest.approx(point.ecef(), abs=1e-6)
+    assert again.altitude == pytest.approx(point.altitude, abs=1e-6)
 
 
 @pytest.mark.parametrize("latitude", [0.0, 30.0, 60.0, -75.0])
@@ -43,9 +43,9 @@ def test_a_small_step_is_as_long_as_the_radii_of_curvature_say(latitude: float) 
     assert plane.enu(GeoPoint(latitude, 20.0 + 1e-4))[:2] == pytest.approx([east, 0.0], abs=1e-4)
 
 
-@pytest.mark.parametrize("place", PLACES[:4])
-def test_the_plane_is_rigid(place: GeoPoint) -> None:
-    plane = TangentPlane(place)
+@pytest.mark.parametrize("point", POINTS[:4])
+def test_the_plane_is_rigid(point: GeoPoint) -> None:
+    plane = TangentPlane(point)
     offsets = np.array([[0.0, 0.0, 0.0], [900.0, -400.0, 30.0], [-5.0, 2000.0, -8.0]])
     for offset in offsets:
         assert plane.enu(plane.geodetic(offset)) == pytest.approx(offset, abs=1e-6)
@@ -66,6 +66,6 @@ def test_a_map_is_placed_and_turned() -> None:
     ("values", "says"),
     [((91.0, 0.0), "latitude 91"), ((0.0, -181.0), "longitude -181"), ((math.nan, 0.0), "nan")],
 )
-def test_what_is_no_place_is_refused(values: tuple[float, float], says: str) -> None:
+def test_impossible_coordinates_are_refused(values: tuple[float, float], says: str) -> None:
     with pytest.raises(ValueError, match=says):
         GeoPoint(*values)

@@ -102,7 +102,7 @@ def top(module: str) -> str:
 
 
 def may_use_ros(path: str) -> bool:
-    """Whether a file is a node's, the shared ROS code's or one of bringup's ROS modules."""
+    """Return whether a file is a node's, the shared ROS code's or one of bringup's ROS modules."""
     parts = path.split("/")
     if parts[0] == "bringup":
         return not path.removeprefix("bringup/").startswith(BRINGUP_WITHOUT_ROS)
@@ -140,7 +140,7 @@ def unknown_wings(root: Path) -> list[str]:
 
 
 def report(wrong: list[Import], rule: str) -> str:
-    lines = [f"{item.place} imports {item.module}" for item in wrong]
+    lines = [f"{item.location} imports {item.module}" for item in wrong]
     return "\n".join([rule, *lines])
 
 
@@ -174,7 +174,7 @@ def test_wings_import_only_wings_below_them() -> None:
     assert not wrong, report(wrong, "a wing imports only wings that stand below it in ORDER")
 
 
-def test_every_wing_has_its_place() -> None:
+def test_every_wing_stands_in_the_order() -> None:
     assert not unknown_wings(ROOT)
 
 

@@ -1,4 +1,4 @@
-"""Plug-ins by name: their parameters' places, several at once, a user's own, and mistakes."""
+"""Plug-ins by name: their parameters, several at once, a user's own, and mistakes."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def test_parameters_may_depend_on_values() -> None:
         ({"drives": "Main"}, "'drives' must be a list"),
     ],
 )
-def test_mistakes_are_told(values: dict[str, Any], message: str) -> None:
+def test_mistakes_are_named(values: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=message) as caught:
         load(ServerConfig, values, "server")
     assert len(caught.value.problems) == 1

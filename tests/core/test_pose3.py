@@ -1,4 +1,4 @@
-"""Motions of space: composed, undone, and part of the way from one to another."""
+"""Motions of space: composed, undone, and partly from one to another."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.se2 import SE2
 
 POSES = [
-    Pose3.from_rpy((*place, 0.5), tuple(angles))
-    for place, angles in zip(
+    Pose3.from_rpy((*position, 0.5), tuple(angles))
+    for position, angles in zip(
         np.random.default_rng(3).uniform(-2, 2, (6, 2)).tolist(),
         np.random.default_rng(4).uniform(-1.4, 1.4, (6, 3)).tolist(),
         strict=True,
@@ -47,7 +47,7 @@ def test_a_pose_between_goes_straight_and_turns_evenly(a: Pose3, b: Pose3, share
     assert angle(between, b) == pytest.approx((1.0 - share) * angle(a, b), abs=1e-7)
 
 
-def test_a_pose_between_turns_the_short_way_and_not_at_all_between_equal_ones() -> None:
+def test_a_pose_between_takes_the_shorter_turn_and_none_between_equal_ones() -> None:
     near, w = Pose3.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), ORIGIN.quaternion
     same = Pose3((2.0, 0.0, 0.0), (-w[0], -w[1], -w[2], -w[3]))  # the same rotation, written so
     assert same.interpolate(near, 0.5).rpy()[2] == pytest.approx(0.5)

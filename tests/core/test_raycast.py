@@ -11,7 +11,7 @@ from arjuna_core.raycast import cast, line_cells
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_a_line_is_connected_ends_where_told_and_stays_within_half_a_cell(seed: int) -> None:
+def test_a_line_is_connected_ends_at_its_target_and_stays_within_half_a_cell(seed: int) -> None:
     rng = np.random.default_rng(seed)
     (r0, c0), (r1, c1) = rng.integers(0, 40, (2, 2)).tolist()
     cells = np.array(list(line_cells(r0, c0, r1, c1)))

@@ -53,7 +53,7 @@ def test_a_period_that_is_not_positive_is_refused(period: float) -> None:
 @pytest.mark.parametrize(
     ("age", "who"), [(1.79e9, "start this node"), (-1.79e9, "start its sender"), (3600.0, "")]
 )
-def test_two_clocks_are_told_from_a_delay(age: float, who: str) -> None:
-    cure = other_clock(age)
-    assert who in cure
-    assert bool(cure) is bool(who)
+def test_two_clocks_are_distinguished_from_a_delay(age: float, who: str) -> None:
+    remedy = other_clock(age)
+    assert who in remedy
+    assert bool(remedy) is bool(who)

@@ -85,7 +85,7 @@ def test_a_frame_with_another_parent_forgets_the_old_one() -> None:
     assert buffer.latest_common("odom", "base") == 1.0
 
 
-def test_frames_that_nothing_connects_are_told_with_those_there_are() -> None:
+def test_frames_that_nothing_connects_are_named_with_those_there_are() -> None:
     with pytest.raises(TransformError, match="'map' and 'moon'; known frames: base, camera, lidar"):
         robot().lookup("map", "moon")
     with pytest.raises(TransformError, match="known frames: none"):
@@ -129,14 +129,14 @@ def test_the_base_is_what_moves_and_carries_something() -> None:
     assert buffer.missing_base("base_frame", "base", "odom") == ""
     buffer.insert("odom", "person", 1.0, SE2())
     assert buffer.base_below("odom") == "base"
-    told = buffer.missing_base("base_frame", "base_footprint", "odom")
-    assert "base_frame is 'base_footprint', a frame that does not exist" in told
-    assert "set base_frame: base, or start it with --base-frame base" in told
+    problem = buffer.missing_base("base_frame", "base_footprint", "odom")
+    assert "base_frame is 'base_footprint', a frame that does not exist" in problem
+    assert "set base_frame: base, or start it with --base-frame base" in problem
     empty = TransformBuffer().missing_base("base_frame", "base", "odom")
     assert "nothing moves in 'odom' either" in empty
 
 
-def test_a_turn_is_interpolated_the_short_way() -> None:
+def test_a_turn_is_interpolated_along_the_shorter_arc() -> None:
     buffer = TransformBuffer()
     buffer.insert("odom", "base", 0.0, SE2(0.0, 0.0, 3.0))
     buffer.insert("odom", "base", 1.0, SE2(0.0, 0.0, -3.0))

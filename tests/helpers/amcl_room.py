@@ -64,7 +64,7 @@ class Room:
             self.publish_odometry()
             self.publish_scan(scan)
 
-    def place(self, pose: SE2, frame: str = "map") -> None:
+    def put_robot(self, pose: SE2, frame: str = "map") -> None:
         message = PoseWithCovarianceStamped(header=header(frame, self.robot.now))
         message.pose.pose = pose_msg(pose)
         message.pose.covariance[0] = message.pose.covariance[7] = 0.25

@@ -22,7 +22,7 @@ from tests.helpers.buildings import RESOLUTION, Building
 
 _CORNER = 0.7  # how far from a corner it is cut [m]
 _TURN = 0.6  # between two scans at most [rad]
-_WANDER = 0.25  # deviation from the middle of the way [m]
+_WANDER = 0.25  # deviation from the middle of the road [m]
 _LOST, _SIGMA = 0.01, 0.015  # share of beams without return; of the ranges [m]
 
 
@@ -119,7 +119,7 @@ def _scan(
 def _walk(building: Building, rng: np.random.Generator, length: float) -> NDArray[np.float64]:
     """Return corners of a walk on the net, `(K, 2)` [m]: mostly to where it has been least."""
     ends: dict[int, list[int]] = {}
-    for a, b in building.ways:
+    for a, b in building.roads:
         ends.setdefault(a, []).append(b)
         ends.setdefault(b, []).append(a)
     here = int(rng.choice(sorted(ends)))
@@ -131,15 +131,15 @@ def _walk(building: Building, rng: np.random.Generator, length: float) -> NDArra
         if rng.random() < 0.7:
             options.sort(key=lambda k: visits.get((min(here, k), max(here, k)), 0))
         last, here = here, options[0]
-        way = min(last, here), max(last, here)
-        visits[way] = visits.get(way, 0) + 1
+        edge = min(last, here), max(last, here)
+        visits[edge] = visits.get(edge, 0) + 1
         gone += math.dist(building.points[last], building.points[here])
         walk.append(here)
     return np.array([building.points[k] for k in walk])
 
 
 def along(corners: NDArray[np.float64], spacing: float, rng: np.random.Generator) -> list[SE2]:
-    """Return poses along a way of straight pieces, its corners cut and its line not quite straight.
+    """Return poses along a road of straight pieces, corners cut, lines not quite straight.
 
     Args:
         corners: `(K, 2) float64` [m].
@@ -149,16 +149,16 @@ def along(corners: NDArray[np.float64], spacing: float, rng: np.random.Generator
     cut = _cut(corners)
     pieces = np.hypot(*np.diff(cut, axis=0).T)
     at = np.concatenate(([0.0], np.cumsum(pieces)))
-    places = np.arange(0.0, at[-1], spacing)
-    line = np.column_stack([np.interp(places, at, cut[:, k]) for k in (0, 1)])
-    ahead = np.column_stack([np.interp(places + 0.3, at, cut[:, k]) for k in (0, 1)])
-    behind = np.column_stack([np.interp(places - 0.3, at, cut[:, k]) for k in (0, 1)])
+    distances = np.arange(0.0, at[-1], spacing)
+    line = np.column_stack([np.interp(distances, at, cut[:, k]) for k in (0, 1)])
+    ahead = np.column_stack([np.interp(distances + 0.3, at, cut[:, k]) for k in (0, 1)])
+    behind = np.column_stack([np.interp(distances - 0.3, at, cut[:, k]) for k in (0, 1)])
     heading = np.unwrap(np.arctan2(*(ahead - behind).T[::-1]))
     knots = np.arange(0.0, at[-1] + 5.0, 5.0)
-    off = np.interp(places, knots, rng.normal(0.0, _WANDER, len(knots)))
+    off = np.interp(distances, knots, rng.normal(0.0, _WANDER, len(knots)))
     off = np.clip(off, -2.0 * _WANDER, 2.0 * _WANDER)
     line += off[:, None] * np.column_stack((-np.sin(heading), np.cos(heading)))
-    heading = heading + np.interp(places, knots, rng.normal(0.0, 0.05, len(knots)))
+    heading = heading + np.interp(distances, knots, rng.normal(0.0, 0.05, len(knots)))
     return _turning(np.column_stack((line, heading)))
 
 
@@ -200,27 +200,27 @@ def corrected(path: Path, *, as_is: bool) -> list[tuple[Scan, SE2]]:
     return [(scans[stamp], pose) for stamp, pose in offline.run(Slam(), log)]
 
 
-def thinned(places: Sequence[tuple[Scan, SE2]]) -> list[tuple[Scan, SE2]]:
+def thinned(posed: Sequence[tuple[Scan, SE2]]) -> list[tuple[Scan, SE2]]:
     """Return scans a metre or 0.6 rad apart, numbered by their stamps."""
     result: list[tuple[Scan, SE2]] = []
-    for scan, pose in places:
+    for scan, pose in posed:
         gap = result[-1][1].inverse() @ pose if result else None
         if gap is None or math.hypot(gap.x, gap.y) >= _SPACING or abs(wrap(gap.theta)) >= _TURN:
             result.append((replace(scan, stamp=float(len(result))), pose))
     return result
 
 
-def drifting(places: Sequence[tuple[Scan, SE2]], seed: int, drift: Drift) -> Drive:
+def drifting(posed: Sequence[tuple[Scan, SE2]], seed: int, drift: Drift) -> Drive:
     """Return a log with odometry that drifts.
 
     Args:
-        places: Scans and where they were taken.
+        posed: Scans and their true poses.
         seed: Of the drift.
         drift: How the odometry errs.
     """
     error = DriftingOdometry(drift, np.random.default_rng([seed, 4]))
-    result, odometry, before = [], SE2(), places[0][1]
-    for scan, pose in places:
+    result, odometry, before = [], SE2(), posed[0][1]
+    for scan, pose in posed:
         odometry = odometry @ error.measured(before.inverse() @ pose)
         before = pose
         result.append((scan, odometry, pose))

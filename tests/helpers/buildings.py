@@ -1,4 +1,4 @@
-"""Seeded buildings as grids, each with a net of ways to drive through it: places that look alike.
+"""Seeded buildings as grids, each with a net of roads through it whose parts look alike.
 
 Five kinds: rings of corridors, corridors side by side, halls with pillars, doors all alike, and
 offices with rooms that are entered.
@@ -22,17 +22,17 @@ Point = tuple[float, float]
 
 @dataclass
 class Building:
-    """Walls, and a net of ways between points.
+    """Walls, and a net of roads between points.
 
     Attributes:
         blocked: Cells of `RESOLUTION` metres, `(H, W) bool`; row 0 is at y = 0.
-        points: Ends of the ways, from the outer corner of cell (0, 0) [m].
-        ways: Pairs of points between which a robot drives straight.
+        points: Ends of the roads, from the outer corner of cell (0, 0) [m].
+        roads: Pairs of points between which a robot drives straight.
     """
 
     blocked: NDArray[np.bool_]
     points: list[Point] = field(default_factory=list)
-    ways: list[tuple[int, int]] = field(default_factory=list)
+    roads: list[tuple[int, int]] = field(default_factory=list)
 
     def clear(self, x0: float, y0: float, x1: float, y1: float, *, solid: bool = False) -> None:
         """Make a rectangle free, or solid; what lies beyond the building's rim stays [m]."""
@@ -43,28 +43,28 @@ class Building:
         self.blocked[rows, columns] = solid
 
     def point(self, x: float, y: float) -> int:
-        """Add an end of ways [m] and return its number; one that is there already is shared."""
+        """Add an end of roads [m] and return its number; one that is there already is shared."""
         for k, (other_x, other_y) in enumerate(self.points):
             if math.hypot(x - other_x, y - other_y) < 0.3:
                 return k
         self.points.append((x, y))
         return len(self.points) - 1
 
-    def way(self, a: Point, b: Point) -> None:
-        """Add a way."""
+    def add_road(self, a: Point, b: Point) -> None:
+        """Add a road."""
         first, last = self.point(*a), self.point(*b)
         if first != last:
-            self.ways.append((first, last))
+            self.roads.append((first, last))
 
     def corridor(self, a: Point, b: Point, width: float) -> None:
         """Free a straight corridor, along x or y, and drive along it."""
         half = 0.5 * width
         low, high = np.minimum(a, b) - half, np.maximum(a, b) + half
         self.clear(low[0], low[1], high[0], high[1])
-        self.way(a, b)
+        self.add_road(a, b)
 
     def net(self, xs: Sequence[float], ys: Sequence[float], width: float) -> None:
-        """Free corridors at the given places along x and y, each crossing all of the others."""
+        """Free corridors at the given positions along x and y, each crossing all of the others."""
         for y in ys:
             for a, b in pairwise(xs):
                 self.corridor((a, y), (b, y), width)
@@ -74,8 +74,8 @@ class Building:
 
     @property
     def length(self) -> float:
-        """Of all ways [m]."""
-        return sum(math.dist(self.points[a], self.points[b]) for a, b in self.ways)
+        """Of all roads [m]."""
+        return sum(math.dist(self.points[a], self.points[b]) for a, b in self.roads)
 
 
 def _cell(value: float) -> int:
@@ -87,11 +87,11 @@ def _solid(width: float, height: float) -> Building:
 
 
 def _steps(rng: np.random.Generator, low: float, high: float, step: float) -> list[float]:
-    """Return places from low to high about a step apart, jittered a little."""
+    """Return positions from low to high about a step apart, jittered a little."""
     count = max(2, 1 + round((high - low) / step))
-    places = np.linspace(low, high, count)
-    places[1:-1] += rng.uniform(-0.15, 0.15, count - 2) * (places[1] - places[0])
-    return [float(place) for place in places]
+    marks = np.linspace(low, high, count)
+    marks[1:-1] += rng.uniform(-0.15, 0.15, count - 2) * (marks[1] - marks[0])
+    return [float(mark) for mark in marks]
 
 
 def rings(rng: np.random.Generator, width: float, height: float) -> Building:
@@ -206,11 +206,11 @@ def _row_of_rooms(
 def _room(
     rng: np.random.Generator,
     building: Building,
-    place: tuple[float, float, float, float],
+    mark: tuple[float, float, float, float],
     wide: float,
 ) -> float:
     """Free a room above a corridor and return where its door is along it."""
-    x, y, size, depth = place
+    x, y, size, depth = mark
     floor = y + wide / 2 + 0.2
     building.clear(x, floor, x + size, floor + depth)
     door = float(x + rng.uniform(0.8, size - 0.8))
@@ -221,7 +221,7 @@ def _room(
         if abs(cx - door) > 0.7 + w / 2:
             building.clear(cx - w / 2, cy - h / 2, cx + w / 2, cy + h / 2, solid=True)
     if rng.random() < 0.5:
-        building.way((door, y), (door, floor + 0.55 * depth))
+        building.add_road((door, y), (door, floor + 0.55 * depth))
     return door
 
 
@@ -233,9 +233,9 @@ def _line_with_doors(
     alike: bool,
     deepest: float = 3.0,
 ) -> None:
-    """Set doorways and niches into both sides of every way."""
+    """Set doorways and niches into both sides of every road."""
     step, size, depth = rng.uniform(_DOOR_STEP_MIN, 9.0), rng.uniform(0.8, 1.2), 0.15
-    for a, b in building.ways:
+    for a, b in building.roads:
         start, end = np.array(building.points[a]), np.array(building.points[b])
         span = float(np.abs(end - start).sum())
         along = np.abs(end - start) / span

@@ -105,9 +105,9 @@ class Page:
             " const r = it.getBoundingClientRect();"
             " return [r.x + r.width / 2, r.y + r.height / 2]; })()"
         )
-        place = self.evaluate(script)
-        assert place is not None, f"no button {label!r} in: {self.text()}"
-        self.drag(place, place)
+        point = self.evaluate(script)
+        assert point is not None, f"no button {label!r} in: {self.text()}"
+        self.drag(point, point)
 
     def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         """Press the left button at a point [pixels], move, release at another."""
@@ -120,11 +120,11 @@ class Page:
                 self.wait(_POLL)
         self._mouse("mouseReleased", end, 0)
 
-    def _mouse(self, kind: str, place: tuple[float, float], buttons: int) -> None:
+    def _mouse(self, kind: str, point: tuple[float, float], buttons: int) -> None:
         button = "none" if kind == "mouseMoved" and not buttons else "left"
         self.call(
             *("Input.dispatchMouseEvent",),
-            type=kind, x=place[0], y=place[1], button=button, buttons=buttons, clickCount=1,
+            type=kind, x=point[0], y=point[1], button=button, buttons=buttons, clickCount=1,
         )  # fmt: skip
 
     def screenshot(self) -> bytes:

@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 from arjuna_core.grid import FREE, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from tests.helpers.tours import Place, Step
+from tests.helpers.tours import Step, TourWorld
 
 _BOXES, _HALF = 5, 0.25  # boxes and half their edge [m]
 _PEOPLE, _RADIUS, _PACE = 3, 0.25, 0.8
-_APART = 0.7  # of the robot's way from boxes, and of the robot from people [m]
-_GONE, _GONE_HALF = 6, 1.0  # places where walls are gone from the map, and half their edge [m]
+_APART = 0.7  # of the robot's path from boxes, and of the robot from people [m]
+_GONE, _GONE_HALF = 6, 1.0  # spots where walls are gone from the map, and half their edge [m]
 
 
-def crowded(place: Place, steps: list[Step], rng: np.random.Generator) -> list[Step]:
+def crowded(world: TourWorld, steps: list[Step], rng: np.random.Generator) -> list[Step]:
     """Return a drive among five unmapped boxes and three people, cut into its scans."""
-    boxes = _boxes(place, steps, rng)
+    boxes = _boxes(world, steps, rng)
     length = _PACE * 0.1 * len(steps) + 5.0
-    roads = [place.road(int(rng.choice(place.reachable)), rng, length) for _ in range(_PEOPLE)]
+    roads = [world.road(int(rng.choice(world.reachable)), rng, length) for _ in range(_PEOPLE)]
     walked = [0.0] * _PEOPLE
     result = []
     for step in steps:
@@ -51,10 +51,10 @@ def without_walls(grid: OccupancyGrid, rng: np.random.Generator) -> OccupancyGri
     return replace(grid, data=data)
 
 
-def _boxes(place: Place, steps: list[Step], rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return the edges of boxes off the robot's way, `(N, 4)`."""
-    way = np.array([(step.truth.x, step.truth.y) for step in steps])
-    far = [p for p in place.places if np.hypot(*(way - p).T).min() > _APART]
+def _boxes(world: TourWorld, steps: list[Step], rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return the edges of boxes off the robot's path, `(N, 4)`."""
+    path = np.array([(step.truth.x, step.truth.y) for step in steps])
+    far = [p for p in world.free_points if np.hypot(*(path - p).T).min() > _APART]
     if not far:
         return np.empty((0, 4))
     edges = []
@@ -65,9 +65,9 @@ def _boxes(place: Place, steps: list[Step], rng: np.random.Generator) -> NDArray
     return np.vstack(edges)
 
 
-def _along(road: NDArray[np.float64], way: float) -> tuple[float, float]:
+def _along(road: NDArray[np.float64], path: float) -> tuple[float, float]:
     reached = np.append(0.0, np.cumsum(np.hypot(*np.diff(road, axis=0).T)))
-    return float(np.interp(way, reached, road[:, 0])), float(np.interp(way, reached, road[:, 1]))
+    return float(np.interp(path, reached, road[:, 0])), float(np.interp(path, reached, road[:, 1]))
 
 
 def _to_segments(sensor: SE2, scan: Scan, edges: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -20,11 +20,11 @@ class EchoConfig:
 
     gain: float = param(2.0, "Factor.", minimum=0.0, maximum=10.0)
     names: tuple[str, ...] = param(("a",), "Names.")
-    others: tuple[str, ...] = param((), "Other names, whose type an empty list does not tell.")
+    others: tuple[str, ...] = param((), "Other names, whose type an empty list does not show.")
 
 
 class EchoNode(ManagedNode):
-    """Scales velocities, counts periods and runs Wait goals until told to end them."""
+    """Scales velocities, counts periods and runs Wait goals until asked to end them."""
 
     Config = EchoConfig
     DEFAULT_NAME = "echo"

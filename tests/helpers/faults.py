@@ -17,7 +17,7 @@ Publish = Callable[[Any], None]
 
 @dataclass(frozen=True)
 class Fault:
-    """What becomes of the messages of a topic.
+    """A treatment of the messages of a topic.
 
     Attributes:
         drop: Share (0..1) that never comes; 1 is a dead device.

@@ -14,14 +14,14 @@ class Import(NamedTuple):
     """One module that a file names in an import.
 
     Attributes:
-        place: `path:line`.
+        location: `path:line`.
         path: The file, relative to the root.
         module: The module; "(relative)" for a relative import.
         names: The names that are taken from it.
         typing: Whether only type checkers read it.
     """
 
-    place: str
+    location: str
     path: str
     module: str
     names: tuple[str, ...] = ()
@@ -49,9 +49,9 @@ def imports(root: Path, *packages: str) -> Iterator[Import]:
             ]
             typing = {id(node) for guard in guards for node in ast.walk(guard)}
             for node in nodes:
-                place = f"{path}:{getattr(node, 'lineno', 0)}"
+                location = f"{path}:{getattr(node, 'lineno', 0)}"
                 for module, names in _modules(node):
-                    yield Import(place, path, module, names, id(node) in typing)
+                    yield Import(location, path, module, names, id(node) in typing)
 
 
 def _modules(node: ast.AST) -> list[tuple[str, tuple[str, ...]]]:

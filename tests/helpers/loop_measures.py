@@ -14,14 +14,14 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge
 from tests.helpers.buildings import RESOLUTION, Building
 
-_NEAR, _APART = 1.5, 20.0  # two places near each other, and the way between two visits [m]
-_RUN_GAP = 5  # scans that see no place again without ending a loop
+_NEAR, _APART = 1.5, 20.0  # two poses near each other, and the path between two visits [m]
+_RUN_GAP = 5  # scans that revisit nothing without ending a loop
 _SLACK = np.diag([0.1**2, 0.1**2, 0.03**2])  # on top of what a closure claims of itself
 _DEVIATIONS = 3.0
 
 
-def near_places(true: NDArray[np.float64], walls: Building | None) -> NDArray[np.int64]:
-    """Return pairs of poses near each other with a way between them, `(P, 2) int64`.
+def near_pairs(true: NDArray[np.float64], walls: Building | None) -> NDArray[np.int64]:
+    """Return pairs of poses near each other with a path between them, `(P, 2) int64`.
 
     Args:
         true: The true poses, `(N, 3) float64` [m, m, rad].
@@ -46,7 +46,7 @@ def _in_sight(a: NDArray[np.float64], b: NDArray[np.float64], walls: Building) -
 
 
 def travelled(true: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the way to each pose from the first, `(N,) float64` [m]."""
+    """Return the distance driven to each pose from the first, `(N,) float64` [m]."""
     steps = np.hypot(*np.diff(true[:, :2], axis=0).T)
     return np.concatenate(([0.0], np.cumsum(steps)))
 
@@ -66,7 +66,7 @@ def errors(
 
 
 def agreement_of_loops(pairs: NDArray[np.int64], good: NDArray[np.bool_]) -> list[float]:
-    """Return the share of agreeing pairs of each stretch that sees places again."""
+    """Return the share of agreeing pairs of each stretch that revisits."""
     return [float(good[k].mean()) for k in _stretches(pairs)]
 
 
@@ -93,5 +93,5 @@ def aligned_error(found: NDArray[np.float64], true: NDArray[np.float64]) -> floa
 
 
 def _complex(poses: NDArray[np.float64]) -> NDArray[np.complex128]:
-    places: NDArray[np.complex128] = poses[:, 0] + 1j * poses[:, 1]
-    return places
+    points: NDArray[np.complex128] = poses[:, 0] + 1j * poses[:, 1]
+    return points

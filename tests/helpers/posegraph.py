@@ -17,7 +17,7 @@ from arjuna_slam.graph.optimizer import OptimizerResult, optimize
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, EdgeTable
 
 _VERTICES = ("VERTEX_SE2", "VERTEX2")
-_UPPER = {  # places of the six numbers in the upper triangle
+_UPPER = {  # positions of the six numbers in the upper triangle
     "EDGE_SE2": ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)),
     "EDGE2": ((0, 0), (0, 1), (1, 1), (2, 2), (0, 2), (1, 2)),
 }
@@ -129,10 +129,10 @@ def initialize(poses: NDArray[np.float64], edges: EdgeTable) -> NDArray[np.float
     direction = heading / np.maximum(np.abs(heading), 1e-12)
     step = direction[i] * (edges.measured[:, 0] + 1j * edges.measured[:, 1])
     spread = 0.5 * (edges.information[:, 0, 0] + edges.information[:, 1, 1])
-    place = _solve(
+    solved = _solve(
         count, i, j, spread, np.ones(len(i), np.complex128), step, complex(first[0], first[1])
     )
-    return np.column_stack((place.real, place.imag, np.angle(direction)))
+    return np.column_stack((solved.real, solved.imag, np.angle(direction)))
 
 
 def _solve(

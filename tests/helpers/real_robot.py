@@ -32,17 +32,17 @@ from bringup.terminal import show
 
 BASE, LASER, ODOM = "chassis", "laser_frame", "odom_combined"
 _RESOLUTION, _WIDTH, _HEIGHT = 0.05, 8.0, 6.0  # [m] the room, the robot starts in its middle
-_TICK, _SWEEP, _TELL = 0.02, 0.1, 0.5  # [s]
+_TICK, _SWEEP, _REPORT = 0.02, 0.1, 0.5  # [s]
 _JITTER, _LOST = 0.05, 0.02  # [s], share
-_SLIP = 0.98  # of what the wheels tell, the robot does
+_SLIP = 0.98  # of what the wheels report, the robot does
 _BEARINGS = np.linspace(-math.pi, math.pi, 360, endpoint=False)
 
 OPTIONS = (
     *("--scan-topic", "laser", "--odom-topic", "wheels/odom", "--cmd-vel-topic", "base/cmd_vel"),
     *("--base-frame", "chassis", "--odom-frame", "odom_combined"),
 )
-"""What `robot` has to be told of it."""
-_MARGIN = 0.5  # of a free place to what stands there [m]
+"""The options that `robot` needs for it."""
+_MARGIN = 0.5  # of a free pose to what stands there [m]
 
 
 def room() -> NDArray[np.bool_]:
@@ -53,17 +53,17 @@ def room() -> NDArray[np.bool_]:
     return blocked
 
 
-def free_places(rng: np.random.Generator, count: int) -> list[SE2]:
+def free_poses(rng: np.random.Generator, count: int) -> list[SE2]:
     """Return poses by chance at which the robot may stand, in its map's coordinates."""
-    places, blocked, cells = list[SE2](), room(), round(_MARGIN / _RESOLUTION)
-    while len(places) < count:
+    poses, blocked, cells = list[SE2](), room(), round(_MARGIN / _RESOLUTION)
+    while len(poses) < count:
         x, y = rng.uniform((0.0, 0.0), (_WIDTH, _HEIGHT))
         i, j = int(y / _RESOLUTION), int(x / _RESOLUTION)
         around = blocked[max(i - cells, 0) : i + cells + 1, max(j - cells, 0) : j + cells + 1]
         if not around.any():
             theta = rng.uniform(-math.pi, math.pi)
-            places.append(SE2(x - _WIDTH / 2, y - _HEIGHT / 2, theta))
-    return places
+            poses.append(SE2(x - _WIDTH / 2, y - _HEIGHT / 2, theta))
+    return poses
 
 
 class Drivers:
@@ -99,7 +99,7 @@ class Drivers:
         self._command = (message.linear.x, message.angular.z)
 
     def run(self) -> None:
-        """Drive, sense and tell until killed."""
+        """Drive, sense and report until killed."""
         start = time.monotonic()
         for tick in count():
             while (left := start + tick * _TICK - time.monotonic()) > 0.0:
@@ -107,7 +107,7 @@ class Drivers:
             self._drive()
             if tick % round(_SWEEP / _TICK) == 0 and self._rng.random() >= _LOST:
                 self._send(self._scans, self._scan())
-            if tick % round(_TELL / _TICK) == 0:
+            if tick % round(_REPORT / _TICK) == 0:
                 show(f"at {self.pose.x:.3f} {self.pose.y:.3f} {self.pose.theta:.3f}")
             while self._late and self._late[0][0] <= time.monotonic():
                 _, _, publisher, message = heapq.heappop(self._late)

@@ -48,7 +48,7 @@ class Step:
     scan: Scan
 
 
-class Place:
+class TourWorld:
     """One of our worlds, its map from its true surfaces, and roads through it.
 
     Args:
@@ -69,7 +69,7 @@ class Place:
         return Simulation(solo(self._robot, spawn), self._world, SimulatorConfig(), rng)
 
     def _roads(self) -> None:
-        """Connect free places on a coarse grid; a road is the longer the nearer it is to walls."""
+        """Connect free points on a coarse grid; a road is the longer the nearer it is to walls."""
         coarse = self.clearance[::_STEP_CELLS, ::_STEP_CELLS]
         height, width = coarse.shape
         number = np.full(coarse.shape, -1, np.int64)
@@ -87,14 +87,14 @@ class Place:
         row, column, length = (np.concatenate(part) for part in (rows, columns, lengths))
         size = int(open_.sum())
         self._graph = coo_array((length, (row, column)), shape=(size, size)).tocsr()
-        self.places = self.map.frame.to_points(np.argwhere(open_) * _STEP_CELLS)
+        self.free_points = self.map.frame.to_points(np.argwhere(open_) * _STEP_CELLS)
         group = label(open_, np.ones((3, 3)))[0]
         sizes = np.bincount(group[open_])
         self.reachable = np.flatnonzero(group[open_] == int(np.argmax(sizes)))
 
     def road(self, start: int, rng: np.random.Generator, length: float) -> NDArray[np.float64]:
-        """Return points `(N, 2)` [m] of a way over random goals, as long as asked for [m]."""
-        way, here = [self.places[start]], start
+        """Return points `(N, 2)` [m] of a path over random goals, as long as asked for [m]."""
+        path, here = [self.free_points[start]], start
         total = 0.0
         while total < length:
             goal = int(rng.choice(self.reachable))
@@ -102,13 +102,13 @@ class Place:
             leg = [goal]
             while leg[-1] != here:
                 leg.append(int(before[leg[-1]]))
-            way += [self.places[k] for k in leg[-2::-1]]
+            path += [self.free_points[k] for k in leg[-2::-1]]
             here = goal
-            total = float(np.hypot(*np.diff(np.array(way), axis=0).T).sum())
-        return np.array(way)
+            total = float(np.hypot(*np.diff(np.array(path), axis=0).T).sum())
+        return np.array(path)
 
     def _before(self, start: int) -> NDArray[np.int32]:
-        """Return of each place the one before it on the shortest way from `start`."""
+        """Return of each point the one before it on the shortest path from `start`."""
         search: Any = dijkstra  # its stubs, where installed, take no Python integer
         before: NDArray[np.int32] = search(
             self._graph, directed=False, indices=start, return_predecessors=True
@@ -116,19 +116,19 @@ class Place:
         return before
 
     def drive(self, seed: int, seconds: float) -> list[Step]:
-        """Drive a random way in the simulator, a scan each 0.1 s."""
+        """Drive a random path in the simulator, a scan each 0.1 s."""
         rng = np.random.default_rng(seed)
         start = int(rng.choice(self.reachable))
-        way = self.road(start, rng, _SPEED * seconds + 1.0)
-        x, y = way[0].tolist()
+        path = self.road(start, rng, _SPEED * seconds + 1.0)
+        x, y = path[0].tolist()
         spawn = SE2(x, y, float(rng.uniform(-math.pi, math.pi)))
         simulator = self._simulator(seed, spawn)
         steps: list[Step] = []
         ahead, pose = 0, spawn
         for _ in range(round(seconds / simulator.config.tick)):
-            while ahead < len(way) - 1 and math.dist(way[ahead], (pose.x, pose.y)) < _LOOKAHEAD:
+            while ahead < len(path) - 1 and math.dist(path[ahead], (pose.x, pose.y)) < _LOOKAHEAD:
                 ahead += 1
-            seen = simulator.drive(_towards(pose, way[ahead]))
+            seen = simulator.drive(_towards(pose, path[ahead]))
             pose = seen.truth.pose
             if seen.scan is not None:
                 steps.append(Step(pose, seen.odometry.T_odom_base, seen.scan))
@@ -176,8 +176,8 @@ def with_odometry(steps: list[Step], kind: str, rng: np.random.Generator) -> lis
     Args:
         steps: The drive.
         kind: `wheels`, the simulated skid-steer robot's own; `perfect`; `noisy`, wrong by 5 % of
-            the way and 8 % of the turn, half of it constant; `slipping`, the wheels, which spin
-            for a second in six and then count 30 % too much.
+            the distance and 8 % of the turn, half of it constant; `slipping`, the wheels, which
+            spin for a second in six and then count 30 % too much.
         rng: Source of chance.
     """
     if kind == "wheels":

@@ -19,7 +19,7 @@ from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
 from tests.bench import barn, goals, planner
 from tests.helpers.nav.barn import CELL, START, load_worlds, make_worlds
-from tests.helpers.nav.drives import Ground
+from tests.helpers.nav.drives import FreeSpace
 from tests.helpers.nav.navfn_maps import COURSES
 from tests.nav.worlds import block, empty_grid
 
@@ -62,24 +62,24 @@ def barn_world(folder: Path, cylinders: list[tuple[float, float]]) -> Path:
 def test_the_shortest_way_is_pulled_tight_round_what_is_in_it() -> None:
     grid = empty_grid(10.0, 6.0)
     block(grid, 4.0, 0.0, 0.5, 4.0)
-    ground = Ground(grid, radius=0.2, clearance=0.4)
-    straight = ground.shortest(SE2(1.0, 1.0), SE2(3.0, 5.0))
+    space = FreeSpace(grid, radius=0.2, clearance=0.4)
+    straight = space.shortest(SE2(1.0, 1.0), SE2(3.0, 5.0))
     assert straight == pytest.approx(math.hypot(2.0, 4.0), rel=0.02)
     x0, x1, top = 4.0 - 0.2, 4.5 + 0.2, 4.0 + 0.2
     round_it = 2 * math.hypot(x0 - 1.0, top - 1.0) + x1 - x0
-    assert ground.shortest(SE2(1.0, 1.0), SE2(7.5, 1.0)) == pytest.approx(round_it, rel=0.02)
+    assert space.shortest(SE2(1.0, 1.0), SE2(7.5, 1.0)) == pytest.approx(round_it, rel=0.02)
     block(grid, 4.0, 4.0, 0.5, 2.0)
-    closed = Ground(grid, radius=0.2, clearance=0.4)
+    closed = FreeSpace(grid, radius=0.2, clearance=0.4)
     assert math.isnan(closed.shortest(SE2(1.0, 1.0), SE2(7.5, 1.0)))
 
 
 def test_goals_are_drawn_where_there_is_room() -> None:
     grid = empty_grid(6.0, 4.0)
     block(grid, 2.0, 1.0, 1.0, 3.0)
-    ground = Ground(grid, radius=0.2, clearance=0.5)
+    space = FreeSpace(grid, radius=0.2, clearance=0.5)
     rng = np.random.default_rng(0)
     for _ in range(50):
-        goal = ground.draw(rng)
+        goal = space.draw(rng)
         x = max(2.0 - goal.x, goal.x - 3.0, 0.0)
         assert math.hypot(x, max(1.0 - goal.y, 0.0)) >= 0.5 - 0.05
 

@@ -41,17 +41,17 @@ def test_a_touch_is_the_robots_where_its_side_moves_towards_the_person(
     velocity: Velocity, person: tuple[float, float, float], bumps: int, pose: SE2
 ) -> None:
     meetings = meet(velocity, person, pose)
-    assert (meetings.met, meetings.bumped) == (1, bumps)
+    assert (meetings.hits, meetings.bumped) == (1, bumps)
 
 
 def test_one_touch_counts_once_and_as_the_robots_where_it_presses_on() -> None:
     meetings, person = Meetings(CORNERS), np.array([AHEAD])
     for velocity, bumped in ((STILL, 0), (Velocity(0.05), 0), (FORWARD, 1), (FORWARD, 1)):
         meetings.update(SE2(), velocity, person)
-        assert (meetings.met, meetings.bumped) == (1, bumped)
+        assert (meetings.hits, meetings.bumped) == (1, bumped)
     meetings.update(SE2(), STILL, np.array([(1.0, 0.0, 0.25)]))
     meetings.update(SE2(), STILL, person)
-    assert (meetings.met, meetings.bumped) == (2, 1)
+    assert (meetings.hits, meetings.bumped) == (2, 1)
 
 
 class Stage:

@@ -20,7 +20,7 @@ def walked_over(offset: float, walls: NDArray[np.float64] = NO_WALLS, start: SE2
     """Return where a robot is when somebody has walked by along x."""
     pushes, pose = Pushes(CORNERS, walls), start
     for x in np.arange(-1.0, 1.5, 0.04):
-        pose = pushes.give_way(pose, np.array([(x, offset, 0.25)]))
+        pose = pushes.yield_to(pose, np.array([(x, offset, 0.25)]))
     return pose
 
 
@@ -55,9 +55,9 @@ def test_walls_hold_who_is_pressed_and_people_step_over(face: float) -> None:
 def test_the_end_of_a_wall_turns_who_is_pressed_against_it() -> None:
     wall = np.array([(0.21, 0.1, 2.0, 0.1), (2.0, 0.1, 0.21, 0.1)])
     pushes = Pushes(CORNERS, wall)
-    pose = pushes.give_way(IDENTITY, np.array([(-0.42, 0.0, 0.25)]))
+    pose = pushes.yield_to(IDENTITY, np.array([(-0.42, 0.0, 0.25)]))
     assert pushes.pinned
     assert pose.theta > 0.01
     assert pose.x < 0.025  # of 0.03
-    pushes.give_way(SE2(-1.0), np.zeros((0, 3)))
+    pushes.yield_to(SE2(-1.0), np.zeros((0, 3)))
     assert not pushes.pinned

@@ -15,7 +15,7 @@ from arjuna_slam.graph.pose_graph import Edge, EdgeKind
 from tests.bench.loops import attempt
 from tests.helpers.building_drives import LIDARS, Drift, drifting, drive, thinned
 from tests.helpers.buildings import KINDS, RESOLUTION, Building, building
-from tests.helpers.loop_measures import is_wrong, near_places
+from tests.helpers.loop_measures import is_wrong, near_pairs
 
 CERTAIN = np.diag([1e4, 1e4, 1e5])
 
@@ -51,7 +51,7 @@ def test_places_on_two_sides_of_a_wall_are_not_near() -> None:
     blocked = np.zeros((100, 100), np.bool_)
     blocked[:, 50:52] = True
     poses = np.array([(2.2, 1.0, 0.0), (2.2, 30.0, 0.0), (3.0, 1.0, 0.0), (2.0, 1.2, 0.0)])
-    assert near_places(poses, Building(blocked)).tolist() == [[0, 3]]
+    assert near_pairs(poses, Building(blocked)).tolist() == [[0, 3]]
 
 
 def test_a_closure_is_wrong_only_where_it_claims_to_know() -> None:

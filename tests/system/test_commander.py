@@ -113,8 +113,8 @@ def test_waypoints_on_the_map_and_on_the_earth(bench: Bench) -> None:
     assert navigator.followWaypoints([at(0.5, 0.0), at(0.6, 0.4)])
     assert bench.result() is TaskResult.SUCCEEDED
     assert navigator.getFeedback().current_waypoint == 1
-    place = MapOnEarth(HERE).to_earth(0.2, 0.1)
-    position = GeoPointMsg(latitude=place.latitude_deg, longitude=place.longitude_deg)
+    point = MapOnEarth(HERE).to_earth(0.2, 0.1)
+    position = GeoPointMsg(latitude=point.latitude_deg, longitude=point.longitude_deg)
     assert navigator.followGpsWaypoints([GeoPose(position=position)])
     assert bench.result() is TaskResult.SUCCEEDED
     assert bench.pose.distance(SE2(0.2, 0.1)) < REACHED

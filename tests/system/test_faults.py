@@ -21,7 +21,7 @@ from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from tests.helpers.faults import Fault, Faults
-from tests.helpers.nav.faults import BLIND, BORNE, DEAD
+from tests.helpers.nav.faults import BLIND, DEAD, TOLERATED
 from tests.helpers.ros import RosBench
 from tests.system.test_navigation import on_map, truth
 
@@ -35,7 +35,7 @@ Stack = Callable[..., "LockStep"]
 
 
 class Drive:
-    """A robot on its way to a goal, at full speed."""
+    """A robot driving to a goal, at full speed."""
 
     def __init__(self, robot: LockStep) -> None:
         self.robot = robot
@@ -64,12 +64,12 @@ def test_a_robot_that_is_blind_stands_and_drives_when_it_is_over(stack: Stack, k
     drive = Drive(on_map(stack))
     robot = drive.robot
     assert drive.moved[-1][1] > STILL
-    begun = robot.now
+    start = robot.now
     trial = BLIND[kind]
     drive.faults.put(trial.topic, trial.fault)
     robot.run(3.0)
     assert trial.stands_within is not None
-    assert max(now for now, way in drive.moved if way > STILL) - begun < trial.stands_within
+    assert max(now for now, moved in drive.moved if moved > STILL) - start < trial.stands_within
     drive.faults.clear()
     robot.run_until(drive.result.done, 60.0, "the goal")
     assert drive.result.result().result.error_code == 0
@@ -87,20 +87,20 @@ def test_on_a_map_of_another_building_the_robot_stands_until_the_right_one_is_ba
         request = LoadMap.Request(map_url=str(shipped_file(f"maps/{name}.yaml")))
         assert robot.call(LoadMap, "map_server/load_map", request).result == 0
 
-    begun = robot.now
+    start = robot.now
     load("warehouse")
     robot.run(5.0)
-    assert max(now for now, way in drive.moved if way > STILL) - begun < 0.8
+    assert max(now for now, moved in drive.moved if moved > STILL) - start < 0.8
     load("arjuna_room")
     robot.run(2.0)
     assert Goals(robot).navigate(FAR, 60.0).succeeded
     assert robot.sim.contacts.log.total == 0
 
 
-@pytest.mark.parametrize("kind", BORNE)
+@pytest.mark.parametrize("kind", TOLERATED)
 def test_a_robot_that_hears_enough_reaches_its_goal(stack: Stack, kind: str) -> None:
     drive = Drive(on_map(stack))
-    drive.faults.put(BORNE[kind].topic, BORNE[kind].fault)
+    drive.faults.put(TOLERATED[kind].topic, TOLERATED[kind].fault)
     drive.robot.run_until(drive.result.done, 60.0, "the goal")
     assert drive.result.result().result.error_code == 0
     assert truth(drive.robot).distance(FAR) < 0.3
@@ -116,7 +116,7 @@ def test_a_fault_of_a_topic_that_nobody_publishes_is_refused(stack: Stack) -> No
 
 def test_late_messages_come_in_their_time_and_health_returns() -> None:
     bench = RosBench()
-    heard = bench.collect(String, "word")
+    received = bench.collect(String, "word")
     publisher = bench.node.create_publisher(String, "word", qos.DEFAULT)
     faults = Faults([bench.node], np.random.default_rng(0), lambda: bench.process.now)
     try:
@@ -125,13 +125,13 @@ def test_late_messages_come_in_their_time_and_health_returns() -> None:
         bench.advance(0.08)
         faults.run_due()
         bench.process.drain()
-        assert heard == []
+        assert received == []
         bench.advance(0.04)
         faults.run_due()
         bench.process.drain()
-        assert [message.data for message in heard] == ["late", "late"]
+        assert [message.data for message in received] == ["late", "late"]
         faults.clear()
         bench.publish(String, "word", String(data="well"))
-        assert [message.data for message in heard] == ["late", "late", "well"]
+        assert [message.data for message in received] == ["late", "late", "well"]
     finally:
         bench.close()

@@ -1,4 +1,4 @@
-"""Claims: nothing that a plain client once ended or hung a robot with does so any more."""
+"""Claims: nothing that a plain client once ended or blocked a robot with does so any more."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ class Client:
         self._step()
 
     def _step(self) -> None:
-        begun = time.process_time()
+        start = time.process_time()
         self.robot.step()
-        assert time.process_time() - begun < LONGEST
+        assert time.process_time() - start < LONGEST
 
     def call(self, kind: Any, name: str, request: Any) -> Any:
-        begun = time.process_time()
+        start = time.process_time()
         answer = self.robot.call(kind, name, request)
-        assert time.process_time() - begun < LONGEST
+        assert time.process_time() - start < LONGEST
         return answer
 
     def send(self, action: Any, name: str, goal: Any) -> Any:

@@ -40,7 +40,7 @@ Stack = Callable[..., "LockStep"]
 
 
 def on_map(stack: Stack, seed: int = 0) -> LockStep:
-    """Return a robot that knows its place on the shipped map."""
+    """Return a robot that knows its pose on the shipped map."""
     robot = stack(LOCALIZATION_GROUP, NAVIGATION_GROUP, seed=seed, parameters=ON_MAP)
     robot.run(1.0)
     return robot

@@ -116,7 +116,7 @@ def _check_graph(world: LockStep) -> None:
 
 
 def test_one_seed_gives_one_run() -> None:
-    def told() -> str:
+    def report() -> str:
         digest = hashlib.sha256()
         with fleet(seed=3) as (world, robots):
             for robot in robots.values():
@@ -131,4 +131,4 @@ def test_one_seed_gives_one_run() -> None:
             assert all(abs(r.truth().v) > 0.1 for r in world.sim.simulator.robots.values())
         return digest.hexdigest()
 
-    assert told() == told()
+    assert report() == report()

@@ -84,9 +84,9 @@ def test_every_number_is_finite_and_bounded(
 @contextmanager
 def quick(what: str, slow: list[str]) -> Iterator[None]:
     """Note what takes too much of a core's time."""
-    begun = time.process_time()
+    start = time.process_time()
     yield
-    spent = time.process_time() - begun
+    spent = time.process_time() - start
     if spent > STALLED:
         slow.append(f"{what}: {spent:.1f} s")
 
@@ -138,7 +138,9 @@ def test_the_greatest_and_least_values_stall_nothing(
     assert not failures(robot)
 
 
-def test_a_goal_is_reached_after_every_extreme_under_way(stack: Callable[..., LockStep]) -> None:
+def test_a_goal_is_reached_after_every_extreme_in_motion(
+    stack: Callable[..., LockStep],
+) -> None:
     robot = lenient(stack, *STACKS["nav"])
     robot.run(1.0)
     goals = Goals(robot)

@@ -42,7 +42,7 @@ class Counter:
         self._publisher.publish(Int32(data=self.last))
 
     @property
-    def heard(self) -> bool:
+    def received(self) -> bool:
         return bool(self._publisher.get_subscription_count())
 
     def close(self) -> None:
@@ -78,7 +78,7 @@ def test_a_killed_recorder_loses_only_its_last_second(tmp_path: Path, counter: C
     folder = tmp_path / "bag"
     with _record(folder) as recorder:
         recorder.wait_for("listens to /count")
-        _until(lambda: counter.heard, "matching")
+        _until(lambda: counter.received, "matching")
         for _ in range(50):
             counter.publish()
         file = folder / "bag_0.mcap"
@@ -99,7 +99,7 @@ def test_a_killed_recorder_loses_only_its_last_second(tmp_path: Path, counter: C
 def test_what_is_recorded_is_played_and_recorded_again(tmp_path: Path, counter: Counter) -> None:
     with _record(tmp_path / "first") as recorder:
         recorder.wait_for("listens to /count")
-        _until(lambda: counter.heard, "matching")
+        _until(lambda: counter.received, "matching")
         for _ in range(20):
             counter.publish()
             threading.Event().wait(0.01)  # so that a turn of the loop lasts

@@ -116,9 +116,7 @@ def test_a_drag_on_the_ground_sends_the_robot_there(watched: Watched, tmp_path: 
     assert abs(facing) < 0.3  # as it was dragged: to the right
 
 
-def test_a_pose_estimate_tells_a_kidnapped_robot_where_it_is(
-    watched: Watched, tmp_path: Path
-) -> None:
+def test_a_pose_estimate_localizes_a_kidnapped_robot(watched: Watched, tmp_path: Path) -> None:
     page, robot = watched.page, watched.robot
     clicked: list[PointStamped] = []
     robot.client.create_subscription(PointStamped, "clicked_point", clicked.append, 10)

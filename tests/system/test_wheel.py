@@ -101,7 +101,7 @@ def test_installed_robots_worlds_and_maps_are_understood(python: Path, tmp_path:
 
 
 def test_installed_robot_runs_from_an_empty_folder(python: Path, tmp_path: Path) -> None:
-    place = _run(python, "-c", "import bringup; print(bringup.__file__)", cwd=tmp_path)
-    assert Path(place.strip()).is_relative_to(python.parents[1])
+    location = _run(python, "-c", "import bringup; print(bringup.__file__)", cwd=tmp_path)
+    assert Path(location.strip()).is_relative_to(python.parents[1])
     _run(python, "-c", RUN_FOR_A_SECOND, cwd=tmp_path)
     assert not list(tmp_path.iterdir())

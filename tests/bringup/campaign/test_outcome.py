@@ -1,4 +1,4 @@
-"""What a run's result lacks of what a campaign asks for."""
+"""A run's result against the success that a campaign asks for."""
 
 from __future__ import annotations
 

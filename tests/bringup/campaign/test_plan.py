@@ -1,4 +1,4 @@
-"""What a campaign's file means, and what is wrong with one."""
+"""A campaign's file: its meaning, and the mistakes in one."""
 
 from __future__ import annotations
 

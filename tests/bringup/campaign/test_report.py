@@ -1,4 +1,4 @@
-"""How sure figures are, against values from tables."""
+"""Confidence of figures, against values from tables."""
 
 from __future__ import annotations
 

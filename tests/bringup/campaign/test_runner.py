@@ -79,7 +79,7 @@ def test_runs_are_forks_of_what_is_imported_once(tmp_path: Path) -> None:
     assert done.stdout.splitlines() == ["warm", "[True, True]", "[True, True]"]
 
 
-def test_a_run_that_hangs_is_ended(tmp_path: Path) -> None:
+def test_a_run_without_end_is_ended(tmp_path: Path) -> None:
     outcomes = _run(_campaign(5, limit=2.0), tmp_path)
     assert outcomes[4].reason == "took longer than 2 s"
 

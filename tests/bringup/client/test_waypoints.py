@@ -49,7 +49,7 @@ def test_what_is_no_tour_is_refused(tmp_path: Path, text: str, problem: str) -> 
 
 
 def _at(x: float, y: float, left: float = 0.0) -> Any:
-    """Return the feedback of a robot at a place [m] with some distance left [m]."""
+    """Return the feedback of a robot at a position [m] with some distance left [m]."""
     position, upright = SimpleNamespace(x=x, y=y), SimpleNamespace(x=0.0, y=0.0, z=0.0, w=1.0)
     pose = SimpleNamespace(pose=SimpleNamespace(position=position, orientation=upright))
     return SimpleNamespace(distance_remaining=left, current_pose=pose)
@@ -97,7 +97,7 @@ def test_arrival_is_where_the_robot_was_at_last() -> None:
 
 @dataclass(frozen=True)
 class Ended:
-    """How a goal ended, as `GoalEnd`."""
+    """The end of a goal, as `GoalEnd`."""
 
     succeeded: bool
     reason: str = ""

@@ -7,7 +7,7 @@ import pytest
 from bringup.cli_parser import parse
 
 
-def test_spawn_takes_a_place_and_a_path() -> None:
+def test_spawn_takes_a_position_and_a_path() -> None:
     words = ["entity", "spawn", "bob", "person", "--at", "-1", "2", "--path", "-2,-2 2,-2 2,2.5"]
     arguments = parse([*words, "--speed", "0.8", "--once"])
     assert arguments.at == [-1.0, 2.0]
@@ -15,7 +15,7 @@ def test_spawn_takes_a_place_and_a_path() -> None:
     assert (arguments.speed, arguments.once, arguments.yaw) == (0.8, True, 0.0)
 
 
-def test_robot_is_moved_by_name_with_negative_places() -> None:
+def test_robot_is_moved_by_name_with_negative_coordinates() -> None:
     arguments = parse(["entity", "move", "robot", "-1.5", "-2", "--yaw", "-0.5"])
     assert (arguments.name, arguments.x, arguments.y) == ("robot", -1.5, -2.0)
     assert arguments.yaw == -0.5

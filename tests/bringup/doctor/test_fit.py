@@ -43,9 +43,9 @@ def test_from_the_true_pose_every_hit_is_on_a_wall(pose: SE2) -> None:
 def test_a_scan_of_a_sensor_upside_down_is_mirrored() -> None:
     pose = SE2(1.0, 0.5, 0.3)
     scan = _scan_at(pose.x, pose.y, pose.theta)
-    hanging = replace(scan, ranges=scan.ranges[::-1].copy(), angle_min=-np.pi + 2.0 * np.pi / 180)
-    assert scan_facts(hanging, "l", True, _room(), pose).on_walls == 1.0
-    turned = scan_facts(hanging, "l", False, _room(), pose).on_walls
+    turned_scan = replace(scan, ranges=scan.ranges[::-1].copy(), angle_min=np.pi * (2 / 180 - 1))
+    assert scan_facts(turned_scan, "l", True, _room(), pose).on_walls == 1.0
+    turned = scan_facts(turned_scan, "l", False, _room(), pose).on_walls
     assert turned is not None
     assert turned < 0.6
 

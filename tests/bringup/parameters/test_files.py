@@ -47,7 +47,7 @@ def test_every_node_gets_the_wildcard_under_its_own() -> None:
         ("a: {ros__parameters: 3}", r"a\.ros__parameters: must map names to values"),
     ],
 )
-def test_a_broken_file_names_file_and_place(tmp_path: Path, text: str, message: str) -> None:
+def test_a_broken_file_names_file_and_line(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputFileError, match=message):
         load_parameters([write(tmp_path, text)])
 

@@ -24,7 +24,7 @@ sys.stdin.read()
 """
 
 
-def left(folder: Path, name: str, age: float = 60.0) -> Path:
+def leftover(folder: Path, name: str, age: float = 60.0) -> Path:
     for path in (folder / name, folder / f"{name}_el"):
         path.write_bytes(b"x")
         os.utime(path, (time.time() - age,) * 2)
@@ -32,7 +32,7 @@ def left(folder: Path, name: str, age: float = 60.0) -> Path:
 
 
 def test_a_segment_stays_while_its_process_lives(tmp_path: Path) -> None:
-    segment = left(tmp_path, SEGMENT)
+    segment = leftover(tmp_path, SEGMENT)
     lock = tmp_path / f"{SEGMENT}_el"
     with subprocess.Popen(
         [sys.executable, "-c", HOLDS, str(lock)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
@@ -59,19 +59,19 @@ def test_a_segment_stays_while_its_process_lives(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_young_or_something_else_stays(tmp_path: Path, name: str, age: float) -> None:
-    segment = left(tmp_path, name, age)
+    segment = leftover(tmp_path, name, age)
     assert remove_leftovers(tmp_path) == 0
     assert segment.exists()
 
 
 def test_a_segment_without_its_lock_and_a_folder_that_is_not_there(tmp_path: Path) -> None:
-    left(tmp_path, SEGMENT).with_name(f"{SEGMENT}_el").unlink()
+    leftover(tmp_path, SEGMENT).with_name(f"{SEGMENT}_el").unlink()
     assert remove_leftovers(tmp_path) == 0
     assert remove_leftovers(tmp_path / "none") == 0
 
 
 def test_the_lock_is_given_back_where_nothing_can_be_removed(tmp_path: Path) -> None:
-    segment = left(tmp_path, SEGMENT)
+    segment = leftover(tmp_path, SEGMENT)
     segment.unlink()
     segment.mkdir()
     os.utime(segment, (0.0, 0.0))

@@ -1,4 +1,4 @@
-"""What the orchestrator starts beside the robot's processes."""
+"""Processes that the orchestrator starts beside the robot's processes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Claims: patterns fit whole names; hidden topics stay out unless they tell how actions go on."""
+"""Claims: patterns fit whole names; hidden topics stay out unless they are of actions."""
 
 from __future__ import annotations
 

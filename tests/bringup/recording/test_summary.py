@@ -9,7 +9,7 @@ from bringup.recording import summary
 from tests.core.bags.recordings import write_numbers
 
 
-def test_lost_messages_are_told(tmp_path: Path) -> None:
+def test_lost_messages_are_listed(tmp_path: Path) -> None:
     write_numbers(tmp_path / "bag").close({"/number": 7})
     bag = Bag(tmp_path / "bag")
     assert list(summary.missing(bag)) == [

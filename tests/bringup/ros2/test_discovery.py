@@ -1,4 +1,4 @@
-"""How long a graph must stand still, by what is seen to lack in it."""
+"""The time that a graph must stand still, by what is seen to lack in it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NODES = [("me", "/"), ("one", "/"), ("two", "/")]
 
 
 class Seen:
-    """A node that has heard of some participants; `named` are those whose nodes it knows."""
+    """A node that knows some participants; `named` are those whose nodes it knows."""
 
     context = SimpleNamespace(get_domain_id=lambda: 5)
 

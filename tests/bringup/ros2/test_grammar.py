@@ -130,8 +130,10 @@ def test_the_daemon_is_not_running(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_an_unknown_program_names_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "tf2_rso", "tf2_echo"]) == 1
-    told = capsys.readouterr().err
-    assert told.startswith("Package 'tf2_rso' not found; did you mean 'tf2_ros'?; 'ros2 run FILE")
+    printed = capsys.readouterr().err
+    assert printed.startswith(
+        "Package 'tf2_rso' not found; did you mean 'tf2_ros'?; 'ros2 run FILE"
+    )
 
 
 def test_ros_arguments_are_parted_from_a_program_s_own() -> None:
@@ -268,10 +270,10 @@ def test_a_known_launch_file_becomes_a_command_of_arjuna(
     monkeypatch.setattr(launch, "arjuna", lambda command, rest: started.append([command, *rest]))
     main(["launch", *words.split()])
     assert started == [expected.split()]
-    told = capsys.readouterr().out
-    assert f"$ python -m bringup {expected}\n" in told
-    assert all(word in told for word in unused)
-    assert told.count("no effect") == len(unused)
+    printed = capsys.readouterr().out
+    assert f"$ python -m bringup {expected}\n" in printed
+    assert all(word in printed for word in unused)
+    assert printed.count("no effect") == len(unused)
     parse(started[0])
 
 
@@ -292,16 +294,16 @@ def test_every_launch_file_lists_its_arguments(
     package: str, file: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["launch", package, file, "--show-args"]) == 0
-    told = capsys.readouterr().out
-    assert "use_sim_time" in told
-    assert "Without an effect here: " in told
+    printed = capsys.readouterr().out
+    assert "use_sim_time" in printed
+    assert "Without an effect here: " in printed
 
 
 def test_an_unknown_launch_file_names_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["launch", "slam_toolbox", "online_asynch_launch.py"]) == 1
-    told = capsys.readouterr().err
-    assert "did you mean 'slam_toolbox online_async_launch.py'?" in told
-    assert "python -m bringup" in told
+    printed = capsys.readouterr().err
+    assert "did you mean 'slam_toolbox online_async_launch.py'?" in printed
+    assert "python -m bringup" in printed
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""What `ros2 topic hz`, `delay` and `bw` work out."""
+"""The figures of `ros2 topic hz`, `delay` and `bw`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_the_window_forgets_the_oldest() -> None:
     assert (found.count, found.mean, found.least, found.most) == (2, 1.5, 1.0, 2.0)
 
 
-def test_time_set_back_starts_anew() -> None:
+def test_time_set_back_starts_again() -> None:
     intervals = Intervals(window=10)
     for now in (7.0, 8.0, 1.0, 1.5):
         intervals.add(now)

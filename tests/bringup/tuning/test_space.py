@@ -1,4 +1,4 @@
-"""What a search space means, and what is wrong with one."""
+"""A search space: its meaning, and the mistakes in one."""
 
 from __future__ import annotations
 

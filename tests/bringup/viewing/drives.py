@@ -43,11 +43,11 @@ def header(frame: str) -> Any:
 
 
 def pose(x: float, y: float = 0.0, yaw: float = 0.0) -> Any:
-    place = make("geometry_msgs/msg/Point", x=x, y=y, z=0.0)
+    point = make("geometry_msgs/msg/Point", x=x, y=y, z=0.0)
     turn = make(
         "geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=math.sin(yaw / 2), w=math.cos(yaw / 2)
     )
-    return make("geometry_msgs/msg/Pose", position=place, orientation=turn)
+    return make("geometry_msgs/msg/Pose", position=point, orientation=turn)
 
 
 def transform(parent: str, child: str, x: float) -> Any:

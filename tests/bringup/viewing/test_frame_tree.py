@@ -61,11 +61,11 @@ def test_parents_stand_above_the_middle_of_their_children() -> None:
     }
 
 
-def test_every_frame_has_a_place_of_its_own_in_the_picture(tmp_path: Path) -> None:
+def test_every_frame_has_a_point_of_its_own_in_the_picture(tmp_path: Path) -> None:
     parents = {name: frame.parent for name, frame in TREE.items()}
-    places = layout(parents)
-    assert set(places) == {"map", *TREE}
-    assert len(set(places.values())) == len(places)
+    points = layout(parents)
+    assert set(points) == {"map", *TREE}
+    assert len(set(points.values())) == len(points)
     path = tmp_path / "tree.png"
     draw_tree(path, parents, {name: frame.facts for name, frame in TREE.items()})
     assert path.read_bytes().startswith(b"\x89PNG")

@@ -28,8 +28,8 @@ def test_a_damaged_chunk_costs_only_its_own_messages(tmp_path: Path) -> None:
     write_numbers(tmp_path / "bag").close()
     path = tmp_path / "bag" / "bag_0.mcap"
     data = bytearray(path.read_bytes())
-    place = data.index(b"\x28\xb5\x2f\xfd", len(data) // 4)  # a zstd frame
-    data[place + 12 : place + 16] = b"\xff\xff\xff\xff"
+    offset = data.index(b"\x28\xb5\x2f\xfd", len(data) // 4)  # a zstd frame
+    data[offset + 12 : offset + 16] = b"\xff\xff\xff\xff"
     path.write_bytes(data)
     bag = Bag(path)
     found = times(bag)

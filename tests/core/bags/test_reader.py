@@ -1,4 +1,4 @@
-"""Claims: recordings are found, unpacked and listed; what is none is refused with its name."""
+"""Claims: recordings are found, unpacked and listed; other files are refused by name."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_compressed_recordings_give_the_same_messages(
 
 
 @pytest.mark.parametrize("packed", ["FILE", "MESSAGE"])
-def test_what_cannot_be_unpacked_is_told(packed: str, tmp_path: Path) -> None:
+def test_what_cannot_be_unpacked_is_named(packed: str, tmp_path: Path) -> None:
     folder = write_words(tmp_path / "bag", "SQLITE3", packed)
     if packed == "FILE":
         (folder / "bag.db3.zstd").write_bytes(b"no archive" * 100)

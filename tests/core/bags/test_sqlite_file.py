@@ -44,7 +44,7 @@ def test_sqlite_recordings_are_read_alone_and_without_metadata(tmp_path: Path) -
         assert times(bag) == [0, 1, 2]
 
 
-def test_a_cut_database_is_read_told_and_mended(tmp_path: Path) -> None:
+def test_a_cut_database_is_read_noted_and_repaired(tmp_path: Path) -> None:
     path = write_words(tmp_path / "bag", "SQLITE3", "NONE") / "bag.db3"
     path.write_bytes(path.read_bytes()[: path.stat().st_size * 3 // 4])
     bag = Bag(path)

@@ -35,7 +35,7 @@ class BarnWorld:
     Attributes:
         name: As `world_0`.
         world: Its SDF, unpacked.
-        optimal: Length of the way that came with it, from the start to the goal [m].
+        optimal: Length of the path that came with it, from the start to the goal [m].
     """
 
     name: str
@@ -82,8 +82,8 @@ def _optimal(path: Path, number: str) -> float:
     cells = np.load(found[0], allow_pickle=False).astype(np.float64)
     points = cells * CELL + (-4.575, 5.075)
     ends = np.array([[START.x, START.y], [START.x, START.y + AHEAD]])
-    way = np.vstack((ends[:1], points, ends[1:]))
-    return float(np.hypot(*np.diff(way, axis=0).T).sum())
+    path_cells = np.vstack((ends[:1], points, ends[1:]))
+    return float(np.hypot(*np.diff(path_cells, axis=0).T).sum())
 
 
 _SIZE = 30  # of the field [cells]
@@ -110,26 +110,26 @@ def make_worlds(folder: Path, count: int, rng: np.random.Generator) -> Path:
     """
     kinds = itertools.cycle(itertools.product(_SMOOTHINGS, _FILLS))
     for number, (smoothings, fill) in zip(range(count), kinds, strict=False):
-        field, way = _passable(fill, smoothings, rng)
+        field, path_cells = _passable(fill, smoothings, rng)
         models = (_CYLINDER.format(i, x, y) for i, (x, y) in enumerate(_cylinders(field)))
         text = f"<sdf version='1.6'><world name='made'>{_GROUND}{''.join(models)}</world></sdf>"
         (folder / f"world_{number}.world").write_text(text, encoding="ascii")
-        np.save(folder / f"path_{number}.npy", way)
+        np.save(folder / f"path_{number}.npy", path_cells)
     return folder
 
 
 def _passable(
     fill: float, smoothings: int, rng: np.random.Generator
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-    """Return a field `(row, column)` and the cells `(column, row)` of the way through, as files."""
+    """Return a field `(row, column)` and the path's cells `(column, row)`, as files have them."""
     while True:
         field = rng.random((_SIZE, _SIZE)) < fill
         field[:, [0, -1]] = True
         for _ in range(smoothings):
             field = _smoothed(field)
-        way = _way(field)
-        if way is not None:
-            return field, way
+        path_cells = _shortest_path(field)
+        if path_cells is not None:
+            return field, path_cells
 
 
 def _smoothed(field: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -142,8 +142,8 @@ def _smoothed(field: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return kept
 
 
-def _way(field: NDArray[np.bool_]) -> NDArray[np.int64] | None:
-    """Return the shortest way five cells wide, None where there is none."""
+def _shortest_path(field: NDArray[np.bool_]) -> NDArray[np.int64] | None:
+    """Return the shortest path five cells wide, None where there is none."""
     wide = binary_dilation(field, np.ones((5, 5)))
     data = np.where(wide, LETHAL, 0).astype(np.uint8)
     middle = round((START.x - _LEFT) / CELL)
@@ -162,7 +162,7 @@ def _way(field: NDArray[np.bool_]) -> NDArray[np.int64] | None:
 
 
 def _cylinders(field: NDArray[np.bool_]) -> Iterator[tuple[float, float]]:
-    """Give the places of a world's cylinders: the field's, and the fence about the start."""
+    """Return the positions of a world's cylinders: the field's, and the fence about the start."""
     world = np.zeros((_FIRST_ROW + _SIZE, _SIZE), np.bool_)
     world[_FIRST_ROW:] = field
     world[:_FIRST_ROW, [0, -1]] = True

@@ -48,20 +48,20 @@ class Crowd:
         boxes = [(2.6 + 2.4 * k, 2.0 + 4.0 * float(rng.random()), 0.5, 0.5) for k in range(4)]
         for box in (*rooms, *boxes):
             block(grid, *box)
-        places = [_place(boxes, rng) for _ in range(goals + 1)]
+        stops = [_free_point(boxes, rng) for _ in range(goals + 1)]
         walkers: list[Trajectory] = []
         while len(walkers) < people:
-            points = np.array([_place(boxes, rng) for _ in range(3)])
+            points = np.array([_free_point(boxes, rng) for _ in range(3)])
             walker = Trajectory.along(points, float(rng.uniform(0.4, 1.2)))
-            if math.dist(points[0], places[0]) > _APART:
+            if math.dist(points[0], stops[0]) > _APART:
                 walkers.append(walker)
-        poses = [SE2(x, y, float(rng.uniform(-math.pi, math.pi))) for x, y in places]
+        poses = [SE2(x, y, float(rng.uniform(-math.pi, math.pi))) for x, y in stops]
         edges = np.vstack([_edges(*box) for box in (*rooms, *boxes)])
         return Crowd(edges, grid, tuple(walkers), poses[0], tuple(poses[1:]))
 
-    def since(self, begun: float) -> Callable[[float], list[NDArray[np.float64]]]:
-        """Return what tells the edges of those who walk by the time since some time [s]."""
-        return lambda time: self.people(begun + time)
+    def since(self, start: float) -> Callable[[float], list[NDArray[np.float64]]]:
+        """Return a function of the edges of those who walk, by the time since a start [s]."""
+        return lambda time: self.people(start + time)
 
     def people(self, time: float) -> list[NDArray[np.float64]]:
         """Return the edges of each of those who walk, at a time [s]."""
@@ -80,10 +80,10 @@ def _edges(x: float, y: float, width: float, height: float) -> NDArray[np.float6
     return np.hstack((corners, np.roll(corners, -1, axis=0)))
 
 
-def _place(
+def _free_point(
     boxes: list[tuple[float, float, float, float]], rng: np.random.Generator
 ) -> tuple[float, float]:
-    """Return a place with room about it."""
+    """Return a point with room about it."""
     while True:
         x, y = rng.uniform((_NEAR, _NEAR), (_LENGTH - _NEAR, _WIDTH - _NEAR)).tolist()
         if all(math.hypot(x - bx - w / 2, y - by - h / 2) > _NEAR for bx, by, w, h in boxes):

@@ -34,7 +34,7 @@ class Drive:
         robot: In lock-step, its simulator running; `on_tick` is taken.
 
     Attributes:
-        length: The way driven so far [m].
+        length: The distance driven so far [m].
         touched: Names of what was touched, in order, people among them.
     """
 
@@ -63,18 +63,18 @@ class Drive:
         return self._contacts + self._meetings.bumped
 
     @property
-    def met(self) -> int:
+    def hits(self) -> int:
         """Contacts with people, whoever walked, and with what they push the robot against."""
-        return self._meetings.met + self._pushed
+        return self._meetings.hits + self._pushed
 
     def _watch(self) -> None:
         last, before = self._robot.sim.last, self._last
         contacts = frozenset(last.contacts)
         self.length += last.truth.pose.distance(before.truth.pose)
-        begun = sorted(contacts - self._before)
-        self.touched += begun
-        places = [self._stage.motion(name).pose.position[:2] for name in self._walkers]
-        people = np.array([(*place, PERSON[0]) for place in places]).reshape(-1, 3)
+        started = sorted(contacts - self._before)
+        self.touched += started
+        positions = [self._stage.motion(name).pose.position[:2] for name in self._walkers]
+        people = np.array([(*position, PERSON[0]) for position in positions]).reshape(-1, 3)
         now, setpoint = self._robot.now, self._robot.sim.simulator.robot.setpoint
         self._commanded_at = (
             now if setpoint.x != 0.0 or setpoint.yaw_rate != 0.0 else self._commanded_at
@@ -85,7 +85,7 @@ class Drive:
         self._pushed_at = now if self._meetings.touching else self._pushed_at
         if now - self._pushed_at <= PUSHED:
             self._pinned.update(dict.fromkeys(contacts, last.truth.pose))
-        for name in begun:
+        for name in started:
             if name not in self._walkers:
                 self._count(name)
         self._last, self._before = last, contacts
@@ -99,12 +99,12 @@ class Drive:
             self._contacts += 1
 
 
-class Ground:
+class FreeSpace:
     """Poses where a robot may stand on a map, and the shortest paths between them.
 
     Args:
         grid: The map.
-        radius: The robot's inscribed radius, that no way goes nearer to a wall [m].
+        radius: The robot's inscribed radius, that no path goes nearer to a wall [m].
         clearance: From a goal to the nearest wall [m].
     """
 
@@ -115,43 +115,43 @@ class Ground:
         self._open: NDArray[np.bool_] = gaps >= radius
         regions, _ = label(self._open)
         sizes = np.bincount(regions[self._open])
-        self._places = np.argwhere((gaps >= clearance) & (regions == int(np.argmax(sizes))))
+        self._cells = np.argwhere((gaps >= clearance) & (regions == int(np.argmax(sizes))))
 
     def draw(self, rng: np.random.Generator) -> SE2:
         """Return a random pose in the greatest connected part of the free space."""
-        cell = self._places[rng.integers(len(self._places))]
+        cell = self._cells[rng.integers(len(self._cells))]
         x, y = self.frame.to_point(int(cell[0]), int(cell[1]))
         return SE2(x, y, float(rng.uniform(-math.pi, math.pi)))
 
     def shortest(self, start: SE2, goal: SE2) -> float:
-        """Return the length [m] of the shortest way for the radius, NaN where there is none.
+        """Return the length [m] of the shortest path for the radius, NaN where there is none.
 
-        The way down a potential without costs, pulled tight between cells that see each other.
+        The path down a potential without costs, pulled tight between cells that see each other.
         """
-        way = self.way(start, goal)
-        return math.nan if way is None else float(np.hypot(*np.diff(way, axis=0).T).sum())
+        path = self.shortest_path(start, goal)
+        return math.nan if path is None else float(np.hypot(*np.diff(path, axis=0).T).sum())
 
-    def way(self, start: SE2, goal: SE2) -> NDArray[np.float64] | None:
-        """Return the corners of the shortest way from the goal to the start, `(N, 2)` [m]."""
+    def shortest_path(self, start: SE2, goal: SE2) -> NDArray[np.float64] | None:
+        """Return the corners of the shortest path from the goal to the start, `(N, 2)` [m]."""
         ends = [self.frame.to_cell(pose.x, pose.y) for pose in (start, goal)]
         data = np.where(self._open, 0, LETHAL).astype(np.uint8)
         potential = spread(data, traversal_costs(), np.array([[*ends[0], 0.0]]))
         if not math.isfinite(potential[ends[1]]):
             return None
-        way = descend(potential, ends[1])
-        kept = way[_tight(np.isfinite(potential), way)]
+        path = descend(potential, ends[1])
+        kept = path[_tight(np.isfinite(potential), path)]
         frame = self.frame
         cells: NDArray[np.float64] = (kept[:, ::-1] + 0.5) * frame.resolution
         return frame.origin.apply(cells)
 
 
 @njit(cache=True)
-def _tight(open_: NDArray[np.bool_], way: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the corners of a way whose ends are drawn together from both sides."""
-    kept, count, last = np.zeros(len(way), np.int64), 1, len(way) - 1
+def _tight(open_: NDArray[np.bool_], path: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the corners of a path whose ends are drawn together from both sides."""
+    kept, count, last = np.zeros(len(path), np.int64), 1, len(path) - 1
     while kept[count - 1] < last:
         here, nxt = kept[count - 1], last
-        while nxt > here + 1 and not _sees(open_, way[here], way[nxt]):
+        while nxt > here + 1 and not _sees(open_, path[here], path[nxt]):
             nxt -= 1
         kept[count] = nxt
         count += 1

@@ -1,4 +1,4 @@
-"""Faults that a robot meets on its way, and what may come of each."""
+"""Faults that a robot meets on its path, and the outcome of each."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tests.helpers.faults import Fault
 
 DEAD = Fault(drop=1.0)
 _BACK = 5.0  # [s]
-_SLIP = 0.7  # of what the wheels tell
+_SLIP = 0.7  # of what the wheels report
 
 
 def _mirrored(scan: Any) -> Any:
@@ -40,9 +40,9 @@ class Trial(NamedTuple):
 
     Attributes:
         topic: The topic.
-        fault: What becomes of it.
+        fault: The treatment of its messages.
         stands_within: From the fault to the last motion, braking included [s]; None where the robot
-            goes on.
+            continues.
     """
 
     topic: str
@@ -58,7 +58,7 @@ BLIND = {
 }
 """The robot stands, and drives on when it is over."""
 
-BORNE = {
+TOLERATED = {
     "half the scans": Trial("/scan", Fault(drop=0.5)),
     "half the transforms": Trial("/tf", Fault(drop=0.5)),
     "half the commands": Trial("/cmd_vel", Fault(drop=0.5)),
@@ -67,7 +67,7 @@ BORNE = {
     "no odometry": Trial("/odom", DEAD),
     "late commands": Trial("/cmd_vel", Fault(delay=0.1)),
 }
-"""The robot hears enough to go on all the while."""
+"""The robot receives enough to continue."""
 
 SURVIVED = {
     "a half blind lidar": Trial("/scan", Fault(change=_half_blind)),

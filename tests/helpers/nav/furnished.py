@@ -78,15 +78,15 @@ def _furniture(rng: np.random.Generator) -> Iterator[Box]:
     """Give pieces that stand apart from each other and from the walls."""
     taken: list[tuple[float, float, float]] = []
     for radius, piece in ((0.5, _table), (0.6, _desk), (0.5, _plate), (0.2, _low), (0.2, _low)) * 3:
-        place = _free_place(radius, taken, rng)
-        if place is not None:
-            taken.append((*place, radius))
-            x, y = place
+        position = _free_position(radius, taken, rng)
+        if position is not None:
+            taken.append((*position, radius))
+            x, y = position
             for box in piece(rng):
                 yield box._replace(x=box.x + x, y=box.y + y)
 
 
-def _free_place(
+def _free_position(
     radius: float, taken: list[tuple[float, float, float]], rng: np.random.Generator
 ) -> tuple[float, float] | None:
     """Return where a piece may stand, None where nothing was found."""

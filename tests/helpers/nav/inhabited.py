@@ -15,24 +15,24 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.world import PERSON, Trajectory, person
-from tests.helpers.nav.drives import Ground
+from tests.helpers.nav.drives import FreeSpace
 
 _EDGE, _HEIGHT = 0.5, 1.0  # of a box [m]
 _BESIDE = 1.0  # from a box's middle to walls: the robot passes [m]
 _APART = 1.5  # between boxes, and from the robot to them and to people, at first [m]
 _SLOWEST, _FASTEST = 0.4, 1.2  # of people [m/s]
-_SHORTEST = 3.0  # way of a person, there and back [m]
+_SHORTEST = 3.0  # route of a person, there and back [m]
 
 
 def boxes_in(
     grid: OccupancyGrid, count: int, start: SE2, rng: np.random.Generator
 ) -> NDArray[np.float64]:
     """Return the middles of boxes on a map, `(N, 2)` [m]."""
-    ground, found = Ground(grid, _EDGE, _BESIDE), [(start.x, start.y)]
+    space, found = FreeSpace(grid, _EDGE, _BESIDE), [(start.x, start.y)]
     while len(found) <= count:
-        place = ground.draw(rng)
-        if all(math.dist((place.x, place.y), other) > _APART for other in found):
-            found.append((place.x, place.y))
+        pose = space.draw(rng)
+        if all(math.dist((pose.x, pose.y), other) > _APART for other in found):
+            found.append((pose.x, pose.y))
     return np.array(found[1:]).reshape(-1, 2)
 
 
@@ -60,9 +60,9 @@ def settle(
         stage: Where to.
         grid: The map that has the boxes.
         boxes: Their middles `(N, 2)` [m].
-        people: How many, each with a way of its own that it walks to and fro.
+        people: How many, each with a route of its own that it walks to and fro.
         start: Of the robot.
-        rng: For their ways.
+        rng: For their routes.
     """
     half = Pose3((0.0, 0.0, 0.5 * _HEIGHT))
     box = (Part(Shape(Kind.BOX, (_EDGE, _EDGE, _HEIGHT)), half, (0.6, 0.5, 0.3, 1.0)),)
@@ -73,19 +73,19 @@ def settle(
 
 
 def _walks(grid: OccupancyGrid, start: SE2, rng: np.random.Generator) -> Iterator[Trajectory]:
-    ground = Ground(
+    space = FreeSpace(
         grid, PERSON[0] + grid.frame.resolution, PERSON[0] + 2.0 * grid.frame.resolution
     )
     while True:
-        way = ground.way(ground.draw(rng), ground.draw(rng))
-        if way is None or _length(way) < _SHORTEST:
+        route = space.shortest_path(space.draw(rng), space.draw(rng))
+        if route is None or _length(route) < _SHORTEST:
             continue
-        if math.dist(way[0], (start.x, start.y)) < _APART:
+        if math.dist(route[0], (start.x, start.y)) < _APART:
             continue
         yield Trajectory.along(
-            np.vstack((way, way[-2:0:-1])), float(rng.uniform(_SLOWEST, _FASTEST))
+            np.vstack((route, route[-2:0:-1])), float(rng.uniform(_SLOWEST, _FASTEST))
         )
 
 
-def _length(way: NDArray[np.float64]) -> float:
-    return float(np.hypot(*np.diff(way, axis=0).T).sum())
+def _length(route: NDArray[np.float64]) -> float:
+    return float(np.hypot(*np.diff(route, axis=0).T).sum())

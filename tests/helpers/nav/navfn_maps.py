@@ -95,7 +95,7 @@ def _box(a: int, b: int, pitch: int, wall: int) -> slice:
     return slice(min(a, b) * pitch + wall, (max(a, b) + 1) * pitch)
 
 
-def _no_way(size: int) -> Course:
+def _no_path(size: int) -> Course:
     """Return rooms with a wall from side to side near their middle."""
     costmap = rooms(size, 0)
     costmap.data[size // 2 : size // 2 + _WALL] = 254
@@ -116,7 +116,7 @@ def _wide_maze(size: int) -> Course:
 
 
 def _far(size: int) -> Course:
-    """Return the way from a corner to the cell nearest to the other one that can be reached."""
+    """Return the path from a corner to the cell nearest to the other one that can be reached."""
     costmap = rooms(size, 0)
     open_ = reachable(costmap.data, traversal_costs(), np.array([[10.0, 10.0, 0.0]]))
     cells = np.argwhere(open_[: size - 10, : size - 10])
@@ -125,7 +125,7 @@ def _far(size: int) -> Course:
 
 
 def _near(size: int) -> Course:
-    """Return a goal 5 m off in the middle of rooms, with a wall or a box in the way."""
+    """Return a goal 5 m off in the middle of rooms, with a wall or a box between."""
     costmap = rooms(size, 0)
     corner = size // 2 - 200
     free = corner + np.argwhere(costmap.data[corner : corner + 400, corner : corner + 400] == 0)
@@ -152,6 +152,6 @@ COURSES: dict[str, Callable[[], Course]] = {
     "empty 1000, A*": lambda: _empty(1000),
     "maze 500, 1.2 m": lambda: _wide_maze(500),
     "maze 2000, 0.2 m": lambda: _tight_maze(2000),
-    "no way, 2000": lambda: _no_way(2000),
+    "no way, 2000": lambda: _no_path(2000),
 }
 """The nine maps of `bench planner`."""

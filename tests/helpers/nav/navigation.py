@@ -103,7 +103,7 @@ class PlayedRobot:
         pose: Where the robot is, in map.
         command: The last velocity on /cmd_vel.
         commands: Every velocity since the last `forget`.
-        localized: Whether map -> odom and odom -> base_footprint are told.
+        localized: Whether map -> odom and odom -> base_footprint are published.
         sees: Whether scans come.
         scan_age: How old they are by their stamps when they come [s].
         grips: Whether the wheels move the robot.
@@ -186,14 +186,14 @@ class PlayedRobot:
         self.pose = self.pose @ SE2.exp(np.array([motion.x, 0.0, motion.yaw_rate]) * TICK)
         self._ticks += 1
         if self.localized:
-            self._tell_pose(motion)
+            self._publish_pose(motion)
         if self.sees and self._ticks % _SCAN_TICKS == 0:
             scan = scan_from(self.world, self.pose)
             message = scan_msg(scan, "lidar_link", _SCAN_TICKS * TICK)
             message.header.stamp = time_msg(self.now - self.scan_age)
             self.bench.publish(LaserScan, "/scan", message, qos.SENSOR_PUBLISHER)
 
-    def _tell_pose(self, motion: Velocity) -> None:
+    def _publish_pose(self, motion: Velocity) -> None:
         message = TFMessage(
             transforms=[
                 transform_msg(IDENTITY, "map", "odom", self.now),

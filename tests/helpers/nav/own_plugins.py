@@ -52,7 +52,7 @@ class StraightConfig:
 
 
 class Straight:
-    """Plans a straight line, whatever stands in its way."""
+    """Plans a straight line, whatever stands there."""
 
     Config: ClassVar[type[Any]] = StraightConfig
 

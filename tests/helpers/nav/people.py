@@ -31,14 +31,14 @@ class Meetings:
         corners: The robot's outline about its base `(N, 2)` [m].
 
     Attributes:
-        met: How many touches there have been.
+        hits: How many touches there have been.
         bumped: How many of them were the robot's own doing.
     """
 
     def __init__(self, corners: NDArray[np.float64]) -> None:
         self._outline = Footprint.polygon(corners)
         self._touching: dict[int, bool] = {}
-        self.met = self.bumped = 0
+        self.hits = self.bumped = 0
 
     @property
     def touching(self) -> bool:
@@ -66,22 +66,22 @@ class Meetings:
             x, y = sides[k]
             speed = float(away[k] @ (velocity.x - velocity.yaw_rate * y, velocity.yaw_rate * x))
             drives = speed > (_STANDS if before is None else _REBOUNDS)
-            self.met += before is None
+            self.hits += before is None
             self.bumped += drives and not before
             self._touching[k] = drives or bool(before)
 
 
-_ROUNDS = 8  # of giving way to one after the other
+_ROUNDS = 8  # of yielding to one after the other
 _HAIR = 1e-4  # that is left to what has pressed [m]
 _TYRES = 0.75  # how far out they stand, of the outline's corners
-_OVER = 0.05  # so deep in it, who walks steps over a robot that cannot give way [m]
+_OVER = 0.05  # so deep in it, who walks steps over a robot that cannot yield [m]
 
 
 class _Press(NamedTuple):
     """A point at which something presses the robot, its direction and depth, in the base [m]."""
 
-    place: NDArray[np.float64]
-    way: NDArray[np.float64]
+    point: NDArray[np.float64]
+    direction: NDArray[np.float64]
     depth: float
 
 
@@ -105,7 +105,7 @@ class Pushes:
         self._over: set[int] = set()
         self.pinned = False
 
-    def give_way(self, pose: SE2, people: NDArray[np.float64]) -> SE2:
+    def yield_to(self, pose: SE2, people: NDArray[np.float64]) -> SE2:
         """Return where people and walls push the robot to; the same pose if nothing does.
 
         Args:
@@ -141,11 +141,11 @@ class Pushes:
     def _after(self, pose: SE2, press: _Press | None) -> SE2:
         if press is None:
             return pose
-        (x, y), way, depth = press
-        lever = float(x * way[1] - y * way[0])
+        (x, y), direction, depth = press
+        lever = float(x * direction[1] - y * direction[0])
         turn = lever / self._arm**2
         step = (depth + _HAIR) / (1.0 + lever * turn)
-        return pose @ SE2(step * float(way[0]), step * float(way[1]), step * turn)
+        return pose @ SE2(step * float(direction[0]), step * float(direction[1]), step * turn)
 
     def _by_person(self, pose: SE2, person: NDArray[np.float64]) -> _Press | None:
         return self._by_discs(pose, person[None, :2], float(person[2]))
@@ -171,10 +171,10 @@ class Pushes:
         corners, T_base_world = self._outline.points, pose.inverse()
         a, b = T_base_world.apply(self._walls[:, :2]), T_base_world.apply(self._walls[:, 2:])
         along = (b - a) / np.hypot(*(b - a).T)[:, None]
-        ways = np.column_stack((-along[:, 1], along[:, 0]))
-        base = -(a * ways).sum(axis=1)
-        ways, base = ways * np.sign(base)[:, None], np.abs(base)
-        depths = -((corners[:, None] - a) * ways).sum(axis=2)
+        normals = np.column_stack((-along[:, 1], along[:, 0]))
+        base = -(a * normals).sum(axis=1)
+        normals, base = normals * np.sign(base)[:, None], np.abs(base)
+        depths = -((corners[:, None] - a) * normals).sum(axis=2)
         with np.errstate(divide="ignore", invalid="ignore"):
             crossing = corners[:, None] * (base / (base + depths))[..., None]
         share = ((crossing - a) * along).sum(axis=2)
@@ -182,4 +182,4 @@ class Pushes:
         if not behind.any():
             return None
         corner, wall = np.unravel_index(int(np.where(behind, depths, 0.0).argmax()), depths.shape)
-        return _Press(corners[corner], ways[wall], float(depths[corner, wall]))
+        return _Press(corners[corner], normals[wall], float(depths[corner, wall]))

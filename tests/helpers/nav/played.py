@@ -1,4 +1,4 @@
-"""Drives played without physics or ROS: noisy scans of walls, places that err, the real cores."""
+"""Drives played without physics or ROS: noisy scans of walls, poses that err, the real cores."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from tests.nav.worlds import Unicycle
 
 _TICK, _SCANS, _MAPS, _PLANS = 0.05, 2, 10, 20  # [s], and ticks from one to the next
 _STANDS = 2.0  # after a failure [s]
-_LOOKS = 1.0  # about itself among people before it sets out: its senses run before any goal [s]
+_SENSING = 1.0  # about itself among people before it sets out: its senses run before any goal [s]
 _BEAMS, _RANGE = 360, 12.0
 _ACCELERATION, _ANGULAR_ACCELERATION = 2.5, 3.2  # Arjuna's, simulated [m/s^2], [rad/s^2]
 _KEPT = 0.98  # of an error from tick to tick
@@ -43,13 +43,13 @@ class Errors:
 
     Attributes:
         scan: Deviation of ranges [m].
-        place: Deviation of where on the map it believes to be, slowly changing [m].
+        position: Deviation of the pose that it believes in, slowly changing [m].
         heading: The same of its heading [rad].
         drift: Of odometry, a metre driven [m].
     """
 
     scan: float = 0.01
-    place: float = 0.02
+    position: float = 0.02
     heading: float = 0.01
     drift: float = 0.06
 
@@ -72,7 +72,7 @@ class Play:
         touched: Whether the robot met a wall by itself.
         meetings: Whom it met.
         time: [s]
-        why: What was said last where it did not go on.
+        why: What was said last where it stood still.
     """
 
     def __init__(
@@ -101,7 +101,7 @@ class Play:
         self._unmapped: list[PlacedScan] = []
         self._config = load(FollowerConfig, _followed())
         self._follower: PathFollower | None = None
-        self._stands = _LOOKS if people else -math.inf
+        self._stands = _SENSING if people else -math.inf
         self._T_true_map = self._T_true_odom = SE2()
         self.robot = Unicycle(
             start,
@@ -136,7 +136,7 @@ class Play:
         discs = discs.reshape(-1, 3)
         self.meetings.update(pose, self.robot.velocity, discs)
         self._pushed_at = self.time if self.meetings.touching else self._pushed_at
-        pushed = self._pushes.give_way(pose, discs)
+        pushed = self._pushes.yield_to(pose, discs)
         if self.time - self._pushed_at <= PUSHED and self._pushes.pinned:
             self._pinned = pushed
         self.touched = crosses and pushed.distance(self._pinned) > AWAY
@@ -155,9 +155,7 @@ class Play:
 
     def _err(self) -> None:
         errors, spread = self._errors, math.sqrt(1.0 - _KEPT**2)
-        x, y, w = (
-            spread * self._rng.normal(0.0, 1.0, 3) * (errors.place, errors.place, errors.heading)
-        )
+        x, y, w = spread * self._rng.normal(0.0, 1.0, 3) * (*[errors.position] * 2, errors.heading)
         at, driven = self._T_true_map, abs(self.robot.velocity.x) * _TICK
         self._T_true_map = SE2(_KEPT * at.x + x, _KEPT * at.y + y, _KEPT * at.theta + w)
         slips = self._rng.normal(0.0, errors.drift * driven, 3).tolist()

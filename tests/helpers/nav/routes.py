@@ -1,4 +1,4 @@
-"""A route graph that tests write: the corners of a square, and a way round on either side."""
+"""A route graph that tests write: the corners of a square, and a path round on either side."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Runs `ros2` commands, each in a process of its own that is forked with all modules loaded.
 
-In one process, a new participant takes the place of the last and is not heard for seconds.
+In one process, a new participant replaces the last and is not discovered for seconds.
 """
 
 from __future__ import annotations

@@ -68,14 +68,14 @@ def test_an_initial_pose_is_where_it_starts(room: Room) -> None:
     started(room, global_localization_at_start="never")
     room.drive(2)
     assert room.poses == []
-    room.place(room.robot.pose)
+    room.put_robot(room.robot.pose)
     room.drive(2)
     assert room.error[0] < 0.06
 
 
 def test_an_initial_pose_before_the_map_is_kept(room: Room) -> None:
     started(room, with_map=False, global_localization_at_start="never")
-    room.place(room.robot.pose)
+    room.put_robot(room.robot.pose)
     room.publish_map()
     room.drive(2)
     assert room.error[0] < 0.06

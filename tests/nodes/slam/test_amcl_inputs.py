@@ -138,7 +138,7 @@ def test_a_bad_map_is_refused_with_a_reason_and_the_last_one_kept(
 
 def test_on_a_map_of_another_building_the_place_is_told_no_more(room: Room) -> None:
     node = started(room)
-    room.place(room.robot.pose)
+    room.put_robot(room.robot.pose)
     room.drive(10)
     corridors = np.full(ROOM.data.shape, FREE, np.int8)
     corridors[::30], corridors[:, ::90] = OCCUPIED, OCCUPIED
@@ -156,7 +156,7 @@ def test_on_a_map_of_another_building_the_place_is_told_no_more(room: Room) -> N
 
 def test_on_a_newer_map_of_the_same_building_the_place_is_kept(room: Room) -> None:
     started(room)
-    room.place(room.robot.pose)
+    room.put_robot(room.robot.pose)
     room.drive(10)
     room.publish_map(room_map(boxes=BOXES[1:]))
     room.transforms.clear()
@@ -180,7 +180,7 @@ def test_a_bad_map_as_the_first_is_refused_and_a_good_one_then_used(
 
 def test_without_a_map_a_pose_is_kept_and_nothing_is_published(room: Room) -> None:
     started(room, with_map=False)
-    room.place(room.robot.pose)
+    room.put_robot(room.robot.pose)
     room.drive(3)
     assert room.poses == []
     assert room.transforms == []

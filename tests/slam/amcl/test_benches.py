@@ -11,7 +11,7 @@ import pytest
 
 from tests.bench import amcl, localization
 from tests.helpers.clutter import crowded, without_walls
-from tests.helpers.tours import Place, with_odometry
+from tests.helpers.tours import TourWorld, with_odometry
 
 
 def measured(module: ModuleType, *argv: str) -> dict[str, Any]:
@@ -47,8 +47,8 @@ def test_an_update_is_timed_where_there_is_no_peer(monkeypatch: pytest.MonkeyPat
 
 
 def test_clutter_and_poor_odometry_are_what_they_say() -> None:
-    place = Place("arjuna_room")
-    drive = place.drive(0, 6.0)
+    world = TourWorld("arjuna_room")
+    drive = world.drive(0, 6.0)
     rng = np.random.default_rng(0)
     noisy = with_odometry(drive, "noisy", rng)
     assert noisy[-1].odometry.distance(drive[-1].odometry) > 0.02
@@ -58,7 +58,7 @@ def test_clutter_and_poor_odometry_are_what_they_say() -> None:
     assert by_odometry.distance(moved) < 1e-9
     nearer = [
         (a.scan.ranges < b.scan.ranges - 1e-9).mean()
-        for a, b in zip(crowded(place, drive, rng), drive, strict=True)
+        for a, b in zip(crowded(world, drive, rng), drive, strict=True)
     ]
     assert 0.01 < np.mean(nearer) < 0.8
-    assert without_walls(place.map, rng).occupied().sum() < 0.9 * place.map.occupied().sum()
+    assert without_walls(world.map, rng).occupied().sum() < 0.9 * world.map.occupied().sum()

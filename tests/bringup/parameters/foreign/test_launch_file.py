@@ -1,4 +1,4 @@
-"""What ROS 1's launch files set, as roslaunch reads them."""
+"""The settings of ROS 1's launch files, as roslaunch reads them."""
 
 from __future__ import annotations
 

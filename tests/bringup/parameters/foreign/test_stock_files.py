@@ -158,7 +158,7 @@ local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [mine, inflation_l
 
 
 def misspelt(document: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
-    """Return a file in which each node has one key with two letters changed places."""
+    """Return a file in which each node has one key with two letters swapped."""
     wrong = []
     for content in document.values():
         inner = content

@@ -17,10 +17,10 @@ TEXT = '<?xml version="1.0"?>\n<robot name="r"><link name="base_link"/></robot>'
 
 
 def _started(words: list[str], monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    begun: list[list[str]] = []
-    monkeypatch.setattr(os, "execv", lambda path, words: begun.append(words))
+    started: list[list[str]] = []
+    monkeypatch.setattr(os, "execv", lambda path, words: started.append(words))
     robot_state_publisher.start(ros_arguments(words))
-    values: dict[str, Any] = json.loads(begun[0][-1])["robot_state_publisher"]
+    values: dict[str, Any] = json.loads(started[0][-1])["robot_state_publisher"]
     return values
 
 

@@ -19,7 +19,7 @@ from bringup.ros2.programs import rviz2
 def test_its_options_are_the_view_s(
     given: list[str], options: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    begun: list[object] = []
-    monkeypatch.setattr(rviz2, "arjuna", lambda command, words: begun.append((command, words)))
+    started: list[object] = []
+    monkeypatch.setattr(rviz2, "arjuna", lambda command, words: started.append((command, words)))
     rviz2.main(given)
-    assert begun == [("view", options)]
+    assert started == [("view", options)]

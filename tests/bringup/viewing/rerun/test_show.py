@@ -48,10 +48,10 @@ def saved(tmp_path: Path) -> dict[str, list[dict[str, Any]]]:
     return rows(tmp_path / "x.rrd")
 
 
-def test_frames_move_and_the_robot_hangs_on_them(saved: dict[str, list[dict[str, Any]]]) -> None:
+def test_frames_move_and_the_robot_with_them(saved: dict[str, list[dict[str, Any]]]) -> None:
     base = saved["/tf/base_link"]
-    places = [place[0][0] for place in values(base, "Transform3D:translation")]
-    assert sorted(places) == pytest.approx([0.05 * step for step in range(20)], abs=1e-6)
+    positions = [position[0][0] for position in values(base, "Transform3D:translation")]
+    assert sorted(positions) == pytest.approx([0.05 * step for step in range(20)], abs=1e-6)
     assert {each[0] for each in values(base, "Transform3D:parent_frame")} == {"odom"}
     for link in ("base_link", "wheel"):
         assert values(saved[f"/robot/{link}"], "CoordinateFrame:frame") == [[link]]
@@ -118,7 +118,7 @@ def test_no_file_is_overwritten(tmp_path: Path) -> None:
     assert (tmp_path / "x.rrd").read_text() == "mine"
 
 
-def test_without_a_display_the_other_ways_are_named(
+def test_without_a_display_the_alternatives_are_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):

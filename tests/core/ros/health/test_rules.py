@@ -49,11 +49,11 @@ def grid(resolution: float = 0.05, width: int = 4, height: int = 3, cells: int =
 def transform(x: float = 1.0, turn: Any = None, **changed: Any) -> Any:
     names = {"frame_id": "odom", "child_frame_id": "base_link", "sec": 5, **changed}
     stamp = SimpleNamespace(sec=names["sec"])
-    place = SimpleNamespace(x=x, y=0.0, z=0.0)
+    translation = SimpleNamespace(x=x, y=0.0, z=0.0)
     return SimpleNamespace(
         header=SimpleNamespace(frame_id=names["frame_id"], stamp=stamp),
         child_frame_id=names["child_frame_id"],
-        transform=SimpleNamespace(translation=place, rotation=turn or rotation()),
+        transform=SimpleNamespace(translation=translation, rotation=turn or rotation()),
     )
 
 
@@ -117,12 +117,12 @@ def test_a_limit_is_valid_itself(problem: Any, on_it: Any, beyond: Any) -> None:
     assert problem(beyond) is not None
 
 
-def test_a_measurement_is_not_far_ahead_of_a_clock_that_has_begun() -> None:
+def test_a_measurement_is_not_far_ahead_of_a_clock_that_runs() -> None:
     class Imu:
         header = SimpleNamespace(stamp=SimpleNamespace(sec=110))
 
     class Path(Imu):
-        """What is no measurement may lie ahead."""
+        """A message that is no measurement may lie ahead."""
 
     assert stamp_problem(Imu(), 100.0) is None
     assert stamp_problem(Imu(), 0.0) is None
