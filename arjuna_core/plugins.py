@@ -151,7 +151,6 @@ def _plugin_class(
     problems: list[str],
     outer: str,
 ) -> type[Any]:
-    """Return the config class of one plug-in."""
     if isinstance(kind, NamedConfigs):
         return _with_default(kind.config, kind.key, name)
     prefix = f"{outer}{name}."

@@ -39,7 +39,6 @@ class Pose3:
         return Pose3.from_rpy((pose.x, pose.y, z), (0.0, 0.0, pose.theta))
 
     def __matmul__(self, other: Pose3) -> Pose3:
-        """Compose two transforms."""
         x, y, z = self.position
         if any(other.position):
             x, y, z = self.apply(np.array([other.position]))[0].tolist()

@@ -191,7 +191,6 @@ class GoalServer:
         return GoalResponse.REJECT
 
     def _failed(self, reason: str, *handle: ServerGoalHandle) -> None:
-        """Abort what cannot be done."""
         self.abort_all(f"the node failed: {reason}")
 
     def explained(self, reason: str) -> Any:

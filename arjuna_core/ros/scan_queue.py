@@ -87,7 +87,6 @@ class PosedQueue(Generic[T]):
         self.dropped = 0
 
     def __len__(self) -> int:
-        """Return how many wait."""
         return len(self._waiting)
 
     def add(self, message: Any) -> None:

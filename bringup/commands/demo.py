@@ -75,7 +75,6 @@ def _options(arguments: argparse.Namespace, parameters: Parameters) -> DemoOptio
 
 
 def _emptied(folder: Path) -> Path:
-    """Make the folder, without an earlier demo's files: the recorder overwrites nothing."""
     from bringup.demo.report import ARTIFACTS
 
     out = folder.resolve()

@@ -138,7 +138,6 @@ class Demo:
         return pose
 
     def _surfaces(self) -> NDArray[np.float64]:
-        """Return the true segments on the map, `(M, 4) float64` [m]."""
         return segments_from(self._origin(), self._robot.sim.simulator.robot.surfaces())
 
     @property

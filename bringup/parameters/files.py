@@ -87,7 +87,6 @@ def _collect(path: Path, item: Any, name: str, found: Parameters) -> None:
 
 
 def _below(name: str, key: str) -> str:
-    """Return the name of a section within another."""
     return key if key == EVERY_NODE else f"{name}/{key}".strip("/")
 
 

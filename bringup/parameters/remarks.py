@@ -35,7 +35,6 @@ class Remark(NamedTuple):
     location: str = ""
 
     def __str__(self) -> str:
-        """Return the remark as one line."""
         word = f"{self.kind.value}{' (SAFETY)' if self.safety else ''}"
         location = f"{self.location}: " if self.location else ""
         return f"{location}{word}: {self.where}: {self.reason}"

@@ -216,7 +216,6 @@ def _fill(message: Any, values: Any, stamps: list[Callable[[Any], None]]) -> Non
 
 
 def _converted(field: Any, kind: Any, value: Any, stamps: list[Callable[[Any], None]]) -> Any:
-    """Return a value as the type of the field that it goes to."""
     if isinstance(field, array.array):
         return array.array(field.typecode, value)
     if isinstance(field, np.ndarray):

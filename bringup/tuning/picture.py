@@ -93,7 +93,6 @@ def _draw_slice(
 
 
 def _scatter(axes: Axes, positions: Sequence[float], tried: Sequence[Tried]) -> None:
-    """Draw the trials that have a figure."""
     shown = [(x, one) for x, one in zip(positions, tried, strict=True) if math.isfinite(one.figure)]
     axes.scatter(
         [x for x, _ in shown],

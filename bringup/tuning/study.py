@@ -142,7 +142,6 @@ class Study:
 
 
 def _rounded(one: Dimension, value: Value, digits: int = 4) -> Value:
-    """Return a value with as many digits as a person would write."""
     if one.choices or one.whole:
         return value
     return min(max(float(f"{value:.{digits}g}"), one.low), one.high)

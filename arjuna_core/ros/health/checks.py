@@ -72,7 +72,6 @@ def _check_of(field: str, name: str = "") -> _Check | None:
 
 
 def _list_check(item: str) -> _Check:
-    """Return the check of a list of a type."""
     most = rules.LONGEST.get(item, rules.ITEMS)
     check = _check_of(item) or (_problem if "/" in item else None)
 

@@ -273,12 +273,10 @@ def _has_meaning(key: str, value: Any, beside: Mapping[str, Any]) -> bool:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as YAML has it."""
     return str(value).lower() if isinstance(value, bool) else value
 
 
 def _ours(name: str, value: Any) -> Any:
-    """Return a value as our parameter takes it."""
     if name.endswith(".use_astar"):
         return not value
     if name in ("number_of_retries", "spin_dist") and value is False:

@@ -61,7 +61,6 @@ _WITH_VALUE = ("-r", "--remap", "-p", "--param", "--params-file", "--log-level")
 
 
 def _note(found: RosArguments, option: str, word: str) -> None:
-    """Note the value of one of ROS's options."""
     name, sign, value = word.partition(":=")
     if option == "--params-file":
         found.files.append(word)
@@ -90,7 +89,6 @@ def _teleop(words: list[str]) -> NoReturn:
 
 
 def _save_map(words: list[str]) -> NoReturn:
-    """Run map_saver_cli: its options as ours."""
     given = ros_arguments(words)
     parser = argparse.ArgumentParser(prog="ros2 run nav2_map_server map_saver_cli")
     name = f"map_{int(time.time())}"
@@ -135,7 +133,6 @@ def _slam_toolbox(words: list[str], parameter: str = "") -> NoReturn:
 
 
 def _publish_states(words: list[str]) -> None:
-    """Run robot_state_publisher."""
     importlib.import_module(f"{_PROGRAMS}.robot_state_publisher").start(ros_arguments(words))
 
 

@@ -32,7 +32,6 @@ def _managed(client: Client, hidden: bool) -> list[str]:
 
 
 def _find(client: Client, arguments: argparse.Namespace) -> str:
-    """Return a managed node's full name."""
     node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
     if not client.discover(lambda: node in _managed(client, hidden=True)):
         raise Ros2Error("Node not found")

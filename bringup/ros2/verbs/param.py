@@ -57,49 +57,28 @@ def list_(arguments: argparse.Namespace) -> None:
                 print(f"  {line}")
 
 
+def _ask(client: Client, kind: Any, node: str, arguments: argparse.Namespace, **fields: Any) -> Any:
+    """Return the answer of one of a node's parameter services, which are called as their types."""
+    service = re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower()
+    return client.call(kind, f"{node}/{service}", kind.Request(**fields), timeout=arguments.timeout)
+
+
 def _list(client: Client, node: str, arguments: argparse.Namespace) -> list[str]:
-    request = ListParameters.Request(prefixes=list(getattr(arguments, "param_prefixes", [])))
-    answer = client.call(
-        ListParameters, f"{node}/list_parameters", request, timeout=arguments.timeout
-    )
-    return sorted(answer.result.names)
+    prefixes = list(getattr(arguments, "param_prefixes", []))
+    return sorted(_ask(client, ListParameters, node, arguments, prefixes=prefixes).result.names)
 
 
 def _typed(client: Client, node: str, names: list[str], arguments: argparse.Namespace) -> list[str]:
-    found = _describe(client, node, names, arguments)
+    found = _ask(client, DescribeParameters, node, arguments, names=names).descriptors
     return [f"{item.name} (type: {_NAMES[item.type][0]})" for item in found]
-
-
-def _describe(
-    client: Client, node: str, names: list[str], arguments: argparse.Namespace
-) -> list[Any]:
-    request = DescribeParameters.Request(names=names)
-    service = f"{node}/describe_parameters"
-    answer = client.call(DescribeParameters, service, request, timeout=arguments.timeout)
-    return list(answer.descriptors)
-
-
-def _all_values(client: Client, node: str, arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return all parameters of a node by name."""
-    names = _list(client, node, arguments)
-    found = _values(client, node, names, arguments)
-    plain = (parameter_value_to_python(value) for value in found)
-    return dict(zip(names, plain, strict=True))
-
-
-def _values(
-    client: Client, node: str, names: list[str], arguments: argparse.Namespace
-) -> list[Any]:
-    request = GetParameters.Request(names=names)
-    service = f"{node}/get_parameters"
-    return list(client.call(GetParameters, service, request, timeout=arguments.timeout).values)
 
 
 def get(arguments: argparse.Namespace) -> None:
     """Print a parameter."""
     with Client(arguments) as client:
         node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
-        found = _values(client, node, [arguments.parameter_name], arguments)
+        names = [arguments.parameter_name]
+        found = _ask(client, GetParameters, node, arguments, names=names).values
     if not found:
         raise Ros2Error("Parameter not set")
     kind, label = _NAMES[found[0].type]
@@ -134,26 +113,18 @@ def _set(arguments: argparse.Namespace, value: Any, done: str, failed: str) -> N
     with Client(arguments) as client:
         node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
         parameter = Parameter(name=arguments.parameter_name, value=value)
-        (result,) = _set_all(client, node, [parameter], arguments)
+        (result,) = _ask(client, SetParameters, node, arguments, parameters=[parameter]).results
     reason = f": {result.reason}" if result.reason else ""
     stream = sys.stdout if result.successful else sys.stderr
     stream.write(f"{done if result.successful else failed}{reason}\n")
-
-
-def _set_all(
-    client: Client, node: str, parameters: list[Any], arguments: argparse.Namespace
-) -> list[Any]:
-    """Set parameters of a node; return a result for each."""
-    request = SetParameters.Request(parameters=parameters)
-    service = f"{node}/set_parameters"
-    return list(client.call(SetParameters, service, request, timeout=arguments.timeout).results)
 
 
 def describe(arguments: argparse.Namespace) -> None:
     """Print descriptions of parameters."""
     with Client(arguments) as client:
         node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
-        for item in _describe(client, node, arguments.parameter_names, arguments):
+        names = arguments.parameter_names
+        for item in _ask(client, DescribeParameters, node, arguments, names=names).descriptors:
             print("\n".join(_described(item)))
 
 
@@ -178,7 +149,9 @@ def dump(arguments: argparse.Namespace) -> None:
     """Print a node's parameters as YAML, in the form that `load` reads."""
     with Client(arguments) as client:
         node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
-        found = _all_values(client, node, arguments)
+        names = _list(client, node, arguments)
+        values = _ask(client, GetParameters, node, arguments, names=names).values
+    found = dict(zip(names, map(parameter_value_to_python, values), strict=True))
     print(yaml.safe_dump({node: {"ros__parameters": nested(found)}}))
 
 
@@ -209,7 +182,7 @@ def load(arguments: argparse.Namespace) -> None:
         given = [
             RclpyParameter(name, value=value).to_parameter_msg() for name, value in wanted.items()
         ]
-        results = _set_all(client, node, given, arguments)
+        results = _ask(client, SetParameters, node, arguments, parameters=given).results
     for parameter, result in zip(given, results, strict=True):
         reason = f": {result.reason}" if result.reason else ""
         word, stream = ("successful", sys.stdout) if result.successful else ("failed", sys.stderr)

@@ -83,7 +83,6 @@ def delay(arguments: argparse.Namespace) -> None:
 
 
 def _wait(client: Client) -> None:
-    """Wait until the next line is due."""
     client.spin(lambda: False, 1.0)
 
 

@@ -101,7 +101,6 @@ class Viewer:
         return not stamped or frames.pose(item.frame, item.stamp) is not None
 
     def _show(self, key: str, item: Any) -> None:
-        """Draw the message of a topic."""
         if key == "robot":
             self._set_robot(item.data)
         elif key == "camera":

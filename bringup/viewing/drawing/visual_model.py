@@ -98,7 +98,6 @@ def _parse(description: str, longest: int) -> Any:
 
 
 def _meshes(visual: Any, colours: dict[str, Any], find_mesh: FindMesh) -> list[trimesh.Trimesh]:
-    """Return what a visual element draws, in its link's frame."""
     geometry, material = visual.geometry, visual.material
     colour = None if material is None else colours.get(material.name)
     if material is not None and material.color is not None:
@@ -128,7 +127,6 @@ def _primitive(geometry: Any) -> Any:
 
 
 def _loaded(shape: Any, find_mesh: FindMesh) -> list[trimesh.Trimesh]:
-    """Return a mesh file's parts, scaled."""
     path = find_mesh(shape.filename)
     if path is None:
         raise ValueError(f"'{shape.filename}' is not found; --package-path adds folders")

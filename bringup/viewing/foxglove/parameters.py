@@ -101,7 +101,6 @@ class Parameters:
 
 
 def _by_node(names: tuple[str, ...]) -> dict[str, list[str]]:
-    """Group `/node.parameter` by node."""
     grouped: dict[str, list[str]] = {}
     for name in names:
         node, _, parameter = name.partition(".")

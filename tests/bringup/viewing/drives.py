@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from arjuna_core.bags.reader import Bag
@@ -33,52 +34,53 @@ URDF = """<robot name="r">
 
 
 def make(kind: str, **fields: Any) -> Any:
-    """Return a message; fields that are not given are those of an empty message."""
-    return _STORE.types[f"{kind}"](**fields)
+    """Return a message; fields that are not given, those of messages within too, are zero."""
+    given = (
+        fields[name] if name in fields else _zero(node, of)
+        for name, (node, of) in _STORE.fielddefs[kind][1]
+    )
+    return _STORE.types[kind](*given)
+
+
+def _zero(node: Nodetype, of: Any) -> Any:
+    if node is Nodetype.NAME:
+        return make(of)
+    if node is Nodetype.BASE:
+        return "" if of[0] == "string" else 0
+    (item, kind), count = of
+    return [] if item is Nodetype.NAME else np.zeros(count, kind[0])
 
 
 def header(frame: str) -> Any:
-    stamp = make("builtin_interfaces/msg/Time", sec=0, nanosec=0)
-    return make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+    return make("std_msgs/msg/Header", frame_id=frame)
 
 
 def pose(x: float, y: float = 0.0, yaw: float = 0.0) -> Any:
-    point = make("geometry_msgs/msg/Point", x=x, y=y, z=0.0)
-    turn = make(
-        "geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=math.sin(yaw / 2), w=math.cos(yaw / 2)
+    return make(
+        "geometry_msgs/msg/Pose",
+        position=make("geometry_msgs/msg/Point", x=x, y=y),
+        orientation=make("geometry_msgs/msg/Quaternion", z=math.sin(yaw / 2), w=math.cos(yaw / 2)),
     )
-    return make("geometry_msgs/msg/Pose", position=point, orientation=turn)
 
 
 def transform(parent: str, child: str, x: float) -> Any:
-    zero = pose(x)
-    shift = make("geometry_msgs/msg/Vector3", x=x, y=0.0, z=0.0)
-    moved = make("geometry_msgs/msg/Transform", translation=shift, rotation=zero.orientation)
-    return make(
-        "geometry_msgs/msg/TransformStamped",
-        header=header(parent),
-        child_frame_id=child,
-        transform=moved,
-    )
+    shift, turn = make("geometry_msgs/msg/Vector3", x=x), pose(x).orientation
+    moved = make("geometry_msgs/msg/Transform", translation=shift, rotation=turn)
+    kind = "geometry_msgs/msg/TransformStamped"
+    return make(kind, header=header(parent), child_frame_id=child, transform=moved)
 
 
 def twist(speed: float) -> Any:
-    zero = make("geometry_msgs/msg/Vector3", x=0.0, y=0.0, z=0.0)
-    forward = make("geometry_msgs/msg/Vector3", x=speed, y=0.0, z=0.0)
-    return make("geometry_msgs/msg/Twist", linear=forward, angular=zero)
+    return make("geometry_msgs/msg/Twist", linear=make("geometry_msgs/msg/Vector3", x=speed))
 
 
 def odometry(x: float, speed: float) -> Any:
-    where = make("geometry_msgs/msg/PoseWithCovariance", pose=pose(x), covariance=np.zeros(36))
-    moving = make(
-        "geometry_msgs/msg/TwistWithCovariance", twist=twist(speed), covariance=np.zeros(36)
-    )
     return make(
         "nav_msgs/msg/Odometry",
         header=header("odom"),
         child_frame_id="base_link",
-        pose=where,
-        twist=moving,
+        pose=make("geometry_msgs/msg/PoseWithCovariance", pose=pose(x)),
+        twist=make("geometry_msgs/msg/TwistWithCovariance", twist=twist(speed)),
     )
 
 
@@ -87,47 +89,28 @@ def scan(x: float) -> Any:
     return make(
         "sensor_msgs/msg/LaserScan",
         header=header("base_link"),
-        angle_min=0.0,
         angle_max=1.5 * math.pi,
         angle_increment=0.5 * math.pi,
-        time_increment=0.0,
         scan_time=0.1,
         range_min=0.1,
         range_max=10.0,
         ranges=np.array([WALL - x, 1.0, math.inf, 1.0], dtype=np.float32),
-        intensities=np.array([], dtype=np.float32),
     )
 
 
 def grid(frame: str = "map") -> Any:
     """Return a map of 4 m x 2 m, x from -1 m, whose last column is the wall."""
-    zero = make("builtin_interfaces/msg/Time", sec=0, nanosec=0)
-    info = make(
-        "nav_msgs/msg/MapMetaData",
-        map_load_time=zero,
-        resolution=0.1,
-        width=31,
-        height=20,
-        origin=pose(-1.05, -1.0),
-    )
+    size = {"resolution": 0.1, "width": 31, "height": 20}
+    info = make("nav_msgs/msg/MapMetaData", **size, origin=pose(-1.05, -1.0))
     data = np.zeros((20, 31), dtype=np.int8)
     data[:, 30] = 100
-    return make(
-        "nav_msgs/msg/OccupancyGrid", header=header(frame), info=info, data=data.reshape(-1)
-    )
+    return make("nav_msgs/msg/OccupancyGrid", header=header(frame), info=info, data=data.ravel())
 
 
 def image(level: int) -> Any:
-    return make(
-        "sensor_msgs/msg/Image",
-        header=header("camera"),
-        height=4,
-        width=6,
-        encoding="rgb8",
-        is_bigendian=0,
-        step=18,
-        data=np.full(72, level, dtype=np.uint8),
-    )
+    size = {"height": 4, "width": 6, "encoding": "rgb8", "step": 18}
+    data = np.full(72, level, dtype=np.uint8)
+    return make("sensor_msgs/msg/Image", header=header("camera"), **size, data=data)
 
 
 def path_of(*xs: float) -> Any:
@@ -143,19 +126,15 @@ def particles(*xs: float) -> Any:
 def status(*codes: int) -> Any:
     rows = []
     for number, code in enumerate(codes):
-        stamp = make("builtin_interfaces/msg/Time", sec=number, nanosec=0)
         name = make("unique_identifier_msgs/msg/UUID", uuid=np.full(16, number, dtype=np.uint8))
+        stamp = make("builtin_interfaces/msg/Time", sec=number)
         info = make("action_msgs/msg/GoalInfo", goal_id=name, stamp=stamp)
         rows.append(make("action_msgs/msg/GoalStatus", goal_info=info, status=code))
     return make("action_msgs/msg/GoalStatusArray", status_list=rows)
 
 
 class Drive:
-    """Writes a recording, message by message.
-
-    Args:
-        folder: Where to.
-    """
+    """Writes a recording into a folder, message by message."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
