@@ -8,7 +8,6 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
@@ -18,13 +17,6 @@ from nav_msgs.msg import Odometry
 from rclpy.lifecycle import TransitionCallbackReturn
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState, LaserScan
-from simulation_interfaces.msg import Result, SimulationState, SimulatorFeatures
-from simulation_interfaces.srv import (
-    GetSimulatorFeatures,
-    ResetSimulation,
-    SetSimulationState,
-    StepSimulation,
-)
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.errors import ConfigError
@@ -147,43 +139,6 @@ def test_the_type_that_alone_is_published_is_taken(
         run(bench, sim, 1)
     assert sim.last is not None
     assert sim.last.truth.v == pytest.approx(0.4, abs=0.02)
-
-
-def test_reset_goes_back_in_time_and_repeats_the_scans(bench: RosBench) -> None:
-    sim = start_sim(bench)
-    scans = bench.collect(LaserScan, "/scan", qos.SENSOR_SUBSCRIPTION)
-    run(bench, sim, 20)
-    response = bench.call(ResetSimulation, "/reset_simulation", ResetSimulation.Request())
-    assert response.result.result == Result.RESULT_OK
-    run(bench, sim, 20)
-    assert bench.process.now == 0.4
-    assert len(scans) == 8
-    assert all(
-        np.array_equal(a.ranges, b.ranges) for a, b in zip(scans[:4], scans[4:], strict=True)
-    )
-
-
-def test_pause_holds_time_and_steps_advance_it(bench: RosBench) -> None:
-    sim = start_sim(bench)
-    run(bench, sim, 2)
-    pause = SetSimulationState.Request()
-    pause.state.state = SimulationState.STATE_PAUSED
-    response = bench.call(SetSimulationState, "/set_simulation_state", pause)
-    assert response.result.result == Result.RESULT_OK
-    run(bench, sim, 5)
-    assert sim.simulator.time == 0.04
-    assert sim.realtime_due(0.0) == math.inf
-    response = bench.call(StepSimulation, "/step_simulation", StepSimulation.Request(steps=3))
-    assert response.result.result == Result.RESULT_OK
-    assert bench.process.now == 0.1
-
-
-def test_features_name_what_is_served(bench: RosBench) -> None:
-    start_sim(bench)
-    response = bench.call(
-        GetSimulatorFeatures, "/get_simulator_features", GetSimulatorFeatures.Request()
-    )
-    assert SimulatorFeatures.ENTITY_STATE_SETTING in response.features.features
 
 
 def test_pacing_asks_for_a_tick_each_20_ms_of_wall_time(bench: RosBench) -> None:

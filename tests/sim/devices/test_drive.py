@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.drive import DriveConfig, Kinematics, kinematics_of
 from arjuna_sim.devices.odometry import Odometry, OdometryConfig
 from arjuna_sim.model.settings import DriveSettings
-from arjuna_sim.physics.pacing import Pacer
 
 KINEMATICS = Kinematics(track=0.6, radius=0.05)
 
@@ -22,23 +20,6 @@ KINEMATICS = Kinematics(track=0.6, radius=0.05)
 def _odometry(ticks: int, noise: float = 0.0) -> Odometry:
     config = OdometryConfig(ticks_per_revolution=ticks, encoder_noise=noise)
     return Odometry(config, KINEMATICS, np.random.default_rng(5))
-
-
-def test_wheel_speeds_and_base_motion_are_inverses() -> None:
-    left, right = KINEMATICS.wheel_speeds(Velocity(0.4, yaw_rate=-0.7))
-    assert KINEMATICS.base_motion(left, right) == pytest.approx((0.4, -0.7))
-
-
-def test_odometry_follows_an_exact_circle() -> None:
-    odometry = _odometry(10_000_000)
-    left, right = KINEMATICS.wheel_speeds(Velocity(0.5, yaw_rate=0.5))
-    for i in range(1, 201):
-        last = odometry.update((left * i * 0.01, right * i * 0.01), 0.01)
-    pose = last.T_odom_base  # 2 s at 0.5 rad/s on a circle of radius 1 m
-    assert (pose.x, pose.y, pose.theta) == pytest.approx(
-        (math.sin(1.0), 1.0 - math.cos(1.0), 1.0), abs=1e-5
-    )
-    assert (last.v, last.w) == pytest.approx((0.5, 0.5), abs=1e-3)
 
 
 def test_covariance_does_not_depend_on_how_often_it_is_updated() -> None:
@@ -107,31 +88,3 @@ def test_wheels_turn_as_the_velocity_asks() -> None:
     assert kinematics_of(settings, DriveConfig()) == Kinematics(0.6, 0.04)
     own = DriveConfig(effective_track_width=0.7, effective_wheel_radius=0.03)
     assert kinematics_of(settings, own) == Kinematics(0.7, 0.03)
-
-
-def test_pacer_holds_the_factor_and_gives_up_when_far_behind() -> None:
-    real = [100.0]
-    pacer = Pacer(2.0, lambda: real[0])
-    assert pacer.wait(5.0) == 0.0
-    assert pacer.wait(5.02) == pytest.approx(0.01)
-    real[0] = 100.3
-    assert pacer.wait(5.02) == 0.0  # a little behind: catches up
-    assert pacer.wait(5.7) == pytest.approx(0.05)
-    real[0] = 110.0
-    assert pacer.wait(5.72) == 0.0
-    assert pacer.wait(5.74) == pytest.approx(0.01)  # from here on
-
-
-def test_pacer_without_a_limit_never_waits() -> None:
-    assert Pacer(0.0, lambda: 0.0).wait(1e6) == 0.0
-    with pytest.raises(ValueError, match="at least 0"):
-        Pacer(-1.0, lambda: 0.0)
-
-
-def test_pose3_composes_inverts_and_reads_back_its_angles() -> None:
-    a = Pose3.from_rpy((1.0, -2.0, 0.5), (0.3, -0.4, 2.0))
-    b = Pose3.from_rpy((-0.2, 0.7, 0.1), (-1.0, 0.2, -0.5))
-    assert a.rpy() == pytest.approx((0.3, -0.4, 2.0))
-    points = np.array([[0.1, 0.2, 0.3], [-1.0, 0.0, 2.0]])
-    assert np.allclose((a @ b).apply(points), a.apply(b.apply(points)))
-    assert np.allclose((a @ a.inverse()).apply(points), points)

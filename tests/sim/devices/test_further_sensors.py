@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arjuna_core.geodesy import GeoPoint
 from arjuna_core.pose3 import Pose3
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -22,14 +21,11 @@ from arjuna_sim.devices.sensors.lidar import (
     CloudSettings,
     LidarConfig,
     LidarSettings,
-    RangeSettings,
 )
 from arjuna_sim.devices.sensors.navsat import Fix
-from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.model.settings import SensorSettings
-from arjuna_sim.model.world import Earth
 from arjuna_sim.simulation import Simulation
-from tests.sim.builders import EMPTY, ROOM, first, run, simulator, texts
+from tests.sim.builders import EMPTY, ROOM, first, run, simulator
 from tests.sim.robot_cases import RobotMaker
 
 SCAN = """<ray><scan><horizontal><samples>{samples}</samples><min_angle>-{half}</min_angle>
@@ -37,7 +33,6 @@ SCAN = """<ray><scan><horizontal><samples>{samples}</samples><min_angle>-{half}<
 <range><min>0.05</min><max>20</max></range></ray>{more}"""
 ROWS = """<vertical><samples>8</samples><min_angle>-0.4</min_angle><max_angle>0.3</max_angle>
 </vertical>"""
-RANGE = "<output_type>sensor_msgs/Range</output_type>"
 QUIET = SimulatorConfig(lidar=LidarConfig(noise=0.0), imu=ImuConfig(0.0, 0.0, 0.0, 0.0, 0.0))
 
 
@@ -57,27 +52,6 @@ def _T_world(sim: Simulation, T_base: Pose3) -> Pose3:
     truth, base = sim.robot.truth(), sim.robot.model.urdf.T_root("base_link")
     where = (truth.pose.x, truth.pose.y, truth.z)
     return Pose3.from_rpy(where, (truth.roll, truth.pitch, truth.pose.theta)) @ base @ T_base
-
-
-def test_lidar_that_sees_most_is_the_robots_and_a_beam_is_a_range(tmp_path: Path) -> None:
-    maker = RobotMaker(tmp_path)
-    to_range = _plugin("libgazebo_ros_ray_sensor.so", RANGE)
-    for name in ("fl", "fr", "rl", "rr"):
-        maker.add("ray", name, _scan_tag(1, 0.01, more=to_range))
-    maker.add("gpu_lidar", "tof", _scan_tag(1, 0.01))
-    maker.add("gpu_lidar", "rplidar", _scan_tag(720, 3.14, more="<topic>/scan</topic>"))
-    maker.add("gpu_lidar", "rear", _scan_tag(180, 1.5, more="<topic>scan_rear</topic>"))
-    robot = load_robot(maker.write())
-    settings = robot.settings
-    lidar = first(robot, LidarSettings)
-    assert (lidar.name, lidar.topic) == ("rplidar", "/scan")
-    kinds = {s.name: type(s) for s in settings.further}
-    assert kinds == dict.fromkeys(("fl", "fr", "rl", "rr"), RangeSettings) | {
-        "tof": LidarSettings,
-        "rear": LidarSettings,
-    }
-    topics = [s.topic.lstrip("/") for s in settings.sensors]
-    assert len(set(topics)) == len(topics) == 7
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -124,18 +98,6 @@ def test_points_of_a_lidar_of_several_rows_lie_on_walls_and_floor(
     assert (on_floor | on_wall).mean() > 0.75  # the rest lie on the boxes
     tilts = np.arctan2(cloud.points[:, 2], np.hypot(cloud.points[:, 0], cloud.points[:, 1]))
     assert tilts == pytest.approx(np.linspace(-0.4, 0.3, 8)[cloud.rows], abs=1e-5)
-
-
-def test_sonar_tells_the_nearest_in_its_cone(tmp_path: Path) -> None:
-    maker = RobotMaker(tmp_path)
-    cone = "<sonar><min>0.1</min><max>8</max><radius>1</radius></sonar>"
-    maker.add("sonar", "front", cone, Pose3((0.0, 0.0, 1.0)))
-    maker.add("sonar", "down", cone, Pose3.from_rpy((0.0, 0.0, 1.5), (0.0, math.pi / 2, 0.0)))
-    sim = simulator(EMPTY, QUIET, robot=maker.write())
-    run(sim, 0.1)
-    assert sim.robot.sense(_further(sim, "front"), sim.time) == math.inf
-    height = _T_world(sim, maker.mounted[1].T_base).position[2]
-    assert sim.robot.sense(_further(sim, "down"), sim.time) == pytest.approx(height, abs=1e-6)
 
 
 MOUNTS = [
@@ -217,15 +179,6 @@ def test_places_on_earth_are_those_of_the_world(tmp_path: Path) -> None:
     assert sim.robot.sense(_further(sim, "height"), sim.time) == 0.0
 
 
-@pytest.mark.parametrize("latitude", [-70.0, 0.0, 45.0, 85.0])
-def test_geodetic_of_the_origin_is_the_origin(latitude: float) -> None:
-    origin = GeoPoint(latitude, -115.0, 120.0)
-    back = Earth(origin, 0.3).geodetic(np.zeros(3))
-    assert back.latitude_deg == pytest.approx(latitude, abs=1e-10)
-    assert back.longitude_deg == pytest.approx(-115.0, abs=1e-10)
-    assert back.altitude == pytest.approx(120.0, abs=1e-6)
-
-
 def test_bumper_feels_what_its_own_link_touches(tmp_path: Path) -> None:
     maker = RobotMaker(tmp_path)
     path = maker.write(bare=False)
@@ -261,12 +214,3 @@ def test_readings_are_the_same_each_time_whatever_else_is_read(tmp_path: Path) -
         return read["c"].ranges.tobytes()
 
     assert ranges(("b", "c")) == ranges(("c",))
-
-
-def test_kinds_that_are_not_simulated_are_named(tmp_path: Path) -> None:
-    maker = RobotMaker(tmp_path)
-    maker.add("thermal_camera", "hot")
-    robot = load_robot(maker.write())
-    told = "sensor 'hot': type 'thermal_camera' is not simulated"
-    assert any(told in note for note in texts(robot.notes))
-    assert robot.settings.sensors == ()

@@ -65,15 +65,6 @@ def test_robot_does_not_see_itself_and_empty_world_returns_inf() -> None:
     assert np.isinf(_scan(simulator(EMPTY)).ranges).all()
 
 
-def test_range_noise_has_the_urdf_sigma_within_five_per_cent() -> None:
-    clean = _scan(simulator(ROOM, SimulatorConfig(lidar=LidarConfig(noise=0.0)))).ranges
-    noisy = simulator(ROOM)
-    errors = np.concatenate([_scan(noisy).ranges - clean for _ in range(40)])
-    errors = errors[np.abs(errors) < 0.1]
-    assert errors.std() == pytest.approx(0.01, rel=0.05)
-    assert abs(errors.mean()) < 0.001
-
-
 def test_range_beyond_the_maximum_is_plus_inf_and_too_near_is_minus_inf(tmp_path: Path) -> None:
     robot = edited(ROBOT, tmp_path, "<min>0.12</min>", "<min>3.0</min>")
     robot = edited(robot, tmp_path, "<max>12.0</max>", "<max>5.5</max>")

@@ -1,20 +1,21 @@
-"""Meshes: every form reads to the same triangles, and a hollow one can be driven into."""
+"""Mesh files of every form, the bounds on what is read, and a hollow mesh to drive in."""
 
 from __future__ import annotations
 
 import struct
 import time
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, Delaunay
+from scipy.spatial import Delaunay
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
+from arjuna_sim.files import meshes as triangles
 from arjuna_sim.files.meshes import MeshError, read_mesh
-from arjuna_sim.files.sdf.solids import cone, prism
 from arjuna_sim.files.search_path import EscapeError, SearchPath
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.geometry.convex_pieces import hull, pieces
@@ -81,13 +82,6 @@ def test_every_form_reads_to_the_same_triangles(tmp_path: Path, form: str) -> No
     assert np.allclose(read_mesh(_write(tmp_path, form, _prism())), _prism())
 
 
-def test_text_stl_is_read(tmp_path: Path) -> None:
-    path = tmp_path / "mesh.stl"
-    corners = "\n".join(f"vertex {x} {y} {z}" for x, y, z in _prism().reshape(-1, 3))
-    path.write_text(f"solid tube\n{corners}\nendsolid", encoding="utf-8")
-    assert np.allclose(read_mesh(path), _prism())
-
-
 @pytest.mark.parametrize(
     ("name", "content", "problem"),
     [
@@ -104,16 +98,6 @@ def test_broken_mesh_is_refused(tmp_path: Path, name: str, content: bytes, probl
     (tmp_path / name).write_bytes(content)
     with pytest.raises(MeshError, match=problem):
         read_mesh(tmp_path / name)
-
-
-def test_tube_is_touched_wall_by_wall_and_a_box_as_one(tmp_path: Path) -> None:
-    assert len(pieces(_prism()).corners) == 8
-    lid = np.array([[(-1, -1), (1, -1), (1, 1)], [(-1, -1), (1, 1), (-1, 1)]], np.float64)
-    top = np.dstack([lid, np.ones((2, 3))])
-    bottom = np.dstack([lid[:, ::-1], np.zeros((2, 3))])
-    box = np.concatenate([_prism(), top, bottom])
-    assert len(pieces(box).corners) == 1
-    assert len(hull(box.reshape(-1, 3))) == 8
 
 
 @pytest.mark.parametrize("most", [24, 200, 1000])
@@ -143,20 +127,6 @@ def test_large_mesh_is_split_in_a_moment_and_little_memory() -> None:
     assert len(found.corners) <= 500
     assert time.process_time() - start < 10.0
     assert len(hull(faces.reshape(-1, 3))) > 8  # of many points, as of few
-
-
-@pytest.mark.parametrize("flat", ["level", "tilted", "line", "point", "tiny"])
-def test_hull_of_what_is_flat_is_thin(flat: str) -> None:
-    points = np.random.default_rng(2).random((20, 3))
-    if flat == "tilted":
-        points[:, 2] = 0.7 * points[:, 0] - 0.4 * points[:, 1]
-    elif flat == "tiny":
-        points *= 1e-5
-    else:
-        points[:, {"level": 2, "line": 1, "point": 0}[flat] :] = 0.5
-    solid = ConvexHull(hull(points))
-    assert 0.0 < solid.volume < 2e-3
-    assert (points @ solid.equations[:, :3].T + solid.equations[:, 3]).max() < 1e-9
 
 
 def test_robot_drives_inside_a_hollow_mesh_until_it_meets_its_wall(tmp_path: Path) -> None:
@@ -189,39 +159,250 @@ def test_search_path_finds_packages_and_keeps_inside_them(tmp_path: Path) -> Non
     assert SearchPath.of([tmp_path]).find(beside, "package://../secret.stl") is None
 
 
-@pytest.mark.parametrize("turned", [1, -1])
-def test_a_prism_stands_on_the_ground_closed_and_faces_outward(turned: int) -> None:
-    outline = np.array([(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)])
-    for corners in (outline[::turned], np.vstack((outline, outline[:1]))[::turned]):
-        faces = prism(corners, 0.5)
-        assert np.ptp(faces[..., 2]) == faces[..., 2].max() == 0.5
-        # Outward and closed faces enclose, by the divergence theorem, what they hold.
-        held = np.einsum("ij,ij->", faces[:, 0], np.cross(faces[:, 1], faces[:, 2])) / 6.0
-        assert held == pytest.approx(4.0 * 0.5)
-        far = faces + np.array((100.0, -50.0, 20.0))
-        moved = np.einsum("ij,ij->", far[:, 0], np.cross(far[:, 1], far[:, 2])) / 6.0
-        assert moved == pytest.approx(4.0 * 0.5)
+SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+HALVES = SQUARE[[[0, 1, 2], [0, 2, 3]]]
+TRIANGLES = "<triangles count='2'>{input}<p>0 1 2 0 2 3</p></triangles>"
+POLYLIST = "<polylist count='2'>{input}<vcount>4 3</vcount><p>0 1 2 3 0 1 2</p></polylist>"
+POLYGONS = "<polygons count='2'>{input}<p>0 1 2 3</p><p>0 1 2</p></polygons>"
+VERTEX = "<input semantic='VERTEX' source='#v' offset='0'/>"
 
 
-def test_a_cone_is_closed_about_its_middle() -> None:
-    faces = cone(0.5, 1.2)
-    assert (faces[..., 2].min(), faces[..., 2].max()) == (-0.6, 0.6)
-    assert np.hypot(faces[..., 0], faces[..., 1]).max() == pytest.approx(0.5)
-    held = np.einsum("ij,ij->", faces[:, 0], np.cross(faces[:, 1], faces[:, 2])) / 6.0
-    assert held == pytest.approx(np.pi * 0.5**2 * 1.2 / 3.0, rel=0.01)
+def file(faces: str, nodes: str, numbers: str = "", library: str = "") -> bytes:
+    """Return a file of one square in faces of some form, placed by nodes."""
+    numbers = numbers or " ".join(str(value) for value in SQUARE.ravel())
+    count = len(numbers.split())
+    params = "".join(f"<param name='{name}' type='float'/>" for name in "XYZ")
+    return f"""<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset/><library_geometries><geometry id="g" name="plate"><mesh>
+<source id="p"><float_array id="a" count="{count}">{numbers}</float_array><technique_common>
+<accessor source="#a" count="{count // 3}" stride="3">{params}</accessor>
+</technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+{faces.format(input=VERTEX)}</mesh></geometry></library_geometries>
+<library_nodes>{library}</library_nodes>
+<library_visual_scenes><visual_scene id="s">{nodes}</visual_scene></library_visual_scenes>
+</COLLADA>""".encode()
+
+
+def read_collada(content: bytes, part: str = "") -> NDArray[np.float64]:
+    with NamedTemporaryFile(suffix=".dae") as kept:
+        kept.write(content)
+        kept.flush()
+        return read_mesh(Path(kept.name), part)
+
+
+def node(places: str = "", inside: str = "<instance_geometry url='#g'/>", name: str = "n") -> str:
+    return f"<node id='{name}' name='{name}'>{places}{inside}</node>"
+
+
+@pytest.mark.parametrize("faces", [POLYLIST, POLYGONS])
+def test_a_face_of_many_corners_is_a_fan(faces: str) -> None:
+    found = read_collada(file(faces, node()))
+    np.testing.assert_array_equal(found, np.concatenate((HALVES, HALVES[:1])))
+
+
+@pytest.mark.parametrize("blank", ["", " ", "\n  "])
+def test_a_list_without_corners_adds_none(blank: str) -> None:
+    faces = TRIANGLES + f"<triangles count='0'>{{input}}<p>{blank}</p></triangles>"
+    np.testing.assert_array_equal(read_collada(file(faces, node())), HALVES)
+
+
+def test_other_inputs_between_the_corners_are_passed_over() -> None:
+    faces = (
+        "<triangles count='2'><input semantic='NORMAL' source='#p' offset='0'/>"
+        "<input semantic='VERTEX' source='#v' offset='1'/>"
+        "<p>3 0 3 1 3 2 3 0 3 2 3 3</p></triangles>"
+    )
+    np.testing.assert_array_equal(read_collada(file(faces, node())), HALVES)
 
 
 @pytest.mark.parametrize(
-    ("corners", "problem"),
+    ("places", "corner"),  # where (1, 1, 0) comes to lie
     [
-        ([(0, 0), (1, 0)], "has 2 corners; valid: 3 to"),
-        ([(0, 0), (1, 0), (0, 0)], "has 2 corners"),
-        ([(0, 0), (2, 2), (2, 0), (0, 2)], "crosses itself|has no area"),
-        ([(0, 0), (1, 0), (2, 0), (3, 0)], "has no area"),
+        ("<translate>1 2 3</translate>", (2.0, 3.0, 3.0)),
+        ("<scale>2 3 4</scale>", (2.0, 3.0, 0.0)),
+        ("<rotate>0 0 1 90</rotate>", (-1.0, 1.0, 0.0)),
+        ("<rotate>1 0 0 90</rotate>", (1.0, 0.0, 1.0)),
+        ("<translate>1 0 0</translate><rotate>0 0 1 90</rotate>", (0.0, 1.0, 0.0)),
+        ("<rotate>0 0 1 90</rotate><translate>1 0 0</translate>", (-1.0, 2.0, 0.0)),
+        ("<matrix>0 -1 0 5 1 0 0 6 0 0 1 7 0 0 0 1</matrix>", (4.0, 7.0, 7.0)),
     ],
 )
-def test_an_outline_that_is_none_makes_no_prism(
-    corners: list[tuple[float, float]], problem: str
+def test_a_node_places_what_it_holds(places: str, corner: tuple[float, ...]) -> None:
+    found = read_collada(file(TRIANGLES, node(places)))
+    assert found[0, 2] == pytest.approx(corner, abs=1e-6)
+
+
+def test_nodes_place_nodes_and_those_of_the_library() -> None:
+    inner = node("<translate>0 0 1</translate>", name="inner")
+    outer = node("<scale>2 2 2</scale>", inner, name="outer")
+    assert read_collada(file(TRIANGLES, outer))[0, 2] == pytest.approx((2.0, 2.0, 2.0))
+    called = node("<translate>5 0 0</translate>", "<instance_node url='#inner'/>")
+    found = read_collada(file(TRIANGLES, called, library=inner))
+    assert found[0, 2] == pytest.approx((6.0, 1.0, 1.0))
+
+
+def parts(part: str) -> NDArray[np.float64]:
+    nodes = node(name="left") + node("<translate>3 0 0</translate>", name="right")
+    return read_collada(file(TRIANGLES, nodes), part)
+
+
+def test_a_part_is_named_by_its_node_or_its_geometry() -> None:
+    assert parts("").shape == (4, 3, 3)
+    assert parts("right")[:, :, 0].min() == 3.0
+    assert len(parts("plate")) == len(parts("g")) == 4
+    assert len(parts("nobody")) == 0
+
+
+def test_a_file_without_a_scene_is_read_whole() -> None:
+    np.testing.assert_array_equal(read_collada(file(TRIANGLES, "")), HALVES)
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        (file(TRIANGLES.replace("2 3", "2 4"), node()), "go beyond the limits of the source"),
+        (file(TRIANGLES.replace("{input}", ""), node()), "is a broken mesh"),
+        (file(TRIANGLES, node(inside="<instance_node url='#n'/>")), "form a cycle"),
+        (file(TRIANGLES, node(), "0 a b"), "Corrupted float array"),
+    ],
+)
+def test_what_leads_nowhere_is_refused(content: bytes, problem: str) -> None:
+    with pytest.raises(MeshError, match=problem):
+        read_collada(content)
+
+
+SQUARE_2 = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 2.0]])
+CORNERS = "\n".join(f"v {x} {y} {z}" for x, y, z in SQUARE_2)
+FAN = SQUARE_2[[[0, 1, 2], [0, 2, 3]]]
+
+
+def read(folder: Path, name: str, content: str | bytes, part: str = "") -> np.ndarray:
+    path = folder / name
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return read_mesh(path, part)
+
+
+def turned(triangles: np.ndarray) -> list[list[list[float]]]:
+    """Return triangles, each from its least corner on, in an order of their own."""
+    return sorted(min(face[i:] + face[:i] for i in range(3)) for face in triangles.tolist())
+
+
+def stl(count: int, said: int | None = None, header: bytes = b"", more: bytes = b"") -> bytes:
+    """Return binary STL of faces whose corners are (i, i, i), (i + 1, 0, 0) and (0, i, 0)."""
+    faces = [struct.pack("<12fH", 9, 9, 9, i, i, i, i + 1, 0, 0, 0, i, 0, 7) for i in range(count)]
+    told = struct.pack("<I", count if said is None else said)
+    return header.ljust(80, b"\0") + told + b"".join(faces) + more
+
+
+def expected(count: int) -> list[list[list[float]]]:
+    return [[[i, i, i], [i + 1, 0, 0], [0, i, 0]] for i in range(count)]
+
+
+@pytest.mark.parametrize(
+    "faces",
+    ["f 1 2 3 4", "f 1/9 2/9/9 3//9 4", "f -4 -3 -2 -1", "f 1 2 3\nf 1 3 4", "f 1 -3 3 -1"],
+)
+def test_faces_name_corners_from_one_or_from_the_last(tmp_path: Path, faces: str) -> None:
+    found = read(tmp_path, "a.obj", f"# plate\nvn 1 2 3\nvt 1 2\n{CORNERS}\n{faces}\nf 1 2\n")
+    assert turned(found) == turned(FAN)
+
+
+def test_a_corner_may_have_colours_after_its_place(tmp_path: Path) -> None:
+    coloured = CORNERS.replace("\n", " 1 0 0\n") + " 1 0 0 1"
+    assert turned(read(tmp_path, "A.OBJ", f"{coloured}\nf 1 2 3 4")) == turned(FAN)
+
+
+def test_faces_count_back_from_the_corners_before_them(tmp_path: Path) -> None:
+    later = "\nf -4 -3 -2\nv 5 5 5\nf -1 -5 -4"
+    found = read(tmp_path, "a.obj", CORNERS + later)
+    np.testing.assert_array_equal(found[0], SQUARE_2[:3])
+    np.testing.assert_array_equal(found[1], [(5, 5, 5), SQUARE_2[0], SQUARE_2[1]])
+
+
+def test_a_part_is_an_object_or_one_of_a_faces_groups(tmp_path: Path) -> None:
+    text = f"{CORNERS}\no plate\nf 1 2 3\ng lid top\nf 1 3 4\ng\nf 2 3 4\n"
+    counts = {
+        part: len(read(tmp_path, "a.obj", text, part)) for part in ("", "plate", "lid", "top")
+    }
+    assert counts == {"": 3, "plate": 1, "lid": 1, "top": 1}
+    assert turned(read(tmp_path, "a.obj", text, "top")) == turned(FAN[1:])
+    assert read(tmp_path, "a.obj", text, "none").shape == (0, 3, 3)
+    assert read(tmp_path, "a.stl", stl(2), "none").shape == (0, 3, 3)
+
+
+@pytest.mark.parametrize("faces", ["f 0 1 2", "f 1 2 5", "f -5 1 2", "f 1 x 2"])
+def test_faces_of_no_corner_are_refused(tmp_path: Path, faces: str) -> None:
+    with pytest.raises(MeshError, match=r"a corner that does not exist|invalid literal"):
+        read(tmp_path, "a.obj", f"{CORNERS}\n{faces}")
+
+
+@pytest.mark.parametrize(
+    ("content", "count"),
+    [
+        (stl(3), 3),
+        (stl(3, more=b"trailer"), 3),
+        (stl(3, said=2), 2),
+        (stl(3, header=b"solid by CAD"), 3),  # binary all the same: its size says so
+    ],
+)
+def test_binary_stl_is_known_by_its_size(tmp_path: Path, content: bytes, count: int) -> None:
+    assert read(tmp_path, "a.stl", content).tolist() == expected(count)
+
+
+@pytest.mark.parametrize("content", [stl(3)[:-1], stl(3, said=4), b"", b"\0" * 83])
+def test_stl_that_is_cut_off_is_refused(tmp_path: Path, content: bytes) -> None:
+    with pytest.raises(MeshError, match="cut off"):
+        read(tmp_path, "a.stl", content)
+
+
+@pytest.mark.parametrize("start", ["solid", "\n  solid name"])
+def test_text_stl_holds_its_vertices_three_to_a_face(tmp_path: Path, start: str) -> None:
+    loop = "facet normal 0 0 1\nouter loop\n{}\nendloop\nendfacet"
+    corners = "\n".join(f"   vertex {x} {y} {z}" for x, y, z in FAN.reshape(-1, 3))
+    found = read(tmp_path, "a.stl", f"{start}\n{loop.format(corners)}\nendsolid")
+    assert turned(found) == turned(FAN)
+
+
+def test_corners_end_at_a_thousand_million(tmp_path: Path) -> None:
+    near, far = (CORNERS.replace("2.0", value) + "\nf 1 2 3 4" for value in ("-9.9e8", "-1e9"))
+    assert len(read(tmp_path, "a.obj", near)) == 2
+    with pytest.raises(MeshError, match="must be finite, below 1e9"):
+        read(tmp_path, "a.obj", far)
+
+
+@pytest.mark.parametrize(
+    ("bound", "least", "problem"),
+    [
+        ("_BYTES_MAX", len(stl(3)), r"has 234 bytes; at most 233 are read"),
+        ("_FACES_MAX", 3, r"has 3 triangles; at most 2 are read"),
+    ],
+)
+def test_stl_of_the_most_that_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, bound: str, least: int, problem: str
 ) -> None:
-    with pytest.raises(ValueError, match=problem):
-        prism(np.array(corners, np.float64), 1.0)
+    monkeypatch.setattr(triangles, bound, least)
+    assert len(read(tmp_path, "a.stl", stl(3))) == 3
+    monkeypatch.setattr(triangles, bound, least - 1)
+    with pytest.raises(MeshError, match=problem):
+        read(tmp_path, "a.stl", stl(3))
+
+
+def test_text_of_the_most_that_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = f"{CORNERS}\nf 1 2 3 4"
+    for bound, least in (("_TEXT_MAX", len(text)), ("_LINES_MAX", 4), ("_FACES_MAX", 2)):
+        with monkeypatch.context() as patch:
+            patch.setattr(triangles, bound, least)
+            assert len(read(tmp_path, "a.obj", text)) == 2
+            patch.setattr(triangles, bound, least - 1)
+            with pytest.raises(MeshError, match=r"valid: up to|at most 1 are read"):
+                read(tmp_path, "a.obj", text)
+
+
+def test_what_is_not_there_or_no_mesh_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(MeshError, match="cannot be read: No such file"):
+        read_mesh(tmp_path / "none.stl")
+    with pytest.raises(MeshError, match=r"has the form '.txt'; valid: .dae, .obj, .stl"):
+        read(tmp_path, "a.txt", "")
+    with pytest.raises(MeshError, match="has no triangles"):
+        read(tmp_path, "a.obj", CORNERS)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from arjuna_core.errors import RobotError
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.lidar import LidarSettings
@@ -132,49 +130,6 @@ def test_drive_is_read_in_every_spelling(tmp_path: Path, plugin: str) -> None:
     assert robot.notes == ()
 
 
-def test_wheel_numbers_that_contradict_the_wheels_are_noted(tmp_path: Path) -> None:
-    wrong = ROS2.replace("0.26", "0.5")
-    robot = _load(tmp_path, f"{FOUR}<gazebo>{wrong}</gazebo>")
-    assert robot.drive.separation == 0.5
-    assert any("wheel_separation is 0.5, but" in note for note in texts(robot.notes))
-    sim = simulator(robot=_robot(tmp_path, f"{FOUR}<gazebo>{wrong}</gazebo>"))
-    last = run(sim, math.pi / 2, Velocity(yaw_rate=1.0))
-    assert last.truth.pose.theta == pytest.approx(math.pi / 2, rel=0.15)
-
-
-def test_caster_wheels_are_no_drive(tmp_path: Path) -> None:
-    wheels = FOUR.replace("rear_left_wheel", "caster_left").replace("rear_right_wheel", "caster_r")
-    robot = _load(tmp_path, wheels)
-    assert robot.drive.left == LEFT[:1]
-    assert any(
-        "guessed are the wheels front_left_wheel_joint (left)" in n for n in texts(robot.notes)
-    )
-
-
-def test_wheel_without_a_partner_turns_freely(tmp_path: Path) -> None:
-    odd = WHEEL.format(name="odd_wheel", xyz="0.3 0.13 0", rpy="-1.5707963 0 0")
-    robot = _load(tmp_path, FOUR + odd)
-    assert robot.drive.left == LEFT
-    assert "joint 'odd_wheel_joint': turns freely: it has no partner on the other side" in (
-        texts(robot.notes)
-    )
-
-
-@pytest.mark.parametrize("turn", ["1.5707963 0 0", "0 0 1.5707963", "-1.5707963 0 0"])
-def test_robot_that_lies_on_its_side_is_stood_up(tmp_path: Path, turn: str) -> None:
-    """A robot whose frame is turned: its wheels stand on the ground, and it drives ahead."""
-    lying = f'<link name="cad"/><joint name="cad_joint" type="fixed"><parent link="cad"/>\
-<child link="base"/><origin rpy="{turn}"/></joint>'
-    sim = simulator(robot=_robot(tmp_path, FOUR + lying))
-    assert sim.robot.model.urdf.root == "base_footprint"
-    assert any("the new root 'base_footprint' carries it" in note for note in sim.notes)
-    last = run(sim, 2.0, Velocity(0.3))
-    assert last.truth.z == pytest.approx(0.05, abs=0.005)
-    assert max(abs(last.truth.roll), abs(last.truth.pitch)) < 0.02
-    assert last.truth.v == pytest.approx(0.3, rel=0.05)
-    assert last.truth.pose.x > 0.5
-
-
 def test_robot_whose_root_is_the_world_stays_there(tmp_path: Path) -> None:
     arm = f"""<link name="world"/><joint name="foot" type="fixed"><parent link="world"/>
 <child link="base"/></joint>{_joint("revolute", '<limit lower="-3" upper="3"/>')}"""
@@ -186,25 +141,12 @@ def test_robot_whose_root_is_the_world_stays_there(tmp_path: Path) -> None:
     assert abs(last.joints.positions[0]) > 0.1
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "problem"),
-    [
-        ("front_left_wheel_joint</left_joint>", "none</left_joint>", "joint 'none' does not exist"),
-        ("rear_left_wheel_joint</left_joint>", "front_left_wheel_joint</left_joint>", "twice"),
-        ("<wheel_diameter>0.1", "<wheel_diameter>-0.1", "wheeldiameter.*negative"),
-        ("<max_wheel_torque>7", "<max_wheel_torque>nan", "must be finite"),
-    ],
-)
-def test_bad_drive_is_refused(tmp_path: Path, old: str, new: str, problem: str) -> None:
-    assert old in ROS2
-    with pytest.raises(RobotError, match=problem):
-        _load(tmp_path, f"{FOUR}<gazebo>{ROS2.replace(old, new, 1)}</gazebo>")
-
-
 LASER = """<gazebo reference="base"><sensor type="ray" name="laser">
 <update_rate>40</update_rate><ray><scan><horizontal><samples>720</samples><min_angle>-1.5</min_angle><max_angle>1.5</max_angle>
 </horizontal></scan><range><min>0.1</min><max>30</max></range><noise><stddev>0.02</stddev></noise>
 </ray><plugin name="l" filename="libgazebo_ros_laser.so">{}</plugin></sensor></gazebo>"""
+
+
 IMU = """<gazebo><plugin name="imu" filename="libhector_gazebo_ros_imu.so">
 <updateRate>25</updateRate><bodyName>base</bodyName><topicName>imu/raw</topicName><frameId>imu_frame</frameId></plugin>
 </gazebo>"""

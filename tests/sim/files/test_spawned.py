@@ -1,8 +1,9 @@
-"""What clients spawn: read from names and files, or refused with a reason."""
+"""Entities of clients: shapes, models, actors and robots; each refusal has its reason."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 from pathlib import Path
 
@@ -12,13 +13,223 @@ import pytest
 from arjuna_core.errors import ArjunaError
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
+from arjuna_sim.files import spawned
 from arjuna_sim.files.library import Fault, Library, ResourceError
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.spawned import read_entity
-from arjuna_sim.model.entities import Category
+from arjuna_sim.files.spawned import check_assets, read_driven, read_entity
+from arjuna_sim.model.entities import Category, Entity
+from arjuna_sim.model.geometry.shapes import Kind
+from arjuna_sim.model.notes import Note, NoteKind
 from tests.sim.builders import EMPTY, ROOT, run, simulator
 
-BOX = """<sdf version="1.7"><model name="crate">{static}<link name="l">{inertial}
+LIBRARY = Library(ROOT, SearchPath())
+SHAPE = "<geometry><box><size>0.2 0.4 0.6</size></box></geometry>"
+SOLID, DRAWN = f"<collision name='c'>{SHAPE}</collision>", f"<visual name='v'>{SHAPE}</visual>"
+WALK = """<actor name='w'><script><trajectory id='0' type='walk'>
+<waypoint><time>0</time><pose>0 0 0 0 0 0</pose></waypoint>
+<waypoint><time>4</time><pose>0 2 0 0 0 0</pose></waypoint></trajectory></script></actor>"""
+BOX = '<geometry><box size="0.2 0.4 0.6"/></geometry>'
+MASS = """<inertial><mass value="4"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>
+</inertial>"""
+WHEEL = """<link name="{0}">{1}<collision><geometry><cylinder radius="0.1" length="0.04"/>
+</geometry></collision></link><joint name="{0}_wheel" type="continuous"><parent link="base"/>
+<child link="{0}"/><origin xyz="0 {2} 0" rpy="-1.5707963 0 0"/><axis xyz="0 0 1"/></joint>"""
+WHEELS = WHEEL.format("left", MASS, 0.3) + WHEEL.format("right", MASS, -0.3)
+DRIVE = """<gazebo><plugin name="p" filename="libgazebo_ros_diff_drive.so">
+<left_joint>left_wheel</left_joint><right_joint>right_wheel</right_joint></plugin></gazebo>"""
+
+
+def sdf(*inside: str) -> str:
+    return f"<sdf version='1.7'>{''.join(inside)}</sdf>"
+
+
+def model(inside: str = SOLID, more: str = "", name: str = "m") -> str:
+    return f"<model name='{name}'>{more}<link name='l'>{inside}</link></model>"
+
+
+def urdf(inside: str = f"<collision>{BOX}</collision>", more: str = "") -> str:
+    return f'<robot name="cart"><link name="base">{MASS}{inside}</link>{more}</robot>'
+
+
+def read(text: str = "", uri: str = "") -> Entity:
+    return read_entity(uri, text, LIBRARY)
+
+
+def refused(text: str = "", uri: str = "") -> tuple[Fault, str]:
+    """Return why something cannot be spawned."""
+    with pytest.raises(ResourceError, match=r".") as caught:
+        read_entity(uri, text, LIBRARY)
+    return caught.value.fault, str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("uri", "kind", "size", "height", "about"),
+    [
+        (" box:0.4,0.6,1 ", Kind.BOX, (0.4, 0.6, 1.0), 0.5, "a box of 0.4,0.6,1 m"),
+        ("cylinder:0.2,1", Kind.CYLINDER, (0.2, 1.0), 0.5, "a cylinder of 0.2,1 m"),
+        ("sphere:0.25", Kind.SPHERE, (0.25,), 0.25, "a sphere of 0.25 m"),
+        ("person", Kind.CYLINDER, (0.25, 1.7), 0.85, "a person"),
+    ],
+)
+def test_a_primitive_is_a_shape_on_the_ground(
+    uri: str, kind: Kind, size: tuple[float, ...], height: float, about: str
+) -> None:
+    found = read(uri=uri)
+    (part,) = found.solid
+    assert (found.name, found.drawn, found.description) == (uri.strip().split(":")[0], (), about)
+    assert part.shape.kind is kind
+    if kind is not Kind.CYLINDER or about != "a person":
+        assert part.shape.size == size
+        assert part.rgba == (0.9, 0.6, 0.1, 1.0)
+        assert part.pose.position == (0.0, 0.0, height)
+    else:
+        assert part.pose.position[2] == part.shape.size[1] / 2
+    assert part.rgba[3] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("uri", "problem"),
+    [
+        ("box:0.001,100,1", ""),
+        ("box:0.0009,1,1", "has a size beyond 0.001 to 100 m"),
+        ("box:1,1,100.1", "has a size beyond 0.001 to 100 m"),
+        ("sphere:1?mass=10000", ""),
+        ("sphere:1?mass=10001", "mass is 10001.0 kg; valid: 0 to 10000"),
+        ("sphere:1?mass=x", "'mass:x' needs 1 finite numbers; valid: box:X,Y,Z"),
+        ("sphere:1,2", "'sphere:1,2' needs 1 finite numbers"),
+        ("sphere", "'sphere:' needs 1 finite numbers"),
+        ("person:1", "'person:1' needs 0 finite numbers"),
+        ("cylinder:1,inf", "needs 2 finite numbers"),
+    ],
+)
+def test_a_primitive_has_as_many_sizes_as_it_needs_and_within_bounds(
+    uri: str, problem: str
+) -> None:
+    if not problem:
+        assert read(uri=uri).solid
+        return
+    fault, said = refused(uri=uri)
+    assert fault is Fault.RESOURCE_PARSE_ERROR
+    assert problem in said
+
+
+def test_a_model_that_nothing_can_touch_is_held() -> None:
+    solid, drawn, both = (
+        read(sdf(model())),
+        read(sdf(model(DRAWN))),
+        read(sdf(model(SOLID + DRAWN))),
+    )
+    assert (solid.mass, solid.category, len(solid.solid), len(solid.drawn)) == (
+        *(1.0, Category.OBJECT, 1, 0),
+    )
+    assert (drawn.mass, drawn.category, len(drawn.solid), len(drawn.drawn)) == (
+        *(0.0, Category.STATIC_OBJECT, 0, 1),
+    )
+    assert (len(both.solid), len(both.drawn)) == (1, 1)
+    for each in (solid, drawn, both):
+        assert (each.name, each.spawned, each.description) == ("m", True, "a model")
+
+
+def test_an_actor_walks_its_way() -> None:
+    found = read(sdf(WALK))
+    assert (found.name, found.spawned, found.category) == ("w", True, Category.HUMAN)
+    assert found.description == "an actor"
+    assert found.trajectory is not None
+
+
+PLANE = "<geometry><plane><normal>0 0 1</normal></plane></geometry>"
+
+
+@pytest.mark.parametrize(
+    ("text", "fault", "problem"),
+    [
+        (sdf(model(), model(name="n")), Fault.RESOURCE_PARSE_ERROR, "must hold one <model> or one"),
+        (sdf(model(), WALK), Fault.RESOURCE_PARSE_ERROR, "must hold one <model> or one"),
+        (sdf(), Fault.RESOURCE_PARSE_ERROR, "must hold a <world>, a <model> or an <actor>"),
+        (sdf(model("")), Fault.RESOURCE_PARSE_ERROR, "has neither <collision> nor <visual>"),
+        (
+            sdf(model(SOLID.replace(SHAPE, PLANE))),
+            Fault.UNSUPPORTED_ASSETS,
+            "has a <plane>, which only a world can have",
+        ),
+        (urdf(""), Fault.RESOURCE_PARSE_ERROR, "has neither <collision> nor <visual>"),
+        (" \n", Fault.NO_RESOURCE, "neither a uri nor a resource_string was given"),
+        ("<html/>", Fault.UNSUPPORTED_FORMAT, "valid formats: sdf, urdf"),
+    ],
+)
+def test_what_is_nothing_to_spawn_is_refused(text: str, fault: Fault, problem: str) -> None:
+    found, said = refused(text)
+    assert found is fault
+    assert problem in said
+
+
+def test_a_robots_file_is_one_rigid_thing() -> None:
+    found = read(urdf(f"<collision>{BOX}</collision><visual>{BOX}</visual>"))
+    assert (found.name, found.mass, len(found.solid), len(found.drawn)) == ("cart", 4.0, 1, 1)
+    assert read(urdf(f"<visual>{BOX}</visual>")).category is Category.STATIC_OBJECT
+    assert read(urdf(more="<gazebo><static> true </static></gazebo>")).mass == 0.0
+    assert read(urdf(more="<gazebo><static>false</static></gazebo>")).mass == 4.0
+
+
+@pytest.mark.parametrize(("mass", "fits"), [("10000", True), ("10001", False)])
+def test_nothing_weighs_more_than_ten_tonnes(mass: str, fits: bool) -> None:
+    text = urdf().replace('mass value="4"', f'mass value="{mass}"')
+    if fits:
+        assert math.isclose(read(text).mass, 1e4)
+        return
+    assert refused(text) == (
+        Fault.RESOURCE_PARSE_ERROR,
+        "'cart' weighs 10001 kg; valid: 0 to 10000",
+    )
+
+
+def test_bounds_on_shapes_and_text_are_the_last_that_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = sdf(model(SOLID + DRAWN))
+    monkeypatch.setattr(spawned, "_PARTS_MAX", 2)
+    monkeypatch.setattr(spawned, "BYTES_MAX", len(text))
+    assert read(text).solid
+    assert "has" in refused(text + " ")[1]
+    assert f"has {len(text) + 1} characters; at most {len(text)} are read" in refused(text + " ")[1]
+    monkeypatch.setattr(spawned, "_PARTS_MAX", 1)
+    assert refused(text)[1] == "'m' has 2 shapes; at most 1 are valid"
+
+
+@pytest.mark.parametrize(
+    ("kind", "fault"),
+    [
+        (NoteKind.MISSING, Fault.MISSING_ASSETS),
+        (NoteKind.UNSUPPORTED, Fault.UNSUPPORTED_ASSETS),
+        (NoteKind.BROKEN, Fault.RESOURCE_PARSE_ERROR),
+    ],
+)
+def test_what_a_reader_left_out_is_refused_by_its_first_note(kind: NoteKind, fault: Fault) -> None:
+    harmless = [Note(NoteKind.IGNORED, "a"), Note(NoteKind.CHANGED, "b")]
+    check_assets(harmless)
+    with pytest.raises(ResourceError, match=r"^c$") as caught:
+        check_assets([*harmless, Note(kind, "c"), Note(NoteKind.MISSING, "d")])
+    assert caught.value.fault is fault
+
+
+def test_robots_that_drive_are_told_from_things() -> None:
+    for told in (DRIVE, ""):  # named or found
+        driven = read_driven("", urdf(more=WHEELS + told), LIBRARY)
+        assert driven is not None
+        assert driven.drive.wheels == ("left_wheel", "right_wheel")
+    for uri, text in (
+        ("box:1,1,1", ""),
+        (" person ", ""),
+        ("", urdf()),
+        ("", sdf(model())),
+        ("", urdf().replace("</robot>", "<link/></robot>")),  # broken, and names no drive
+    ):
+        assert read_driven(uri, text, LIBRARY) is None
+    broken = urdf(more=WHEELS + DRIVE.replace(">left_wheel<", ">lost<"))
+    with pytest.raises(ResourceError, match=r"joint 'lost' does not exist") as caught:
+        read_driven("", broken, LIBRARY)
+    assert caught.value.fault is Fault.RESOURCE_PARSE_ERROR
+
+
+BOX_1 = """<sdf version="1.7"><model name="crate">{static}<link name="l">{inertial}
 <collision name="c"><geometry><box><size>0.4 0.4 0.4</size></box></geometry></collision>
 </link></model></sdf>"""
 CART = """<robot name="cart"><link name="base"><inertial><mass value="4"/>
@@ -30,30 +241,14 @@ def _library(folder: Path) -> Library:
     return Library(folder, SearchPath())
 
 
-@pytest.mark.parametrize(
-    ("uri", "low", "high"),
-    [
-        ("box:0.4,0.6,1", (-0.2, -0.3, 0.0), (0.2, 0.3, 1.0)),
-        ("cylinder:0.2,1", (-0.2, -0.2, 0.0), (0.2, 0.2, 1.0)),
-        ("sphere:0.25", (-0.25, -0.25, 0.0), (0.25, 0.25, 0.5)),
-    ],
-)
-def test_primitive_stands_on_its_origin(
-    uri: str, low: tuple[float, ...], high: tuple[float, ...]
-) -> None:
-    found = read_entity(uri, "", _library(ROOT)).bounds()
-    assert found[0] == pytest.approx(low, abs=1e-9)
-    assert found[1] == pytest.approx(high, abs=1e-9)
-
-
 def test_files_say_what_is_held_and_what_weighs(tmp_path: Path) -> None:
     def mass(text: str) -> float:
         return read_entity("", text, _library(tmp_path)).mass
 
     heavy = "<inertial><mass>7</mass></inertial>"
-    assert mass(BOX.format(static="", inertial=heavy)) == 7.0
-    assert mass(BOX.format(static="", inertial="")) == 1.0
-    assert mass(BOX.format(static="<static>true</static>", inertial=heavy)) == 0.0
+    assert mass(BOX_1.format(static="", inertial=heavy)) == 7.0
+    assert mass(BOX_1.format(static="", inertial="")) == 1.0
+    assert mass(BOX_1.format(static="<static>true</static>", inertial=heavy)) == 0.0
     assert mass(CART) == 4.0
 
 
@@ -65,8 +260,8 @@ MESH = "<mesh><uri>none.stl</uri></mesh>"
     [
         ("", "", Fault.NO_RESOURCE, "neither a uri nor a resource_string"),
         ("", "hello", Fault.UNSUPPORTED_FORMAT, "neither <sdf> nor <robot>"),
-        ("", BOX[:80], Fault.RESOURCE_PARSE_ERROR, "broken XML"),
-        ("", BOX.format(static="", inertial="").replace("0.4", "nan"), None, "finite"),
+        ("", BOX_1[:80], Fault.RESOURCE_PARSE_ERROR, "broken XML"),
+        ("", BOX_1.format(static="", inertial="").replace("0.4", "nan"), None, "finite"),
         ("", "<sdf version='1.7'><world name='w'/></sdf>", Fault.UNSUPPORTED_FORMAT, "load_world"),
         ("", "<sdf version='1.7'><model name='m'/></sdf>", Fault.RESOURCE_PARSE_ERROR, "neither"),
         ("", "<!DOCTYPE x [<!ENTITY a 'a'>]><sdf>&a;</sdf>", None, "DTD"),
@@ -97,7 +292,7 @@ def test_what_cannot_be_spawned_is_refused_with_its_reason(
 
 
 def test_missing_mesh_of_a_spawned_model_is_a_missing_asset(tmp_path: Path) -> None:
-    text = BOX.format(static="", inertial="").replace("<box><size>0.4 0.4 0.4</size></box>", MESH)
+    text = BOX_1.format(static="", inertial="").replace("<box><size>0.4 0.4 0.4</size></box>", MESH)
     with pytest.raises(ResourceError, match=r"mesh 'none.stl' does not exist") as caught:
         read_entity("", text, _library(tmp_path))
     assert caught.value.fault is Fault.MISSING_ASSETS
@@ -105,14 +300,14 @@ def test_missing_mesh_of_a_spawned_model_is_a_missing_asset(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("name", ["it does not exist", "left out", "not simulated"])
 def test_names_are_no_reason_to_refuse_a_model(name: str) -> None:
-    text = BOX.format(static="<blink>1</blink>", inertial="").replace("crate", name)
+    text = BOX_1.format(static="<blink>1</blink>", inertial="").replace("crate", name)
     assert read_entity("", text, _library(ROOT)).name == name
 
 
 def test_library_finds_models_and_worlds_in_its_folder_and_the_shipped(tmp_path: Path) -> None:
     crate = tmp_path / "models" / "crate"
     crate.mkdir(parents=True)
-    (crate / "model.sdf").write_text(BOX.format(static="", inertial=""))
+    (crate / "model.sdf").write_text(BOX_1.format(static="", inertial=""))
     (tmp_path / "mine.world").write_text("<sdf/>")
     library = _library(tmp_path)
     assert library.models() == (crate,)
@@ -145,7 +340,7 @@ def _mutated(text: str, rng: np.random.Generator) -> str:
 def test_whatever_a_client_sends_is_spawned_or_refused_and_the_robot_stands(seed: int) -> None:
     rng, library = np.random.default_rng(seed), _library(ROOT)
     sim = simulator(EMPTY)
-    corpus = (BOX.format(static="", inertial="<inertial><mass>7</mass></inertial>"), CART, WALKER)
+    corpus = (BOX_1.format(static="", inertial="<inertial><mass>7</mass></inertial>"), CART, WALKER)
     spawned = 0
     for i in range(120):
         text = _mutated(corpus[i % len(corpus)], rng)
@@ -159,27 +354,3 @@ def test_whatever_a_client_sends_is_spawned_or_refused_and_the_robot_stands(seed
         sim.stage.delete("it")
     assert 0 < spawned < 120
     assert sim.robot.truth().pose.distance(SE2()) < 0.01
-
-
-def test_endless_shapes_are_refused() -> None:
-    shape = "<geometry><sphere><radius>0.01</radius></sphere></geometry>"
-    links = f"<link name='l'><collision name='c'>{shape}</collision></link>" * 2001
-    with pytest.raises(ResourceError, match="'m' has 2001 shapes; at most 2000"):
-        read_entity("", f"<sdf><model name='m'>{links}</model></sdf>", _library(ROOT))
-
-
-@pytest.mark.parametrize(
-    ("uri", "category", "mass"),
-    [
-        ("box:0.4,0.6,1", Category.STATIC_OBJECT, 0.0),
-        ("box:0.4,0.6,1?mass=1", Category.OBJECT, 1.0),
-        ("sphere:0.2?mass=0", Category.STATIC_OBJECT, 0.0),
-        ("person", Category.HUMAN, 0.0),
-        ("person?mass=70", Category.HUMAN, 70.0),
-    ],
-)
-def test_what_weighs_can_be_pushed_and_is_no_fixture(
-    uri: str, category: Category, mass: float
-) -> None:
-    entity = read_entity(uri, "", _library(ROOT))
-    assert (entity.category, entity.mass, entity.spawned) == (category, mass, True)

@@ -1,24 +1,26 @@
-"""Worlds: frames, states, what can be pushed, maps as walls, and where a robot can stand."""
+"""Worlds of SDF and of maps: poses, what can be pushed, walls, where a robot can stand."""
 
 from __future__ import annotations
 
-import re
+import itertools
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from arjuna_core.errors import WorldError
-from arjuna_core.files.maps import save_map
+from arjuna_core.files.map_image import MapOptions
+from arjuna_core.files.maps import load_map, save_map
+from arjuna_core.files.shipped import shipped_file
 from arjuna_core.grid import GridFrame, OccupancyGrid
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
-from arjuna_sim.files.world_file import load_world, rectangles
+from arjuna_sim.files import world_file
+from arjuna_sim.files.world_file import WALLS, load_map_world, load_world, rectangles
 from arjuna_sim.model.geometry.walls import surfaces
-from arjuna_sim.model.notes import NoteKind
-from tests.sim.builders import ROOM, ROOT, edited, run, simulator, texts
+from tests.sim.builders import ROOM, ROOT, run, simulator, texts
 
-_RING = "<frame name='a' attached_to='b'/><frame name='b' attached_to='a'/>"
 BOX = """<link name="{link}">{pose}<inertial><mass>{mass}</mass></inertial>
 <collision name="c"><geometry><box><size>{size}</size></box></geometry></collision></link>"""
 
@@ -69,61 +71,10 @@ def test_a_file_from_before_sdf_had_its_name_is_read(tmp_path: Path) -> None:
     assert texts(world.notes) == ("plugin 'p': not simulated",)
 
 
-def test_poses_are_relative_to_frames_links_and_other_models(tmp_path: Path) -> None:
-    inside = (
-        "<frame name='dock'><pose>5 0 0 0 0 1.5707963267948966</pose></frame>"
-        "<frame name='berth' attached_to='dock'><pose>1 0 0 0 0 0</pose></frame>"
-        + _model("by_frame", _box(), "<pose relative_to='berth'>2 0 0 0 0 0</pose>")
-        + _model("by_model", _box(), "<pose relative_to='by_frame'>0 0 1 0 0 0</pose>")
-        + _model(
-            "by_link",
-            _box(link="a", pose="<pose>0 1 0 0 0 0</pose>", size="0.1 0.1 0.1")
-            + "<frame name='f' attached_to='a'><pose>0 0 2 0 0 0</pose></frame>"
-            + _box(link="b", pose="<pose relative_to='f'>0 0 1 0 0 0</pose>"),
-            "<pose>0 0 0 0 0 0</pose>",
-        )
-        + _model(
-            "outer",
-            "<model name='inner'><pose>1 0 0 0 0 0</pose>" + _box() + "</model>"
-            "<frame name='g' attached_to='inner::l'/>"
-            + _box(link="far", pose="<pose relative_to='g'>0 4 0 0 0 0</pose>"),
-            "<pose>10 0 0 0 0 0</pose>",
-        )
-    )
-    path = _world(tmp_path, inside)
-    assert _place(path, "by_frame") == pytest.approx((5, 3, 0))
-    assert _place(path, "by_model") == pytest.approx((5, 3, 1))
-    world = load_world(path)
-    by_link = [b.part.pose.position for b in world.bodies if b.model == "by_link"]
-    assert by_link[1] == pytest.approx((0, 1, 3))
-    outer = sorted(b.part.pose.position for b in world.bodies if b.model == "outer")
-    assert outer == [pytest.approx((11, 0, 0)), pytest.approx((11, 4, 0))]
-
-
 def test_placement_frame_is_what_the_pose_places(tmp_path: Path) -> None:
     model = _model("m", _box(pose="<pose>0 0 1 0 0 0</pose>"), "<pose>3 0 0 0 0 0</pose>")
     placed = model.replace("name='m'", "name='m' placement_frame='l'")
     assert _place(_world(tmp_path, placed), "m") == pytest.approx((3, 0, 0))
-
-
-@pytest.mark.parametrize(
-    ("frames", "problem"),
-    [
-        (
-            "<frame name='a' attached_to='b'/><frame name='b' attached_to='a'/>",
-            "relative to itself",
-        ),
-        ("<frame name='ab'><pose>0 0 0 0 0 0</pose></frame>", "frame 'a' does not exist.*'ab'"),
-    ],
-)
-def test_model_whose_frames_lead_nowhere_is_left_out(
-    tmp_path: Path, frames: str, problem: str
-) -> None:
-    model = _model("m", _box(), "<pose relative_to='a'>0 0 0 0 0 0</pose>")
-    world = load_world(_world(tmp_path, frames + model + _model("n", _box())))
-    assert {body.model for body in world.bodies} == {"n", "ground_plane"}
-    (note,) = (note for note in world.notes if note.kind is NoteKind.BROKEN)
-    assert re.match(rf"model 'm' is left out: .*{problem}", note.text)
 
 
 def test_state_says_where_models_are(tmp_path: Path) -> None:
@@ -175,40 +126,6 @@ def test_robot_starts_at_the_nearest_free_place(tmp_path: Path) -> None:
     assert run(sim, 0.5).contacts == ()
 
 
-def test_world_without_a_free_place_is_refused(tmp_path: Path) -> None:
-    full = _model("rock", _box("20 20 2"), "<pose>0 0 0.5 0 0 0</pose>")
-    with pytest.raises(WorldError, match="no pose within 3 m"):
-        simulator(_world(tmp_path, full))
-
-
-def test_rectangles_cover_the_occupied_cells_once() -> None:
-    occupied = np.random.default_rng(3).random((40, 60)) < 0.4
-    occupied[10:20, 5:50] = True
-    covered = np.zeros(occupied.shape, np.int64)
-    found = rectangles(occupied)
-    for row, column, rows, columns in found.tolist():
-        covered[row : row + rows, column : column + columns] += 1
-    assert np.array_equal(covered, occupied.astype(np.int64))
-    assert len(found) < occupied.sum() / 2
-
-
-def test_walls_of_a_map_stand_where_its_cells_are(tmp_path: Path) -> None:
-    cells = np.zeros((40, 60), np.int8)
-    cells[:, 0] = cells[:, -1] = cells[0] = cells[-1] = 100
-    cells[30:, 20:] = -1
-    grid = OccupancyGrid(GridFrame(0.1, 60, 40, SE2(-1.0, -2.0, 0.5)), cells)
-    save_map(grid, tmp_path / "hall")
-    world = load_world(tmp_path / "hall.yaml")
-    assert len([b for b in world.bodies if b.model == "walls" and b.collides]) == 4
-    start = SE2(-1.0, -2.0, 0.5) @ SE2(3.0, 2.0, 0.0)
-    sim = simulator(tmp_path / "hall.yaml", spawn=start)
-    last = run(sim, 0.2)
-    assert last.scan is not None
-    ahead = last.scan.ranges[np.argmin(np.abs(last.scan.angles))]
-    lidar = sim.robot.model.urdf.T_root("lidar_link").position[0]
-    assert ahead == pytest.approx(5.9 - 3.0 - lidar, abs=0.05)
-
-
 def test_shipped_map_is_the_shipped_room() -> None:
     by_map = simulator(ROOT / "maps" / "arjuna_room.yaml")
     by_file = simulator(ROOM)
@@ -219,18 +136,106 @@ def test_shipped_map_is_the_shipped_room() -> None:
     assert np.median(gap) < 0.06
 
 
-def test_broken_map_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "map.yaml"
-    path.write_text("image: none.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n", encoding="utf-8")
-    with pytest.raises(WorldError, match=r"none\.pgm does not exist"):
-        load_world(path)
+def occupied(*rows: str) -> NDArray[np.bool_]:
+    """Return cells, the first row lowest; `#` is occupied."""
+    return np.array([[cell == "#" for cell in row] for row in rows])
 
 
-def test_surfaces_of_a_cylinder_lie_on_its_circle(tmp_path: Path) -> None:
-    cylinder = "<cylinder><radius>0.4</radius><length>1.0</length></cylinder>"
-    world = ROOM.read_text(encoding="utf-8").split("<geometry>")[1].split("</geometry>")[0].strip()
-    path = edited(ROOM, tmp_path, world, cylinder)
-    cut = surfaces(load_world(path), 0.28)
-    ring = cut[np.abs(np.hypot(cut[:, 0], cut[:, 1] - 5.0) - 0.4) < 1e-9]
-    assert len(ring) == 64
-    assert len(surfaces(load_world(path), 3.0)) == 0
+@pytest.mark.parametrize(
+    ("rows", "boxes"),
+    [
+        (("...", "..."), []),
+        (("###", "###"), [(0, 0, 2, 3)]),
+        (("#.#",), [(0, 0, 1, 1), (0, 2, 1, 1)]),
+        (("##.", "##.", ".##"), [(0, 0, 2, 2), (2, 1, 1, 2)]),
+        (("#..", "#..", "###"), [(0, 0, 2, 1), (2, 0, 1, 3)]),
+        ((".#.", "...", ".#."), [(0, 1, 1, 1), (2, 1, 1, 1)]),  # a gap ends a run
+    ],
+)
+def test_equal_runs_above_each_other_are_one_box(
+    rows: tuple[str, ...], boxes: list[tuple[int, ...]]
+) -> None:
+    assert list(map(tuple, rectangles(occupied(*rows)).tolist())) == boxes
+
+
+def test_boxes_cover_what_is_occupied_once() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(30):
+        cells = rng.random(tuple(rng.integers(1, 12, 2))) < rng.uniform(0.1, 0.9)
+        count = np.zeros(cells.shape, int)
+        for row, column, rows, columns in rectangles(cells):
+            count[row : row + rows, column : column + columns] += 1
+        assert (count == cells).all()
+
+
+def saved(
+    folder: Path, data: list[list[int]], origin: SE2 = IDENTITY, mode: str = "trinary"
+) -> Path:
+    grid = OccupancyGrid(GridFrame(0.5, len(data[0]), len(data), origin), np.array(data, np.int8))
+    return save_map(grid, folder / "made", options=MapOptions(mode=mode))[0]
+
+
+def test_walls_stand_where_the_map_has_them_on_the_floor(tmp_path: Path) -> None:
+    path = saved(tmp_path, [[0, 100, 100], [-1, 0, 0]], SE2(1.0, 2.0, np.pi / 2))
+    world = load_map_world(path)
+    walls = [body for body in world.bodies if body.model == WALLS]
+    assert [body.collides for body in walls] == [True, False]
+    for body in walls:
+        assert body.part.shape.size == pytest.approx((1.0, 0.5, 1.0))
+        # The box's middle is 1 m along the map's x and 0.25 m along its y, a quarter turned.
+        assert body.part.pose.position == pytest.approx((0.75, 3.0, 0.5))
+        assert body.part.pose.planar().theta == pytest.approx(np.pi / 2)
+    assert (world.path, world.name) == (path, "made")
+    assert len(world.bodies) > len(walls)  # the floor
+
+
+def test_a_map_of_too_many_walls_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = saved(tmp_path, [[100, 0, 100, 0, 100]])
+    monkeypatch.setattr(world_file, "_BOXES_MAX", 3)
+    load_map_world(path)
+    monkeypatch.setattr(world_file, "_BOXES_MAX", 2)
+    with pytest.raises(WorldError, match="has walls of 3 boxes; valid: up to 2"):
+        load_map_world(str(path))
+
+
+def test_cells_are_walls_from_65_per_cent_on(tmp_path: Path) -> None:
+    world = load_map_world(saved(tmp_path, [[64, 65, 0, 100]], mode="raw"))
+    walls = [body for body in world.bodies if body.model == WALLS and body.collides]
+    assert [body.part.pose.position[0] for body in walls] == [0.75, 1.75]
+
+
+_WORLD = shipped_file("worlds/pillar_arena.world")
+_PILLARS = set(itertools.product((-1.1, 0.0, 1.1), repeat=2))
+
+
+def test_pillars_stand_where_turtlebot3s_do() -> None:
+    world = load_world(_WORLD)
+    places = {
+        tuple(round(value, 6) for value in body.T_world_model.position[:2])
+        for body in world.bodies
+        if body.model.startswith("pillar")
+    }
+    assert places == _PILLARS
+
+
+@pytest.mark.parametrize("start", [(-2.0, -0.5), (-2.0, 0.0), (-1.5, 0.5)])
+def test_starts_of_the_guides_are_free_and_inside(start: tuple[float, float]) -> None:
+    """TurtleBot3 spawns at the first, a guide at the second, and its AMCL begins at the third."""
+    sim = simulator(_WORLD, spawn=SE2(*start), robot=shipped_file("urdf/burger.urdf"))
+    assert sim.robot.spawn == SE2(*start)
+    assert not any("start" in note for note in sim.notes)
+
+
+def test_the_shipped_map_lies_on_the_world() -> None:
+    """Each surface at the lidar's height has an occupied cell within two cells, but for a tenth."""
+    grid = load_map(shipped_file("maps/pillar_arena.yaml"))
+    ends = surfaces(load_world(_WORLD), 0.17)
+    middles = (ends[:, :2] + ends[:, 2:]) / 2.0
+    frame, (rows, columns) = grid.frame, np.nonzero(grid.occupied())
+    occupied = (np.column_stack((columns, rows)) + 0.5) * frame.resolution
+    occupied += (frame.origin.x, frame.origin.y)
+    gaps = np.linalg.norm(middles[:, None] - occupied[None], axis=2).min(axis=1)
+    pillars = np.abs(middles).max(axis=1) < 1.3  # walls are seen from inside only
+    assert np.mean(gaps[pillars] < 2.0 * frame.resolution) > 0.9

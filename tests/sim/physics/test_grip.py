@@ -14,7 +14,7 @@ from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.model.world import World
-from arjuna_sim.physics.wheels.traction import LEAST, GroundContacts, lifting_sill
+from arjuna_sim.physics.wheels.traction import LEAST
 from arjuna_sim.simulation import Simulation, solo
 from tests.sim.builders import run, simulator, texts
 from tests.sim.generated import Chassis, level, sill, slope
@@ -62,12 +62,6 @@ def test_robot_pulls_away_as_hard_as_it_grips(friction: float) -> None:
     assert run(sim, 1.5, Velocity()).truth.pose.x == pytest.approx(1.0, rel=0.03)
 
 
-def test_tall_robot_pulls_away_no_harder_than_it_stands() -> None:
-    low = _simulator(dataclasses.replace(FOUR_WHEELS, friction=9.0, grip=9.0), level())
-    steady = low.stage.scene.robots[SOLO].steady
-    assert steady == pytest.approx(9.81 * 1.5 / 1.6, rel=0.15)  # length by height
-
-
 @pytest.mark.parametrize("chassis", BETWEEN, ids=lambda c: c.name)
 def test_robot_on_wheels_between_casters_is_never_much_too_fast(chassis: Chassis) -> None:
     sim = _simulator(chassis, level())
@@ -79,15 +73,6 @@ def test_robot_that_hardly_drives_says_so() -> None:
     rubbing = Chassis(axles=1, casters=2, friction=0.2, rubs=5.0)
     assert any("hardly drives" in note for note in _simulator(rubbing, level()).notes)
     assert not any("hardly drives" in note for note in _simulator(FOUR_WHEELS, level()).notes)
-
-
-def test_feet_at_both_ends_lift_wheels_off_by_half_a_sill() -> None:
-    gaps = np.array([0.3, 0.1, 0.2])  # of the front, the driven and the rear one
-    places, drives = np.array([[0.2, 0.0], [0.0, 0.0], [-0.1, 0.0]]), np.array([False, True, False])
-    between = GroundContacts(places, gaps * [1, 0, 1], np.ones(3), drives)
-    assert lifting_sill(between, 0.01) == pytest.approx(min(0.003 + 0.004, 0.002 + 0.0015))
-    behind = GroundContacts(places[1:], gaps[1:], np.ones(2), drives[1:])
-    assert lifting_sill(behind, 0.01) == math.inf
 
 
 @pytest.mark.parametrize("friction", [0.5, 0.8])

@@ -11,7 +11,6 @@ import pytest
 
 from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_core.twist import Velocity
 from arjuna_sim.check import check
 from arjuna_sim.files.robots.completion import (
     bound_inertias,
@@ -27,7 +26,7 @@ from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Joint, Link, Urdf
 from tests.sim import drive_cases as cases
-from tests.sim.builders import run, simulator, texts
+from tests.sim.builders import texts
 from tests.sim.wheeled import ALONG_Y
 
 CUBE = Part(Shape(Kind.BOX, (0.2, 0.2, 0.2)))  # of 8 litres
@@ -243,27 +242,6 @@ def test_a_robot_without_wheels_keeps_what_it_says() -> None:
     assert friction_of(file(), urdf, settings, none) == {"base": 0.4}
 
 
-def test_robot_without_any_collision_is_as_solid_as_it_is_drawn(tmp_path: Path) -> None:
-    path = cases.Robot(cases.four()).write(tmp_path)
-    path.write_text(path.read_text("utf-8").replace("collision>", "visual>"), "utf-8")
-    sim = simulator(robot=path)
-    assert sum("as solid as it is drawn" in note for note in sim.notes) == 5
-    assert (
-        sim.robot.model.urdf.links["base"].collisions == sim.robot.model.urdf.links["base"].visuals
-    )
-    assert run(sim, 2.0, Velocity(0.3)).truth.v == pytest.approx(0.3, rel=0.05)
-
-
-def test_robot_with_a_collision_keeps_what_is_only_drawn(tmp_path: Path) -> None:
-    path = cases.Robot(
-        cases.four(),
-        "<link name='flag'><visual><geometry><sphere radius='0.1'/>"
-        "</geometry></visual></link><joint name='f' type='fixed'><parent link='base'/>"
-        "<child link='flag'/></joint>",
-    ).write(tmp_path)
-    assert not load_robot(path, SearchPath()).urdf.links["flag"].collisions
-
-
 def test_motors_of_a_heavy_robot_can_move_it(tmp_path: Path) -> None:
     joints = "".join(
         f"<{side}_joint>{end}_{side}_wheel_joint</{side}_joint>"
@@ -278,14 +256,6 @@ def test_motors_of_a_heavy_robot_can_move_it(tmp_path: Path) -> None:
     limited = re.sub("</plugin>", "<torque>3</torque></plugin>", path.read_text("utf-8"))
     path.write_text(limited, "utf-8")
     assert load_robot(path, SearchPath()).drive.torque == 3.0
-
-
-def test_body_of_no_mass_weighs_what_its_shapes_do(tmp_path: Path) -> None:
-    path = cases.Robot(cases.four()).write(tmp_path)
-    path.write_text(path.read_text("utf-8").replace("mass value='12.0'", "mass value='0'"), "utf-8")
-    base = load_robot(path, SearchPath()).urdf.links["base"].inertial
-    assert base is not None
-    assert base.mass > 0.1
 
 
 @pytest.mark.parametrize(("x", "leans"), [(0.0, False), (0.4, True)])

@@ -12,7 +12,6 @@ import pytest
 from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.robots.stand_up import stand_up
-from arjuna_sim.files.robots.tags import Tags
 from arjuna_sim.files.urdf.gazebo import read_tags
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.xml_file import XmlFile
@@ -168,43 +167,3 @@ def test_the_note_and_the_file_tell_how_it_is_turned(rpy: tuple[float, ...]) -> 
     written = read_urdf(XmlFile(xml.path, "robot", RobotError, up.text.encode()))
     assert (written.root, written.links, written.joints) == (up.root, up.links, up.joints)
     assert up.T_root("base").rotation() == pytest.approx(turn @ lying.T_root("base").rotation())
-
-
-ROBOT = """<robot name="r"><link name="cad"/><joint name="turn" type="fixed"><parent link="cad"/>
-<child link="base"/><origin rpy="{}"/></joint><link name="base"><inertial><mass value="3"/>
-<inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>
-<collision><geometry><box size="0.5 0.2 0.06"/></geometry></collision>
-<collision><origin xyz="0 0 0.18"/><geometry><box size="0.02 0.02 0.3"/></geometry></collision>
-</link>{}</robot>"""
-WHEEL = """<link name="{0}_wheel"><collision><geometry><cylinder radius="0.05" length="0.02"/>
-</geometry></collision></link><joint name="{0}_joint" type="continuous"><parent link="base"/>
-<child link="{0}_wheel"/><origin xyz="0 {1} 0" rpy="-1.5707963267949 0 0"/>
-<axis xyz="0 0 1"/></joint>"""
-QUARTERS = [
-    turn
-    for turn in itertools.product((0.0, QUARTER, math.pi, -QUARTER), repeat=3)
-    if turn[1] in (0.0, QUARTER)
-]
-
-
-@pytest.mark.parametrize("turn", QUARTERS)
-def test_a_robot_that_lies_or_looks_aside_stands_and_looks_ahead(
-    turn: tuple[float, float, float],
-) -> None:
-    wheels = WHEEL.format("left", 0.12) + WHEEL.format("right", -0.12)
-    text = ROBOT.format(" ".join(map(str, turn)), wheels)
-    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
-    lying = read_urdf(xml)
-    rotation = Pose3.from_rpy((0.0, 0.0, 0.0), turn).rotation()
-    stood = stand_up(xml, lying, Tags())
-    if abs(rotation[1, 1]) > 0.5:  # its wheels turn across: it is taken as it is
-        assert stood is lying
-        assert not xml.notes
-    elif abs(rotation[2, 1]) > 0.5 or rotation[2, 2] > 0.5:
-        np.testing.assert_allclose(stood.T_root("base").rotation(), np.eye(3), atol=1e-6)
-        assert stood.root == "base_footprint"
-        (note,) = xml.notes
-        assert note.text.startswith("its wheels do not turn across: the new root 'base_footprint'")
-    else:  # it looks aside on its back: what is above stays above
-        np.testing.assert_allclose(stood.T_root("cad").rotation()[2], (0, 0, 1), atol=1e-6)
-        np.testing.assert_allclose(stood.T_root("base").rotation()[:, 1], (0, 1, 0), atol=1e-6)

@@ -20,7 +20,6 @@ from arjuna_sim.model.world import GROUND, World
 from tests.sim.builders import run, simulator, texts
 from tests.sim.world_cases import WorldMaker, write_stl
 
-STEP = "<model name='{name}'>{static}{pose}{inside}</model>"
 LINK = "<link name='{name}'>{pose}<collision name='c'><geometry>{shape}</geometry></collision>\
 {inertial}</link>"
 
@@ -253,21 +252,6 @@ def test_robot_stands_on_a_terrain(tmp_path: Path) -> None:
     last = run(simulator(path), 3.0)
     assert last.truth.z == pytest.approx(1.0, abs=0.05)
     assert last.truth.pitch == pytest.approx(-np.arctan(0.1), abs=0.01)
-
-
-@pytest.mark.parametrize("kind", ["random", "uniform", "grid", "linear-x"])
-def test_population_stands_in_its_region_the_same_each_time(tmp_path: Path, kind: str) -> None:
-    text = f"""<population name='trees'><model name='tree'><static>1</static>{_link(BOX)}</model>
-    <pose>5 0 0 0 0 0</pose><box><size>4 6 0.01</size></box><model_count>20</model_count>
-    <distribution><type>{kind}</type><rows>4</rows><cols>5</cols><step>1 1.5 0</step>
-    </distribution></population>"""
-    places = [
-        [b.part.pose.position for b in _loaded(tmp_path, text).bodies if b.model != GROUND]
-        for _ in range(2)
-    ]
-    assert places[0] == places[1]
-    assert len(set(places[0])) == 20
-    assert np.all(np.abs(np.array(places[0]) - (5, 0, 0)) <= (2.001, 3.001, 0.01))
 
 
 def test_model_without_a_mass_is_as_heavy_as_its_shapes(tmp_path: Path) -> None:

@@ -1,16 +1,17 @@
-"""Where planes cut shapes, what shapes weigh, and the boxes around them."""
+"""Shapes: their corners and triangles, masses, outlines and sections."""
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.geometry.shapes import (
     DENSITY,
     Group,
@@ -19,6 +20,8 @@ from arjuna_sim.model.geometry.shapes import (
     Part,
     Shape,
     Terrain,
+    circle,
+    corners,
     estimated_inertial,
     inertial_of_parts,
     volume_of,
@@ -26,11 +29,105 @@ from arjuna_sim.model.geometry.shapes import (
 from arjuna_sim.model.geometry.walls import surfaces
 from arjuna_sim.model.world import Body, World
 
+
+def test_a_circle_has_64_corners_that_begin_ahead_and_go_left() -> None:
+    ring = circle(2.0)
+    assert ring.shape == (64, 2)
+    assert ring[0] == pytest.approx((2.0, 0.0))
+    assert ring[16] == pytest.approx((0.0, 2.0))
+    assert np.linalg.norm(ring, axis=1) == pytest.approx(2.0)
+    gaps = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1)
+    assert gaps == pytest.approx(4.0 * math.sin(math.pi / 64))
+
+
+RING = 32 * math.sin(math.pi / 32)  # area of a regular 64-gon of radius 1
+RISE = [(math.cos(k * math.pi / 8), math.sin(k * math.pi / 8)) for k in range(5)]
+
+
+def capsule(radius: float, length: float) -> float:
+    """Return the volume of a 64-gon's column and, at each end, of four frusta."""
+    ends = sum(
+        (s1 - s0) / 3.0 * (c0 * c0 + c0 * c1 + c1 * c1) for (c0, s0), (c1, s1) in pairwise(RISE)
+    )
+    return RING * (radius**2 * length + 2.0 * radius**3 * ends)
+
+
+@pytest.mark.parametrize(
+    ("shape", "volume", "reach"),
+    [
+        (Shape(Kind.BOX, (1.0, 2.0, 3.0)), 6.0, (0.5, 1.0, 1.5)),
+        (Shape(Kind.SPHERE, (0.5,)), 1.0, (0.5, 0.5, 0.5)),
+        (Shape(Kind.ELLIPSOID, (0.5, 1.0, 1.5)), 6.0, (0.5, 1.0, 1.5)),
+        (Shape(Kind.CYLINDER, (0.5, 2.0)), RING * 0.25 * 2.0, (0.5, 0.5, 1.0)),
+        (Shape(Kind.CAPSULE, (0.5, 2.0)), capsule(0.5, 2.0), (0.5, 0.5, 1.5)),
+    ],
+    ids=lambda value: value.kind.value if isinstance(value, Shape) else "",
+)
+def test_corners_enclose_a_shape(shape: Shape, volume: float, reach: tuple[float, ...]) -> None:
+    points = corners(shape)
+    assert ConvexHull(points).volume == pytest.approx(volume)
+    assert points.max(axis=0) == pytest.approx(reach)
+    assert points.min(axis=0) == pytest.approx([-value for value in reach])
+
+
+def test_a_plane_has_no_corners() -> None:
+    assert corners(Shape(Kind.PLANE)).shape == (0, 3)
+
+
+HILL = Terrain(Path("t.png"), np.array([[0.0, 0.5, 1.0], [0.25, 0.75, 0.5]]))
+
+
+def test_a_terrain_spans_its_extent_row_by_row() -> None:
+    points = HILL.points((4.0, 2.0, 8.0))
+    assert points.shape == (2, 3, 3)
+    assert points[0].tolist() == [[-2.0, -1.0, 0.0], [0.0, -1.0, 4.0], [2.0, -1.0, 8.0]]
+    assert points[1].tolist() == [[-2.0, 1.0, 2.0], [0.0, 1.0, 6.0], [2.0, 1.0, 4.0]]
+    shape = Shape(Kind.TERRAIN, (4.0, 2.0, 8.0), terrain=HILL)
+    np.testing.assert_array_equal(corners(shape), points.reshape(-1, 3))
+
+
+def test_a_terrains_faces_cover_it_once_and_face_up() -> None:
+    faces = Shape(Kind.TERRAIN, (4.0, 2.0, 8.0), terrain=HILL).triangles()
+    assert faces is not None
+    assert faces.shape == (4, 3, 3)
+    up = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])[:, 2] / 2.0
+    assert up == pytest.approx([2.0] * 4)  # half of each cell of 2 m by 2 m
+    edges = {
+        frozenset(map(tuple, np.delete(face, i, axis=0).tolist()))
+        for face in faces
+        for i in range(3)
+    }
+    assert len(edges) == 3 * 4 - 3  # of which three are shared
+
+
+def test_a_mesh_is_scaled_and_reaches_as_far_as_its_farthest_number() -> None:
+    mesh = Mesh(Path("m.stl"), np.array([[[1.0, 2.0, -5.0], [0.0, 1.0, 0.0], [3.0, 0.0, 1.0]]]))
+    assert mesh.reach == 5.0
+    found = Shape(Kind.MESH, (2.0, 1.0, -1.0), mesh).triangles()
+    assert found is not None
+    assert found.tolist() == [[[2.0, 2.0, 5.0], [0.0, 1.0, 0.0], [6.0, 0.0, -1.0]]]
+    assert Shape(Kind.BOX, (1.0, 1.0, 1.0)).triangles() is None
+    assert mesh.hull((1.0, 1.0, 1.0)) is mesh.hull((1.0, 1.0, 1.0))
+    assert mesh.hull((1.0, 2.0, 1.0))[:, 1].max() == pytest.approx(4.0, abs=1e-2)
+    one, other = mesh.pieces((1.0, 1.0, 1.0), 5), mesh.pieces((1.0, 1.0, 1.0), 6)
+    assert mesh.pieces((1.0, 1.0, 1.0), 5) is one
+    assert one is not other
+
+
+def test_groups_are_mujocos_numbers_of_which_the_first_three_are_drawn() -> None:
+    """MuJoCo's viewer draws groups 0 to 2 unless it is told otherwise."""
+    numbers = {group.name: group.value for group in Group}
+    assert sorted(numbers.values()) == [0, 1, 2, 3, 4]
+    assert {name for name, value in numbers.items() if value > 2} == {
+        *("ROBOT_COLLISION", "WORLD_CONTACT")
+    }
+
+
 ASKEW = Pose3.from_rpy((1.0, -2.0, 0.4), (0.4, -0.3, 1.1))
 BALL, EGG = Shape(Kind.SPHERE, (0.5,)), Shape(Kind.ELLIPSOID, (0.7, 0.4, 0.3))
 BOX, TUBE = Shape(Kind.BOX, (0.4, 0.6, 1.0)), Shape(Kind.CYLINDER, (0.3, 0.8))
 PILL = Shape(Kind.CAPSULE, (0.2, 0.6))
-HILL = Terrain(Path("hill.png"), np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]]))
+HILL_1 = Terrain(Path("hill.png"), np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]]))
 
 
 def brick(low: tuple[float, ...], high: tuple[float, ...]) -> Mesh:
@@ -126,7 +223,7 @@ def test_a_ball_is_cut_in_a_circle_as_wide_as_geometry_says() -> None:
 
 
 def test_a_hill_is_cut_where_it_is_as_high_as_the_plane() -> None:
-    shape = Shape(Kind.TERRAIN, (4.0, 2.0, 3.0), terrain=HILL)
+    shape = Shape(Kind.TERRAIN, (4.0, 2.0, 3.0), terrain=HILL_1)
     lines = cut(shape, Pose3((10.0, 0.0, 1.0)), 2.5)  # halfway up
     ends = lines.reshape(-1, 2)
     assert ends.min(axis=0) == pytest.approx([9.0, -0.5])
@@ -134,45 +231,6 @@ def test_a_hill_is_cut_where_it_is_as_high_as_the_plane() -> None:
     assert len(cut(shape, Pose3((10.0, 0.0, 1.0)), 4.1)) == 0
 
 
-@pytest.mark.parametrize(
-    ("shape", "reach"),
-    [
-        (BALL, (0.5, 0.5, 0.5)),
-        (EGG, (0.7, 0.4, 0.3)),
-        (BOX, (0.2, 0.3, 0.5)),
-        (TUBE, (0.3, 0.3, 0.4)),
-        (PILL, (0.2, 0.2, 0.5)),
-        (Shape(Kind.TERRAIN, (4.0, 2.0, 3.0), terrain=HILL), (2.0, 1.0, 3.0)),
-        (Shape(Kind.PLANE), (0.0, 0.0, 0.0)),
-    ],
-    ids=lambda case: case.kind.value if isinstance(case, Shape) else "",
-)
-def test_the_box_around_a_shape_is_as_large_as_it(
-    shape: Shape, reach: tuple[float, float, float]
-) -> None:
-    low, high = Entity("e", (Part(shape, Pose3((5.0, 0.0, 0.0))),)).bounds()
-    offset = np.array((5.0 if any(reach) else 0.0, 0.0, 0.0))
-    np.testing.assert_allclose(high - offset, reach, atol=1e-9)
-    below = (*reach[:2], 0.0) if shape.kind is Kind.TERRAIN else reach
-    np.testing.assert_allclose(low - offset, -np.array(below), atol=1e-9)
-
-
 def test_a_capsule_is_round_at_its_ends() -> None:
     lines = cut(PILL, Pose3(), 0.3 + 0.2 * math.sin(math.pi / 4))
     assert np.hypot(lines[:, 0], lines[:, 1]).max() == pytest.approx(0.2 * math.cos(math.pi / 4))
-
-
-def test_what_can_be_pushed_is_lifted_out_of_the_ground_and_what_is_fixed_stays() -> None:
-    tilted = Pose3.from_rpy((1.0, 2.0, 0.1), (math.pi / 2, 0.0, 0.0))
-    crate = Entity("crate", (Part(BOX),), mass=5.0)
-    assert crate.lifted(tilted).position == pytest.approx((1.0, 2.0, 0.3))
-    assert crate.lifted(tilted).quaternion == tilted.quaternion
-    above = Pose3((0.0, 0.0, 0.5))
-    assert crate.lifted(above) is above
-    assert Entity("pillar", (Part(BOX),)).lifted(tilted) is tilted
-    assert Entity("picture", (), (Part(BOX),), mass=5.0).lifted(tilted) != tilted
-
-
-def test_every_group_has_a_number_of_its_own_among_mujocos_six() -> None:
-    assert len(Group) == len(Group.__members__)  # members of one number are one
-    assert all(0 <= group.value < 6 for group in Group)

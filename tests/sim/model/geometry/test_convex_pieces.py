@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ from scipy.spatial import ConvexHull
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.sdf.solids import prism
 from arjuna_sim.model.geometry.convex_pieces import CUBE, hull, pieces, surface
-from arjuna_sim.model.geometry.shapes import Kind, Mesh, Part, Shape, Terrain, circle, corners
+from arjuna_sim.model.geometry.shapes import Kind, Mesh, Part, Shape, Terrain
 from arjuna_sim.model.geometry.walls import surfaces
 from arjuna_sim.model.world import Body, World
 
@@ -135,22 +134,6 @@ def test_large_faces_are_cut_before_they_are_sorted_into_cells() -> None:
     assert sum(volumes(low)) == pytest.approx(DEPTH, rel=0.1)  # each point of it once
 
 
-def test_a_ground_has_its_heights_row_by_row() -> None:
-    ground = Terrain(Path("g.png"), np.array([[0.0, 0.5, 1.0], [0.25, 0.0, 0.0]]))
-    points = ground.points((4.0, 2.0, 8.0))
-    assert points.shape == (2, 3, 3)
-    assert points[0].tolist() == [[-2.0, -1.0, 0.0], [0.0, -1.0, 4.0], [2.0, -1.0, 8.0]]
-    assert points[1, 0].tolist() == [-2.0, 1.0, 2.0]
-    faces = ground.triangles((4.0, 2.0, 8.0))
-    assert len(faces) == 4
-    normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
-    assert (normals[:, 2] > 0.0).all()
-    assert np.abs(normals[:, 2]).sum() / 2.0 == pytest.approx(8.0)  # seen from above
-    shape = Shape(Kind.TERRAIN, (4.0, 2.0, 8.0), terrain=ground)
-    np.testing.assert_array_equal(corners(shape), points.reshape(-1, 3))
-    np.testing.assert_array_equal(shape.triangles(), faces)
-
-
 def test_a_hollow_mesh_is_cut_in_its_own_outline_and_not_its_hulls() -> None:
     outline = np.array([(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)])
     mesh = Mesh(Path("l.stl"), prism(outline, 1.0))
@@ -167,17 +150,3 @@ def test_a_hollow_mesh_is_cut_in_its_own_outline_and_not_its_hulls() -> None:
     assert mesh.hull((2.0, 1.0, 3.0)).max(axis=0).tolist() == [6.0, 2.0, 3.0]
     assert mesh.pieces((1.0, 1.0, 1.0), 99) is mesh.pieces((1.0, 1.0, 1.0), 99)
     assert mesh.pieces((1.0, 1.0, 1.0), 1).within > 0.0  # of another budget, others
-
-
-def test_round_shapes_have_64_corners_a_ring() -> None:
-    ring = circle(2.0)
-    assert len(ring) == 64
-    np.testing.assert_allclose(np.hypot(*ring.T), 2.0)
-    assert len(np.unique(np.round(ring, 9), axis=0)) == 64
-    pill = corners(Shape(Kind.CAPSULE, (0.5, 2.0)))
-    assert len(pill) == 10 * 64
-    off = pill - np.column_stack((0 * pill[:, :2], np.clip(pill[:, 2], -1.0, 1.0)))
-    np.testing.assert_allclose(np.linalg.norm(off, axis=1), 0.5)  # all on its surface
-    heights = np.unique(np.round(pill[:, 2], 9))
-    angles = np.arcsin(np.clip((heights[heights > 0.0] - 1.0) / 0.5, -1.0, 1.0))
-    np.testing.assert_allclose(angles, np.arange(5) * math.pi / 8, atol=1e-6)
