@@ -104,9 +104,7 @@ class ObstacleLayer(SensedLayer):
     def warning(self) -> str:
         """Return which source's scans are passed over for their height; empty for none."""
         for name, height in self._outside.items():
-            low, high = (
-                getattr(self.sources[name], f"{end}_obstacle_height") for end in ("min", "max")
-            )
+            low, high = self.sources[name].heights
             return (
                 f"scans of '{name}', {height:.1f} m high, are not used: min_obstacle_height is"
                 f" {low:g}, max_obstacle_height {high:g}"
@@ -170,10 +168,10 @@ class ObstacleLayer(SensedLayer):
 
     def _is_used(self, source: str, seen: Observation) -> bool:
         """Return whether a scan lies between its source's heights; of clouds, points count."""
-        config = self.sources[source]
+        low, high = self.sources[source].heights
         if isinstance(seen, PlacedCloud) or not seen.is_planar:
             return True
-        if config.min_obstacle_height <= seen.height <= config.max_obstacle_height:
+        if low <= seen.height <= high:
             self._outside.pop(source, None)
             return True
         self._outside[source] = seen.height
@@ -248,11 +246,10 @@ class ObstacleLayer(SensedLayer):
     ) -> None:
         """Do the same by points: those of a cloud, or the ends of a scan's beams."""
         limits, is_scan = self._limits(source), isinstance(seen, PlacedScan)
-        points = self._in_grid(seen, source) if isinstance(seen, PlacedCloud) else None
+        points = None
         for clears in (True,) * clearing + (False,) * marking:
-            if isinstance(seen, PlacedScan):
+            if points is None or (is_scan and source.inf_is_valid):
                 points = self._in_grid(as_cloud(seen, source, clears), source)
-            assert points is not None
             self._enter_points(points[0], points[1:], limits, clears, is_scan)
 
     def _enter_points(
@@ -286,16 +283,12 @@ class ObstacleLayer(SensedLayer):
 
     def _limits(self, source: SourceConfig) -> NDArray[np.float64]:
         """Return what bounds clearing and marking, in cells as `enter_points` takes it."""
-        ranges = (
-            source.raytrace_min_range,
-            source.raytrace_max_range,
-            source.obstacle_min_range,
-            source.obstacle_max_range,
-        )
+        traced = source.raytrace_min_range, source.raytrace_max_range
+        marked = source.obstacle_min_range, source.obstacle_max_range
         edge, bottom = self._edges
         heights = self.config.min_obstacle_height, self.config.max_obstacle_height
         levels = [(height - bottom) / edge for height in heights]
-        return np.array([*(one / self.master.frame.resolution for one in ranges), *levels])
+        return np.array([*(np.array(traced + marked) / self.master.frame.resolution), *levels])
 
 
 def _sources_of(config: Any) -> dict[str, SourceConfig]:

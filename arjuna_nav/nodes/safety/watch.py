@@ -20,7 +20,8 @@ from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.nodes.costmap.messages import points_from_polygon, polygon_msg
 from arjuna_nav.nodes.costmap.node import CostmapNode
-from arjuna_nav.nodes.safety.sources import SOURCES, ScanSource, Source, WatchFrames
+from arjuna_nav.nodes.costmap.sensors import WatchFrames
+from arjuna_nav.nodes.safety.sources import SOURCES, ScanSource, Source
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
 from arjuna_nav.safety.sight import Sight
 from arjuna_nav.safety.zones import CircleConfig, PolygonConfig
@@ -90,17 +91,15 @@ class Watch:
         self.base = config.base_frame_id or (near.config.robot_base_frame if near else "base_link")
         odom = config.odom_frame_id or (near.config.global_frame if near else "odom")
         frames = WatchFrames(
-            node, self.base, odom, config.base_shift_correction, config.transform_tolerance
+            node, odom, self.base, config.base_shift_correction, config.transform_tolerance
         )
         self.sources: dict[str, Source] = {}
         for name in config.observation_sources:
             own = getattr(config, name)
             topic = own.topic or config.scan_topic or (near.scan_topic if near else "scan")
             timeout, brakes = config.source_timeout, config.brake_before_source_timeout
-            source: Source = SOURCES.make(own, frames, timeout, brakes)
             if topic:
-                source.subscribe(topic)
-                self.sources[name] = source
+                self.sources[name] = SOURCES.make(own, frames, topic, timeout, brakes)
         self._messages: dict[str, Any] = {}
         self._outputs: dict[str, Any] = {}
         for name in config.polygons:
@@ -150,20 +149,7 @@ class Watch:
 
     def silent(self) -> str:
         """Return which source says nothing and since when; empty where all speak."""
-        for name, source in self.sources.items():
-            if not source.config.enabled or source.timeout == 0.0:
-                continue
-            topic = self._topic(name)
-            if source.message is None:
-                return f"no {source.config.type} has come on {topic}"
-            if source.age() > source.timeout:
-                return f"the last {source.config.type} on {topic} is {source.age():.2f} s old"
-        return ""
-
-    def _topic(self, name: str) -> str:
-        config = self._node.config
-        near = self._near.scan_topic if self._near else "scan"
-        return str(getattr(config, name).topic or config.scan_topic or near)
+        return next(filter(None, (source.problem() for source in self.sources.values())), "")
 
     def look(self, wait_for_all: bool = True) -> tuple[Sight, float] | None:
         """Return what is seen now, and which share of its speed the robot may keep.
@@ -189,7 +175,7 @@ class Watch:
     def _sight(self, source: Source) -> Sight | None:
         try:
             return source.sight()
-        except TransformError as error:
+        except (TransformError, ValueError) as error:
             self._node.get_logger().warning(f"blind: {error}", throttle_duration_sec=1.0)
             return None
 
