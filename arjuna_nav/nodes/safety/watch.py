@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import PolygonStamped
 from std_msgs.msg import Float32
+from visualization_msgs.msg import MarkerArray
 
 from arjuna_core.config import param, plugin_names
 from arjuna_core.errors import ConfigError, nearest
@@ -18,7 +19,7 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.nodes.costmap.messages import points_from_polygon, polygon_msg
+from arjuna_nav.nodes.costmap.messages import points_from_polygon, points_marker, polygon_msg
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.costmap.sensors import WatchFrames
 from arjuna_nav.nodes.safety.sources import SOURCES, ScanSource, Source
@@ -100,6 +101,9 @@ class Watch:
             timeout, brakes = config.source_timeout, config.brake_before_source_timeout
             if topic:
                 self.sources[name] = SOURCES.make(own, frames, topic, timeout, brakes)
+        self._seen = Sight.joined([])
+        markers = f"{node.get_name()}/collision_points_marker"
+        self._points = node.publisher(MarkerArray, markers, qos.DEFAULT)
         self._messages: dict[str, Any] = {}
         self._outputs: dict[str, Any] = {}
         for name in config.polygons:
@@ -170,7 +174,8 @@ class Watch:
                 sights.append(sight._replace(sources=np.full(len(sight.points), number)))
             else:
                 blind = blind or source.timeout != 0.0
-        return None if blind and wait_for_all else (Sight.joined(sights), trust)
+        self._seen = Sight.joined(sights)
+        return None if blind and wait_for_all else (self._seen, trust)
 
     def _sight(self, source: Source) -> Sight | None:
         try:
@@ -201,10 +206,17 @@ class Watch:
             points = transforms.lookup(self.base, frame, stamp or None).apply(points)
         return Footprint.polygon(points)
 
-    def publish_outlines(self, velocity: Velocity) -> None:
-        """Publish the shapes that are to be shown."""
+    def publish(self, velocity: Velocity) -> None:
+        """Publish the shapes that are to be shown, and what was seen last if someone listens."""
         for name, output in self._outputs.items():
             zone = self.monitor.zones.get(name)
             outline = zone.outline(velocity, self.footprint()) if zone is not None else None
             if outline is not None:
                 output.publish(polygon_msg(outline.points, self.base, self._node.now))
+        if self._points.get_subscription_count() > 0:
+            points, numbers = self._seen.points, self._seen.sources
+            several = [
+                points_marker(points[numbers == number], self.base, name)
+                for number, name in enumerate(self.sources)
+            ]
+            self._points.publish(MarkerArray(markers=several))
