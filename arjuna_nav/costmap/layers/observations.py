@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
-from arjuna_core.plugins import NamedConfigs
+from arjuna_core.plugins import NamedConfigs, names_in
 from arjuna_core.pose3 import Pose3
 from arjuna_core.readings import Cloud, RangeReading
 from arjuna_core.scan import Scan
@@ -48,12 +49,24 @@ class SourceConfig:
         return self.min_obstacle_height, self.max_obstacle_height
 
     @property
+    def ranges(self) -> tuple[float, float, float, float]:
+        """Shortest and longest range that is cleared, then that marks [m]."""
+        traced = self.raytrace_min_range, self.raytrace_max_range
+        return *traced, self.obstacle_min_range, self.obstacle_max_range
+
+    @property
     def reach(self) -> float:
         """Distance from its sensor up to which it changes cells [m]."""
         return max(self.raytrace_max_range, self.obstacle_max_range)
 
 
 SOURCES = NamedConfigs(SourceConfig, "topic")
+
+
+def sources_of(layer: Any) -> dict[str, SourceConfig]:
+    """Return the sources that a layer's parameters name; none where it has no such list."""
+    names = names_in(getattr(layer, "observation_sources", ""), "")
+    return {name: getattr(layer, name) for name in names}
 
 
 @dataclass(frozen=True)
