@@ -26,5 +26,9 @@ class Velocity:
         """True where all parts are finite."""
         return all(map(math.isfinite, (self.x, self.y, self.yaw_rate)))
 
+    def scaled(self, part: float) -> Velocity:
+        """Return a part of it; the course stays."""
+        return Velocity(self.x * part, y=self.y * part, yaw_rate=self.yaw_rate * part)
+
 
 STILL = Velocity()

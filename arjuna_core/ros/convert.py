@@ -124,30 +124,42 @@ def pose3_from_transform(message: Transform) -> Pose3:
     return Pose3((at.x, at.y, at.z), quaternion)
 
 
-def cloud_from_msg(message: PointCloud2, T_base_sensor: Pose3, most: int = 30_000) -> Cloud:
+def cloud_from_msg(
+    message: PointCloud2, T_base_sensor: Pose3, most: int = 30_000, height: str = ""
+) -> Cloud:
     """Return the points of a PointCloud2 message that are finite, seen from the robot's base.
 
     Args:
         message: The message, its layout as `cloud_problem` wants it.
         T_base_sensor: Pose of its frame in the base.
         most: Of more points every second, third, ... is taken.
+        height: A field that holds the points' heights; empty where the base's are.
+
+    Raises:
+        ValueError: It has no such field of reals.
     """
     position, stamp = np.array(T_base_sensor.position), seconds(message.header.stamp)
     if message.width * message.height == 0:
         return Cloud(np.zeros((0, 3)), position, stamp)
     order = ">" if message.is_bigendian else "<"
     fields = {each.name: each for each in message.fields}
+    if height and (height not in fields or fields[height].datatype not in _REALS):
+        raise ValueError(f"the cloud has no field '{height}' of float32 or float64")
     shape, strides = (message.height, message.width), (message.row_step, message.point_step)
     step = -(-message.width * message.height // most)
-    points = np.empty((-(-message.width * message.height // step), 3))
-    for column, name in enumerate("xyz"):
+    names = [*"xyz", height] if height else [*"xyz"]
+    points = np.empty((-(-message.width * message.height // step), len(names)))
+    for column, name in enumerate(names):
         kind, offset = order + _REALS[fields[name].datatype], fields[name].offset
         values: NDArray[Any] = np.ndarray(shape, kind, message.data, offset, strides)
         points[:, column] = values.reshape(-1)[::step]
-    finite = np.isfinite(points)
+    finite = np.isfinite(points[:, :3])
     if not finite.all():
         points = points[finite.all(axis=1)]
-    return Cloud(T_base_sensor.apply(points), position, stamp)
+    placed = T_base_sensor.apply(points[:, :3])
+    if height:
+        placed[:, 2] = points[:, 3]
+    return Cloud(placed, position, stamp)
 
 
 def scan_from_msg(message: LaserScan, T_base_sensor: SE2 = IDENTITY) -> Scan:

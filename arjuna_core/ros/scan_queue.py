@@ -1,14 +1,12 @@
-"""Scans, clouds of points and distances that wait for the transforms at their stamp."""
+"""Scans and other readings of sensors that wait for the transforms at their stamp."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Generic, TypeVar
 
-from arjuna_core.pose3 import Pose3
-from arjuna_core.readings import Cloud, RangeReading
-from arjuna_core.ros.convert import cloud_from_msg, scan_from_msg, seconds
+from arjuna_core.ros.convert import scan_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.scan import Scan
@@ -38,6 +36,14 @@ class BaseFrames:
         self._first: float | None = None
         self._reported = False
 
+    def pose(self, stamp: float) -> SE2:
+        """Return `T_fixed_base` at a time [s].
+
+        Raises:
+            TransformError: It is not known.
+        """
+        return self.node.transforms.lookup(self.fixed, self.base, stamp)
+
     def look(self, stamp: float) -> None:
         """Log that nobody moves the base, and the remedy, once a message of a time [s] has come."""
         self._first = stamp if self._first is None else min(self._first, stamp)
@@ -66,21 +72,23 @@ class BaseFrames:
 
 
 class PosedQueue(Generic[T]):
-    """Pairs what sensors see with the robot's pose at its stamp, in order; drops what it never can.
+    """Reads what sensors see with the robot's pose at its stamp, in order; drops what it never can.
 
     Args:
         frames: Of the robot's pose; several queues of a node share them.
+        what: Several of its messages, in a word.
+        read: Returns what a message and `T_fixed_base` at its stamp say.
         length: How many may wait.
 
     Attributes:
         dropped: How many were dropped.
     """
 
-    _WHAT = ""
-
     # 10, as nav2_amcl's message filter.
-    def __init__(self, frames: BaseFrames, length: int = 10) -> None:
-        self._frames = frames
+    def __init__(
+        self, frames: BaseFrames, what: str, read: Callable[[Any, SE2], T], length: int = 10
+    ) -> None:
+        self._frames, self._what, self._read = frames, what, read
         self._node = frames.node
         self._length = length
         self._waiting: deque[Any] = deque()
@@ -100,28 +108,20 @@ class PosedQueue(Generic[T]):
         """Forget those that wait."""
         self._waiting.clear()
 
-    def ready(self) -> Iterator[tuple[T, SE2]]:
-        """Yield each whose transforms are known, with `T_fixed_base` at its stamp."""
+    def ready(self) -> Iterator[T]:
+        """Yield what each says whose transforms are known."""
         while self._waiting:
             message = self._waiting[0]
             stamp = seconds(message.header.stamp)
             try:
-                T_fixed_base = self._lookup(self._frames.fixed, self._frames.base, stamp)
-                seen = self._read(message, message.header.frame_id.lstrip("/"))
+                seen = self._read(message, self._frames.pose(stamp))
             except TransformError as error:
                 if not self._passed(stamp):
                     return
                 self._drop(str(error))
                 continue
             self._waiting.popleft()
-            yield seen, T_fixed_base
-
-    def _read(self, message: Any, frame: str) -> T:
-        """Return what a message says, seen from the robot's base."""
-        raise NotImplementedError
-
-    def _lookup(self, target: str, source: str, stamp: float | None = None) -> SE2:
-        return self._node.transforms.lookup(target, source, stamp)
+            yield seen
 
     def _passed(self, stamp: float) -> bool:
         """Return whether a pose newer than a stamp is known: the missing one will not come."""
@@ -138,44 +138,24 @@ class PosedQueue(Generic[T]):
         # Every thousandth lost scan is logged, so that the log stays readable.
         if self.dropped % 1000 == 1:
             self._node.get_logger().warning(
-                f"{self._WHAT} dropped so far: {self.dropped}; the last, of "
+                f"{self._what} dropped so far: {self.dropped}; the last, of "
                 f"{seconds(message.header.stamp):.3f} s, at {self._node.now:.3f} s: {reason}"
             )
 
 
-class ScanQueue(PosedQueue[Scan]):
-    """Laser scans."""
+class ScanQueue(PosedQueue[tuple[Scan, SE2]]):
+    """Laser scans, each with `T_fixed_base` at its stamp."""
 
-    _WHAT = "scans"
-
-    def _read(self, message: Any, frame: str) -> Scan:
-        scan = scan_from_msg(message, self._lookup(self._frames.base, frame))
-        inverted = self._node.transforms.upside_down(self._frames.base, frame)
-        return scan.mirrored() if inverted else scan
+    def __init__(self, frames: BaseFrames, length: int = 10) -> None:
+        super().__init__(frames, "scans", lambda m, T: (scan_seen_from(frames, m), T), length)
 
 
-class CloudQueue(PosedQueue[Cloud]):
-    """Clouds of points; their heights are those above the fixed frame's ground."""
+def scan_seen_from(frames: BaseFrames, message: Any) -> Scan:
+    """Return a LaserScan message as a scan of the robot, as it is seen from above.
 
-    _WHAT = "clouds"
-
-    def _read(self, message: Any, frame: str) -> Cloud:
-        mount = self._node.transforms.mount
-        level = Pose3.from_se2(mount(self._frames.fixed, self._frames.base).planar())
-        return cloud_from_msg(message, level.inverse() @ mount(self._frames.fixed, frame))
-
-
-class RangeQueue(PosedQueue[RangeReading]):
-    """Distances of sonars and infrared sensors."""
-
-    _WHAT = "ranges"
-
-    def _read(self, message: Any, frame: str) -> RangeReading:
-        return RangeReading(
-            float(message.range),
-            float(message.field_of_view),
-            float(message.min_range),
-            float(message.max_range),
-            seconds(message.header.stamp),
-            self._lookup(self._frames.base, frame),
-        )
+    Raises:
+        TransformError: The sensor's frame is not connected to the base's.
+    """
+    transforms, frame = frames.node.transforms, message.header.frame_id.lstrip("/")
+    scan = scan_from_msg(message, transforms.lookup(frames.base, frame))
+    return scan.mirrored() if transforms.upside_down(frames.base, frame) else scan

@@ -10,8 +10,7 @@ from arjuna_nav.costmap.costmap import (
     Costmap,
 )
 from arjuna_nav.costmap.layered import LayeredCostmap
-from arjuna_nav.costmap.layers.observations import PlacedCloud, PlacedScan
-from arjuna_nav.costmap.layers.range_sensor import PlacedRange
+from arjuna_nav.costmap.layers.observations import PlacedCloud, PlacedRange, PlacedScan
 
 __all__ = [
     "FREE",

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.raycast import line_cells
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -21,6 +22,19 @@ def collides(costmap: Costmap, footprint: Footprint, pose: SE2) -> bool:
     Leaving the grid counts as a collision; unknown cells do not.
     """
     return first_collision(costmap, footprint, pose.array()[None, :]) is not None
+
+
+def footprint_cost(costmap: Costmap, footprint: Footprint, pose: SE2) -> int:
+    """Return the worst cost below the robot's outline at a pose; lethal where it collides.
+
+    Source: nav2_costmap_2d, FootprintCollisionChecker::footprintCostAtPose, which sees nothing that
+    lies within the outline.
+    """
+    corners = costmap.frame.to_cells(footprint.at(pose))
+    if collides(costmap, footprint, pose) or not costmap.frame.inside(corners).all():
+        return LETHAL
+    edges = zip(corners.tolist(), np.roll(corners, -1, axis=0).tolist(), strict=True)
+    return max(int(costmap.data[cell]) for a, b in edges for cell in line_cells(*a, *b))
 
 
 def first_collision(

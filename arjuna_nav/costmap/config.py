@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from arjuna_core.config import param, plugin_names
-from arjuna_core.plugins import names_in
 from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.costmap.layers.observations import sources_of
 from arjuna_nav.costmap.layers.plugins import LAYERS
 
 _DEFAULT = ("static_layer", "obstacle_layer", "inflation_layer")
@@ -68,10 +68,10 @@ class CostmapConfig:
     def scan_topics(self) -> dict[str, str]:
         """The topics of its layers' scans, by the parameters that name them."""
         return {
-            f"{name}.{source}.topic": getattr(layer, source).topic
-            for name, layer in ((name, getattr(self, name)) for name in self.plugins)
-            for source in names_in(getattr(layer, "observation_sources", ""), "")
-            if getattr(layer, source).data_type == "LaserScan"
+            f"{name}.{source}.topic": one.topic
+            for name in self.plugins
+            for source, one in sources_of(getattr(self, name)).items()
+            if one.data_type == "LaserScan"
         }
 
     def __post_init__(self) -> None:

@@ -82,14 +82,14 @@ class CollisionMonitorNode(ManagedNode):
             self._moved_at = self.now
         if self.now - self._moved_at <= self.config.stop_pub_timeout:
             self._output.publish(verdict.velocity)
-        self._watch.publish_outlines(velocity)
+        self._watch.publish(velocity)
 
     def _judge(self, velocity: Velocity) -> Verdict:
         seen = self._watch.look()
         if seen is None:
             return Verdict(STILL, Action.STOP, _BLIND)
         sight, trust = seen
-        slowed = Velocity(velocity.x * trust, yaw_rate=velocity.yaw_rate * trust)
+        slowed = velocity.scaled(trust)
         verdict = self._watch.monitor.judge(slowed, sight, self._watch.footprint())
         if trust < 1.0 and verdict.action is Action.DO_NOTHING:
             return Verdict(slowed, Action.SLOWDOWN, _BLIND)

@@ -110,12 +110,12 @@ class Approach:
         """
         zone = self._config
         duration, step = zone.time_before_collision, zone.simulation_time_step
-        reach = footprint.circumscribed_radius + abs(velocity.x) * duration
+        reach = footprint.circumscribed_radius + math.hypot(velocity.x, velocity.y) * duration
         near = points[np.hypot(*points.T) <= reach]
         if len(near) < self._least:
             return 1.0
         near, outline = self._free(near, footprint)
-        twist = np.array([velocity.x, 0.0, velocity.yaw_rate])
+        twist = np.array([velocity.x, velocity.y, velocity.yaw_rate])
         for k in range(1, math.ceil(duration / step)):
             seen = SE2.exp(twist * (k * step)).inverse().apply(near)
             if inside(outline, seen) >= self._least:
@@ -130,7 +130,7 @@ class Approach:
         zone, radius = self._config, outline.circumscribed_radius
         time, room = zone.moving_time, zone.moving_clearance
         swing = min(abs(velocity.yaw_rate) * time * radius, radius - outline.inscribed_radius)
-        reach = time * (sight.speeds + abs(velocity.x)) + swing
+        reach = time * (sight.speeds + math.hypot(velocity.x, velocity.y)) + swing
         gaps, away = outline.gaps(sight.points)
         near = gaps <= reach + room
         if not near.any():
@@ -165,11 +165,10 @@ class Approach:
             urban scenarios, Automatika 2009.
         """
         zone = self._config
-        closing = velocity.x * away[:, 0] + abs(velocity.yaw_rate) * radius
+        vx, vy, turning = velocity.x, velocity.y, abs(velocity.yaw_rate)
+        closing = away @ (vx, vy) + turning * radius
         meets = closing > 0.0
-        stops = max(
-            abs(velocity.x) / zone.deceleration, abs(velocity.yaw_rate) / zone.angular_deceleration
-        )
+        stops = max(math.hypot(vx, vy) / zone.deceleration, turning / zone.angular_deceleration)
         if not meets.any() or stops < 1e-3:  # a robot that is at rest in a millisecond stands
             return 1.0
         speeds, closing = speeds[meets], closing[meets]
@@ -185,10 +184,11 @@ class Approach:
         paths = sight.points + sight.motions * times[:, None, None]
         found = []
         for part in _VELOCITY_PARTS:
-            v, w = velocity.x * part, velocity.yaw_rate * part
-            chord, turn = v * times * np.sinc(w * times / (2.0 * math.pi)), w * times
-            x = paths[..., 0] - (chord * np.cos(0.5 * turn))[:, None]
-            y = paths[..., 1] - (chord * np.sin(0.5 * turn))[:, None]
+            turn = velocity.yaw_rate * part * times
+            share = part * times * np.sinc(turn / (2.0 * math.pi))
+            c, s = share * np.cos(0.5 * turn), share * np.sin(0.5 * turn)
+            x = paths[..., 0] - (c * velocity.x - s * velocity.y)[:, None]
+            y = paths[..., 1] - (s * velocity.x + c * velocity.y)[:, None]
             c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
             seen = np.stack((c * x + s * y, c * y - s * x), axis=-1).reshape(-1, 2)
             within = outline.holds(seen).reshape(x.shape).any(axis=1)

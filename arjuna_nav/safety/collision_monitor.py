@@ -78,8 +78,7 @@ class CollisionMonitor:
                 return Verdict(STILL, Action.STOP, name)
             if ratio < least:
                 least = ratio
-                slower = Velocity(velocity.x * ratio, yaw_rate=velocity.yaw_rate * ratio)
-                verdict = Verdict(slower, zone.action, name)
+                verdict = Verdict(velocity.scaled(ratio), zone.action, name)
         return verdict
 
     def holding(self, velocity: Velocity, sight: Sight, footprint: Footprint) -> dict[str, bool]:

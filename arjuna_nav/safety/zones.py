@@ -186,7 +186,9 @@ class VelocityPartConfig:
     """The shape of a velocity polygon at some velocities."""
 
     points: str = param("", "Corners '[[x, y], [x, y], [x, y], ...]'.", unit="m")
-    linear_min: float = param(0.0, "Least forward speed; of a holonomic robot any.", unit="m/s")
+    linear_min: float = param(
+        0.0, "Least forward speed; of a holonomic robot the speed in any direction.", unit="m/s"
+    )
     linear_max: float = param(0.0, "Greatest of it.", unit="m/s")
     theta_min: float = param(0.0, "Least yaw rate.", unit="rad/s")
     theta_max: float = param(0.0, "Greatest yaw rate.", unit="rad/s")
@@ -200,15 +202,13 @@ class VelocityPartConfig:
 
         Source: nav2_collision_monitor, VelocityPolygon::isInRange.
         """
-        vx, vy, w = velocity.x, velocity.y, velocity.yaw_rate
-        fits = self.linear_min <= vx <= self.linear_max and self.theta_min <= w <= self.theta_max
+        speed = math.hypot(velocity.x, velocity.y) if holonomic else velocity.x
+        fits = self.linear_min <= speed <= self.linear_max
+        fits = fits and self.theta_min <= velocity.yaw_rate <= self.theta_max
         if not (fits and holonomic):
             return fits
-        course, start, end = (
-            math.atan2(vy, vx),
-            self.direction_start_angle,
-            self.direction_end_angle,
-        )
+        start, end = self.direction_start_angle, self.direction_end_angle
+        course = math.atan2(velocity.y, velocity.x)
         return start <= course <= end if start <= end else course >= start or course <= end
 
 

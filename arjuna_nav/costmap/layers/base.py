@@ -256,7 +256,7 @@ def combine(costs: NDArray[np.uint8], own: NDArray[np.uint8], method: int) -> No
         take = known & ((costs == UNKNOWN) | (own > costs))
     else:
         take = known & (own > costs)  # unknown is the greatest number
-    costs[take] = own[take]
+    np.copyto(costs, own, where=take)
 
 
 def moved(data: NDArray[C], old: GridFrame, new: GridFrame, fill: int) -> NDArray[C]:

@@ -185,10 +185,13 @@ class KeepoutFilter(CostmapFilter):
             self._costs, self._made_of, self._placement = costs, (mask, overridden), None
 
     def _resample(self, T_global_mask: SE2) -> None:
-        """Read the mask's costs at the costmap's cells."""
+        """Read the mask's worst cost in each of the costmap's cells.
+
+        Nav2 reads it in their middles, so that a robot may enter a zone by half a cell.
+        """
         assert self._mask is not None
         self._placement = Placement(self.master.frame, T_global_mask, self._mask.grid.frame)
-        self._shown = self._placement.read(self._costs, UNKNOWN)
+        self._shown = self._placement.read_worst(self._costs)
 
 
 def _is_zone(costs: NDArray[np.uint8]) -> NDArray[np.bool_]:

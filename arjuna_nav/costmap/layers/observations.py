@@ -1,16 +1,17 @@
-"""Sources of obstacle layers, and the scans and clouds that they bring."""
+"""Observations of scans, clouds and ranges with the robot's pose, and obstacle layers' sources."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
-from arjuna_core.plugins import NamedConfigs
+from arjuna_core.plugins import NamedConfigs, names_in
 from arjuna_core.pose3 import Pose3
-from arjuna_core.readings import Cloud
+from arjuna_core.readings import Cloud, RangeReading
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
@@ -43,12 +44,29 @@ class SourceConfig:
     raytrace_min_range: float = param(0.0, "Shortest range cleared.", unit="m", minimum=0.0)
 
     @property
+    def heights(self) -> tuple[float, float]:
+        """Lowest and highest point that is used [m]."""
+        return self.min_obstacle_height, self.max_obstacle_height
+
+    @property
+    def ranges(self) -> tuple[float, float, float, float]:
+        """Shortest and longest range that is cleared, then that marks [m]."""
+        traced = self.raytrace_min_range, self.raytrace_max_range
+        return *traced, self.obstacle_min_range, self.obstacle_max_range
+
+    @property
     def reach(self) -> float:
         """Distance from its sensor up to which it changes cells [m]."""
         return max(self.raytrace_max_range, self.obstacle_max_range)
 
 
 SOURCES = NamedConfigs(SourceConfig, "topic")
+
+
+def sources_of(layer: Any) -> dict[str, SourceConfig]:
+    """Return the sources that a layer's parameters name; none where it has no such list."""
+    names = names_in(getattr(layer, "observation_sources", ""), "")
+    return {name: getattr(layer, name) for name in names}
 
 
 @dataclass(frozen=True)
@@ -84,6 +102,20 @@ class PlacedScan:
         """Pose of the sensor in the costmap's global frame."""
         return self.T_global_base @ self.scan.T_base_sensor
 
+    def ends(self, ranges: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+        """Return the ends of beams from the base, heights from the ground, `(M, 3)` [m].
+
+        Args:
+            ranges: Their lengths `(N,)` [m], of those without an end NaN; by default what they hit.
+        """
+        scan = self.scan
+        ranges = np.where(scan.valid, scan.ranges, np.nan) if ranges is None else ranges
+        used = np.isfinite(ranges)
+        lengths, angles = ranges[used], scan.angles[used]
+        flat = (lengths * np.cos(angles), lengths * np.sin(angles), np.zeros(len(lengths)))
+        mount = self.mount or Pose3.from_se2(scan.T_base_sensor, self.height)
+        return mount.apply(np.column_stack(flat))
+
 
 @dataclass(frozen=True, eq=False)
 class PlacedCloud:
@@ -108,35 +140,57 @@ class PlacedCloud:
         return self.T_global_base @ SE2(*self.cloud.sensor[:2].tolist())
 
 
+@dataclass(frozen=True)
+class PlacedRange:
+    """A distance and where the robot was when it was measured.
+
+    Attributes:
+        reading: The distance.
+        T_global_base: Pose of the base in the costmap's global frame at its stamp.
+    """
+
+    reading: RangeReading
+    T_global_base: SE2
+
+    @property
+    def stamp(self) -> float:
+        """When it was measured [s]."""
+        return self.reading.stamp
+
+    @property
+    def T_global_sensor(self) -> SE2:
+        """Pose of the sensor in the costmap's global frame, the cone about its x axis."""
+        return self.T_global_base @ self.reading.T_base_sensor
+
+
 Observation = PlacedScan | PlacedCloud
 
 
 def used_points(seen: PlacedCloud, source: SourceConfig) -> NDArray[np.float64]:
     """Return a cloud's points between the source's heights, from the base, `(N, 3)` [m]."""
-    points = seen.cloud.points
-    low, high = source.min_obstacle_height, source.max_obstacle_height
+    points, (low, high) = seen.cloud.points, source.heights
     used: NDArray[np.float64] = points[(points[:, 2] >= low) & (points[:, 2] <= high)]
     return used
 
 
-def as_cloud(seen: PlacedScan, source: SourceConfig, clearing: bool) -> PlacedCloud:
+def as_cloud(seen: Observation, source: SourceConfig, clearing: bool) -> PlacedCloud:
     """Return the ends of a scan's beams as points; of those without return only where they clear.
 
     Args:
-        seen: The scan.
+        seen: The scan, or a cloud, which is returned as it is.
         source: Its parameters.
         clearing: Whether the points are for clearing.
     """
+    if isinstance(seen, PlacedCloud):
+        return seen
     scan = seen.scan
-    mount = seen.mount or Pose3.from_se2(scan.T_base_sensor, seen.height)
     ranges = np.where(scan.valid, scan.ranges, np.nan)
     if clearing and source.inf_is_valid:
         free = min(scan.range_max, source.raytrace_max_range + 1.0)
         ranges = np.where(scan.ranges >= scan.range_max, free, ranges)
-    ends = ranges[:, None] * np.column_stack((np.cos(scan.angles), np.sin(scan.angles)))
-    ends = np.column_stack((ends, np.zeros(len(ends))))[np.isfinite(ranges)]
+    mount = seen.mount or Pose3.from_se2(scan.T_base_sensor, seen.height)
     start = np.array(seen.start or mount.position)
-    return PlacedCloud(Cloud(mount.apply(ends), start, scan.stamp), seen.T_global_base)
+    return PlacedCloud(Cloud(seen.ends(ranges), start, scan.stamp), seen.T_global_base)
 
 
 def ranges_of(scan: Scan, source: SourceConfig) -> tuple[float, ...]:

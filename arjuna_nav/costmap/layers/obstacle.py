@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.config import param, plugin_names
-from arjuna_core.plugins import names_in
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import FREE, LETHAL
 from arjuna_nav.costmap.layers.base import Input, Master, SensedLayer, absolute, combine
@@ -22,6 +21,7 @@ from arjuna_nav.costmap.layers.observations import (
     SourceConfig,
     as_cloud,
     ranges_of,
+    sources_of,
     used_points,
 )
 from arjuna_nav.costmap.moving.tracker import Moving, Tracker
@@ -72,7 +72,7 @@ class ObstacleLayer(SensedLayer):
     Config: ClassVar[type[Any]] = ObstacleConfig
 
     def __init__(self, config: Any, name: str, master: Master) -> None:
-        self.sources = _sources_of(config)
+        self.sources = sources_of(config)
         super().__init__(config, name, master, master.untouched)
         self._kept: dict[str, list[Observation]] = {one: [] for one in self.sources}
         self._trackers: dict[str, Tracker] = {}
@@ -83,7 +83,7 @@ class ObstacleLayer(SensedLayer):
     def reconfigure(self, config: Any) -> None:
         """Take other parameters; what was seen is kept."""
         super().reconfigure(config)
-        self.sources = _sources_of(config)
+        self.sources = sources_of(config)
 
     def inputs(self) -> tuple[Input, ...]:
         """Return its sources."""
@@ -104,9 +104,7 @@ class ObstacleLayer(SensedLayer):
     def warning(self) -> str:
         """Return which source's scans are passed over for their height; empty for none."""
         for name, height in self._outside.items():
-            low, high = (
-                getattr(self.sources[name], f"{end}_obstacle_height") for end in ("min", "max")
-            )
+            low, high = self.sources[name].heights
             return (
                 f"scans of '{name}', {height:.1f} m high, are not used: min_obstacle_height is"
                 f" {low:g}, max_obstacle_height {high:g}"
@@ -140,24 +138,31 @@ class ObstacleLayer(SensedLayer):
         combine(costs, self.data[window], self.config.combination_method)
 
     def _batches(self, now: float) -> list[list[Seen]]:
-        """Return what clears and then marks together: older ones by themselves, then the latest."""
+        """Return what clears and then marks together: older ones by themselves, then the latest.
+
+        The latest of a source counts again with each new one of another, whose rays may cross what
+        the first alone sees; Nav2 enters it even where nothing is new.
+        """
         older: list[Seen] = []
         latest: list[Seen] = []
         for name, values in self._take(now).items():
             kept_for = self.sources[name].observation_persistence
-            kept = [(one, False) for one in self._kept[name]] + [(one, True) for one in values]
-            kept = [(one, new) for one, new in kept if kept_for and one.stamp >= now - kept_for]
-            self._kept[name] = [one for one, _ in kept]
-            latest += [(name, *one) for one in kept or [(one, True) for one in values[-1:]]]
+            known = [(name, one, False) for one in self._kept[name]]
+            known += [(name, one, True) for one in values]
+            kept = [one for one in known if kept_for and one[1].stamp >= now - kept_for]
             if self.config.moving_time > 0.0 and not kept:
                 older += [(name, one, True) for one in values[:-1]]
+            kept = kept or [one for one in known[-1:] if one[2] or not kept_for]
+            self._kept[name] = [one for _, one, _ in kept]
+            latest += kept
         batches = [[one] for one in sorted(older, key=lambda one: one[1].stamp)]
-        return [*batches, latest] if latest else batches
+        due = any(new or self.sources[name].observation_persistence for name, _, new in latest)
+        return [*batches, latest] if due else batches
 
     def _enter(self, batch: Sequence[Seen]) -> None:
         """Clear along all rays, then mark all ends but those of what moves far from the robot."""
         used = [one for one in batch if self._is_used(*one[:2])]
-        passing = [self._follow(source, seen) for source, seen, new in used if new]
+        passing = [self._follow(*one) for one in used]
         steps = ((True, True),) if len(used) == 1 else ((True, False), (False, True))
         for clearing, marking in steps:
             for source, seen, _ in used:
@@ -165,35 +170,38 @@ class ObstacleLayer(SensedLayer):
                 self._enter_one(
                     seen, config, clearing and config.clearing, marking and config.marking
                 )
-        for rows, columns in passing:
-            self._set_free(rows, columns)
+        for cells in passing:
+            if cells is not None:
+                self._set_free(*cells)
 
     def _is_used(self, source: str, seen: Observation) -> bool:
         """Return whether a scan lies between its source's heights; of clouds, points count."""
-        config = self.sources[source]
-        if isinstance(seen, PlacedCloud) or not seen.is_planar:
-            return True
-        if config.min_obstacle_height <= seen.height <= config.max_obstacle_height:
-            self._outside.pop(source, None)
-            return True
-        self._outside[source] = seen.height
-        return False
+        low, high = self.sources[source].heights
+        if isinstance(seen, PlacedScan) and seen.is_planar and not low <= seen.height <= high:
+            self._outside[source] = seen.height
+            return False
+        self._outside.pop(source, None)
+        return True
 
     def _follow(
-        self, source: str, seen: Observation
-    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        self, source: str, seen: Observation, new: bool
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
         """Follow what moves in a scan; return the free cells in which it is, far from the robot."""
-        none = np.zeros(0, np.int64)
-        if isinstance(seen, PlacedCloud) or self.config.moving_time <= 0.0:
-            return none, none
-        tracker = self._trackers.setdefault(source, Tracker())
-        key, moving = f"{self.name}.{source}", tracker.update(seen.scan, seen.T_global_base)
-        self.master.moving[key] = self._freed[key] = moving
-        self.master.moving_times[key] = self.config.moving_time
+        key, horizon = f"{self.name}.{source}", self.config.moving_time
+        if isinstance(seen, PlacedCloud) or horizon <= 0.0:
+            return None
+        if new:
+            if source not in self._trackers:
+                self._trackers[source] = Tracker()
+            self._freed[key] = self._trackers[source].update(seen.scan, seen.T_global_base)
+        moving = self._freed.get(key)
+        if moving is None or moving.stamp != seen.stamp:
+            return None
+        self.master.moving[key], self.master.moving_times[key] = moving, horizon
         self._left = joined(self._left, self._free_trails(moving.things))
         ends = moving.points[moving.velocities.any(axis=1)]
         if not len(ends):
-            return none, none
+            return None
         cells = self.master.frame.to_cells(ends)
         inside = self.master.frame.inside(cells)
         rows, columns = cells[inside].T
@@ -248,11 +256,10 @@ class ObstacleLayer(SensedLayer):
     ) -> None:
         """Do the same by points: those of a cloud, or the ends of a scan's beams."""
         limits, is_scan = self._limits(source), isinstance(seen, PlacedScan)
-        points = self._in_grid(seen, source) if isinstance(seen, PlacedCloud) else None
+        points = None
         for clears in (True,) * clearing + (False,) * marking:
-            if isinstance(seen, PlacedScan):
+            if points is None or (is_scan and source.inf_is_valid):
                 points = self._in_grid(as_cloud(seen, source, clears), source)
-            assert points is not None
             self._enter_points(points[0], points[1:], limits, clears, is_scan)
 
     def _enter_points(
@@ -286,17 +293,7 @@ class ObstacleLayer(SensedLayer):
 
     def _limits(self, source: SourceConfig) -> NDArray[np.float64]:
         """Return what bounds clearing and marking, in cells as `enter_points` takes it."""
-        ranges = (
-            source.raytrace_min_range,
-            source.raytrace_max_range,
-            source.obstacle_min_range,
-            source.obstacle_max_range,
-        )
         edge, bottom = self._edges
-        heights = self.config.min_obstacle_height, self.config.max_obstacle_height
-        levels = [(height - bottom) / edge for height in heights]
-        return np.array([*(one / self.master.frame.resolution for one in ranges), *levels])
-
-
-def _sources_of(config: Any) -> dict[str, SourceConfig]:
-    return {one: getattr(config, one) for one in names_in(config.observation_sources, "")}
+        heights = np.array([self.config.min_obstacle_height, self.config.max_obstacle_height])
+        ranges = np.array(source.ranges) / self.master.frame.resolution
+        return np.concatenate((ranges, (heights - bottom) / edge))

@@ -15,23 +15,11 @@ from arjuna_core.readings import RangeReading
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
 from arjuna_nav.costmap.layers.base import Input, Master, SensedLayer, absolute
+from arjuna_nav.costmap.layers.observations import PlacedRange
 from arjuna_nav.costmap.window import Window, within
 
 _EVEN = LETHAL // 2  # neither marked nor free
 _OVERSHOOT = 1.2  # of the cone's triangle over the distance
-
-
-@dataclass(frozen=True)
-class PlacedRange:
-    """A reading and where the robot was when it was taken.
-
-    Attributes:
-        reading: The reading.
-        T_global_base: Pose of the base in the costmap's global frame at the reading's stamp.
-    """
-
-    reading: RangeReading
-    T_global_base: SE2
 
 
 @dataclass(frozen=True)
@@ -88,8 +76,11 @@ class RangeSensorLayer(SensedLayer):
         readings = [one for several in self._take(now).values() for one in several]
         if not readings:
             return None
-        readings.sort(key=lambda one: one.reading.stamp)
-        touched = self._window([self._reach(one) for one in readings])
+        readings.sort(key=lambda one: one.stamp)
+        edge = self.master.frame.resolution
+        touched = self._window(
+            [(one.T_global_sensor, _OVERSHOOT * one.reading.range_max + edge) for one in readings]
+        )
         before = self.data[touched].copy()
         for reading in readings:
             self._enter(reading)
@@ -102,22 +93,20 @@ class RangeSensorLayer(SensedLayer):
         free = own < int(self.config.clear_threshold * LETHAL)
         costs[free & (costs == UNKNOWN)] = FREE
 
-    def _reach(self, placed: PlacedRange) -> tuple[SE2, float]:
-        """Return a reading's sensor and how far about it cells can change [m]."""
-        reading = placed.reading
-        sensor = placed.T_global_base @ reading.T_base_sensor
-        return sensor, _OVERSHOOT * reading.range_max + self.master.frame.resolution
-
     def _enter(self, placed: PlacedRange) -> None:
-        reading, frame = placed.reading, self.master.frame
-        distance, nothing = self._interpreted(reading)
+        frame = self.master.frame
+        distance, nothing = self._interpreted(placed.reading)
         if distance is None:
             return
-        T_grid_sensor = frame.origin.inverse() @ placed.T_global_base @ reading.T_base_sensor
         _enter_cone(
             self.data,
-            T_grid_sensor.array(),
-            (distance, 0.5 * reading.field_of_view, self.config.phi, self.config.inflate_cone),
+            (frame.origin.inverse() @ placed.T_global_sensor).array(),
+            (
+                distance,
+                0.5 * placed.reading.field_of_view,
+                self.config.phi,
+                self.config.inflate_cone,
+            ),
             nothing,
             frame.resolution,
         )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
@@ -189,9 +191,6 @@ class StaticLayer(Layer):
             self._updated = joined(self._updated, window)
 
 
-V = TypeVar("V", np.uint8, np.int8)
-
-
 @dataclass(frozen=True, eq=False)
 class PlacedMap:
     """A map and the frame it lies in.
@@ -231,22 +230,67 @@ class Placement:
     """
 
     def __init__(self, frame: GridFrame, T_global_map: SE2, own: GridFrame) -> None:
-        self.frame, self.T_global_map = frame, T_global_map
+        self.frame, self.T_global_map, self._own = frame, T_global_map, own
         self.covered: NDArray[np.bool_] | None = None
         if T_global_map == IDENTITY and frame == own:
             return
-        T_map_costmap = own.origin.inverse() @ T_global_map.inverse() @ frame.origin
+        self._T_own_frame = own.origin.inverse() @ T_global_map.inverse() @ frame.origin
         columns, rows = np.meshgrid(*(np.arange(n) + 0.5 for n in frame.shape[::-1]))
         centres = np.column_stack((columns.ravel(), rows.ravel())) * frame.resolution
-        x, y = np.floor(T_map_costmap.apply(centres) / own.resolution).astype(np.int64).T
+        x, y = np.floor(self._T_own_frame.apply(centres) / own.resolution).astype(np.int64).T
         inside = (y >= 0) & (y < own.height) & (x >= 0) & (x < own.width)
         self.covered = inside.reshape(frame.shape)
         self._cells = y[inside], x[inside]
 
-    def read(self, values: NDArray[V], outside: int) -> NDArray[V]:
+    def read(self, values: NDArray[np.uint8], outside: int) -> NDArray[np.uint8]:
         """Return a map's values at the costmap's cells; the same array where both are one grid."""
         if self.covered is None:
             return values
         result = np.full(self.frame.shape, outside, values.dtype)
         result[self.covered] = values[self._cells]
         return result
+
+    def read_worst(self, costs: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return the greatest known cost of a map in each of the costmap's cells, as `read` does.
+
+        At points no farther apart than the map's cells; those that only share an edge do not count.
+        """
+        if self.covered is None:
+            return costs
+        edge, result = self._own.resolution, np.empty(self.frame.shape, np.uint8)
+        steps = np.linspace(0.01, 0.99, max(math.ceil(self.frame.resolution / edge) + 1, 3))
+        transform = self._T_own_frame.array() / (edge, edge, 1.0)
+        _read_worst(costs, result, transform, self.frame.resolution / edge, steps)
+        return result
+
+
+@njit(cache=True)
+def _read_worst(
+    costs: NDArray[np.uint8],
+    result: NDArray[np.uint8],
+    transform: NDArray[np.float64],
+    scale: float,
+    steps: NDArray[np.float64],
+) -> None:
+    """Write the greatest known cost at points of each cell of a grid.
+
+    Args:
+        costs: Of a map's cells.
+        result: Written to.
+        transform: `(3,)` of the result's grid in the map's [cells, cells, rad].
+        scale: Edge of the result's cells [cells of the map].
+        steps: Where the points lie along the edges of a cell.
+    """
+    c, s = scale * math.cos(transform[2]), scale * math.sin(transform[2])
+    for row in range(result.shape[0]):
+        for column in range(result.shape[1]):
+            worst = -1
+            for dy in steps:
+                for dx in steps:
+                    x, y = column + dx, row + dy
+                    i = math.floor(s * x + c * y + transform[1])
+                    j = math.floor(c * x - s * y + transform[0])
+                    if 0 <= i < costs.shape[0] and 0 <= j < costs.shape[1]:
+                        cost = int(costs[i, j])
+                        worst = max(worst, cost if cost != UNKNOWN else -1)
+            result[row, column] = worst if worst >= 0 else UNKNOWN

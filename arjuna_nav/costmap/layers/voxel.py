@@ -54,6 +54,7 @@ class VoxelLayer(ObstacleLayer):
         super().__init__(config, name, master)
         self.voxels: NDArray[np.uint32] = np.zeros(master.frame.shape, np.uint32)
         self.known: NDArray[np.uint32] = np.zeros(master.frame.shape, np.uint32)
+        self._cleared = master.frame, np.zeros((0, 3))  # by which rays, in cells
 
     @property
     def _column(self) -> tuple[int, int, int]:
@@ -91,6 +92,12 @@ class VoxelLayer(ObstacleLayer):
         columns: NDArray[np.uint32] = (self.voxels & low) << np.uint32(_BITS) | unclear
         return columns
 
+    def cleared_to(self) -> NDArray[np.float64]:
+        """Return where the rays that cleared last lead to, `(N, 3)` of the costmap's frame [m]."""
+        (frame, points), (edge, bottom) = self._cleared, self._edges
+        planar = frame.origin.apply(points[:, :2] * frame.resolution)
+        return np.column_stack((planar, points[:, 2] * edge + bottom))
+
     def _free_trails(self, things: NDArray[np.float64]) -> Window | None:
         free_trails(self.voxels, things, self.master.frame, 0)
         return super()._free_trails(things)
@@ -125,6 +132,7 @@ class VoxelLayer(ObstacleLayer):
         """Clear along the rays to points, or mark the points, voxel by voxel."""
         ground, seen = (self.voxels, self.known, self.data), (sensor, points, limits)
         if clearing:
+            self._cleared = self.master.frame, points
             clear_cloud(*ground, *seen, self._column)
         else:
             mark_cloud(*ground, self.master.hits, *seen, self._column, precise)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -11,82 +10,17 @@ import numpy as np
 from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.msg import CostmapFilterInfo
 from nav_msgs.msg import OccupancyGrid
-from sensor_msgs.msg import LaserScan, PointCloud2, Range
 
 from arjuna_core.errors import ConfigError
-from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import cloud_from_msg, grid_from_msg
+from arjuna_core.ros.convert import grid_from_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.scan_queue import BaseFrames, PosedQueue, RangeQueue, ScanQueue
-from arjuna_core.se2 import SE2
-from arjuna_nav.costmap import LayeredCostmap, PlacedCloud, PlacedRange, PlacedScan
+from arjuna_core.ros.scan_queue import PosedQueue
+from arjuna_nav.costmap import LayeredCostmap
 from arjuna_nav.costmap.layers.base import Input, absolute
 from arjuna_nav.costmap.layers.filters import FilterInfo
 from arjuna_nav.costmap.layers.static import MapUpdate, PlacedMap
-
-
-class _Queue(PosedQueue[Any]):
-    """Scans, clouds or distances of one source, with where the robot was."""
-
-    def __init__(self, frames: BaseFrames, source: Input) -> None:
-        # 50, as the message filter of nav2_costmap_2d's obstacle layer.
-        super().__init__(frames, 50)
-        self._source = source
-
-    def placed(self) -> list[Any]:
-        """Return those whose transforms are known."""
-        return [replace(seen, T_global_base=T_fixed_base) for seen, T_fixed_base in self.ready()]
-
-    def _mount(self, frame: str) -> Pose3:
-        """Return the pose of a frame from the ground below the robot's base."""
-        mount, frames = self._node.transforms.mount, self._frames
-        level = Pose3.from_se2(mount(frames.fixed, frames.base).planar())
-        return level.inverse() @ mount(frames.fixed, frame)
-
-
-class _Scans(_Queue, ScanQueue):
-    """Scans; those of a sensor that is not level keep its pose."""
-
-    _WHAT = "scans"
-
-    def _read(self, message: Any, frame: str) -> Any:
-        scan, mount = ScanQueue._read(self, message, frame), self._mount(frame)
-        other = self._source.sensor_frame
-        start = self._mount(other).position if other and other != frame else None
-        # The cosine of one degree: a lidar that is tilted less is level.
-        level = abs(float(mount.rotation()[2, 2])) >= 0.9998
-        tilted = None if level and start is None else mount
-        return PlacedScan(scan, SE2(), mount.position[2], tilted, start)
-
-
-class _Clouds(_Queue):
-    """Clouds; their heights are those above the ground."""
-
-    _WHAT = "clouds"
-
-    def _read(self, message: Any, frame: str) -> Any:
-        cloud = cloud_from_msg(message, self._mount(frame))
-        other = self._source.sensor_frame
-        if other and other != frame:
-            cloud = replace(cloud, sensor=np.array(self._mount(other).position))
-        return PlacedCloud(cloud, SE2())
-
-
-class _Ranges(_Queue, RangeQueue):
-    """Distances of sonars and infrared sensors."""
-
-    _WHAT = "ranges"
-
-    def _read(self, message: Any, frame: str) -> Any:
-        return PlacedRange(RangeQueue._read(self, message, frame), SE2())
-
-
-_SENSORS: dict[str, tuple[Any, type[_Queue]]] = {
-    "LaserScan": (LaserScan, _Scans),
-    "PointCloud2": (PointCloud2, _Clouds),
-    "Range": (Range, _Ranges),
-}
+from arjuna_nav.nodes.costmap.sensors import SENSORS, SensorFrames
 
 
 def _map_of(message: Any) -> PlacedMap:
@@ -125,8 +59,8 @@ class CostmapInputs:
     def __init__(self, node: ManagedNode, layered: LayeredCostmap) -> None:
         self._node, self._layered = node, layered
         pose = node.config.global_frame, node.config.robot_base_frame
-        self._frames = BaseFrames(node, *pose, parameter="robot_base_frame")
-        self._queues: dict[tuple[str, str], _Queue] = {}
+        self._frames = SensorFrames(node, *pose, parameter="robot_base_frame")
+        self._queues: dict[tuple[str, str], PosedQueue[Any]] = {}
         self._last: dict[tuple[str, str], PlacedMap | FilterInfo] = {}
         self._subscribed: set[tuple[str, Input]] = set()
         for name in layered.layers:
@@ -135,7 +69,7 @@ class CostmapInputs:
     def hand_over(self) -> None:
         """Hand over what sensors have seen from poses that are known by now."""
         for key, queue in self._queues.items():
-            for seen in queue.placed():
+            for seen in queue.ready():
                 self._layered.receive(*key, seen)
 
     def hand_over_again(self) -> None:
@@ -157,17 +91,19 @@ class CostmapInputs:
 
     def _subscribe(self, layer: str, one: Input) -> None:
         topic, key = absolute(one.topic), (layer, one.source)
-        if one.data_type in _SENSORS:
-            kind, make = _SENSORS[one.data_type]
-            self._queues[key] = make(self._frames, one)
-            self._node.subscribe(kind, topic, self._queues[key].add, qos.SENSOR_SUBSCRIPTION)
+        if one.data_type in SENSORS:
+            sensor = SENSORS[one.data_type]
+            observe = partial(sensor.read, self._frames, start=one.sensor_frame)
+            # 50, as the message filter of nav2_costmap_2d's obstacle layer.
+            queue = self._queues[key] = PosedQueue(self._frames, sensor.what, observe, 50)
+            self._node.subscribe(sensor.message, topic, queue.add, qos.SENSOR_SUBSCRIPTION)
         elif one.data_type in _OTHERS:
             kind, read = _OTHERS[one.data_type]
             profile = qos.LATCHED if one.latched else qos.DEFAULT
             take = partial(self._on_other, key, read)
             self._node.subscribe(kind, topic, take, profile, while_inactive=True)
         else:
-            valid = ", ".join([*_SENSORS, *_OTHERS])
+            valid = ", ".join([*SENSORS, *_OTHERS])
             raise ConfigError(f"layer '{layer}': no data_type '{one.data_type}'; valid: {valid}")
 
     def _on_other(self, key: tuple[str, str], read: Callable[[Any], Any], message: Any) -> None:

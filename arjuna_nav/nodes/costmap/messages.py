@@ -6,12 +6,15 @@ import array
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import Point32, Polygon, PolygonStamped, Vector3
+from geometry_msgs.msg import Point, Point32, Polygon, PolygonStamped, Vector3
 from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.msg import Costmap as CostmapMsg
 from nav2_msgs.msg import CostmapMetaData, CostmapUpdate, VoxelGrid
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from numpy.typing import NDArray
+from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros.convert import grid_msg, header, pose_msg, time_msg
@@ -96,6 +99,28 @@ def polygon_msg(points: NDArray[np.float64], frame_id: str, now: float) -> Polyg
     """Return corners `(N, 2) float64` [m] as a polygon."""
     corners = [Point32(x=float(x), y=float(y)) for x, y in points]
     return PolygonStamped(header=header(frame_id, now), polygon=Polygon(points=corners))
+
+
+def cloud_msg(points: NDArray[np.float64], frame_id: str, now: float) -> PointCloud2:
+    """Return points `(N, 3)` [m] as a PointCloud2."""
+    fields = [PointField(name=n, offset=4 * k, datatype=7, count=1) for k, n in enumerate("xyz")]
+    data = array.array("B", points.astype(np.float32).tobytes())
+    layout = {"height": 1, "width": len(points), "point_step": 12, "row_step": len(data)}
+    stamped = header(frame_id, now)
+    return PointCloud2(header=stamped, fields=fields, data=data, is_dense=True, **layout)
+
+
+def points_marker(points: NDArray[np.float64], frame_id: str, name: str) -> Marker:
+    """Return points `(N, 2)` [m] as the Marker that Nav2 shows what a source sees by."""
+    return Marker(
+        header=header(frame_id, 0.0),
+        ns=f"collision_points_{name}",
+        type=Marker.POINTS,
+        scale=Vector3(x=0.02, y=0.02),
+        color=ColorRGBA(r=1.0, a=1.0),
+        frame_locked=True,
+        points=[Point(x=float(x), y=float(y)) for x, y in points],
+    )
 
 
 def points_from_polygon(message: Any) -> NDArray[np.float64]:

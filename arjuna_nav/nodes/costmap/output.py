@@ -12,6 +12,7 @@ from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.msg import Costmap as CostmapMsg
 from nav2_msgs.msg import CostmapUpdate, SpeedLimit, VoxelGrid
 from nav_msgs.msg import OccupancyGrid
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
@@ -25,6 +26,7 @@ from arjuna_nav.costmap.layers.filters import BinaryFilter, CostmapFilter, Speed
 from arjuna_nav.costmap.layers.static import StaticLayer
 from arjuna_nav.costmap.layers.voxel import VoxelLayer
 from arjuna_nav.nodes.costmap.messages import (
+    cloud_msg,
     costmap_grid_msg,
     costmap_grid_update_msg,
     costmap_raw_msg,
@@ -56,11 +58,12 @@ class CostmapOutput:
             for name, layer in layered.layers.items()
             if isinstance(layer, SensedLayer | StaticLayer)
         }
-        self._voxels = {
-            name: node.publisher(VoxelGrid, "voxel_grid", qos.LATCHED)
-            for name, layer in layered.layers.items()
-            if isinstance(layer, VoxelLayer) and layer.config.publish_voxel_map
-        }
+        self._voxels = [one for one in layered.layers.values() if isinstance(one, VoxelLayer)]
+        self._ends, self._grids = None, None
+        if self._voxels:
+            self._ends = node.publisher(PointCloud2, "clearing_endpoints", qos.LATCHED)
+        if any(layer.config.publish_voxel_map for layer in self._voxels):
+            self._grids = node.publisher(VoxelGrid, "voxel_grid", qos.LATCHED)
         self._footprint = node.publisher(PolygonStamped, "published_footprint", qos.DEFAULT)
         self._readers = 0
         self._frame: GridFrame | None = None
@@ -102,10 +105,11 @@ class CostmapOutput:
                 grid.publish(costmap_grid_msg(costmap, frame_id, now, height))
             if raw.get_subscription_count():
                 raw.publish(costmap_raw_msg(costmap, frame_id, now, name))
-        for name, publisher in self._voxels.items():
-            layer = layered.layers[name]
-            if isinstance(layer, VoxelLayer) and layer.enabled:
-                publisher.publish(voxel_grid_msg(layer, frame_id, now))
+        for voxels in (one for one in self._voxels if one.enabled):
+            if self._grids is not None and voxels.config.publish_voxel_map:
+                self._grids.publish(voxel_grid_msg(voxels, frame_id, now))
+            if self._ends is not None and self._ends.get_subscription_count():
+                self._ends.publish(cloud_msg(voxels.cleared_to(), frame_id, now))
 
     def _wants_all(self, costmap: Costmap) -> bool:
         """Return whether the whole is due: always, or for a new frame or a new reader."""

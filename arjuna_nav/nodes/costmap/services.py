@@ -18,8 +18,8 @@ from nav2_msgs.srv import (
 from arjuna_core.errors import ArjunaError, ConfigError
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap import LETHAL, LayeredCostmap
-from arjuna_nav.costmap.collision import collides
+from arjuna_nav.costmap import LayeredCostmap
+from arjuna_nav.costmap.collision import footprint_cost
 from arjuna_nav.nodes.costmap.messages import costmap_raw_msg
 from arjuna_nav.nodes.frames import pose_in
 
@@ -85,15 +85,14 @@ class CostmapServices:
         return response
 
     def _on_get_cost(self, request: Any, response: Any) -> Any:
-        """Answer with the cost at a point, or of the whole footprint there."""
+        """Answer with the cost at a point, or with the worst below the outline there."""
         layered, pose = self._layered, SE2(request.x, request.y, request.theta)
         # Nav2 answers -1 outside the costmap.
         response.cost = -1.0
         if not all(map(math.isfinite, (pose.x, pose.y, pose.theta))):
             return response
-        cost = layered.costmap.cost_at(pose.x, pose.y)
-        if cost is not None and request.use_footprint:
-            cost = LETHAL if collides(layered.costmap, layered.footprint, pose) else cost
-        if cost is not None:
+        if request.use_footprint:
+            response.cost = float(footprint_cost(layered.costmap, layered.footprint, pose))
+        elif (cost := layered.costmap.cost_at(pose.x, pose.y)) is not None:
             response.cost = float(cost)
         return response

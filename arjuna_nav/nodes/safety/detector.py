@@ -69,4 +69,4 @@ class CollisionDetectorNode(ManagedNode):
             polygons=list(found), detections=[bool(each) for each in found.values()]
         )
         self._state.publish(state)
-        watch.publish_outlines(STILL)
+        watch.publish(STILL)

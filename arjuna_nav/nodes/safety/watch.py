@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import PolygonStamped
 from std_msgs.msg import Float32
+from visualization_msgs.msg import MarkerArray
 
 from arjuna_core.config import param, plugin_names
 from arjuna_core.errors import ConfigError, nearest
@@ -18,9 +19,10 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.nodes.costmap.messages import points_from_polygon, polygon_msg
+from arjuna_nav.nodes.costmap.messages import points_from_polygon, points_marker, polygon_msg
 from arjuna_nav.nodes.costmap.node import CostmapNode
-from arjuna_nav.nodes.safety.sources import SOURCES, ScanSource, Source, WatchFrames
+from arjuna_nav.nodes.costmap.sensors import WatchFrames
+from arjuna_nav.nodes.safety.sources import SOURCES, ScanSource, Source
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
 from arjuna_nav.safety.sight import Sight
 from arjuna_nav.safety.zones import CircleConfig, PolygonConfig
@@ -90,17 +92,18 @@ class Watch:
         self.base = config.base_frame_id or (near.config.robot_base_frame if near else "base_link")
         odom = config.odom_frame_id or (near.config.global_frame if near else "odom")
         frames = WatchFrames(
-            node, self.base, odom, config.base_shift_correction, config.transform_tolerance
+            node, odom, self.base, config.base_shift_correction, config.transform_tolerance
         )
         self.sources: dict[str, Source] = {}
         for name in config.observation_sources:
             own = getattr(config, name)
             topic = own.topic or config.scan_topic or (near.scan_topic if near else "scan")
             timeout, brakes = config.source_timeout, config.brake_before_source_timeout
-            source: Source = SOURCES.make(own, frames, timeout, brakes)
             if topic:
-                source.subscribe(topic)
-                self.sources[name] = source
+                self.sources[name] = SOURCES.make(own, frames, topic, timeout, brakes)
+        self._seen = Sight.joined([])
+        markers = f"{node.get_name()}/collision_points_marker"
+        self._points = node.publisher(MarkerArray, markers, qos.DEFAULT)
         self._messages: dict[str, Any] = {}
         self._outputs: dict[str, Any] = {}
         for name in config.polygons:
@@ -150,20 +153,7 @@ class Watch:
 
     def silent(self) -> str:
         """Return which source says nothing and since when; empty where all speak."""
-        for name, source in self.sources.items():
-            if not source.config.enabled or source.timeout == 0.0:
-                continue
-            topic = self._topic(name)
-            if source.message is None:
-                return f"no {source.config.type} has come on {topic}"
-            if source.age() > source.timeout:
-                return f"the last {source.config.type} on {topic} is {source.age():.2f} s old"
-        return ""
-
-    def _topic(self, name: str) -> str:
-        config = self._node.config
-        near = self._near.scan_topic if self._near else "scan"
-        return str(getattr(config, name).topic or config.scan_topic or near)
+        return next(filter(None, (source.problem() for source in self.sources.values())), "")
 
     def look(self, wait_for_all: bool = True) -> tuple[Sight, float] | None:
         """Return what is seen now, and which share of its speed the robot may keep.
@@ -184,12 +174,13 @@ class Watch:
                 sights.append(sight._replace(sources=np.full(len(sight.points), number)))
             else:
                 blind = blind or source.timeout != 0.0
-        return None if blind and wait_for_all else (Sight.joined(sights), trust)
+        self._seen = Sight.joined(sights)
+        return None if blind and wait_for_all else (self._seen, trust)
 
     def _sight(self, source: Source) -> Sight | None:
         try:
             return source.sight()
-        except TransformError as error:
+        except (TransformError, ValueError) as error:
             self._node.get_logger().warning(f"blind: {error}", throttle_duration_sec=1.0)
             return None
 
@@ -215,10 +206,17 @@ class Watch:
             points = transforms.lookup(self.base, frame, stamp or None).apply(points)
         return Footprint.polygon(points)
 
-    def publish_outlines(self, velocity: Velocity) -> None:
-        """Publish the shapes that are to be shown."""
+    def publish(self, velocity: Velocity) -> None:
+        """Publish the shapes that are to be shown, and what was seen last if someone listens."""
         for name, output in self._outputs.items():
             zone = self.monitor.zones.get(name)
             outline = zone.outline(velocity, self.footprint()) if zone is not None else None
             if outline is not None:
                 output.publish(polygon_msg(outline.points, self.base, self._node.now))
+        if self._points.get_subscription_count() > 0:
+            points, numbers = self._seen.points, self._seen.sources
+            several = [
+                points_marker(points[numbers == number], self.base, name)
+                for number, name in enumerate(self.sources)
+            ]
+            self._points.publish(MarkerArray(markers=several))

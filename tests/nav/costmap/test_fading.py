@@ -14,7 +14,7 @@ from arjuna_core.readings import Cloud
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import LETHAL, LayeredCostmap, PlacedCloud, PlacedScan
 from arjuna_nav.costmap.moving.trails import path_costs
-from tests.helpers.nav.layers import clouds, costmap_config, scans, see
+from tests.helpers.nav.layers import SCAN, clouds, costmap_config, scans, see
 from tests.helpers.nav.played import scan_of
 
 ROOM = np.array([[-4.0, -4, 4, -4], [4, -4, 4, 4], [4, 4, -4, 4], [-4, 4, -4, -4]])
@@ -41,7 +41,11 @@ class Watched:
                 resolution=0.05,
                 robot_radius=0.25,
                 plugins=("obstacle_layer", "voxel_layer", "inflation_layer"),
-                obstacle_layer=scans(source, moving_time=moving_time),
+                obstacle_layer={
+                    **scans(source, moving_time=moving_time),
+                    "observation_sources": "scan other",
+                    "other": SCAN,
+                },
                 voxel_layer=clouds(),
             )
         )
@@ -85,6 +89,16 @@ def test_marks_of_who_has_gone_on_unseen_fade(
     for _ in range(3):
         watched.see((0.8, 3.0), blind=True)
     assert bool(watched.lethal_about(0.8, 0.2)) is stays
+
+
+def test_who_walks_is_not_marked_again_where_another_source_brings_news() -> None:
+    watched = Watched()
+    for k in range(12):
+        watched.see((0.8, -0.9 + 0.1 * k))
+    scan = scan_of(ROOM, watched.pose, np.random.default_rng(0), 0.01, watched.time - 0.05)
+    watched.layered.receive("obstacle_layer", "other", PlacedScan(scan, watched.pose))
+    watched.layered.update(watched.pose, watched.time - 0.05)
+    assert not watched.lethal_about(0.8, 0.2)
 
 
 def test_marks_of_what_stands_stay_unseen() -> None:

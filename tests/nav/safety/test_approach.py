@@ -30,7 +30,7 @@ Points = NDArray[np.float64]
 
 
 def inside(points: Points, outline: Footprint, grown: float = 0.0) -> NDArray[np.bool_]:
-    """Tell which points lie in an outline, made larger all round the origin by a share."""
+    """Return which points lie in an outline that is grown about the origin by a share."""
     scaled = points / (1.0 + grown)
     if outline is CIRCLE:
         return np.asarray(np.hypot(*scaled.T) <= 0.3)
@@ -40,7 +40,11 @@ def inside(points: Points, outline: Footprint, grown: float = 0.0) -> NDArray[np
 
 def seen_after(velocity: Velocity, points: Points, time: float) -> Points:
     """Return points as the robot sees them after a time [s]."""
-    return SE2.exp((velocity.x * time, 0.0, velocity.yaw_rate * time)).inverse().apply(points)
+    return (
+        SE2.exp((velocity.x * time, velocity.y * time, velocity.yaw_rate * time))
+        .inverse()
+        .apply(points)
+    )
 
 
 @pytest.mark.parametrize("outline", [CIRCLE, BOX])
@@ -49,8 +53,8 @@ def test_as_long_as_nothing_that_stands_is_met(outline: Footprint, seed: int) ->
     rng = np.random.default_rng(seed)
     points = rng.uniform(-1.2, 1.2, (12, 2))
     points = points[~inside(points, outline)]  # its own parts are another test's
-    velocity = Velocity(float(rng.uniform(-0.6, 0.8)), yaw_rate=float(rng.uniform(-1.5, 1.5)))
-    free = 1.0
+    x, y, turn = (rng.uniform((-0.6, -0.6, -1.5), (0.8, 0.6, 1.5)) * (1.0, seed % 2, 1.0)).tolist()
+    velocity, free = Velocity(x, y=y, yaw_rate=turn), 1.0
     for k in range(1, 10):
         if inside(seen_after(velocity, points, 0.1 * k), outline).sum() >= 2:
             free = 0.1 * (k - 1)
@@ -99,14 +103,14 @@ BRAKES_ALONE = replace(CONFIG, simulation_time_step=10.0)  # by the one time loo
 
 def moving(
     velocity: Velocity,
-    place: tuple[float, float],
+    at: tuple[float, float],
     motion: tuple[float, float],
     outline: Footprint = CIRCLE,
     config: ApproachConfig = CONFIG,
 ) -> float:
     """Return what is allowed before one point that moves."""
     zone = Approach(config, LEAST)
-    return zone.allowed(velocity, Sight.of(np.array([place]), np.array([motion])), outline)
+    return zone.allowed(velocity, Sight.of(np.array([at]), np.array([motion])), outline)
 
 
 @pytest.mark.parametrize("speed", [0.3, 0.9])
@@ -114,9 +118,9 @@ def moving(
 def test_it_can_be_at_rest_before_who_walks_past_turns_to_it(speed: float, gap: float) -> None:
     part = moving(Velocity(0.8), (0.3 + gap, 0.0), (0.0, speed), config=BRAKES_ALONE)
     braking = part * 0.8 / 2.0  # [s]
-    way = 0.5 * part * 0.8 * braking  # the robot's
+    driven = 0.5 * part * 0.8 * braking  # the robot's
     walked = speed * (0.1 + braking)  # a tenth of a second passes before it brakes
-    room = gap - 0.1 - way - walked
+    room = gap - 0.1 - driven - walked
     assert room == pytest.approx(0.0, abs=1e-9) if part < 1.0 else room >= 0.0
 
 
@@ -144,20 +148,21 @@ def test_who_goes_away_comes_back_with_half_of_its_speed_at_least(
 def test_the_first_part_of_the_velocity_that_meets_nobody_is_kept(seed: int) -> None:
     rng = np.random.default_rng(seed)
     outline = (CIRCLE, BOX)[seed % 2]
-    velocity = Velocity(float(rng.uniform(-0.4, 0.8)), yaw_rate=float(rng.uniform(-1.0, 1.0)))
-    place = rng.uniform(-1.5, 1.5, 2)
+    x, y, turn = rng.uniform((-0.4, -0.6, -1.0), (0.8, 0.6, 1.0)).tolist()
+    velocity = Velocity(x, y=y * (seed % 4 > 1), yaw_rate=turn)
+    at = rng.uniform(-1.5, 1.5, 2)
     motion = rng.uniform(-0.8, 0.8, 2)
-    gap = float(outline.gaps(place[None])[0][0])
+    gap = float(outline.gaps(at[None])[0][0])
     if gap <= 0.1:
         return
     parts, met = (1.0, 0.7, 0.4, 0.2, 0.0), []
     for part in parts:
-        slower = Velocity(part * velocity.x, yaw_rate=part * velocity.yaw_rate)
+        slower = velocity.scaled(part)
         times = [
             0.1 * k
             for k in range(1, 16)
             if inside(
-                seen_after(slower, (place + 0.1 * k * motion)[None], 0.1 * k),
+                seen_after(slower, (at + 0.1 * k * motion)[None], 0.1 * k),
                 outline,
                 grown=0.1 / outline.inscribed_radius,
             ).any()
@@ -166,8 +171,8 @@ def test_the_first_part_of_the_velocity_that_meets_nobody_is_kept(seed: int) -> 
     free = next((p for p, time in zip(parts, met, strict=True) if time == math.inf), None)
     if free is None:  # met at rest too: it goes on where that is no sooner
         free = 1.0 if met[0] >= met[-1] else 0.0
-    brakes = replace(CONFIG, deceleration=1e4, angular_deceleration=1e4)  # so the ways alone count
-    allowed = moving(velocity, (place[0], place[1]), (motion[0], motion[1]), outline, brakes)
+    brakes = replace(CONFIG, deceleration=1e4, angular_deceleration=1e4)  # so the paths alone count
+    allowed = moving(velocity, (at[0], at[1]), (motion[0], motion[1]), outline, brakes)
     assert allowed == pytest.approx(free)
 
 

@@ -202,7 +202,7 @@ def judge_moving(velocity: Velocity, points: Any, motions: Any, **parameters: An
     return made(parameters).judge(velocity, Sight.of(points, motions), ROBOT)
 
 
-def test_it_slows_down_for_what_will_cross_its_way() -> None:
+def test_it_slows_down_for_what_will_cross_its_path() -> None:
     someone = cluster(0.6, -0.9)
     assert judge_moving(FORWARD, someone, np.zeros((8, 2))) == Verdict(FORWARD)
     verdict = judge_moving(FORWARD, someone, CROSSING)
@@ -211,8 +211,8 @@ def test_it_slows_down_for_what_will_cross_its_way() -> None:
 
 
 def test_it_drives_on_where_what_moves_goes_away_or_behind_it() -> None:
-    for place, motion in (((0.6, -0.9), -CROSSING), ((-1.2, -0.9), CROSSING)):
-        assert judge_moving(FORWARD, cluster(*place), motion) == Verdict(FORWARD)
+    for at, motion in (((0.6, -0.9), -CROSSING), ((-1.2, -0.9), CROSSING)):
+        assert judge_moving(FORWARD, cluster(*at), motion) == Verdict(FORWARD)
 
 
 def test_it_drives_away_from_what_comes_after_it_and_stands_before_what_comes_at_it() -> None:
@@ -271,7 +271,7 @@ def test_who_turns_about_is_reckoned_with_as_fast_as_before() -> None:
 
 
 @pytest.mark.parametrize(("gap", "turns"), [(0.05, False), (0.3, False), (1.6, True)])
-def test_it_turns_in_place_no_faster_than_it_can_stop_beside_who_walks(
+def test_it_turns_on_the_spot_no_faster_than_it_can_stop_beside_who_walks(
     gap: float, turns: bool
 ) -> None:
     turning = Velocity(yaw_rate=1.6)

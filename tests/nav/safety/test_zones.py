@@ -57,6 +57,8 @@ def test_by_default_there_are_no_zones_and_four_points_count() -> None:
             Velocity(0.4, yaw_rate=0.2),
             Velocity(0.2, yaw_rate=0.1),
         ),
+        ({"action_type": "slowdown"}, Velocity(0.4, y=-0.2), Velocity(0.2, y=-0.1)),
+        ({"action_type": "limit"}, Velocity(0.6, y=0.8), Velocity(0.3, y=0.4)),
         ({"action_type": "none"}, Velocity(0.4, yaw_rate=0.2), Velocity(0.4, yaw_rate=0.2)),
         ({"max_points": 3}, Velocity(0.4), Velocity()),
         ({"max_points": 4}, Velocity(0.4), Velocity(0.4)),
@@ -65,7 +67,8 @@ def test_by_default_there_are_no_zones_and_four_points_count() -> None:
 )
 def test_what_a_zone_leaves(zone: dict[str, Any], velocity: Velocity, left: Velocity) -> None:
     verdict = judge(velocity, four(0.4, 0.4), {"Zone": {"points": SQUARE, **zone}})
-    assert (verdict.velocity.x, verdict.velocity.yaw_rate) == pytest.approx((left.x, left.yaw_rate))
+    parts = [(each.x, each.y, each.yaw_rate) for each in (verdict.velocity, left)]
+    assert parts[0] == pytest.approx(parts[1])
 
 
 @pytest.mark.parametrize(
@@ -76,6 +79,7 @@ def test_what_a_zone_leaves(zone: dict[str, Any], velocity: Velocity, left: Velo
         (Velocity(0.5), (0.34, 0.0), 2.0, 0.0),  # the first step collides, at 0.0 s
         (Velocity(0.5), (0.29, 0.0), 2.0, 0.0),  # it is inside
         (Velocity(-0.5), (0.29, 0.0), 2.0, 0.0),  # and may not leave
+        (Velocity(y=0.5), (0.0, 0.74), 2.0, 0.5),  # sideways the same
         # the loop looks one step beyond the time that is kept: at 2.0 s it has driven 1.05 m
         (Velocity(0.5), (1.34, 0.0), 2.0, 1.0),
         (Velocity(0.5), (1.29, 0.0), 2.0, 0.95),
@@ -89,8 +93,9 @@ def test_it_approaches_by_the_time_of_the_first_step_that_collides(
 ) -> None:
     zone = {"Foot": {**APPROACH, "time_before_collision": kept}}
     verdict = judge(velocity, [point], zone)
-    left = (verdict.velocity.x, verdict.velocity.yaw_rate)
-    assert left == pytest.approx((velocity.x * part, velocity.yaw_rate * part), abs=1e-9)
+    left, expected = verdict.velocity, velocity.scaled(part)
+    assert (left.x, left.y) == pytest.approx((expected.x, expected.y), abs=1e-9)
+    assert left.yaw_rate == pytest.approx(expected.yaw_rate, abs=1e-9)
 
 
 def test_it_approaches_with_its_own_points_or_radius() -> None:
@@ -153,6 +158,20 @@ def test_of_a_holonomic_robot_the_direction_counts(
     for v, held in ((0.5, ahead), (-0.5, back)):
         verdict = judge(Velocity(v), [(0.4, 0.0)], {"It": zone})
         assert (verdict.action is Action.STOP) is held
+
+
+@pytest.mark.parametrize(("holonomic", "x", "y", "held"), [
+    (True, 0.0, 0.5, True), (True, 0.3, -0.4, True), (True, 0.0, 0.1, False),
+    (True, 0.9, 0.9, False), (False, 0.0, 0.5, False), (False, 0.5, 0.9, True),
+])  # fmt: skip
+def test_of_a_holonomic_robot_the_speed_in_any_direction_counts(
+    holonomic: bool, x: float, y: float, held: bool
+) -> None:
+    part = {"points": SQUARE, "linear_min": 0.2, "linear_max": 1.0, "theta_max": 1.0}
+    zone = {"type": "velocity_polygon", "velocity_polygons": ["all"], "holonomic": holonomic,
+            "min_points": 1, "all": part}  # fmt: skip
+    verdict = judge(Velocity(x, y=y), [(0.4, 0.0)], {"It": zone})
+    assert (verdict.action is Action.STOP) is held
 
 
 def test_a_zone_heeds_the_sources_that_it_names() -> None:

@@ -68,9 +68,13 @@ def test_a_table_is_marked_until_it_is_seen_to_be_gone(robot: PlayedRobot) -> No
     assert cost(robot, LOCAL, 1.02, 0.02) < LETHAL
 
 
-def test_the_voxels_are_published(robot: PlayedRobot) -> None:
+def test_the_voxels_and_the_ends_of_rays_are_published(robot: PlayedRobot) -> None:
     grids = robot.bench.latched(VoxelGrid, f"/{LOCAL}/voxel_grid")
+    ends = robot.bench.collect(PointCloud2, f"/{LOCAL}/clearing_endpoints", qos.LATCHED)
     see(robot, 1.02, TABLE)
+    cleared = np.frombuffer(ends[-1].data, np.float32)
+    assert cleared == pytest.approx((1.02, 0.0, TABLE), abs=1e-3)
+    assert ends[-1].header.frame_id == "odom"
     grid = grids[-1]
     assert (grid.size_x, grid.size_y, grid.size_z) == (60, 60, 10)
     columns = np.array(grid.data, np.uint32).reshape(60, 60)

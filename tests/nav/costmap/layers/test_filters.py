@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -60,15 +61,52 @@ def test_costs_are_those_of_the_mask_where_they_are_greater(seed: int) -> None:
     layered = filtered("KeepoutFilter", SE2(x, y, yaw))
     before = layered.costmap.data.copy()
     give(layered, 0, OccupancyGrid(frame, values), "elsewhere")
-    for cell in np.ndindex(*before.shape):
-        place = SE2(x, y, yaw).inverse().apply(np.array([FREE_MAP.frame.to_point(*cell)]))[0]
-        at = frame.to_cell(float(place[0]), float(place[1]))
-        value = int(values[at]) if frame.contains(*at) else -1
-        zone = 0 if value < 0 else round(value * 254 / 100)
-        assert layered.costmap.data[cell] == max(zone, before[cell])
+    rows, columns = np.indices(before.shape)
+    middles = FREE_MAP.frame.to_points(np.column_stack((rows.ravel(), columns.ravel())))
+    spread = np.linspace(-0.0499, 0.0499, 11)
+    zones = []
+    for spot in [(0.0, 0.0), *itertools.product(spread, spread)]:
+        cells = frame.to_cells(SE2(x, y, yaw).inverse().apply(middles + spot))
+        inside = frame.inside(cells)
+        value = np.full(len(cells), -1)
+        value[inside] = values[tuple(cells[inside].T)]
+        zones.append(np.maximum(np.round(value * 254 / 100), before.ravel()))
+    found = layered.costmap.data.ravel()
+    assert (zones[0] <= found).all()
+    assert (found <= np.max(zones, axis=0)).all()
     assert layered.take_changed() is not None
     layered.update(SE2(0.1, 0.0), 0.1)
     assert layered.take_changed() is None, "nothing has moved"
+
+
+@pytest.mark.parametrize(("shift", "cells"), [(0.0, 0), (0.3, 3)])
+def test_zones_of_the_costmaps_own_cells_do_not_grow(shift: float, cells: int) -> None:
+    layered, values = filtered("KeepoutFilter"), np.zeros((50, 60), np.int8)
+    values[20:30, 10:40] = 100
+    give(layered, 0, OccupancyGrid(GridFrame(0.1, 60, 50, SE2(shift - 3.0, -2.5)), values))
+    lethal = np.roll(values, cells, axis=1) == 100
+    np.testing.assert_array_equal(layered.costmap.data == LETHAL, lethal)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_no_point_of_a_free_cell_lies_in_a_zone(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    T_map_mask = SE2(*rng.uniform((-1.0, -1.0, -3.0), (1.0, 1.0, 3.0)).tolist())
+    size = int(rng.integers(20, 100))
+    frame = GridFrame(6.0 / size, size, size, SE2(-3.0, -3.0))
+    values = np.zeros((size, size), np.int8)
+    values[size // 4 : size // 2, size // 3 : size // 2] = 100
+    layered = filtered("KeepoutFilter", T_map_mask)
+    give(layered, 0, OccupancyGrid(frame, values), "elsewhere")
+    points = rng.uniform((-3.0, -2.5), (3.0, 2.5), (4000, 2))
+    cells = frame.to_cells(T_map_mask.inverse().apply(points))
+    inside = frame.inside(cells)
+    zone = np.zeros(len(points), np.bool_)
+    zone[inside] = values[tuple(cells[inside].T)] == 100
+    costs = layered.costmap.data[tuple(FREE_MAP.frame.to_cells(points).T)]
+    assert zone.sum() > 20
+    # what a cell's corners and edges touch of a zone may be left out, but no more
+    assert (costs[zone] < LETHAL).mean() < 0.01
 
 
 def test_zones_are_kept_in_whatever_a_new_map_makes_of_the_grid() -> None:

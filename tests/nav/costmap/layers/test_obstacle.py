@@ -87,11 +87,12 @@ def test_a_scan_counts_by_its_height(
         {
             "observation_sources": "s all",
             "s": {**SCAN, **names(source), "marking": False},
-            "all": SCAN,
+            "all": {**SCAN, "clearing": False},
         },
     )
     layered.receive("seen", "all", beam(1.02))
     see(layered, 0.0)
+    layered.receive("seen", "all", beam(3.02))  # too far to mark
     see(layered, 0.1, beam(2.02, 0.3 if height > 0.0 else height))
     clears = clears or (height < 0.0 and cls == "ObstacleLayer")
     assert marked(layered) == ([] if clears else [1.0])
@@ -131,6 +132,22 @@ def test_what_is_kept_marks_again_until_it_is_too_old(cls: str) -> None:
     layered.clear_entirely()
     see(layered, 1.0)
     assert marked(layered) == []
+
+
+@pytest.mark.parametrize("cls", LAYERS)
+def test_what_one_source_alone_sees_stays_though_rays_of_another_cross_it(cls: str) -> None:
+    sources = {"s": SCAN, "slow": SCAN}
+    layered = costmap(cls, {"observation_sources": "slow s", **sources})
+    layered.receive("seen", "slow", beam(1.02))
+    for k in range(5):
+        see(layered, 0.1 * k, beam(2.02))
+        assert marked(layered) == [1.0, 2.0]
+    layered.receive("seen", "slow", beam(3.02))
+    see(layered, 0.5, beam(2.02))
+    assert marked(layered) == [2.0]
+    layered.start(0.6)
+    see(layered, 0.6, beam(1.52))
+    assert marked(layered) == [1.5, 2.0], "the ray ends before it, and nothing of before counts"
 
 
 @pytest.mark.parametrize("cls", LAYERS)

@@ -22,6 +22,7 @@ from geometry_msgs.msg import (
 from nav2_msgs.msg import CollisionDetectorState
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField, Range
 from std_msgs.msg import Float32
+from visualization_msgs.msg import Marker, MarkerArray
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
@@ -160,10 +161,17 @@ def test_all_of_several_sources_count() -> None:
     scene = Scene("scan", **both)
     scene.drive(0.2, 0.3)
     assert scene.robot.command == STILL, "one of them is silent"
+    shown = scene.robot.bench.collect(MarkerArray, "/collision_monitor/collision_points_marker")
     for points, v in (([(2.0, 0.0, 0.2)], 0.2), ([(0.4, 0.0, 0.2)], 0.0), ([(0.4, 0.0, 0.6)], 0.2)):
         scene.robot.bench.publish(PointCloud2, "/low", cloud(points, scene.robot.now), qos.DEFAULT)
         scene.drive(0.2, 0.2)
         assert scene.robot.command.x == pytest.approx(v)
+        high, low = shown[-1].markers
+        assert (high.ns, low.ns) == ("collision_points_it", "collision_points_low")
+        assert (low.header.frame_id, low.type) == ("base_link", Marker.POINTS)
+        near = [] if points[0][2] > 0.5 else [pytest.approx(points[0][:2], abs=0.05)]
+        assert [(p.x, p.y) for p in low.points] == near
+        assert not high.points
     scene.robot.close()
 
 

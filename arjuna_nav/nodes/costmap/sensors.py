@@ -1,0 +1,142 @@
+"""Messages of sensors as observations from the robot's base, for costmaps and the monitor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from sensor_msgs.msg import LaserScan, PointCloud2, Range
+
+from arjuna_core.pose3 import Pose3
+from arjuna_core.readings import RangeReading
+from arjuna_core.ros.convert import cloud_from_msg, seconds
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.scan_queue import BaseFrames, scan_seen_from
+from arjuna_core.ros.tf import TransformError
+from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_nav.costmap import PlacedCloud, PlacedRange, PlacedScan
+
+_FLIPPED = Pose3.from_rpy((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))
+_LEVEL = math.cos(math.radians(1.0))  # a lidar that is tilted less is level
+
+
+class SensorFrames(BaseFrames):
+    """The frames in which sensors' messages are read; heights are above the fixed one's ground."""
+
+    def mount(self, frame: str) -> Pose3:
+        """Return the pose of a sensor's frame from the ground below the robot's base.
+
+        Raises:
+            TransformError: The frames are not connected.
+        """
+        mount = self.node.transforms.mount
+        level = Pose3.from_se2(mount(self.fixed, self.base).planar())
+        return level.inverse() @ mount(self.fixed, frame)
+
+
+class WatchFrames(SensorFrames):
+    """Frames of what has to be current at any time; heights are above the robot's base.
+
+    Args:
+        node: The node that reads.
+        fixed: Frame in which what is seen stays put.
+        base: The robot's.
+        correction: Whether what was seen is moved to where the robot is now.
+        tolerance: By how much a transform may be older than what was seen [s].
+    """
+
+    def __init__(
+        self, node: ManagedNode, fixed: str, base: str, correction: bool, tolerance: float
+    ) -> None:
+        super().__init__(node, fixed, base, parameter="base_frame_id")
+        self._correction, self._tolerance = correction, tolerance
+
+    def mount(self, frame: str) -> Pose3:
+        """Return the pose of a sensor's frame in the base."""
+        return self.node.transforms.mount(self.base, frame)
+
+    def pose(self, stamp: float) -> SE2:
+        """Return `T_fixed_base` at a time [s], or the newest where that is hardly older.
+
+        Raises:
+            TransformError: It is not known, or older than the tolerance.
+        """
+        newest = self.node.transforms.latest_common(self.fixed, self.base)
+        if newest and stamp - newest > self._tolerance:
+            late = f"{stamp - newest:.2f} s, over transform_tolerance of {self._tolerance:g} s"
+            raise TransformError(f"{self.fixed} -> {self.base} is behind what was seen by {late}")
+        return super().pose(min(stamp, newest))
+
+    def now(self) -> SE2:
+        """Return the newest `T_base_fixed`."""
+        return self.node.transforms.lookup(self.base, self.fixed)
+
+    def since(self, stamp: float) -> SE2:
+        """Return `T_base_then`, which maps what the base saw at a time [s] to what it sees now."""
+        return self.now() @ self.pose(stamp) if self._correction else IDENTITY
+
+
+class Sensor(NamedTuple):
+    """A type of message that sensors publish.
+
+    Attributes:
+        message: The type.
+        what: Several of them, in a word.
+        read: Returns it as an observation, as `read_scan` does.
+    """
+
+    message: Any
+    what: str
+    read: Callable[..., Any]
+
+
+def read_scan(frames: SensorFrames, message: Any, T: SE2 = IDENTITY, start: str = "") -> PlacedScan:
+    """Return a LaserScan; that of a sensor that is not level keeps its pose.
+
+    Args:
+        frames: The frames that it is read in.
+        message: The message.
+        T: `T_fixed_base` at its stamp.
+        start: Frame in which its rays start; empty for the message's.
+
+    Raises:
+        TransformError: The sensor's frame is not connected to the base's.
+    """
+    own = message.header.frame_id.lstrip("/")
+    scan, mount = scan_seen_from(frames, message), frames.mount(own)
+    if frames.node.transforms.upside_down(frames.base, own):
+        mount = mount @ _FLIPPED
+    origin = frames.mount(start).position if start not in ("", own) else None
+    level = origin is None and float(mount.rotation()[2, 2]) >= _LEVEL
+    return PlacedScan(scan, T, mount.position[2], None if level else mount, origin)
+
+
+def read_cloud(
+    frames: SensorFrames, message: Any, T: SE2 = IDENTITY, start: str = "", **options: Any
+) -> PlacedCloud:
+    """Return a PointCloud2, as `read_scan` does; the options are those of `cloud_from_msg`."""
+    own = message.header.frame_id.lstrip("/")
+    cloud = cloud_from_msg(message, frames.mount(own), **options)
+    if start not in ("", own):
+        cloud = replace(cloud, sensor=np.array(frames.mount(start).position))
+    return PlacedCloud(cloud, T)
+
+
+def read_range(
+    frames: SensorFrames, message: Any, T: SE2 = IDENTITY, start: str = ""
+) -> PlacedRange:
+    """Return a Range, as `read_scan` does."""
+    limits = message.field_of_view, message.min_range, message.max_range
+    mount = frames.node.transforms.lookup(frames.base, message.header.frame_id.lstrip("/"))
+    reading = RangeReading(message.range, *limits, seconds(message.header.stamp), mount)
+    return PlacedRange(reading, T)
+
+
+SENSORS = {
+    "LaserScan": Sensor(LaserScan, "scans", read_scan),
+    "PointCloud2": Sensor(PointCloud2, "clouds", read_cloud),
+    "Range": Sensor(Range, "ranges", read_range),
+}
