@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 NANOSECONDS = 1_000_000_000  # in a second
 
 
@@ -11,6 +13,9 @@ class Periodic:
     Args:
         period: Time between two occurrences [s].
         phase: Time of the first occurrence [s].
+
+    Attributes:
+        next: Time before which none comes [s].
 
     Raises:
         ValueError: The period is not positive.
@@ -22,16 +27,23 @@ class Periodic:
         self._period = period
         self._phase = phase
         self._count = 0
+        self._last = self.next = -math.inf
 
     def due(self, now: float) -> bool:
         """Return whether an occurrence has come since the last call that said so."""
+        if self._last <= now < self.next:
+            return False
         # 1 ns for rounding.
         count = int((now - self._phase + 1e-9) // self._period) + 1
         if count < self._count:  # the clock was set back
             self._count = max(count - 1, 0)
+            self._last = self.next = -math.inf
         if count <= self._count:
             return False
         self._count = count
+        # 1 us of rounding, which near the ends of a period is left to the division.
+        self._last = self._phase + (count - 1) * self._period + 1e-6
+        self.next = self._phase + count * self._period - 1e-6
         return True
 
 

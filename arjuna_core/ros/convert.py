@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import array
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
-from geometry_msgs.msg import (
-    Point,
-    Pose,
-    PoseStamped,
-    Quaternion,
-    Transform,
-    TransformStamped,
-    Vector3,
-)
+from geometry_msgs.msg import Pose, PoseStamped, Quaternion, Transform, TransformStamped
 from nav_msgs.msg import MapMetaData, Path
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from numpy.typing import NDArray
@@ -26,30 +19,41 @@ from std_msgs.msg import Header
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.pose3 import Pose3
 from arjuna_core.readings import Cloud
+from arjuna_core.ros.messages import maker
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2, yaw_of
 from arjuna_core.timing import NANOSECONDS
 
 _REALS = {7: "f4", 8: "f8"}  # PointField.FLOAT32 and FLOAT64
+_STAMP = "header.stamp.sec", "header.stamp.nanosec", "header.frame_id"
+_PLANE = "position.x", "position.y", "orientation.z", "orientation.w"
+_time, _duration = maker(Time, "sec", "nanosec"), maker(Duration, "sec", "nanosec")
+_header = maker(Header, "stamp.sec", "stamp.nanosec", "frame_id")
+_pose = maker(Pose, *_PLANE)
+_pose_stamped = maker(PoseStamped, *_STAMP, *(f"pose.{name}" for name in _PLANE))
+_transform_stamped = maker(
+    TransformStamped,
+    *(*_STAMP, "child_frame_id", "transform.translation.x", "transform.translation.y"),
+    *("transform.rotation.z", "transform.rotation.w"),
+)
 
 
 def seconds(stamp: Any) -> float:
     """Return a Time or Duration message as seconds [s]."""
-    return float(stamp.sec) + float(stamp.nanosec) / NANOSECONDS
+    return stamp.sec + stamp.nanosec / NANOSECONDS  # type: ignore[no-any-return]
 
 
 def time_msg(now: float) -> Time:
     """Return a time [s] as a Time message, to the nearest nanosecond."""
-    sec, nanosec = _whole(now)
-    return Time(sec=sec, nanosec=nanosec)
+    return _time(*_whole(now))
 
 
 def duration_msg(duration: float) -> Duration:
     """Return a duration [s] as a Duration message, to the nearest nanosecond."""
-    sec, nanosec = _whole(duration)
-    return Duration(sec=sec, nanosec=nanosec)
+    return _duration(*_whole(duration))
 
 
+@lru_cache(maxsize=16)
 def _whole(time: float) -> tuple[int, int]:
     """Return a time [s] as whole seconds and the nearest nanosecond."""
     return divmod(round(time * NANOSECONDS), NANOSECONDS)
@@ -57,8 +61,7 @@ def _whole(time: float) -> tuple[int, int]:
 
 def header(frame_id: str, now: float) -> Header:
     """Return a header for a frame and a time [s]."""
-    sec, nanosec = divmod(round(now * NANOSECONDS), NANOSECONDS)
-    return Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=frame_id)
+    return _header(*_whole(now), frame_id)
 
 
 def quaternion(yaw: float) -> Quaternion:
@@ -80,8 +83,12 @@ def pose_msg(pose: SE2) -> Pose:
 
     rclpy writes a whole number of Python's into a float64 as 5e-324, without a word.
     """
-    at = Point(x=float(pose.x), y=float(pose.y))
-    return Pose(position=at, orientation=quaternion(pose.theta))
+    return _pose(*_plane(pose.x, pose.y, pose.theta))
+
+
+def _plane(x: float, y: float, yaw: float) -> tuple[float, float, float, float]:
+    """Return what a pose in the plane has but zeros: x, y [m], and its quaternion's z and w."""
+    return float(x), float(y), math.sin(yaw / 2.0), math.cos(yaw / 2.0)
 
 
 def se2_from_pose(message: Pose) -> SE2:
@@ -98,17 +105,14 @@ def se2_from_pose(message: Pose) -> SE2:
 
 def pose_stamped(pose: SE2, frame_id: str, now: float) -> PoseStamped:
     """Return a planar pose in a frame at a time [s]."""
-    return PoseStamped(header=header(frame_id, now), pose=pose_msg(pose))
+    plane = _plane(pose.x, pose.y, pose.theta)
+    return _pose_stamped(*_whole(now), frame_id, *plane)
 
 
 def transform_msg(T: SE2, parent: str, child: str, now: float) -> TransformStamped:
     """Return `T_parent_child` at a time [s] as a TransformStamped message."""
-    at = Vector3(x=float(T.x), y=float(T.y))
-    return TransformStamped(
-        header=header(parent, now),
-        child_frame_id=child,
-        transform=Transform(translation=at, rotation=quaternion(T.theta)),
-    )
+    plane = _plane(T.x, T.y, T.theta)
+    return _transform_stamped(*_whole(now), parent, child, *plane)
 
 
 def se2_from_transform(message: Transform) -> SE2:
@@ -224,10 +228,7 @@ def path_msg(poses: NDArray[np.float64], frame_id: str, now: float) -> Path:
     """Return poses `(N, 3) float64` of `x, y, yaw` as a Path message."""
     sec, nanosec = _whole(now)
     stamped = [
-        PoseStamped(
-            header=Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=frame_id),
-            pose=Pose(position=Point(x=x, y=y), orientation=quaternion(theta)),
-        )
+        _pose_stamped(sec, nanosec, frame_id, *_plane(x, y, theta))
         for x, y, theta in np.asarray(poses, np.float64).tolist()
     ]
     return Path(header=header(frame_id, now), poses=stamped)

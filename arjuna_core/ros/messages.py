@@ -1,4 +1,4 @@
-"""Messages' constructors, fields and copies, by functions that are compiled for each type.
+"""Messages' constructors, makers, fields and copies, by functions compiled for each type.
 
 rclpy's constructor of a type makes each part twice, as a default and as it is given, and gets and
 sets each field by a function of Python, for a check that is off unless ROS_PYTHON_CHECK_FIELDS is
@@ -99,11 +99,61 @@ def _constructor(template: Any) -> Any:
             arguments.append(f"{field}=unset")
             lines += [f"    if {field} is not unset:", f"        self.{field} = {field}"]
             if isinstance(default, array.array | np.ndarray):
-                known[f"default_{field}"] = default
-                made = f"default_{field}{'[:]' if isinstance(default, array.array) else '.copy()'}"
-                lines += ["    else:", f"        self._{field} = {made}"]
+                lines += ["    else:", f"        self._{field} = {_fresh(default, known)}"]
     head = f"def __init__({', '.join(arguments)}, check_fields=False, **unknown):"
     return _compiled("__init__", [head, *lines], known)
+
+
+def maker(cls: type[Any], *paths: str) -> Callable[..., Any]:
+    """Return what makes messages of a type, and those within, of the values of fields, in order.
+
+    A TransformStamped takes 0.9 us, with the constructors of its six parts 3 us. The values are
+    not converted: a list of numbers is an array.
+
+    Args:
+        cls: The type.
+        paths: The fields that are given, as `header.stamp.sec`; others have their defaults.
+
+    Raises:
+        ValueError: There is no such field.
+    """
+    names = {path: f"a{index}" for index, path in enumerate(paths)}
+    known: dict[str, Any] = {"new": object.__new__}
+    head = f"def made({', '.join(names.values())}):"
+    lines = [*_made(cls(), "m", "", names, known), "    return m"]
+    if names:
+        raise ValueError(f"{cls.__name__} has no {', '.join(names)}")
+    return _compiled("made", [head, *lines], known)  # type: ignore[no-any-return]
+
+
+def _made(
+    template: Any, name: str, prefix: str, names: dict[str, str], known: dict[str, Any]
+) -> list[str]:
+    """Return the lines that make a message; names of values that they use are taken out."""
+    cls = type(template)
+    known[f"type_{name}"] = cls
+    lines = [f"    {name} = new(type_{name})"]
+    lines.append(f"    {name}._check_fields = {template._check_fields}")
+    for field, kind in fields_of(cls):
+        path, part = f"{prefix}{field}", f"{name}_{field}"
+        if path in names:
+            value = names.pop(path)
+        elif isinstance(kind, definition.NamespacedType):
+            lines += _made(getattr(template, field), part, f"{path}.", names, known)
+            value = part
+        else:
+            value = _fresh(getattr(template, field), known)
+        lines.append(f"    {name}._{field} = {value}")
+    return lines
+
+
+def _fresh(default: Any, known: dict[str, Any]) -> str:
+    """Return the expression of a field's default; each message has arrays and lists of its own."""
+    name = f"default_{len(known)}"
+    known[name] = default
+    if isinstance(default, array.array | list):
+        return f"{name}[:]"
+    return f"{name}.copy()" if isinstance(default, np.ndarray) else name
 
 
 def _is_plain(value: Any) -> bool:

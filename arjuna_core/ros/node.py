@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, TypeVar
 
@@ -31,6 +32,7 @@ class ManagedNode(Guarded, LifecycleNode):
     Attributes:
         Config: The frozen dataclass of the node's parameters.
         transforms: The process's transform buffer.
+        due_at: Time before which `run_due` has nothing to do [s].
 
     Args:
         values: Parameters that differ from the defaults, nested or dotted.
@@ -67,6 +69,7 @@ class ManagedNode(Guarded, LifecycleNode):
             self._serve_lifecycle()
         describe_sim_time(self)
         self.active = False
+        self.due_at = math.inf
         self._tasks: list[tuple[Periodic, Callable[[], None]]] = []
         self._made: list[tuple[Callable[[Any], Any], Any]] = []
         self._binding = ParameterBinding(self, self.Config, values or {}, self.on_config)
@@ -135,6 +138,7 @@ class ManagedNode(Guarded, LifecycleNode):
         name = getattr(task, "__name__", "task").strip("_")
         guarded = self.guarded(name, task, self.on_failure)
         self._tasks.append((Periodic(period), guarded))
+        self.due_at = 0.0
 
     def run_due(self, now: float) -> None:
         """Run the periodic tasks that are due at a time [s]; the process calls this."""
@@ -142,6 +146,10 @@ class ManagedNode(Guarded, LifecycleNode):
             for periodic, task in self._tasks:
                 if periodic.due(now):
                     task()
+        self.due_at = math.inf
+        if self.active:
+            for periodic, _ in self._tasks:
+                self.due_at = min(self.due_at, periodic.next)
 
     def publisher(self, message_type: Any, topic: str, profile: Any) -> Any:
         """Create a publisher that lives until cleanup; `/` is the robot's namespace."""
@@ -261,6 +269,7 @@ class ManagedNode(Guarded, LifecycleNode):
         """Run `activate`, then let callbacks and periodic tasks in."""
         result = self._attempt(self.activate)
         self.active = result == TransitionCallbackReturn.SUCCESS
+        self.due_at = 0.0
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:

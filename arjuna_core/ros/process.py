@@ -39,6 +39,8 @@ class MissingNodeError(ArjunaError):
 class ClockedNode(Protocol):
     """The interface that a process needs of its nodes."""
 
+    due_at: float
+
     def get_fully_qualified_name(self) -> str:
         """Return the node's name with its namespace."""
 
@@ -213,6 +215,7 @@ class Process:
                 clock.set_ros_time_override(time)
         if jumped_back:
             for node in self.nodes:
+                node.due_at = 0.0
                 self.guard.call(node, "a clock set back", node.on_time_jump)
         if self.transport is not None:
             self.transport.now = now
@@ -229,8 +232,10 @@ class Process:
 
     def _run_due(self) -> None:
         """Run what is due, behind the transforms and scans that were queued with the clock."""
+        now = self.now
         for node in self.nodes:
-            node.run_due(self.now)
+            if now >= node.due_at:
+                node.run_due(now)
         self._diagnostics.run_due(self.now, [self.node, *self.nodes], self.remarks)
 
     def spin_once(self, timeout: float = _POLL) -> None:

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from geometry_msgs.msg import Twist, TwistStamped, Vector3
+from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.node import Node
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
+from arjuna_core.ros.messages import maker
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.twist import STILL, Velocity
 
+_twist = maker(Twist, "linear.x", "angular.z")
 _STAMPED = "geometry_msgs/msg/TwistStamped"
 
 
@@ -67,8 +69,7 @@ class VelocityOutput:
 
     def publish(self, velocity: Velocity) -> None:
         """Publish one velocity."""
-        linear, angular = Vector3(x=float(velocity.x)), Vector3(z=float(velocity.yaw_rate))
-        twist = Twist(linear=linear, angular=angular)
+        twist = _twist(float(velocity.x), float(velocity.yaw_rate))
         if self._stamped:
             now = self._node.get_clock().now().nanoseconds / 1e9
             twist = TwistStamped(header=header(self._frame, now), twist=twist)

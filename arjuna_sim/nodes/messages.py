@@ -6,23 +6,14 @@ import array
 import math
 from typing import Any
 
-from geometry_msgs.msg import (
-    Point,
-    Pose,
-    PoseWithCovariance,
-    Quaternion,
-    Transform,
-    TransformStamped,
-    Twist,
-    TwistWithCovariance,
-    Vector3,
-)
+from geometry_msgs.msg import Pose, TransformStamped, Twist, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from simulation_interfaces.msg import Bounds, EntityState
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros.convert import PLANAR, header, pose_msg
+from arjuna_core.ros.messages import maker
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import OdometryEstimate
 from arjuna_sim.model.entities import EntityMotion
@@ -31,15 +22,31 @@ from arjuna_sim.physics.robot_motion import JointStates, Truth
 WORLD = "world"
 _DIAGONAL = PLANAR[::4]
 _FARTHEST = 10_000.0  # [m] beyond it single precision tears meshes apart
+_SPACE, _TURN = ("x", "y", "z"), ("x", "y", "z", "w")
+_pose3 = maker(Pose, *(f"position.{i}" for i in _SPACE), *(f"orientation.{i}" for i in _TURN))
+_transform3 = maker(
+    TransformStamped,
+    *("header", "child_frame_id", *(f"transform.translation.{i}" for i in _SPACE)),
+    *(f"transform.rotation.{i}" for i in _TURN),
+)
+_truth = maker(Odometry, "header", "child_frame_id")
+_odometry = maker(
+    Odometry,
+    *("header", "child_frame_id", "pose.pose"),
+    *("twist.twist.linear.x", "twist.twist.linear.y", "twist.twist.angular.z"),
+)
+_joints = maker(JointState, "header", "name", "position", "velocity")
+_imu = maker(
+    Imu,
+    *("header", *(f"orientation.{i}" for i in _TURN)),
+    *(f"{name}.{i}" for name in ("angular_velocity", "linear_acceleration") for i in _SPACE),
+)
 
 
 def transform3_msg(T: Pose3, parent: str, child: str, now: float) -> TransformStamped:
     """Return `T_parent_child` in space at a time [s] as a TransformStamped message."""
-    (x, y, z), (qw, qx, qy, qz) = T.position, T.quaternion
-    transform = Transform(
-        translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw)
-    )
-    return TransformStamped(header=header(parent, now), child_frame_id=child, transform=transform)
+    w, *turn = T.quaternion
+    return _transform3(header(parent, now), child, *T.position, *turn, w)
 
 
 def odometry_msg(estimate: OdometryEstimate, frame: str, child: str, now: float) -> Odometry:
@@ -51,12 +58,9 @@ def odometry_msg(estimate: OdometryEstimate, frame: str, child: str, now: float)
         child: The robot's frame.
         now: [s].
     """
-    linear = Vector3(x=estimate.v, y=estimate.side)
-    message = Odometry(
-        header=header(frame, now),
-        child_frame_id=child,
-        pose=PoseWithCovariance(pose=pose_msg(estimate.T_odom_base)),
-        twist=TwistWithCovariance(twist=Twist(linear=linear, angular=Vector3(z=estimate.w))),
+    motion = estimate.v, estimate.side, estimate.w
+    message: Odometry = _odometry(
+        header(frame, now), child, pose_msg(estimate.T_odom_base), *motion
     )
     message.pose.covariance[PLANAR] = estimate.covariance.ravel()
     v_variance, w_variance = estimate.twist_variance
@@ -67,7 +71,7 @@ def odometry_msg(estimate: OdometryEstimate, frame: str, child: str, now: float)
 
 def truth_msg(truth: Truth, child: str, now: float) -> Odometry:
     """Return the true pose and motion at a time [s] as an Odometry message, without errors."""
-    message = Odometry(header=header(WORLD, now), child_frame_id=child)
+    message: Odometry = _truth(header(WORLD, now), child)
     _set_truth(message.pose.pose, message.twist.twist, truth)
     return message
 
@@ -97,9 +101,8 @@ def motion_msg(motion: EntityMotion, now: float) -> EntityState:
 
 def pose3_msg(pose: Pose3) -> Pose:
     """Return a pose of space as a Pose message."""
-    w, x, y, z = pose.quaternion
-    px, py, pz = pose.position
-    return Pose(position=Point(x=px, y=py, z=pz), orientation=Quaternion(x=x, y=y, z=z, w=w))
+    w, *turn = pose.quaternion
+    return _pose3(*pose.position, *turn, w)
 
 
 def pose3_from_msg(message: Pose) -> Pose3:
@@ -126,23 +129,17 @@ def box_msg(low: Any, high: Any) -> Bounds:
 
 def joint_state_msg(joints: JointStates, now: float) -> JointState:
     """Return joint positions and velocities at a time [s] as a JointState message."""
-    return JointState(
-        header=header("", now),
-        name=list(joints.names),
-        position=array.array("d", joints.positions.tobytes()),
-        velocity=array.array("d", joints.velocities.tobytes()),
+    positions, velocities = (
+        array.array("d", values.tobytes()) for values in (joints.positions, joints.velocities)
     )
+    return _joints(header("", now), list(joints.names), positions, velocities)
 
 
 def imu_msg(reading: ImuReading, frame: str, now: float) -> Imu:
     """Return an IMU's reading at a time [s] as an Imu message."""
-    w, x, y, z = reading.orientation.quaternion
-    message = Imu(
-        header=header(frame, now),
-        orientation=Quaternion(x=x, y=y, z=z, w=w),
-        angular_velocity=_vector(reading.angular_velocity.tolist()),
-        linear_acceleration=_vector(reading.linear_acceleration.tolist()),
-    )
+    w, *turn = reading.orientation.quaternion
+    vectors = *reading.angular_velocity.tolist(), *reading.linear_acceleration.tolist()
+    message: Imu = _imu(header(frame, now), *turn, w, *vectors)
     message.orientation_covariance[:8:4] = reading.tilt_variance
     # The gyro's sum drifts without bound: a client must not take it for a compass.
     message.orientation_covariance[8] = 0.1

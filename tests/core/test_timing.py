@@ -44,6 +44,17 @@ def test_after_the_clock_is_set_back_it_fires_again_within_a_period() -> None:
     assert any(periodic.due(now) for now in (3.0, 3.25, 3.5))
 
 
+@pytest.mark.parametrize("start", [0.0, 1.7e9])
+@pytest.mark.parametrize("period", [1e-7, 0.01, 0.1, 1.0])
+def test_it_is_never_due_before_the_time_that_it_names(period: float, start: float) -> None:
+    periodic, count = Periodic(period), 0
+    for step in range(1000):
+        now = start + step * 0.02
+        early, before, count = now < periodic.next, count, int((now + 1e-9) // period) + 1
+        assert periodic.due(now) is (count > before)
+        assert not (early and count > before)
+
+
 @pytest.mark.parametrize("period", [0.0, -1.0, float("nan")])
 def test_a_period_that_is_not_positive_is_refused(period: float) -> None:
     with pytest.raises(ValueError, match="period must be positive"):

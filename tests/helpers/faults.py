@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from arjuna_core.ros.messages import handed_over
+
 Publish = Callable[[Any], None]
 
 
@@ -63,6 +65,7 @@ class Faults:
         for publisher in publishers:
             self._healthy.append((publisher, publisher.publish))
             publisher.trusted = False
+            publisher.hand_over = handed_over(publisher.msg_type, trusted=False)
             publisher.publish = self._failing(publisher.publish, fault)
 
     def _failing(self, publish: Publish, fault: Fault) -> Publish:

@@ -87,5 +87,6 @@ def _part(module: str) -> str:
 
 
 def _node(owner: Any) -> ManagedNode | None:
-    node = getattr(owner, "node", owner)
-    return node if isinstance(node, ManagedNode) else None
+    if type(owner).__module__.startswith("arjuna_"):  # others' attributes may be made when read
+        owner = getattr(owner, "node", owner)
+    return owner if isinstance(owner, ManagedNode) else None

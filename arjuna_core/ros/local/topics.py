@@ -89,6 +89,7 @@ class LocalPublisher:
     Attributes:
         readers: The subscriptions that it sends to.
         trusted: Whether its messages need no check, for a node of ours makes them.
+        hand_over: Returns of a message the one that its readers share.
     """
 
     def __init__(
@@ -100,6 +101,7 @@ class LocalPublisher:
         self.topic = topic_name
         self.readers: list[LocalSubscription] = []
         self.trusted: bool = node.trusted
+        self.hand_over = handed_over(msg_type, node.trusted)
         self._latched = qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
         self._kept: deque[Any] = deque(maxlen=_depth(qos_profile))
         self._count = 0
@@ -122,7 +124,7 @@ class LocalPublisher:
         if not (self.readers or self._latched):
             return
         trusted, registry = self.trusted, self._registry
-        message = handed_over(self.msg_type, trusted)(message)
+        message = self.hand_over(message)
         if registry.watching:
             registry.watch(self.topic_name, message)
         judged = message, None if trusted else problem_of(message, registry.now), trusted
@@ -142,14 +144,15 @@ class LocalPublisher:
 
     def _send(self, judged: Any, readers: list[LocalSubscription], count: int) -> None:
         executor, taken = self._registry.executor, None
+        put, nodes = executor.put, executor.nodes
         for reader in readers:
             if not reader.raw:
                 reader.waiting.append(judged)
             else:
                 taken = taken or (to_cdr(judged[0]), self._registry.message_info(count))
                 reader.waiting.append(taken)
-            if reader.node in executor.nodes:
-                executor.put(reader.deliver)
+            if reader.node in nodes:
+                put(reader.deliver)
 
     def meet(self, reader: LocalSubscription) -> None:
         """Send to a subscription from now on, if what it asks is offered, and what was kept."""

@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import Point, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from rcl_interfaces.srv import SetParameters
 from rclpy.serialization import deserialize_message, serialize_message
@@ -22,7 +22,7 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from arjuna_core.ros.local.cdr import to_cdr
-from arjuna_core.ros.messages import copier, handed_over, quicken
+from arjuna_core.ros.messages import copier, handed_over, maker, quicken
 from tests.fuzz import messages as fill
 
 pytestmark = pytest.mark.ros
@@ -120,3 +120,23 @@ def test_a_fresh_message_is_a_default_one_of_its_own(cls: Any) -> None:
     else:
         first.transforms.append(None)
     assert parts(cls()) == parts(rclpy_default(cls))
+
+
+@pytest.mark.parametrize("cls", TYPES, ids=lambda cls: str(cls.__name__))
+def test_a_maker_makes_what_the_constructors_do(cls: Any, filler: fill.Filler) -> None:
+    quicken(cls)
+    assert parts(maker(cls)()) == parts(rclpy_default(cls))
+    message, names = filler.message(cls), list(cls.get_fields_and_field_types())
+    values = [getattr(message, name) for name in names]
+    assert parts(maker(cls, *names)(*values)) == parts(message)
+
+
+def test_a_maker_sets_fields_of_fields_and_shares_no_arrays() -> None:
+    make = maker(Odometry, "twist.twist.angular.z", "header.stamp.sec", "pose.pose.position")
+    first, at = make(0.5, 3, Point(x=1.0)), make(0.0, 0, Point(y=2.0)).pose.pose.position
+    first.pose.covariance[0] = 1.0
+    assert (first.twist.twist.angular.z, first.header.stamp.sec) == (0.5, 3)
+    assert (first.pose.pose.position.x, at.y) == (1.0, 2.0)
+    assert not make(0.0, 0, Point()).pose.covariance.any()
+    with pytest.raises(ValueError, match=r"Twist has no linear\.v"):
+        maker(Twist, "linear.x", "linear.v")
