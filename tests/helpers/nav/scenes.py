@@ -19,7 +19,7 @@ from arjuna_core.ros.convert import grid_msg, scan_msg, transform_msg
 from arjuna_core.se2 import SE2
 from bringup.parameters.files import Parameters, shipped_parameters
 from bringup.stack import NAVIGATION_GROUP
-from tests.helpers.nav.drives import Ground, desired_speed
+from tests.helpers.nav.drives import FreeSpace, desired_speed
 from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
 from tests.helpers.nav.navigator_goals import go
 from tests.helpers.ros import TICK
@@ -117,7 +117,7 @@ def two_lidars(seed: int, both: bool = True) -> Outcome:
     start = SE2(0.0, 0.0, float(rng.uniform(-math.pi, math.pi)))
     low, high = cluttered(rng, start, 12), cluttered(rng, start, 12)
     whole = united(low, high)
-    ground = Ground(whole, 0.3, 0.5)
+    ground = FreeSpace(whole, 0.3, 0.5)
     goal = _far(ground, start, rng)
     robot = TwoLidars(both)
     robot.pose, robot.world, robot.rear_world = start, low, high
@@ -130,7 +130,7 @@ def two_lidars(seed: int, both: bool = True) -> Outcome:
     return outcome
 
 
-def _far(ground: Ground, start: SE2, rng: np.random.Generator) -> SE2:
+def _far(ground: FreeSpace, start: SE2, rng: np.random.Generator) -> SE2:
     """Return a goal to which a robot has to drive some metres."""
     while True:
         goal = ground.draw(rng)
@@ -230,7 +230,7 @@ def keepout(seed: int) -> Outcome:
     world = room()
     free = OccupancyGrid(world.frame, np.maximum(world.data, mask.on(world.frame)))
     inside = seed % 5 == 4  # of five goals one is in a zone, or anywhere
-    ground = Ground(world if inside else free, 0.3, 0.5)
+    ground = FreeSpace(world if inside else free, 0.3, 0.5)
     goal = ground.draw(rng) if inside else _far(ground, start, rng)
     robot, outcome = PlayedRobot(_filtered("KeepoutFilter", "zones", *COSTMAPS)), Outcome()
     robot.pose, robot.world = start, world
@@ -254,7 +254,7 @@ def speed_limits(seed: int) -> Outcome:
     for k, value in enumerate(values.tolist()):
         mask.fill(np.array([2.0 * k - 8.0, 0.0]), np.array([2.0, 20.0]), value)
     weights = (100.0, -1.0) if percent else (0.5, -0.005)
-    goal = _far(Ground(world, 0.3, 0.5), start, rng)
+    goal = _far(FreeSpace(world, 0.3, 0.5), start, rng)
     robot = PlayedRobot(_filtered("SpeedFilter", "speeds", COSTMAPS[1]))
     robot.pose, robot.world, outcome = start, world, Outcome()
     since: list[float] = [math.inf, 0.0]  # the limit in force, and when it began
