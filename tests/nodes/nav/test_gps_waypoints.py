@@ -109,9 +109,9 @@ def test_without_fix_or_datum_it_says_what_is_missing(made: Callable[..., Played
         ),
         (
             GeoPose(position=GeoPointMsg(longitude=math.nan)),
-            "gps_poses[1]: position.longitude is nan",
+            "gps_poses: item 1: position.longitude: nan is not finite",
         ),
-        (GeoPose(orientation=Quaternion(w=0.0)), "gps_poses[1]: orientation: quaternion"),
+        (GeoPose(orientation=Quaternion(w=0.0)), "gps_poses: item 1: orientation: quaternion"),
     ],
 )
 def test_a_point_that_is_invalid_ends_it(
