@@ -22,6 +22,15 @@ class Velocity:
     yaw_rate: float = 0.0
 
     @property
+    def speed(self) -> float:
+        """Speed over ground, whatever the direction [m/s]."""
+        return math.hypot(self.x, self.y)
+
+    def scaled(self, ratio: float) -> Velocity:
+        """Return the same motion at a part of its speed."""
+        return Velocity(self.x * ratio, y=self.y * ratio, yaw_rate=self.yaw_rate * ratio)
+
+    @property
     def is_finite(self) -> bool:
         """True where all parts are finite."""
         return all(map(math.isfinite, (self.x, self.y, self.yaw_rate)))

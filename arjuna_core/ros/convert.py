@@ -23,6 +23,7 @@ from arjuna_core.ros.messages import maker
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2, yaw_of
 from arjuna_core.timing import NANOSECONDS
+from arjuna_core.twist import Velocity
 
 _REALS = {7: "f4", 8: "f8"}  # PointField.FLOAT32 and FLOAT64
 _STAMP = "header.stamp.sec", "header.stamp.nanosec", "header.frame_id"
@@ -253,6 +254,11 @@ def planar_covariance(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     full = np.zeros(36)
     full[PLANAR] = np.asarray(covariance).ravel()
     return full
+
+
+def velocity_from_twist(message: Any) -> Velocity:
+    """Return the planar part of a Twist."""
+    return Velocity(message.linear.x, y=message.linear.y, yaw_rate=message.angular.z)
 
 
 def covariance_from_pose(covariance: Any) -> NDArray[np.float64]:

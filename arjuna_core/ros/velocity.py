@@ -9,12 +9,12 @@ from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.node import Node
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import header
+from arjuna_core.ros.convert import header, velocity_from_twist
 from arjuna_core.ros.messages import maker
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.twist import STILL, Velocity
 
-_twist = maker(Twist, "linear.x", "angular.z")
+_twist = maker(Twist, "linear.x", "linear.y", "angular.z")
 _STAMPED = "geometry_msgs/msg/TwistStamped"
 
 
@@ -30,13 +30,13 @@ def subscribe_velocity(
     """Subscribe to commands, in a node's `configure`; one that is not finite is ignored."""
 
     def take(message: Any) -> None:
-        twist = message.twist if stamped else message
-        velocity = Velocity(twist.linear.x, yaw_rate=twist.angular.z)
+        velocity = velocity_from_twist(message.twist if stamped else message)
         if velocity.is_finite:
             callback(velocity)
         else:
             node.get_logger().error(
-                f"{topic} ignored: {velocity.x:g} m/s, {velocity.yaw_rate:g} rad/s"
+                f"{topic} ignored: {velocity.x:g} and {velocity.y:g} m/s, "
+                f"{velocity.yaw_rate:g} rad/s"
             )
 
     node.subscribe(TwistStamped if stamped else Twist, topic, take, qos.LATEST)
@@ -69,7 +69,7 @@ class VelocityOutput:
 
     def publish(self, velocity: Velocity) -> None:
         """Publish one velocity."""
-        twist = _twist(float(velocity.x), float(velocity.yaw_rate))
+        twist = _twist(float(velocity.x), float(velocity.y), float(velocity.yaw_rate))
         if self._stamped:
             now = self._node.get_clock().now().nanoseconds / 1e9
             twist = TwistStamped(header=header(self._frame, now), twist=twist)

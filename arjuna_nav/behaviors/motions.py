@@ -114,8 +114,7 @@ class AssistedTeleop(TimedBehavior):
 
     def _drive(self, pose: SE2, costmap: Costmap, now: float) -> BehaviorResult:
         part = self._safe_part(pose, costmap, now)
-        velocity = Velocity(self._command.x * part, yaw_rate=self._command.yaw_rate * part)
-        return self._result(BehaviorStatus.RUNNING, velocity=velocity)
+        return self._result(BehaviorStatus.RUNNING, velocity=self._command.scaled(part))
 
     def _safe_part(self, pose: SE2, costmap: Costmap, now: float) -> float:
         """Return the part of the time looked ahead that is free of collisions."""

@@ -215,7 +215,7 @@ class StoppedGoalChecker(SimpleGoalChecker):
 
     def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
         """Return whether the robot has arrived and stands; both poses are of one frame."""
-        stands = abs(velocity.x) <= self._v_max and abs(velocity.yaw_rate) <= self._w_max
+        stands = velocity.speed <= self._v_max and abs(velocity.yaw_rate) <= self._w_max
         return super().reached(pose, goal, velocity) and stands
 
 

@@ -223,9 +223,7 @@ class PathFollower:
 
     def _brakes(self, velocity: Velocity) -> bool:
         """Return whether a robot that was commanded to stop still moves."""
-        fastest = max(
-            abs(velocity.x), abs(velocity.yaw_rate) * self._footprint.circumscribed_radius
-        )
+        fastest = max(velocity.speed, abs(velocity.yaw_rate) * self._footprint.circumscribed_radius)
         return fastest > self._config.stopped_velocity
 
     def _scrapes(self, command: Velocity, pose: SE2, costmap: Costmap) -> bool:

@@ -25,7 +25,7 @@ def rollout(
 
     Args:
         pose: Start.
-        velocity: Forward speed and yaw rate.
+        velocity: What is driven.
         duration: For how long [s].
         spacing: Greatest distance between two poses [m].
         turn_step: Greatest angle between two; 0.1 moves a corner 0.5 m out by a cell [rad].
@@ -35,15 +35,16 @@ def rollout(
         `(N, 3) float64` [m, m, rad], the start first.
     """
     duration = min(duration, 2.0 * math.pi / max(abs(velocity.yaw_rate), 1e-9))
-    travel, turn = abs(velocity.x) * duration, abs(velocity.yaw_rate) * duration
+    travel, turn = velocity.speed * duration, abs(velocity.yaw_rate) * duration
     count = 1 + math.ceil(min(max(travel / spacing, turn / turn_step), limit))
     times = np.linspace(0.0, duration, count)
     theta = pose.theta + velocity.yaw_rate * times
     middle = pose.theta + 0.5 * velocity.yaw_rate * times
-    chord = velocity.x * times * np.sinc(velocity.yaw_rate * times / (2.0 * math.pi))
-    return np.column_stack(
-        (pose.x + chord * np.cos(middle), pose.y + chord * np.sin(middle), theta)
-    )
+    chord = times * np.sinc(velocity.yaw_rate * times / (2.0 * math.pi))
+    along, left = chord * np.cos(middle), chord * np.sin(middle)
+    x = pose.x + velocity.x * along - velocity.y * left
+    y = pose.y + velocity.x * left + velocity.y * along
+    return np.column_stack((x, y, theta))
 
 
 def crossing(pose: SE2, before: SE2, after: SE2, distance: float) -> float:

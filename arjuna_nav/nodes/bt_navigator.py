@@ -18,12 +18,12 @@ from nav_msgs.msg import Odometry
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import duration_msg, pose_stamped, seconds
+from arjuna_core.ros.convert import duration_msg, pose_stamped, seconds, velocity_from_twist
 from arjuna_core.ros.goal_client import GoalClient
 from arjuna_core.ros.goal_server import GoalServer, result_timeout
 from arjuna_core.se2 import SE2
 from arjuna_core.timing import Periodic
-from arjuna_core.twist import STILL, Velocity
+from arjuna_core.twist import STILL
 from arjuna_nav.navigator import Ending, Finish, Navigator, NavigatorConfig
 from arjuna_nav.nodes.goals.admission import Admission, RefusedGoalError, error_code
 from arjuna_nav.nodes.goals.memory import GoalMemory, ResumingNode
@@ -131,8 +131,7 @@ class BtNavigatorNode(ResumingNode):
         return f"the robot stands and waits: {problem}" if problem else ""
 
     def _on_odometry(self, message: Any) -> None:
-        twist = message.twist.twist
-        self._velocity = Velocity(twist.linear.x, yaw_rate=twist.angular.z)
+        self._velocity = velocity_from_twist(message.twist.twist)
         self._measured_at = seconds(message.header.stamp)
 
     def _on_goal_pose(self, message: Any) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import header, path_msg, poses_from_path
+from arjuna_core.ros.convert import header, path_msg, poses_from_path, velocity_from_twist
 from arjuna_core.ros.goal_server import GoalNode, GoalServer, result_timeout
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.ros.velocity import VelocityOutput
@@ -49,6 +49,9 @@ class ControllerServerConfig(FollowerConfig):
     speed_limit_topic: str = param("speed_limit", "Topic of speed limits.", read_only=True)
     min_x_velocity_threshold: float = param(
         0.0001, "Measured forward speed below which it counts as 0.", unit="m/s", minimum=0.0
+    )
+    min_y_velocity_threshold: float = param(
+        0.0001, "Measured sideways speed below which it counts as 0.", unit="m/s", minimum=0.0
     )
     min_theta_velocity_threshold: float = param(
         0.0001, "Measured yaw rate below which it counts as 0.", unit="rad/s", minimum=0.0
@@ -115,10 +118,11 @@ class ControllerServerNode(GoalNode):
         self._outdated = True
 
     def _on_odometry(self, message: Any) -> None:
-        config, twist = self.config, message.twist.twist
-        v, w = twist.linear.x, twist.angular.z
+        config, velocity = self.config, velocity_from_twist(message.twist.twist)
+        x, y, w = velocity.x, velocity.y, velocity.yaw_rate
         self._velocity = Velocity(
-            v if abs(v) > config.min_x_velocity_threshold else 0.0,
+            x if abs(x) > config.min_x_velocity_threshold else 0.0,
+            y=y if abs(y) > config.min_y_velocity_threshold else 0.0,
             yaw_rate=w if abs(w) > config.min_theta_velocity_threshold else 0.0,
         )
 

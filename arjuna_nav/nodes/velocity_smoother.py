@@ -9,6 +9,7 @@ from nav_msgs.msg import Odometry
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
+from arjuna_core.ros.convert import velocity_from_twist
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.velocity import VelocityOutput, subscribe_velocity
 from arjuna_core.twist import Velocity
@@ -71,8 +72,7 @@ class VelocitySmootherNode(ManagedNode):
         self._smooth()
 
     def _on_odometry(self, message: Any) -> None:
-        twist = message.twist.twist
-        self._measured = Velocity(twist.linear.x, yaw_rate=twist.angular.z)
+        self._measured = velocity_from_twist(message.twist.twist)
 
     def _carry_on(self) -> None:
         """Continue the last command, unless one comes just now."""

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.twist import STILL, Velocity
-
-_AXES = (0, 2)  # of [x, y, theta]: no robot of ours moves sideways
 
 
 @dataclass(frozen=True)
@@ -106,18 +105,17 @@ class VelocitySmoother:
 
     def _step(self, current: Velocity, command: Velocity, period: float) -> Velocity:
         """Return the velocity a period [s] nearer to a command."""
-        goals = [
-            self._clamped(value, axis) for value, axis in zip(_values(command), _AXES, strict=True)
-        ]
+        before = _values(current)
+        goals = [self._clamped(value, axis) for axis, value in enumerate(_values(command))]
         changes = [
             (goal - now, *self._bounds(now, goal, axis, period))
-            for now, goal, axis in zip(_values(current), goals, _AXES, strict=True)
+            for axis, (now, goal) in enumerate(zip(before, goals, strict=True))
         ]
         ratio = 1.0
         if self._config.scale_velocities:
             ratio = min(_allowed(*change) for change in changes)
         steps = [min(max(ratio * change, low), high) for change, low, high in changes]
-        return Velocity(current.x + steps[0], yaw_rate=current.yaw_rate + steps[1])
+        return _velocity([now + step for now, step in zip(before, steps, strict=True)])
 
     def _clamped(self, value: float, axis: int) -> float:
         return min(max(value, self._config.min_velocity[axis]), self._config.max_velocity[axis])
@@ -131,15 +129,16 @@ class VelocitySmoother:
         return -limit, limit
 
     def _without_deadband(self, velocity: Velocity) -> Velocity:
-        kept = [
-            0.0 if abs(value) < self._config.deadband_velocity[axis] else value
-            for value, axis in zip(_values(velocity), _AXES, strict=True)
-        ]
-        return Velocity(kept[0], yaw_rate=kept[1])
+        parts = zip(_values(velocity), self._config.deadband_velocity, strict=True)
+        return _velocity([0.0 if abs(value) < least else value for value, least in parts])
 
 
-def _values(velocity: Velocity) -> tuple[float, float]:
-    return velocity.x, velocity.yaw_rate
+def _values(velocity: Velocity) -> tuple[float, float, float]:
+    return velocity.x, velocity.y, velocity.yaw_rate
+
+
+def _velocity(values: Sequence[float]) -> Velocity:
+    return Velocity(values[0], y=values[1], yaw_rate=values[2])
 
 
 def _allowed(change: float, low: float, high: float) -> float:

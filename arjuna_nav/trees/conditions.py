@@ -208,7 +208,7 @@ class IsStuck(Condition):
 
     def _holds(self) -> bool:
         state = self.tree.state
-        now, speed = state.measured_at, abs(state.velocity.x)
+        now, speed = state.measured_at, state.velocity.speed
         if self._last is not None and now > self._last[0]:
             # 10 m/s^2, as in Nav2: no robot brakes so hard by itself, so it was stopped.
             self._stuck = (self._last[1] - speed) / (now - self._last[0]) > 10.0
@@ -225,7 +225,7 @@ class IsStopped(TreeNode):
 
     def _tick(self) -> Status:
         now, velocity = self.tree.state.now, self.tree.state.velocity
-        if max(abs(velocity.x), abs(velocity.yaw_rate)) >= self.velocity_threshold:
+        if max(velocity.speed, abs(velocity.yaw_rate)) >= self.velocity_threshold:
             self._since = math.inf
             return Status.FAILURE
         self._since = min(self._since, now)

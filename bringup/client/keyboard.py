@@ -8,7 +8,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 
-from arjuna_core.twist import Velocity
 from bringup.client.keys import PAGES, Driving
 from bringup.client.session import ClientError, Connection
 from bringup.client.velocity import stop, velocity_output
@@ -38,8 +37,7 @@ def drive_by_keys(
                     if keys.waits():
                         driving = driving.pressed(keys.wait(0.0))
                         _show_state(driving)
-                    v, w = driving.velocity
-                    output.publish(Velocity(v, yaw_rate=w))
+                    output.publish(driving.velocity)
         finally:
             stop(session, output)
             show("")  # ends the line of the state
@@ -60,6 +58,7 @@ def _interruptible() -> Iterator[None]:
 
 
 def _show_state(driving: Driving) -> None:
-    v, w = driving.velocity
-    sys.stdout.write(f"\r\033[K{v:5.2f} m/s {w:5.2f} rad/s")
+    now = driving.velocity
+    side = f" {now.y:5.2f} m/s to the left" if now.y else ""
+    sys.stdout.write(f"\r\033[K{now.x:5.2f} m/s{side} {now.yaw_rate:5.2f} rad/s")
     sys.stdout.flush()

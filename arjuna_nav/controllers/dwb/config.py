@@ -39,6 +39,11 @@ class OscillationConfig:
     """Forbids to change the sign of a velocity back and forth."""
 
     scale: float = param(1.0, "Weight; what it forbids is forbidden at any.", minimum=0.0)
+    x_only_threshold: float = param(
+        0.05,
+        "Forward speed above which strafing and turning may change their sign; below 0 at none.",
+        unit="m/s",
+    )
     oscillation_reset_dist: float = param(
         0.05, "Distance after which all is allowed again.", unit="m", minimum=0.0
     )
@@ -89,18 +94,47 @@ class DwbConfig:
 
     min_vel_x: float = param(0.0, "Least forward speed; negative drives back.", unit="m/s")
     max_vel_x: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.0)
+    min_vel_y: float = param(0.0, "Least speed to the left; negative is right.", unit="m/s")
+    max_vel_y: float = param(0.0, "Greatest speed to the left.", unit="m/s", minimum=0.0)
     max_vel_theta: float = param(1.0, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
-    min_speed_xy: float = param(0.0, "Least speed while driving.", unit="m/s", minimum=0.0)
+    min_speed_xy: float = param(
+        0.0, "Least speed, unless it turns by min_speed_theta.", unit="m/s", minimum=0.0
+    )
     max_speed_xy: float = param(0.5, "Greatest speed.", unit="m/s", minimum=0.0)
+    min_speed_theta: float = param(
+        0.0,
+        "Least yaw rate of a velocity that is slower than min_speed_xy.",
+        unit="rad/s",
+        minimum=0.0,
+    )
     acc_lim_x: float = param(2.5, "Acceleration.", unit="m/s^2", minimum=0.0)
+    acc_lim_y: float = param(2.5, "Acceleration to a side.", unit="m/s^2", minimum=0.0)
     acc_lim_theta: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.0)
     decel_lim_x: float = param(-2.5, "Deceleration.", unit="m/s^2", maximum=0.0)
+    decel_lim_y: float = param(-2.5, "Deceleration to a side.", unit="m/s^2", maximum=0.0)
     decel_lim_theta: float = param(
         -3.2, "Change of the yaw rate to zero.", unit="rad/s^2", maximum=0.0
     )
     vx_samples: int = param(20, "Speeds tried.", minimum=1, maximum=10_000)
+    vy_samples: int = param(5, "Speeds to the left tried.", minimum=1, maximum=10_000)
     vtheta_samples: int = param(20, "Yaw rates tried.", minimum=1, maximum=10_000)
     sim_time: float = param(1.7, "Time simulated.", unit="s", minimum=0.01)
+    trajectory_generator_name: str = param(
+        "dwb_plugins::StandardTrajectoryGenerator",
+        "How velocities are sampled: those within reach of sim_time, driven by accelerating; or"
+        " those of one command's period, driven at once.",
+        choices=(
+            "dwb_plugins::StandardTrajectoryGenerator",
+            "dwb_plugins::LimitedAccelGenerator",
+        ),
+    )
+    sim_period: float | None = param(
+        None, "Period of LimitedAccelGenerator; that of the controller if none.", unit="s"
+    )
+    discretize_by_time: bool = param(False, "Whether poses are apart by time, else by distance.")
+    time_granularity: float = param(
+        0.5, "Greatest time between two poses, if by time.", unit="s", minimum=0.001
+    )
     linear_granularity: float = param(
         0.5, "Greatest distance between two poses.", unit="m", minimum=0.001
     )

@@ -42,6 +42,9 @@ class Dwb:
         self._footprint = footprint
         given = config.xy_goal_tolerance
         self._xy_goal_tolerance = xy_goal_tolerance if given is None else given
+        self._sim_period: float | None = None
+        if config.trajectory_generator_name.endswith("LimitedAccelGenerator"):
+            self._sim_period = period if config.sim_period is None else config.sim_period
         self._path = TrackedPath(config.prune_distance)
         self._oscillation = Oscillation(config.Oscillation)
         self._arrived = False
@@ -78,28 +81,39 @@ class Dwb:
                 f"from ({pose.x:.2f}, {pose.y:.2f})"
             )
             return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
-        command = Velocity(float(samples[best, 0]), yaw_rate=float(samples[best, 1]))
+        v, side, w = (float(value) for value in samples[best])
+        command = Velocity(v, y=side, yaw_rate=w)
         self._oscillation.take(command, pose)
         return ControlResult(ControlStatus.SUCCEEDED, command)
 
     def _samples(self, velocity: Velocity) -> NDArray[np.float64]:
-        """Return the velocities within reach, `(N, 2) float64` of `(v, w)`."""
+        """Return the velocities within reach, `(N, 3) float64` of `(v, side, w)`."""
         config = self._config
-        v_max = min(config.max_vel_x, config.max_speed_xy, self.speed_limit)
-        reach = config.sim_time
+        fastest = min(config.max_speed_xy, self.speed_limit)
+        reach = config.sim_time if self._sim_period is None else self._sim_period
+        v_max, side_max = min(config.max_vel_x, fastest), min(config.max_vel_y, fastest)
         v = _spaced(
             max(min(config.min_vel_x, v_max), velocity.x + config.decel_lim_x * reach),
             min(v_max, velocity.x + config.acc_lim_x * reach),
             config.vx_samples,
+        )
+        side = _spaced(
+            max(config.min_vel_y, -fastest, velocity.y - config.acc_lim_y * reach),
+            min(side_max, velocity.y + config.acc_lim_y * reach),
+            config.vy_samples,
         )
         w = _spaced(
             max(-config.max_vel_theta, velocity.yaw_rate - config.acc_lim_theta * reach),
             min(config.max_vel_theta, velocity.yaw_rate + config.acc_lim_theta * reach),
             config.vtheta_samples,
         )
-        grid = np.stack(np.meshgrid(v, w, indexing="ij"), axis=-1).reshape(-1, 2)
-        slow = (np.abs(grid[:, 0]) < config.min_speed_xy) & (grid[:, 0] != 0.0)
-        return np.ascontiguousarray(grid[~slow])
+        grid = np.stack(np.meshgrid(v, side, w, indexing="ij"), axis=-1).reshape(-1, 3)
+        speed = np.hypot(grid[:, 0], grid[:, 1])
+        slow = (speed < config.min_speed_xy) & (np.abs(grid[:, 2]) < config.min_speed_theta)
+        # 1e-9: of the rounding of speeds. A robot that is too fast as yet brakes as hard as it can.
+        fast = speed > max(fastest, speed.min()) + 1e-9
+        moves = grid.any(axis=1) | self._arrived
+        return np.ascontiguousarray(grid[~slow & ~fast & moves])
 
     def _best(
         self, samples: NDArray[np.float64], pose: SE2, velocity: Velocity, costmap: Costmap
@@ -112,14 +126,23 @@ class Dwb:
         )
         points = frame.origin.inverse().apply(self._near_path()) / frame.resolution
         cells = path_cells(points, *frame.shape)
+        at_once = self._sim_period is not None
+
+        def limit(acceleration: float) -> float:
+            return math.inf if at_once else abs(acceleration)
+
         dynamics = Dynamics(
             velocity.x,
+            velocity.y,
             velocity.yaw_rate,
-            config.acc_lim_x,
-            -config.decel_lim_x,
-            config.acc_lim_theta,
-            -config.decel_lim_theta,
+            limit(config.acc_lim_x),
+            limit(config.decel_lim_x),
+            limit(config.acc_lim_y),
+            limit(config.decel_lim_y),
+            limit(config.acc_lim_theta),
+            limit(config.decel_lim_theta),
             config.sim_time,
+            config.time_granularity if config.discretize_by_time else math.inf,
             config.linear_granularity,
             config.angular_granularity,
         )
@@ -151,18 +174,18 @@ class Dwb:
 
     def _base_scores(self, samples: NDArray[np.float64], velocity: Velocity) -> NDArray[np.float64]:
         """Return the scores that depend on the velocity alone; inf where it is forbidden."""
-        config, (v, w) = self._config, samples.T
+        config, (v, side, w) = self._config, samples.T
         scores = np.zeros(len(samples))
         if self._uses("Oscillation"):
-            back, forth, right, left = self._oscillation.allowed
-            scores[((v < 0) & (not back)) | ((v > 0) & (not forth))] = np.inf
-            scores[((w < 0) & (not right)) | ((w > 0) & (not left))] = np.inf
+            for part, (back, forth) in zip(samples.T, self._oscillation.allowed, strict=True):
+                scores[((part < 0) & (not back)) | ((part > 0) & (not forth))] = np.inf
         if self._uses("RotateToGoal") and self._arrived:
-            if abs(velocity.x) > config.trans_stopped_velocity:
-                scores[np.abs(v) >= abs(velocity.x)] = np.inf
-                scores += config.RotateToGoal.scale * config.RotateToGoal.slowing_factor * v * v
+            squares = v * v + side * side
+            if velocity.speed > config.trans_stopped_velocity:
+                scores[squares >= velocity.speed**2] = np.inf
+                scores += config.RotateToGoal.scale * config.RotateToGoal.slowing_factor * squares
             else:
-                scores[v != 0.0] = np.inf
+                scores[squares != 0.0] = np.inf
         if self._uses("PreferForward"):
             forward = config.PreferForward
             hardly = (v < forward.strafe_x) & (np.abs(w) < forward.strafe_theta)
@@ -197,7 +220,7 @@ class Dwb:
 
 def _spaced(low: float, high: float, count: int) -> NDArray[np.float64]:
     """Return values from low to high, and zero where it lies between them."""
-    values = np.linspace(low, max(low, high), count)
+    values = np.linspace(low, high, count) if low < high else np.array([low])
     if low < 0.0 < high and 0.0 not in values:
         values = np.sort(np.append(values, 0.0))
     return values

@@ -46,14 +46,17 @@ class Oscillation:
 
     def reset(self) -> None:
         """Allow everything."""
-        self._v, self._w = _Trend(), _Trend()
+        self._v, self._side, self._w = _Trend(), _Trend(), _Trend()
         self._since = None
 
     def take(self, command: Velocity, pose: SE2) -> None:
         """Take what was commanded at a pose."""
         if self._since is not None and self._got_on(self._since, pose):
             self.reset()
-        flipped = self._v.update(command.x) | self._w.update(command.yaw_rate)
+        flipped = self._v.update(command.x)
+        slow = self._config.x_only_threshold
+        if slow < 0.0 or abs(command.x) <= slow:
+            flipped |= self._side.update(command.y) | self._w.update(command.yaw_rate)
         if flipped:
             self._since = pose
 
@@ -65,6 +68,6 @@ class Oscillation:
         )
 
     @property
-    def allowed(self) -> tuple[bool, bool, bool, bool]:
-        """Flags: driving back, driving forward, turning right, turning left is allowed."""
-        return (*self._v.allowed(), *self._w.allowed())
+    def allowed(self) -> tuple[tuple[bool, bool], tuple[bool, bool], tuple[bool, bool]]:
+        """Whether negative and positive values are allowed: forward, to the left, of turning."""
+        return self._v.allowed(), self._side.allowed(), self._w.allowed()

@@ -22,12 +22,16 @@ class Dynamics(NamedTuple):
     """Accelerations along a trajectory, and steps of its simulation."""
 
     v: float
+    side: float
     w: float
     accel_v: float
     decel_v: float
+    accel_side: float
+    decel_side: float
     accel_w: float
     decel_w: float
     duration: float
+    time_step: float
     linear_step: float
     angular_step: float
 
@@ -87,7 +91,7 @@ def score_all(
 
     Args:
         start: `(x, y, theta)` in the grid [cells, rad].
-        samples: `(N, 2) float64` of `(v, w)` [m/s, rad/s].
+        samples: `(N, 3) float64` of `(v, side, w)` [m/s, m/s, rad/s].
         base: `(N,) float64` scores that depend on the sample alone; inf where it is forbidden.
         dynamics: Present velocity and limits.
         robot: Its outline.
@@ -101,9 +105,8 @@ def score_all(
     for i in range(len(samples)):
         if base[i] == math.inf:
             continue
-        v, w = samples[i]
         score = base[i] + _score(
-            start, v, w, dynamics, robot, weights, resolution, data, to_path, to_goal
+            start, samples[i], dynamics, robot, weights, resolution, data, to_path, to_goal
         )
         if score < best_score:
             best, best_score = i, score
@@ -113,8 +116,7 @@ def score_all(
 @njit(cache=True)
 def _score(
     start: NDArray[np.float64],
-    target_v: float,
-    target_w: float,
+    target: NDArray[np.float64],
     dynamics: Dynamics,
     robot: Robot,
     weights: Weights,
@@ -124,7 +126,7 @@ def _score(
     to_goal: NDArray[np.int32],
 ) -> float:
     """Return a trajectory's score, inf where it collides or ends out of reach of the path."""
-    pose, yaw, cost = _drive(start, target_v, target_w, dynamics, robot, weights, resolution, data)
+    pose, yaw, cost = _drive(start, target, dynamics, robot, weights, resolution, data)
     if cost == math.inf:
         return math.inf
     score = weights.obstacle * cost
@@ -151,8 +153,7 @@ def _score(
 @njit(cache=True)
 def _drive(
     start: NDArray[np.float64],
-    target_v: float,
-    target_w: float,
+    target: NDArray[np.float64],
     dynamics: Dynamics,
     robot: Robot,
     weights: Weights,
@@ -160,18 +161,24 @@ def _drive(
     data: NDArray[np.uint8],
 ) -> tuple[NDArray[np.float64], float, float]:
     """Return where a trajectory ends, the heading that counts, and its cost, inf if it collides."""
-    travel, turn = abs(target_v) * dynamics.duration, abs(target_w) * dynamics.duration
-    steps = max(
-        math.ceil(travel / dynamics.linear_step), math.ceil(turn / dynamics.angular_step), 1
-    )
+    travel = math.hypot(target[0], target[1]) * dynamics.duration
+    turn = abs(target[2]) * dynamics.duration
+    if dynamics.time_step < math.inf:
+        steps = max(math.ceil(dynamics.duration / dynamics.time_step), 1)
+    else:
+        linear, angular = travel / dynamics.linear_step, turn / dynamics.angular_step
+        steps = max(math.ceil(linear), math.ceil(angular), 1)
     dt, (height, width) = dynamics.duration / steps, data.shape
     x, y, theta = start
-    v, w, total, last, yaw = dynamics.v, dynamics.w, 0.0, 0.0, start[2]
+    v, side, w = dynamics.v, dynamics.side, dynamics.w
+    total, last, yaw = 0.0, 0.0, start[2]
     for k in range(steps):
-        v = _towards(v, target_v, dynamics.accel_v * dt, dynamics.decel_v * dt)
-        w = _towards(w, target_w, dynamics.accel_w * dt, dynamics.decel_w * dt)
-        x += v * dt / resolution * math.cos(theta + 0.5 * w * dt)
-        y += v * dt / resolution * math.sin(theta + 0.5 * w * dt)
+        v = _towards(v, target[0], dynamics.accel_v * dt, dynamics.decel_v * dt)
+        side = _towards(side, target[1], dynamics.accel_side * dt, dynamics.decel_side * dt)
+        w = _towards(w, target[2], dynamics.accel_w * dt, dynamics.decel_w * dt)
+        c, s = math.cos(theta + 0.5 * w * dt), math.sin(theta + 0.5 * w * dt)
+        x += (v * c - side * s) * dt / resolution
+        y += (v * s + side * c) * dt / resolution
         theta += w * dt
         row, column = math.floor(y), math.floor(x)
         if not (0 <= row < height and 0 <= column < width):

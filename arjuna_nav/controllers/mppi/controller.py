@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -93,7 +94,7 @@ class Mppi:
         self._last = STILL
         for _ in range(1 + self._config.retry_attempt_limit):
             if self._optimizer.improve(velocity, limits, lambda r: self._judge(r, scene)):
-                command = self._optimizer.advance(self._period)
+                command = self._steered(self._optimizer.advance(self._period), limits.radius)
                 return self._checked(command, pose, costmap)
             self._optimizer.reset()
         where = f"({pose.x:.2f}, {pose.y:.2f})"
@@ -107,6 +108,7 @@ class Mppi:
 
     def _limits(self) -> Limits:
         config = self._config
+        steered = config.motion_model == "Ackermann"
         return Limits(
             config.vx_min,
             min(config.vx_max, self.speed_limit),
@@ -114,7 +116,16 @@ class Mppi:
             config.ax_max,
             abs(config.ax_min),
             config.az_max,
+            min(config.vy_max, self.speed_limit),
+            config.ay_max,
+            abs(config.ay_min),
+            config.AckermannConstraints.min_turning_r if steered else 0.0,
         )
+
+    def _steered(self, command: Velocity, radius: float) -> Velocity:
+        """Return a command whose circle is no less than a radius [m]."""
+        most = abs(command.x) / radius if radius > 0.0 else math.inf
+        return replace(command, yaw_rate=min(max(command.yaw_rate, -most), most))
 
     def _judge(self, rollouts: Rollouts, scene: Scene) -> tuple[Array, bool]:
         """Return each rollout's cost by all critics, and whether all collide."""

@@ -47,8 +47,21 @@ def prefer_forward(config: NearGoalConfig, rollouts: Rollouts, scene: Scene) -> 
 
 
 def constraint(config: CriticConfig, rollouts: Rollouts, scene: Scene) -> Array:
-    """Return how long and how far each rollout's speed is beyond its limits."""
-    excess = _beyond(rollouts.v, scene.limits.v_min, scene.limits.v_max)
+    """Return how long and how far each rollout's speed is beyond its limits.
+
+    Sideways, the speed of either direction counts, with the sign of the forward one.
+
+    Source: nav2_mppi_controller, ConstraintCritic.
+    """
+    limits, speeds = scene.limits, rollouts.v
+    low, high = limits.v_min, limits.v_max
+    if len(rollouts.side):
+        speeds = np.copysign(np.hypot(rollouts.v, rollouts.side), rollouts.v)
+        low, high = (
+            math.copysign(math.hypot(low, limits.side_max), low),
+            math.hypot(high, limits.side_max),
+        )
+    excess = _beyond(speeds, low, high)
     return weighed(excess, config.cost_weight * scene.dt)
 
 
@@ -59,9 +72,11 @@ def twirling(config: CriticConfig, rollouts: Rollouts, scene: Scene) -> Array:
 
 def deadband(config: DeadbandConfig, rollouts: Rollouts, scene: Scene) -> Array:
     """Return how long and how far each rollout's velocities do not move the drive."""
-    v, _, w = config.deadband_velocities
-    excess = np.maximum(_F(v) - np.abs(rollouts.v), 0) + np.maximum(_F(w) - np.abs(rollouts.w), 0)
-    return weighed(excess.sum(axis=0), config.cost_weight * scene.dt)
+    least = zip(config.deadband_velocities, (rollouts.v, rollouts.side, rollouts.w), strict=True)
+    excess = sum(
+        np.maximum(_F(low) - np.abs(part), 0).sum(axis=0) for low, part in least if len(part)
+    )
+    return weighed(excess, config.cost_weight * scene.dt)
 
 
 def weighed(values: Array, weight: float) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 from numba import njit
@@ -31,6 +32,20 @@ Judge = Callable[[Rollouts], tuple[Array, bool]]
 """Returns each rollout's cost, and whether all collide."""
 
 
+_NO_CONTROLS = np.empty((0, 0), np.float32)
+
+
+@dataclass
+class _Axis:
+    """One part of the velocity: its noise, what is tried, what was found and what was driven."""
+
+    noise: Array
+    deviation: float
+    controls: Array
+    sequence: Array = field(default_factory=lambda: np.empty(0, np.float32))
+    history: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+
+
 class Optimizer:
     """Keeps the best controls found and makes them better.
 
@@ -45,21 +60,30 @@ class Optimizer:
         steps, batch = config.time_steps, config.batch_size
         self._rng = np.random.default_rng(config.seed)
         columns = batch * (_SPARE if config.regenerate_noises else 1)
-        white = self._rng.standard_normal((2, steps, columns), dtype=np.float32)
+        holonomic = config.motion_model == "Omni"
+        deviations = (config.vx_std, config.wz_std, config.vy_std)[: 3 if holonomic else 2]
+        white = self._rng.standard_normal((len(deviations), steps, columns), dtype=np.float32)
         keep = math.exp(-config.model_dt / config.noise_time) if config.noise_time else 0.0
         self._gamma = config.gamma * (1.0 - keep) / (1.0 + keep)  # slow changes are likelier
-        self._noise_v = correlated(white[0], keep, config.vx_std)
-        self._noise_w = correlated(white[1], keep, config.wz_std)
-        self._controls_v = np.empty((steps, batch), np.float32)
-        self._controls_w = np.empty((steps, batch), np.float32)
-        self.rollouts = empty_rollouts(steps, batch)
+        self._axes = [
+            _Axis(
+                correlated(each, keep, deviation), deviation, np.empty((steps, batch), np.float32)
+            )
+            for each, deviation in zip(white, deviations, strict=True)
+        ]
+        self.rollouts = empty_rollouts(steps, batch, holonomic)
         self.reset()
+
+    @property
+    def controls(self) -> Array:
+        """The controls found: speeds, yaw rates and, if it drives sideways, speeds to the left."""
+        return np.array([axis.sequence for axis in self._axes])
 
     def reset(self) -> None:
         """Forget the controls found."""
-        steps = self._config.time_steps
-        self.v, self.w = np.zeros(steps, np.float32), np.zeros(steps, np.float32)
-        self._history = np.zeros((_HISTORY, 2))
+        for axis in self._axes:
+            axis.sequence = np.zeros(self._config.time_steps, np.float32)
+            axis.history = np.zeros(_HISTORY)
 
     def improve(self, velocity: Velocity, limits: Limits, judge: Judge) -> bool:
         """Make the controls better; return False where every rollout collides."""
@@ -74,19 +98,21 @@ class Optimizer:
 
     def _sample(self, velocity: Velocity, limits: Limits) -> None:
         """Roll out noisy controls."""
-        config, noise_v, noise_w = self._config, self._noise_v, self._noise_w
-        batch = config.batch_size
+        config, batch = self._config, self._config.batch_size
+        noises = [axis.noise for axis in self._axes]
         if config.regenerate_noises:  # a window of the spare noise: new noise would cost more
-            at_v, at_w = self._rng.integers((_SPARE - 1) * batch, size=2)
-            noise_v = np.ascontiguousarray(noise_v[:, at_v : at_v + batch])
-            noise_w = np.ascontiguousarray(noise_w[:, at_w : at_w + batch])
-        add_noise(self.v, noise_v, self._controls_v)
-        add_noise(self.w, noise_w, self._controls_w)
+            starts = self._rng.integers((_SPARE - 1) * batch, size=len(noises))
+            noises = [
+                np.ascontiguousarray(noise[:, at : at + batch])
+                for noise, at in zip(noises, starts, strict=True)
+            ]
+        for axis, noise in zip(self._axes, noises, strict=True):
+            add_noise(axis.sequence, noise, axis.controls)
         roll_out(
-            self._controls_v,
-            self._controls_w,
-            velocity.x,
-            velocity.yaw_rate,
+            self._axes[0].controls,
+            self._axes[1].controls,
+            self._axes[2].controls if len(self._axes) > 2 else _NO_CONTROLS,
+            (float(velocity.x), float(velocity.y), float(velocity.yaw_rate)),
             limits,
             config.model_dt,
             self.rollouts,
@@ -94,30 +120,30 @@ class Optimizer:
 
     def _update(self, costs: Array) -> None:
         """Average the controls by their costs."""
-        config = self._config
-        for controls, sequence, std in (
-            (self._controls_v, self.v, config.vx_std),
-            (self._controls_w, self.w, config.wz_std),
-        ):
-            weigh(costs, controls, sequence, self._gamma / std**2)
-        weights = np.exp((costs.min() - costs) / np.float32(config.temperature))
+        for axis in self._axes:
+            weigh(costs, axis.controls, axis.sequence, self._gamma / axis.deviation**2)
+        weights = np.exp((costs.min() - costs) / np.float32(self._config.temperature))
         weights /= weights.sum()
-        self.v = average(weights, self._controls_v)
-        self.w = average(weights, self._controls_w)
+        for axis in self._axes:
+            axis.sequence = average(weights, axis.controls)
 
     def _smooth(self, limits: Limits) -> None:
         """Fit the controls, those driven before among them, by a running quadratic."""
-        self.v = _smoothed(self._history[:, 0], self.v, limits.v_min, limits.v_max)
-        self.w = _smoothed(self._history[:, 1], self.w, -limits.w_max, limits.w_max)
+        bounds = (
+            (limits.v_min, limits.v_max),
+            (-limits.w_max, limits.w_max),
+            (-limits.side_max, limits.side_max),
+        )
+        for axis, (low, high) in zip(self._axes, bounds, strict=False):
+            axis.sequence = _smoothed(axis.history, axis.sequence, low, high)
 
     def advance(self, time: float) -> Velocity:
         """Return the controls a time [s] ahead, and move on by it."""
-        steps = time / self._config.model_dt
-        self.v, self.w = _later(self.v, steps), _later(self.w, steps)
-        command = Velocity(float(self.v[0]), yaw_rate=float(self.w[0]))
-        self._history[:-1] = self._history[1:]
-        self._history[-1] = command.x, command.yaw_rate
-        return command
+        for axis in self._axes:
+            axis.sequence = _later(axis.sequence, time / self._config.model_dt)
+            axis.history = np.append(axis.history[1:], axis.sequence[0])
+        x, yaw_rate, *side = (float(axis.sequence[0]) for axis in self._axes)
+        return Velocity(x, y=side[0] if side else 0.0, yaw_rate=yaw_rate)
 
 
 @njit(cache=True)

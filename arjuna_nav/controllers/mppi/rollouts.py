@@ -25,6 +25,7 @@ class Rollouts(NamedTuple):
         x: Positions ahead [m].
         y: Positions to the left [m].
         yaw: Headings [rad], not wrapped.
+        side: Speeds to the left [m/s]; `(0, 0)` of a robot that does not drive sideways.
     """
 
     v: Array
@@ -32,10 +33,24 @@ class Rollouts(NamedTuple):
     x: Array
     y: Array
     yaw: Array
+    side: Array
 
 
 class Limits(NamedTuple):
-    """Limits of the drive."""
+    """Limits of the drive.
+
+    Attributes:
+        v_min: Least forward speed [m/s].
+        v_max: Greatest [m/s].
+        w_max: Greatest yaw rate [rad/s].
+        accel: Gain of speed [m/s^2].
+        decel: Loss of speed [m/s^2].
+        accel_w: Change of the yaw rate [rad/s^2].
+        side_max: Greatest speed to either side [m/s].
+        side_accel: Gain of speed to the left [m/s^2].
+        side_decel: Gain of speed to the right [m/s^2].
+        radius: Least turning radius [m].
+    """
 
     v_min: float
     v_max: float
@@ -43,11 +58,16 @@ class Limits(NamedTuple):
     accel: float
     decel: float
     accel_w: float
+    side_max: float = 0.0
+    side_accel: float = 0.0
+    side_decel: float = 0.0
+    radius: float = 0.0
 
 
-def empty_rollouts(steps: int, batch: int) -> Rollouts:
+def empty_rollouts(steps: int, batch: int, holonomic: bool) -> Rollouts:
     """Return room for rollouts."""
-    return Rollouts(*(np.zeros((steps, batch), np.float32) for _ in range(5)))
+    shapes = [(steps, batch)] * 5 + [(steps, batch) if holonomic else (0, 0)]
+    return Rollouts(*(np.zeros(shape, np.float32) for shape in shapes))
 
 
 @njit(cache=True, fastmath=True)
@@ -75,34 +95,53 @@ def add_noise(sequence: Array, noise: Array, out: Array) -> None:
 def roll_out(
     controls_v: Array,
     controls_w: Array,
-    v0: float,
-    w0: float,
+    controls_side: Array,
+    now: tuple[float, float, float],
     limits: Limits,
     dt: float,
     out: Rollouts,
 ) -> None:
-    r"""Write where controls take the robot that now drives `(v0, w0)`.
+    """Write where controls take the robot that now drives forward, to the left and turns so.
 
     A step's velocity is the control before it, as near as the limits allow. Headings turn by
     a polynomial of sine and cosine a step, exact to 1e-7. Each loop has a few rows alone, or the
     compiler does not vectorize it (`bench controller` times a command).
     """
     steps, batch = controls_v.shape
+    v0, side0, w0 = now
     step, turn = _F(dt), _F(limits.accel_w * dt)
     up, down = _F(limits.accel * dt), _F(limits.decel * dt)
+    left, right = _F(limits.side_accel * dt), _F(limits.side_decel * dt)
     v_min, v_max, w_max = _F(limits.v_min), _F(limits.v_max), _F(limits.w_max)
-    v, w, x, y, yaw = out
+    side_max, radius = _F(limits.side_max), _F(limits.radius)
+    v, w, x, y, yaw, side = out
     v[0], w[0], y[0] = _F(v0), _F(w0), _F(0.0)
     yaw[0], x[0] = _F(w0) * step, _F(v0) * step
+    if len(side):
+        side[0], y[0] = _F(side0), _F(side0) * step
     c, s = np.empty(batch, np.float32), np.empty(batch, np.float32)
     c[:], s[:] = _F(math.cos(w0 * dt)), _F(math.sin(w0 * dt))
     for t in range(1, steps):
         _limited(controls_v[t - 1], v[t - 1], v_min, v_max, down, up, v[t])
         _limited(controls_w[t - 1], w[t - 1], -w_max, w_max, turn, turn, w[t])
+        if radius > _F(0.0):
+            _bowed(v[t], radius, w[t])
         _moved(x[t - 1], v[t], c, step, x[t])
         _moved(y[t - 1], v[t], s, step, y[t])
+        if len(side):
+            _limited(controls_side[t - 1], side[t - 1], -side_max, side_max, right, left, side[t])
+            _moved(x[t], side[t], s, -step, x[t])
+            _moved(y[t], side[t], c, step, y[t])
         _turned(yaw[t - 1], w[t], step, yaw[t])
         _rotated(w[t], step, c, s)
+
+
+@njit(cache=True, fastmath=True)
+def _bowed(speeds: Array, radius: float, rates: Array) -> None:
+    """Limit the yaw rates to what a turning radius allows at each speed."""
+    for b in range(len(rates)):
+        most = abs(speeds[b]) / radius
+        rates[b] = min(max(rates[b], -most), most)
 
 
 @njit(cache=True, fastmath=True)

@@ -26,6 +26,7 @@ ORIGIN = SE2(-1.0, 0.5, 0.7)
 PERIOD, TOLERANCE = 0.05, 0.2
 ROW, FIRST, LAST = 40, 10, 60  # of the path's cells, straight to the right
 GOAL_YAW = 1.0
+GENERATORS = ("StandardTrajectoryGenerator", "LimitedAccelGenerator")
 
 
 def made_costmap() -> Costmap:
@@ -85,14 +86,25 @@ class Case:
         result = dwb.compute(ORIGIN @ self.pose, self.velocity, COSTMAP, 0.0)
         return result.velocity if result.status is ControlStatus.SUCCEEDED else None
 
-    def reachable(self) -> list[tuple[float, float]]:
-        """Return the velocities within reach of the accelerations, and standing where it is."""
-        c, reach = self.config, self.config.sim_time
-        top = min(c.max_vel_x, c.max_speed_xy, self.limit)
+    @property
+    def limited(self) -> bool:
+        return self.config.trajectory_generator_name.endswith("LimitedAccelGenerator")
+
+    def reachable(self) -> list[tuple[float, float, float]]:
+        """Return the velocities within reach of the accelerations, and zero of each part."""
+        c, now = self.config, self.velocity
+        reach = PERIOD if self.limited else c.sim_time
+        fastest = min(c.max_speed_xy, self.limit)
+        top = min(c.max_vel_x, fastest)
         vs = spread(
-            max(min(c.min_vel_x, top), self.velocity.x + c.decel_lim_x * reach),
-            min(top, self.velocity.x + c.acc_lim_x * reach),
+            max(min(c.min_vel_x, top), now.x + c.decel_lim_x * reach),
+            min(top, now.x + c.acc_lim_x * reach),
             c.vx_samples,
+        )
+        sides = spread(
+            max(c.min_vel_y, -fastest, now.y - c.acc_lim_y * reach),
+            min(c.max_vel_y, fastest, now.y + c.acc_lim_y * reach),
+            c.vy_samples,
         )
         turn = c.acc_lim_theta * reach
         ws = spread(
@@ -100,26 +112,40 @@ class Case:
             min(c.max_vel_theta, self.velocity.yaw_rate + turn),
             c.vtheta_samples,
         )
-        return [(v, w) for v in vs for w in ws if v == 0.0 or abs(v) >= c.min_speed_xy]
+        fastest = max(fastest, min(math.hypot(v, side) for v in vs for side in sides))
+        return [
+            (v, side, w)
+            for v in vs
+            for side in sides
+            for w in ws
+            if math.hypot(v, side) <= fastest + 1e-9
+            and (math.hypot(v, side) >= c.min_speed_xy or abs(w) >= c.min_speed_theta)
+            and (self.arrived or (v, side, w) != (0.0, 0.0, 0.0))
+        ]
 
-    def driven(self, to_v: float, to_w: float) -> list[SE2]:
+    def driven(self, to_v: float, to_side: float, to_w: float) -> list[SE2]:
         """Return the poses of a trajectory, in the grid [m]."""
-        c, (v, w) = self.config, (self.velocity.x, self.velocity.yaw_rate)
-        steps = math.ceil(abs(to_v) * c.sim_time / c.linear_granularity)
+        c, now = self.config, self.velocity
+        v, side, w = (to_v, to_side, to_w) if self.limited else (now.x, now.y, now.yaw_rate)
+        steps = math.ceil(math.hypot(to_v, to_side) * c.sim_time / c.linear_granularity)
         steps = max(steps, math.ceil(abs(to_w) * c.sim_time / c.angular_granularity), 1)
+        if c.discretize_by_time:
+            steps = math.ceil(c.sim_time / c.time_granularity)
         dt, poses = c.sim_time / steps, [self.pose]
         for _ in range(steps):
             v = nearer(v, to_v, c.acc_lim_x * dt, -c.decel_lim_x * dt)
             w = nearer(w, to_w, c.acc_lim_theta * dt, -c.decel_lim_theta * dt)
+            side = nearer(side, to_side, c.acc_lim_y * dt, -c.decel_lim_y * dt)
             x, y, theta = poses[-1].array()
-            x += v * dt * math.cos(theta + 0.5 * w * dt)
-            y += v * dt * math.sin(theta + 0.5 * w * dt)
+            cosine, sine = math.cos(theta + 0.5 * w * dt), math.sin(theta + 0.5 * w * dt)
+            x += (v * cosine - side * sine) * dt
+            y += (v * sine + side * cosine) * dt
             poses.append(SE2(x, y, theta + w * dt))
         return poses
 
-    def score(self, v: float, w: float) -> float:
+    def score(self, v: float, side: float, w: float) -> float:
         c, uses = self.config, self.config.critics
-        poses = self.driven(v, w)
+        poses = self.driven(v, side, w)
         costs = [at(COSTMAP.data, pose) for pose in poses[1:]]
         if any(cost is None or cost >= 253 for cost in costs):
             return math.inf
@@ -136,7 +162,7 @@ class Case:
             total += p.scale * (p.penalty if v < 0.0 or hardly else p.theta_scale * abs(w))
         total += c.Twirling.scale * abs(w) * ("Twirling" in uses)
         if self.arrived:
-            return total + self._turning_score(v, poses)
+            return total + self._turning_score(math.hypot(v, side), poses)
         far, ahead = self.goal_gap > c.PathAlign.forward_point_distance, self.path_ahead()
         for name, grid in (("Path", steps_to(ahead)), ("Goal", steps_to(ahead[-1:]))):
             if f"{name}Dist" in uses:
@@ -148,15 +174,16 @@ class Case:
                 total += 0.025 * own.scale * (most if value is None else min(value, most))
         return total
 
-    def _turning_score(self, v: float, poses: list[SE2]) -> float:
+    def _turning_score(self, speed: float, poses: list[SE2]) -> float:
         """Return what turning to the goal's heading costs where its place is reached."""
         c = self.config
         if "RotateToGoal" not in c.critics:
             return 0.0
-        own, now, score = c.RotateToGoal, abs(self.velocity.x), 0.0
+        own, score = c.RotateToGoal, 0.0
+        now = math.hypot(self.velocity.x, self.velocity.y)
         if now > c.trans_stopped_velocity:
-            score = own.scale * own.slowing_factor * v * v if abs(v) < now else math.inf
-        elif v != 0.0:
+            score = own.scale * own.slowing_factor * speed**2 if speed < now else math.inf
+        elif speed != 0.0:
             return math.inf
         share = 1.0 if own.lookahead_time < 0.0 else min(own.lookahead_time / c.sim_time, 1.0)
         counted = poses[math.floor((len(poses) - 1) * share + 1e-9)]
@@ -170,7 +197,7 @@ class Case:
 
 
 def spread(low: float, high: float, count: int) -> list[float]:
-    values = np.linspace(low, max(low, high), count).tolist()
+    values = np.linspace(low, high, count).tolist() if low < high else [low]
     return [*values, 0.0] if low < 0.0 < high and 0.0 not in values else values
 
 
@@ -219,7 +246,22 @@ def made_case(seed: int) -> Case:
     x, y = (2.95, 2.0) if near else rng.uniform((0.6, 1.8), (2.5, 2.2))
     pose = SE2(float(x), float(y), float(rng.uniform(-2.0, 2.0)))
     velocity = Velocity(float(rng.uniform(-0.1, 0.5)), yaw_rate=float(rng.uniform(-0.6, 0.6)))
-    return Case(config, pose, velocity, float(rng.choice([math.inf, 0.25])))
+    case = Case(config, pose, velocity, float(rng.choice([math.inf, 0.25])))
+    if seed % 2:
+        return case
+    config = replace(
+        config,
+        min_vel_y=-0.3,
+        max_vel_y=0.2,
+        acc_lim_y=float(rng.uniform(0.1, 0.5)),
+        decel_lim_y=-float(rng.uniform(0.1, 0.5)),
+        min_speed_theta=float(rng.choice([0.0, 0.2])),
+        discretize_by_time=bool(rng.integers(2)),
+        time_granularity=0.2,
+        trajectory_generator_name=f"dwb_plugins::{rng.choice(GENERATORS)}",
+    )
+    velocity = replace(velocity, y=float(rng.uniform(-0.2, 0.2)))
+    return replace(case, config=config, velocity=velocity)
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -230,9 +272,8 @@ def test_drives_the_velocity_within_reach_that_scores_least(seed: int) -> None:
     if chosen is None:
         assert least == math.inf
         return
-    own = next(
-        s for (v, w), s in scores.items() if (v, w) == pytest.approx((chosen.x, chosen.yaw_rate))
-    )
+    found = (chosen.x, chosen.y, chosen.yaw_rate)
+    own = next(s for sample, s in scores.items() if sample == pytest.approx(found))
     assert own == pytest.approx(least, abs=1e-9)
 
 
@@ -243,11 +284,11 @@ def test_says_that_every_trajectory_collides_and_from_where() -> None:
     result = dwb.compute(ORIGIN @ SE2(1.65, 2.55), STILL, COSTMAP, 0.0)
     assert result.status is ControlStatus.NO_VALID_CONTROL
     where = ORIGIN @ SE2(1.65, 2.55)
-    said = f"collision ahead at every one of 15 velocities from ({where.x:.2f}, {where.y:.2f})"
+    said = f"collision ahead at every one of 14 velocities from ({where.x:.2f}, {where.y:.2f})"
     assert result.message == said
 
 
-BACK, FORTH, RIGHT, LEFT = range(4)
+BACK, FORTH, STRAFE_RIGHT, STRAFE_LEFT, RIGHT, LEFT = range(6)
 V, W = (lambda v: Velocity(v)), (lambda w: Velocity(yaw_rate=w))
 
 
@@ -260,7 +301,10 @@ V, W = (lambda v: Velocity(v)), (lambda w: Velocity(yaw_rate=w))
         ([V(0.1), V(-0.1), V(-0.1)], {FORTH}),
         ([W(0.1), W(-0.1)], {LEFT}),
         ([W(-0.1), W(0.0), W(0.1)], {RIGHT}),
-        ([Velocity(0.1, yaw_rate=0.1), Velocity(-0.1, yaw_rate=-0.1)], {FORTH, LEFT}),
+        ([Velocity(0.05, yaw_rate=0.1), Velocity(-0.05, yaw_rate=-0.1)], {FORTH, LEFT}),
+        ([Velocity(0.06, yaw_rate=0.1), Velocity(0.06, yaw_rate=-0.1)], set()),
+        ([Velocity(y=0.1), Velocity(y=-0.1)], {STRAFE_LEFT}),
+        ([Velocity(y=-0.1), Velocity(y=0.1)], {STRAFE_RIGHT}),
         ([V(0.0), W(0.1), W(0.2)], set()),
     ],
 )
@@ -270,7 +314,7 @@ def test_a_velocity_that_changed_its_sign_may_not_change_it_back(
     oscillation = Oscillation(OscillationConfig())
     for command in commands:
         oscillation.take(command, SE2())
-    assert oscillation.allowed == tuple(k not in forbidden for k in range(4))
+    assert sum(oscillation.allowed, ()) == tuple(k not in forbidden for k in range(6))
 
 
 @pytest.mark.parametrize(
@@ -288,6 +332,6 @@ def test_until_the_robot_got_on_from_where_it_changed(pose: SE2, got_on: bool) -
     oscillation.take(V(0.1), SE2(9.0, 9.0, 0.0))
     oscillation.take(V(-0.1), SE2(0.0, 0.0, 3.0))
     oscillation.take(V(-0.1), pose)
-    assert oscillation.allowed == (True, got_on, True, True)
+    assert sum(oscillation.allowed, ()) == (True, got_on, *4 * [True])
     oscillation.reset()
-    assert all(oscillation.allowed)
+    assert all(sum(oscillation.allowed, ()))

@@ -23,6 +23,8 @@ START = SE2(1.0, -2.0, 0.6)
         (Velocity(0.4, yaw_rate=0.7), 16),
         (Velocity(0.3, yaw_rate=-1.9), 38),  # by 0.1 rad
         (Velocity(yaw_rate=1.21), 25),
+        (Velocity(y=-0.5), 20),
+        (Velocity(0.3, y=0.4, yaw_rate=0.7), 20),
         (Velocity(), 0),
     ],
 )
@@ -32,7 +34,7 @@ def test_an_arc_is_the_exponential_of_its_twist_in_steps_fine_enough(
     poses = rollout(START, velocity, 2.0, 0.05)
     assert len(poses) == 1 + steps
     for pose, time in zip(poses, np.linspace(0.0, 2.0, 1 + steps), strict=True):
-        expected = START @ SE2.exp(np.array([velocity.x, 0.0, velocity.yaw_rate]) * time)
+        expected = START @ SE2.exp(np.array([velocity.x, velocity.y, velocity.yaw_rate]) * time)
         assert pose[:2] == pytest.approx([expected.x, expected.y])
         assert pose[2] == pytest.approx(START.theta + velocity.yaw_rate * time), "it is not wrapped"
 

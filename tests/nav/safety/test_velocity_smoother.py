@@ -86,6 +86,22 @@ def test_scaling_keeps_the_arc(v: float, w: float) -> None:
     assert plain[0, 1] / plain[0, 0] != pytest.approx(command.yaw_rate / command.x)
 
 
+def test_the_sideways_part_has_limits_and_a_deadband_of_its_own() -> None:
+    own: dict[str, Any] = {
+        "max_velocity": (0.5, 0.3, 2.5),
+        "min_velocity": (-0.5, -0.2, -2.5),
+        "max_accel": (2.5, 1.0, 3.2),
+        "max_decel": (-2.5, -2.0, -3.2),
+        "deadband_velocity": (0.0, 0.12, 0.0),
+    }
+    left, right = driven(Velocity(y=9.0), 20, **own), driven(Velocity(y=-9.0), 20, **own)
+    assert [each.y for each in left[:4] if each] == pytest.approx([0.0, 0.0, 0.15, 0.2])
+    assert [each.y if each else None for each in (left[-1], right[-1])] == pytest.approx(
+        [0.3, -0.2]
+    )
+    assert driven(Velocity(0.4, y=0.1), 9)[-1] == Velocity(0.4)
+
+
 def test_a_command_that_ceases_brings_the_robot_to_rest_and_then_silence() -> None:
     velocities = driven(Velocity(0.4), 40)
     speeds = said(velocities)

@@ -47,7 +47,8 @@ Asked = Callable[[float], Floats | None]
 
 def made_rollouts(seed: int = 1) -> Rollouts:
     v, w, x, y, yaw = np.random.default_rng(seed).normal(0.0, 0.5, (5, STEPS, BATCH))
-    return Rollouts(*(np.ascontiguousarray(a, np.float32) for a in (v, w, x, y, 4.0 * yaw)))
+    parts = (v, w, x, y, 4.0 * yaw, np.empty((0, 0)))
+    return Rollouts(*(np.ascontiguousarray(a, np.float32) for a in parts))
 
 
 def made_scene(**changes: Any) -> Scene:
@@ -67,7 +68,16 @@ def wrapped(angles: Floats) -> Floats:
     return sizes
 
 
+def made_sideways_rollouts() -> Rollouts:
+    side = np.random.default_rng(2).normal(0.0, 0.5, (STEPS, BATCH)).astype(np.float32)
+    return made_rollouts()._replace(side=side)
+
+
 R = made_rollouts()
+S = made_sideways_rollouts()
+ALONG = np.hypot(S.v, S.side) * np.sign(S.v)
+"""Speeds over ground, negative where the robot drives back."""
+SIDEWAYS = LIMITS._replace(side_max=0.4)
 AT = made_scene().path[16, :2].astype(float)
 """The pose six beyond the farthest that is reached."""
 
@@ -111,6 +121,14 @@ def angle_to_it(poses: Rollouts, both_ways: bool) -> Floats:
             4.0 * DT * (np.maximum(R.v - 0.3, 0.0) + np.maximum(-0.2 - R.v, 0.0)).sum(axis=0),
         ),
         (
+            constraint(CriticConfig(cost_weight=4.0), S, made_scene(limits=SIDEWAYS)),
+            4.0
+            * DT
+            * (np.maximum(ALONG - 0.5, 0.0) + np.maximum(-math.hypot(0.2, 0.4) - ALONG, 0.0)).sum(
+                axis=0
+            ),
+        ),
+        (
             twirling(CriticConfig(cost_weight=10.0), R, made_scene()),
             10.0 * np.abs(R.w).mean(axis=0),
         ),
@@ -123,6 +141,14 @@ def angle_to_it(poses: Rollouts, both_ways: bool) -> Floats:
             35.0
             * DT
             * (np.maximum(0.2 - np.abs(R.v), 0.0) + np.maximum(0.3 - np.abs(R.w), 0.0)).sum(axis=0),
+        ),
+        (
+            deadband(
+                DeadbandConfig(cost_weight=35.0, deadband_velocities=(0.0, 0.4, 0.0)),
+                S,
+                made_scene(),
+            ),
+            35.0 * DT * np.maximum(0.4 - np.abs(S.side), 0.0).sum(axis=0),
         ),
         (
             path_follow(

@@ -16,7 +16,7 @@ from arjuna_nav.controllers.mppi.optimizer import Optimizer
 from arjuna_nav.controllers.mppi.rollouts import Limits, Rollouts
 
 STEPS, BATCH, DT = 14, 10, 0.1
-FREE = Limits(-9.0, 9.0, 9.0, 999.0, 999.0, 999.0)
+FREE = Limits(-9.0, 9.0, 9.0, 999.0, 999.0, 999.0, 9.0, 999.0, 999.0)
 Floats = NDArray[Any]
 
 
@@ -25,15 +25,23 @@ def made_config(**changes: Any) -> MppiConfig:
     return MppiConfig(time_steps=STEPS, batch_size=BATCH, model_dt=DT, **own)
 
 
+def deviations_of(config: MppiConfig) -> Floats:
+    side = [config.vy_std] if config.motion_model == "Omni" else []
+    return np.array([config.vx_std, config.wz_std, *side])
+
+
 def made_noise(config: MppiConfig, columns: int = BATCH) -> Floats:
-    """Return the noise of speeds and yaw rates, `(2, STEPS, columns)`: of one step with the next
-    it is correlated by exp(-dt / time), and its deviation is that of the parameters all along."""
-    rng = np.random.default_rng(config.seed)
-    white = rng.standard_normal((2, STEPS, columns), dtype=np.float32).astype(np.float64)
+    """Return the noise of speeds, yaw rates and speeds to the left, `(2 or 3, STEPS, columns)`.
+
+    Of one step with the next it is correlated by exp(-dt / time), and its deviation is that of the
+    parameters all along.
+    """
+    rng, deviations = np.random.default_rng(config.seed), deviations_of(config)
+    shape = (len(deviations), STEPS, columns)
+    white = rng.standard_normal(shape, dtype=np.float32).astype(np.float64)
     keep = math.exp(-DT / config.noise_time) if config.noise_time else 0.0
     white[:, 1:] *= math.sqrt(1.0 - keep**2)
-    deviations = np.array([config.vx_std, config.wz_std])[:, None, None]
-    noise: Floats = deviations * lfilter([1.0], [1.0, -keep], white, axis=1)
+    noise: Floats = deviations[:, None, None] * lfilter([1.0], [1.0, -keep], white, axis=1)
     return noise
 
 
@@ -43,7 +51,7 @@ def improved(config: MppiConfig, found: Floats, driven: Floats, costs: Floats) -
     if config.noise_time:
         keep = math.exp(-DT / config.noise_time)
     total = costs.astype(np.float64)
-    for own, tried, deviation in zip(found, noise, (config.vx_std, config.wz_std), strict=True):
+    for own, tried, deviation in zip(found, noise, deviations_of(config), strict=True):
         gamma = config.gamma * (1.0 - keep) / (1.0 + keep)
         total += gamma * own @ tried / deviation**2
     weights = np.exp(-(total - total.min()) / config.temperature)
@@ -57,20 +65,26 @@ def judged(costs: Floats) -> Any:
     return lambda rollouts: (costs.astype(np.float32), False)
 
 
-@pytest.mark.parametrize("noise_time", [0.0, 0.3])
-def test_each_command_is_the_mean_of_what_was_tried_weighed_by_its_cost(noise_time: float) -> None:
-    config = made_config(noise_time=noise_time)
+@pytest.mark.parametrize(
+    ("noise_time", "model"), [(0.0, "DiffDrive"), (0.3, "DiffDrive"), (0.3, "Omni")]
+)
+def test_each_command_is_the_mean_of_what_was_tried_weighed_by_its_cost(
+    noise_time: float, model: str
+) -> None:
+    config = made_config(noise_time=noise_time, motion_model=model, vy_std=0.3)
     optimizer, rng = Optimizer(config), np.random.default_rng(0)
-    found, driven = np.zeros((2, STEPS)), np.zeros((2, 4))
+    parts = len(deviations_of(config))
+    found, driven = np.zeros((parts, STEPS)), np.zeros((parts, 4))
     for _ in range(6):
         costs = rng.uniform(0.0, 2.0, BATCH)
         assert optimizer.improve(STILL, FREE, judged(costs))
         found = improved(config, found, driven, costs)
-        assert np.array([optimizer.v, optimizer.w]) == pytest.approx(found, abs=1e-5)
+        assert optimizer.controls == pytest.approx(found, abs=1e-5)
         command = optimizer.advance(0.5 * DT)
         middles = 0.5 * (found[:, :-1] + found[:, 1:])
         found = np.column_stack((middles, found[:, -1]))
-        assert (command.x, command.yaw_rate) == pytest.approx(tuple(found[:, 0]), abs=1e-5)
+        sent = (command.x, command.yaw_rate, command.y)[:parts]
+        assert sent == pytest.approx(tuple(found[:, 0]), abs=1e-5)
         driven = np.column_stack((driven[:, 1:], found[:, 0]))
 
 
@@ -81,19 +95,37 @@ def test_what_is_tried_is_rolled_out_from_the_velocity_driven() -> None:
         seen.append(Rollouts(*(a.copy() for a in rollouts)))
         return np.zeros(BATCH, np.float32), False
 
-    config = made_config()
-    Optimizer(config).improve(Velocity(0.2, yaw_rate=-0.1), FREE, judge)
-    v, w = made_noise(config)
+    config = made_config(motion_model="Omni")
+    Optimizer(config).improve(Velocity(0.2, y=0.3, yaw_rate=-0.1), FREE, judge)
+    v, w, side = made_noise(config)
     assert seen[0].v == pytest.approx(np.vstack((np.full(BATCH, 0.2), v[:-1])), abs=1e-5)
     assert seen[0].w == pytest.approx(np.vstack((np.full(BATCH, -0.1), w[:-1])), abs=1e-5)
+    assert seen[0].side == pytest.approx(np.vstack((np.full(BATCH, 0.3), side[:-1])), abs=1e-5)
+    yaw = np.vstack((np.zeros(BATCH), np.cumsum(seen[0].w * DT, axis=0)))[:-1]
+    at = np.cumsum((seen[0].v + 1j * seen[0].side) * DT * np.exp(1j * yaw), axis=0)
+    assert seen[0].x + 1j * seen[0].y == pytest.approx(at, abs=1e-4)
+
+
+def test_a_steered_robot_tries_no_circle_less_than_its_radius() -> None:
+    seen: list[Rollouts] = []
+
+    def judge(rollouts: Rollouts) -> tuple[Floats, bool]:
+        seen.append(rollouts)
+        return np.zeros(BATCH, np.float32), False
+
+    limits = FREE._replace(radius=0.6)
+    Optimizer(made_config(motion_model="Ackermann")).improve(Velocity(0.2), limits, judge)
+    v, w = np.abs(seen[0].v), np.abs(seen[0].w)
+    assert np.all(w <= v / 0.6 + 1e-6)
+    assert np.any(w > 0.9 * v / 0.6)
 
 
 def test_the_controls_keep_within_the_limits() -> None:
     optimizer = Optimizer(made_config(vx_std=3.0, wz_std=3.0, temperature=0.01))
     limits = Limits(-0.1, 0.2, 0.3, 999.0, 999.0, 999.0)
     assert optimizer.improve(STILL, limits, judged(np.arange(BATCH)))
-    assert (optimizer.v.min(), optimizer.v.max()) == pytest.approx((-0.1, 0.2))
-    assert (optimizer.w.min(), optimizer.w.max()) == pytest.approx((-0.3, 0.3))
+    assert (optimizer.controls[0].min(), optimizer.controls[0].max()) == pytest.approx((-0.1, 0.2))
+    assert (optimizer.controls[1].min(), optimizer.controls[1].max()) == pytest.approx((-0.3, 0.3))
 
 
 def test_it_goes_no_further_where_all_collide_and_forgets_when_told() -> None:
@@ -113,7 +145,7 @@ def test_it_goes_no_further_where_all_collide_and_forgets_when_told() -> None:
     optimizer.improve(STILL, FREE, judged(costs))
     anew = Optimizer(config)
     anew.improve(STILL, FREE, judged(costs))
-    assert (optimizer.v.tolist(), optimizer.w.tolist()) == (anew.v.tolist(), anew.w.tolist())
+    assert optimizer.controls.tolist() == anew.controls.tolist()
 
 
 def test_noise_of_its_own_for_each_command_is_a_part_of_thrice_as_much() -> None:
