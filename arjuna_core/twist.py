@@ -26,10 +26,6 @@ class Velocity:
         """Speed over ground, whatever the direction [m/s]."""
         return math.hypot(self.x, self.y)
 
-    def scaled(self, ratio: float) -> Velocity:
-        """Return the same motion at a part of its speed."""
-        return Velocity(self.x * ratio, y=self.y * ratio, yaw_rate=self.yaw_rate * ratio)
-
     @property
     def is_finite(self) -> bool:
         """True where all parts are finite."""
