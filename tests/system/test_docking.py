@@ -14,12 +14,11 @@ from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import DockRobot, UndockRobot
 
-from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_stamped
-from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2, wrap
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
+from tests.helpers.robots import ON_MAP, outcome, truth
 
 if TYPE_CHECKING:
     from bringup.lockstep import LockStep
@@ -37,15 +36,9 @@ SEEN = {
     "home.pose": [DOCK.x + 0.05, DOCK.y - 0.05, DOCK.theta + 0.05],  # as maps err
 }
 PARAMETERS: dict[str, dict[str, Any]] = {
-    "map_server": {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))},
-    "amcl": {"set_initial_pose": True},
+    **ON_MAP,
     "docking_server": SEEN,
 }
-
-
-def truth(robot: LockStep) -> SE2:
-    pose: SE2 = robot.sim.last.truth.pose
-    return pose
 
 
 def show_the_dock(robot: LockStep) -> None:
@@ -64,16 +57,10 @@ def show_the_dock(robot: LockStep) -> None:
 
 
 def run(robot: LockStep, action: Any, name: str, goal: Any) -> Any:
-    """Send a goal and return its end."""
-    client = action_client(robot.client, action, name)
-    robot.process.drain()
-    sent = client.send_goal_async(goal)
-    robot.run_until(sent.done, 1.0, f"an answer of {name}")
-    ended = sent.result().get_result_async()
-    robot.run_until(ended.done, 90.0, f"the end of {name}")
-    robot.run(0.5)  # it stops
-    client.destroy()
-    return ended.result()
+    """Send a goal; return its end, once the robot stands."""
+    ended = outcome(robot, action, name, goal, 90.0)
+    robot.run(0.5)
+    return ended
 
 
 def assert_at(pose: SE2, goal: SE2) -> None:

@@ -16,14 +16,13 @@ from std_msgs.msg import String
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import pose_stamped
-from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from tests.helpers.faults import Fault, Faults
 from tests.helpers.nav.faults import BLIND, DEAD, TOLERATED
+from tests.helpers.robots import send, to_pose, truth
 from tests.helpers.ros import RosBench
-from tests.system.test_navigation import on_map, truth
+from tests.system.test_navigation import on_map
 
 if TYPE_CHECKING:
     from bringup.lockstep import LockStep
@@ -44,12 +43,8 @@ class Drive:
         self.moved: list[tuple[float, float]] = []
         self._last = truth(robot)
         robot.on_tick = self._tick
-        client = action_client(robot.client, NavigateToPose, "navigate_to_pose")
-        robot.run_until(client.server_is_ready, 5.0, "navigation")
-        goal = NavigateToPose.Goal(pose=pose_stamped(FAR, "map", 0.0))
-        sent = client.send_goal_async(goal)
-        robot.run_until(sent.done, 5.0, "an answer")
-        self.result = sent.result().get_result_async()
+        goal = send(robot, NavigateToPose, "navigate_to_pose", to_pose(FAR))
+        self.result = goal.get_result_async()
         robot.run(2.0)
 
     def _tick(self) -> None:

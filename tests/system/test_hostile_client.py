@@ -23,11 +23,10 @@ from simulation_interfaces.srv import GetEntities, LoadWorld, SpawnEntity
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.health import rules
-from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP
-from tests.system.test_navigation import ON_MAP
+from tests.helpers.robots import ON_MAP, outcome
 
 if TYPE_CHECKING:
     from bringup.lockstep import LockStep
@@ -66,16 +65,6 @@ class Client:
         answer = self.robot.call(kind, name, request)
         assert time.process_time() - start < LONGEST
         return answer
-
-    def send(self, action: Any, name: str, goal: Any) -> Any:
-        """Send a goal and return its result."""
-        client = action_client(self.robot.client, action, name)
-        self.robot.run_until(client.server_is_ready, 5.0, f"a server of {name}")
-        sent = client.send_goal_async(goal)
-        self.robot.run_until(sent.done, 5.0, "an answer")
-        result = sent.result().get_result_async()
-        self.robot.run_until(result.done, 5.0, "a result")
-        return result.result().result
 
     def mend(self) -> None:
         """Go away, with what was latched."""
@@ -125,10 +114,9 @@ def initial_poses(client: Client) -> None:
 def paths(client: Client) -> None:
     far = Path(poses=[PoseStamped(), changed(PoseStamped(), "pose.position.x", 1e300)])
     for path in (far, PATH_TOO_LONG):
-        followed = client.send(FollowPath, "follow_path", FollowPath.Goal(path=path))
-        assert followed.error_code == FollowPath.Result.INVALID_PATH
-        smoothed = client.send(SmoothPath, "smooth_path", SmoothPath.Goal(path=path))
-        assert smoothed.error_code == SmoothPath.Result.INVALID_PATH
+        for action, name in ((FollowPath, "follow_path"), (SmoothPath, "smooth_path")):
+            result = outcome(client.robot, action, name, action.Goal(path=path)).result
+            assert result.error_code == action.Result.INVALID_PATH
         request = IsPathValid.Request(path=path)
         assert not client.call(IsPathValid, "/is_path_valid", request).is_valid
 

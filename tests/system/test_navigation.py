@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -12,11 +12,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateToPose
 
-from arjuna_core.files.shipped import shipped_file
-from arjuna_core.ros.convert import pose_stamped
-from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
-from bringup.client.goals import Goals
 from bringup.stack import (
     EXPLORER_GROUP,
     LOCALIZATION_GROUP,
@@ -24,18 +20,15 @@ from bringup.stack import (
     SIM_GROUP,
     SLAM_GROUP,
 )
+from tests.helpers.robots import ON_MAP, REACHED, outcome, recorded, send, to_pose, truth
 
 if TYPE_CHECKING:
     from bringup.lockstep import LockStep
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 GOAL = SE2(1.5, 1.0, 0.5)
-REACHED = 0.25
+TREES = ("", "navigate_to_pose_w_replanning_and_recovery.xml")  # ours, Nav2's own
 STOPPING = 0.15  # from 0.4 m/s, command and motors have their delays [m]
-ON_MAP: dict[str, dict[str, Any]] = {
-    "map_server": {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))},
-    "amcl": {"set_initial_pose": True},
-}
 Stack = Callable[..., "LockStep"]
 
 
@@ -46,24 +39,14 @@ def on_map(stack: Stack, seed: int = 0) -> LockStep:
     return robot
 
 
-def truth(robot: LockStep) -> SE2:
-    pose: SE2 = robot.sim.last.truth.pose
-    return pose
-
-
-def recorded(robot: LockStep) -> list[SE2]:
-    """Return a list that grows with the true pose of every tick."""
-    poses: list[SE2] = []
-    robot.on_tick = lambda: poses.append(truth(robot))
-    return poses
-
-
-def test_a_goal_on_a_map_is_reached_and_one_seed_gives_one_run(stack: Stack) -> None:
+@pytest.mark.parametrize("tree", TREES)
+def test_a_goal_on_a_map_is_reached_and_one_seed_gives_one_run(stack: Stack, tree: str) -> None:
     runs = []
     for seed in (5, 5, 6):
         robot = on_map(stack, seed)
         poses = recorded(robot)
-        assert Goals(robot).navigate(GOAL, 40.0).succeeded
+        end = outcome(robot, NavigateToPose, "navigate_to_pose", to_pose(GOAL, tree))
+        assert (end.status, end.result.error_msg) == (GoalStatus.STATUS_SUCCEEDED, "")
         assert poses[-1].distance(GOAL) < REACHED
         runs.append(poses)
     assert runs[0] == runs[1] != runs[2]
@@ -71,19 +54,16 @@ def test_a_goal_on_a_map_is_reached_and_one_seed_gives_one_run(stack: Stack) -> 
 
 def test_cancellation_stops_the_robot_within_its_stopping_distance(stack: Stack) -> None:
     robot = on_map(stack)
-    client = action_client(robot.client, NavigateToPose, "navigate_to_pose")
-    robot.process.drain()
-    request = NavigateToPose.Goal(pose=pose_stamped(SE2(3.0, 1.2), "map", robot.now))
-    sent = client.send_goal_async(request)
+    goal = send(robot, NavigateToPose, "navigate_to_pose", to_pose(SE2(3.0, 1.2)))
+    ended = goal.get_result_async()
     robot.run(5.0)
-    outcome = sent.result().get_result_async()
     before = truth(robot)
     robot.run(0.1)
     assert before.distance(truth(robot)) > 0.02  # it drives
     before = truth(robot)
-    sent.result().cancel_goal_async()
+    goal.cancel_goal_async()
     robot.process.drain()
-    assert outcome.result().status == GoalStatus.STATUS_CANCELED
+    assert ended.result().status == GoalStatus.STATUS_CANCELED
     robot.run(1.0)
     stopped = truth(robot)
     assert before.distance(stopped) < STOPPING

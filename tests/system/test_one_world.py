@@ -15,19 +15,18 @@ from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateToPose
 from sensor_msgs.msg import LaserScan
 
-from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 from bringup.lockstep import LockStep
 from bringup.parameters.files import merged, shipped_parameters
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, WORLD_GROUP
+from tests.helpers.robots import ON_MAP, REACHED, owners, to_pose
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 STARTS = {"red": SE2(-1.0, 0.0, 0.0), "blue": SE2(1.0, 2.0, 3.14)}
 GOALS = {"red": SE2(0.5, -1.0, -0.5), "blue": SE2(-0.5, 2.0, 3.0)}
-REACHED, TIMEOUT = 0.25, 30.0
+TIMEOUT = 30.0
 WORLD = {
     "sim": {
         "namespaces": list(STARTS),
@@ -38,15 +37,8 @@ WORLD = {
 
 def on_map(pose: SE2) -> dict[str, dict[str, Any]]:
     """Return the parameters of a robot that knows the map, and where it starts."""
-    return {
-        "map_server": {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))},
-        "amcl": {
-            "set_initial_pose": True,
-            "initial_pose.x": pose.x,
-            "initial_pose.y": pose.y,
-            "initial_pose.yaw": pose.theta,
-        },
-    }
+    start = dict(zip(("x", "y", "yaw"), (pose.x, pose.y, pose.theta), strict=True))
+    return merged(ON_MAP, {"amcl": {f"initial_pose.{key}": value for key, value in start.items()}})
 
 
 @contextmanager
@@ -72,8 +64,7 @@ def send(world: LockStep, robots: dict[str, LockStep]) -> dict[str, Any]:
     answers = {}
     for name, robot in robots.items():
         client = action_client(robot.client, NavigateToPose, "navigate_to_pose")
-        goal = NavigateToPose.Goal(pose=pose_stamped(GOALS[name], "map", 0.0))
-        answers[name] = client.send_goal_async(goal)
+        answers[name] = client.send_goal_async(to_pose(GOALS[name]))
     return answers
 
 
@@ -104,15 +95,10 @@ def _check_graph(world: LockStep) -> None:
     client = world.client
     for topic, _ in client.get_topic_names_and_types():
         owner = topic.split("/")[1]
-        ends = (
-            *client.get_publishers_info_by_topic(topic),
-            *client.get_subscriptions_info_by_topic(topic),
-        )
-        owners = {end.node_namespace.split("/")[1] for end in ends}
         if owner in STARTS:
-            assert owners == {owner}, f"{topic} is shared"
+            assert owners(client, topic) == {owner}, f"{topic} is shared"
         else:
-            assert topic in ("/rosout", "/parameter_events") or owners == {""}, topic
+            assert topic in ("/rosout", "/parameter_events") or owners(client, topic) == {""}, topic
 
 
 def test_one_seed_gives_one_run() -> None:

@@ -19,7 +19,7 @@ from rclpy.parameter import Parameter
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP, Group
-from tests.system.test_navigation import ON_MAP
+from tests.helpers.robots import ON_MAP
 
 if TYPE_CHECKING:
     from bringup.lockstep import LockStep

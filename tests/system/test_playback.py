@@ -25,13 +25,12 @@ from bringup.recording.play import Player
 from bringup.recording.recorder import TOPICS, Recorder
 from bringup.stack import LOCALIZATION_GROUP, SLAM_GROUP, Group
 from tests.helpers.processes import wait_until
+from tests.helpers.robots import ROOM
 
 if TYPE_CHECKING:
     from arjuna_core.bags.topic import BagMessage
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
-ROOT = Path(__file__).resolve().parents[2]
-ON_MAP = {"map_server": {"yaml_filename": str(ROOT / "maps" / "arjuna_room.yaml")}}
 RESULTS = ("/map", "/amcl_pose")
 SECONDS = 8.0
 DECODER = Decoder()
@@ -116,7 +115,7 @@ def _play_static(bag: Bag, player: Player, robot: LockStep) -> None:
 
 
 @pytest.mark.parametrize(
-    ("group", "parameters"), [(SLAM_GROUP, {}), (LOCALIZATION_GROUP, ON_MAP)], ids=["slam", "amcl"]
+    ("group", "parameters"), [(SLAM_GROUP, {}), (LOCALIZATION_GROUP, ROOM)], ids=["slam", "amcl"]
 )
 def test_a_drive_played_back_gives_the_same_result(
     stack: Callable[..., LockStep],

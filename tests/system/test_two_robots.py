@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
-from typing import Any
 
 import pytest
 
@@ -12,22 +11,16 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from nav2_msgs.action import NavigateToPose
 
-from arjuna_core.files.shipped import shipped_file
-from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 from bringup.lockstep import LockStep
 from bringup.parameters.files import merged, shipped_parameters
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
+from tests.helpers.robots import ON_MAP, REACHED, owners, to_pose, truth
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 GOALS = {"robot1": SE2(1.5, 1.0, 0.5), "robot2": SE2(-1.0, -1.0, 0.0)}
-REACHED = 0.25
 OF_ROS = {"/rosout", "/parameter_events"}
-ON_MAP: dict[str, dict[str, Any]] = {
-    "map_server": {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))},
-    "amcl": {"set_initial_pose": True},
-}
 
 
 @pytest.fixture
@@ -51,27 +44,24 @@ def step(robots: dict[str, LockStep], times: int) -> None:
             robot.step()
 
 
-def send(robot: LockStep, goal: SE2) -> Any:
-    """Send a goal; return the future of the answer."""
-    client = action_client(robot.client, NavigateToPose, "navigate_to_pose")
-    return client.send_goal_async(NavigateToPose.Goal(pose=pose_stamped(goal, "map", 0.0)))
-
-
 def test_each_reaches_its_own_goal_and_shares_no_topic(robots: dict[str, LockStep]) -> None:
     step(robots, 50)
     ahead = robots["robot1"]
     for _ in range(50):
         ahead.step()
     assert ahead.now == pytest.approx(robots["robot2"].now + 1.0)  # each has its own clock
-    sent = {name: send(robot, GOALS[name]) for name, robot in robots.items()}
-    step(robots, 10)
-    results = {name: future.result().get_result_async() for name, future in sent.items()}
+    results = {}
+    for name, robot in robots.items():
+        client = action_client(robot.client, NavigateToPose, "navigate_to_pose")
+        sent = client.send_goal_async(to_pose(GOALS[name]))
+        step(robots, 10)
+        results[name] = sent.result().get_result_async()
     for _ in range(40):
         step(robots, 50)
         if all(result.done() for result in results.values()):
             break
     for name, robot in robots.items():
-        assert robot.sim.last.truth.pose.distance(GOALS[name]) < REACHED
+        assert truth(robot).distance(GOALS[name]) < REACHED
     _check_graph(robots)
 
 
@@ -80,10 +70,5 @@ def _check_graph(robots: dict[str, LockStep]) -> None:
     topics = {topic for topic, _ in client.get_topic_names_and_types()} - OF_ROS
     assert {f"/{name}/{topic}" for name in robots for topic in ("tf", "clock", "scan")} <= topics
     for topic in topics:
-        ends = (
-            *client.get_publishers_info_by_topic(topic),
-            *client.get_subscriptions_info_by_topic(topic),
-        )
-        owners = {end.node_namespace.split("/")[1] for end in ends}
-        assert len(owners) <= 1, f"{topic} is shared"
+        assert len(owners(client, topic)) <= 1, f"{topic} is shared"
         assert topic.split("/")[1] in robots, f"{topic} is no robot's"

@@ -18,7 +18,6 @@ from geometry_msgs.msg import PointStamped
 from simulation_interfaces.msg import Result
 from simulation_interfaces.srv import SetEntityState
 
-from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.convert import pose_msg
 from arjuna_core.se2 import SE2
 from bringup.lockstep import LockStep
@@ -27,6 +26,7 @@ from bringup.viewing.browser.server import open_server
 from bringup.viewing.browser.viewer import Viewer
 from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
 from tests.helpers.chromium import Page, find
+from tests.helpers.robots import ROOM
 
 BROWSER = find()
 pytestmark = [
@@ -84,9 +84,8 @@ class Watched:
 
 @pytest.fixture
 def watched(stack: Callable[..., LockStep], tmp_path: Path) -> Iterator[Watched]:
-    chosen = {"map_server": {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))}}
     groups = LOCALIZATION_GROUP, NAVIGATION_GROUP
-    robot = stack(*groups, parameters=chosen, transport="dds")  # the viewer has nodes of its own
+    robot = stack(*groups, parameters=ROOM, transport="dds")  # the viewer has nodes of its own
     with closing(Watched(robot, tmp_path / "profile")) as made:
         made.until(lambda: made.side.frames.fixed, LOADING)
         made.until(made.says("2D goal"), LOADING)
