@@ -5,21 +5,16 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from bringup.parameters import options
+
 EXAMPLES = ("calibrate --robot my.urdf --out out/calibration",)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--robot", type=Path, metavar="FILE", help="the URDF (urdf/arjuna.urdf)")
-    parser.add_argument(
-        "--world", type=Path, metavar="FILE", help="with 4 m free space (worlds/empty.world)"
-    )
-    parser.add_argument(
-        "--out",
-        type=Path,
-        default=Path("out/calibration"),
-        metavar="FOLDER",
-        help="where parameter file, URDF snippet and picture go (%(default)s)",
-    )
+    options.add(parser, "--robot", help="the URDF (urdf/arjuna.urdf)")
+    options.add(parser, "--world", help="with 4 m free space (worlds/empty.world)")
+    about = "where parameter file, URDF snippet and picture go (%(default)s)"
+    options.add(parser, "--out", default=Path("out/calibration"), help=about)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from bringup.parameters import options
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,12 +22,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file", type=Path, nargs="?", metavar="FILE", help="such as campaigns/demo.yaml"
     )
-    parser.add_argument(
-        "--out", type=Path, metavar="FOLDER", help="where all goes (out/campaigns/ and its name)"
-    )
-    parser.add_argument(
-        "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="runs at a time (cores)"
-    )
+    options.add(parser, "--out", help="where all goes (out/campaigns/ and its name)")
+    options.add(parser, "--jobs")
     parser.add_argument(
         "--compare", type=Path, nargs=2, metavar="FOLDER", help="two campaigns that have been run"
     )

@@ -30,13 +30,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="where to drive: YAML, 'waypoints: [[x, y, yaw], ...]' (five in the room)",
     )
     parser.add_argument("--no-kidnap", action="store_true", help="do not carry the robot off")
-    parser.add_argument(
-        "--out",
-        type=Path,
-        default=Path("out/demo"),
-        metavar="FOLDER",
-        help="where the report, pictures, map and recording go (%(default)s)",
-    )
+    about = "where the report, pictures, map and recording go (%(default)s)"
+    options.add(parser, "--out", default=Path("out/demo"), help=about)
 
 
 def run(arguments: argparse.Namespace) -> int:

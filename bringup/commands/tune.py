@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from bringup.parameters import options
 
 if TYPE_CHECKING:
     from bringup.tuning.plan import Tuning
@@ -25,12 +26,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--trials", type=int, metavar="N", help="how many in all, those of earlier times too"
     )
-    parser.add_argument(
-        "--out", type=Path, metavar="FOLDER", help="where all goes (out/tuning/ and its name)"
-    )
-    parser.add_argument(
-        "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="runs at a time (cores)"
-    )
+    options.add(parser, "--out", help="where all goes (out/tuning/ and its name)")
+    options.add(parser, "--jobs")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -210,6 +210,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "INPUT",
     ),
     "--out": _path("", "FOLDER"),
+    "--jobs": _value(int, "N", "runs at a time (cores)", default=os.cpu_count() or 1),
     "x": _value(finite, "X", "of the map [m]"),
     "y": _value(finite, "Y", "of the map [m]"),
     "yaw": _value(finite, "YAW", "heading [rad] (0)", nargs="?", default=0.0),

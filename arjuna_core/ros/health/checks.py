@@ -18,8 +18,13 @@ from arjuna_core.ros.health import rules
 
 _Check = Callable[[Any], str | None]
 _NUMBERS = ("double", "float")
-# fields that may hold inf or NaN: REP 117, and unmeasured parts of an IMU's message
-_FREE = {"LaserScan": ("ranges", "intensities"), "Imu": ("orientation",), "Range": ("range",)}
+# fields that may hold inf or NaN: REP 117, an IMU's unmeasured parts, parameters judged one by one
+_FREE = {
+    "LaserScan": ("ranges", "intensities"),
+    "Imu": ("orientation",),
+    "Range": ("range",),
+    "ParameterValue": ("double_value", "double_array_value"),
+}
 _CHECKS: dict[type[Any], tuple[tuple[str, Callable[[Any], Any], _Check], ...]] = {}
 
 

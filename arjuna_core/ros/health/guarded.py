@@ -65,10 +65,7 @@ class Guarded(Doors):
     def create_subscription(
         self, msg_type: Any, topic: str, callback: Any, *options: Any, **named: Any
     ) -> Any:
-        """Create a subscription; messages of lists alone are not read where they are too long.
-
-        Of those rclpy makes an object for each item.
-        """
+        """Create a subscription; long messages of lists, an object an item, are not even read."""
         bounded = self.transport is None and not named.get("raw") and is_of_lists(msg_type)
 
         def read(data: bytes) -> None:

@@ -13,12 +13,12 @@ import numpy as np
 
 from arjuna_core.timing import NANOSECONDS
 
-GREATEST = 1e12  # sum of a message's absolute numbers: squares of it stay exact enough
+GREATEST = 1e12  # of a number, its sign aside: squares of it stay exact enough
 FARTHEST = 1e7  # from the origin of a frame [m]: beyond it a float32 resolves no metre
 FUTURE = 10.0  # a measurement's stamp ahead of the clock [s]
 TEXT = 4096  # characters of a name, a path or a frame
 DOCUMENT = 2**24  # characters of a description or a file's text
-DOCUMENTS = ("resource_string", "data", "text", "description")  # fields that hold such
+DOCUMENTS = ("resource_string", "data", "text", "description", "string_value")  # hold such
 LISTED = 2**21  # bytes of a message of lists alone, as a path: 20 000 poses, 0.1 s to read
 OUTLINE = 20.0  # from a robot's origin to a corner of its outline [m]
 BEAMS = 20_000  # of a scan
@@ -28,14 +28,13 @@ POSES = 15_000  # of a path: 750 m, one each five centimetres
 CORNERS = 1000  # of a polygon
 CALLS = 1000  # parameters of one request to a node, and names of any list
 ITEMS = 10_000  # of a list of a type that LONGEST does not name
-LONGEST = {
+LONGEST = {  # items of a list, by their type
     **dict.fromkeys(("geometry_msgs/PoseStamped", "geometry_msgs/Pose"), POSES),
     **dict.fromkeys(("geometry_msgs/Point32", "geometry_msgs/Point"), CORNERS),
     **dict.fromkeys(("rcl_interfaces/Parameter", "string"), CALLS),
     **dict.fromkeys(("double", "float"), 2**20),
     **dict.fromkeys(("uint8", "int8", "octet"), 2**26),
 }
-"""Items of a list, by their type."""
 
 _MEASUREMENTS = ("LaserScan", "Odometry", "Imu", "JointState", "PointCloud2", "Image", "Range")
 _PARAMETER_TYPES = 9  # rcl_interfaces/ParameterType, the last

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -17,6 +18,7 @@ from nav2_msgs.srv import IsPathValid
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from rcl_interfaces.msg import Parameter
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
+from rclpy.parameter import Parameter as RclpyParameter
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -117,6 +119,16 @@ def test_a_parameter_of_no_type_is_refused(bench: RosBench, node: ReadingNode) -
     request.parameters[0].value.type = 97
     (result,) = bench.call(SetParameters, "reading/set_parameters", request).results
     assert result.reason == "parameters: item 0: value: type 97; valid: 0 to 9"
+
+
+def test_a_parameter_that_is_not_finite_leaves_the_others_of_its_request(
+    bench: RosBench, node: ReadingNode
+) -> None:
+    given = [RclpyParameter("limit", value=value).to_parameter_msg() for value in (math.nan, 5.0)]
+    request = SetParameters.Request(parameters=given)
+    first, second = bench.call(SetParameters, "reading/set_parameters", request).results
+    assert (first.successful, second.successful) == (False, True)
+    assert node.config.limit == 5.0
 
 
 def test_a_goal_is_aborted_and_says_why(bench: RosBench, node: ReadingNode) -> None:
