@@ -63,9 +63,7 @@ def describe_file(path: Path, arguments: Sequence[str] = (), guess: Path | None 
     """Return what is understood of a robot, world or map, and what is not.
 
     Args:
-        path: The file.
         arguments: Arguments of a xacro file, each `name:=value`.
-        guess: The file to write a robot's guessed drive to.
 
     Raises:
         InputFileError: The file does not load, or the guess cannot be written.
@@ -81,12 +79,6 @@ def check(
     guess: Path | None = None,
 ) -> Found:
     """Load a robot or world as the simulator would.
-
-    Args:
-        path: A URDF, xacro or SDF file, or a map's YAML.
-        search: Where to look for what it refers to.
-        arguments: Values of xacro arguments.
-        guess: Where to write the robot's guessed drive.
 
     Raises:
         InputFileError: It does not load, or the guess cannot be written.

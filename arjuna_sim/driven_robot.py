@@ -58,16 +58,11 @@ class DrivenRobot:
 
     Args:
         name: Its name on the stage, which holds it as `model.below(name)`.
-        model: The robot as its file has it.
-        config: Everything else.
         seeds: Four, of all its noise.
         wanted: Where it starts.
 
     Attributes:
-        model: The robot as its file has it.
         spawn: Its start: where that was wanted, or the nearest free pose.
-        is_imu_faster: Whether its IMU reads more often than once a tick.
-        setpoint: The velocity that its wheels are controlled to.
     """
 
     def __init__(
@@ -183,8 +178,6 @@ class DrivenRobot:
         """Return what a camera sees now: colours, distances or both.
 
         Args:
-            color: Whether the colours are wanted.
-            depth: Whether the distances are wanted.
             camera: One of its own; its first if None.
 
         Raises:

@@ -65,11 +65,7 @@ def device_of(settings: SensorSettings, mount: Mount) -> Device:
 
 
 class StaticDevice:
-    """A device that remembers no motion and sits at the site of its settings.
-
-    Args:
-        mount: Where it sits.
-    """
+    """A device that remembers no motion and sits at the site of its settings."""
 
     def __init__(self, settings: Any, mount: Mount) -> None:
         self._settings, self._rng = settings, mount.rng

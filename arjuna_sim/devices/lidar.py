@@ -21,7 +21,6 @@ class Lidar:
 
     Args:
         T_base_sensor: Where the lidar sits, seen from above.
-        rng: Where the noise comes from.
     """
 
     def __init__(
@@ -80,7 +79,6 @@ class Lidar:
 
         Args:
             data: The `mujoco.MjData`, with positions up to date.
-            now: Time of the last beam [s].
         """
         settings = self._settings
         ranges = self._sweep(data, now) if self._config.sweep else self._cast_at_once(data)

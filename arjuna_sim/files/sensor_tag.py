@@ -60,10 +60,6 @@ class SensorTag:
     def mount(self, rate: float, topic_name: str) -> dict[str, Any]:
         """Return the settings that all sensors have, as keywords.
 
-        Args:
-            rate: Where the file names none [Hz].
-            topic_name: The topic where the file names none.
-
         Raises:
             RobotError: Its pose or rate is invalid.
         """

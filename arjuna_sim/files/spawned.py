@@ -53,7 +53,6 @@ def read_entity(uri: str, text: str, library: Library) -> Entity:
     Args:
         uri: A primitive, or a file's path or URI; may be empty.
         text: The file's content, where there is no URI.
-        library: Where files are found.
 
     Raises:
         ResourceError: It cannot be read or is nothing that can be spawned.
@@ -71,8 +70,6 @@ def read_driven(uri: str, text: str, library: Library) -> RobotModel | None:
 
     Args:
         uri: As `read_entity` takes it, which has to accept it.
-        text: As `read_entity` takes it.
-        library: Where files are found.
 
     Raises:
         ResourceError: A file that names a drive cannot be read as a robot.
@@ -212,9 +209,6 @@ def _entity(name: str, solid: tuple[Part, ...], drawn: tuple[Part, ...], mass: f
 
 def check_assets(notes: Iterable[Note]) -> None:
     """Refuse a file that refers to what is not there, or to what cannot be simulated.
-
-    Args:
-        notes: What its reader left out.
 
     Raises:
         ResourceError: Something was left out; the message is the first such note.

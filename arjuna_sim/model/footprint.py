@@ -15,7 +15,6 @@ def footprint(robot: RobotModel, frame: str) -> NDArray[np.float64]:
 
     Args:
         robot: The robot; a driven wheel touches with its looks where it has no collision shape.
-        frame: The link in whose frame it is wanted.
 
     Returns:
         `(N, 2) float64` [m], counter-clockwise; none where no shape has an area.

@@ -12,13 +12,7 @@ from arjuna_sim.physics.scene import Scene
 
 
 def touched(scene: Scene, data: Any, robot: str) -> tuple[str, ...]:
-    """Return the names of what a robot touches, sorted; never what it stands on.
-
-    Args:
-        scene: The compiled model.
-        data: The `mujoco.MjData`, whose contacts are up to date.
-        robot: Its name in the scene.
-    """
+    """Return the names of what a robot touches, sorted; never what it stands on."""
     pairs = data.contact.geom
     if not _any_of(pairs, scene.is_obstacle):
         return ()

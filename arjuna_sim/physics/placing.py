@@ -23,11 +23,7 @@ _HIT = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np
 
 
 class Placer:
-    """Finds free poses for a robot of a stage.
-
-    Args:
-        stage: Holds the world as it is now.
-    """
+    """Finds free poses for a robot of a stage."""
 
     def __init__(self, stage: Stage, robot: str) -> None:
         self._stage = stage

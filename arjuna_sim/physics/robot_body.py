@@ -41,9 +41,6 @@ def add_robot(spec: Any, robot: RobotModel, servo: ServoConfig, sag: float) -> N
     Links that fixed joints connect become one body; every link becomes a site of its name.
 
     Args:
-        spec: The `mujoco.MjSpec` of the world.
-        robot: The robot.
-        servo: How its wheels are driven.
         sag: How far its tyres sink in [m].
 
     Raises:

@@ -92,8 +92,6 @@ def build_scene(
 
     Args:
         robots: The robots by name; links, joints and sensors of no two have the same name.
-        world: The world.
-        servo: How the wheels are driven.
         timestep: Of the physics [s].
         entities: What moves by itself, was moved or was spawned.
 

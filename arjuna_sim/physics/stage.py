@@ -38,12 +38,9 @@ class Stage:
 
     Args:
         robots: The robots by name; links, joints and sensors of no two have the same name.
-        servo: How the robots' wheels are driven.
         timestep: Of the physics [s].
 
     Attributes:
-        world: The world as it was read.
-        robots: The robots by name.
         scene: The compiled model and where to find things in it.
         on_rebuild: Called when `scene` and `data` were replaced.
 

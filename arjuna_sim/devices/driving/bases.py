@@ -148,12 +148,7 @@ class SidesBase:
 
 
 def base_of(robot: RobotModel, config: DriveConfig) -> Base:
-    """Return the base of a robot.
-
-    Args:
-        robot: The robot.
-        config: What was calibrated, for a base of two sides.
-    """
+    """Return the base of a robot."""
     drive = robot.drive
     if drive.kind in (DriveKind.MECANUM, DriveKind.OMNI):
         return RollerBase.of(robot.urdf, drive)
@@ -163,11 +158,7 @@ def base_of(robot: RobotModel, config: DriveConfig) -> Base:
 
 
 class WheelSpeeds:
-    """Slows a base down to what its wheels' joints may turn, along the same curve.
-
-    Args:
-        robot: The robot, whose file may bound the speeds of its joints.
-    """
+    """Slows a base down to what its wheels' joints may turn, along the same curve."""
 
     def __init__(self, robot: RobotModel, base: Base) -> None:
         self._names, self._base = robot.drive.wheels, base

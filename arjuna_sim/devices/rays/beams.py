@@ -27,11 +27,7 @@ class Cloud:
 
 
 class Beams:
-    """Casts the beams of a lidar of several rows, or those in a sonar's cone, all at once.
-
-    Args:
-        rng: Where the noise comes from.
-    """
+    """Casts the beams of a lidar of several rows, or those in a sonar's cone, all at once."""
 
     def __init__(self, model: Any, settings: CloudSettings, rng: np.random.Generator) -> None:
         self._settings = settings

@@ -122,12 +122,7 @@ def remedy(urdf: Urdf, sensor: str, link: str) -> str:
 
 
 def with_primary_first(xml: XmlFile, sensors: Sequence[SensorSettings]) -> Iterator[SensorSettings]:
-    """Yield sensors, the primary ones first, each with a name and a topic of its own.
-
-    Args:
-        xml: Keeps notes on topics that are changed.
-        sensors: All of them, in the file's order.
-    """
+    """Yield sensors, the primary ones first, each with a name and a topic of its own."""
     chosen = [s for choose in sensor_kinds().choices if (s := choose(sensors)) is not None]
     further = [s for s in sensors if not any(s is other for other in chosen)]
     names: set[str] = set()

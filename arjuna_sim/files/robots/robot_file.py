@@ -44,9 +44,7 @@ def load_robot(
     """Read a robot from a URDF or SDF file, which may have xacro macros.
 
     Args:
-        path: The file.
         search: Where to look for what it refers to; the environment's folders if None.
-        arguments: Values of its xacro arguments.
 
     Raises:
         RobotError: The file cannot be read or does not describe a robot.
@@ -65,8 +63,6 @@ def robot_of_text(path: Path, expanded: Expanded, search: SearchPath) -> RobotMo
 
     Args:
         path: The file, for messages and for what stands beside it.
-        expanded: Its text.
-        search: Where to look for what it refers to.
 
     Raises:
         RobotError: It does not describe a robot.

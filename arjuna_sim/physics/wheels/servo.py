@@ -20,8 +20,6 @@ def add_rollers(body: Any, robot: RobotModel, joint: str) -> None:
 
     Args:
         body: The spec's body; its frame is the wheel's link's.
-        robot: The robot.
-        joint: The wheel's joint.
     """
     drive, urdf = robot.drive, robot.urdf
     if not drive.grips:
@@ -105,11 +103,7 @@ class Servos:
 
 
 class ServosAt:
-    """Servos at a model's data, whose arrays are looked up once and not every tick.
-
-    Args:
-        data: The `mujoco.MjData`.
-    """
+    """Servos at a model's data, whose arrays are looked up once and not every tick."""
 
     def __init__(self, servos: Servos, data: Any) -> None:
         self._servos, self._qpos = servos, data.qpos
@@ -192,11 +186,6 @@ def tune_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Servos:
     A wheel moves itself and its share of the robot. Its motor is a proportional-integral control of
     speed, written as a damped spring to the angle that the wanted speed sums up to: it holds a
     parked wheel. The damping is implicit in MuJoCo's step, so that no inertia is too light for it.
-
-    Args:
-        model: The `mujoco.MjModel`, which is changed.
-        robot: The robot.
-        config: How fast they are.
     """
     names = robot.wheel_joints
     joints = [model.joint(name) for name in names]

@@ -79,9 +79,6 @@ def add_tyre(body: Any, robot: RobotModel, joint: str, sag: float) -> None:
 
     Args:
         body: The spec's body; its frame is the wheel's link's.
-        robot: The robot.
-        joint: The wheel's joint.
-        sag: Of the tyre [m].
     """
     urdf, link = robot.urdf, robot.urdf.joints[joint].child
     radius, width = radius_of(urdf, joint) or robot.drive.radius, width_of(urdf, joint)
@@ -101,13 +98,7 @@ def add_tyre(body: Any, robot: RobotModel, joint: str, sag: float) -> None:
 
 
 def tune_tyres(model: Any, robot: RobotModel, sag: float) -> WheelSupport:
-    """Set how stiff and how damped the robot's contacts with the ground are.
-
-    Args:
-        model: The compiled `mujoco.MjModel`, which is changed.
-        robot: The robot.
-        sag: Of a tyre under its load [m].
-    """
+    """Set how stiff and how damped the robot's contacts with the ground are."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
