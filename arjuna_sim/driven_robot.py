@@ -21,9 +21,8 @@ from arjuna_sim.devices.odometry import Odometry, OdometryEstimate
 from arjuna_sim.devices.sensor_suite import SensorSuite
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.lidar import LidarSettings
-from arjuna_sim.model.footprint import inscribed_radius
 from arjuna_sim.model.geometry.walls import enclosure_of, surfaces
-from arjuna_sim.model.robot import RobotModel
+from arjuna_sim.model.robot import RobotModel, inscribed_radius
 from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.physics.placing import Placer
 from arjuna_sim.physics.robot_motion import JointStates, RobotMotion, Truth
@@ -91,7 +90,7 @@ class DrivenRobot:
     def notes(self) -> tuple[str, ...]:
         """Parts of its file that the simulation leaves out, and faults of its stance."""
         read = tuple(note.text for note in self.model.notes)
-        return read + self._stage.scene.robots[self.name].faults + self._spawn_notes
+        return read + self._stage.scene.robots[self.name].support.faults + self._spawn_notes
 
     def begin(self) -> None:
         """Make new devices, their noise rewound."""
@@ -115,7 +114,7 @@ class DrivenRobot:
         self._odometry.config = config.odometry
 
     def _limits(self) -> Limits:
-        steady = self._stage.scene.robots[self.name].steady
+        steady = self._stage.scene.robots[self.name].support.steady
         return limited(self._config.drive, self.model.drive, steady)
 
     def drive(self, command: Velocity | None) -> None:
@@ -205,7 +204,7 @@ class DrivenRobot:
         """
         lidar = self.model.settings.first(LidarSettings)
         above = 0.0 if lidar is None else mounted(self.model, lidar).position[2]
-        height = self._stage.scene.robots[self.name].ride_height + above
+        height = self._stage.scene.robots[self.name].support.ride_height + above
         return surfaces(self._stage.world, height)
 
     def obstacles_at(self, pose: SE2) -> tuple[str, ...]:

@@ -7,8 +7,7 @@ from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.urdf.xacro_file import split
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.model.footprint import footprint
-from arjuna_sim.model.robot import RobotModel
+from arjuna_sim.model.robot import RobotModel, footprint
 from arjuna_sim.model.world import World
 
 _BASES = {"base_footprint", "base_link"}

@@ -9,8 +9,7 @@ import numpy as np
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.robot import RobotModel
-from arjuna_sim.model.sensor_kinds import sensor_kinds
-from arjuna_sim.model.settings import SensorSettings
+from arjuna_sim.model.settings import SensorSettings, sensor_kinds
 from arjuna_sim.model.world import Earth
 
 

@@ -13,14 +13,11 @@ from arjuna_core.timing import Periodic
 from arjuna_sim.devices.device import Device, Mount, device_of, mounted
 from arjuna_sim.devices.imu import Imu, ImuReading
 from arjuna_sim.devices.lidar import Lidar
-from arjuna_sim.devices.rays import beams  # registers its devices
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.model.world import Earth
-
-__all__ = ["SensorSuite", "beams"]
 
 
 class SensorSuite:

@@ -29,7 +29,7 @@ from arjuna_core.ros.convert import header, scan_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.imu import ImuReading
-from arjuna_sim.devices.rays.beams import Cloud
+from arjuna_sim.devices.lidar import Cloud
 from arjuna_sim.devices.sensors.altimeter import AltimeterSettings
 from arjuna_sim.devices.sensors.bumper import BumperSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings

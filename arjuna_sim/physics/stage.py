@@ -22,10 +22,9 @@ from arjuna_sim.model.entities import (
 )
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
-from arjuna_sim.physics.contacts import touched
 from arjuna_sim.physics.entity_body import addresses_of, motion_of
 from arjuna_sim.physics.running import Stepper, carry_over
-from arjuna_sim.physics.scene import Scene, build_scene
+from arjuna_sim.physics.scene import Scene, build_scene, touched
 from arjuna_sim.physics.walkers import Manners, Walkers
 from arjuna_sim.physics.wheels.servo import ServoConfig
 

@@ -14,13 +14,17 @@ from arjuna_sim.files.robots.plugins import (
     read_wheelless,
     sensor_type,
 )
-from arjuna_sim.files.robots.tags import PluginTag, Tags
-from arjuna_sim.files.sensor_tag import SensorTag
+from arjuna_sim.files.sensor_tag import PluginTag, SensorTag, Tags
 from arjuna_sim.files.tag_text import plain, text_of
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.sensor_kinds import sensor_kinds
-from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings, SensorSettings
+from arjuna_sim.model.settings import (
+    DriveKind,
+    DriveSettings,
+    GazeboSettings,
+    SensorSettings,
+    sensor_kinds,
+)
 from arjuna_sim.model.urdf import Urdf
 
 

@@ -32,7 +32,7 @@ def add_rollers(body: Any, robot: RobotModel, joint: str) -> None:
 
 def roller_addresses(model: Any, robot: RobotModel) -> NDArray[np.int64]:
     """Return the addresses in qpos of what rollers have turned, `(R,) int64`."""
-    names = robot.wheel_joints if robot.drive.grips else ()
+    names = robot.drive.wheels if robot.drive.grips else ()
     return np.array([model.joint(_name(name)).qposadr[0] for name in names], np.int64)
 
 
@@ -163,7 +163,7 @@ def armature(robot: RobotModel, config: ServoConfig, timestep: float) -> float:
 
 def _share(robot: RobotModel) -> float:
     """Return what of the robot's inertia a wheel moves [kg m^2]."""
-    return robot.urdf.mass * robot.drive.radius**2 / max(1, len(robot.wheel_joints))
+    return robot.urdf.mass * robot.drive.radius**2 / max(1, len(robot.drive.wheels))
 
 
 def add_servo(spec: Any, joint: str, torque: float) -> None:
@@ -187,7 +187,7 @@ def tune_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Servos:
     speed, written as a damped spring to the angle that the wanted speed sums up to: it holds a
     parked wheel. The damping is implicit in MuJoCo's step, so that no inertia is too light for it.
     """
-    names = robot.wheel_joints
+    names = robot.drive.wheels
     joints = [model.joint(name) for name in names]
     velocity = np.array([joint.dofadr[0] for joint in joints], np.int64)
     damping = (model.dof_M0[velocity] + _share(robot)) / config.response_time
