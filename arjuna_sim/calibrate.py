@@ -23,13 +23,10 @@ def calibrate_robot(robot_path: Path, world_path: Path) -> Calibration:
     """Find a robot's effective track width and wheel radius by driving it in simulation.
 
     Args:
-        robot_path: A URDF file.
         world_path: A world with 4 m of free space around its origin.
 
     Raises:
         CalibrationError: The robot has no wheels, does not move, or bumps into something.
-        RobotError: The robot cannot be simulated.
-        WorldError: The world cannot be simulated.
     """
     robot = load_robot(robot_path)
     world = load_world(world_path)
@@ -45,12 +42,7 @@ def calibrate_robot(robot_path: Path, world_path: Path) -> Calibration:
 
 
 class SimulatedVehicle:
-    """A simulated robot, to be calibrated.
-
-    Args:
-        world: Where it drives; `drive` refuses to touch what is in it.
-        kinematics: How it takes velocities for wheel speeds.
-    """
+    """A simulated robot, to be calibrated."""
 
     def __init__(
         self, robot: RobotModel, world: World, config: SimulatorConfig, kinematics: Kinematics

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -22,11 +21,10 @@ from arjuna_sim.files.robots.robot_file import load_robot, names_drive
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.xacro_file import parse_arguments
 from arjuna_sim.files.world_file import MAP_SUFFIXES, load_world
-from arjuna_sim.files.xml_file import BYTES_MAX
-from arjuna_sim.model.footprint import footprint
+from arjuna_sim.files.xml_file import BYTES_MAX, root_tag
 from arjuna_sim.model.geometry.shapes import Part
 from arjuna_sim.model.notes import Note, NoteKind
-from arjuna_sim.model.robot import SOLO, RobotModel
+from arjuna_sim.model.robot import SOLO, RobotModel, footprint
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.scene import build_scene
@@ -37,7 +35,6 @@ _TIMESTEP = 0.004  # of a robot that no simulator has stepped yet [s]
 _CREEP = Velocity(0.1)
 _ROBOT_SUFFIXES = (".urdf", ".xacro")
 _WORLD_SUFFIXES = (".sdf", ".world", *MAP_SUFFIXES)
-_ROOT = re.compile(rb"<\s*(sdf|robot)\b")
 
 
 @dataclass(frozen=True)
@@ -63,9 +60,7 @@ def describe_file(path: Path, arguments: Sequence[str] = (), guess: Path | None 
     """Return what is understood of a robot, world or map, and what is not.
 
     Args:
-        path: The file.
         arguments: Arguments of a xacro file, each `name:=value`.
-        guess: The file to write a robot's guessed drive to.
 
     Raises:
         InputFileError: The file does not load, or the guess cannot be written.
@@ -81,12 +76,6 @@ def check(
     guess: Path | None = None,
 ) -> Found:
     """Load a robot or world as the simulator would.
-
-    Args:
-        path: A URDF, xacro or SDF file, or a map's YAML.
-        search: Where to look for what it refers to.
-        arguments: Values of xacro arguments.
-        guess: Where to write the robot's guessed drive.
 
     Raises:
         InputFileError: It does not load, or the guess cannot be written.
@@ -109,10 +98,9 @@ def is_robot(path: Path) -> bool:
         InputFileError: It cannot be read.
     """
     text = read_bytes(path, BYTES_MAX, InputFileError)
-    root = _ROOT.search(text)
-    if root is not None and path.suffix not in MAP_SUFFIXES:
-        drives = b"<world" not in text and names_drive(text)
-        return root.group(1) == b"robot" or drives
+    root = root_tag(text)
+    if root and path.suffix not in MAP_SUFFIXES:
+        return root == "robot" or (b"<world" not in text and names_drive(text))
     if path.suffix not in (*_ROBOT_SUFFIXES, *_WORLD_SUFFIXES):
         valid = ", ".join((*_ROBOT_SUFFIXES, *_WORLD_SUFFIXES))
         raise InputFileError(path, f"is neither <robot> nor <sdf>; valid: {valid}")
@@ -124,12 +112,12 @@ def _check_robot(
 ) -> Found:
     robot = load_robot(path, search, arguments)
     empty = load_world(shipped_file("worlds/empty.world"))
-    scene = build_scene({SOLO: robot}, empty, ServoConfig(), _TIMESTEP).robots[SOLO]
+    support = build_scene({SOLO: robot}, empty, ServoConfig(), _TIMESTEP).robots[SOLO].support
     lines = [f"{path}: loads", *_robot_lines(robot)]
-    lines.append(f"  stands with '{robot.urdf.root}' {scene.ride_height:.4g} m above the ground")
-    if math.isfinite(scene.steady):
-        lines.append(f"  neither slips nor tips up to {scene.steady:.3g} m/s^2")
-    lines += [f"  {note}" for note in scene.facts]
+    lines.append(f"  stands with '{robot.urdf.root}' {support.ride_height:.4g} m above the ground")
+    if math.isfinite(support.steady):
+        lines.append(f"  neither slips nor tips up to {support.steady:.3g} m/s^2")
+    lines += [f"  {note}" for note in support.facts]
     if guess is not None:
         if not robot.drive.wheels or robot.settings.drive is not None:
             problem = "has a drive plugin" if robot.drive.wheels else "has no wheels"
@@ -139,7 +127,7 @@ def _check_robot(
             raise InputFileError(path, problem)
         save_guess(guess, path, robot.urdf.name, robot.drive)
         lines.append(f"  guess saved as {guess}, which loads instead of the robot")
-    faults = (*scene.faults, *_leaning(robot, empty))
+    faults = (*support.faults, *_leaning(robot, empty))
     return Found(tuple(lines), robot.notes + tuple(Note(NoteKind.CHANGED, t) for t in faults))
 
 

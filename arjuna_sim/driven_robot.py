@@ -21,9 +21,8 @@ from arjuna_sim.devices.odometry import Odometry, OdometryEstimate
 from arjuna_sim.devices.sensor_suite import SensorSuite
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.lidar import LidarSettings
-from arjuna_sim.model.footprint import inscribed_radius
 from arjuna_sim.model.geometry.walls import enclosure_of, surfaces
-from arjuna_sim.model.robot import RobotModel
+from arjuna_sim.model.robot import RobotModel, inscribed_radius
 from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.physics.placing import Placer
 from arjuna_sim.physics.robot_motion import JointStates, RobotMotion, Truth
@@ -58,16 +57,11 @@ class DrivenRobot:
 
     Args:
         name: Its name on the stage, which holds it as `model.below(name)`.
-        model: The robot as its file has it.
-        config: Everything else.
         seeds: Four, of all its noise.
         wanted: Where it starts.
 
     Attributes:
-        model: The robot as its file has it.
         spawn: Its start: where that was wanted, or the nearest free pose.
-        is_imu_faster: Whether its IMU reads more often than once a tick.
-        setpoint: The velocity that its wheels are controlled to.
     """
 
     def __init__(
@@ -96,7 +90,7 @@ class DrivenRobot:
     def notes(self) -> tuple[str, ...]:
         """Parts of its file that the simulation leaves out, and faults of its stance."""
         read = tuple(note.text for note in self.model.notes)
-        return read + self._stage.scene.robots[self.name].faults + self._spawn_notes
+        return read + self._stage.scene.robots[self.name].support.faults + self._spawn_notes
 
     def begin(self) -> None:
         """Make new devices, their noise rewound."""
@@ -120,7 +114,7 @@ class DrivenRobot:
         self._odometry.config = config.odometry
 
     def _limits(self) -> Limits:
-        steady = self._stage.scene.robots[self.name].steady
+        steady = self._stage.scene.robots[self.name].support.steady
         return limited(self._config.drive, self.model.drive, steady)
 
     def drive(self, command: Velocity | None) -> None:
@@ -183,8 +177,6 @@ class DrivenRobot:
         """Return what a camera sees now: colours, distances or both.
 
         Args:
-            color: Whether the colours are wanted.
-            depth: Whether the distances are wanted.
             camera: One of its own; its first if None.
 
         Raises:
@@ -212,7 +204,7 @@ class DrivenRobot:
         """
         lidar = self.model.settings.first(LidarSettings)
         above = 0.0 if lidar is None else mounted(self.model, lidar).position[2]
-        height = self._stage.scene.robots[self.name].ride_height + above
+        height = self._stage.scene.robots[self.name].support.ride_height + above
         return surfaces(self._stage.world, height)
 
     def obstacles_at(self, pose: SE2) -> tuple[str, ...]:

@@ -7,8 +7,7 @@ from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.urdf.xacro_file import split
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.model.footprint import footprint
-from arjuna_sim.model.robot import RobotModel
+from arjuna_sim.model.robot import RobotModel, footprint
 from arjuna_sim.model.world import World
 
 _BASES = {"base_footprint", "base_link"}
@@ -29,12 +28,7 @@ def named_robot(path: str, arguments: str) -> RobotModel:
 
 
 def names_of(robot: RobotModel) -> dict[str, str]:
-    """Return what a robot's file calls its topics and frames, where that is not the standard.
-
-    Returns:
-        Any of `scan_topic`, `odom_topic`, `cmd_vel_topic`, `odom_frame` and `base_frame`, which is
-        the root link where `base_footprint` or `base_link` lacks.
-    """
+    """Return what a robot's file calls its topics and frames, where that is not the standard."""
     drive, lidar = robot.drive, robot.settings.first(LidarSettings)
     names = {
         ("scan_topic", "scan"): lidar.topic if lidar is not None else "scan",
@@ -52,7 +46,6 @@ def footprint_of(robot: RobotModel, frame: str) -> str:
     """Return a robot's outline as the costmaps' `footprint`; "" where it has none.
 
     Args:
-        robot: The robot.
         frame: The costmaps' `robot_base_frame`; the root link where it is none of the robot's.
     """
     link = frame if frame in robot.urdf.links else robot.urdf.root

@@ -38,11 +38,7 @@ class Simulation:
 
     Args:
         starts: The robots by name; a single one may be called `SOLO`.
-        config: Everything else.
         rng: Seeds the noise; `reset` rewinds it to its present state.
-
-    Attributes:
-        robots: The robots by name.
 
     Raises:
         RobotError: A robot cannot be simulated.
@@ -139,9 +135,6 @@ class Simulation:
 
         Args:
             commands: New commands by robot; one without keeps its last until that times out.
-
-        Returns:
-            Each robot's observation at the tick's end.
         """
         for name, robot in self.robots.items():
             robot.drive(commands.get(name))

@@ -194,10 +194,6 @@ def calibrate(
         vehicle_of: Returns the robot, with 4 m of free space around it, which takes velocities for
             wheel speeds by the kinematics given.
         nominal: What the wheels' separation and radius suggest.
-        config: Odometry, whose noise is to be found.
-
-    Returns:
-        Effective track width and radius, and how well they do.
 
     Raises:
         CalibrationError: The robot does not move.

@@ -26,12 +26,7 @@ class CameraError(ArjunaError):
 
 
 def add_camera(spec: Any, settings: CameraSettings) -> None:
-    """Put a camera at its link's site.
-
-    Args:
-        spec: The `mujoco.MjSpec` that holds the robot.
-        settings: The camera.
-    """
+    """Put a camera at its link's site."""
     site = spec.site(settings.site)
     rotation = np.zeros(4)
     mujoco.mju_mulQuat(rotation, site.quat, _FROM_LINK)
@@ -53,7 +48,6 @@ def points(settings: CameraSettings, depth: NDArray[np.float32]) -> NDArray[np.f
     """Return what a camera sees as points in its optical frame, `(N, 3) float32` [m].
 
     Args:
-        settings: The camera.
         depth: Distances along the optical axis `(height, width) float32` [m]; +inf is left out.
     """
     f = focal_length(settings)
@@ -102,8 +96,6 @@ class Camera:
         Args:
             model: The compiled `mujoco.MjModel`, with a camera of `add_camera`.
             data: The `mujoco.MjData`, with positions up to date.
-            color: Whether the colours are wanted.
-            depth: Whether the distances are wanted.
 
         Raises:
             CameraError: No off-screen OpenGL works here; the message has each one's reason.
@@ -175,15 +167,7 @@ class CameraThread:
         self._model: Any = None
 
     def ask(self, model: Any, data: Any, stamp: float, color: bool, depth: bool) -> None:
-        """Ask for a picture of the state as it is now, unless one is being drawn.
-
-        Args:
-            model: The `mujoco.MjModel`.
-            data: The `mujoco.MjData`.
-            stamp: The time now [s].
-            color: Whether the colours are wanted.
-            depth: Whether the distances are wanted.
-        """
+        """Ask for a picture of the state as it is now, unless one is being drawn."""
         if self._drawing is not None:
             return
         if model is not self._model:

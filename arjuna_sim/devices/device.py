@@ -9,8 +9,7 @@ import numpy as np
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.robot import RobotModel
-from arjuna_sim.model.sensor_kinds import sensor_kinds
-from arjuna_sim.model.settings import SensorSettings
+from arjuna_sim.model.settings import SensorSettings, sensor_kinds
 from arjuna_sim.model.world import Earth
 
 
@@ -65,11 +64,7 @@ def device_of(settings: SensorSettings, mount: Mount) -> Device:
 
 
 class StaticDevice:
-    """A device that remembers no motion and sits at the site of its settings.
-
-    Args:
-        mount: Where it sits.
-    """
+    """A device that remembers no motion and sits at the site of its settings."""
 
     def __init__(self, settings: Any, mount: Mount) -> None:
         self._settings, self._rng = settings, mount.rng

@@ -1,7 +1,8 @@
-"""Velocities of a base, its parameters, and skid-steer kinematics."""
+"""The parameters of a drive, its kinematics, and those of skid steering."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.twist import Velocity
 from arjuna_sim.model.settings import DriveSettings
+
+_NONE = np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -92,11 +95,7 @@ class Kinematics:
         return (velocity.x - across) / self.radius, (velocity.x + across) / self.radius
 
     def base_motion(self, left: float, right: float) -> tuple[float, float]:
-        """Return the base's path and turn for the left and right wheels' turns [rad], or rates.
-
-        Returns:
-            Path [m] and turn [rad], or speed [m/s] and turn rate [rad/s].
-        """
+        """Return path [m] and turn [rad] for the left and right wheels' turns [rad], or rates."""
         mean, difference = (left + right) / 2, right - left
         return mean * self.radius, difference * self.radius / self.track
 
@@ -107,6 +106,32 @@ class Kinematics:
         left, right = turns.tolist()
         path, turn = self.base_motion(left, right)
         return path, 0.0, turn
+
+
+class Base(ABC):
+    """The kinematics of a drive; wheels are in the order of `DriveSettings.wheels`."""
+
+    def reachable(self, velocity: Velocity) -> Velocity:
+        """Return what of a velocity the base can do."""
+        return velocity
+
+    @abstractmethod
+    def speeds(self, velocity: Velocity) -> NDArray[np.float64]:
+        """Return how fast the wheels' joints turn for a reachable velocity, `(W,)` [rad/s]."""
+
+    def angles(self, velocity: Velocity) -> NDArray[np.float64]:
+        """Return where the steering joints stand for it, `(S,) float64` [rad]."""
+        return _NONE
+
+    def encoders(self, joints: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what encoders count at the wheels' joints' positions, `(W,)` [rad]."""
+        return joints
+
+    @abstractmethod
+    def motion(
+        self, turns: NDArray[np.float64], angles: NDArray[np.float64]
+    ) -> tuple[float, float, float]:
+        """Return path [m], path to the left [m] and turn [rad] for turns of the encoders [rad]."""
 
 
 def kinematics_of(settings: DriveSettings, config: DriveConfig) -> Kinematics:

@@ -197,7 +197,6 @@ def _predict(
     Args:
         state: `(7,) float64`, changed in place, as what Numba returns costs 1 us an array.
         covariance: `(7, 7) float64`, changed in place.
-        dt: [s].
         linear: Of the white accelerations ahead and to the left, which are integrated exactly.
         angular: Of the white acceleration about.
         walk: Of the gyro's bias.

@@ -55,11 +55,6 @@ class Imu:
 
     Acceleration is the mean over the time between readings, as a real unit's filter gives. Each
     turn rate and acceleration errs by white noise on a bias that walks.
-
-    Args:
-        settings: Where it sits, and the noise that its file names.
-        config: Errors, where the file names none.
-        rng: Where the noise comes from.
     """
 
     def __init__(
@@ -105,8 +100,6 @@ class Imu:
 
         Args:
             data: The `mujoco.MjData`, with positions and velocities up to date.
-            now: The time [s].
-            dt: Time since the last reading [s].
         """
         rotation, facing = data.site_xmat[self._site], data.xmat[self._root]
         motion, last = self._motions
@@ -155,7 +148,6 @@ def _feel(
         rotation: Of the frame, row by row, `(9,) float64`.
         motion: Its turn rate and velocity along the world's axes, `(6,) float64`.
         last: The same a time `dt` [s] before.
-        dt: [s].
         gravity: `(3,) float64` [m/s^2].
         draws: Standard normal: for the gyros' biases, the gyros, the other biases and the rest.
         errors: Biases, how they grow per root second and white noise, `(3, 6) float64`; the

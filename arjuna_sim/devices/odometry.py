@@ -75,12 +75,7 @@ class Motion(Protocol):
 
 
 class Odometry:
-    """Integrates encoder ticks; what slips goes unnoticed.
-
-    Args:
-        kinematics: How wheels move the base.
-        rng: Where the encoders' noise comes from.
-    """
+    """Integrates encoder ticks; what slips goes unnoticed."""
 
     def __init__(
         self, config: OdometryConfig, kinematics: Motion, rng: np.random.Generator
@@ -104,11 +99,6 @@ class Odometry:
         angles: NDArray[np.float64] = _NONE,
     ) -> OdometryEstimate:
         """Add one step.
-
-        Args:
-            wheels: What the encoders say [rad].
-            dt: Time since the last update [s].
-            angles: Of the steering joints, `(S,) float64` [rad].
 
         Returns:
             The estimate, along the arc of constant turn rate that the ticks give.

@@ -13,22 +13,17 @@ from arjuna_core.timing import Periodic
 from arjuna_sim.devices.device import Device, Mount, device_of, mounted
 from arjuna_sim.devices.imu import Imu, ImuReading
 from arjuna_sim.devices.lidar import Lidar
-from arjuna_sim.devices.rays import beams  # registers its devices
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.model.world import Earth
 
-__all__ = ["SensorSuite", "beams"]
-
 
 class SensorSuite:
     """Reads the sensors of a robot; each draws its noise from a source of its own.
 
     Args:
-        earth: Position of the world on Earth.
-        config: The `SimulatorConfig`.
         seeds: Of the first lidar, of the first IMU, and of all others.
     """
 
@@ -96,13 +91,7 @@ class SensorSuite:
         return self._lidar.scan(data, now) if self._lidar_due.due(now) else None
 
     def read(self, sensor: SensorSettings, data: Any, now: float) -> Any:
-        """Return a reading of a further sensor, no camera; one that nobody asks for costs nothing.
-
-        Args:
-            sensor: One of the robot's further sensors.
-            data: The `mujoco.MjData`, with positions and velocities up to date.
-            now: The time [s].
-        """
+        """Return a reading of a further sensor; one that nobody asks for costs nothing."""
         if sensor.name not in self._further:
             rng = np.random.default_rng([self._seed, zlib.crc32(sensor.name.encode())])
             self._further[sensor.name] = device_of(sensor, self._mount(sensor, rng))

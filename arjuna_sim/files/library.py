@@ -31,12 +31,7 @@ class Fault(Enum):
 
 
 class ResourceError(ArjunaError):
-    """A resource that a client named or sent cannot be used.
-
-    Args:
-        fault: Why, for the result's code.
-        problem: What is wrong and what is valid.
-    """
+    """A resource that a client named or sent cannot be used."""
 
     def __init__(self, fault: Fault, problem: str) -> None:
         self.fault = fault

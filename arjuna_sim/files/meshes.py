@@ -49,9 +49,6 @@ def mesh_shape(
     """Read a mesh; None (and a note) where it is missing, of a foreign form, or broken and drawn.
 
     Args:
-        xml: The file that refers to it.
-        uri: Path or URI of the mesh.
-        scale: Three numbers.
         label: Name of the element in messages; of a visual it ends in `visual`.
         part: Name of the part of it that is meant; "" for all of it.
         centred: Whether that part is put about its own middle.

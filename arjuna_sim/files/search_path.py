@@ -129,12 +129,7 @@ class SearchPath:
         )
 
     def package(self, beside: Path, name: str) -> Path | None:
-        """Return the folder of a package, or None.
-
-        Args:
-            beside: The file that names it.
-            name: The package.
-        """
+        """Return the folder of a package, or None."""
         return next(self._folders(beside, name), None)
 
     def find(self, beside: Path, uri: str) -> Path | None:
@@ -142,10 +137,6 @@ class SearchPath:
 
         Args:
             beside: The file that refers to it.
-            uri: What it says.
-
-        Returns:
-            The file, or None where there is none.
 
         Raises:
             EscapeError: It leads out of its package or model, or a plain path out of the package
@@ -171,7 +162,6 @@ class SearchPath:
         """Return the SDF file of a model: the newest of its manifest's, or `model.sdf`.
 
         Args:
-            beside: The file that includes it.
             uri: Of its folder, or of the file itself.
 
         Raises:

@@ -1,10 +1,10 @@
-"""A `<sensor>` of a robot, as the kinds of sensors read it."""
+"""Gazebo's tags of a robot, of URDF and SDF alike: sensors, plugins and surfaces."""
 
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element, SubElement  # parsing is defusedxml's
 
 from arjuna_core.errors import InputFileError
@@ -59,10 +59,6 @@ class SensorTag:
 
     def mount(self, rate: float, topic_name: str) -> dict[str, Any]:
         """Return the settings that all sensors have, as keywords.
-
-        Args:
-            rate: Where the file names none [Hz].
-            topic_name: The topic where the file names none.
 
         Raises:
             RobotError: Its pose or rate is invalid.
@@ -128,3 +124,38 @@ class SensorTag:
     def note(self, text: str) -> None:
         """Keep one line on what is simulated otherwise than the file says."""
         self.xml.note(f"{self.label}: {text}")
+
+
+class PluginTag(NamedTuple):
+    """A `<plugin>`, and the link whose tags hold it; None for the robot's own."""
+
+    element: Element
+    link: str | None
+
+
+@dataclass
+class Tags:
+    """All tags of a robot.
+
+    Attributes:
+        items: Plugins and sensors in the file's order.
+        friction: By link, the friction of its shapes.
+        colours: By link, the colour of its material.
+        stiffness: By link, `kp` and `kd`.
+        grips: By link, the unit vector of the ground along which friction acts.
+        uneven: Notes on links whose friction differs along and across.
+        controlled: Names of the joints that a velocity controller moves.
+    """
+
+    items: list[PluginTag | SensorTag] = field(default_factory=list)
+    friction: dict[str, float] = field(default_factory=dict)
+    colours: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    stiffness: dict[str, dict[str, float]] = field(default_factory=dict)
+    grips: dict[str, tuple[float, float]] = field(default_factory=dict)
+    uneven: list[str] = field(default_factory=list)
+    controlled: set[str] = field(default_factory=set)
+
+    @property
+    def plugins(self) -> list[Element]:
+        """The plugins."""
+        return [item.element for item in self.items if isinstance(item, PluginTag)]

@@ -12,11 +12,11 @@ import numpy as np
 from arjuna_core.errors import InputFileError, RobotError, WorldError
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.library import Fault, Library, ResourceError
-from arjuna_sim.files.robots.robot_file import is_sdf, names_drive, robot_of_text
+from arjuna_sim.files.robots.robot_file import names_drive, robot_of_text
 from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.xacro_file import Expanded
-from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile
+from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile, root_tag
 from arjuna_sim.model.entities import (
     Category,
     Entity,
@@ -41,7 +41,6 @@ _ASSET_FAULTS = {
     NoteKind.BROKEN: Fault.RESOURCE_PARSE_ERROR,
 }
 _PARTS_MAX = 2000
-_ROOT = re.compile(r"<\s*(sdf|robot)\b")
 
 
 def read_entity(uri: str, text: str, library: Library) -> Entity:
@@ -53,7 +52,6 @@ def read_entity(uri: str, text: str, library: Library) -> Entity:
     Args:
         uri: A primitive, or a file's path or URI; may be empty.
         text: The file's content, where there is no URI.
-        library: Where files are found.
 
     Raises:
         ResourceError: It cannot be read or is nothing that can be spawned.
@@ -71,8 +69,6 @@ def read_driven(uri: str, text: str, library: Library) -> RobotModel | None:
 
     Args:
         uri: As `read_entity` takes it, which has to accept it.
-        text: As `read_entity` takes it.
-        library: Where files are found.
 
     Raises:
         ResourceError: A file that names a drive cannot be read as a robot.
@@ -81,7 +77,7 @@ def read_driven(uri: str, text: str, library: Library) -> RobotModel | None:
         return None
     path, content = _content(uri, text, library)
     data = content.encode()
-    if is_sdf(data) and not names_drive(data):
+    if root_tag(data) == "sdf" and not names_drive(data):
         return None
     try:
         robot = robot_of_text(path, Expanded(data), library.search)
@@ -145,11 +141,11 @@ def _read_text(path: Path, text: str, library: Library) -> Entity:
     if len(text) > BYTES_MAX:
         problem = f"has {len(text)} characters; at most {BYTES_MAX} are read"
         raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)
-    root = _ROOT.search(text)
-    if root is None:
+    root = root_tag(text.encode())
+    if not root:
         problem = f"holds neither <sdf> nor <robot>; valid formats: {', '.join(FORMATS)}"
         raise ResourceError(Fault.UNSUPPORTED_FORMAT, problem)
-    read = _read_sdf if root.group(1) == "sdf" else _read_urdf
+    read = _read_sdf if root == "sdf" else _read_urdf
     try:
         return read(path, text.encode(), library)
     except (InputFileError, ValueError) as error:
@@ -212,9 +208,6 @@ def _entity(name: str, solid: tuple[Part, ...], drawn: tuple[Part, ...], mass: f
 
 def check_assets(notes: Iterable[Note]) -> None:
     """Refuse a file that refers to what is not there, or to what cannot be simulated.
-
-    Args:
-        notes: What its reader left out.
 
     Raises:
         ResourceError: Something was left out; the message is the first such note.

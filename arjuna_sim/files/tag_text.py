@@ -72,8 +72,6 @@ def topic(element: Element, default: str, remapped: str, *names: str) -> str:
     """Return a topic: a remapping of the ROS 2 spelling wins over the tag.
 
     Args:
-        element: The plugin or sensor.
-        default: Where nothing names one.
         remapped: What ROS 2 remaps, such as `~/out` or `cmd_vel`.
         names: Plain names of tags that hold the topic.
     """
@@ -88,11 +86,7 @@ def topic(element: Element, default: str, remapped: str, *names: str) -> str:
 
 
 def gazebo_colour(name: str) -> tuple[float, ...] | None:
-    """Return the colour of a material such as `Gazebo/DarkGrey`, or None.
-
-    Args:
-        name: The script's name; what stands before the last slash does not matter.
-    """
+    """Return the colour of a material such as `Gazebo/DarkGrey`, or None."""
     plain = name.strip().rpartition("/")[2].lower().replace("_", "")
     for variant in _VARIANTS:
         plain = plain.removeprefix(variant) or plain

@@ -51,12 +51,6 @@ def rectangles(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Cover the occupied cells with few rectangles that do not overlap.
 
     Runs of cells in a row grow upward as long as the next row has the same run.
-
-    Args:
-        occupied: `(R, C) bool`.
-
-    Returns:
-        `(N, 4) int64` of first row, first column, rows, columns.
     """
     found: list[tuple[int, int, int, int]] = []
     open_runs: dict[tuple[int, int], int] = {}
@@ -84,7 +78,6 @@ def load_world(path: str | Path, search: SearchPath | None = None) -> World:
     """Read a world from an SDF file, which may have xacro macros, or from a map's YAML.
 
     Args:
-        path: The file.
         search: Where to look for what it refers to; the environment's folders if None.
 
     Raises:

@@ -88,6 +88,12 @@ def _without_comments(text: bytes) -> bytes:
     return b"".join((*pieces, text[at:]))
 
 
+def root_tag(text: bytes) -> str:
+    """Return whether a text holds `sdf` or `robot`, by whichever tag is first; "" for neither."""
+    root = re.search(rb"<\s*(sdf|robot)\b", text)
+    return root.group(1).decode() if root is not None else ""
+
+
 def _in_utf8(text: bytes) -> bytes:
     """Return a text in UTF-8 that was in nothing that it says."""
     try:

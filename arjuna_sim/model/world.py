@@ -52,7 +52,6 @@ class Trajectory:
 
         Args:
             points: Where to go `(N, 2) float64` [m]; a loop goes back to the first.
-            speed: Along the path [m/s].
             loop: Whether it starts again at its end.
 
         Raises:

@@ -23,9 +23,6 @@ class CameraTopics:
 
     In lock-step a picture is drawn at its tick, the same each time; in real time it is drawn
     beside the physics, published when it is done, and left out where drawing is too slow.
-
-    Args:
-        settings: The camera, whose topic is that of the colour image.
     """
 
     def __init__(
@@ -56,7 +53,6 @@ class CameraTopics:
         """Publish what is due at a time [s] and subscribed to.
 
         Args:
-            now: The time [s].
             interactive: Whether time is real, so that drawing must not take any.
         """
         if self._thread is not None and (done := self._thread.take()) is not None:

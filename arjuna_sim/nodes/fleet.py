@@ -65,9 +65,6 @@ class SimulatedRobotNode(ManagedNode):
 class RobotNodes:
     """A robot's own topics, its description and, where it is wanted, its filter of odometry.
 
-    Args:
-        beside: The process of the simulator's node.
-
     Raises:
         RobotStartError: They could not be configured; nothing is left of them.
     """
@@ -151,9 +148,6 @@ class Fleet:
 
     A robot of the start has its namespace for a name. The simulator's own robot, where there is
     one, has no nodes here.
-
-    Args:
-        node: The simulator's node, being configured, in whose process the nodes live.
 
     Raises:
         ArjunaError: A robot's nodes could not be configured.

@@ -50,14 +50,7 @@ def transform3_msg(T: Pose3, parent: str, child: str, now: float) -> TransformSt
 
 
 def odometry_msg(estimate: OdometryEstimate, frame: str, child: str, now: float) -> Odometry:
-    """Return dead reckoning at a time [s] as an Odometry message.
-
-    Args:
-        estimate: Pose and motion of the robot.
-        frame: The frame of its pose.
-        child: The robot's frame.
-        now: [s].
-    """
+    """Return dead reckoning at a time [s] as an Odometry message."""
     motion = estimate.v, estimate.side, estimate.w
     message: Odometry = _odometry(
         header(frame, now), child, pose_msg(estimate.T_odom_base), *motion

@@ -29,7 +29,7 @@ from arjuna_core.ros.convert import header, scan_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.imu import ImuReading
-from arjuna_sim.devices.rays.beams import Cloud
+from arjuna_sim.devices.lidar import Cloud
 from arjuna_sim.devices.sensors.altimeter import AltimeterSettings
 from arjuna_sim.devices.sensors.bumper import BumperSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings
@@ -73,8 +73,6 @@ def cloud_msg(
     Args:
         points: `(N, 3) float32` [m].
         rows: Which row of the sensor each is of; None leaves out the field.
-        frame: Their frame.
-        now: When they were seen [s].
     """
     kind = _POINT if rows is not None else np.dtype(_POINT.descr[:3])
     packed = np.zeros(len(points), kind)
@@ -156,11 +154,7 @@ def _bump(sensor: BumperSettings, reading: bool, now: float) -> Bool:
 
 
 class SensorTopics:
-    """Publishes what is due and subscribed to; sensors without subscribers are not read.
-
-    Args:
-        sensors: The sensors, with their topics and frames; cameras have topics of their own.
-    """
+    """Publishes what is due and subscribed to; sensors without subscribers are not read."""
 
     def __init__(
         self, node: ManagedNode, robot: DrivenRobot, sensors: tuple[SensorSettings, ...]

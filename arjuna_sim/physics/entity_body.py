@@ -74,9 +74,6 @@ def motion_of(
     """Return where an entity is and how the physics moves it, with positions up to date.
 
     Args:
-        model: The `mujoco.MjModel`.
-        data: The `mujoco.MjData`.
-        entity: The entity.
         addresses: What `addresses_of` returns of it.
     """
     mocap, at, rate = addresses

@@ -31,7 +31,6 @@ def rank_friction(model: Any, wheels: Sequence[int]) -> None:
     that is more slippery than a tyre takes the tyre's stiffness and damping.
 
     Args:
-        model: The compiled `mujoco.MjModel`, which is changed.
         wheels: The geoms of the tyres.
     """
     named = np.flatnonzero(model.geom_priority > 0)
@@ -53,9 +52,6 @@ def add_part(spec: Any, body: Any, part: Part, group: Group, most: int = PIECES_
     mesh of the robot is touched as its convex hull.
 
     Args:
-        spec: The `mujoco.MjSpec`.
-        body: The spec's body.
-        part: What to add.
         group: Says whether it collides: visual groups do not.
         most: How many pieces a mesh may be touched as.
 

@@ -43,11 +43,7 @@ class Pacer:
 
 
 class PaceMeter:
-    """Measures the real-time factor that is achieved.
-
-    Args:
-        period: Real time between two readings [s].
-    """
+    """Measures the real-time factor that is achieved."""
 
     def __init__(self, period: float = 1.0) -> None:
         self._period = period

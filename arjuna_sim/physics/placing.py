@@ -23,11 +23,7 @@ _HIT = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np
 
 
 class Placer:
-    """Finds free poses for a robot of a stage.
-
-    Args:
-        stage: Holds the world as it is now.
-    """
+    """Finds free poses for a robot of a stage."""
 
     def __init__(self, stage: Stage, robot: str) -> None:
         self._stage = stage
@@ -92,7 +88,7 @@ class Placer:
         along, across = (self._rise(pose, level, turn) for turn in (0.0, math.pi / 2))
         pitch = -math.atan(along)
         roll = math.atan(across * math.cos(pitch))
-        upright = self._stage.scene.robots[self._robot].ride_height
+        upright = self._stage.scene.robots[self._robot].support.ride_height
         height = upright / (math.cos(pitch) * math.cos(roll))
         return Pose3.from_rpy((pose.x, pose.y, level + height), (roll, pitch, pose.theta))
 

@@ -41,9 +41,6 @@ def add_robot(spec: Any, robot: RobotModel, servo: ServoConfig, sag: float) -> N
     Links that fixed joints connect become one body; every link becomes a site of its name.
 
     Args:
-        spec: The `mujoco.MjSpec` of the world.
-        robot: The robot.
-        servo: How its wheels are driven.
         sag: How far its tyres sink in [m].
 
     Raises:
@@ -55,9 +52,9 @@ def add_robot(spec: Any, robot: RobotModel, servo: ServoConfig, sag: float) -> N
         # [kg] No arm can move so large an inertia.
         joint.armature, joint.damping[0] = 1e9, 1e9
     _fill_body(spec, body, robot, robot.urdf.root, servo)
-    for name in robot.rolling_joints:
+    for name in robot.drive.rolling:
         add_tyre(spec.body(f"body:{robot.urdf.joints[name].child}"), robot, name, sag)
-    for name in robot.wheel_joints:
+    for name in robot.drive.wheels:
         add_servo(spec, name, robot.drive.torque)
     for name in robot.drive.steering:
         add_steering(spec, name)
@@ -151,7 +148,7 @@ def _add_parts(spec: Any, body: Any, robot: RobotModel, name: str, T_body_link: 
 
 
 def _is_wheel(robot: RobotModel, link: str) -> bool:
-    return any(robot.urdf.joints[name].child == link for name in robot.rolling_joints)
+    return any(robot.urdf.joints[name].child == link for name in robot.drive.rolling)
 
 
 def _add_moving(
@@ -159,7 +156,7 @@ def _add_moving(
 ) -> None:
     pose = T_body_link @ joint.T_parent_child
     child = body.add_body(name=f"body:{joint.child}", pos=pose.position, quat=pose.quaternion)
-    if joint.name in robot.wheel_joints:  # the motor makes up for friction and damping
+    if joint.name in robot.drive.wheels:  # the motor makes up for friction and damping
         add_rollers(child, robot, joint.name)
         rotor = armature(robot, servo, spec.option.timestep)
         child.add_joint(name=joint.name, axis=joint.axis, armature=rotor)
@@ -172,7 +169,7 @@ def _add_moving(
 
 def _passive_damping(robot: RobotModel) -> float:
     """Return how damped joints are that nothing drives: hardly felt by the lightest robot."""
-    load = robot.urdf.mass / max(1, len(robot.rolling_joints))
+    load = robot.urdf.mass / max(1, len(robot.drive.rolling))
     return min(_PASSIVE_DAMPING, _ROLLING_DAMPING * load * robot.drive.radius**2)
 
 

@@ -46,11 +46,7 @@ class Truth(NamedTuple):
 
 
 class RobotMotion:
-    """Reads and moves a robot of a stage, whatever model the stage holds at the time.
-
-    Args:
-        joints: Names of the robot's moving joints, in the URDF's order.
-    """
+    """Reads and moves a robot of a stage, whatever model the stage holds at the time."""
 
     def __init__(self, stage: Stage, robot: str, joints: tuple[str, ...]) -> None:
         self._stage = stage

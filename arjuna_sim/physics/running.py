@@ -28,9 +28,6 @@ class Stepper:
 
     MuJoCo 4.0 errs by some per cent of a step for all that is awake in the step in which something
     falls asleep. So those steps are taken again from their start, without what then sleeps.
-
-    Args:
-        data: The `mujoco.MjData`.
     """
 
     def __init__(self, model: Any, data: Any) -> None:
@@ -62,14 +59,7 @@ class Stepper:
 
 
 def carry_over(old: Any, old_data: Any, new: Any, data: Any) -> None:
-    """Copy the state of all joints, motors and mocap bodies that both models have.
-
-    Args:
-        old: The `mujoco.MjModel` that was simulated.
-        old_data: Its `mujoco.MjData`.
-        new: The model to continue with.
-        data: Its data, which is changed.
-    """
+    """Copy the state of all joints, motors and mocap bodies that both models have."""
     for i in range(new.njnt):
         name = new.joint(i).name
         j = mujoco.mj_name2id(old, mujoco.mjtObj.mjOBJ_JOINT, name)

@@ -22,10 +22,9 @@ from arjuna_sim.model.entities import (
 )
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
-from arjuna_sim.physics.contacts import touched
 from arjuna_sim.physics.entity_body import addresses_of, motion_of
 from arjuna_sim.physics.running import Stepper, carry_over
-from arjuna_sim.physics.scene import Scene, build_scene
+from arjuna_sim.physics.scene import Scene, build_scene, touched
 from arjuna_sim.physics.walkers import Manners, Walkers
 from arjuna_sim.physics.wheels.servo import ServoConfig
 
@@ -38,12 +37,9 @@ class Stage:
 
     Args:
         robots: The robots by name; links, joints and sensors of no two have the same name.
-        servo: How the robots' wheels are driven.
         timestep: Of the physics [s].
 
     Attributes:
-        world: The world as it was read.
-        robots: The robots by name.
         scene: The compiled model and where to find things in it.
         on_rebuild: Called when `scene` and `data` were replaced.
 

@@ -83,8 +83,6 @@ class Viewer:
         """Show how things are, if a picture is due.
 
         Args:
-            model: The `mujoco.MjModel`.
-            data: The `mujoco.MjData`.
             wall_now: Real time on any steady clock [s].
         """
         is_closed = self._handle is not None and not self._handle.is_running()

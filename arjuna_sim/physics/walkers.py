@@ -13,11 +13,7 @@ from arjuna_sim.model.world import Trajectory
 
 
 class Walkers:
-    """Puts mocap bodies where their trajectories say, as `Trajectory.pose` does one by one.
-
-    Args:
-        bodies: Index of each one's mocap body.
-    """
+    """Puts mocap bodies where their trajectories say, as `Trajectory.pose` does one by one."""
 
     def __init__(self, bodies: list[int], trajectories: list[Trajectory]) -> None:
         longest = max((len(each.times) for each in trajectories), default=0)
@@ -37,7 +33,6 @@ class Walkers:
         """Put each where it is.
 
         Args:
-            data: The `mujoco.MjData`, which is changed.
             elapsed: Time since the start of each, `(N,) float64` [s].
         """
         now = np.fmod(elapsed, self._round) - self._delay
@@ -65,7 +60,6 @@ class Manners:
 
     Args:
         model: The `mujoco.MjModel`, whose walkers' contacts become light while they step over.
-        timestep: Of the physics [s].
     """
 
     def __init__(self, model: Any, bodies: list[int], timestep: float) -> None:
@@ -83,11 +77,7 @@ class Manners:
         self._waited = np.zeros(len(bodies), np.int64)
 
     def stopped(self, data: Any) -> NDArray[np.int64]:
-        """Return who goes no farther in the next step.
-
-        Args:
-            data: The `mujoco.MjData` after a step.
-        """
+        """Return who goes no farther in the next step."""
         pairs = data.contact.geom[: data.ncon]
         who = self._who[pairs].max(axis=1)
         if not self._pushes.any() and (who < 0).all():

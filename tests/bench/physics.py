@@ -185,7 +185,7 @@ def _sill(robot: RobotModel, config: SimulatorConfig) -> tuple[float, str, float
     if not robot.drive.wheels:
         return 0.0, "", 0.0
     radius, highest = robot.drive.radius, 0.0
-    can = _simulator(robot, level(), config).stage.scene.robots[SOLO].sill
+    can = _simulator(robot, level(), config).stage.scene.robots[SOLO].support.sill
     bar = min(SILL * radius, can)
     for height in sorted({*(_SILLS * radius).tolist(), bar} - {0.0}):
         stops = _stops_at(robot, config, height)

@@ -13,7 +13,7 @@ from arjuna_core.errors import RobotError
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.rays.beams import Cloud
+from arjuna_sim.devices.lidar import Cloud
 from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarConfig
 from arjuna_sim.driven_robot import Observation
 from arjuna_sim.files.robots.robot_file import load_robot

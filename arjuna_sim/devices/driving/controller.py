@@ -130,8 +130,6 @@ def limited(config: DriveConfig, settings: DriveSettings, steady: float = math.i
     track.
 
     Args:
-        config: The parameters.
-        settings: What the robot's file says.
         steady: Greatest acceleration at which the robot neither slips nor tips [m/s^2].
     """
     turn = 2.0 / settings.separation if settings.separation > 0.0 else math.inf
@@ -176,11 +174,7 @@ class CommandError(ArjunaError, ValueError):
 
 
 class Drive:
-    """The base's controller: holds the last command and ramps towards it.
-
-    Args:
-        limits: Greatest speeds and accelerations, and how long commands hold.
-    """
+    """The base's controller: holds the last command and ramps towards it."""
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits

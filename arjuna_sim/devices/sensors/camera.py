@@ -10,8 +10,7 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.tag_text import plain, text_of, topic
-from arjuna_sim.model.sensor_kinds import chooses, reads
-from arjuna_sim.model.settings import SensorSettings
+from arjuna_sim.model.settings import SensorSettings, chooses, reads
 
 _PIXELS_MAX = 4096  # along a side: more than MuJoCo's off-screen buffer can hold
 _WIDEST = 2.8  # field of view of a flat picture [rad]

@@ -9,8 +9,7 @@ from typing import ClassVar
 from arjuna_core.config import param
 from arjuna_sim.files.sensor_tag import RATE_MAX, SensorTag
 from arjuna_sim.files.tag_text import topic, value
-from arjuna_sim.model.sensor_kinds import chooses, reads
-from arjuna_sim.model.settings import SensorSettings
+from arjuna_sim.model.settings import SensorSettings, chooses, reads
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,7 @@ from typing import Any, ClassVar
 from arjuna_core.config import param
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.tag_text import plain
-from arjuna_sim.model.sensor_kinds import chooses, reads
-from arjuna_sim.model.settings import SensorSettings
+from arjuna_sim.model.settings import SensorSettings, chooses, reads
 
 _BEAMS_MAX = 100_000  # of a lidar, so that a hostile file cannot stop the simulation
 _RANGE_MAX = 10_000.0  # [m]

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from arjuna_sim.devices.device import Mount, StaticDevice, simulates
 from arjuna_sim.files.sensor_tag import SensorTag
-from arjuna_sim.model.sensor_kinds import reads
-from arjuna_sim.model.settings import SensorSettings
+from arjuna_sim.model.settings import SensorSettings, reads
 
 
 @dataclass(frozen=True, kw_only=True)

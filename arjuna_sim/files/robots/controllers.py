@@ -35,10 +35,6 @@ _BYTES_MAX = 1_000_000
 def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
     """Return the first drive of the controllers of a plugin, as a drive plugin.
 
-    Args:
-        xml: The robot's file.
-        plugin: What runs the controllers, and names the files of their parameters.
-
     Returns:
         A plugin; None where no controller drives wheels.
     """

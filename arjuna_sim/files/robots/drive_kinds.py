@@ -73,9 +73,6 @@ def with_mecanum(
     rear: the arrangement that ros2_controllers and Gazebo drive, called X from above.
 
     Args:
-        xml: Keeps the notes.
-        urdf: The robot.
-        drive: Its wheels, by sides.
         named_grips: By link, the directions of friction that the file names.
     """
     if len(drive.left) != 2 or len(drive.right) != 2:
@@ -204,9 +201,6 @@ def arranged(
     """Return a drive as the kind that it is, with a note where it is simulated as another.
 
     Args:
-        xml: Keeps the notes.
-        urdf: The robot.
-        drive: Its wheels.
         asked: The kind that its plugin names; None to find it by names and joints.
         grips: By link, the directions of friction that the file names.
     """

@@ -14,13 +14,17 @@ from arjuna_sim.files.robots.plugins import (
     read_wheelless,
     sensor_type,
 )
-from arjuna_sim.files.robots.tags import PluginTag, Tags
-from arjuna_sim.files.sensor_tag import SensorTag
+from arjuna_sim.files.sensor_tag import PluginTag, SensorTag, Tags
 from arjuna_sim.files.tag_text import plain, text_of
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.sensor_kinds import sensor_kinds
-from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings, SensorSettings
+from arjuna_sim.model.settings import (
+    DriveKind,
+    DriveSettings,
+    GazeboSettings,
+    SensorSettings,
+    sensor_kinds,
+)
 from arjuna_sim.model.urdf import Urdf
 
 
@@ -122,12 +126,7 @@ def remedy(urdf: Urdf, sensor: str, link: str) -> str:
 
 
 def with_primary_first(xml: XmlFile, sensors: Sequence[SensorSettings]) -> Iterator[SensorSettings]:
-    """Yield sensors, the primary ones first, each with a name and a topic of its own.
-
-    Args:
-        xml: Keeps notes on topics that are changed.
-        sensors: All of them, in the file's order.
-    """
+    """Yield sensors, the primary ones first, each with a name and a topic of its own."""
     chosen = [s for choose in sensor_kinds().choices if (s := choose(sensors)) is not None]
     further = [s for s in sensors if not any(s is other for other in chosen)]
     names: set[str] = set()

@@ -49,8 +49,6 @@ def guess_drive(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> Drive
     """Return the drive of a robot without a drive plugin, by its wheels; `NO_DRIVE` without any.
 
     Args:
-        xml: Keeps the notes.
-        urdf: The robot.
         controlled: Names of the joints that a velocity controller moves.
     """
     omni = omni_drive(urdf, tuple(_candidates(urdf, controlled)))

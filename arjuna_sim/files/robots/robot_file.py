@@ -19,21 +19,20 @@ from arjuna_sim.files.robots.drive_kinds import arranged, with_outputs_of
 from arjuna_sim.files.robots.gazebo import settings_of
 from arjuna_sim.files.robots.guess import guess_drive
 from arjuna_sim.files.robots.stand_up import stand_up
-from arjuna_sim.files.robots.tags import Tags
 from arjuna_sim.files.sdf.robot import read_sdf_robot
 from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.sensor_tag import Tags
 from arjuna_sim.files.urdf.gazebo import read_tags
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.written import urdf_text
 from arjuna_sim.files.urdf.xacro_file import Expanded, expand, has_macros
-from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile
+from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile, root_tag
 from arjuna_sim.model.robot import ANCHOR, RobotModel
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import eccentricity, is_round, wheel_sign
 
 _DRIVES = re.compile(rb"<plugin[^>]*(drive|control|planar|ackermann|steering)", re.IGNORECASE)
-_ROOT = re.compile(rb"<\s*(sdf|robot)\b")
 
 
 def load_robot(
@@ -44,9 +43,7 @@ def load_robot(
     """Read a robot from a URDF or SDF file, which may have xacro macros.
 
     Args:
-        path: The file.
         search: Where to look for what it refers to; the environment's folders if None.
-        arguments: Values of its xacro arguments.
 
     Raises:
         RobotError: The file cannot be read or does not describe a robot.
@@ -65,18 +62,15 @@ def robot_of_text(path: Path, expanded: Expanded, search: SearchPath) -> RobotMo
 
     Args:
         path: The file, for messages and for what stands beside it.
-        expanded: Its text.
-        search: Where to look for what it refers to.
 
     Raises:
         RobotError: It does not describe a robot.
     """
-    is_model = is_sdf(expanded.text)
-    tag = "sdf" if is_model else "robot"
+    tag = root_tag(expanded.text) or "robot"
     xml = XmlFile(path, tag, RobotError, expanded.text, search)
     xml.beside = (path, *expanded.files)
     xml.keep(*expanded.notes)
-    if is_model:
+    if tag == "sdf":
         return robot_of(xml, *read_sdf_robot(xml))
     urdf = read_urdf(xml)
     return robot_of(xml, urdf, read_tags(xml, urdf))
@@ -85,12 +79,6 @@ def robot_of_text(path: Path, expanded: Expanded, search: SearchPath) -> RobotMo
 def names_drive(text: bytes) -> bool:
     """Return whether a file has a plugin that drives or controls."""
     return _DRIVES.search(text) is not None
-
-
-def is_sdf(text: bytes) -> bool:
-    """Return whether a file's root is `<sdf>` rather than `<robot>`."""
-    root = _ROOT.search(text)
-    return root is not None and root.group(1) == b"sdf"
 
 
 def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:

@@ -101,12 +101,8 @@ def inertial_of(
     An inertia that no body can have is replaced by that of the link's shapes, with a note.
 
     Args:
-        xml: The file.
-        label: Name of the link's inertial in messages.
-        mass: [kg].
         pose: Of the centre of mass, in the link.
         tensor: Inertia about it, `(3, 3) float64` [kg m^2]; None where the file names none.
-        parts: The link's shapes.
 
     Raises:
         RobotError: The mass is negative or too great.

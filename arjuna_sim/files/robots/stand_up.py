@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.robots.guess import guess_sides
 from arjuna_sim.files.robots.plugins import LEFT, RIGHT, Sides
-from arjuna_sim.files.robots.tags import Tags
+from arjuna_sim.files.sensor_tag import Tags
 from arjuna_sim.files.tag_text import texts
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Kind, corners

@@ -63,11 +63,7 @@ def base_of(element: Element) -> str:
 
 
 class Scope:
-    """The frames of one model or world.
-
-    Args:
-        element: The `<model>` or `<world>`.
-    """
+    """The frames of one model or world."""
 
     def __init__(self, xml: XmlFile, element: Element, label: str) -> None:
         self._xml = xml
@@ -83,8 +79,6 @@ class Scope:
         """Return an element's pose in this scope.
 
         Args:
-            element: What has a `<pose>`.
-            label: Name of the element in messages.
             parent: What the pose is relative to, where it does not say.
 
         Raises:

@@ -88,7 +88,6 @@ class ModelReader:
     """Reads the models of a world, or that of a robot.
 
     Args:
-        includes: Knows the file of each model.
         is_robot: Whether a robot is read: a broken link or joint is refused rather than left out,
             and frames, sensors and plugins are kept.
 
@@ -113,8 +112,6 @@ class ModelReader:
         """Return the links and joints of a model that stands at a pose in the world.
 
         Args:
-            xml: The file that holds or includes it.
-            model: The `<model>`.
             pose: Of the model, or of its placement frame.
             placed: Whether the pose is surely the model's own.
 
@@ -230,8 +227,6 @@ def read_joint(xml: XmlFile, joint: Element, scope: Scope, T_world: Pose3, prefi
     """Read a `<joint>` of a model, or of the world.
 
     Args:
-        xml: The file.
-        joint: The joint.
         scope: The frames that it may name.
         T_world: Where those are.
         prefix: Of the links' paths.

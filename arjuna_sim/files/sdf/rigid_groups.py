@@ -25,7 +25,6 @@ def read_hinge(joint: SdfJoint, link: SdfLink, own: set[str]) -> Hinge:
     """Read the joint between what swings and what stands fast.
 
     Args:
-        joint: The joint.
         link: The link whose frame is that of what swings.
         own: Names of the links that swing.
 
@@ -134,7 +133,6 @@ def _joined(
     """Return a number for each link, the same for those that hold together.
 
     Args:
-        links: The links.
         joints: Those of which the fixed ones join, or all of them.
         index: Of each link, by name.
         loose: Whether all the joints join.

@@ -21,12 +21,11 @@ from arjuna_sim.files.robots.rules import (
     root_of,
     speed_of,
 )
-from arjuna_sim.files.robots.tags import PluginTag, Tags
 from arjuna_sim.files.sdf.frames import raw_pose
 from arjuna_sim.files.sdf.geometry_tags import read_friction
 from arjuna_sim.files.sdf.includes import Includes
 from arjuna_sim.files.sdf.model_tags import UNLIMITED, WORLD, ModelReader, SdfJoint, SdfLink
-from arjuna_sim.files.sensor_tag import SensorTag
+from arjuna_sim.files.sensor_tag import PluginTag, SensorTag, Tags
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape
 from arjuna_sim.model.notes import NoteKind

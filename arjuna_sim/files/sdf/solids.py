@@ -35,7 +35,6 @@ def prism(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
 
     Args:
         corners: Of its outline, which does not cross itself, `(N, 2) float64` [m].
-        height: [m].
 
     Returns:
         `(M, 3, 3) float64` [m], outward.

@@ -48,8 +48,6 @@ def read_actor(xml: XmlFile, element: Element, T_world: Pose3) -> Actor:
     Its skin and animations are not drawn: a cylinder stands for it.
 
     Args:
-        xml: The file.
-        element: The actor.
         T_world: Its own pose in the world.
 
     Raises:
@@ -125,11 +123,6 @@ def world_joints(xml: XmlFile, world: Element, scope: Scope) -> dict[str, list[S
     """Return a world's own joints by the model that each holds, as if they were that model's.
 
     What connects two models that both move is left out, with a note.
-
-    Args:
-        xml: The world's file.
-        world: The `<world>`, its includes replaced.
-        scope: Its frames.
     """
     models = {model.get("name", "").strip(): model for model in world.findall("model")}
     found: dict[str, list[SdfJoint]] = {}

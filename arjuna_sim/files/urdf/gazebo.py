@@ -8,8 +8,7 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
 from arjuna_sim.files.robots.gazebo import remedy
-from arjuna_sim.files.robots.tags import PluginTag, Tags
-from arjuna_sim.files.sensor_tag import SensorTag
+from arjuna_sim.files.sensor_tag import PluginTag, SensorTag, Tags
 from arjuna_sim.files.tag_text import gazebo_colour, is_true, plain, texts
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind

@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring  # nothing is pa
 import numpy as np
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.files.robots.tags import PluginTag, Tags
+from arjuna_sim.files.sensor_tag import PluginTag, Tags
 from arjuna_sim.model.geometry.shapes import Kind, Part
 from arjuna_sim.model.urdf import Joint, Link, Urdf
 

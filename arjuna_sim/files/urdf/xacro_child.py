@@ -62,14 +62,7 @@ class Arguments(dict[str, str]):
 
 
 class Expansion:
-    """One file's expansion; what is missing is left out and noted.
-
-    Args:
-        search: Where packages are looked for.
-
-    Attributes:
-        notes: Kind and text of what was missing or unused.
-    """
+    """One file's expansion; what is missing is left out and noted."""
 
     def __init__(self, path: Path, search: SearchPath) -> None:
         self._path = path

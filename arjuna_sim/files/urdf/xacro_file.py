@@ -47,9 +47,6 @@ def parse_arguments(words: list[str]) -> dict[str, str]:
 
     Args:
         words: Each `name:=value`.
-
-    Raises:
-        ConfigError: A word is no argument.
     """
     for word in words:
         if not word.partition(":=")[0].isidentifier() or ":=" not in word:
@@ -75,9 +72,7 @@ def expand(path: Path, search: SearchPath, arguments: Mapping[str, str]) -> Expa
     What is missing (an include, a package, the value of an argument) is left out and noted.
 
     Args:
-        path: The file.
         search: Where `$(find package)` looks, before the folders around the file.
-        arguments: Values of xacro arguments.
 
     Raises:
         RobotError: It cannot be expanded.

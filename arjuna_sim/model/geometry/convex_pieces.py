@@ -75,7 +75,6 @@ def pieces(triangles: NDArray[np.float64], most: int = PIECES_MAX) -> Pieces:
 
     Args:
         triangles: `(N, 3, 3) float64` [m].
-        most: How many pieces there may be.
     """
     found: list[NDArray[np.float64]] = []
     # The search for connected bodies of more faces takes seconds.

@@ -72,12 +72,7 @@ class Mesh:
         return self._hulls[scale]
 
     def pieces(self, scale: tuple[float, ...], most: int) -> Pieces:
-        """Return the convex pieces that it is touched as at a scale.
-
-        Args:
-            scale: Along x, y and z.
-            most: How many there may be.
-        """
+        """Return the convex pieces that it is touched as at a scale."""
         key = (*scale, float(most))
         if key not in self._pieces:
             self._pieces[key] = pieces(self.triangles * np.array(scale), most)
@@ -218,7 +213,6 @@ def inertial_of_parts(parts: Sequence[Part], mass: float) -> Inertial:
 
     Args:
         parts: The shapes; a mesh counts as a box around it.
-        mass: Of all of them [kg].
     """
     volumes = np.array([_volume(part.shape) for part in parts])
     if not volumes.sum() > 0.0:

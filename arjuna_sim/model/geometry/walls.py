@@ -22,7 +22,6 @@ def surfaces(world: World, height: float) -> NDArray[np.float64]:
     """Return where the world's solid parts are cut by a level plane.
 
     Args:
-        world: The world.
         height: Of the plane above the ground [m].
 
     Returns:

@@ -18,9 +18,6 @@ OK = Result(result=Result.RESULT_OK)
 class RequestError(ArjunaError):
     """A request that is refused.
 
-    Args:
-        problem: What is wrong and what is valid.
-
     Attributes:
         result: What the client gets.
     """
@@ -31,12 +28,7 @@ class RequestError(ArjunaError):
 
 
 def resource_error(response_type: Any, error: ResourceError) -> RequestError:
-    """Return the refusal of a resource that cannot be used, by a service's own codes.
-
-    Args:
-        response_type: The service's response, which has the codes.
-        error: What is wrong with the resource.
-    """
+    """Return the refusal of a resource that cannot be used, by a service's own codes."""
     name = error.fault.value
     holder = Result if name.startswith("RESULT_") else response_type
     return RequestError(getattr(holder, name), str(error))

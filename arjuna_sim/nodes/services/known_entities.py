@@ -36,7 +36,6 @@ def matching(found: list[tuple[Entity, EntityInfo, Any]], filters: Any) -> list[
 
     Args:
         found: Each entity with its description and its pose in the world.
-        filters: The message; what is empty does not restrict.
 
     Raises:
         RequestError: The pattern is no regular expression, or the bounds cannot be used.
@@ -165,7 +164,6 @@ class KnownEntities:
 
         Args:
             frame: The frame it is given in: empty, the world's or an entity's.
-            message: The Pose message.
             invalid: The result's code where it is no pose.
 
         Raises:

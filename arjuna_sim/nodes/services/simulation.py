@@ -49,11 +49,7 @@ def check_steps(state: int, steps: int, most: int) -> None:
 
 
 class StepAction(GoalServer):
-    """The action simulate_steps: a tick at a time, with progress.
-
-    Args:
-        state: Returns the present SimulationState constant.
-    """
+    """The action simulate_steps: a tick at a time, with progress."""
 
     def __init__(self, node: ManagedNode, state: Callable[[], int]) -> None:
         name, on_cancel = "simulate_steps", self._on_cancel_steps

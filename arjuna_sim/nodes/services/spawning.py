@@ -27,11 +27,7 @@ _EXAMPLES = ("box:0.5,0.5,1.0", "cylinder:0.2,1.0", "sphere:0.25", "person")
 
 
 class SpawnServices:
-    """Serves what brings entities into the world.
-
-    Args:
-        known: The entities that are there already.
-    """
+    """Serves what brings entities into the world."""
 
     def __init__(self, host: Host, known: KnownEntities) -> None:
         self._host = host

@@ -24,11 +24,7 @@ _NO_WORLD = b"<sdf version='1.7'><world name='none'/></sdf>"
 
 
 class WorldServices:
-    """Serves what concerns worlds.
-
-    Args:
-        forget: Called when the entities of the last world are gone.
-    """
+    """Serves what concerns worlds."""
 
     def __init__(self, host: Host, forget: Callable[[], None]) -> None:
         self._host = host

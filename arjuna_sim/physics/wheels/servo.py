@@ -20,8 +20,6 @@ def add_rollers(body: Any, robot: RobotModel, joint: str) -> None:
 
     Args:
         body: The spec's body; its frame is the wheel's link's.
-        robot: The robot.
-        joint: The wheel's joint.
     """
     drive, urdf = robot.drive, robot.urdf
     if not drive.grips:
@@ -34,7 +32,7 @@ def add_rollers(body: Any, robot: RobotModel, joint: str) -> None:
 
 def roller_addresses(model: Any, robot: RobotModel) -> NDArray[np.int64]:
     """Return the addresses in qpos of what rollers have turned, `(R,) int64`."""
-    names = robot.wheel_joints if robot.drive.grips else ()
+    names = robot.drive.wheels if robot.drive.grips else ()
     return np.array([model.joint(_name(name)).qposadr[0] for name in names], np.int64)
 
 
@@ -105,11 +103,7 @@ class Servos:
 
 
 class ServosAt:
-    """Servos at a model's data, whose arrays are looked up once and not every tick.
-
-    Args:
-        data: The `mujoco.MjData`.
-    """
+    """Servos at a model's data, whose arrays are looked up once and not every tick."""
 
     def __init__(self, servos: Servos, data: Any) -> None:
         self._servos, self._qpos = servos, data.qpos
@@ -169,7 +163,7 @@ def armature(robot: RobotModel, config: ServoConfig, timestep: float) -> float:
 
 def _share(robot: RobotModel) -> float:
     """Return what of the robot's inertia a wheel moves [kg m^2]."""
-    return robot.urdf.mass * robot.drive.radius**2 / max(1, len(robot.wheel_joints))
+    return robot.urdf.mass * robot.drive.radius**2 / max(1, len(robot.drive.wheels))
 
 
 def add_servo(spec: Any, joint: str, torque: float) -> None:
@@ -192,13 +186,8 @@ def tune_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Servos:
     A wheel moves itself and its share of the robot. Its motor is a proportional-integral control of
     speed, written as a damped spring to the angle that the wanted speed sums up to: it holds a
     parked wheel. The damping is implicit in MuJoCo's step, so that no inertia is too light for it.
-
-    Args:
-        model: The `mujoco.MjModel`, which is changed.
-        robot: The robot.
-        config: How fast they are.
     """
-    names = robot.wheel_joints
+    names = robot.drive.wheels
     joints = [model.joint(name) for name in names]
     velocity = np.array([joint.dofadr[0] for joint in joints], np.int64)
     damping = (model.dof_M0[velocity] + _share(robot)) / config.response_time

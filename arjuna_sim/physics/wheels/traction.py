@@ -88,7 +88,6 @@ def lifting_sill(contacts: GroundContacts, sag: float) -> float:
     when the one is on the sill and the other on the ground: infinity where it has none.
 
     Args:
-        contacts: Where it touches level ground.
         sag: In which the gaps of the contacts are counted [m].
     """
     along, heights, least = contacts.positions[:, 0], contacts.gaps * sag, np.inf
@@ -112,10 +111,6 @@ def climbed_sill(contacts: GroundContacts, radius: float) -> float:
     A wheel leans on a sill's edge at an angle of cosine 1 - h / r to the vertical. Where nothing
     else pushes or pulls, the edge's force is vertical, so that this angle is at most that of
     friction: h = r (1 - 1 / sqrt(1 + mu^2)). What else rubs takes from it, momentum adds to it.
-
-    Args:
-        contacts: Where it touches level ground.
-        radius: Of its wheels [m].
 
     Returns:
         The height; infinity where driven wheels of another axle push, or none is driven.
@@ -167,7 +162,6 @@ def sill_notes(lifting: float, climbed: float, radius: float) -> tuple[str, ...]
     Args:
         lifting: The lowest sill on which its driven wheels lose contact with the ground [m].
         climbed: The highest that these climb by friction [m].
-        radius: Of its wheels [m].
     """
     notes = []
     if lifting < SILL * radius:

@@ -79,9 +79,6 @@ def add_tyre(body: Any, robot: RobotModel, joint: str, sag: float) -> None:
 
     Args:
         body: The spec's body; its frame is the wheel's link's.
-        robot: The robot.
-        joint: The wheel's joint.
-        sag: Of the tyre [m].
     """
     urdf, link = robot.urdf, robot.urdf.joints[joint].child
     radius, width = radius_of(urdf, joint) or robot.drive.radius, width_of(urdf, joint)
@@ -101,18 +98,12 @@ def add_tyre(body: Any, robot: RobotModel, joint: str, sag: float) -> None:
 
 
 def tune_tyres(model: Any, robot: RobotModel, sag: float) -> WheelSupport:
-    """Set how stiff and how damped the robot's contacts with the ground are.
-
-    Args:
-        model: The compiled `mujoco.MjModel`, which is changed.
-        robot: The robot.
-        sag: Of a tyre under its load [m].
-    """
+    """Set how stiff and how damped the robot's contacts with the ground are."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     lowest = _lowest_points(model, data, int(model.body(f"body:{robot.urdf.root}").id))
-    bodies = _bodies(model, robot, robot.rolling_joints)
+    bodies = _bodies(model, robot, robot.drive.rolling)
     round_ones = model.geom_type == mujoco.mjtGeom.mjGEOM_ELLIPSOID
     wheels = {g for g in lowest if round_ones[g] and model.geom_bodyid[g] in bodies}
     ground = min((lowest[geom] for geom in wheels), default=0.0)
@@ -129,7 +120,7 @@ def tune_tyres(model: Any, robot: RobotModel, sag: float) -> WheelSupport:
     sunk = [low + sag * (geom in wheels) for geom, low in lowest.items()]
     geoms = sorted(wheels) + sorted(casters)
     gaps = [(lowest[geom] - ground) / sag for geom in geoms]
-    driven = _bodies(model, robot, robot.wheel_joints)
+    driven = _bodies(model, robot, robot.drive.wheels)
     contacts = _ground_contacts(model, data, geoms, gaps, (driven, bodies - driven))
     weight = _weight(model, data, robot, ground)
     steady, radius = steady_acceleration(contacts, weight), robot.drive.radius
@@ -180,7 +171,7 @@ def _contact_point(model: Any, data: Any, geom: int) -> NDArray[np.float64]:
 
 def _weight(model: Any, data: Any, robot: RobotModel, ground: float) -> Weight:
     body = model.body(f"body:{robot.urdf.root}").id
-    rates = [model.joint(name).dofadr[0] for name in robot.wheel_joints]
+    rates = [model.joint(name).dofadr[0] for name in robot.drive.wheels]
     inertia, radius = float(model.dof_M0[rates].sum()), robot.drive.radius
     return Weight(
         float(model.body_subtreemass[body]),

@@ -17,7 +17,7 @@ from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.costmap.costmap import LETHAL
 from arjuna_nav.planners.waves.descent import descend
 from arjuna_nav.planners.waves.potential import spread, traversal_costs
-from arjuna_sim.model.footprint import footprint
+from arjuna_sim.model.robot import footprint
 from arjuna_sim.model.world import PERSON
 from bringup.lockstep import LockStep
 from bringup.parameters.files import Parameters

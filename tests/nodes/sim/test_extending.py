@@ -12,7 +12,7 @@ from sensor_msgs.msg import Temperature
 from arjuna_core.ros import qos
 from arjuna_sim.devices import sensors
 from arjuna_sim.devices.sensors import altimeter
-from arjuna_sim.model import sensor_kinds as kinds
+from arjuna_sim.model import settings as kinds
 from arjuna_sim.nodes import sensor_topics
 from tests.helpers.extending import files_of
 from tests.helpers.ros import RosBench

@@ -14,7 +14,7 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.imu import ImuReading
-from arjuna_sim.devices.rays.beams import Cloud
+from arjuna_sim.devices.lidar import Cloud
 from arjuna_sim.devices.sensors.bumper import BumperSettings
 from arjuna_sim.devices.sensors.imu import ImuConfig
 from arjuna_sim.devices.sensors.lidar import (

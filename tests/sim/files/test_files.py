@@ -174,7 +174,7 @@ def test_robot_without_wheels_loads_and_stands_still(tmp_path: Path) -> None:
     path = tmp_path / "plain.urdf"
     path.write_text(PLAIN.format(wheels=""), encoding="utf-8")
     sim = simulator(robot=path)
-    assert sim.robot.model.wheel_joints == ()
+    assert sim.robot.model.drive.wheels == ()
     assert any("has no drive" in note for note in sim.notes)
     last = run(sim, 1.0, Velocity(0.5, yaw_rate=0.5))
     assert last.truth.pose.distance(IDENTITY) < 1e-3

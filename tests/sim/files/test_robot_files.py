@@ -31,7 +31,7 @@ def _read(file: RobotFile, folder: Path) -> RobotModel:
 def test_wheels_are_found_however_they_are_written(file: RobotFile, tmp_path: Path) -> None:
     robot = _read(file, tmp_path)
     count = {"two": 2, "six": 6, "skid": 4, "ackermann": 2, "tricycle": 2}[file.layout]
-    assert len(robot.wheel_joints) == count
+    assert len(robot.drive.wheels) == count
     assert robot.drive.effective_radius == pytest.approx(file.radius, rel=0.01)
     assert (robot.drive.kind is DriveKind.STEERED) is file.steers
     if not file.steers:

@@ -11,7 +11,7 @@ from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import ORIGIN
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.sensor_kinds import sensor_kinds
+from arjuna_sim.model.settings import sensor_kinds
 from tests.sim.builders import texts
 
 DEFAULTS = {

@@ -56,7 +56,7 @@ def test_friction_of_a_caster_is_what_its_file_says() -> None:
 def test_robot_pulls_away_as_hard_as_it_grips(friction: float) -> None:
     """So that it comes as far as it is told, on ice as well."""
     sim = _simulator(dataclasses.replace(FOUR_WHEELS, friction=friction, grip=9.0), level())
-    steady = sim.stage.scene.robots[SOLO].steady
+    steady = sim.stage.scene.robots[SOLO].support.steady
     assert steady == pytest.approx(max(LEAST, 0.8 * friction * 9.81), rel=0.1)
     run(sim, 1.0 / 0.4, Velocity(0.4))
     assert run(sim, 1.5, Velocity()).truth.pose.x == pytest.approx(1.0, rel=0.03)
@@ -79,9 +79,9 @@ def test_robot_that_hardly_drives_says_so() -> None:
 def test_one_driven_axle_climbs_as_high_as_its_friction_and_no_higher(friction: float) -> None:
     two = Chassis(radius=0.2, axles=1, casters=1, friction=friction, rubs=0.0)
     climbed = 0.2 * (1.0 - math.cos(math.atan(friction)))
-    scene = _simulator(two, level()).stage.scene.robots[SOLO]
-    assert scene.sill == pytest.approx(climbed)
-    said = [note.split(":")[0] for note in scene.facts]
+    support = _simulator(two, level()).stage.scene.robots[SOLO].support
+    assert support.sill == pytest.approx(climbed)
+    said = [note.split(":")[0] for note in support.facts]
     assert said == [f"climbs sills of {1e3 * climbed:.2g} mm"]
     ends = []
     for share in (1.0, 1.6):
@@ -93,7 +93,7 @@ def test_one_driven_axle_climbs_as_high_as_its_friction_and_no_higher(friction: 
 @pytest.mark.parametrize(("casters", "low"), [(2, -0.02), (2, -0.3), (1, 0.0)])
 def test_robot_whose_feet_lift_its_wheels_off_says_so(casters: int, low: float) -> None:
     between = Chassis(axles=1, casters=casters, low=low, friction=1.2)
-    said = _simulator(between, level()).stage.scene.robots[SOLO].facts
+    said = _simulator(between, level()).stage.scene.robots[SOLO].support.facts
     assert [note.split(":")[0] for note in said] == (
         ["stands on rigid feet before and behind its driven wheels"] if low == -0.02 else []
     )

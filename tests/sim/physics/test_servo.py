@@ -43,7 +43,7 @@ def test_motors_are_as_strong_as_what_they_move_is_heavy(tmp_path: Path) -> None
 
 def test_a_rotor_is_so_heavy_that_a_step_does_not_throw_it_over(tmp_path: Path) -> None:
     robot = simulator(robot=cases.car("gz").write(tmp_path)).robot.model
-    share = robot.urdf.mass * robot.drive.radius**2 / len(robot.wheel_joints)
+    share = robot.urdf.mass * robot.drive.radius**2 / len(robot.drive.wheels)
     config = ServoConfig(response_time=0.02)
     assert armature(robot, config, 0.004) == pytest.approx(share * 0.004 / 0.04)
     heavy = ServoConfig(armature=9.0)

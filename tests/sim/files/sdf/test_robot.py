@@ -13,10 +13,9 @@ from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.twist import Velocity
 from arjuna_sim.check import is_robot
 from arjuna_sim.files.robots.robot_file import load_robot
-from arjuna_sim.files.robots.tags import Tags
 from arjuna_sim.files.sdf.robot import read_sdf_robot
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.sensor_tag import SensorTag
+from arjuna_sim.files.sensor_tag import SensorTag, Tags
 from arjuna_sim.files.urdf.gazebo import read_tags
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.written import urdf_text

@@ -234,7 +234,7 @@ def test_shapes_are_met_where_they_are(tmp_path: Path) -> None:
         assert scan is not None
         ahead = scan.ranges[np.argmin(np.abs(scan.angles))]
         lidar = sim.robot.model.urdf.T_root("lidar_link").position
-        height = sim.stage.scene.robots[SOLO].ride_height + lidar[2]
+        height = sim.stage.scene.robots[SOLO].support.ride_height + lidar[2]
         if "cone" in shape:
             front = -0.5 * (1.0 - height) / 2.0
         elif "ellipsoid" in shape:

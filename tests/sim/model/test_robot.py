@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from arjuna_sim.inputs import footprint_of, named_robot
-from arjuna_sim.model.footprint import footprint
+from arjuna_sim.model.robot import footprint
 
 _ROBOT = """<robot name="r">
   <link name="base"><collision><origin xyz="0.1 0 0.2" rpy="0 0 {turn}"/>

@@ -183,11 +183,7 @@ def _to_plane(size: Triple, start: Triple, direction: Triple) -> float:
 
 
 class Rays:
-    """Casts rays of a sensor, which sees the world and other robots but not its own.
-
-    Args:
-        site: Name of the sensor's site.
-    """
+    """Casts rays of a sensor, which sees the world and other robots but not its own."""
 
     def __init__(self, model: Any, site: str) -> None:
         self._name = site

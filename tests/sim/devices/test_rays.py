@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from arjuna_sim.devices.rays.beams import CloudLidar, RangeSensor
-from arjuna_sim.devices.rays.rays import Rays
+from arjuna_sim.devices.lidar import CloudLidar, RangeSensor
+from arjuna_sim.devices.rays import Rays
 from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarSettings
 from arjuna_sim.simulation import Simulation
 from tests.sim.builders import first, simulator

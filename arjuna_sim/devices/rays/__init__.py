@@ -1,1 +1,0 @@
-"""Rays and the first surface on each."""
