@@ -36,9 +36,9 @@ def one_lidar(cls: str, source: dict[str, Any] | None = None, **layer: Any) -> L
     return costmap(cls, {"observation_sources": "s", "s": {**SCAN, **(source or {})}, **layer})
 
 
-def beam(distance: float, height: float = 0.3, stamp: float = 0.0, **places: Any) -> PlacedScan:
+def beam(distance: float, height: float = 0.3, stamp: float = 0.0, **mounting: Any) -> PlacedScan:
     scan = Scan(np.array([distance]), 0.0, 0.01, 0.1, 12.0, stamp)
-    return PlacedScan(scan, SE2(), height, **places)
+    return PlacedScan(scan, SE2(), height, **mounting)
 
 
 def see(layered: LayeredCostmap, now: float, *seen: PlacedScan | PlacedCloud) -> None:
@@ -174,8 +174,8 @@ def test_any_source_that_is_silent_is_said() -> None:
     assert layered.problem(1.1) == "no cloud on /eyes for 1.10 s"
 
 
-def points(*places: tuple[float, float, float]) -> PlacedCloud:
-    return PlacedCloud(Cloud(np.array(places), np.array([0.0, 0.0, 0.5]), 0.0), SE2())
+def points(*corners: tuple[float, float, float]) -> PlacedCloud:
+    return PlacedCloud(Cloud(np.array(corners), np.array([0.0, 0.0, 0.5]), 0.0), SE2())
 
 
 def test_a_cloud_in_an_obstacle_layer_clears_and_marks_in_the_plane() -> None:

@@ -127,7 +127,7 @@ def test_clearing_forgets_what_clouds_showed(rolling: bool) -> None:
     assert marked(layered) == set()
 
 
-def test_the_robot_s_own_place_is_free() -> None:
+def test_cells_under_the_robot_are_free() -> None:
     layered = costmap()
     see(layered, cloud((0.02, 0.0, 0.3)))
     assert marked(layered) == set()
