@@ -191,6 +191,16 @@ def test_a_cloud_in_an_obstacle_layer_clears_and_marks_in_the_plane() -> None:
     assert marked(layered) == [], "too far to mark, and its ray clears"
 
 
+@pytest.mark.parametrize("cls", LAYERS)
+def test_ranges_that_mark_are_measured_in_space(cls: str) -> None:
+    cloud = {**CLOUD, "clearing": False, "obstacle_max_range": 2.0, "obstacle_min_range": 0.6}
+    layered = costmap(cls, {"observation_sources": "s", "s": cloud})
+    see(layered, 0.0, points((1.62, 0.01, 1.5), (1.92, 0.01, 1.5)))  # 1.0 m above the sensor
+    assert marked(layered) == [1.6]
+    see(layered, 0.1, points((0.42, 0.01, 0.5), (0.52, 0.01, 1.5)))
+    assert marked(layered) == [0.5, 1.6]
+
+
 @pytest.mark.parametrize(("threshold", "cost"), [(15, FREE), (9, FREE), (8, UNKNOWN), (0, UNKNOWN)])
 def test_a_column_is_unknown_while_more_of_its_voxels_are(threshold: int, cost: int) -> None:
     layer = {"observation_sources": "s", "s": CLOUD, "unknown_threshold": threshold}
