@@ -91,11 +91,12 @@ def enter_points(
         data: `(height, width) uint8`.
         sensor: `(3,)` where the points were seen from, in the grid.
         points: `(N, 3)` in the grid.
-        limits: `(6,)` raytrace_min, raytrace_max, obstacle_min, obstacle_max, and the least and
-            greatest height that marks.
+        limits: `(7,)` raytrace_min, raytrace_max, obstacle_min, obstacle_max, the least and
+            greatest height that marks, and the unit of heights [cells]. What marks is measured in
+            space, what clears in the plane, as Nav2 does.
         clearing: Whether to clear; else the points mark.
     """
-    trace_min, trace_max, mark_min, mark_max, low, high = limits
+    trace_min, trace_max, mark_min, mark_max, low, high, unit = limits
     height, width = data.shape
     ends = np.zeros(data.shape, np.bool_)  # one ray to each cell will do
     for i in range(len(points)):
@@ -104,6 +105,7 @@ def enter_points(
         far = math.hypot(x - sensor[0], y - sensor[1])
         inside = 0 <= row < height and 0 <= column < width
         if not clearing:
+            far = math.hypot(far, (z - sensor[2]) * unit)
             if inside and low <= z <= high and mark_min <= far <= mark_max:
                 data[row, column] = LETHAL
             continue

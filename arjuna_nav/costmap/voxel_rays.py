@@ -68,7 +68,7 @@ def mark_cloud(
         hits: `(height, width) uint32` where in its cell each mark lies; see `hit_points`.
         precise: Whether the points say where in their cells things lie.
     """
-    _, _, mark_min, mark_max, low, high = limits
+    _, _, mark_min, mark_max, low, high, unit = limits
     height, width = data.shape
     levels, allowed, _ = column
     for i in range(len(points)):
@@ -76,6 +76,7 @@ def mark_cloud(
         x, y, z = math.floor(px), math.floor(py), max(math.floor(pz), 0)
         inside = 0 <= y < height and 0 <= x < width and z < levels
         far = math.hypot(px - sensor[0], py - sensor[1])
+        far = math.hypot(far, (pz - sensor[2]) * unit)
         if inside and low <= pz <= high and mark_min <= far <= mark_max:
             voxels[y, x] |= np.uint32(1 << z)
             known[y, x] |= np.uint32(1 << z)

@@ -295,5 +295,5 @@ class ObstacleLayer(SensedLayer):
         """Return what bounds clearing and marking, in cells as `enter_points` takes it."""
         edge, bottom = self._edges
         heights = np.array([self.config.min_obstacle_height, self.config.max_obstacle_height])
-        ranges = np.array(source.ranges) / self.master.frame.resolution
-        return np.concatenate((ranges, (heights - bottom) / edge))
+        cells = np.array([*source.ranges, edge]) / self.master.frame.resolution
+        return np.concatenate((cells[:4], (heights - bottom) / edge, cells[4:]))

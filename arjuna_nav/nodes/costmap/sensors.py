@@ -20,7 +20,6 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_nav.costmap import PlacedCloud, PlacedRange, PlacedScan
 
 _FLIPPED = Pose3.from_rpy((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))
-_LEVEL = math.cos(math.radians(1.0))  # a lidar that is tilted less is level
 
 
 class SensorFrames(BaseFrames):
@@ -107,10 +106,12 @@ def read_scan(frames: SensorFrames, message: Any, T: SE2 = IDENTITY, start: str 
     """
     own = message.header.frame_id.lstrip("/")
     scan, mount = scan_seen_from(frames, message), frames.mount(own)
-    if frames.node.transforms.upside_down(frames.base, own):
+    if scan.angle_increment != message.angle_increment:  # it was mirrored
         mount = mount @ _FLIPPED
     origin = frames.mount(start).position if start not in ("", own) else None
-    level = origin is None and float(mount.rotation()[2, 2]) >= _LEVEL
+    _, x, y, _ = mount.quaternion
+    # The cosine of one degree: a lidar that is tilted less is level.
+    level = origin is None and 1.0 - 2.0 * (x * x + y * y) >= 0.9998
     return PlacedScan(scan, T, mount.position[2], None if level else mount, origin)
 
 

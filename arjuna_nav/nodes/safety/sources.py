@@ -63,6 +63,7 @@ class Source:
     def reset(self) -> None:
         """Forget what was seen."""
         self.message: Any | None = None
+        self._read: tuple[Any, NDArray[np.float64] | None] | None = None  # of it, by a config
         # The shortest of the last five intervals is the sensor's period.
         self._intervals: deque[float] = deque(maxlen=5)
         self._stamp, self._received_at = -math.inf, 0.0
@@ -74,7 +75,7 @@ class Source:
             self._intervals.append(stamp - self._stamp)
         if stamp > self._stamp:
             self._received_at = self._frames.node.now
-        self.message, self._stamp = message, stamp
+        self.message, self._stamp, self._read = message, stamp, None
 
     @property
     def timeout(self) -> float:
@@ -122,7 +123,11 @@ class Source:
             TransformError: Where the sensor or the robot is, is not known.
             ValueError: The message lacks what the parameters ask for.
         """
-        points = None if self.message is None else self._points(self.message)
+        if self.message is None:
+            return None
+        if self._read is None or self._read[0] is not self.config:
+            self._read = self.config, self._points(self.message)
+        points = self._read[1]
         return None if points is None else Sight.of(self._frames.since(self._stamp).apply(points))
 
     def _points(self, message: Any) -> NDArray[np.float64] | None:
@@ -153,7 +158,8 @@ class ScanSource(Source):
         return Sight.of(T_now_odom.apply(points), turn.apply(moving.velocities), moving.speeds)
 
     def _points(self, message: Any) -> NDArray[np.float64]:
-        return read_scan(self._frames, message).ends()[:, :2]
+        seen = read_scan(self._frames, message)
+        return seen.scan.points() if seen.is_planar else seen.ends()[:, :2]
 
 
 @dataclass(frozen=True)

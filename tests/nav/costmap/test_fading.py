@@ -145,7 +145,7 @@ def test_who_is_far_will_have_gone_and_is_no_obstacle_nor_to_plans_who_is_near(
 
 
 @pytest.mark.parametrize("T_map_odom", [SE2(), SE2(3.0, -2.0, 1.1)])
-def test_it_tells_whether_anything_moves_near_a_place(T_map_odom: SE2) -> None:
+def test_moves_within_is_true_where_anything_moves_near_a_point(T_map_odom: SE2) -> None:
     watched = Watched()
     for k in range(12):
         watched.see((1.6, -1.6 + 0.08 * k), (-1.0, 0.0))
@@ -173,9 +173,9 @@ def test_what_is_laid_over_the_costs_is_taken_off_again() -> None:
 
 
 @pytest.mark.parametrize("origin", [SE2(), SE2(-3.0, 2.0, 0.6)])
-def test_ways_lie_where_things_go_on_any_grid(origin: SE2) -> None:
+def test_path_costs_lie_where_things_go_on_any_grid(origin: SE2) -> None:
     frame = GridFrame(0.05, 120, 100, origin)
-    at, to = (origin.apply(np.array([place]))[0] for place in ([2.0, 2.0], [4.0, 2.0]))
+    at, to = (origin.apply(np.array([end]))[0] for end in ([2.0, 2.0], [4.0, 2.0]))
     thing = np.array([[*at, *(to - at), 0.2]])
     patch = path_costs(thing, 0.0, 1.0, 0.25, frame)
     assert patch is not None
@@ -190,6 +190,6 @@ def test_ways_lie_where_things_go_on_any_grid(origin: SE2) -> None:
     assert moved.window[1].start == pytest.approx(patch.window[1].start + 20, abs=1)
 
 
-def test_ways_off_the_grid_cost_nothing() -> None:
+def test_paths_off_the_grid_cost_nothing() -> None:
     thing = np.array([[20.0, 20.0, 1.0, 0.0, 0.2]])
     assert path_costs(thing, 0.0, 1.5, 0.25, GridFrame(0.05, 40, 40, SE2())) is None

@@ -119,7 +119,7 @@ def test_invalid_ranges_neither_mark_nor_clear(bad: float) -> None:
     assert np.flatnonzero(row_ahead(layered.costmap)).tolist() == [20]
 
 
-def test_marks_and_clears_no_further_than_told() -> None:
+def test_marks_and_clears_no_further_than_configured() -> None:
     layered = local(obstacle_max_range=0.9, raytrace_max_range=1.1)
     see(layered, SE2(), 0.0, [PlacedScan(one_beam(1.02), SE2())])
     assert not row_ahead(layered.costmap).any()
@@ -144,7 +144,7 @@ def test_a_scan_is_entered_where_the_robot_was_and_the_sensor_is() -> None:
     assert layered.costmap.frame.to_cell(0.5, -0.2) == (row, column)
 
 
-def test_the_robots_own_place_is_free() -> None:
+def test_cells_under_the_robot_are_free() -> None:
     config = costmap_config(
         rolling_window=True,
         resolution=0.05,
@@ -170,7 +170,7 @@ def test_a_rolling_window_keeps_obstacles_where_they_are() -> None:
     assert not layered.costmap.data.any(), "what left the window is forgotten"
 
 
-def test_obstacles_keep_their_place_when_the_map_grows() -> None:
+def test_obstacles_keep_their_position_when_the_map_grows() -> None:
     config = costmap_config(resolution=0.05, plugins=("static_layer", "obstacle_layer"))
     layered = LayeredCostmap(config)
     layered.set_map(empty_grid(3.0, 3.0, SE2(-1.5, -1.5)))
@@ -236,7 +236,7 @@ def test_a_costmap_seen_from_another_frame_lies_where_it_did() -> None:
 
 @pytest.mark.parametrize("unknown", [False, True])
 @pytest.mark.parametrize("seed", range(4))
-def test_what_changes_in_a_window_is_as_if_all_were_made_anew(seed: int, unknown: bool) -> None:
+def test_what_changes_in_a_window_is_as_if_all_were_composed(seed: int, unknown: bool) -> None:
     rng = np.random.default_rng(seed)
     config = costmap_config(
         resolution=0.05,

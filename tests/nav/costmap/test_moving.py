@@ -1,4 +1,4 @@
-"""Things that move in scans: found with their speed, and told from what only seems to move."""
+"""Things that move in scans: found with their speed, apart from what only seems to move."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ def test_who_walks_is_found_with_the_speed_and_what_stands_is_not(drives: float)
     )
     flagged = moving.velocities.any(axis=1)
     assert flagged.sum() >= 4
-    places = moving.points[flagged]
-    assert np.hypot(places[:, 0] - 1.5, places[:, 1]).max() < 0.3
+    spots = moving.points[flagged]
+    assert np.hypot(spots[:, 0] - 1.5, spots[:, 1]).max() < 0.3
     assert moving.velocities[flagged].mean(axis=0) == pytest.approx((0.0, 0.8), abs=0.2)
 
 
@@ -85,8 +85,8 @@ def test_what_is_seen_between_two_things_does_not_move() -> None:
 @pytest.mark.parametrize("seed", [3, 4, 6])
 def test_what_comes_in_sight_among_many_things_does_not_move(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    places = rng.uniform(-3.5, 3.5, (60, 2))
-    thicket = np.vstack([post(x, y, 0.075) for x, y in places if abs(y) > 0.5])
+    spots = rng.uniform(-3.5, 3.5, (60, 2))
+    thicket = np.vstack([post(x, y, 0.075) for x, y in spots if abs(y) > 0.5])
     flags: list[int] = []
     watch(
         lambda t: thicket,
@@ -135,7 +135,7 @@ def test_who_turns_about_may_come_as_fast_as_before() -> None:
     assert least > 0.8
 
 
-def test_things_are_told_with_their_middle_velocity_and_size() -> None:
+def test_things_have_their_middle_velocity_and_size() -> None:
     moving = watch(lambda t: post(1.5, -0.8 + 0.8 * t), lambda t: SE2())
     assert moving.things.shape == (1, 5)
     x, y, vx, vy, radius = moving.things[0]
@@ -177,7 +177,7 @@ def test_what_is_too_near_to_be_measured_was_not_seen_to_be_free() -> None:
     assert not moving.come.any()
 
 
-def test_who_walks_on_behind_another_is_told_where_that_leads() -> None:
+def test_who_walks_on_behind_another_is_predicted_along_that_course() -> None:
     tracker, rng = Tracker(REACH), np.random.default_rng(5)
     hides = edges(np.array([[0.7, 0.1], [1.0, 0.1], [1.0, 1.4], [0.7, 1.4]]))
     hidden = []

@@ -54,10 +54,10 @@ def test_a_window_is_seen_in_another() -> None:
 def test_the_least_window_of_what_has_changed(seed: int) -> None:
     changed = np.random.default_rng(seed).random((3, 4)) < 0.15
     found = within((slice(1, 4), slice(2, 6)), changed)
-    places = {(1 + int(r), 2 + int(c)) for r, c in np.argwhere(changed)}
-    assert (found is None) == (not places)
+    cells = {(1 + int(r), 2 + int(c)) for r, c in np.argwhere(changed)}
+    assert (found is None) == (not cells)
     if found is not None:
-        rows, columns = [r for r, _ in places], [c for _, c in places]
+        rows, columns = [r for r, _ in cells], [c for _, c in cells]
         assert found == (
             slice(min(rows), max(rows) + 1),
             slice(min(columns), max(columns) + 1),

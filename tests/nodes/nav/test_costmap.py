@@ -67,13 +67,13 @@ def test_get_costmap_is_what_is_published(robot: PlayedRobot, name: str) -> None
     grids = robot.bench.latched(OccupancyGridMsg, f"/{name}/costmap")
     robot.run(1.0)
     response = robot.bench.call(GetCostmap, f"/{name}/get_costmap", GetCostmap.Request())
-    asked, told = costmap_from_msg(response.map), costmap_from_msg(raw[-1])
-    assert asked.frame == told.frame
-    assert np.array_equal(asked.data, told.data)
+    asked, published = costmap_from_msg(response.map), costmap_from_msg(raw[-1])
+    assert asked.frame == published.frame
+    assert np.array_equal(asked.data, published.data)
     shown = grid_from_msg(grids[-1])
-    assert shown.frame == told.frame
-    assert np.array_equal(shown.data == 100, told.data == 254)
-    assert np.array_equal(shown.data == -1, told.data == 255)
+    assert shown.frame == published.frame
+    assert np.array_equal(shown.data == 100, published.data == 254)
+    assert np.array_equal(shown.data == -1, published.data == 255)
     assert response.map.header.frame_id == ("map" if name == GLOBAL else "odom")
     assert seconds(response.map.metadata.update_time) > 0.9
 

@@ -56,7 +56,7 @@ def hear(robot: PlayedRobot, distance: float, field_of_view: float = 0.3) -> Non
         robot.run(0.1)
 
 
-def test_a_sonar_marks_what_it_hears_and_its_silence_is_told(robot: PlayedRobot) -> None:
+def test_a_sonar_marks_what_it_hears_and_its_silence_is_reported(robot: PlayedRobot) -> None:
     hear(robot, 1.01)
     assert cost(robot, LOCAL, 0.12, 1.02) == LETHAL
     assert cost(robot, LOCAL, 0.12, 0.62) == FREE

@@ -1,4 +1,4 @@
-"""Services of costmap nodes: what they clear, and the costs they tell."""
+"""Services of costmap nodes: what they clear, and the costs they answer with."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is kept where a grid moves, and how what was seen is cleared and merged."""
+"""Grids that move, and sensed layers that are cleared and merged."""
 
 from __future__ import annotations
 

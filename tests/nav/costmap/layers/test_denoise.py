@@ -40,7 +40,7 @@ def test_groups_that_are_too_small_are_free(
     assert np.array_equal(data, grid(*left))
 
 
-def test_what_changes_is_the_same_as_all_made_anew() -> None:
+def test_what_changes_is_as_if_all_were_composed() -> None:
     layers = "obstacle_layer", "denoise_layer", "inflation_layer"
     config = costmap_config(
         width=6,

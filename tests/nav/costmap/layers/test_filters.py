@@ -115,7 +115,7 @@ def test_zones_are_kept_in_whatever_a_new_map_makes_of_the_grid() -> None:
     layered.set_map(OccupancyGrid(GridFrame(0.1, 60, 50, SE2(-1.0, -1.0)), FREE_MAP.data))
     assert layered.costmap.cost_at(1.55, 0.05) == LETHAL
     assert layered.costmap.cost_at(2.55, 0.05) == 0
-    assert layered.costmap.circumscribed_cost == 0, "costs do not tell how far off a zone is"
+    assert layered.costmap.circumscribed_cost == 0, "costs do not show how far off a zone is"
 
 
 @pytest.mark.parametrize(
@@ -205,3 +205,67 @@ def test_unknown_space_takes_a_masks_cost() -> None:
     layered.set_map(OccupancyGrid(GridFrame(1.0, 3, 1), np.full((1, 3), -1, np.int8)))
     give(layered, 0, OccupancyGrid(GridFrame(1.0, 3, 1), np.array([[0, 50, -1]], np.int8)))
     assert layered.costmap.data.tolist() == [[0, 127, UNKNOWN]]
+
+
+def value_under(placed: tuple[SE2, OccupancyGrid], pose: SE2) -> int | None:
+    """Return a mask's value at a pose of the map; None outside the mask."""
+    at = placed[0].inverse() @ pose
+    cell = placed[1].frame.to_cell(at.x, at.y)
+    return int(placed[1].data[cell]) if placed[1].frame.contains(*cell) else None
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_several_filters_each_keep_to_their_own_mask(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    kinds = {"KeepoutFilter": 0, "SpeedFilter": 1, "BinaryFilter": 3}
+    classes = [str(one) for one in rng.choice(list(kinds), rng.integers(2, 6))]
+    names = [f"f{k}" for k in range(len(classes))]
+    placed: dict[str, tuple[SE2, OccupancyGrid]] = {}
+    for name in names:
+        size = int(rng.integers(5, 40))
+        frame = GridFrame(5.0 / size, size, size, SE2(-2.5, -2.5, float(rng.uniform(-1.0, 1.0))))
+        pose = SE2(*rng.uniform((-1.0, -1.0, -3.0), (1.0, 1.0, 3.0)).tolist())
+        values = rng.choice([-1, 0, 30, 60, 100], frame.shape).astype(np.int8)
+        placed[name] = pose, OccupancyGrid(frame, values)
+    config = costmap_config(
+        resolution=0.1,
+        plugins=("static_layer",),
+        filters=names,
+        **{
+            name: {"plugin": f"nav2_costmap_2d::{cls}", "filter_info_topic": f"{name}_info"}
+            for name, cls in zip(names, classes, strict=True)
+        },
+    )
+    layered = LayeredCostmap(config, lambda target, source: placed[source][0])
+    layered.set_map(FREE_MAP)
+    for name, cls in zip(names, classes, strict=True):
+        weights = (100.0, -1.0) if cls == "SpeedFilter" else ()
+        layered.receive(name, "info", FilterInfo(kinds[cls], name, *weights))
+        layered.receive(name, name, PlacedMap(placed[name][1], name))
+    limits, states = dict.fromkeys(names, SpeedLimit(False, 0.0)), dict.fromkeys(names, False)
+    for k in range(20):
+        robot = SE2(*rng.uniform((-3.0, -2.5, -3.0), (3.0, 2.5, 3.0)).tolist())
+        layered.update(robot, float(k))
+        cell = FREE_MAP.frame.to_cell(robot.x, robot.y)
+        middle = SE2(*FREE_MAP.frame.to_point(*cell))
+        least = 0
+        for name in names:
+            layer = layered.layers[name]
+            value = value_under(placed[name], robot)
+            if isinstance(layer, SpeedFilter):
+                before = limits[name]
+                if value is not None and value >= 0:
+                    limits[name] = SpeedLimit(True, 100.0 - value if value else 0.0)
+                changed = limits[name].limit != before.limit
+                assert layer.take_change() == (limits[name] if changed else None)
+            elif isinstance(layer, BinaryFilter):
+                before_it, first = states[name], k == 0
+                if value != -1:
+                    states[name] = value is not None and value > 50
+                changed = states[name] != before_it or first
+                assert layer.take_change() == (states[name] if changed else None)
+            else:
+                least = max(least, round((value_under(placed[name], middle) or 0) * 254 / 100))
+        assert int(layered.costmap.data[cell]) >= least
+        if "KeepoutFilter" not in classes:
+            assert not layered.costmap.data.any()

@@ -36,9 +36,9 @@ def one_lidar(cls: str, source: dict[str, Any] | None = None, **layer: Any) -> L
     return costmap(cls, {"observation_sources": "s", "s": {**SCAN, **(source or {})}, **layer})
 
 
-def beam(distance: float, height: float = 0.3, stamp: float = 0.0, **places: Any) -> PlacedScan:
+def beam(distance: float, height: float = 0.3, stamp: float = 0.0, **mounting: Any) -> PlacedScan:
     scan = Scan(np.array([distance]), 0.0, 0.01, 0.1, 12.0, stamp)
-    return PlacedScan(scan, SE2(), height, **places)
+    return PlacedScan(scan, SE2(), height, **mounting)
 
 
 def see(layered: LayeredCostmap, now: float, *seen: PlacedScan | PlacedCloud) -> None:
@@ -174,8 +174,8 @@ def test_any_source_that_is_silent_is_said() -> None:
     assert layered.problem(1.1) == "no cloud on /eyes for 1.10 s"
 
 
-def points(*places: tuple[float, float, float]) -> PlacedCloud:
-    return PlacedCloud(Cloud(np.array(places), np.array([0.0, 0.0, 0.5]), 0.0), SE2())
+def points(*corners: tuple[float, float, float]) -> PlacedCloud:
+    return PlacedCloud(Cloud(np.array(corners), np.array([0.0, 0.0, 0.5]), 0.0), SE2())
 
 
 def test_a_cloud_in_an_obstacle_layer_clears_and_marks_in_the_plane() -> None:
@@ -189,6 +189,16 @@ def test_a_cloud_in_an_obstacle_layer_clears_and_marks_in_the_plane() -> None:
     assert marked(layered) == [2.0]
     see(layered, 0.3, points((2.9, 0.02, 0.9)))
     assert marked(layered) == [], "too far to mark, and its ray clears"
+
+
+@pytest.mark.parametrize("cls", LAYERS)
+def test_ranges_that_mark_are_measured_in_space(cls: str) -> None:
+    cloud = {**CLOUD, "clearing": False, "obstacle_max_range": 2.0, "obstacle_min_range": 0.6}
+    layered = costmap(cls, {"observation_sources": "s", "s": cloud})
+    see(layered, 0.0, points((1.62, 0.01, 1.5), (1.92, 0.01, 1.5)))  # 1.0 m above the sensor
+    assert marked(layered) == [1.6]
+    see(layered, 0.1, points((0.42, 0.01, 0.5), (0.52, 0.01, 1.5)))
+    assert marked(layered) == [0.5, 1.6]
 
 
 @pytest.mark.parametrize(("threshold", "cost"), [(15, FREE), (9, FREE), (8, UNKNOWN), (0, UNKNOWN)])

@@ -31,7 +31,7 @@ def costmap(track_unknown: bool = False, **values: Any) -> LayeredCostmap:
     return LayeredCostmap(config)
 
 
-def tell(
+def enter(
     layered: LayeredCostmap,
     pose: SE2,
     distance: float,
@@ -44,48 +44,48 @@ def tell(
 
 
 def cost(layered: LayeredCostmap, pose: SE2, x: float, y: float = 0.0) -> int | None:
-    place = pose @ SE2(x, y)
-    return layered.costmap.cost_at(place.x, place.y)
+    at = pose @ SE2(x, y)
+    return layered.costmap.cost_at(at.x, at.y)
 
 
 @pytest.mark.parametrize("pose", POSES)
 def test_a_thing_is_marked_where_it_is_and_freed_when_it_has_gone(pose: SE2) -> None:
     layered = costmap()
-    tell(layered, pose, 1.0)
+    enter(layered, pose, 1.0)
     assert cost(layered, pose, 1.2) == LETHAL
     assert [cost(layered, pose, x) for x in (0.6, 1.0, 1.5)] == [0, 0, 0]
     assert cost(layered, pose, 1.0, 0.4) == 0  # off the cone
-    tell(layered, pose, 1.6, times=12)
+    enter(layered, pose, 1.6, times=12)
     assert cost(layered, pose, 1.2) == 0
     assert cost(layered, pose, 1.8) == LETHAL
 
 
 def test_one_reading_is_not_sure_enough() -> None:
     layered = costmap(mark_threshold=0.95)
-    tell(layered, SE2(), 1.0, times=1)
+    enter(layered, SE2(), 1.0, times=1)
     assert not (layered.costmap.data == LETHAL).any()
 
 
 def test_far_readings_are_believed_less() -> None:
     near, far = costmap(), costmap(phi=0.2)
     for layered in (near, far):
-        tell(layered, SE2(), 1.0, times=2)
+        enter(layered, SE2(), 1.0, times=2)
     assert (near.costmap.data == LETHAL).sum() > (far.costmap.data == LETHAL).sum()
 
 
 @pytest.mark.parametrize("distance", [0.05, 2.5, math.nan, math.inf])
 def test_readings_that_are_none_change_nothing(distance: float) -> None:
     layered = costmap()
-    tell(layered, SE2(), 1.0)
+    enter(layered, SE2(), 1.0)
     before = layered.costmap.data.copy()
-    tell(layered, SE2(), distance)
+    enter(layered, SE2(), distance)
     assert np.array_equal(layered.costmap.data, before)
 
 
 @pytest.mark.parametrize("clears", [False, True])
 def test_a_reading_of_nothing_frees_the_cone_where_it_is_asked_to(clears: bool) -> None:
     layered = costmap(clear_on_max_reading=clears)
-    tell(layered, SE2(), 1.0, valid=(0.1, 1.0))
+    enter(layered, SE2(), 1.0, valid=(0.1, 1.0))
     assert (cost(layered, SE2(), 1.2) == LETHAL) is not clears
     assert cost(layered, SE2(), 0.8) == 0
 
@@ -93,17 +93,17 @@ def test_a_reading_of_nothing_frees_the_cone_where_it_is_asked_to(clears: bool) 
 def test_sensors_of_a_fixed_distance_mark_it_and_can_be_left_out() -> None:
     for kind, marks in (("ALL", True), ("FIXED", True), ("VARIABLE", False)):
         layered = costmap(input_sensor_type=kind)
-        tell(layered, SE2(), -math.inf, valid=(0.8, 0.8))
+        enter(layered, SE2(), -math.inf, valid=(0.8, 0.8))
         assert (layered.costmap.data == LETHAL).any() == marks
     layered = costmap(clear_on_max_reading=True)
-    tell(layered, SE2(), -math.inf, valid=(0.8, 0.8))
-    tell(layered, SE2(), math.inf, valid=(0.8, 0.8))
+    enter(layered, SE2(), -math.inf, valid=(0.8, 0.8))
+    enter(layered, SE2(), math.inf, valid=(0.8, 0.8))
     assert not (layered.costmap.data == LETHAL).any()
 
 
 def test_it_forgets_what_is_cleared_and_keeps_what_rolls_along() -> None:
     layered, pose = costmap(), SE2()
-    tell(layered, pose, 1.0)
+    enter(layered, pose, 1.0)
     layered.update(SE2(0.5, 0.0), 1.0)
     assert cost(layered, pose, 1.2) == LETHAL
     layered.clear_entirely()
@@ -112,7 +112,7 @@ def test_it_forgets_what_is_cleared_and_keeps_what_rolls_along() -> None:
 
 def test_what_others_mark_stays_where_a_sonar_sees_through_it() -> None:
     layered = costmap(track_unknown=True)
-    tell(layered, SE2(), 1.0)
+    enter(layered, SE2(), 1.0)
     layer = layered.layers["range_layer"]
     for known, merged in ((UNKNOWN, 0), (LETHAL, LETHAL), (7, 7)):
         master = np.full((120, 120), known, np.uint8)

@@ -16,7 +16,7 @@ from tests.helpers.nav.layers import costmap_config
 
 
 class Frames:
-    """Where the map lies in odom; nobody knows while it is None."""
+    """The map's pose in odom; unknown while it is None."""
 
     T_odom_map: SE2 | None = SE2()
 
@@ -59,8 +59,8 @@ def test_a_window_that_rolls_shows_the_map_where_its_frame_is(seed: int) -> None
         layered.update(SE2(x, y, yaw), float(k))
         costs, T_map_odom = layered.costmap, frames.T_odom_map.inverse()
         for cell in np.ndindex(*costs.frame.shape):
-            place = T_map_odom.apply(np.array([costs.frame.to_point(*cell)]))[0]
-            row, column = grid.frame.to_cell(float(place[0]), float(place[1]))
+            at = T_map_odom.apply(np.array([costs.frame.to_point(*cell)]))[0]
+            row, column = grid.frame.to_cell(float(at[0]), float(at[1]))
             inside = grid.frame.contains(row, column)
             expected = {-1: UNKNOWN, 0: FREE, 100: LETHAL}[
                 int(grid.data[row, column]) if inside else -1

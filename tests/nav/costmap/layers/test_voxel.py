@@ -98,7 +98,7 @@ def test_marked_are_the_cells_of_the_points_within_range_wherever_the_robot_is(s
     points = points[np.hypot(points[:, 0], points[:, 1]) > 0.3]
     layered = costmap(obstacle_max_range=2.0, raytrace_max_range=0.0)
     see(layered, cloud(*map(tuple, points.tolist())), pose)
-    near = points[np.hypot(*(points[:, :2] - EYE[:2]).T) <= 2.0]
+    near = points[np.linalg.norm(points - EYE, axis=1) <= 2.0]
     assert marked(layered) == {cell(x, y) for x, y in pose.apply(near[:, :2]).tolist()}
 
 
@@ -127,7 +127,7 @@ def test_clearing_forgets_what_clouds_showed(rolling: bool) -> None:
     assert marked(layered) == set()
 
 
-def test_the_robot_s_own_place_is_free() -> None:
+def test_cells_under_the_robot_are_free() -> None:
     layered = costmap()
     see(layered, cloud((0.02, 0.0, 0.3)))
     assert marked(layered) == set()

@@ -20,6 +20,8 @@ from geometry_msgs.msg import (
     PolygonStamped,
 )
 from nav2_msgs.msg import CollisionDetectorState
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField, Range
 from std_msgs.msg import Float32
 from visualization_msgs.msg import Marker, MarkerArray
@@ -172,6 +174,46 @@ def test_all_of_several_sources_count() -> None:
         near = [] if points[0][2] > 0.5 else [pytest.approx(points[0][:2], abs=0.05)]
         assert [(p.x, p.y) for p in low.points] == near
         assert not high.points
+    scene.robot.close()
+
+
+@pytest.mark.parametrize(("correction", "stops"), [(True, True), (False, False)])
+def test_what_was_seen_is_moved_with_the_robot_if_that_is_asked(
+    correction: bool, stops: bool
+) -> None:
+    scene = Scene("scan", base_shift_correction=correction, source_timeout=5.0)
+    scene.obstacle = (0.8, 0.0)
+    scene.drive(0.01, 0.2)
+    assert scene.robot.command.x == pytest.approx(0.01)
+    drive(scene.robot, 0.3, 1.0)  # it is not seen again, and 0.3 m nearer in the end
+    assert (scene.robot.command == STILL) is stops
+    scene.robot.close()
+
+
+@pytest.mark.parametrize("parameter", ["Stop.enabled", "it.enabled"])
+def test_zones_and_sources_are_switched_while_it_runs(parameter: str) -> None:
+    scene = Scene("scan")
+    scene.obstacle = (0.5, 0.0)
+    for on, v in ((True, 0.0), (False, 0.1), (True, 0.0)):
+        switch = Parameter(parameter, value=on).to_parameter_msg()
+        request = SetParameters.Request(parameters=[switch])
+        name = "/collision_monitor/set_parameters"
+        assert scene.robot.bench.call(SetParameters, name, request).results[0].successful
+        scene.say()
+        drive(scene.robot, 0.1, 0.04)
+        assert scene.robot.command.x == pytest.approx(v)
+    scene.robot.close()
+
+
+def test_a_transform_that_is_too_old_blinds_it() -> None:
+    scene = Scene("scan", transform_tolerance=0.3, source_timeout=5.0)
+    scene.drive(0.1, 0.2)
+    scene.robot.localized = False
+    for seconds_old, v in ((0.1, 0.1), (0.5, 0.0)):
+        scene.robot.run(seconds_old)
+        scene.say()
+        drive(scene.robot, 0.1, 0.04)
+        assert scene.robot.command.x == pytest.approx(v)
     scene.robot.close()
 
 
