@@ -22,18 +22,8 @@ ORDER = {
         *("controllers", "smoothers", "planners", "costmap"),
     ),
     "bringup": (
-        *(
-            "",
-            "commands",
-            "lessons",
-            "tuning",
-            "campaign",
-            "doctor",
-            "demo",
-            "processes",
-            "offline",
-        ),
-        *("ros2", "lockstep", "parameters", "client"),
+        *("", "commands", "lessons", "tuning", "campaign", "doctor", "demo", "processes"),
+        *("offline", "ros2", "lockstep", "parameters", "client"),
         *("viewing", "recording", "stack", "terminal"),
     ),
 }
@@ -46,39 +36,28 @@ ROS = {
     *("unique_identifier_msgs", "visualization_msgs"),
 }
 # What a user can ask of bringup on a machine without ROS: help, checks, stacks, reports
-BRINGUP_WITHOUT_ROS = (
-    *("__init__.py", "__main__.py", "cli.py", "cli_parser.py", "terminal.py", "stack.py"),
-    *(
-        "offline/",
-        "campaign/",
-        "tuning/picture.py",
-        "tuning/plan.py",
-        "tuning/space.py",
-        "tuning/study.py",
-        "tuning/tuner.py",
-        "client/keys.py",
-        "client/avoidance.py",
-        "client/waypoints.py",
-    ),
-    *("parameters/foreign/launch_file.py", "parameters/files.py", "viewing/pictures.py"),
-    "viewing/drawing/",
-    *("demo/measures.py", "demo/report.py", "parameters/options.py", "processes/health.py"),
-    *("recording/summary.py", "recording/playback.py"),
-    "recording/selection.py",
-    *("viewing/snapshot.py", "viewing/rerun/scene.py", "viewing/rerun/shapes.py"),
-    *("viewing/rerun/series.py", "viewing/rerun/stream.py"),
-    *(
-        "processes/child.py",
-        "processes/fork.py",
-        "processes/supervisor.py",
-    ),
-    *("ros2/main.py", "ros2/grammar.py", "ros2/tables/", "ros2/completion.py"),
-    *("ros2/errors.py", "ros2/statistics.py", "ros2/verbs/forward.py"),
-    "ros2/programs/bag.py",
-    *("doctor/checks/", "doctor/fit.py"),
-    *("doctor/machine.py", "doctor/report.py", "doctor/snapshot.py"),
-    *("doctor/table.py", "client/endpoint.py"),
-    *("parameters/listing.py", "viewing/frame_tree.py", "lessons/"),
+BRINGUP_WITHOUT_ROS = tuple(
+    f"{folder}{name}"
+    for folder, names in {
+        "": (
+            "__init__.py __main__.py campaign/ cli.py cli_parser.py doctor/checks/ lessons/ "
+            "offline/ ros2/tables/ stack.py terminal.py viewing/drawing/"
+        ),
+        "client/": "avoidance.py endpoint.py keys.py waypoints.py",
+        "demo/": "measures.py report.py",
+        "doctor/": "fit.py machine.py report.py snapshot.py table.py",
+        "parameters/": "files.py listing.py options.py",
+        "parameters/foreign/": "launch_file.py",
+        "processes/": "child.py fork.py health.py supervisor.py",
+        "recording/": "playback.py selection.py summary.py",
+        "ros2/": "completion.py errors.py grammar.py main.py statistics.py",
+        "ros2/programs/": "bag.py",
+        "ros2/verbs/": "forward.py",
+        "tuning/": "picture.py plan.py space.py study.py tuner.py",
+        "viewing/": "frame_tree.py pictures.py snapshot.py",
+        "viewing/rerun/": "scene.py series.py shapes.py stream.py",
+    }.items()
+    for name in names.split()
 )
 LIBRARIES: dict[str, tuple[str, ...]] = {
     "mujoco": ("arjuna_sim/physics/", "arjuna_sim/devices/"),
