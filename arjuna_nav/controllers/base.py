@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import ArjunaError
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.planners import path as paths
@@ -103,13 +103,29 @@ class TrackedPath:
     Args:
         search: How far along the path the robot is looked for; below 0 all along [m].
         same_goal: Distance between the ends of two paths to the same goal [m].
+        inverts: Whether the path is followed part by part where it changes its direction.
+        inversion_tolerance: Distance [m] and angle [rad] from the end of a part within which the
+            next one begins; None where that end is the nearest pose.
     """
 
-    def __init__(self, search: float, same_goal: float = 0.1) -> None:
+    def __init__(
+        self,
+        search: float,
+        same_goal: float = 0.1,
+        *,
+        inverts: bool = False,
+        inversion_tolerance: tuple[float, float] | None = None,
+    ) -> None:
         self._search = math.inf if search < 0.0 else search
         self._same_goal = same_goal
         self._path = np.empty((0, 3))
-        self._index = 0
+        self._index = self._end = 0
+        self._inverts, self._inversion_tolerance = inverts, inversion_tolerance
+
+    @property
+    def part(self) -> NDArray[np.float64]:
+        """What is ahead up to the next inversion, `(N, 3) float64`."""
+        return self._path[self._index : self._end]
 
     @property
     def ahead(self) -> NDArray[np.float64]:
@@ -135,14 +151,28 @@ class TrackedPath:
         checked_path(path)
         gap = np.hypot(*(path[-1, :2] - self._path[-1, :2])) if len(self._path) else math.inf
         self._path, self._index = path, 0
+        self._end = self._part_end()
         return bool(gap > self._same_goal)
 
     def advance(self, pose: SE2) -> None:
         """Find the robot on the path; it never goes back."""
-        self._index = paths.nearest(self._path, pose, self._index, self._search)
+        self._index = paths.nearest(self._path[: self._end], pose, self._index, self._search)
+        if self._end < len(self._path) and self._inverted(pose):
+            self._index = self._end - 1
+            self._end = self._part_end()
+
+    def _part_end(self) -> int:
+        return paths.part_end(self._path, self._index) if self._inverts else len(self._path)
+
+    def _inverted(self, pose: SE2) -> bool:
+        """Return whether the robot is at the end of a part."""
+        if self._inversion_tolerance is None:
+            return self._index == self._end - 1
+        end, (near, turned) = SE2.from_array(self._path[self._end - 1]), self._inversion_tolerance
+        return pose.distance(end) <= near and abs(wrap(end.theta - pose.theta)) <= turned
 
     def within(self, distance: float) -> NDArray[np.float64]:
-        """Return the first part of what is ahead, two poses at least where there are two [m]."""
-        ahead = self.ahead
+        """Return the beginning of the part ahead, two poses at least where there are two [m]."""
+        ahead = self.part
         along = np.cumsum(np.hypot(*np.diff(ahead[:, :2], axis=0).T))
         return ahead[: max(1 + int(np.searchsorted(along, distance, side="right")), 2)]

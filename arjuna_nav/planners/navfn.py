@@ -36,6 +36,9 @@ class NavFnConfig:
         "Whether the wave keeps closer to the estimated path, as A* does: `bench planner` shows"
         " what that saves; its path at times 1 % costlier.",
     )
+    use_final_approach_orientation: bool = param(
+        False, "Whether the path ends in its own direction, not the goal's."
+    )
     escape_radius: float = param(
         3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
     )
@@ -70,7 +73,7 @@ class NavFn:
         )
 
     def _plan(self, costmap: Costmap, costs: NDArray[np.float32], start: SE2, goal: SE2) -> Plan:
-        query = ask(self._config, costmap, start, goal)
+        query = ask(self._config, costmap, start, goal, self._config.use_final_approach_orientation)
         if isinstance(query, PlanResult):
             return Plan(query)
         direct = _straight(query, costs)

@@ -21,6 +21,20 @@ def along(path: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.append(0.0, np.cumsum(np.hypot(*np.diff(path[:, :2], axis=0).T)))
 
 
+def part_end(path: NDArray[np.float64], first: int = 0) -> int:
+    """Return the index after the last pose that is reached in one direction from a pose.
+
+    The path inverts where a step leads against the one before it; turns on the spot are no steps.
+
+    Source: nav2_util, findFirstPathInversion.
+    """
+    steps = np.diff(path[first:, :2], axis=0)
+    moves = np.flatnonzero(steps.any(axis=1))
+    along_last = (steps[moves[1:]] * steps[moves[:-1]]).sum(axis=1)
+    inverted = np.flatnonzero(along_last < 0.0)
+    return first + int(moves[inverted[0]]) + 2 if len(inverted) else len(path)
+
+
 def distances(path: NDArray[np.float64], pose: SE2) -> NDArray[np.float64]:
     """Return the distance of each pose of a path from the robot, `(N,) float64` [m]."""
     result: NDArray[np.float64] = np.hypot(path[:, 0] - pose.x, path[:, 1] - pose.y)

@@ -30,6 +30,7 @@ class Query:
         out: Paths from the start to the cells where a robot may be.
         allow_unknown: True where paths may cross unknown space.
         tolerance: Greatest distance of the path's end from a blocked goal [m].
+        ends_along: True where the path ends in its own direction.
     """
 
     costmap: Costmap
@@ -39,6 +40,7 @@ class Query:
     out: Escape
     allow_unknown: bool
     tolerance: float
+    ends_along: bool = False
 
     def reachable_end(self, values: NDArray[np.float32]) -> Cell | None:
         """Return the goal's cell, or the reached cell nearest to it within the tolerance.
@@ -101,6 +103,8 @@ class Query:
         end = round(points[-1, 0]), round(points[-1, 1])
         reached = end == self.goal_cell
         path = _with_ends(metres, self.start, self.goal, frame.resolution, reached)
+        if self.ends_along:
+            path[-1, 2] = path[-2, 2]
         return PlanResult(PlanStatus.SUCCEEDED, path)
 
 
@@ -120,7 +124,9 @@ class Reach(Protocol):
         """Greatest distance over which a start too near to an obstacle is led out [m]."""
 
 
-def ask(reach: Reach, costmap: Costmap, start: SE2, goal: SE2) -> Query | PlanResult:
+def ask(
+    reach: Reach, costmap: Costmap, start: SE2, goal: SE2, ends_along: bool = False
+) -> Query | PlanResult:
     """Return a query, or why there can be no answer."""
     frame = costmap.frame
     start_cell, goal_cell = frame.to_cell(start.x, start.y), frame.to_cell(goal.x, goal.y)
@@ -136,7 +142,9 @@ def ask(reach: Reach, costmap: Costmap, start: SE2, goal: SE2) -> Query | PlanRe
         cost = costmap.cost_at(start.x, start.y)
         message = f"{_named('start', start)} has cost {cost} and no way out"
         return PlanResult.failed(PlanStatus.START_OCCUPIED, message)
-    return Query(costmap, start, goal, goal_cell, out, reach.allow_unknown, reach.tolerance)
+    return Query(
+        costmap, start, goal, goal_cell, out, reach.allow_unknown, reach.tolerance, ends_along
+    )
 
 
 def _named(name: str, pose: SE2) -> str:

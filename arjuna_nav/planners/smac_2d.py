@@ -50,6 +50,9 @@ class Smac2DConfig:
     max_iterations: int = param(
         1000000, "Most cells looked at; below 1 any number.", maximum=SEED_MAX
     )
+    use_final_approach_orientation: bool = param(
+        False, "Whether the path ends in its own direction, not the goal's."
+    )
     escape_radius: float = param(
         3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
     )
@@ -84,7 +87,7 @@ class Smac2D:
     def _plan(self, costmap: Costmap, costs: NDArray[np.float32], start: SE2, goal: SE2) -> Plan:
         """Return a plan before it is smoothed."""
         config = self._config
-        query = ask(config, costmap, start, goal)
+        query = ask(config, costmap, start, goal, config.use_final_approach_orientation)
         if isinstance(query, PlanResult):
             return Plan(query)
         seeds = query.out.seeds(1.0)

@@ -39,6 +39,9 @@ class ThetaStarConfig:
     tolerance: float = param(
         0.5, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
     )
+    use_final_approach_orientation: bool = param(
+        False, "Whether the path ends in its own direction, not the goal's."
+    )
     escape_radius: float = param(
         3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
     )
@@ -70,7 +73,7 @@ class ThetaStar:
 
     def _plan(self, costmap: Costmap, costs: NDArray[np.float32], start: SE2, goal: SE2) -> Plan:
         config = self._config
-        query = ask(config, costmap, start, goal)
+        query = ask(config, costmap, start, goal, config.use_final_approach_orientation)
         if isinstance(query, PlanResult):
             return Plan(query)
         seeds, scale = query.out.seeds(1.0), np.float32(NEUTRAL / config.w_euc_cost)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
+from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, TrackedPath
@@ -49,9 +50,18 @@ class GracefulConfig:
     initial_rotation_tolerance: float = param(
         0.75, "Heading error tolerated before that turn.", unit="rad", minimum=0.0
     )
+    allow_backward: bool = param(
+        False, "Whether poses behind are driven to in reverse; initial_rotation must be false."
+    )
     prefer_final_rotation: bool = param(
         True, "Whether to come straight to the goal and turn there, not in a bow."
     )
+
+    def __post_init__(self) -> None:
+        if self.allow_backward and self.initial_rotation:
+            raise ConfigError(
+                "'allow_backward' and 'initial_rotation' are true; valid: one of them at most"
+            )
 
 
 class Graceful:
@@ -84,7 +94,7 @@ class Graceful:
             period,
             rate_min=config.v_angular_min_in_place,
         )
-        self._path = TrackedPath(config.max_robot_pose_search_dist)
+        self._path = TrackedPath(config.max_robot_pose_search_dist, inverts=config.allow_backward)
         self._arrived = self._rotating = self._had_carrot = False
         self._last_w = 0.0
         self.speed_limit = math.inf
@@ -118,14 +128,18 @@ class Graceful:
             return self._turn(wrap(goal.theta - pose.theta), pose, costmap)
         for target in self._targets(pose):
             seen = pose.inverse() @ target
+            facing = SE2()  # the robot's end that goes first
+            if self._config.allow_backward and seen.x < 0.0:
+                facing = SE2(theta=math.pi)
+            seen = facing.inverse() @ seen @ facing
             angle = math.atan2(seen.y, seen.x)
             self._rotating = self._rotating and abs(angle) > self._tolerance()
             if self._rotating or abs(angle) > 0.5 * math.pi:
-                self.carrot, self._had_carrot = seen, True
+                self.carrot, self._had_carrot = pose.inverse() @ target, True
                 return self._turn(angle, pose, costmap)
-            command = self._approach(seen, pose, costmap)
+            command = self._approach(seen, pose, facing, costmap)
             if command is not None:
-                self.carrot, self._last_w = seen, command.yaw_rate
+                self.carrot, self._last_w = pose.inverse() @ target, command.yaw_rate
                 return ControlResult(ControlStatus.SUCCEEDED, command)
         self._last_w = 0.0
         where = f"({pose.x:.2f}, {pose.y:.2f})"
@@ -138,7 +152,7 @@ class Graceful:
 
     def _targets(self, pose: SE2) -> list[SE2]:
         """Return the poses to steer to, the farthest first."""
-        config, ahead = self._config, self._path.ahead
+        config, ahead = self._config, self._path.part
         gaps = paths.distances(ahead, pose)
         near = (gaps >= config.min_lookahead) & (gaps <= config.max_lookahead)
         leaves = np.flatnonzero(gaps > config.max_lookahead)
@@ -150,15 +164,18 @@ class Graceful:
 
     def _facing(self, index: int) -> SE2:
         """Return a pose of the path; the goal's heading is left to the turn there if so asked."""
-        ahead = self._path.ahead
+        ahead = self._path.part
         target = SE2.from_array(ahead[index])
         if index < len(ahead) - 1 or not self._config.prefer_final_rotation or index == 0:
             return target
         dx, dy = ahead[index, :2] - ahead[index - 1, :2]
-        return SE2(target.x, target.y, math.atan2(dy, dx))
+        course = math.atan2(dy, dx)
+        if self._config.allow_backward and math.cos(course - target.theta) < 0.0:
+            course += math.pi
+        return SE2(target.x, target.y, course)
 
-    def _approach(self, seen: SE2, pose: SE2, costmap: Costmap) -> Velocity | None:
-        """Return the velocity towards a pose seen from the robot; None where it would collide."""
+    def _approach(self, seen: SE2, pose: SE2, facing: SE2, costmap: Costmap) -> Velocity | None:
+        """Return the velocity towards a pose seen from an end of the robot, None if it collides."""
         config = self._config
         v_max = min(config.v_linear_max, self.speed_limit)
         left = max(self._path.length, seen.distance(SE2()))
@@ -168,12 +185,10 @@ class Graceful:
         law = np.array([config.k_phi, config.k_delta, config.beta, config.lambda_])
         limits = np.array([min(config.v_linear_min, v_max), v_max, v_max, config.v_angular_max])
         poses, v, w = approach(seen.array(), law, limits, costmap.frame.resolution)
-        c, s = math.cos(pose.theta), math.sin(pose.theta)
-        x, y = poses[:, 0].copy(), poses[:, 1].copy()
-        poses[:, 0], poses[:, 1] = pose.x + c * x - s * y, pose.y + s * x + c * y
+        poses[:, :2] = (pose @ facing).apply(poses[:, :2])
         poses[:, 2] += pose.theta
         hit = first_collision(costmap, self._footprint, poses)
-        return Velocity(v, yaw_rate=w) if hit is None else None
+        return Velocity(v * math.cos(facing.theta), yaw_rate=w) if hit is None else None
 
     def _turn(self, angle: float, pose: SE2, costmap: Costmap) -> ControlResult:
         """Return a turn on the spot, or NO_VALID_CONTROL where it would collide."""

@@ -178,6 +178,15 @@ class MppiConfig:
     max_robot_pose_search_dist: float = param(
         2.5, "How far along the path the robot is looked for; below 0 all along.", unit="m"
     )
+    enforce_path_inversion: bool = param(
+        False, "Whether a path that changes its direction is followed part by part."
+    )
+    inversion_xy_tolerance: float = param(
+        0.2, "Distance from a part's end within which the next begins.", unit="m", minimum=0.0
+    )
+    inversion_yaw_tolerance: float = param(
+        0.4, "Angle from its heading within which it does.", unit="rad", minimum=0.0
+    )
     retry_attempt_limit: int = param(1, "Further tries where every rollout collides.", minimum=0)
     open_loop: bool = param(
         False,

@@ -50,7 +50,11 @@ class Mppi:
         self._config = config
         self._footprint = footprint
         self._period = period
-        self._path = TrackedPath(config.max_robot_pose_search_dist)
+        self._path = TrackedPath(
+            config.max_robot_pose_search_dist,
+            inverts=config.enforce_path_inversion,
+            inversion_tolerance=(config.inversion_xy_tolerance, config.inversion_yaw_tolerance),
+        )
         self._optimizer = Optimizer(config)
         self._last = STILL
         self.speed_limit = math.inf

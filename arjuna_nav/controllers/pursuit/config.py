@@ -49,6 +49,10 @@ class RegulatedPurePursuitConfig:
         False, "Whether bends slow down, and turns begin, by a point at a distance of its own."
     )
     curvature_lookahead_dist: float = param(0.6, "Distance of that point.", unit="m", minimum=0.0)
+    interpolate_curvature_after_goal: bool = param(
+        False, "Whether that point lies beyond the path's end where the path is shorter."
+    )
+    allow_reversing: bool = param(False, "Whether paths that change their direction are followed.")
     stateful: bool = param(
         True, "Whether the robot stays at the goal once it was there, and turns only."
     )

@@ -49,7 +49,11 @@ class RegulatedPurePursuit:
         self._footprint = footprint
         self._xy_goal_tolerance = xy_goal_tolerance
         self._period = period
-        self._path = TrackedPath(config.max_robot_pose_search_dist, config.same_goal_tolerance)
+        self._path = TrackedPath(
+            config.max_robot_pose_search_dist,
+            config.same_goal_tolerance,
+            inverts=config.allow_reversing,
+        )
         self._arrived = self._turning = False
         self._last_w = 0.0
         self.speed_limit = math.inf
@@ -90,9 +94,12 @@ class RegulatedPurePursuit:
         lookahead = self._lookahead(velocity)
         carrot = pose.inverse() @ self._carrot(pose, lookahead)
         ahead = self._regulating(pose, carrot)
-        if self._must_turn(ahead):
+        angle = math.atan2(ahead.y, ahead.x)
+        if self._side_of(ahead) < 0.0:
+            angle = wrap(angle + math.pi)
+        if self._must_turn(angle):
             self.carrot = ahead
-            return self._turn_on(math.atan2(ahead.y, ahead.x), pose, costmap)
+            return self._turn_on(angle, self._side_of(ahead), pose, costmap)
         failed = result = self._along(carrot, pose, velocity, costmap)
         for share in self._config.shorter_lookaheads:
             if result.status is ControlStatus.SUCCEEDED:
@@ -103,13 +110,17 @@ class RegulatedPurePursuit:
             return result
         return self._turn_instead(carrot, pose, costmap) or failed
 
-    def _turn_on(self, angle: float, pose: SE2, costmap: Costmap) -> ControlResult:
+    def _side_of(self, carrot: SE2) -> float:
+        """Return -1 for a point that is driven to in reverse, else 1."""
+        return -1.0 if self._config.allow_reversing and carrot.x < 0.0 else 1.0
+
+    def _turn_on(self, angle: float, side: float, pose: SE2, costmap: Costmap) -> ControlResult:
         """Return a turn, on the spot or, as soon as that gets on, on a bend that has room."""
         w, cost = self._turn(angle), costmap.cost_at(pose.x, pose.y)
         room = 0.0 if cost is None else float(costmap.clearances[cost])
-        v = min(self.desired_speed, self.speed_limit) * max(math.cos(angle), 0.0)
+        v = side * min(self.desired_speed, self.speed_limit) * max(math.cos(angle), 0.0)
         if math.isfinite(room):  # a bend leads aside by its diameter
-            v = min(v, abs(w) * room / 2.0)
+            v = side * min(abs(v), abs(w) * room / 2.0)
         result = self._checked(Velocity(v, yaw_rate=w), pose, costmap, math.inf)
         if v == 0.0 or result.status is ControlStatus.SUCCEEDED:
             return result
@@ -118,6 +129,8 @@ class RegulatedPurePursuit:
     def _turn_instead(self, carrot: SE2, pose: SE2, costmap: Costmap) -> ControlResult | None:
         """Return a turn on the spot where no arc is free and the path leads aside."""
         angle = math.atan2(carrot.y, carrot.x)
+        if self._side_of(carrot) < 0.0:
+            return None
         if (
             not self._config.use_rotate_to_heading
             or abs(angle) < self._config.rotate_instead_min_angle
@@ -140,29 +153,41 @@ class RegulatedPurePursuit:
         scaled = abs(velocity.x) * config.lookahead_time
         return min(max(scaled, config.min_lookahead_dist), config.max_lookahead_dist)
 
-    def _carrot(self, pose: SE2, distance: float) -> SE2:
-        """Return the point of the path a distance away, between two poses where need be."""
-        gaps = paths.distances(self.path, pose)
+    def _carrot(self, pose: SE2, distance: float, extends: bool = False) -> SE2:
+        """Return the point of the path a distance away, between two poses where need be.
+
+        Of a path that is shorter that is its end, or if it extends, a point straight on.
+        """
+        path = self._path.part
+        gaps = paths.distances(path, pose)
         beyond = np.flatnonzero(gaps >= distance)
         if not len(beyond):
-            return SE2.from_array(self.path[-1])
+            end = SE2.from_array(path[-1])
+            if not extends or len(path) < 2:
+                return end
+            dx, dy = path[-1, :2] - path[-2, :2]
+            course = SE2(end.x, end.y, math.atan2(dy, dx))
+            after = course @ SE2(distance + gaps[-1])
+            return course.interpolate(after, crossing(pose, course, after, distance))
         i = int(beyond[0])
         if i == 0:
-            return SE2.from_array(self.path[0])
-        before, after = (SE2.from_array(entry) for entry in self.path[i - 1 : i + 1])
+            return SE2.from_array(path[0])
+        before, after = (SE2.from_array(entry) for entry in path[i - 1 : i + 1])
         return before.interpolate(after, crossing(pose, before, after, distance))
 
     def _regulating(self, pose: SE2, carrot: SE2) -> SE2:
         """Return the point, seen from the robot, by which bends slow down and turns begin."""
         if not self._config.use_fixed_curvature_lookahead:
             return carrot
-        return pose.inverse() @ self._carrot(pose, self._config.curvature_lookahead_dist)
+        config = self._config
+        return pose.inverse() @ self._carrot(
+            pose, config.curvature_lookahead_dist, config.interpolate_curvature_after_goal
+        )
 
-    def _must_turn(self, carrot: SE2) -> bool:
+    def _must_turn(self, angle: float) -> bool:
         """Return whether to turn on the spot, once started down to half of that angle."""
-        angle = abs(math.atan2(carrot.y, carrot.x))
         limit = self._config.rotate_to_heading_min_angle * (0.5 if self._turning else 1.0)
-        self._turning = self._config.use_rotate_to_heading and angle > limit
+        self._turning = self._config.use_rotate_to_heading and abs(angle) > limit
         return self._turning
 
     def _turn(self, angle: float) -> float:
@@ -193,6 +218,7 @@ class RegulatedPurePursuit:
         w_max = config.rotate_to_heading_angular_vel
         if abs(v * curvature) > w_max:
             v = w_max / abs(curvature)
+        v *= self._side_of(carrot)
         return Velocity(v, yaw_rate=v * curvature)
 
     def _in_bend(self, speed: float, curvature: float) -> float:
@@ -229,8 +255,8 @@ class RegulatedPurePursuit:
         """Return the command, or NO_VALID_CONTROL where its arc collides before the carrot."""
         config = self._config
         duration = config.max_allowed_time_to_collision_up_to_carrot
-        if command.x > 0.0:
-            duration = min(duration, reach / command.x)
+        if command.x != 0.0:
+            duration = min(duration, reach / abs(command.x))
         if config.use_collision_detection:
             arc = rollout(pose, command, duration, costmap.frame.resolution)
             hit = first_collision(costmap, self._footprint, arc)

@@ -11,6 +11,7 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import PathError, TrackedPath
 from arjuna_nav.controllers.motion import Turning, braking_speed, crossing, curvature_to, rollout
+from arjuna_nav.planners import path as paths
 
 START = SE2(1.0, -2.0, 0.6)
 
@@ -154,3 +155,39 @@ def test_the_first_part_has_two_poses_at_least(distance: float, poses: int) -> N
     assert len(path.within(distance)) == poses
     path.replace(straight(0.0))
     assert len(path.within(distance)) == 1
+
+
+def cusped() -> np.ndarray:
+    """Return a path 1 m forward, 0.5 m back with a turn on the spot between, and 0.8 m forward."""
+    xs = np.concatenate((np.arange(0.0, 1.01, 0.1), [1.0], np.arange(0.9, 0.49, -0.1)))
+    return np.column_stack((np.append(xs, np.arange(0.6, 1.31, 0.1)), np.zeros(25), np.zeros(25)))
+
+
+def test_a_path_is_reached_in_one_direction_up_to_where_it_inverts() -> None:
+    path = cusped()
+    first = paths.part_end(path)
+    assert path[first - 1, 0] == pytest.approx(1.0)
+    second = paths.part_end(path, first - 1)
+    assert path[second - 1, 0] == pytest.approx(0.5)
+    assert paths.part_end(path, second - 1) == len(path) == paths.part_end(path[:2]) + 23
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "pose", "begins"),
+    [
+        (None, SE2(0.94), False),
+        (None, SE2(0.96, 0.3, 2.0), True),
+        ((0.2, 0.4), SE2(0.85, 0.0, 0.3), True),
+        ((0.2, 0.4), SE2(0.85, 0.0, 0.5), False),
+        ((0.2, 0.4), SE2(1.0, 0.3), False),
+    ],
+)
+def test_the_next_part_begins_at_the_end_of_the_last(
+    tolerance: tuple[float, float] | None, pose: SE2, begins: bool
+) -> None:
+    path = TrackedPath(search=-1.0, inverts=True, inversion_tolerance=tolerance)
+    path.replace(cusped())
+    path.advance(pose)
+    assert path.part[-1, 0] == pytest.approx(0.5 if begins else 1.0)
+    assert path.ahead[-1, 0] == pytest.approx(1.3)
+    assert path.within(9.0)[-1, 0] == path.part[-1, 0]

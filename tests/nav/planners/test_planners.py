@@ -139,6 +139,17 @@ def test_poses_look_along_the_path_and_the_last_as_the_goal(
     assert np.hypot(*np.diff(path[:, :2], axis=0).T).max() < 0.11
 
 
+def test_a_path_ends_in_its_own_direction_where_asked(
+    make_on_cells: Callable[..., Planner],
+) -> None:
+    plan = make_on_cells(use_final_approach_orientation=True).plan
+    goal = SE2(3.0, 3.2, 2.0)
+    path = plan(costmap_of(empty_grid(4.0, 4.0)), SE2(1.0, 1.0, 0.0), goal).path
+    last = path[-1] - path[-2]
+    assert path[-1, 2] == pytest.approx(math.atan2(last[1], last[0]), abs=1e-3)
+    assert path[-1, :2].tolist() == [3.0, 3.2]
+
+
 def test_a_blocked_goal_is_replaced_by_the_nearest_reachable_place(
     make: Callable[..., Planner],
 ) -> None:

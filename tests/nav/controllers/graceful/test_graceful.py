@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from arjuna_core.errors import ConfigError
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import IDENTITY, SE2, wrap
 from arjuna_core.twist import STILL, Velocity
@@ -179,3 +180,28 @@ def test_a_turn_that_would_collide_is_refused() -> None:
     result = controller.compute(SE2(1.0, 0.0, 1.0), STILL, costmap, 0.0)
     assert result.status is ControlStatus.NO_VALID_CONTROL
     assert result.message == "turning at (1.00, 0.00) would collide"
+
+
+@pytest.mark.parametrize("x", [0.0, 3.5, 4.5])
+@pytest.mark.parametrize("seed", range(3))
+def test_backward_it_drives_as_the_robot_turned_round_drives_forward(x: float, seed: int) -> None:
+    y, yaw = np.random.default_rng(seed).uniform(-0.3, 0.3, 2)
+    pose, turned = SE2(x, y, yaw), SE2(theta=math.pi)
+    forward, back = Asked(initial_rotation=False), Asked(initial_rotation=False)
+    back.controller = Graceful(
+        replace(CONFIG, initial_rotation=False, allow_backward=True),
+        Footprint.circle(0.25),
+        TOLERANCE,
+        PERIOD,
+    )
+    back.controller.set_path(X_AXIS + np.array([0.0, 0.0, math.pi]))
+    ahead, behind = forward(pose), back(pose @ turned)
+    assert behind.velocity.x == pytest.approx(-ahead.velocity.x)
+    assert behind.velocity.yaw_rate == pytest.approx(ahead.velocity.yaw_rate)
+    assert ahead.velocity.x > 0.0
+    assert back.aim.x == pytest.approx(-forward.aim.x)
+
+
+def test_it_turns_round_first_or_drives_backward() -> None:
+    with pytest.raises(ConfigError, match="valid: one of them at most"):
+        replace(CONFIG, allow_backward=True)

@@ -194,3 +194,39 @@ def test_it_may_drive_on_where_it_was_carried_off_the_goal(stateful: bool) -> No
     for x in (2.8, 2.74):  # within 0.25 m of it, and just without
         result = controller.compute(SE2(x, 1.0), Velocity(), costmap, 0.0)
     assert (result.velocity.x == 0.0) is stateful
+
+
+@pytest.mark.parametrize("turns", [True, False])
+def test_a_path_that_inverts_is_driven_forward_and_in_reverse(turns: bool) -> None:
+    config = RegulatedPurePursuitConfig(allow_reversing=True, use_rotate_to_heading=turns)
+    controller = RegulatedPurePursuit(config, Footprint.circle(0.25), XY_TOLERANCE)
+    angles = np.linspace(0.0, 1.0, 21)
+    forward = polyline([(1.0, 3.0), (3.0, 3.0)], 0.0)
+    back = np.column_stack((3.0 - 1.5 * np.sin(angles), 1.5 + 1.5 * np.cos(angles), angles))
+    controller.set_path(np.vstack((forward, back[1:])))
+    robot = Unicycle(SE2(1.0, 3.0, 0.0))
+    commands = follow(controller, robot, costmap_of(empty_grid(6.0, 6.0)), 300)
+    speeds = np.array([command.velocity.x for command in commands])
+    assert speeds.max() > 0.4
+    assert speeds.min() < -0.2
+    signs = np.sign(speeds[np.abs(speeds) > 0.01])
+    assert np.count_nonzero(np.diff(signs)) == 1, "it changed its direction once"
+    assert max(pose.x for pose in robot.trace) > 2.9
+    assert robot.pose.distance(SE2.from_array(back[-1])) < XY_TOLERANCE
+    assert abs(wrap(robot.pose.theta - back[-1, 2])) < 0.3
+
+
+@pytest.mark.parametrize("extends", [True, False])
+def test_the_bend_beyond_the_end_of_a_path_is_that_of_its_last_step(extends: bool) -> None:
+    config = RegulatedPurePursuitConfig(
+        use_fixed_curvature_lookahead=True,
+        curvature_lookahead_dist=1.0,
+        interpolate_curvature_after_goal=extends,
+        use_rotate_to_heading=False,
+        approach_velocity_scaling_dist=0.0,
+    )
+    controller = RegulatedPurePursuit(config, Footprint.circle(0.25), 0.01)
+    controller.set_path(polyline([(3.0, 3.0), (3.3, 3.0)], 0.0))
+    result = controller.compute(SE2(3.0, 2.9), Velocity(0.3), costmap_of(empty_grid(6.0, 6.0)), 0.0)
+    bend = 2.0 * 0.1 / (1.0 if extends else 0.1**2 + 0.3**2)
+    assert result.velocity.x == pytest.approx(0.5 * min(1.0, 1.0 / bend / 0.9), abs=1e-6)
