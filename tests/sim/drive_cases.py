@@ -106,7 +106,7 @@ class Robot:
         )
 
     def _wheel(self, wheel: Wheel) -> str:
-        carrier, place = "base", f"{wheel.x} {wheel.y} 0"
+        carrier, position = "base", f"{wheel.x} {wheel.y} 0"
         steer = ""
         if wheel.steered:
             carrier = f"{wheel.name}_knuckle"
@@ -114,19 +114,19 @@ class Robot:
             steer = (
                 f"<link name='{carrier}'>{INERTIAL.format(m=0.2, i=1e-4)}</link>"
                 f"<joint name='{wheel.name}_steer_joint' type='{self.steering}'>"
-                f"<parent link='base'/><child link='{carrier}'/><origin xyz='{place}'/>"
+                f"<parent link='base'/><child link='{carrier}'/><origin xyz='{position}'/>"
                 "<axis xyz='0 0 1'/>"
                 f"<limit lower='-{self.limit}' upper='{self.limit}' effort='9' velocity='9'/>"
                 f"{mimic}</joint>"
             )
-            place = "0 0 0"
+            position = "0 0 0"
         inertia = INERTIAL.format(m=0.4, i=0.4 * 0.4 * self.radius**2)
         return (
             f"{steer}<link name='{wheel.name}'>{inertia}<collision><geometry>"
             f"<cylinder radius='{self.radius}' length='0.03'/></geometry></collision></link>"
             f"<joint name='{wheel.name}_joint' type='continuous'><parent link='{carrier}'/>"
             f"<child link='{wheel.name}'/>"
-            f"<origin xyz='{place}' rpy='{-math.pi / 2} 0 {wheel.heading}'/>"
+            f"<origin xyz='{position}' rpy='{-math.pi / 2} 0 {wheel.heading}'/>"
             "<axis xyz='0 0 1'/></joint>"
         )
 
@@ -169,8 +169,8 @@ def mecanum(controlled: bool = False) -> Robot:
         tag, files = control(text)
         return Robot(four(), tag, files=files)
     joints = "".join(
-        f"<{told}_{side}_joint>{end}_{side}_wheel_joint</{told}_{side}_joint>"
-        for told, end in ends
+        f"<{given}_{side}_joint>{end}_{side}_wheel_joint</{given}_{side}_joint>"
+        for given, end in ends
         for side in ("left", "right")
     )
     return Robot(four(), plugin("gz-sim-mecanum-drive-system", joints))

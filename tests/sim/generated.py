@@ -56,7 +56,7 @@ class Chassis:
 
     @property
     def name(self) -> str:
-        """What tells it from others."""
+        """Its options, as the id of a test."""
         return (
             f"{2 * self.axles} wheels, {self.mass:.3g} kg, {1e3 * self.radius:.3g} mm, share"
             f" {self.wheel_share:.2g}, spin {self.wheel_spin:.2g}, turn {self.body_turn:.2g},"
@@ -165,14 +165,14 @@ def chassis(count: int, seed: int = 0) -> Iterator[Chassis]:
 def slope(degrees: float, friction: float | None = None) -> World:
     """Return a plane that falls towards -x, of a friction: a robot at the origin faces uphill."""
     angle = math.radians(degrees)
-    place = (_THICK / 2 * math.sin(angle), 0.0, -_THICK / 2 * math.cos(angle))
-    T = Pose3.from_rpy(place, (0.0, -angle, 0.0))
+    position = (_THICK / 2 * math.sin(angle), 0.0, -_THICK / 2 * math.cos(angle))
+    T = Pose3.from_rpy(position, (0.0, -angle, 0.0))
     part = Part(Shape(Kind.BOX, (_SIDE, _SIDE, _THICK)), T, friction=friction)
     return _world(Body("slope", part, True))
 
 
 def sill(height: float, x: float, depth: float) -> World:
-    """Return level ground with a sill across the way.
+    """Return level ground with a sill across the path.
 
     Args:
         height: Of the sill [m].

@@ -43,7 +43,7 @@ def test_encoders_measure_a_straight_metre_within_two_per_cent(speed: float) -> 
 @pytest.mark.parametrize("rate", [-1.0, 0.4, 1.0, 1.5, -2.0])
 @pytest.mark.parametrize("speed", [0.0, 0.3, 0.6])
 def test_calibrated_encoders_measure_spins_and_arcs(speed: float, rate: float) -> None:
-    """A quarter turn from rest to rest: 4 % of the angle, 2 % of the way along the robot.
+    """A quarter turn from rest to rest: 4 % of the angle, 2 % of the path along the robot.
 
     Across, and along in sharp turns, a robot that turns by sliding is carried on by its speed.
     """
@@ -59,10 +59,10 @@ def test_calibrated_encoders_measure_spins_and_arcs(speed: float, rate: float) -
     assert truth[-1, 2] == pytest.approx(math.copysign(math.pi / 2, rate), rel=0.04)
     if speed > 0.0:
         slip = 0.02 if abs(rate) <= 1.0 else 0.06
-        assert _way_along(odometry) == pytest.approx(_way_along(truth), rel=slip)
+        assert _path_along(odometry) == pytest.approx(_path_along(truth), rel=slip)
 
 
-def _way_along(poses: NDArray[np.float64]) -> float:
+def _path_along(poses: NDArray[np.float64]) -> float:
     heading = (poses[1:, 2] + poses[:-1, 2]) / 2
     steps = np.diff(poses[:, :2], axis=0)
     return float((steps * np.column_stack((np.cos(heading), np.sin(heading)))).sum())
@@ -118,7 +118,7 @@ def test_command_beyond_the_limits_is_clipped() -> None:
     assert run(simulator(), 2.0, Velocity(9.0)).truth.v == pytest.approx(1.0, abs=0.02)
 
 
-def test_it_tells_what_its_wheels_are_told() -> None:
+def test_its_setpoint_is_what_its_wheels_are_set_to() -> None:
     sim = simulator()
     assert sim.robot.setpoint == Velocity()
     sim.drive(Velocity(9.0))

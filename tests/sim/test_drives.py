@@ -1,4 +1,4 @@
-"""Robots of every drive go where they are told, and their odometry knows."""
+"""Robots of every drive follow commands, and their odometry agrees."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ def _driven(robot: cases.Robot, folder: Path, command: Velocity, seconds: float)
     return run(sim, 1.0, Velocity())
 
 
-def _check(seen: Observation, wanted: SE2, way: float) -> None:
+def _check(seen: Observation, wanted: SE2, direction: float) -> None:
     """Check the true pose and the odometry's."""
     for pose, tolerance in ((seen.truth.pose, 0.03), (seen.odometry.T_odom_base, 0.03)):
-        assert math.hypot(pose.x - wanted.x, pose.y - wanted.y) < tolerance * max(way, 0.5)
+        assert math.hypot(pose.x - wanted.x, pose.y - wanted.y) < tolerance * max(direction, 0.5)
         assert math.degrees(abs(wrap(pose.theta - wanted.theta))) < 5.0
 
 
@@ -59,7 +59,7 @@ def _check(seen: Observation, wanted: SE2, way: float) -> None:
     ],
     ids=["ahead", "sideways", "askew", "about"],
 )
-def test_robot_moves_any_way(
+def test_robot_moves_in_any_direction(
     tmp_path: Path, name: str, command: Velocity, seconds: float, wanted: SE2
 ) -> None:
     robot, _ = SIDEWAYS[name]

@@ -1,4 +1,4 @@
-"""What a robot's file calls its topics and frames."""
+"""Topics and frames that a robot's file names."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def test_standard_names_are_left_out() -> None:
     assert names_of(named_robot("", "")) == {}
 
 
-def test_names_of_its_own_are_told(tmp_path: Path) -> None:
+def test_names_of_its_own_are_returned(tmp_path: Path) -> None:
     text = ROBOT.read_text(encoding="utf-8")
     for old, new in _OTHER.items():
         assert old in text

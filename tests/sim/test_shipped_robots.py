@@ -70,12 +70,12 @@ def test_it_drives_a_metre(path: Path) -> None:
 
 
 @EACH
-@pytest.mark.parametrize("way", [1.0, -1.0], ids=["left", "right"])
-def test_it_turns_by_ninety_degrees(path: Path, way: float) -> None:
+@pytest.mark.parametrize("direction", [1.0, -1.0], ids=["left", "right"])
+def test_it_turns_by_ninety_degrees(path: Path, direction: float) -> None:
     sim = simulator(robot=path)
-    _drive(sim, Velocity(yaw_rate=way * 0.5), math.pi)
+    _drive(sim, Velocity(yaw_rate=direction * 0.5), math.pi)
     pose = sim.robot.truth().pose
-    assert pose.theta == pytest.approx(way * math.pi / 2, rel=OFF)
+    assert pose.theta == pytest.approx(direction * math.pi / 2, rel=OFF)
     assert math.hypot(pose.x, pose.y) < 0.03
 
 

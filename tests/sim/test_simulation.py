@@ -109,7 +109,7 @@ def test_a_lidar_of_several_rows_sees_the_other_robot_and_not_its_own() -> None:
     assert ((above[:, 0] > 1.5) & (above[:, 0] < 2.3)).all()
 
 
-def test_a_robot_that_runs_into_another_is_told_so_and_stopped() -> None:
+def test_a_robot_that_runs_into_another_feels_it_and_stops() -> None:
     simulation = pair(second=BURGER)
     seen = run(simulation, 6.0, {"a": Velocity(0.4), "b": Velocity(0.2)})
     assert (seen["a"].contacts, seen["b"].contacts) == (("b",), ("a",))
@@ -135,11 +135,11 @@ def test_robots_of_every_shipped_file_share_a_world() -> None:
     simulation = together(starts)
     seen = run(simulation, 2.0, dict.fromkeys(starts, Velocity(0.2)))
     for name, start in starts.items():
-        way = seen[name].truth.pose.x - start.pose.x
+        direction = seen[name].truth.pose.x - start.pose.x
         alone = simulator(robot=files[list(starts).index(name)])
         for _ in range(100):
             last = alone.drive(Velocity(0.2))
-        assert way == pytest.approx(last.truth.pose.x, abs=1e-3)
+        assert direction == pytest.approx(last.truth.pose.x, abs=1e-3)
         assert seen[name].joints.names == last.joints.names
 
 
@@ -193,7 +193,7 @@ def test_a_robot_goes_on_as_it_was_when_another_comes_or_goes() -> None:
     assert seen["a"].truth.v == pytest.approx(0.3, abs=0.02)
 
 
-def test_robots_that_start_at_one_place_stand_beside_each_other() -> None:
+def test_robots_that_start_at_one_pose_stand_beside_each_other() -> None:
     simulation = together({"a": Start(ARJUNA), "b": Start(ARJUNA)})
     first, second = (robot.spawn for robot in simulation.robots.values())
     assert first == SE2()
@@ -201,7 +201,7 @@ def test_robots_that_start_at_one_place_stand_beside_each_other() -> None:
     assert any(note.startswith("b: the start (0, 0) is inside a") for note in simulation.notes)
 
 
-def test_a_place_that_is_taken_is_refused_and_nothing_changes() -> None:
+def test_a_pose_that_is_taken_is_refused_and_nothing_changes() -> None:
     simulation = pair()
     with pytest.raises(BlockedPoseError, match="'c' would stand in b there"):
         simulation.add("c", Start(BURGER, SE2(2.05)))
@@ -230,7 +230,7 @@ def test_more_robots_than_there_are_bits_are_refused() -> None:
 @pytest.mark.parametrize(
     ("at", "is_said"), [((-8.0, 0.5), True), ((5.4, -5.4), True), ((0.0, 0.0), False)]
 )
-def test_a_start_outside_the_walls_is_said_with_a_place_inside(
+def test_a_start_outside_the_walls_is_noted_with_one_inside(
     at: tuple[float, float], is_said: bool
 ) -> None:
     sim = simulator(ROOM, spawn=SE2(*at))

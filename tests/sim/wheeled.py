@@ -24,7 +24,7 @@ def weight(mass: float, center: tuple[float, float, float] = (0.0, 0.0, 0.0)) ->
 
 
 def wheeled(
-    places: Sequence[Sequence[float]] = ((0.0, 0.0, 0.0),),
+    positions: Sequence[Sequence[float]] = ((0.0, 0.0, 0.0),),
     parts: tuple[Part, ...] = (TYRE,),
     along: tuple[float, float, float] = ACROSS,
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0),
@@ -32,11 +32,11 @@ def wheeled(
     wheel: Inertial | None = None,
     names: Sequence[str] = NAMES,
 ) -> Urdf:
-    """Return a robot with wheels `a`, `b`, ... at places on its link `base`."""
-    names = names[: len(places)]
+    """Return a robot with wheels `a`, `b`, ... at positions on its link `base`."""
+    names = names[: len(positions)]
     links = {"base": Link("base", base, (), ())}
     links |= {name: Link(name, wheel, parts, ()) for name in names}
-    poses = [Pose3.from_rpy((x, y, z), rpy) for x, y, z in places]
+    poses = [Pose3.from_rpy((x, y, z), rpy) for x, y, z in positions]
     joints = {
         name: Joint(name, "continuous", "base", name, T, along)
         for name, T in zip(names, poses, strict=True)

@@ -20,12 +20,12 @@ class WorldCase:
 
     Attributes:
         path: The world's file.
-        places: Where the centre of each solid box is, by its edge length [m].
+        positions: Where the centre of each solid box is, by its edge length [m].
         left_out: Names that notes must have.
     """
 
     path: Path
-    places: dict[float, NDArray[np.float64]] = field(default_factory=dict)
+    positions: dict[float, NDArray[np.float64]] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)
 
 
@@ -88,8 +88,8 @@ class WorldMaker:
     def _inside(self, T_world: Pose3, depth: int) -> str:
         """Return a link with a box, perhaps a broken piece, and perhaps a model within."""
         pose, own = self._pose(), self._pose()
-        edge = round(0.1 + 1e-3 * len(self.case.places), 6)
-        self.case.places[edge] = np.array((T_world @ pose @ own).position)
+        edge = round(0.1 + 1e-3 * len(self.case.positions), 6)
+        self.case.positions[edge] = np.array((T_world @ pose @ own).position)
         box = f"<geometry><box><size>{edge} {edge} {edge}</size></box></geometry>"
         parts = f"<collision name='c'>{_text(own)}{box}</collision>"
         if self._rng.random() < 0.3:

@@ -1,4 +1,4 @@
-"""What the tests of the simulator's nodes share."""
+"""Fixtures of the simulator's nodes."""
 
 from __future__ import annotations
 

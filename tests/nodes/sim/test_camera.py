@@ -75,10 +75,10 @@ def test_in_real_time_pictures_are_drawn_beside_the_physics(
 ) -> None:
     """A picture that takes long holds no tick up, and comes with the stamp of what it shows."""
     sim = start_sim(bench)
-    begun, go_on = threading.Event(), threading.Event()
+    start, go_on = threading.Event(), threading.Event()
 
     def draw(self: Any, model: Any, data: Any, color: bool, depth: bool) -> Shot:
-        begun.set()
+        start.set()
         assert go_on.wait(10.0)
         return Shot(np.zeros((480, 640, 3), np.uint8), None)
 
@@ -86,7 +86,7 @@ def test_in_real_time_pictures_are_drawn_beside_the_physics(
     images = bench.collect(Image, "/camera/image_raw", qos.SENSOR_SUBSCRIPTION)
     sim.realtime_due(0.0)
     run(bench, sim, 20)
-    assert begun.wait(10.0)
+    assert start.wait(10.0)
     assert images == []
     assert sim.simulator.time == 0.4
     go_on.set()

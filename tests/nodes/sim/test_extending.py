@@ -54,7 +54,7 @@ def test_a_new_kind_is_read_simulated_and_published(bench: RosBench, tmp_path: P
     maker = RobotMaker(tmp_path)
     maker.add("thermometer", "outside", "<update_rate>10</update_rate>")
     sim = start_sim(bench, robot=str(maker.write(bare=False)))
-    heard = bench.collect(Temperature, "/thermometer", qos.SENSOR_SUBSCRIPTION)
+    received = bench.collect(Temperature, "/thermometer", qos.SENSOR_SUBSCRIPTION)
     run(bench, sim, 10)
-    assert [message.temperature for message in heard] == pytest.approx([20.0] * 2, abs=0.01)
-    assert heard[0].header.frame_id == "outside_link"
+    assert [message.temperature for message in received] == pytest.approx([20.0] * 2, abs=0.01)
+    assert received[0].header.frame_id == "outside_link"

@@ -60,11 +60,13 @@ def test_each_robot_has_its_topics_below_its_namespace_alone(bench: RosBench) ->
     assert bench.node.count_subscribers("/cmd_vel") == 0
 
 
-def test_a_tick_tells_one_time_to_all(bench: RosBench) -> None:
+def test_a_tick_has_one_time_for_all(bench: RosBench) -> None:
     sim = start_two(bench)
-    heard = [bench.collect(Clock, f"{name}/clock", qos.LATEST) for name in ("", "/a", "/fleet/b")]
+    received = [
+        bench.collect(Clock, f"{name}/clock", qos.LATEST) for name in ("", "/a", "/fleet/b")
+    ]
     run(bench, sim, 3)
-    assert [[seconds(c.clock) for c in clocks] for clocks in heard] == [[0.02, 0.04, 0.06]] * 3
+    assert [[seconds(c.clock) for c in clocks] for clocks in received] == [[0.02, 0.04, 0.06]] * 3
 
 
 def test_a_command_moves_its_robot_and_its_transform_alone(bench: RosBench) -> None:
@@ -174,11 +176,11 @@ def test_robots_of_the_start_are_deleted_and_return_with_a_reset(bench: RosBench
 
 
 def test_two_robots_that_one_comes_to_repeat_themselves() -> None:
-    def told() -> bytes:
+    def given() -> bytes:
         bench = RosBench()
         try:
             sim = start_two(bench)
-            heard = [
+            received = [
                 bench.collect(kind, f"/{name}/{topic}", qos.TF)
                 for name in ("a", "fleet/b", "bob")
                 for kind, topic in ((LaserScan, "scan"), (Odometry, "odom"), (TFMessage, "tf"))
@@ -191,12 +193,12 @@ def test_two_robots_that_one_comes_to_repeat_themselves() -> None:
                 for name in ("a", "fleet/b", "bob"):
                     bench.publish(Twist, f"/{name}/cmd_vel", _forward(0.2), qos.LATEST)
                 run(bench, sim, 1)
-            assert all(heard)
-            return repr(heard).encode()
+            assert all(received)
+            return repr(received).encode()
         finally:
             bench.close()
 
-    assert told() == told()
+    assert given() == given()
 
 
 @pytest.mark.parametrize(

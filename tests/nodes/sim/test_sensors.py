@@ -75,18 +75,18 @@ def _listen(bench: RosBench, sim: Any) -> dict[str, list[Any]]:
 def test_each_sensor_publishes_its_type_at_its_rate(bench: RosBench, robot: str) -> None:
     room = str(shipped_file("worlds/arjuna_room.world"))
     sim = start_sim(bench, robot=robot, world=room)
-    heard = _listen(bench, sim)
+    received = _listen(bench, sim)
     run(bench, sim, 50)
-    assert {topic: len(found) for topic, found in heard.items()} == dict.fromkeys(TYPES, 10)
-    cloud = heard["top/points"][-1]
+    assert {topic: len(found) for topic, found in received.items()} == dict.fromkeys(TYPES, 10)
+    cloud = received["top/points"][-1]
     assert [field.name for field in cloud.fields] == ["x", "y", "z", "ring"]
     assert (cloud.point_step, cloud.row_step) == (14, 14 * cloud.width)
     assert len(cloud.data) == cloud.row_step > 0
     assert cloud.header.frame_id == "top_link_top"
-    assert heard["second/data"][-1].linear_acceleration.z == pytest.approx(-9.81, abs=0.1)
-    assert heard["sonar"][-1].radiation_type == Range.ULTRASOUND
-    assert heard["bump/contacts"][-1].data is False
-    assert np.isfinite(heard["rear/scan"][-1].ranges).all()
+    assert received["second/data"][-1].linear_acceleration.z == pytest.approx(-9.81, abs=0.1)
+    assert received["sonar"][-1].radiation_type == Range.ULTRASOUND
+    assert received["bump/contacts"][-1].data is False
+    assert np.isfinite(received["rear/scan"][-1].ranges).all()
 
 
 def test_frames_of_sensors_off_their_links_are_published(bench: RosBench, robot: str) -> None:

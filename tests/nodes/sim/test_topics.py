@@ -110,8 +110,8 @@ def test_world_odometry_is_the_truth(bench: RosBench, tmp_path: Path) -> None:
     odom = bench.collect(Odometry, "/odom")
     run(bench, sim, 5)
     truth = sim.simulator.robots[SOLO].truth().pose
-    place = odom[-1].pose.pose.position
-    assert (place.x, place.y) == pytest.approx((truth.x, truth.y), abs=1e-9)
+    point = odom[-1].pose.pose.position
+    assert (point.x, point.y) == pytest.approx((truth.x, truth.y), abs=1e-9)
     assert truth.x == pytest.approx(1.0, abs=1e-3)
 
 
@@ -169,7 +169,7 @@ _SENSORS = {
 def test_only_topics_of_sensors_that_are_there_are_advertised(
     bench: RosBench, tmp_path: Path, lacking: tuple[str, ...]
 ) -> None:
-    """So that `ros2 topic list` without /scan tells who looks for it that the lidar failed."""
+    """So that `ros2 topic list` without /scan shows that the lidar failed."""
     text = shipped_file("urdf/arjuna.urdf").read_text(encoding="utf-8")
     for kind in lacking:
         type_ = "ray" if kind == "lidar" else kind  # the depth camera's points too, else a scan

@@ -29,17 +29,17 @@ class Window:
         self.model, self.data = model, data
         self.opt = SimpleNamespace(geomgroup=np.ones(6))
         self.cam = SimpleNamespace(distance=0.5, elevation=0.0)
-        self.running, self.places = True, list[float]()
+        self.running, self.positions = True, list[float]()
         Window.opened.append(self)
 
     def sync(self) -> None:
         """Take a picture, and turn gravity round."""
-        self.places.append(float(self.data.qpos[0]))
+        self.positions.append(float(self.data.qpos[0]))
         self.model.opt.gravity[:] = (0.0, 0.0, 99.0)
         self.data.qvel[:] = 5.0
 
     def is_running(self) -> bool:
-        """Tell whether nobody has closed it."""
+        """Return whether nobody has closed it."""
         return self.running
 
     def close(self) -> None:
@@ -69,8 +69,8 @@ def drive(sim: SimNode, seconds: float) -> bytes:
 def test_the_viewer_follows_and_the_physics_does_not_notice(bench: RosBench) -> None:
     watched = drive(start_sim(bench, viewer=True), 1.0)
     (window,) = Window.opened
-    assert 25 <= len(window.places) <= 31
-    assert window.places[-1] == pytest.approx(np.frombuffer(watched)[-6], abs=0.02)
+    assert 25 <= len(window.positions) <= 31
+    assert window.positions[-1] == pytest.approx(np.frombuffer(watched)[-6], abs=0.02)
     other = RosBench(transport="dds")
     try:
         assert drive(start_sim(other), 1.0) == watched
@@ -78,7 +78,7 @@ def test_the_viewer_follows_and_the_physics_does_not_notice(bench: RosBench) -> 
         other.close()
 
 
-def test_a_window_opens_anew_with_another_model_and_stays_closed_by_hand(bench: RosBench) -> None:
+def test_a_window_reopens_with_another_model_and_stays_closed_by_hand(bench: RosBench) -> None:
     sim = start_sim(bench, viewer=True)
     drive(sim, 0.2)
     spawn(bench, "crate")
@@ -86,9 +86,9 @@ def test_a_window_opens_anew_with_another_model_and_stays_closed_by_hand(bench: 
     first, second = Window.opened
     assert (first.running, second.running) == (False, True)
     second.running = False
-    pictures = len(second.places)
+    pictures = len(second.positions)
     drive(sim, 0.2)
-    assert (len(Window.opened), len(second.places)) == (2, pictures)
+    assert (len(Window.opened), len(second.positions)) == (2, pictures)
 
 
 def test_the_window_closes_with_the_simulator_and_never_opens_in_lock_step(bench: RosBench) -> None:

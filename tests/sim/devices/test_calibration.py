@@ -48,7 +48,7 @@ ENDS = (
 
 
 class Exact:
-    """A vehicle that does what it is told, and knows when it rested."""
+    """A vehicle that does what is commanded, and knows when it rested."""
 
     tick = math.pi / 400  # of which every manoeuvre but a straight takes a whole number
 
@@ -89,13 +89,13 @@ class Formula:
     tick = 0.05
 
     def __init__(
-        self, told: Kinematics, true: Kinematics = TRUE, slip: float = 0.0, veer: float = 0.0
+        self, given: Kinematics, true: Kinematics = TRUE, slip: float = 0.0, veer: float = 0.0
     ) -> None:
-        self._told, self._true, self._slip, self._veer = told, true, slip, veer
+        self._asked, self._true, self._slip, self._veer = given, true, slip, veer
         self._wheels, self._pose = np.array([5.0, -3.0]), START
 
     def drive(self, velocity: Velocity) -> None:
-        speeds = np.array(self._told.wheel_speeds(velocity))
+        speeds = np.array(self._asked.wheel_speeds(velocity))
         self._wheels += speeds * self.tick
         v, w = self._true.base_motion(*speeds.tolist())
         v *= 1.0 - self._slip * abs(v)
@@ -107,9 +107,9 @@ class Formula:
         return Measurement((left, right), self._pose)
 
 
-def log(told: Kinematics = TRUE, true: Kinematics = TRUE) -> DriveLog:
+def log(given: Kinematics = TRUE, true: Kinematics = TRUE) -> DriveLog:
     """Return the log of an ideal vehicle."""
-    return drive(Formula(told, true))
+    return drive(Formula(given, true))
 
 
 def test_the_pattern_stays_within_four_metres_and_is_the_same_to_either_side() -> None:
@@ -154,7 +154,7 @@ def test_each_manoeuvre_goes_from_rest_to_rest() -> None:
 @pytest.mark.parametrize(
     "true", [Kinematics(0.5, 0.0), Kinematics(0.5, -0.08), Kinematics(-0.5, 0.08)]
 )
-def test_wheels_that_do_not_move_the_robot_their_way_are_refused(true: Kinematics) -> None:
+def test_wheels_that_move_the_robot_otherwise_are_refused(true: Kinematics) -> None:
     with pytest.raises(CalibrationError, match="the wheels turn, but the robot does not follow"):
         identify(log(NOMINAL, true))
 
@@ -189,9 +189,9 @@ def test_errors_are_relative_and_a_manoeuvre_has_those_of_its_kind() -> None:
 def test_noise_covers_what_errors_remain_of_a_second_drive() -> None:
     drives: list[Kinematics] = []
 
-    def vehicle(told: Kinematics) -> Formula:
-        drives.append(told)
-        return Formula(told, slip=0.1, veer=0.05)
+    def vehicle(given: Kinematics) -> Formula:
+        drives.append(given)
+        return Formula(given, slip=0.1, veer=0.05)
 
     config = OdometryConfig(ticks_per_revolution=77)
     result = calibrate(vehicle, NOMINAL, config)
@@ -200,13 +200,13 @@ def test_noise_covers_what_errors_remain_of_a_second_drive() -> None:
     assert result.noise.ticks_per_revolution == 77
     assert result.before == compare(result.check, NOMINAL)
     straight = [row for row in result.after if row.manoeuvre.kind == "straight"]
-    way = np.array([abs(row.true_path) for row in straight])
+    direction = np.array([abs(row.true_path) for row in straight])
     off = np.array([row.path - row.true_path for row in straight])
-    assert result.noise.linear_noise == pytest.approx(math.sqrt((off**2 / way).mean()))
+    assert result.noise.linear_noise == pytest.approx(math.sqrt((off**2 / direction).mean()))
     assert 0.02 < result.noise.linear_noise < 0.1
     veered = np.array([row.turn - row.true_turn for row in straight])
-    assert result.noise.drift_noise == pytest.approx(math.sqrt((veered**2 / way).mean()))
-    assert result.noise.drift_noise == pytest.approx(0.05 * math.sqrt(way.mean()), rel=0.05)
+    assert result.noise.drift_noise == pytest.approx(math.sqrt((veered**2 / direction).mean()))
+    assert result.noise.drift_noise == pytest.approx(0.05 * math.sqrt(direction.mean()), rel=0.05)
     assert result.noise.angular_noise >= 1e-3
     np.testing.assert_array_equal(result.path_before, dead_reckon(result.check, NOMINAL))
     np.testing.assert_array_equal(result.path_after, dead_reckon(result.check, result.found))

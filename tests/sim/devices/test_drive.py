@@ -33,8 +33,8 @@ def test_covariance_does_not_depend_on_how_often_it_is_updated() -> None:
     assert np.linalg.eigvalsh(results[0]).min() > 0.0
 
 
-class Told:
-    """A base whose encoders count its path, its way to the left and its turn, one each."""
+class Exact:
+    """A base whose encoders count its path ahead, its path to the left and its turn, one each."""
 
     def motion(
         self, turns: NDArray[np.float64], angles: NDArray[np.float64]
@@ -43,9 +43,9 @@ class Told:
         return path, side, turn
 
 
-def test_each_step_goes_along_its_arc_with_noise_of_way_and_turn() -> None:
+def test_each_step_is_an_arc_with_noise_of_path_and_turn() -> None:
     config = OdometryConfig(10_000_000, linear_noise=0.1, angular_noise=0.2, drift_noise=0.3)
-    odometry = Odometry(config, Told(), np.random.default_rng(0))
+    odometry = Odometry(config, Exact(), np.random.default_rng(0))
     encoders, pose = np.array([1.0, 2.0, 3.0]), SE2()
     odometry.reset(encoders)  # type: ignore[arg-type]
     rng = np.random.default_rng(7)
@@ -55,8 +55,8 @@ def test_each_step_goes_along_its_arc_with_noise_of_way_and_turn() -> None:
         pose = pose @ SE2.exp(tuple(step))
         assert seen.T_odom_base.array() == pytest.approx(pose.array(), abs=1e-4)
         assert (seen.v, seen.side, seen.w) == pytest.approx(tuple(10.0 * np.array(step)), abs=1e-4)
-        way, turn = math.hypot(*step[:2]), abs(step[2])
-        expected = 0.1**2 * way, 0.2**2 * turn + 0.3**2 * way
+        direction, turn = math.hypot(*step[:2]), abs(step[2])
+        expected = 0.1**2 * direction, 0.2**2 * turn + 0.3**2 * direction
         assert np.array(seen.twist_variance) * 0.1**2 == pytest.approx(expected, abs=1e-6)
     grown = seen.covariance
     odometry.reset((0.0, 0.0, 0.0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 import pytest
@@ -20,39 +21,38 @@ DT = 0.02
 
 
 def _run(
-    filter_: FusedOdometry, seconds: float, v: float, wheel_w: float, gyro_w: float
+    filter_: FusedOdometry, gyro: Iterable[float], v: float = 0.0, w: float = 0.0, side: float = 0.0
 ) -> OdometryEstimate:
-    for _ in range(round(seconds / DT)):
+    """Step with rates of the gyro [rad/s] and constant speeds of the wheels."""
+    for rate in gyro:
         filter_.predict(DT)
-        filter_.wheels(v, wheel_w)
-        filter_.gyro(gyro_w)
+        filter_.wheels(v, w, side)
+        filter_.gyro(rate)
     return filter_.estimate
 
 
 def test_wheels_that_slip_are_overruled_by_the_gyro() -> None:
     filter_ = FusedOdometry(FusedOdometryConfig(bias_noise=0.0))
-    _run(filter_, 1.0, 0.0, 0.0, 0.0)
-    end = _run(filter_, 2.0, 0.3, 1.0, 0.6)
+    _run(filter_, 50 * [0.0])
+    end = _run(filter_, 100 * [0.6], 0.3, 1.0)
     assert end.T_odom_base.theta == pytest.approx(1.2, abs=0.03)
 
 
 def test_a_robot_that_is_turned_by_hand_does_not_spoil_the_bias() -> None:
     filter_ = FusedOdometry(FusedOdometryConfig())
-    _run(filter_, 2.0, 0.0, 0.0, 0.0)
-    turned = _run(filter_, 2.0, 0.0, 0.0, 0.5)
+    _run(filter_, 100 * [0.0])
+    turned = _run(filter_, 100 * [0.5])
     assert abs(filter_.bias) < 1e-3
     assert turned.T_odom_base.theta == pytest.approx(1.0, abs=0.05)
 
 
 def test_a_robot_that_still_rocks_when_its_wheels_stand_teaches_no_bias() -> None:
     filter_ = FusedOdometry(FusedOdometryConfig())
-    turned = 0.0
-    for i in range(200):  # it begins below the rate at which a robot is carried
-        rate = 0.04 * math.exp(-5.0 * i * DT)
-        turned += rate * DT
-        estimate = _run(filter_, DT, 0.0, 0.0, rate)
+    # It begins below the rate at which a robot is carried.
+    rates = 0.04 * np.exp(-5.0 * DT * np.arange(200))
+    estimate = _run(filter_, rates.tolist())
     assert filter_.bias == pytest.approx(0.0, abs=2e-3)
-    assert estimate.T_odom_base.theta == pytest.approx(turned, abs=0.01)
+    assert estimate.T_odom_base.theta == pytest.approx(rates.sum() * DT, abs=0.01)
 
 
 @pytest.mark.parametrize("bias", [0.0, 0.01])
@@ -103,7 +103,7 @@ def _drive(seed: int, imu: ImuConfig | None = None) -> tuple[float, float, float
     return abs(wheels), abs(fused), math.sqrt(estimate.covariance[2, 2])
 
 
-def test_heading_after_a_minute_of_slipping_is_better_than_by_wheels_and_as_good_as_told() -> None:
+def test_heading_after_a_minute_of_slipping_is_better_than_by_wheels_and_within_its_sigma() -> None:
     errors = np.array([_drive(seed) for seed in range(4)])
     wheels, fused, sigma = errors.T
     assert np.sqrt((fused**2).mean()) < 0.5 * np.sqrt((wheels**2).mean())
@@ -131,15 +131,15 @@ class Reference:
             [(_moved(x + tiny * e, dt) - _moved(x - tiny * e, dt)) / 2 / tiny for e in np.eye(7)], 1
         )
         heading = x[THETA] + x[W] * dt / 2
-        ways = np.zeros((3, 7))
-        ways[0, [X, Y]] = (math.cos(heading), math.sin(heading))
-        ways[1, [X, Y]] = (-math.sin(heading), math.cos(heading))
-        ways[2, THETA] = 1.0
+        paths = np.zeros((3, 7))
+        paths[0, [X, Y]] = (math.cos(heading), math.sin(heading))
+        paths[1, [X, Y]] = (-math.sin(heading), math.cos(heading))
+        paths[2, THETA] = 1.0
         self.covariance = F @ self.covariance @ F.T
-        for way, speed in zip(ways, np.eye(7)[[V, SIDE, W]], strict=True):
-            for a, b, time in ((way, way, dt**3 / 3), (speed, speed, dt)):
+        for path, speed in zip(paths, np.eye(7)[[V, SIDE, W]], strict=True):
+            for a, b, time in ((path, path, dt**3 / 3), (speed, speed, dt)):
                 self.covariance += 0.4**2 * time * np.outer(a, b)
-            both = np.outer(way, speed)
+            both = np.outer(path, speed)
             self.covariance += 0.4**2 * dt**2 / 2 * (both + both.T)
         self.covariance[BIAS, BIAS] += 1e-5**2 * dt
         self.state = _moved(x, dt)
@@ -199,7 +199,7 @@ def test_a_moving_robot_is_filtered_by_the_book() -> None:
         agree(filter_, reference)
 
 
-def test_wheels_alone_tell_how_fast_it_turns() -> None:
+def test_wheels_alone_measure_the_turn_rate() -> None:
     filter_, reference = FusedOdometry(FusedOdometryConfig()), Reference()
     for i in range(100):
         v, w = 0.3, 0.5 + 0.002 * i
@@ -248,10 +248,7 @@ def test_a_bias_is_learnt_once_wheels_and_gyro_have_rested_for_half_a_second() -
 def test_what_turns_or_shakes_is_not_at_rest(rate: float, noise: float, learns: bool) -> None:
     """A gyro of 0.002 rad/s: rest is below 0.05 rad/s, and up to twice its variance, 0.0028^2."""
     filter_ = FusedOdometry(FusedOdometryConfig())
-    for i in range(40):
-        filter_.predict(DT)
-        filter_.wheels(0.0, 0.0)
-        filter_.gyro(rate + noise * (1.0 if i % 2 else -1.0))
+    _run(filter_, 20 * [rate - noise, rate + noise])
     assert (abs(filter_.bias) > 1e-3) == learns
 
 
@@ -267,56 +264,36 @@ def test_wheels_stand_below_a_millimetre_a_second(
     v: float, w: float, side: float, learns: bool
 ) -> None:
     filter_ = FusedOdometry(FusedOdometryConfig())
-    for _ in range(40):
-        filter_.predict(DT)
-        filter_.wheels(v, w, side)
-        filter_.gyro(0.004)
+    _run(filter_, 40 * [0.004], v, w, side)
     assert (filter_.bias > 1e-3) == learns
 
 
-def test_a_rest_begins_anew_after_each_motion() -> None:
+def test_a_rest_starts_again_after_each_motion() -> None:
     filter_ = FusedOdometry(FusedOdometryConfig())
-    for i in range(200):
-        filter_.predict(DT)
-        filter_.wheels(0.1 if i % 20 == 0 else 0.0, 0.0)  # 0.38 s of rest at a time
-        filter_.gyro(0.004)
+    for _ in range(10):  # 0.38 s of rest at a time
+        _run(filter_, [0.004], 0.1)
+        _run(filter_, 19 * [0.004])
     assert filter_.bias == 0.0
 
 
 def test_a_bias_that_is_sure_is_taken_off_once_it_moves() -> None:
     filter_ = FusedOdometry(FusedOdometryConfig())
-    for _ in range(100):
-        filter_.predict(DT)
-        filter_.wheels(0.0, 0.0)
-        filter_.gyro(0.008)
-    start = filter_.estimate.T_odom_base.theta
-    for _ in range(100):
-        filter_.predict(DT)
-        filter_.wheels(0.5, 0.0)
-        filter_.gyro(0.308)
-    assert filter_.estimate.T_odom_base.theta - start == pytest.approx(0.3 * 2.0, abs=0.006)
+    start = _run(filter_, 100 * [0.008]).T_odom_base.theta
+    end = _run(filter_, 100 * [0.308], 0.5).T_odom_base.theta
+    assert end - start == pytest.approx(0.3 * 2.0, abs=0.006)
 
 
 def test_a_bias_up_to_the_rate_of_sliding_is_learnt_to_its_end() -> None:
     filter_ = FusedOdometry(FusedOdometryConfig())
-    for _ in range(300):
-        filter_.predict(DT)
-        filter_.wheels(0.0, 0.0)
-        filter_.gyro(-0.03)
+    _run(filter_, 300 * [-0.03])
     assert filter_.bias == pytest.approx(-0.03, abs=1e-3)
 
 
-def test_a_bias_that_is_not_told_from_none_stays_on() -> None:
+def test_an_insignificant_bias_is_not_removed() -> None:
     filter_ = FusedOdometry(FusedOdometryConfig())
-    for _ in range(32):  # of which 7 teach: to 0.0006 rad/s, by 0.00075
-        filter_.predict(DT)
-        filter_.wheels(0.0, 0.0)
-        filter_.gyro(0.0006)
+    _run(filter_, 32 * [0.0006])  # of which 7 teach: to 0.0006 rad/s, by 0.00075
     learnt = filter_.bias
     assert 0.0004 < learnt < 0.0006
-    for _ in range(100):
-        filter_.predict(DT)
-        filter_.wheels(0.5, 0.0)
-        filter_.gyro(0.3006)
+    moving = _run(filter_, 100 * [0.3006], 0.5)
     assert filter_.bias == learnt
-    assert filter_.estimate.w == pytest.approx(0.3006, abs=1e-5)  # not 0.3
+    assert moving.w == pytest.approx(0.3006, abs=1e-5)  # not 0.3

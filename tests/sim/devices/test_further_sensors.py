@@ -71,8 +71,8 @@ def test_each_lidar_sees_from_where_it_is(tmp_path: Path, seed: int) -> None:
         walls = _T_world(sim, mounted.T_base).apply(ends[np.isfinite(scan.ranges)])
         inner = np.abs(np.abs(walls[:, :2]).max(axis=1) - 4.9)
         assert np.median(inner) < 2e-3
-        told = mounted.T_base
-        assert scan.T_base_sensor.x == pytest.approx(told.position[0], abs=1e-9)
+        given = mounted.T_base
+        assert scan.T_base_sensor.x == pytest.approx(given.position[0], abs=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -126,12 +126,12 @@ def test_orientation_of_an_imu_at_any_mount_is_that_of_its_frame(
         last = sim.drive(Velocity(yaw_rate=0.8))
         reading = last.imu if first else sim.robot.sense(_further(sim, "tilted"), sim.time)
     assert isinstance(reading, ImuReading)
-    told = reading.orientation
-    body = told @ Pose3.from_rpy((0.0, 0.0, 0.0), rpy).inverse()
+    given = reading.orientation
+    body = given @ Pose3.from_rpy((0.0, 0.0, 0.0), rpy).inverse()
     assert last.truth.pose.theta > 0.5
     assert body.rpy()[2] == pytest.approx(last.truth.pose.theta, abs=0.02)
     assert body.rpy()[:2] == pytest.approx((0.0, 0.0), abs=0.01)
-    up = told.rotation().T @ (0.0, 0.0, 1.0)
+    up = given.rotation().T @ (0.0, 0.0, 1.0)
     assert reading.angular_velocity == pytest.approx(last.truth.w * up, abs=0.05)
 
 
@@ -151,7 +151,7 @@ def test_heading_of_an_imu_drifts_with_its_gyros_and_survives_a_kidnapping(tmp_p
     assert after.rpy[2] == pytest.approx(before.rpy[2], abs=0.1)
 
 
-def test_places_on_earth_are_those_of_the_world(tmp_path: Path) -> None:
+def test_positions_on_earth_are_those_of_the_world(tmp_path: Path) -> None:
     maker = RobotMaker(tmp_path)
     maker.add("navsat", "gps", T_link=Pose3((0.0, 0.0, 0.5)))
     maker.add("magnetometer", "compass", T_link=Pose3.from_rpy((0, 0, 0), (0.0, 0.0, math.pi / 2)))
@@ -170,11 +170,11 @@ def test_places_on_earth_are_those_of_the_world(tmp_path: Path) -> None:
         sim.drive(Velocity(0.5))
     fix, field = (sim.robot.sense(_further(sim, name), sim.time) for name in ("gps", "compass"))
     assert isinstance(fix, Fix)
-    place, x = fix.position, sim.robot.truth().pose.x  # the world's x points north there
-    assert place.latitude_deg == pytest.approx(47.5 + x / 111_177.0, abs=2e-8)
-    assert place.longitude_deg == pytest.approx(8.25, abs=1e-7)
+    point, x = fix.position, sim.robot.truth().pose.x  # the world's x points north there
+    assert point.latitude_deg == pytest.approx(47.5 + x / 111_177.0, abs=2e-8)
+    assert point.longitude_deg == pytest.approx(8.25, abs=1e-7)
     above = _T_world(sim, maker.mounted[0].T_base).position[2]
-    assert place.altitude == pytest.approx(400.0 + above, abs=1e-5)
+    assert point.altitude == pytest.approx(400.0 + above, abs=1e-5)
     assert field == pytest.approx((2e-5, -1e-5, -4e-5), abs=1e-6)
     assert sim.robot.sense(_further(sim, "height"), sim.time) == 0.0
 

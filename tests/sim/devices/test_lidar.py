@@ -57,7 +57,7 @@ class Solid:
     def distances(
         self, start: NDArray[np.float64], rays: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return how far rays `(N, 3)` go from a place until they hit, inf where they miss."""
+        """Return how far rays `(N, 3)` go from a point until they hit, inf where they miss."""
         inverse = Pose3.from_rpy(self.xyz, self.rpy).inverse()
         start, rays = inverse.apply(start[None])[0], rays @ inverse.rotation().T
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -106,13 +106,13 @@ def _world(folder: Path) -> Path:
 
 
 def _exact(
-    sim: Simulation, places: NDArray[np.float64], bearings: NDArray[np.float64]
+    sim: Simulation, positions: NDArray[np.float64], bearings: NDArray[np.float64]
 ) -> list[float]:
-    """Return each beam's true distance from the robot's place (x, y, z, roll, pitch, yaw)."""
+    """Return each beam's true distance from the robot's pose (x, y, z, roll, pitch, yaw)."""
     mount = sim.robot.model.urdf.T_root(first(sim.robot.model, LidarSettings).link).position
     ranges = []
-    for place, bearing in zip(places, bearings, strict=True):
-        x, y, z, roll, pitch, yaw = place.tolist()
+    for point, bearing in zip(positions, bearings, strict=True):
+        x, y, z, roll, pitch, yaw = point.tolist()
         T = Pose3.from_rpy((x, y, z), (roll, pitch, yaw))
         ray = T.rotation() @ (math.cos(bearing), math.sin(bearing), 0.0)
         start = T.apply(np.array([mount]))[0]
@@ -120,7 +120,7 @@ def _exact(
     return ranges
 
 
-def _place(truth: Truth) -> list[float]:
+def _position(truth: Truth) -> list[float]:
     return [truth.pose.x, truth.pose.y, truth.z, truth.roll, truth.pitch, truth.pose.theta]
 
 
@@ -141,7 +141,8 @@ def test_walls_at_angles_cylinders_and_spheres_are_exact_to_a_millimetre(
     run(sim, 0.5)
     scan = _scan(sim)
     assert (
-        _worst(scan, _exact(sim, np.array([_place(sim.robot.truth())] * 360), scan.angles)) < 1e-3
+        _worst(scan, _exact(sim, np.array([_position(sim.robot.truth())] * 360), scan.angles))
+        < 1e-3
     )
 
 
@@ -158,10 +159,10 @@ def test_each_beam_of_a_sweep_is_cast_from_where_the_robot_was(
     instants = scan.stamp + scan.time_increment * np.arange(360)
     assert (instants[0], instants[-1]) == pytest.approx((0.7, 0.8))
     times = [o.time for o in observations]
-    path = np.unwrap(np.array([_place(o.truth) for o in observations]), axis=0)
-    places = np.column_stack([np.interp(instants, times, values) for values in path.T])
+    path = np.unwrap(np.array([_position(o.truth) for o in observations]), axis=0)
+    positions = np.column_stack([np.interp(instants, times, values) for values in path.T])
     # Beams share an origin over a millimetre of the path: more on a wall that they graze.
-    assert _worst(scan, _exact(sim, places, scan.angles)) < 2e-3
+    assert _worst(scan, _exact(sim, positions, scan.angles)) < 2e-3
     at_once = np.isclose(scan.ranges, _exact(sim, path[-1:].repeat(360, 0), scan.angles), atol=0.01)
     assert at_once.mean() < 0.9
 
@@ -188,7 +189,7 @@ def test_sweep_of_a_resting_robot_equals_a_scan_at_once() -> None:
     assert np.abs(scans[0].ranges - scans[1].ranges).max() < 1e-3
 
 
-def test_dropouts_read_plus_inf_as_often_as_told() -> None:
+def test_dropouts_read_plus_inf_as_often_as_configured() -> None:
     sim = simulator(ROOM, SimulatorConfig(lidar=LidarConfig(dropout=0.1)))
     ranges = np.concatenate([_scan(sim).ranges for _ in range(30)])
     assert np.isposinf(ranges).mean() == pytest.approx(0.1, rel=0.1)

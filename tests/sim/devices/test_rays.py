@@ -45,12 +45,12 @@ def test_rays_hit_solids_where_mujoco_says(tmp_path: Path, shape: str) -> None:
     hits = 0
     for spread in (0.1, 0.6, 3.0):  # inside, near its surface, outside
         origin = np.array([4.0, 0.5, 2.0]) + rng.uniform(-spread, spread, 3)
-        ways = rng.normal(size=(100, 3))
-        ways[:60] += 3.0 * (np.array([4.0, 0.5, 2.0]) - origin) / spread  # most towards it
-        ways /= np.linalg.norm(ways, axis=1)[:, None]
-        expected = _by_mujoco(sim, origin, ways)
+        directions = rng.normal(size=(100, 3))
+        directions[:60] += 3.0 * (np.array([4.0, 0.5, 2.0]) - origin) / spread  # most towards it
+        directions /= np.linalg.norm(directions, axis=1)[:, None]
+        expected = _by_mujoco(sim, origin, directions)
         hits += int(np.isfinite(expected).sum())
-        found = rays.cast(sim.stage.data, origin, ways, 12.0)
+        found = rays.cast(sim.stage.data, origin, directions, 12.0)
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12)
     assert 30 < hits < 300
 
@@ -62,22 +62,22 @@ def test_what_is_out_of_reach_or_wholly_transparent_is_not_hit(tmp_path: Path) -
         sim.stage.data,
         first(sim.robot.model, LidarSettings).site,
     )
-    origin, way = np.array([0.0, 0.5, 2.0]), np.array([[1.0, 0.0, 0.0]])
+    origin, direction = np.array([0.0, 0.5, 2.0]), np.array([[1.0, 0.0, 0.0]])
     rays = Rays(model, site)
-    assert rays.cast(data, origin, way, 4.0) == pytest.approx(3.5)
-    assert rays.cast(data, origin, way, 3.4) == np.inf
+    assert rays.cast(data, origin, direction, 4.0) == pytest.approx(3.5)
+    assert rays.cast(data, origin, direction, 3.4) == np.inf
     model.geom_rgba[model.geom_group == 0, 3] = 0.0
-    assert Rays(model, site).cast(data, origin, way, 4.0) == np.inf
+    assert Rays(model, site).cast(data, origin, direction, 4.0) == np.inf
 
 
 def _by_mujoco(
-    sim: Simulation, origin: NDArray[np.float64], ways: NDArray[np.float64]
+    sim: Simulation, origin: NDArray[np.float64], directions: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    found = np.empty(len(ways))
-    for i, way in enumerate(ways):
+    found = np.empty(len(directions))
+    for i, direction in enumerate(directions):
         geom = np.zeros((1, 1), np.int32)
         found[i] = mujoco.mj_ray(
-            sim.stage.scene.model, sim.stage.data, origin, way, _WORLD, True, -1, geom, None
+            sim.stage.scene.model, sim.stage.data, origin, direction, _WORLD, True, -1, geom, None
         )
     return np.where(found < 0.0, np.inf, found)
 
@@ -98,7 +98,7 @@ ROOM = """<mujoco>
 </worldbody></mujoco>"""
 TENT = '<geom name="tent" type="mesh" mesh="tent" pos="-6 0 0" group="0"/>'
 FORWARD, LEFT, RIGHT, BACK, UP = np.vstack((np.eye(3)[:2], -np.eye(3)[[1, 0]], np.eye(3)[2:]))
-WAYS = np.array([FORWARD, LEFT, RIGHT, BACK])
+DIRECTIONS = np.array([FORWARD, LEFT, RIGHT, BACK])
 
 
 def room(wall: str = "", extra: str = "") -> tuple[Any, Any]:
@@ -111,13 +111,13 @@ def room(wall: str = "", extra: str = "") -> tuple[Any, Any]:
 
 def cast(model: Any, data: Any, reach: float = 20.0) -> NDArray[np.float64]:
     """Return how far it is to what stands ahead, left, right and behind."""
-    return Rays(model, "eye").cast(data, np.array([0.0, 0.0, 0.5]), WAYS, reach)
+    return Rays(model, "eye").cast(data, np.array([0.0, 0.0, 0.5]), DIRECTIONS, reach)
 
 
 def settings(**changed: Any) -> CloudSettings:
-    told = dict.fromkeys(("angle_min", "angle_max", "tilt_min", "tilt_max", "noise"), 0.0)
-    told |= {"range_min": 0.1, "range_max": 30.0, "rate": 10.0}
-    return CloudSettings(link="eye", frame="eye", **({"samples": 1, "rows": 1} | told | changed))
+    given = dict.fromkeys(("angle_min", "angle_max", "tilt_min", "tilt_max", "noise"), 0.0)
+    given |= {"range_min": 0.1, "range_max": 30.0, "rate": 10.0}
+    return CloudSettings(link="eye", frame="eye", **({"samples": 1, "rows": 1} | given | changed))
 
 
 def points(**changed: Any) -> NDArray[np.float32]:
@@ -154,9 +154,9 @@ def test_beams_pass_what_is_wholly_transparent(wall: str, seen: bool, extra: str
 def test_fewer_or_more_rays_may_be_cast_of_the_same_eye() -> None:
     model, data = room(extra=TENT)
     rays, origin = Rays(model, "eye"), np.array([0.0, 0.0, 0.5])
-    for ways in (WAYS[:1], WAYS, WAYS[:2]):
-        found = rays.cast(data, origin, ways, 20.0)
-        assert found[:2] == pytest.approx([3.0, 2.0][: len(ways)])
+    for directions in (DIRECTIONS[:1], DIRECTIONS, DIRECTIONS[:2]):
+        found = rays.cast(data, origin, directions, 20.0)
+        assert found[:2] == pytest.approx([3.0, 2.0][: len(directions)])
 
 
 def test_one_beam_points_to_the_middle_of_its_angles() -> None:
@@ -167,8 +167,8 @@ def test_one_beam_points_to_the_middle_of_its_angles() -> None:
 
 def test_rows_rise_and_beams_go_from_the_least_angle_to_the_greatest() -> None:
     model, data = room()
-    told = settings(samples=3, rows=2, angle_min=-0.2, angle_max=0.4, tilt_min=-0.1, tilt_max=0.2)
-    cloud = CloudLidar(model, told, np.random.default_rng(0)).read(data, 0.0)
+    given = settings(samples=3, rows=2, angle_min=-0.2, angle_max=0.4, tilt_min=-0.1, tilt_max=0.2)
+    cloud = CloudLidar(model, given, np.random.default_rng(0)).read(data, 0.0)
     x, y, z = cloud.points.T.astype(float)
     np.testing.assert_allclose(x, 3.0, rtol=1e-5)
     np.testing.assert_allclose(np.arctan2(y, x), [-0.2, 0.1, 0.4] * 2, atol=1e-6)
@@ -177,35 +177,35 @@ def test_rows_rise_and_beams_go_from_the_least_angle_to_the_greatest() -> None:
 
 
 def test_a_cloud_leaves_out_what_is_nearer_or_farther_than_its_ranges() -> None:
-    ways = {"samples": 3, "angle_min": -math.pi / 2, "angle_max": math.pi / 2}  # 1, 3 and 2 m
-    assert len(points(**ways)) == 3
-    assert len(points(**ways, range_min=1.5)) == 2
-    assert len(points(**ways, range_max=2.5)) == 2
-    assert len(points(**ways, range_min=2.0 - 1e-12, range_max=3.0 + 1e-12)) == 2
+    directions = {"samples": 3, "angle_min": -math.pi / 2, "angle_max": math.pi / 2}  # 1, 3 and 2 m
+    assert len(points(**directions)) == 3
+    assert len(points(**directions, range_min=1.5)) == 2
+    assert len(points(**directions, range_max=2.5)) == 2
+    assert len(points(**directions, range_min=2.0 - 1e-12, range_max=3.0 + 1e-12)) == 2
 
 
 @pytest.mark.parametrize(
     ("ranges", "nearest"),
     [((0.1, 9.0), 2.0), ((2.5, 9.0), -np.inf), ((0.1, 1.5), np.inf), ((0.1, 2.5), 2.0)],
 )
-def test_a_sonar_tells_the_nearest_range_of_its_cone(
+def test_a_sonar_reads_the_nearest_range_of_its_cone(
     ranges: tuple[float, float], nearest: float
 ) -> None:
     model, data = room()
-    told = settings(
+    given = settings(
         samples=9, angle_max=math.pi / 2, range_min=ranges[0], range_max=ranges[1]
     )  # the left wall at 2 m, the one ahead at 3 m
-    assert RangeSensor(model, told, np.random.default_rng(0)).read(data, 0.0) == pytest.approx(
+    assert RangeSensor(model, given, np.random.default_rng(0)).read(data, 0.0) == pytest.approx(
         nearest
     )
 
 
 def test_noise_is_that_of_the_settings_and_of_the_seed() -> None:
     model, data = room()
-    told = settings(samples=4000, angle_min=0.0, angle_max=1e-9, noise=0.05)
+    given = settings(samples=4000, angle_min=0.0, angle_max=1e-9, noise=0.05)
     first, again, other = (
         np.linalg.norm(
-            CloudLidar(model, told, np.random.default_rng(seed)).read(data, 0.0).points, axis=1
+            CloudLidar(model, given, np.random.default_rng(seed)).read(data, 0.0).points, axis=1
         )
         for seed in (1, 1, 2)
     )

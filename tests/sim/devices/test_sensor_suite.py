@@ -37,8 +37,8 @@ def _exact(segments: NDArray[np.float64], pose: SE2, angles: NDArray[np.float64]
         cross = ray[0] * along[:, 1] - ray[1] * along[:, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
             distance = (start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0]) / cross
-            place = (start[:, 0] * ray[1] - start[:, 1] * ray[0]) / cross
-        hit = (place >= 0.0) & (place <= 1.0) & (distance > 0.0)
+            position = (start[:, 0] * ray[1] - start[:, 1] * ray[0]) / cross
+        hit = (position >= 0.0) & (position <= 1.0) & (distance > 0.0)
         ranges.append(float(distance[hit].min()) if hit.any() else math.inf)
     return ranges
 
@@ -93,7 +93,7 @@ def test_imu_measures_turn_rate_and_heading_of_a_spin() -> None:
     assert last.imu.rpy[2] == pytest.approx(last.truth.pose.theta, abs=0.01)
 
 
-def test_heading_is_that_since_the_start_whichever_way_that_was() -> None:
+def test_heading_is_that_since_the_start_in_any_direction() -> None:
     sim = simulator(spawn=SE2(0.0, 0.0, 1.0))
     settings, exact = (
         first(sim.robot.model, ImuSettings),

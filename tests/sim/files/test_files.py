@@ -86,9 +86,7 @@ def test_shipped_world_has_the_guides_walls_and_boxes() -> None:
         ('<joint name="imu_joint"', '<joint name="lidar_joint"', "'lidar_joint': is there twice"),
     ],
 )
-def test_bad_robot_is_refused_with_its_place(
-    tmp_path: Path, old: str, new: str, problem: str
-) -> None:
+def test_bad_robot_is_refused_by_element(tmp_path: Path, old: str, new: str, problem: str) -> None:
     with pytest.raises(RobotError, match=problem) as caught:
         load_robot(edited(ROBOT, tmp_path, old, new))
     assert "\n" not in str(caught.value)
@@ -190,7 +188,7 @@ def test_robot_without_wheels_loads_and_stands_still(tmp_path: Path) -> None:
         ("<size>10.2 0.2 1.0</size>", "", "<box> lacks <size>"),
     ],
 )
-def test_bad_piece_of_a_world_is_left_out_with_its_place(
+def test_bad_piece_of_a_world_is_left_out_by_name(
     tmp_path: Path, old: str, new: str, problem: str
 ) -> None:
     whole = load_world(ROOM)

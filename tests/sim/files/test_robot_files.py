@@ -1,4 +1,4 @@
-"""Robot files written in all the ways that people and programs write them."""
+"""Robot files in all the forms that people and programs write."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_free_wheels_hardly_brake_the_lightest_robot(tmp_path: Path) -> None:
     assert run(sim, 2.0, Velocity(0.3)).truth.v == pytest.approx(0.3, rel=0.01)
 
 
-def test_a_robot_that_tells_no_radius_is_refused_by_name(tmp_path: Path) -> None:
+def test_a_robot_without_a_radius_is_refused_by_name(tmp_path: Path) -> None:
     file = RobotFile("skid", solid="none", drive="gz")
     path = write(file, tmp_path)
     text = path.read_text(encoding="utf-8")

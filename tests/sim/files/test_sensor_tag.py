@@ -1,4 +1,4 @@
-"""What all sensors' tags say, and those of motion and place."""
+"""Tags of all sensors, and those of motion and position."""
 
 from __future__ import annotations
 
@@ -44,17 +44,17 @@ def test_what_no_tag_says_is_as_in_gazebo(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", DEFAULTS)
-def test_tags_say_rate_topic_frame_and_place(kind: str) -> None:
-    place = "<pose>1 2 3 0 0 0.5</pose><camera><pose>1 0 0 0 0 0</pose></camera>"
-    told = "<update_rate>12</update_rate><topic>/here</topic><gz_frame_id>/eye</gz_frame_id>"
-    found = read(kind, place + told)
+def test_tags_say_rate_topic_frame_and_pose(kind: str) -> None:
+    point = "<pose>1 2 3 0 0 0.5</pose><camera><pose>1 0 0 0 0 0</pose></camera>"
+    given = "<update_rate>12</update_rate><topic>/here</topic><gz_frame_id>/eye</gz_frame_id>"
+    found = read(kind, point + given)
     assert (found.rate, found.topic, found.frame) == (12.0, "/here", "eye")
     assert found.pose.position == pytest.approx((1.8775826, 2.4794255, 3.0))  # 1 m at 0.5 rad
     assert found.pose.rpy() == pytest.approx((0.0, 0.0, 0.5))
 
 
 @pytest.mark.parametrize(
-    ("told", "rate", "note"),
+    ("given", "rate", "note"),
     [
         ("1000", 1000.0, ()),
         ("0.1", 0.1, ()),
@@ -63,8 +63,8 @@ def test_tags_say_rate_topic_frame_and_place(kind: str) -> None:
         ("-1", None, r"<update_rate> is -1.0; valid"),
     ],
 )
-def test_rates_end_at_a_thousand_hertz(told: str, rate: float | None, note: Any) -> None:
-    sensor = tag(f"<update_rate>{told}</update_rate>")
+def test_rates_end_at_a_thousand_hertz(given: str, rate: float | None, note: Any) -> None:
+    sensor = tag(f"<update_rate>{given}</update_rate>")
     if rate is None:
         with pytest.raises(RobotError, match=note):
             sensor.mount(50.0, "topic")
@@ -96,9 +96,9 @@ def nested(path: str, value: str) -> str:
     ],
 )
 def test_each_noise_is_that_of_its_own_tag(kind: str, path: str, field: str) -> None:
-    silent, told = vars(read(kind)), vars(read(kind, nested(path, "0.25")))
+    silent, given = vars(read(kind)), vars(read(kind, nested(path, "0.25")))
     assert silent[field] == (None if kind == "imu" else 0.0)
-    assert told == silent | {field: 0.25}
+    assert given == silent | {field: 0.25}
     assert vars(read(kind, nested(path, "0")))[field] == 0.0
     with pytest.raises(RobotError, match=r"<stddev> is -1.0; it must not be negative"):
         read(kind, nested(path, "-1"))
@@ -109,7 +109,7 @@ def test_one_noise_of_a_plugin_is_all_of_an_imus() -> None:
     assert (found.gyro_noise, found.accel_noise) == (0.1, 0.1)
 
 
-def test_a_bumper_tells_where_its_tag_says() -> None:
+def test_a_bumper_publishes_where_its_tag_says() -> None:
     assert read("contact", nested("contact/topic", " hit ")).topic == "hit"
     plugin = "<plugin name='p'><bumperTopicName>bump</bumperTopicName></plugin>"
     assert read("contact", plugin + nested("contact/topic", "hit")).topic == "bump"

@@ -130,7 +130,7 @@ def test_a_model_that_nothing_can_touch_is_held() -> None:
         assert (each.name, each.spawned, each.description) == ("m", True, "a model")
 
 
-def test_an_actor_walks_its_way() -> None:
+def test_an_actor_walks_its_path() -> None:
     found = read(sdf(WALK))
     assert (found.name, found.spawned, found.category) == ("w", True, Category.HUMAN)
     assert found.description == "an actor"
@@ -210,9 +210,9 @@ def test_what_a_reader_left_out_is_refused_by_its_first_note(kind: NoteKind, fau
     assert caught.value.fault is fault
 
 
-def test_robots_that_drive_are_told_from_things() -> None:
-    for told in (DRIVE, ""):  # named or found
-        driven = read_driven("", urdf(more=WHEELS + told), LIBRARY)
+def test_robots_that_drive_are_no_things() -> None:
+    for given in (DRIVE, ""):  # named or found
+        driven = read_driven("", urdf(more=WHEELS + given), LIBRARY)
         assert driven is not None
         assert driven.drive.wheels == ("left_wheel", "right_wheel")
     for uri, text in (

@@ -39,7 +39,7 @@ def _world(folder: Path, inside: str) -> Path:
     return path
 
 
-def _place(path: Path, model: str) -> tuple[float, float, float]:
+def _position(path: Path, model: str) -> tuple[float, float, float]:
     bodies = load_world(path).bodies
     return next(b.part.pose.position for b in bodies if b.model == model and b.collides)
 
@@ -63,7 +63,7 @@ def test_a_file_from_before_sdf_had_its_name_is_read(tmp_path: Path) -> None:
     path = tmp_path / "old.world"
     path.write_text(OLD, encoding="utf-8")
     world = load_world(path)
-    assert _place(path, "pillar") == (2.0, 1.0, 0.5)
+    assert _position(path, "pillar") == (2.0, 1.0, 0.5)
     pillar = next(body.part for body in world.bodies if body.model == "pillar")
     assert (pillar.shape.size, pillar.friction) == ((0.2, 1.0), 0.4)
     crate = next(body.part.shape.size for body in world.bodies if body.model == "crate")
@@ -71,19 +71,19 @@ def test_a_file_from_before_sdf_had_its_name_is_read(tmp_path: Path) -> None:
     assert texts(world.notes) == ("plugin 'p': not simulated",)
 
 
-def test_placement_frame_is_what_the_pose_places(tmp_path: Path) -> None:
+def test_placement_frame_has_the_pose(tmp_path: Path) -> None:
     model = _model("m", _box(pose="<pose>0 0 1 0 0 0</pose>"), "<pose>3 0 0 0 0 0</pose>")
     placed = model.replace("name='m'", "name='m' placement_frame='l'")
-    assert _place(_world(tmp_path, placed), "m") == pytest.approx((3, 0, 0))
+    assert _position(_world(tmp_path, placed), "m") == pytest.approx((3, 0, 0))
 
 
 def test_state_says_where_models_are(tmp_path: Path) -> None:
     state = "<state world_name='w'><model name='m'><pose>7 8 0 0 0 0</pose></model></state>"
     model = _model("m", _box(), "<pose>1 2 0 0 0 0</pose>")
-    assert _place(_world(tmp_path, model + state), "m") == pytest.approx((7, 8, 0))
+    assert _position(_world(tmp_path, model + state), "m") == pytest.approx((7, 8, 0))
 
 
-def test_two_models_of_a_name_are_told_apart(tmp_path: Path) -> None:
+def test_two_models_of_a_name_get_two_names(tmp_path: Path) -> None:
     world = load_world(_world(tmp_path, _model("m", _box()) + _model("m", _box())))
     assert [b.model for b in world.bodies if b.model != "ground_plane"] == ["m", "m_1"]
     assert "model 'm': is there twice; the second is called 'm_1'" in texts(world.notes)
@@ -119,7 +119,7 @@ def test_robot_stands_on_a_raised_floor(tmp_path: Path) -> None:
     assert run(sim, 0.5).truth.z == pytest.approx(0.0, abs=2e-3)
 
 
-def test_robot_starts_at_the_nearest_free_place(tmp_path: Path) -> None:
+def test_robot_starts_at_the_nearest_free_pose(tmp_path: Path) -> None:
     sim = simulator(_world(tmp_path, _model("crate", _box(), "<pose>0 0 0.5 0 0 0</pose>")))
     assert 0.7 < SE2().distance(sim.robot.spawn) < 1.0
     assert any("the start (0, 0) is inside crate: the robot starts at" in n for n in sim.notes)
@@ -212,12 +212,12 @@ _PILLARS = set(itertools.product((-1.1, 0.0, 1.1), repeat=2))
 
 def test_pillars_stand_where_turtlebot3s_do() -> None:
     world = load_world(_WORLD)
-    places = {
+    positions = {
         tuple(round(value, 6) for value in body.T_world_model.position[:2])
         for body in world.bodies
         if body.model.startswith("pillar")
     }
-    assert places == _PILLARS
+    assert positions == _PILLARS
 
 
 @pytest.mark.parametrize("start", [(-2.0, -0.5), (-2.0, 0.0), (-1.5, 0.5)])

@@ -1,4 +1,4 @@
-"""What of a world, an actor or a robot becomes an entity, and where all of it is."""
+"""Entities of worlds, actors and robots: their parts and poses."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ from tests.sim.wheeled import weight, wheeled
 
 BOX = Shape(Kind.BOX, (2.0, 4.0, 6.0))
 AT = Pose3.from_rpy((1.0, 2.0, 3.0), (0.0, 0.0, math.pi / 2))
-WAY = SE2(), SE2(2.0, 0.0, 0.0), SE2(2.0, 0.0, 0.0), SE2(2.0, 2.0, 1.0)
-WALK = Trajectory((0.0, 2.0, 2.0, 4.0), WAY, delay=1.0)
+PATH = SE2(), SE2(2.0, 0.0, 0.0), SE2(2.0, 0.0, 0.0), SE2(2.0, 2.0, 1.0)
+WALK = Trajectory((0.0, 2.0, 2.0, 4.0), PATH, delay=1.0)
 ACTOR = Actor("bob", person(), SE2(3.0, 4.0, 0.5), WALK)
 DOOR = Hinge(False, (0.0, 0.0, 1.0))
 
@@ -94,7 +94,7 @@ def test_a_person_is_a_cylinder_that_stands_on_the_ground() -> None:
     assert high[:2] == pytest.approx((PERSON[0], PERSON[0]))
 
 
-def test_a_robot_is_one_rigid_entity_with_all_its_parts_in_place() -> None:
+def test_a_robot_is_one_rigid_entity_of_all_its_parts() -> None:
     urdf = wheeled([(0.3, 0.2, 0.1), (0.3, -0.2, 0.1)], base=weight(4.0), wheel=weight(0.5))
     found = entity_of_robot(urdf)
     assert (found.name, found.mass, found.category) == ("r", 5.0, Category.ROBOT)

@@ -1,4 +1,4 @@
-"""A sensor's frame is the robot's own where it has one, in all the ways files say so."""
+"""A sensor's frame is the robot's own where it has one, in all the forms of files."""
 
 from __future__ import annotations
 

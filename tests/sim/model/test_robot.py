@@ -50,7 +50,7 @@ def test_wheels_without_a_solid_shape_count_by_their_looks(tmp_path: Path) -> No
     assert max(ys) == pytest.approx(0.22, abs=0.003)
 
 
-def test_it_is_told_in_the_frame_that_is_asked_for(tmp_path: Path) -> None:
+def test_it_is_in_the_frame_that_is_asked_for(tmp_path: Path) -> None:
     _outline(tmp_path, mast=0.4)
     robot = named_robot(str(tmp_path / "r.urdf"), "")
     low = footprint(robot, "mast").min(axis=0) - footprint(robot, "base").min(axis=0)

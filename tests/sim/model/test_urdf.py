@@ -41,11 +41,11 @@ def test_a_joint_turns_about_its_axis(kind: str, position: float) -> None:
         *(("revolute", True), ("continuous", True), ("prismatic", True)),
     ],
 )
-def test_one_number_places_what_turns_or_slides(kind: str, has: bool) -> None:
+def test_one_number_moves_what_turns_or_slides(kind: str, has: bool) -> None:
     assert Joint("j", kind, "a", "b", ORIGIN).has_position == has
 
 
-def test_joints_and_hinges_neither_brake_nor_end_unless_they_are_told() -> None:
+def test_joints_and_hinges_neither_brake_nor_end_by_default() -> None:
     joint, hinge = Joint("j", "revolute", "a", "b", ORIGIN), Hinge(False, (1.0, 0.0, 0.0))
     assert (joint.damping, joint.friction, joint.limits) == (0.0, 0.0, None)
     assert (hinge.damping, hinge.friction, hinge.limits) == (0.0, 0.0, None)

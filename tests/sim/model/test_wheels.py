@@ -1,4 +1,4 @@
-"""Where wheels stand, how large they are and how a robot turns on them, by plain geometry."""
+"""Positions and sizes of wheels, and how a robot turns on them, by plain geometry."""
 
 from __future__ import annotations
 
@@ -93,10 +93,12 @@ def test_sides_are_as_far_apart_as_their_wheels_are_on_the_mean() -> None:
     assert wheels.span(wheeled([(0.01, 0.0, 0.0)]), ("a",)) == 0.1  # no less than the radius
 
 
-def least_power_track(places: NDArray[np.float64], loads: NDArray[np.float64], left: int) -> float:
+def least_power_track(
+    positions: NDArray[np.float64], loads: NDArray[np.float64], left: int
+) -> float:
     """Return 2 m/s of rims by the turn rate at which sliding takes the least power."""
-    rims = np.where(np.arange(len(places)) < left, -1.0, 1.0)
-    x, y = places.T
+    rims = np.where(np.arange(len(positions)) < left, -1.0, 1.0)
+    x, y = positions.T
 
     def power(motion: NDArray[np.float64]) -> float:
         vx, vy, turn = motion
@@ -107,9 +109,11 @@ def least_power_track(places: NDArray[np.float64], loads: NDArray[np.float64], l
     return 2.0 / float(found.x[2])
 
 
-def spring_loads(places: NDArray[np.float64], middle: NDArray[np.float64]) -> NDArray[np.float64]:
+def spring_loads(
+    positions: NDArray[np.float64], middle: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return the loads of a rigid body on equal springs: they grow evenly along the ground."""
-    levers = np.column_stack((np.ones(len(places)), places))
+    levers = np.column_stack((np.ones(len(positions)), positions))
     return np.maximum(levers @ np.linalg.solve(levers.T @ levers, [1.0, *middle]), 0.0)
 
 
@@ -117,14 +121,14 @@ def spring_loads(places: NDArray[np.float64], middle: NDArray[np.float64]) -> ND
 def test_a_robot_turns_as_friction_takes_the_least_power(seed: int) -> None:
     rng = np.random.default_rng(seed)
     sides = (1.0, 1.0, 1.0, -1.0, -1.0, -1.0)
-    places = np.column_stack((np.tile((0.4, 0.0, -0.4), 2), sides)) * (1.0, 0.3)
-    places += rng.uniform(-0.1, 0.1, (6, 2))
+    positions = np.column_stack((np.tile((0.4, 0.0, -0.4), 2), sides)) * (1.0, 0.3)
+    positions += rng.uniform(-0.1, 0.1, (6, 2))
     center = (float(rng.uniform(-0.3, 0.3)), float(rng.uniform(-0.1, 0.1)), 0.2)
     urdf = wheeled(
-        [(*p, 0.0) for p in places.tolist()], base=weight(0.6, center), wheel=weight(0.05)
+        [(*p, 0.0) for p in positions.tolist()], base=weight(0.6, center), wheel=weight(0.05)
     )
-    middle = (0.6 * np.array(center[:2]) + 0.05 * places.sum(axis=0)) / 0.9
-    expected = least_power_track(places, spring_loads(places, middle), 3)
+    middle = (0.6 * np.array(center[:2]) + 0.05 * positions.sum(axis=0)) / 0.9
+    expected = least_power_track(positions, spring_loads(positions, middle), 3)
     assert wheels.effective_track(urdf, NAMES[:3], NAMES[3:]) == pytest.approx(expected, rel=2e-3)
 
 

@@ -49,7 +49,7 @@ def test_world_file_gives_waypoints_and_a_cylinder_for_the_person(tmp_path: Path
     assert any("walker" in note.text and "cylinder" in note.text for note in world.notes)
 
 
-def test_actor_waits_walks_straight_and_turns_the_short_way(tmp_path: Path) -> None:
+def test_actor_waits_walks_straight_and_turns_by_the_lesser_angle(tmp_path: Path) -> None:
     walk = _trajectory(tmp_path)
     assert walk.pose(0.5) == SE2(1.0, 2.0, 0.0)
     half = walk.pose(3.0)
@@ -80,7 +80,7 @@ def test_actor_without_a_script_stands_at_its_pose(tmp_path: Path) -> None:
         ("1.0</delay_start>", "-1</delay_start>", "<delay_start> is -1.0"),
     ],
 )
-def test_actor_with_a_broken_script_is_left_out_with_its_place(
+def test_actor_with_a_broken_script_is_left_out_by_name(
     tmp_path: Path, old: str, new: str, problem: str
 ) -> None:
     script = WALK.format(loop="true").replace(old, new, 1)

@@ -1,4 +1,4 @@
-"""What can be pushed weighs and turns as the box around it, and swings as its hinge says."""
+"""Bodies that can be pushed weigh and turn as the box around them, and swing by their hinge."""
 
 from __future__ import annotations
 

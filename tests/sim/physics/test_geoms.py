@@ -36,7 +36,7 @@ def mesh(triangles: np.ndarray, scale: tuple[float, ...] = (1.0, 1.0, 1.0)) -> P
 
 
 def down(model: Any, x: float, y: float, seen: Group = Group.WORLD_COLLISION) -> float:
-    """Return how high a group reaches at a place, by a ray from above; -inf for nothing."""
+    """Return how high a group reaches at a point, by a ray from above; -inf for nothing."""
     data, geom = mujoco.MjData(model), np.zeros((1, 1), np.int32)
     mujoco.mj_kinematics(model, data)
     groups = np.array([group == seen.value for group in range(6)], np.uint8)

@@ -1,4 +1,4 @@
-"""Surfaces rub as their files say, and robots pull away no harder than they grip and stand."""
+"""Friction is that of the files, and robots pull away no harder than they grip and stand."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_friction_of_a_caster_is_what_its_file_says() -> None:
 
 @pytest.mark.parametrize("friction", [0.1, 0.2, 1.0])
 def test_robot_pulls_away_as_hard_as_it_grips(friction: float) -> None:
-    """So that it comes as far as it is told, on ice as well."""
+    """So that it comes as far as commanded, on ice as well."""
     sim = _simulator(dataclasses.replace(FOUR_WHEELS, friction=friction, grip=9.0), level())
     steady = sim.stage.scene.robots[SOLO].support.steady
     assert steady == pytest.approx(max(LEAST, 0.8 * friction * 9.81), rel=0.1)
@@ -99,9 +99,9 @@ def test_robot_whose_feet_lift_its_wheels_off_says_so(casters: int, low: float) 
     )
 
 
-def test_robot_whose_wheels_hang_in_the_air_says_so() -> None:
-    hanging = dataclasses.replace(FOUR_WHEELS, axles=1, casters=2, low=0.05)
-    assert any("hardly drives" in note for note in _simulator(hanging, level()).notes)
+def test_robot_whose_wheels_are_in_the_air_says_so() -> None:
+    raised = dataclasses.replace(FOUR_WHEELS, axles=1, casters=2, low=0.05)
+    assert any("hardly drives" in note for note in _simulator(raised, level()).notes)
 
 
 def test_wheel_that_turns_off_its_middle_is_named() -> None:

@@ -26,7 +26,7 @@ def placer(degrees: float) -> Placer:
 
 @pytest.mark.parametrize("degrees", [10.0, 25.0, 34.0])
 @pytest.mark.parametrize("turn", [0.0, 1.0, math.pi / 2, math.pi])
-def test_it_lies_on_a_slope_whichever_way_it_looks(degrees: float, turn: float) -> None:
+def test_it_lies_on_a_slope_at_any_heading(degrees: float, turn: float) -> None:
     on = placer(degrees)
     root = on.root_pose(SE2(0.2, -0.1, turn))
     up, flat = root.rotation()[:, 2], on.root_pose(SE2(0.2, -0.1)).rotation()[:, 2]
@@ -46,7 +46,7 @@ AWAY = SE2(30.0, 0.0, 0.0)
 
 
 def among(folder: Path, *boxes: tuple[str, str, str]) -> Placer:
-    """Return what places the shipped robot among boxes, each a name, a place and a size."""
+    """Return a placer of the shipped robot among boxes, each a name, a position and a size."""
     path = folder / "boxes.world"
     inside = "".join(BOX.format(name=name, place=at, size=size) for name, at, size in boxes)
     path.write_text(f"<sdf version='1.6'><world name='w'>{inside}</world></sdf>")
@@ -63,7 +63,7 @@ def test_what_it_would_touch_is_named_and_it_stands_there_all_the_same(tmp_path:
     assert on.nearest_free(AWAY) is AWAY
 
 
-def test_the_nearest_place_is_free_whichever_way_it_turns(tmp_path: Path) -> None:
+def test_the_nearest_pose_is_free_at_any_heading(tmp_path: Path) -> None:
     on, heading = among(tmp_path, ("wall", "0.3 0 0.5", "0.2 3 1")), 0.3
     found = on.nearest_free(SE2(0.2, 0.0, heading))
     assert found.theta == heading
@@ -77,8 +77,10 @@ def test_the_nearest_place_is_free_whichever_way_it_turns(tmp_path: Path) -> Non
 
     assert not any(is_free(round(ring) - 1, step) for step in range(16))
     first = next(step for step in range(16) if is_free(round(ring), step))
-    way = math.atan2(found.y, found.x - 0.2) - heading
-    assert math.remainder(way - first * math.pi / 8, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-9)
+    direction = math.atan2(found.y, found.x - 0.2) - heading
+    assert math.remainder(direction - first * math.pi / 8, 2.0 * math.pi) == pytest.approx(
+        0.0, abs=1e-9
+    )
 
 
 @pytest.mark.parametrize(("edge", "is_free"), [("5.2", True), ("7.6", False)])

@@ -66,9 +66,9 @@ def test_links_that_are_fixed_weigh_and_turn_as_one_body(seed: int) -> None:
     model = compiled(one)
     mass, moment, about = 0.0, np.zeros(3), np.zeros((3, 3))
     for part, T in zip(parts, (Pose3(), first, first @ second), strict=True):
-        place, R = T.apply(np.array([part.center]))[0], T.rotation()
-        mass, moment = mass + part.mass, moment + part.mass * place
-        shifted = place @ place * np.eye(3) - np.outer(place, place)
+        position, R = T.apply(np.array([part.center]))[0], T.rotation()
+        mass, moment = mass + part.mass, moment + part.mass * position
+        shifted = position @ position * np.eye(3) - np.outer(position, position)
         about += R @ part.inertia @ R.T + part.mass * shifted
     center = moment / mass
     expected = about - mass * (center @ center * np.eye(3) - np.outer(center, center))
@@ -81,8 +81,8 @@ def test_links_that_are_fixed_weigh_and_turn_as_one_body(seed: int) -> None:
     np.testing.assert_allclose(axes @ np.diag(body.inertia) @ axes.T, expected, atol=1e-9)
 
 
-def moving(kind: str, **told: Any) -> Joint:
-    return Joint("j", kind, "root", "tool", Pose3((0.0, 0.0, 0.5)), (0.0, 0.6, 0.8), **told)
+def moving(kind: str, **given: Any) -> Joint:
+    return Joint("j", kind, "root", "tool", Pose3((0.0, 0.0, 0.5)), (0.0, 0.6, 0.8), **given)
 
 
 def test_joints_move_as_their_kind_says() -> None:
@@ -99,7 +99,7 @@ def test_joints_move_as_their_kind_says() -> None:
         compiled(robot(moving("fixed"))).joint("j")
 
 
-def test_what_nothing_drives_is_damped_as_told_or_a_little() -> None:
+def test_what_nothing_drives_is_damped_as_its_file_says_or_a_little() -> None:
     """By load and radius: 0.2 / s of 2 kg at 0.1 m, which is more than the 1e-3 at most."""
     assert compiled(robot(moving("revolute"))).joint("j").damping[0] == 1e-3
     assert compiled(robot(moving("revolute", damping=0.5))).joint("j").damping[0] == 0.5
@@ -107,18 +107,18 @@ def test_what_nothing_drives_is_damped_as_told_or_a_little() -> None:
     assert compiled(small).joint("j").damping[0] == pytest.approx(0.2 * 2.0 * 0.01**2)
 
 
-@pytest.mark.parametrize(("kind", "ways"), [("planar", 2), ("floating", 3)])
-def test_a_loose_part_slides_every_way_of_its_plane_or_space(kind: str, ways: int) -> None:
+@pytest.mark.parametrize(("kind", "directions"), [("planar", 2), ("floating", 3)])
+def test_a_loose_part_slides_along_its_plane_or_space(kind: str, directions: int) -> None:
     model = compiled(robot(moving(kind)))
-    slides = [model.joint(f"j/{i}") for i in range(ways)]
+    slides = [model.joint(f"j/{i}") for i in range(directions)]
     axes = np.array([slide.axis for slide in slides])
-    np.testing.assert_allclose(axes @ axes.T, np.eye(ways), atol=1e-12)
+    np.testing.assert_allclose(axes @ axes.T, np.eye(directions), atol=1e-12)
     np.testing.assert_allclose(axes[:2] @ (0.0, 0.6, 0.8), 0.0, atol=1e-12)
     turn = model.joint("j/turn")
     kinds = {"planar": mujoco.mjtJoint.mjJNT_HINGE, "floating": mujoco.mjtJoint.mjJNT_BALL}
     assert int(turn.type[0]) == kinds[kind]
     assert all(joint.damping[0] == 1e-3 for joint in (*slides, turn))
-    assert model.njnt == 1 + ways + 1
+    assert model.njnt == 1 + directions + 1
 
 
 def test_a_joint_that_mimics_another_follows_it() -> None:

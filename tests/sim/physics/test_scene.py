@@ -1,4 +1,4 @@
-"""What is found in a compiled scene, and how its physics is set."""
+"""Addresses in a compiled scene, and its physics' settings."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def two() -> Scene:
     return scene(crate(2), crate(1, "post", 0.0))
 
 
-def test_each_robot_has_its_own_places_in_the_state(two: Scene) -> None:
+def test_each_robot_has_its_own_addresses_in_the_state(two: Scene) -> None:
     model = two.model
     for name, robot in two.robots.items():
         assert robot.title == name
@@ -83,8 +83,8 @@ def test_memory_for_contacts_is_that_of_what_can_be_pushed(
     shapes: int, held: int, memory: int
 ) -> None:
     entities = [crate(count, n, mass) for count, n, mass in ((shapes, "m", 1.0), (held, "h", 0.0))]
-    told = scene(*(each for each in entities if each.solid), robots=())
-    assert told.model.narena == memory
+    given = scene(*(each for each in entities if each.solid), robots=())
+    assert given.model.narena == memory
 
 
 def test_the_solver_is_set_for_dry_friction(two: Scene) -> None:

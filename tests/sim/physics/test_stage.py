@@ -49,7 +49,7 @@ def _ahead(sim: Simulation) -> float:
     return float(scan.ranges[len(scan.ranges) // 2])
 
 
-def test_spawned_box_is_seen_at_its_place_and_gone_when_deleted() -> None:
+def test_spawned_box_is_seen_at_its_pose_and_gone_when_deleted() -> None:
     sim = simulator(EMPTY, QUIET)
     run(sim, 0.1)
     assert math.isinf(_ahead(sim))
@@ -90,8 +90,8 @@ def test_models_of_the_world_can_be_moved_and_deleted_and_come_back() -> None:
     sim = simulator(ROOM, QUIET)
     seen = _ahead(sim)  # the red box
     names = [entity.name for entity in sim.stage.entities]
-    place = sim.stage.motion("obstacle_red").pose
-    sim.stage.move("obstacle_red", Pose3((place.position[0] + 0.5, *place.position[1:])))
+    point = sim.stage.motion("obstacle_red").pose
+    sim.stage.move("obstacle_red", Pose3((point.position[0] + 0.5, *point.position[1:])))
     assert _ahead(sim) == pytest.approx(seen + 0.5, abs=2e-3)
     sim.stage.delete("obstacle_red")
     assert _ahead(sim) > seen + 1.0
@@ -99,7 +99,7 @@ def test_models_of_the_world_can_be_moved_and_deleted_and_come_back() -> None:
         sim.stage.motion("obstacle_red")
     sim.reset()
     assert [entity.name for entity in sim.stage.entities] == names
-    assert sim.stage.motion("obstacle_red").pose == place
+    assert sim.stage.motion("obstacle_red").pose == point
     assert _ahead(sim) == pytest.approx(seen, abs=2e-3)
 
 
@@ -239,9 +239,9 @@ def test_contacts_are_counted_when_they_begin() -> None:
     assert (log.counts, log.total) == ({"a": 2, "b": 1}, 3)
 
 
-def _block(name: str, place: tuple[float, float, float]) -> Entity:
+def _block(name: str, point: tuple[float, float, float]) -> Entity:
     part = Part(Shape(Kind.BOX, (0.3, 0.3, 0.3)), Pose3((0.0, 0.0, 0.15)))
-    return Entity(name, (part,), start=Pose3(place), mass=2.0)
+    return Entity(name, (part,), start=Pose3(point), mass=2.0)
 
 
 def _awake(sim: Simulation) -> int:
@@ -257,9 +257,9 @@ def test_what_lies_still_sleeps_until_it_is_moved_or_loses_its_support() -> None
     assert _awake(sim) == 1
     sim.stage.move("low", Pose3((4.0, 0.0, 1.0)))
     run(sim, 1.5)
-    places = [sim.stage.motion(name).pose.position for name in ("low", "high")]
-    assert places[0] == pytest.approx((4.0, 0.0, 0.0), abs=1e-3)
-    assert places[1] == pytest.approx((2.0, 0.0, 0.0), abs=1e-3)
+    positions = [sim.stage.motion(name).pose.position for name in ("low", "high")]
+    assert positions[0] == pytest.approx((4.0, 0.0, 0.0), abs=1e-3)
+    assert positions[1] == pytest.approx((2.0, 0.0, 0.0), abs=1e-3)
     run(sim, 1.0)
     assert _awake(sim) == 1
 

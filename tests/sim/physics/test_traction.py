@@ -1,4 +1,4 @@
-"""How hard a robot may pull away: by what it leans on, what it grips and what its motors give."""
+"""Accelerations that a robot's contacts, grip and motors allow."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ G = 9.81
 FOUR = np.array([[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]])
 
 
-def feet(
-    places: np.ndarray = FOUR, friction: float = 1.0, driven: tuple[int, ...] = (0, 1, 2, 3)
+def resting(
+    points: np.ndarray = FOUR, friction: float = 1.0, driven: tuple[int, ...] = (0, 1, 2, 3)
 ) -> GroundContacts:
-    drives = np.isin(np.arange(len(places)), driven)
-    return GroundContacts(places, np.zeros(len(places)), np.full(len(places), friction), drives)
+    drives = np.isin(np.arange(len(points)), driven)
+    return GroundContacts(points, np.zeros(len(points)), np.full(len(points), friction), drives)
 
 
 def weight(
@@ -36,8 +36,8 @@ def weight(
 
 
 def test_it_pulls_with_most_of_what_its_wheels_grip() -> None:
-    assert steady_acceleration(feet(friction=0.5), weight()) == pytest.approx(0.8 * 0.5 * G)
-    front = feet(friction=0.5, driven=(0, 1))  # the others rub as they are dragged
+    assert steady_acceleration(resting(friction=0.5), weight()) == pytest.approx(0.8 * 0.5 * G)
+    front = resting(friction=0.5, driven=(0, 1))  # the others rub as they are dragged
     assert steady_acceleration(front, weight(x=0.1)) == pytest.approx(
         max(LEAST, 0.8 * 0.5 * G * (2.0 / 3.0 - 1.0 / 3.0))
     )
@@ -45,22 +45,22 @@ def test_it_pulls_with_most_of_what_its_wheels_grip() -> None:
 
 @pytest.mark.parametrize("rolling", [0.0, 6.0])
 def test_it_pulls_with_most_of_what_its_motors_give(rolling: float) -> None:
-    found = steady_acceleration(feet(), weight(force=20.0, rolling=rolling))
+    found = steady_acceleration(resting(), weight(force=20.0, rolling=rolling))
     assert found == pytest.approx(0.8 * 20.0 / (10.0 + rolling))
 
 
 @pytest.mark.parametrize(("x", "spin"), [(0.0, 0.0), (0.1, 0.0), (-0.1, 0.0), (0.0, 3.0)])
-def test_it_keeps_all_feet_on_the_ground(x: float, spin: float) -> None:
+def test_it_keeps_all_contacts_on_the_ground(x: float, spin: float) -> None:
     height = 1.2
     near = 0.3 - abs(x)  # from the weight to the feet that lift first when it starts or brakes
     lifts = 10.0 * G * near / (10.0 * height + spin)
-    assert steady_acceleration(feet(), weight(height, x, spin=spin)) == pytest.approx(lifts)
+    assert steady_acceleration(resting(), weight(height, x, spin=spin)) == pytest.approx(lifts)
 
 
 def test_what_cannot_be_asked_for_less_or_is_not_held_upright() -> None:
-    assert steady_acceleration(feet(friction=0.01), weight()) == LEAST
-    assert steady_acceleration(feet(driven=()), weight()) == np.inf
-    balances = feet(np.array([[0.0, 0.2], [0.0, -0.2]]), driven=(0, 1))
+    assert steady_acceleration(resting(friction=0.01), weight()) == LEAST
+    assert steady_acceleration(resting(driven=()), weight()) == np.inf
+    balances = resting(np.array([[0.0, 0.2], [0.0, -0.2]]), driven=(0, 1))
     assert steady_acceleration(balances, weight()) == np.inf
     lifted = GroundContacts(
         FOUR, np.array([0.0, 0.0, 0.0, 9.0]), np.ones(4), np.array([False] * 3 + [True])
@@ -69,7 +69,7 @@ def test_what_cannot_be_asked_for_less_or_is_not_held_upright() -> None:
 
 
 def sill_at(x: float, up: float, back: float, rear: float, wheel: float) -> float:
-    """Return the sill under a front foot on which a robot that rests on it and a rear one hangs.
+    """Return the sill on which a front foot rests, with a rear one, its wheels in the air.
 
     Both feet stand off by their gaps; between them the robot is straight.
     """
@@ -81,7 +81,7 @@ def sill_at(x: float, up: float, back: float, rear: float, wheel: float) -> floa
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_wheels_hang_over_the_lowest_sill_of_any_two_feet(seed: int, sign: float) -> None:
+def test_wheels_lift_off_on_the_lowest_sill_of_any_two_contacts(seed: int, sign: float) -> None:
     rng = np.random.default_rng(seed)
     ahead, behind = rng.uniform(0.2, 0.6, 2), -rng.uniform(0.2, 0.6, 2)
     x = sign * np.array([*ahead, *behind, -0.02, 0.05])
@@ -89,27 +89,33 @@ def test_wheels_hang_over_the_lowest_sill_of_any_two_feet(seed: int, sign: float
     robot = GroundContacts(np.column_stack((x, 0 * x)), gaps, np.ones(6), np.arange(6) > 3)
     sag, wheels = 0.01, (-0.02 * sign, 0.05 * sign)
     sills = [
-        sill_at(way * front, sag * up, way * back, sag * rear, min(way * w for w in wheels))
-        for way, fronts, backs in ((sign, (0, 1), (2, 3)), (-sign, (2, 3), (0, 1)))
+        sill_at(
+            direction * front,
+            sag * up,
+            direction * back,
+            sag * rear,
+            min(direction * w for w in wheels),
+        )
+        for direction, fronts, backs in ((sign, (0, 1), (2, 3)), (-sign, (2, 3), (0, 1)))
         for front, up in ((x[i], gaps[i]) for i in fronts)
         for back, rear in ((x[i], gaps[i]) for i in backs)
     ]
     assert lifting_sill(robot, sag) == pytest.approx(min(sills))
 
 
-def test_only_feet_on_both_sides_lift_wheels_off() -> None:
+def test_only_contacts_on_both_sides_lift_wheels_off() -> None:
     def lifted(*x: float) -> float:
-        places = np.array([[each, 0.0] for each in (0.0, *x)])
-        drives = np.arange(len(places)) == 0
+        points = np.array([[each, 0.0] for each in (0.0, *x)])
+        drives = np.arange(len(points)) == 0
         return lifting_sill(
-            GroundContacts(places, np.zeros(len(places)), np.ones(len(places)), drives), 0.01
+            GroundContacts(points, np.zeros(len(points)), np.ones(len(points)), drives), 0.01
         )
 
     assert lifted(0.3, -0.3) == 0.0
     assert lifted(0.3) == lifted(-0.3) == lifted(0.3, 0.4) == np.inf
     assert lifted(0.3, -0.0009) == np.inf  # beside the wheel, not behind it
     assert lifted(0.3, -0.0011) == 0.0
-    assert lifting_sill(feet(driven=()), 0.01) == np.inf
+    assert lifting_sill(resting(driven=()), 0.01) == np.inf
 
 
 def test_one_axle_climbs_by_its_least_friction() -> None:
@@ -120,10 +126,10 @@ def test_one_axle_climbs_by_its_least_friction() -> None:
     assert climbed_sill(grips, 0.1) == pytest.approx(0.1 * (1.0 - 0.8))  # 0.75: 3 by 4 by 5
     apart = replace(grips, positions=axle * np.array([2.0, 1.0]))
     assert climbed_sill(apart, 0.1) == np.inf
-    assert climbed_sill(feet(driven=()), 0.1) == np.inf
+    assert climbed_sill(resting(driven=()), 0.1) == np.inf
 
 
-def test_notes_tell_what_is_less_than_any_robot_is_asked_for() -> None:
+def test_notes_say_what_is_less_than_any_robot_needs() -> None:
     assert traction_notes(LEAST + 1e-9) == ()
     (note,) = traction_notes(LEAST)
     assert note.startswith("hardly drives: ")

@@ -51,7 +51,7 @@ def tuned(one: RobotModel, timestep: float = STEP) -> tuple[Any, WheelSupport]:
 
 
 def spring_and_damper(model: Any, geom: int) -> tuple[float, float, float]:
-    """Return what MuJoCo makes of a contact's numbers, by its documentation.
+    """Return the spring and damper that MuJoCo documents for a contact's numbers.
 
     With solref = (-stiffness, -damping) it asks for the acceleration -b v - k r with b = damping /
     d and k = stiffness / d, d the impedance, and gives way by R = (1 - d) / d A, A the inverse mass
@@ -112,7 +112,7 @@ def test_tyres_are_round_and_crowned_on_rims_that_are_smaller() -> None:
     assert model.body_mass.sum() == pytest.approx(MASS)
 
 
-def test_a_tyre_is_where_its_wheels_shape_is_and_rubs_as_told() -> None:
+def test_a_tyre_is_where_its_wheels_shape_is_with_its_friction() -> None:
     one = robot(friction={"b": 0.3})
     aside = Part(TYRE.shape, Pose3((0.0, 0.05, 0.0)) @ ALONG_Y)
     one.urdf.links["a"] = Link("a", WHEEL, (aside,), ())
@@ -124,7 +124,7 @@ def test_a_tyre_is_where_its_wheels_shape_is_and_rubs_as_told() -> None:
 
 
 TILT = Pose3.from_rpy((0.05, 0.02, -0.1), (0.3, -0.5, 0.7))
-FEET = [
+CONTACTS = [
     Shape(Kind.SPHERE, (0.12,)),
     Shape(Kind.BOX, (0.2, 0.3, 0.25)),
     Shape(Kind.CYLINDER, (0.07, 0.25)),
@@ -146,13 +146,13 @@ def lowest(shape: Shape, pose: Pose3) -> float:
         ring = shape.size[0] * np.stack((np.cos(angles), np.sin(angles), 0.0 * angles), 1)
         half = np.array((0.0, 0.0, shape.size[1] / 2))
         return float(pose.apply(np.vstack((ring - half, ring + half)))[:, 2].min())
-    ways = np.random.default_rng(0).normal(size=(200_000, 3))
-    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    directions = np.random.default_rng(0).normal(size=(200_000, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
     radii = np.array(shape.size * 3 if shape.kind is Kind.SPHERE else shape.size)
-    return float(pose.apply(ways * radii)[:, 2].min())
+    return float(pose.apply(directions * radii)[:, 2].min())
 
 
-@pytest.mark.parametrize("shape", FEET, ids=lambda shape: shape.kind.value)
+@pytest.mark.parametrize("shape", CONTACTS, ids=lambda shape: shape.kind.value)
 def test_a_robot_stands_on_its_lowest_shape(shape: Shape) -> None:
     assert tuned(robot())[1].ride_height == pytest.approx(0.1 + SAG / 2 - SAG)
     found = tuned(robot(Part(shape, TILT)))[1]
@@ -223,7 +223,7 @@ def test_it_leans_by_how_high_its_weight_is() -> None:
     assert low == pytest.approx(expected)
 
 
-def test_wheels_that_nothing_drives_neither_pull_nor_rub() -> None:
+def test_wheels_that_nothing_drives_neither_pull_nor_brake() -> None:
     all_four = tuned(robot(friction=dict.fromkeys("abcd", 0.5), torque=900.0))[1].steady
     rear = {"left": ("c",), "right": ("d",), "free": ("a", "b"), "torque": 900.0}
     half = tuned(robot(friction=dict.fromkeys("abcd", 0.5), **rear))[1].steady
@@ -240,9 +240,9 @@ def test_a_flat_foot_stands_in_the_middle_of_its_underside() -> None:
     two = {"left": ("a",), "right": ("b",), "free": (), "torque": 900.0}
     rubs = {"base": 0.0, "a": 0.5, "b": 0.5}
     one = robot(Part(mesh, Pose3((-0.4, 0.0, -0.1 - SAG / 2))), friction=rubs, **two)
-    places = one.urdf.joints
+    positions = one.urdf.joints
     for name in "cd":
-        places[name] = replace(places[name], T_parent_child=Pose3((0.0, 0.1, 0.5)))
+        positions[name] = replace(positions[name], T_parent_child=Pose3((0.0, 0.1, 0.5)))
     model, standing = tuned(one)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)

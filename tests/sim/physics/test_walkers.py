@@ -43,8 +43,8 @@ def test_who_walks_into_a_robot_pushes_it_aside_and_does_not_overturn_it(
     turn: float, beside: float, speed: float
 ) -> None:
     sim = simulator(spawn=SE2(0.0, 0.0, math.radians(turn)))
-    way = Trajectory.along(np.array([[1.0, beside], [-2.0, beside]]), speed)
-    sim.stage.spawn(Entity("walker", person(), trajectory=way, spawned=True))
+    direction = Trajectory.along(np.array([[1.0, beside], [-2.0, beside]]), speed)
+    sim.stage.spawn(Entity("walker", person(), trajectory=direction, spawned=True))
     leans = 0.0
     for _ in range(round(2.5 / speed / sim.config.tick)):
         sim.drive()
@@ -61,8 +61,8 @@ def test_who_walks_at_a_wall_steps_over_the_robot_between_which_drives_away_afte
     wall = (Part(Shape(Kind.BOX, (3.2, 0.2, 1.0)), Pose3((0.0, 0.0, 0.5))),)
     sim.stage.spawn(Entity("wall", wall, start=Pose3((0.8, 0.5, 0.0)), spawned=True))
     ahead = np.array([math.cos(math.radians(towards)), math.sin(math.radians(towards))])
-    way = Trajectory.along(np.array([-1.0 * ahead, 1.5 * ahead]), 1.2, loop=False)
-    sim.stage.spawn(Entity("walker", person(), trajectory=way, spawned=True))
+    direction = Trajectory.along(np.array([-1.0 * ahead, 1.5 * ahead]), 1.2, loop=False)
+    sim.stage.spawn(Entity("walker", person(), trajectory=direction, spawned=True))
     run(sim, 6.0)
     assert sim.stage.motion("walker").pose.position[:2] == pytest.approx(1.5 * ahead)
     moved = []
@@ -75,8 +75,8 @@ def test_who_walks_at_a_wall_steps_over_the_robot_between_which_drives_away_afte
 
 def test_who_was_stopped_and_let_go_presses_as_before() -> None:
     sim = simulator()
-    way = Trajectory.along(np.array([[1.0, 0.0], [-4.0, 0.0]]), 1.2, loop=False)
-    sim.stage.spawn(Entity("walker", person(), trajectory=way, spawned=True))
+    direction = Trajectory.along(np.array([[1.0, 0.0], [-4.0, 0.0]]), 1.2, loop=False)
+    sim.stage.spawn(Entity("walker", person(), trajectory=direction, spawned=True))
     usual = sim.stage.scene.model.geom_solref.copy()
     run(sim, 9.0)
     assert sim.stage.motion("walker").pose.position[0] == -4.0
@@ -87,8 +87,8 @@ def test_what_pressed_before_a_reset_is_forgotten() -> None:
     sim = simulator()
     wall = (Part(Shape(Kind.BOX, (0.2, 3.2, 1.0)), Pose3((0.0, 0.0, 0.5))),)
     sim.stage.spawn(Entity("wall", wall, start=Pose3((-0.6, 0.0, 0.0)), spawned=True))
-    way = Trajectory.along(np.array([[0.6, 0.0], [-2.0, 0.0]]), 1.2, loop=False)
-    sim.stage.spawn(Entity("walker", person(), trajectory=way, spawned=True))
+    direction = Trajectory.along(np.array([[0.6, 0.0], [-2.0, 0.0]]), 1.2, loop=False)
+    sim.stage.spawn(Entity("walker", person(), trajectory=direction, spawned=True))
     ends = []
     for _ in range(2):  # the first ends while the walker presses the robot against the wall
         sim.stage.rewind()
@@ -136,7 +136,7 @@ class Scales:
         return list(map(int, self.manners.stopped(self.data)))
 
     def until(self, stop: bool) -> int:
-        """Step until somebody stops, or goes on; return how many steps it took."""
+        """Step until somebody stops, or continues; return how many steps it took."""
         for count in range(1000):
             if bool(self.stopped()) is stop:
                 return count
@@ -193,7 +193,7 @@ def test_who_is_let_go_has_forgotten() -> None:
 
 
 def test_walkers_are_judged_each_alone() -> None:
-    """Of three one meets nothing, one what it must not push, one is let go meanwhile."""
+    """Of three one meets nothing, one what it must not push, one becomes free meanwhile."""
     scales = Scales(60.0, (1.0, 5.0, 2.0))
     scales.lift(0)
     scales.settle()
@@ -209,7 +209,7 @@ def test_walkers_are_judged_each_alone() -> None:
 
 
 def test_what_is_heavier_counts_where_two_things_are_one() -> None:
-    """What is pushed weighs all that hangs on it, not its own link alone."""
+    """A pushed link weighs with all that is attached to it."""
     text = f"""<mujoco><option timestep='{STEP}' gravity='0 0 -60'/><worldbody>
     <body mocap='true'><geom type='box' size='1 1 0.5' mass='0'/></body>
     <body pos='0 0 0.75'><freejoint/><geom type='box' size='.25 .25 .25' mass='1'/>

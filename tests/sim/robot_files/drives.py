@@ -1,4 +1,4 @@
-"""How a robot file tells which wheels drive."""
+"""Tags by which a robot file names its driven wheels."""
 
 from __future__ import annotations
 
@@ -69,8 +69,8 @@ def controllers(robot: RobotFile) -> str:
         driven = [name for name in names if name.startswith("rear")]
         steering = ["front_left", "front_right"] if robot.layout == "ackermann" else ["front"]
         steering = [f"{name}_steer_joint" for name in steering]
-        told = f"    rear_wheels_names: {driven}\n    front_wheels_names: {steering}\n"
-        return f"steering:\n  ros__parameters:\n    front_steering: true\n{told}"
+        given = f"    rear_wheels_names: {driven}\n    front_wheels_names: {steering}\n"
+        return f"steering:\n  ros__parameters:\n    front_steering: true\n{given}"
     sides = "".join(
         f"    {side}_wheel_names: {[name for name in names if side in name]}\n"
         for side in ("left", "right")

@@ -1,4 +1,4 @@
-"""What robot files differ in, and a choice of them by a seed."""
+"""Options of robot files, and a choice of them by a seed."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class RobotFile:
 
     @property
     def name(self) -> str:
-        """What tells it from others."""
+        """Its options, as the id of a test."""
         return (
             f"{self.layout}, axis {self.frame}, {self.solid}, {self.drive}, {self.caster} caster,"
             f" {self.inertia}, {self.hubs} hubs, {1e3 * self.radius:.0f} mm, {self.mass:.3g} kg,"
@@ -75,7 +75,7 @@ class RobotFile:
 
     @property
     def steers(self) -> bool:
-        """Whether its front wheels steer."""
+        """True if its front wheels steer."""
         return self.layout in ("ackermann", "tricycle")
 
     def wheels(self) -> list[tuple[str, float, float]]:
@@ -89,14 +89,14 @@ class RobotFile:
             "tricycle": [("rear_", -3.0 * r)],
         }[self.layout]
         return [
-            (f"{end}{side}", x, way * self.track / 2)
+            (f"{end}{side}", x, direction * self.track / 2)
             for end, x in axles
-            for side, way in (("left", 1.0), ("right", -1.0))
+            for side, direction in (("left", 1.0), ("right", -1.0))
         ]
 
 
 def robot_files(count: int, seed: int = 0) -> Iterator[RobotFile]:
-    """Yield robots of all kinds, by the seed; each way of writing comes before one comes again."""
+    """Yield robots of all kinds, by the seed; each form comes before one comes again."""
     rng = np.random.default_rng(seed)
 
     def shuffled(values: tuple[str, ...]) -> Iterator[str]:

@@ -47,7 +47,7 @@ def base(robot: RobotFile) -> str:
 
 
 def wheel(robot: RobotFile, name: str, x: float, y: float) -> str:
-    """Return a wheel at a place [m], with what carries it."""
+    """Return a wheel at a position [m], with what carries it."""
     if robot.layout == "ackermann" and name.startswith("front"):
         return steered(robot, name, x, y, "front_left" if "right" in name else "")
     parent, text = "base_link", ""
@@ -60,20 +60,20 @@ def wheel(robot: RobotFile, name: str, x: float, y: float) -> str:
     return text + _rolling(robot, name, parent, f"{x} {y} 0", right="right" in name)
 
 
-def _rolling(robot: RobotFile, name: str, parent: str, place: str, right: bool) -> str:
+def _rolling(robot: RobotFile, name: str, parent: str, position: str, right: bool) -> str:
     rpy, axis, own = _WHEEL_FRAMES[robot.frame][int(right)]
     friction = robot.friction
     mu = "" if friction is None else f"<mu1>{friction}</mu1><mu2>{friction}</mu2>"
     if robot.macros:
         return (
             f"<xacro:wheel name='{name}' parent='{parent}' axis='{axis}'>"
-            f"<origin xyz='{place}' rpy='{rpy}'/><inside>{_round(robot, own)}</inside>"
+            f"<origin xyz='{position}' rpy='{rpy}'/><inside>{_round(robot, own)}</inside>"
             f"</xacro:wheel><gazebo reference='$(arg prefix){name}_wheel_link'>{mu}</gazebo>"
         )
     return (
         f"<link name='{name}_wheel_link'>{_round(robot, own)}</link>"
         f"<joint name='{name}_wheel_joint' type='continuous'><parent link='{parent}'/>"
-        f"<child link='{name}_wheel_link'/><origin xyz='{place}' rpy='{rpy}'/>"
+        f"<child link='{name}_wheel_link'/><origin xyz='{position}' rpy='{rpy}'/>"
         f"<axis xyz='{axis}'/></joint><gazebo reference='{name}_wheel_link'>{mu}</gazebo>"
     )
 
@@ -104,7 +104,7 @@ def _round(robot: RobotFile, rpy: str) -> str:
 def _wheel_inertial(robot: RobotFile, rpy: str) -> str:
     mass, r = max(0.02 * robot.mass, 0.01), robot.radius
     spin, across = mass * r * r / 2.0, mass * r * r / 3.5
-    place = "0 0 0"
+    position = "0 0 0"
     xx, yy, zz, xy = {
         "solid": (across, across, spin, 0.0),
         "tiny": (1e-9, 1e-9, 1e-9, 0.0),
@@ -115,9 +115,9 @@ def _wheel_inertial(robot: RobotFile, rpy: str) -> str:
         "offset": (across, across, spin, 0.0),
     }[robot.inertia]
     if robot.inertia == "offset":
-        place = f"0 0 {0.1 * r}"
+        position = f"0 0 {0.1 * r}"
     return (
-        f"<inertial><origin xyz='{place}' rpy='{rpy}'/><mass value='{mass}'/>"
+        f"<inertial><origin xyz='{position}' rpy='{rpy}'/><mass value='{mass}'/>"
         f"<inertia ixx='{xx}' ixy='{xy}' ixz='0' iyy='{yy}' iyz='0' izz='{zz}'/></inertial>"
     )
 
@@ -135,7 +135,7 @@ def steered(robot: RobotFile, name: str, x: float, y: float, follows: str) -> st
 
 
 def caster(robot: RobotFile, x: float) -> str:
-    """Return what it stands on at a place along it [m], beside its wheels."""
+    """Return what it stands on at a position along it [m], beside its wheels."""
     r = robot.radius
     half, mass = 0.5 * r, 0.02 * robot.mass
     inertial = f"<inertial><mass value='{mass}'/>{box_inertia(mass, r, r, r)}</inertial>"
@@ -144,24 +144,24 @@ def caster(robot: RobotFile, x: float) -> str:
     disc = f"<geometry><cylinder radius='{half}' length='{0.3 * r}'/></geometry>"
     box = f"<geometry><box size='{r} {r} {r}'/></geometry>"
     turned = f"<collision><origin rpy='{_HALF} 0 0'/>"
-    place = f"{x} 0 {-half}"
+    position = f"{x} 0 {-half}"
     link = "<link name='caster_link'>{}</link>"
     slippery = "<gazebo reference='caster_link'><mu1>0.0</mu1><mu2>0.0</mu2></gazebo>"
     swivel = (
-        f"<link name='fork'>{inertial}</link>{hinged('base_link', 'fork', place, '0 0 1')}"
+        f"<link name='fork'>{inertial}</link>{hinged('base_link', 'fork', position, '0 0 1')}"
         + link.format(f"{inertial}{turned}{disc}</collision>")
         + hinged("fork", "caster_link", f"{-0.3 * r} 0 0", "0 1 0")
     )
     return {
-        "sphere": link.format(ball) + fixed("base_link", "caster_link", place) + slippery,
+        "sphere": link.format(ball) + fixed("base_link", "caster_link", position) + slippery,
         "rolling": link.format(inertial + ball)
-        + hinged("base_link", "caster_link", place, "0 1 0"),
+        + hinged("base_link", "caster_link", position, "0 1 0"),
         "swivel": swivel,
         "of the base": "",
         "mesh": link.format(f"{turned}{mesh}</collision>")
-        + fixed("base_link", "caster_link", place),
+        + fixed("base_link", "caster_link", position),
         "wheel": link.format(f"{inertial}{turned}{disc}</collision>")
-        + hinged("base_link", "caster_link", place, "0 1 0"),
+        + hinged("base_link", "caster_link", position, "0 1 0"),
         "box": link.format(f"<collision>{box}</collision>")
-        + fixed("base_link", "caster_link", place),
+        + fixed("base_link", "caster_link", position),
     }[robot.caster]

@@ -20,8 +20,8 @@ LENGTH, TRACK, RADIUS, LIMIT = 1.2, 0.6, 0.1, 0.6
 
 def car(axle: float = 0.0, signs: tuple[float, float] = (1.0, 1.0)) -> SteeredBase:
     """Return a car that is driven behind, on an axle, and steers in front of it."""
-    places = [np.array([axle, TRACK / 2]), np.array([axle, -TRACK / 2])]
-    behind = [SteeredWheel(place, AHEAD, RADIUS, -1, place) for place in places]
+    positions = [np.array([axle, TRACK / 2]), np.array([axle, -TRACK / 2])]
+    behind = [SteeredWheel(position, AHEAD, RADIUS, -1, position) for position in positions]
     pivots = np.array([[axle + LENGTH, TRACK / 2], [axle + LENGTH, -TRACK / 2]])
     front = [SteeredWheel(pivot, AHEAD, RADIUS, i, pivot) for i, pivot in enumerate(pivots)]
     return SteeredBase(behind, front, pivots, np.array(signs), LIMIT)
@@ -48,9 +48,9 @@ def test_wheels_that_steer_and_drive_turn_as_fast_as_they_go(bend: float) -> Non
     rear = SteeredWheel(np.zeros(2), AHEAD, RADIUS, -1, np.zeros(2))
     base = SteeredBase(front, [rear], pivots, np.ones(2), LIMIT)
     velocity = Velocity(0.5, yaw_rate=0.5 * bend)
-    ways = np.column_stack((1.0 - bend * pivots[:, 1], bend * pivots[:, 0]))
+    directions = np.column_stack((1.0 - bend * pivots[:, 1], bend * pivots[:, 0]))
     speeds = base.speeds(velocity)
-    assert speeds == pytest.approx(0.5 * np.hypot(*ways.T) / RADIUS)
+    assert speeds == pytest.approx(0.5 * np.hypot(*directions.T) / RADIUS)
     moved = base.motion(speeds * 0.1, base.angles(velocity))
     assert moved == pytest.approx((0.05, 0.0, 0.05 * bend))
 
@@ -116,7 +116,7 @@ def test_rollers_make_any_motion_of_the_base_turns_and_back(seed: int) -> None:
     )
 
 
-def test_sides_turn_as_one_by_the_way_each_wheel_is_mounted() -> None:
+def test_sides_turn_as_one_as_each_wheel_is_mounted() -> None:
     sides = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]])
     base = SidesBase(Kinematics(0.5, 0.1), sides, np.array([2.0, 1.0]))
     assert base.speeds(Velocity(1.0, yaw_rate=2.0)) == pytest.approx((5.0, -5.0, 15.0))
@@ -134,7 +134,7 @@ WHEEL = SteeredWheel(np.array([1.0, 0.5]), np.array([1.0, 0.0]), 0.1, 0, np.arra
 
 
 @pytest.mark.parametrize(
-    ("angle", "place", "direction"),
+    ("angle", "position", "direction"),
     [
         (0.0, (1.0, 0.5), (1.0, 0.0)),
         (math.pi / 2, (0.8, 0.3), (0.0, 1.0)),
@@ -142,8 +142,8 @@ WHEEL = SteeredWheel(np.array([1.0, 0.5]), np.array([1.0, 0.0]), 0.1, 0, np.arra
     ],
 )
 def test_a_wheel_turns_about_its_pivot(
-    angle: float, place: tuple[float, float], direction: tuple[float, float]
+    angle: float, position: tuple[float, float], direction: tuple[float, float]
 ) -> None:
     found = WHEEL.turned(angle)
-    assert found[0] == pytest.approx(place)
+    assert found[0] == pytest.approx(position)
     assert found[1] == pytest.approx(direction, abs=1e-12)

@@ -52,10 +52,10 @@ def test_a_command_is_cut_to_the_limits_and_holds_until_its_time_is_out() -> Non
 
 
 def test_what_is_cut_is_said_once_with_the_limit_and_its_source() -> None:
-    told = DriveSettings(
+    given = DriveSettings(
         *(("l",), ("r",), 0.0, 0.05, 1.0, 0.5, 0.05), plugin="p", max_velocity=0.4, max_reverse=0.2
     )
-    drive = _drive(told, max_angular_velocity=2.0)
+    drive = _drive(given, max_angular_velocity=2.0)
     drive.command(Velocity(1.5, yaw_rate=3.0), now=0.0)
     first, second = drive.take_cuts()
     assert first == ("a command of 1.5 m/s is cut to 0.4 m/s, by plugin 'p' of the robot's file")
@@ -81,14 +81,14 @@ def test_who_hears_no_more_brakes_so_as_to_stand_when_the_time_is_out(
     asked: Velocity, braking: float
 ) -> None:
     drive = _drive(max_linear_acceleration=2.5, max_angular_acceleration=3.2)
-    told = []
+    given = []
     for k in range(101):
         if k <= 50:
             drive.command(asked, now=0.01 * k)
-        told.append(drive.velocity(0.01 * k, 0.01))
-    brakes = next(k for k, each in enumerate(told) if k > 50 and each != told[k - 1])
+        given.append(drive.velocity(0.01 * k, 0.01))
+    brakes = next(k for k, each in enumerate(given) if k > 50 and each != given[k - 1])
     assert brakes == round(100 - 100 * braking)
-    assert (told[-1] == Velocity()) == (asked.x < 1.0)
+    assert (given[-1] == Velocity()) == (asked.x < 1.0)
 
 
 def test_time_out_of_zero_holds_for_ever() -> None:
@@ -97,11 +97,11 @@ def test_time_out_of_zero_holds_for_ever() -> None:
     assert drive.velocity(1e6, 0.02) == Velocity(0.2)
 
 
-def test_each_speed_ramps_by_its_own_limit_either_way() -> None:
+def test_each_speed_ramps_by_its_own_limit_in_both_directions() -> None:
     drive = _drive(max_linear_acceleration=1.0, max_angular_acceleration=3.0)
     drive.command(Velocity(0.15, y=-0.15, yaw_rate=-0.5), now=0.0)
-    told = [drive.velocity(0.1 * i, 0.1) for i in range(2)]
-    flat = [speed for each in told for speed in (each.x, each.yaw_rate, each.y)]
+    given = [drive.velocity(0.1 * i, 0.1) for i in range(2)]
+    flat = [speed for each in given for speed in (each.x, each.yaw_rate, each.y)]
     assert flat == pytest.approx([0.1, -0.3, -0.1, 0.15, -0.5, -0.15])
     stopping = drive.velocity(9.0, 0.1)
     assert (stopping.x, stopping.yaw_rate, stopping.y) == pytest.approx((0.05, -0.2, -0.05))
@@ -120,18 +120,18 @@ def test_nothing_is_bounded_but_by_what_physics_can_step() -> None:
 
 
 def test_the_robots_file_bounds_what_it_names() -> None:
-    told = replace(
+    given = replace(
         _WHEELS_1, max_velocity=0.4, max_turn=1.5, max_acceleration=0.2, max_turn_acceleration=0.7
     )
-    limits = limited(DriveConfig(), told)
+    limits = limited(DriveConfig(), given)
     assert (limits.forward.value, limits.reverse.value, limits.turn.value) == (0.4, 0.4, 1.5)
     assert "plugin 'p'" in limits.forward.source
     assert (limits.linear_acceleration, limits.angular_acceleration) == (0.2, 0.7)
-    assert limited(DriveConfig(), replace(told, max_reverse=0.1)).reverse.value == 0.1
+    assert limited(DriveConfig(), replace(given, max_reverse=0.1)).reverse.value == 0.1
 
 
 @pytest.mark.parametrize(("parameter", "bound"), [(0.3, 0.3), (9.0, 9.0), (0.0, 0.0), (1e3, 50.0)])
-def test_parameters_take_the_place_of_what_the_file_says(parameter: float, bound: float) -> None:
+def test_parameters_replace_what_the_file_says(parameter: float, bound: float) -> None:
     config = DriveConfig(max_linear_velocity=parameter, max_angular_velocity=2.0)
     limits = limited(config, replace(_WHEELS_1, max_velocity=0.4))
     assert (limits.forward.value, limits.turn.value) == (bound, 2.0)

@@ -21,7 +21,7 @@ def _sent(period: float, seconds: float, late: float, rng: np.random.Generator) 
     return [float(t) for t in times + rng.uniform(0.0, late * period, len(times))]
 
 
-def _standing(times: list[float], limits: HoldLimits, braking: float) -> Iterator[float]:
+def _at_rest(times: list[float], limits: HoldLimits, braking: float) -> Iterator[float]:
     """Yield the ticks after the first command at which none holds, up to the last command [s]."""
     hold, waiting = CommandHold(), sorted(times)
     for tick in range(round(waiting[-1] / _TICK)):
@@ -41,13 +41,13 @@ def test_any_sender_down_to_half_a_hertz_drives_evenly(seed: int) -> None:
     rng = np.random.default_rng(seed)
     period = float(rng.uniform(0.02, 1.1 if seed % 2 else 0.5))
     times = _sent(period, 30.0, 0.1, rng)
-    assert list(_standing(times, _LIMITS, braking=float(rng.uniform(0.0, 2.0)))) == []
+    assert list(_at_rest(times, _LIMITS, braking=float(rng.uniform(0.0, 2.0)))) == []
 
 
 @pytest.mark.parametrize("period", [1.5, 2.0])
 def test_slower_sender_drives_evenly_from_its_second_command_on(period: float) -> None:
     times = _sent(period, 30.0, 0.05, np.random.default_rng(1))
-    assert all(now < times[1] + _TICK for now in _standing(times, _LIMITS, 0.1))
+    assert all(now < times[1] + _TICK for now in _at_rest(times, _LIMITS, 0.1))
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -55,7 +55,7 @@ def test_several_slow_senders_together_drive_evenly(seed: int) -> None:
     """Their gaps are short and long by turns, whoever began first; that shows after three."""
     rng = np.random.default_rng(seed)
     times = [t for _ in range(2 + seed % 2) for t in _sent(1.0, 20.0, 0.02, rng)]
-    assert all(now < min(times) + 3.1 for now in _standing(times, _LIMITS, 0.2))
+    assert all(now < min(times) + 3.1 for now in _at_rest(times, _LIMITS, 0.2))
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -84,7 +84,7 @@ def test_slow_sender_takes_over_from_a_quick_one(silence: float) -> None:
     """At once after 1.5 s of silence, else once three of its gaps are known."""
     quick = [0.05 * k for k in range(40)]
     slow = [quick[-1] + silence + k for k in range(9)]
-    standing = list(_standing(quick + slow, _LIMITS, 0.1))
+    standing = list(_at_rest(quick + slow, _LIMITS, 0.1))
     assert all(now < slow[0 if silence >= 1.5 else 3] + _TICK for now in standing)
 
 
@@ -109,7 +109,7 @@ def test_command_ends_at_the_latest_after_the_longest_time() -> None:
     assert hold.ends(0.0) == pytest.approx(25.1)
 
 
-def test_time_that_was_set_back_begins_anew() -> None:
+def test_time_that_was_set_back_starts_again() -> None:
     hold = CommandHold()
     hold.take(100.0, _LIMITS)
     hold.take(1.0, _LIMITS)

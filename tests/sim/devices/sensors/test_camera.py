@@ -105,7 +105,7 @@ CLOUD = "<pointCloudTopicName>{}</pointCloudTopicName>"
 
 
 @pytest.mark.parametrize(
-    ("depth", "inside", "told"),
+    ("depth", "inside", "given"),
     [
         (False, "", {"topic": "camera/image_raw"}),
         (True, "", {"topic": "camera/image_raw", "cloud_topic": "camera/points"}),
@@ -140,13 +140,13 @@ CLOUD = "<pointCloudTopicName>{}</pointCloudTopicName>"
     ],
 )
 def test_plugins_join_the_camera_and_its_picture(
-    depth: bool, inside: str, told: dict[str, str]
+    depth: bool, inside: str, given: dict[str, str]
 ) -> None:
-    assert topics(read(inside, depth)) == told
+    assert topics(read(inside, depth)) == given
 
 
 @pytest.mark.parametrize(
-    ("kind", "depth", "told"),
+    ("kind", "depth", "given"),
     [
         ("camera", False, {"topic": "eye/left"}),
         (
@@ -170,10 +170,10 @@ def test_plugins_join_the_camera_and_its_picture(
         ),
     ],
 )
-def test_gz_makes_all_topics_of_one(kind: str, depth: bool, told: dict[str, str]) -> None:
-    assert topics(read("<topic> eye/left </topic>", depth, kind)) == told
+def test_gz_makes_all_topics_of_one(kind: str, depth: bool, given: dict[str, str]) -> None:
+    assert topics(read("<topic> eye/left </topic>", depth, kind)) == given
     named = "<camera><camera_info_topic> lens </camera_info_topic></camera><topic>eye/left</topic>"
-    assert topics(read(named, depth, kind)) == told | {"info_topic": "lens"}
+    assert topics(read(named, depth, kind)) == given | {"info_topic": "lens"}
 
 
 def test_the_optical_frame_is_named_before_others() -> None:
@@ -184,7 +184,7 @@ def test_the_optical_frame_is_named_before_others() -> None:
 
 
 def topics(found: CameraSettings) -> dict[str, Any]:
-    """Return the topics that are told."""
+    """Return the topics."""
     return {key: name for key in TOPICS if (name := getattr(found, key))}
 
 

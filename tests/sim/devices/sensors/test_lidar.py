@@ -46,8 +46,8 @@ def ray(horizontal: str = "", vertical: str = "", ranges: str = "", more: str = 
 
 
 def samples(count: int, low: float = -1.0, high: float = 1.0) -> str:
-    told = f"<min_angle>{low}</min_angle><max_angle>{high}</max_angle>"
-    return f"<samples>{count}</samples>{told}"
+    given = f"<min_angle>{low}</min_angle><max_angle>{high}</max_angle>"
+    return f"<samples>{count}</samples>{given}"
 
 
 def test_a_lidar_that_says_nothing_looks_all_around() -> None:
@@ -117,7 +117,7 @@ def test_a_lidar_of_several_rows_publishes_points_and_its_level_plane() -> None:
         ("<plugin filename='libgazebo_ros_range.so'/>", RangeSettings),
     ],
 )
-def test_a_plugin_tells_what_is_published(plugin: str, kind: type[SensorSettings]) -> None:
+def test_a_plugin_names_what_is_published(plugin: str, kind: type[SensorSettings]) -> None:
     found = one(f"{ROWS}{plugin}")
     assert type(found) is kind
     if isinstance(found, RangeSettings):
@@ -128,20 +128,20 @@ def test_a_plugin_tells_what_is_published(plugin: str, kind: type[SensorSettings
 
 
 def test_a_sonar_is_a_cone_as_wide_as_its_radius_at_its_reach() -> None:
-    def heard(inside: str) -> RangeSettings:
+    def received(inside: str) -> RangeSettings:
         return read_sonar(element(f"<sonar>{inside}</sonar>"))[0]
 
-    found = heard("<min>0.2</min><max>4</max><radius>3</radius>")
+    found = received("<min>0.2</min><max>4</max><radius>3</radius>")
     half = math.atan(0.75)
     assert (found.angle_min, found.angle_max) == pytest.approx((-half, half))
     assert (found.tilt_min, found.tilt_max) == pytest.approx((-half, half))
     assert (found.range_min, found.range_max) == (0.2, 4.0)
     assert (found.rows, found.samples, found.rate, found.topic) == (9, 9, 10.0, "sonar")
-    assert heard("<max>1e6</max>").range_max == 1e4
-    assert heard("").angle_max == pytest.approx(math.atan(0.5))
+    assert received("<max>1e6</max>").range_max == 1e4
+    assert received("").angle_max == pytest.approx(math.atan(0.5))
     for bad in ("<min>-1</min>", "<min>1</min>", "<radius>0</radius>"):
         with pytest.raises(RobotError, match=r"<sonar> .* is none"):
-            heard(bad)
+            received(bad)
 
 
 def test_the_surroundings_are_shown_by_the_first_lidar_that_sees_much() -> None:

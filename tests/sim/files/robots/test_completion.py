@@ -1,4 +1,4 @@
-"""Where masses, friction and shapes of robots are completed."""
+"""Masses, friction and shapes of robots, completed where their files lack them."""
 
 from __future__ import annotations
 
@@ -45,15 +45,15 @@ def link(name: str, *parts: Part, mass: float = 0.0, inertia: float = 0.0) -> Li
 
 
 def robot(
-    *links: Link, fixed: tuple[tuple[str, str], ...] = (), places: dict[str, Pose3] | None = None
+    *links: Link, fixed: tuple[tuple[str, str], ...] = (), positions: dict[str, Pose3] | None = None
 ) -> Urdf:
-    """Return a robot whose first link carries the others, by fixed joints where told."""
+    """Return a robot whose first link carries the others, by fixed joints where `fixed`."""
     root, *others = links
     parents = {child: (parent, "fixed") for parent, child in fixed}
     joints = {}
     for one in others:
         parent, kind = parents.get(one.name, (root.name, "continuous"))
-        pose = (places or {}).get(one.name, ORIGIN)
+        pose = (positions or {}).get(one.name, ORIGIN)
         joints[one.name] = Joint(one.name, kind, parent, one.name, pose, (0.0, 1.0, 0.0))
     return Urdf(Path("r"), "r", "", root.name, {one.name: one for one in links}, joints)
 
@@ -139,9 +139,9 @@ MOST = 4.0 * 0.5 * (0.1**2 + 0.02**2)
 )
 def test_an_inertia_beyond_its_shapes_reach_is_a_placeholder(said: float, taken: bool) -> None:
     wheel = link("wheel", TYRE, mass=0.5, inertia=said)
-    place = {"wheel": Pose3((3.0, 2.0, 1.0))}  # far from the root, which must not matter
+    position = {"wheel": Pose3((3.0, 2.0, 1.0))}  # far from the root, which must not matter
     xml = file()
-    urdf = robot(link("base", CUBE, mass=9.0, inertia=0.1), wheel, places=place)
+    urdf = robot(link("base", CUBE, mass=9.0, inertia=0.1), wheel, positions=position)
     found = bound_inertias(xml, urdf, DRIVE).links
     own, base = found["wheel"].inertial, found["base"].inertial
     assert own is not None
@@ -199,7 +199,7 @@ def friction(
             Link("air", None, (), ()),
         ),
         fixed=(("base", "caster"), ("base", "air")),
-        places={"caster": Pose3((0.3, 0.0, z)), "wheel": Pose3((0.0, 0.3, 0.0))},
+        positions={"caster": Pose3((0.3, 0.0, z)), "wheel": Pose3((0.0, 0.3, 0.0))},
     )
     base = dataclasses.replace(urdf.links["base"], collisions=())
     urdf = dataclasses.replace(urdf, links={**urdf.links, "base": base})
@@ -228,8 +228,8 @@ def test_what_the_file_says_of_a_caster_is_kept() -> None:
 
 @pytest.mark.parametrize(("said", "found"), [(0.79, 0.8), (0.8, 0.8), (1.5, 1.5)])
 def test_wheels_of_a_robot_that_was_moved_in_the_plane_grip(said: float, found: float) -> None:
-    told, notes = friction(kind=DriveKind.PLANAR, said={"wheel": said})
-    assert told["wheel"] == found
+    wanted, notes = friction(kind=DriveKind.PLANAR, said={"wheel": said})
+    assert wanted["wheel"] == found
     slips = f"link 'wheel': its friction {said:g} would slip; it gets 0.8"
     assert notes == ((slips,) if said < 0.8 else ())
     assert "wheel" not in friction(kind=DriveKind.PLANAR)[0]

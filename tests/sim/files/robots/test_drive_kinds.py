@@ -53,9 +53,9 @@ def test_drive_that_is_simulated_as_another_says_so(
     path = _robot(tmp_path, wheels + cases.plugin(file, inside))
     robot = load_robot(path, SearchPath())
     assert robot.drive.kind is DriveKind.SIDES
-    told = [note for note in texts(robot.notes) if "of its two sides" in note]
-    assert len(told) == (1 if said else 0)
-    assert not said or said in told[0]
+    given = [note for note in texts(robot.notes) if "of its two sides" in note]
+    assert len(given) == (1 if said else 0)
+    assert not said or said in given[0]
     last = run(simulator(robot=path), 1.5, Velocity(0.3, y=0.3))
     assert last.truth.v == pytest.approx(0.3, rel=0.1)
     assert abs(last.truth.side) < 0.01
@@ -71,8 +71,8 @@ def test_robot_moved_in_the_plane_says_by_what(tmp_path: Path) -> None:
     assert robot.settings.friction["front_left_mecanum_wheel"] == 0.8
 
 
-def test_file_says_which_way_rollers_grip(tmp_path: Path) -> None:
-    """What they say must let the robot drive any way."""
+def test_file_says_in_which_direction_rollers_grip(tmp_path: Path) -> None:
+    """They must let the robot drive in any direction."""
     path = cases.mecanum().write(tmp_path)
     rubbing = "".join(
         f"<gazebo reference='{end}_{side}_wheel'><mu1>1</mu1><mu2>0</mu2>"
@@ -86,9 +86,9 @@ def test_file_says_which_way_rollers_grip(tmp_path: Path) -> None:
     )
     standard = load_robot(path, SearchPath())
     path.write_text(path.read_text().replace("</robot>", f"{rubbing}</robot>"))
-    told = load_robot(path, SearchPath())
-    assert np.allclose(told.drive.grips, standard.drive.grips)
-    assert not any("mu2" in note or "fdir1" in note for note in texts(told.notes))
+    given = load_robot(path, SearchPath())
+    assert np.allclose(given.drive.grips, standard.drive.grips)
+    assert not any("mu2" in note or "fdir1" in note for note in texts(given.notes))
     path.write_text(path.read_text().replace("<fdir1>1 -1 0", "<fdir1>1 1 0"))
     odd = load_robot(path, SearchPath())
     assert odd.drive.grips == standard.drive.grips
@@ -120,15 +120,15 @@ def file() -> XmlFile:
 
 
 def car(trail: float = 0.0, drop: float = 0.0, **steer: Any) -> Urdf:
-    """Return a car whose front wheels hang on joints that steer.
+    """Return a car whose front wheels are on joints that steer.
 
     Args:
         trail: How far the front wheels are behind these [m].
         drop: How far below the rear ones [m].
         steer: What the left of these joints is otherwise.
     """
-    places = ((-trail, 0.0, -drop), (-trail, 0.0, -drop), (-0.5, 0.3, 0.0), (-0.5, -0.3, 0.0))
-    urdf = wheeled(places, names=WHEELS)
+    positions = ((-trail, 0.0, -drop), (-trail, 0.0, -drop), (-0.5, 0.3, 0.0), (-0.5, -0.3, 0.0))
+    urdf = wheeled(positions, names=WHEELS)
     joints, links = dict(urdf.joints), dict(urdf.links)
     for i, (name, y) in enumerate(zip(STEERS, (0.3, -0.3), strict=True)):
         hub = f"hub{i}"
@@ -178,9 +178,9 @@ def test_a_joint_steers_that_turns_a_wheel_about_the_vertical(
     assert steering_joints(car(**how)) == ((left, "right_steer") if steers else ("right_steer",))
 
 
-def drive(**told: Any) -> DriveSettings:
+def drive(**given: Any) -> DriveSettings:
     sides = DriveSettings(WHEELS[::2], WHEELS[1::2], 0.6, 0.1, 1.0, 0.6, 0.1)
-    return replace(sides, **told)
+    return replace(sides, **given)
 
 
 def test_wheels_that_are_not_steered_drive_and_the_others_roll() -> None:
@@ -208,7 +208,7 @@ def test_a_wheel_off_the_ground_does_not_roll(drop: float, rolls: bool) -> None:
 
 
 @pytest.mark.parametrize(
-    ("limits", "told", "expected"),
+    ("limits", "given", "expected"),
     [
         ((-0.6, 0.8), 0.0, 0.6),
         ((-0.6, 0.3), 0.0, 0.3),
@@ -219,9 +219,9 @@ def test_a_wheel_off_the_ground_does_not_roll(drop: float, rolls: bool) -> None:
     ],
 )
 def test_steering_goes_as_far_as_its_narrowest_joint(
-    limits: tuple[float, float], told: float, expected: float
+    limits: tuple[float, float], given: float, expected: float
 ) -> None:
-    found = with_steering(file(), car(limits=limits), drive(steering_limit=told))
+    found = with_steering(file(), car(limits=limits), drive(steering_limit=given))
     assert found is not None
     assert found.steering_limit == expected
     free = with_steering(file(), car(limits=None), drive(steering=("left_steer",)))
@@ -244,12 +244,12 @@ X = {"a": (HALF, -HALF), "b": (HALF, HALF), "c": (HALF, HALF), "d": (HALF, -HALF
 
 
 def mecanum(
-    told: Mapping[str, tuple[float, float]], front: float = 0.2
+    given: Mapping[str, tuple[float, float]], front: float = 0.2
 ) -> tuple[dict[str, tuple[float, float]] | None, list[str]]:
     """Return how each of four wheels grips, and what is noted."""
     urdf, xml = wheeled([(front, *CORNERS[0][1:]), *CORNERS[1:]]), file()
     sides = DriveSettings(("a", "c"), ("b", "d"), 0.4, 0.1, 1.0, 0.4, 0.1)
-    found = with_mecanum(xml, urdf, sides, told)
+    found = with_mecanum(xml, urdf, sides, given)
     notes = [note.text for note in xml.notes]
     return (None if found is None else dict(zip(found.wheels, found.grips, strict=True))), notes
 

@@ -1,4 +1,4 @@
-"""Which sensors are a robot's first ones, and how those of one name or topic are told apart."""
+"""The first sensors of a robot, and the names and topics of those that share one."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ def guessed(urdf: Urdf, inside: str = "") -> tuple[tuple[str, ...], tuple[str, .
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_sides_are_where_wheels_stand_whichever_way_their_axes_point(sign: float) -> None:
+def test_sides_are_where_wheels_stand_wherever_their_axes_point(sign: float) -> None:
     assert guessed(wheeled(CORNERS, along=(0.0, sign, 0.0), names=SIDES)) == PAIRS
     aside = [(x, y + 0.5, z) for x, y, z in CORNERS]  # of a root that is not in the middle
     assert guessed(wheeled(aside, along=(0.0, sign, 0.0), names=SIDES)) == PAIRS
@@ -40,7 +40,7 @@ def test_sides_are_where_wheels_stand_whichever_way_their_axes_point(sign: float
     assert guessed(plain) == (("a", "c"), ("b", "d"))
 
 
-def test_names_tell_which_side_is_left_of_a_robot_that_looks_back() -> None:
+def test_names_say_which_side_is_left_of_a_robot_that_looks_back() -> None:
     back = [(x, -y, z) for x, y, z in CORNERS]
     assert guessed(wheeled(back, names=SIDES)) == PAIRS
     short = ("wheel_fl", "wheel_fr", "wheel_rl", "wheel_rr")
@@ -55,10 +55,10 @@ def test_without_names_it_looks_where_it_turns_least(
     along: tuple[float, float, float], rpy: tuple[float, float, float], left: float
 ) -> None:
     tyre = Part(Shape(Kind.BOX, (0.2, 0.2, 0.2)))
-    places = [tuple(left * s * 0.2 * np.array(along)) for s in (1.0, -1.0)]
+    positions = [tuple(left * s * 0.2 * np.array(along)) for s in (1.0, -1.0)]
     x, y, z = along
     for axis in (along, (-x, -y, -z)):
-        assert guessed(wheeled(places, (tyre,), axis)) == (("a",), ("b",))
+        assert guessed(wheeled(positions, (tyre,), axis)) == (("a",), ("b",))
 
 
 @pytest.mark.parametrize(
@@ -96,8 +96,8 @@ def test_a_wheel_in_the_middle_or_askew_is_of_no_side() -> None:
     assert guessed(wheeled(middle)) == (("a",), ("b",))
     askew = wheeled([(0.0, 0.2, 0.0), (0.0, -0.2, 0.0)])
     for angle, pairs in ((0.44, True), (0.46, False)):  # cosine 0.905 and 0.896
-        way = (math.sin(angle), math.cos(angle), 0.0)
-        askew.joints["b"] = replace(askew.joints["b"], axis=way)
+        direction = (math.sin(angle), math.cos(angle), 0.0)
+        askew.joints["b"] = replace(askew.joints["b"], axis=direction)
         assert guessed(askew) == ((("a",), ("b",)) if pairs else ((), ()))
 
 

@@ -1,4 +1,4 @@
-"""What drive plugins say, and what wheels say where they say nothing or something else."""
+"""Drive plugins, and the wheels where these say nothing or something else."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from arjuna_sim.model.settings import DriveKind, DriveSettings
 from tests.sim.builders import texts
 from tests.sim.wheeled import weight, wheeled
 
-PLACES = ((0.0, 0.25, 0.0), (0.0, -0.25, 0.0))  # wheels of 0.1 m, 0.5 m apart
+POSITIONS = ((0.0, 0.25, 0.0), (0.0, -0.25, 0.0))  # wheels of 0.1 m, 0.5 m apart
 FOUR = ((0.2, 0.25, 0.0), (0.2, -0.25, 0.0), (-0.2, 0.25, 0.0), (-0.2, -0.25, 0.0))
 SIDES = "<left_joint>a</left_joint><right_joint>b</right_joint>"
 
 
 def read(
     inside: str = SIDES,
-    places: tuple[tuple[float, float, float], ...] = PLACES,
+    positions: tuple[tuple[float, float, float], ...] = POSITIONS,
     mass: float = 1.0,
     name: str = "name='p'",
 ) -> tuple[DriveSettings | None, tuple[str, ...]]:
-    """Return what a plugin says of wheels `a`, `b`, ... at their places, and what is noted."""
+    """Return what a plugin says of wheels `a`, `b`, ... at their positions, and what is noted."""
     text = f"<robot><gazebo><plugin {name} filename='f.so'>{inside}</plugin></gazebo></robot>"
     xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
-    urdf = wheeled(places, base=weight(mass))
+    urdf = wheeled(positions, base=weight(mass))
     return read_drive(xml, xml.child(xml.root, "gazebo/plugin", "r"), urdf), texts(xml.notes)
 
 
-def drive(*args: Any, **told: Any) -> DriveSettings:
-    found = read(*args, **told)[0]
+def drive(*args: Any, **given: Any) -> DriveSettings:
+    found = read(*args, **given)[0]
     assert found is not None
     return found
 
@@ -64,10 +64,10 @@ def test_sides_are_named_by_any_of_their_tags(left: str, right: str) -> None:
     assert (found.left, found.right) == (("a",), ("b",))
 
 
-def test_sides_the_wrong_way_round_are_exchanged() -> None:
-    told = "<left_joint>{}</left_joint><left_joint>{}</left_joint>"
-    told += told.replace("left", "right")
-    found, notes = read(told.format(*"bdac"), FOUR)
+def test_sides_that_are_swapped_are_exchanged() -> None:
+    given = "<left_joint>{}</left_joint><left_joint>{}</left_joint>"
+    given += given.replace("left", "right")
+    found, notes = read(given.format(*"bdac"), FOUR)
     assert found is not None
     assert (found.left, found.right) == (("a", "c"), ("b", "d"))
     assert "plugin 'p': its left wheels stand on the right, so left and right are exchanged" in (
@@ -75,12 +75,12 @@ def test_sides_the_wrong_way_round_are_exchanged() -> None:
     )
     # By where the wheels of a side stand on the average: c is far to the left, a near the middle.
     spread = ((0.0, -0.1, 0.0), (0.0, 0.1, 0.0), (-0.2, 0.5, 0.0), (-0.2, -0.5, 0.0))
-    found, notes = read(told.format(*"acbd"), spread)
+    found, notes = read(given.format(*"acbd"), spread)
     assert found is not None
     assert found.left == ("a", "c")
     assert not any("exchanged" in note for note in notes)
-    aside = tuple((x, y + 1.0, z) for x, y, z in PLACES)
-    found, notes = read(places=aside)
+    aside = tuple((x, y + 1.0, z) for x, y, z in POSITIONS)
+    found, notes = read(positions=aside)
     assert found is not None
     assert found.left == ("a",)
     assert notes == ()
@@ -185,7 +185,7 @@ def test_what_is_not_simulated_is_noted_once() -> None:
 
 
 def test_motors_whose_file_names_no_torque_pull_twice_the_weight_but_five_at_least() -> None:
-    heavy = wheeled(PLACES, base=weight(100.0))
+    heavy = wheeled(POSITIONS, base=weight(100.0))
     assert torque_of(heavy, 0.1, 2) == pytest.approx(2.0 * 9.81 * 100.0 * 0.1 / 2)
     assert torque_of(heavy, 0.1, 40) == 5.0
     assert drive(mass=100.0).torque == pytest.approx(98.1)
@@ -199,7 +199,7 @@ def test_motors_whose_file_names_no_torque_pull_twice_the_weight_but_five_at_lea
         (DriveKind.SIDES, "world", True),
     ],
 )
-def test_what_moves_a_robot_in_the_plane_tells_its_true_way(
+def test_what_moves_a_robot_in_the_plane_has_true_odometry(
     kind: DriveKind, source: str, from_world: bool
 ) -> None:
     inside = f"<odometrySource>{source}</odometrySource><odometryFrame>o</odometryFrame>"

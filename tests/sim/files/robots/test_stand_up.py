@@ -74,7 +74,7 @@ def test_beyond_sixty_degrees_it_looks_aside(degrees: float, sign: float, turned
 
 
 @pytest.mark.parametrize(("degrees", "turned"), [(25.0, True), (26.5, False)])
-def test_wheels_that_do_not_turn_across_tell_nothing(degrees: float, turned: bool) -> None:
+def test_wheels_that_do_not_turn_across_count_for_nothing(degrees: float, turned: bool) -> None:
     askew = math.radians(degrees)  # cosine 0.906 and 0.895
     wheels = wheel("left_wheel", "0 0.2 0", askew) + wheel("right_wheel", "0 -0.2 0", askew)
     named = "<gazebo><plugin name='p' filename='f'><left_joint>left_wheel</left_joint>"
@@ -119,13 +119,13 @@ def test_a_robot_on_its_side_stands_on_its_wheels(rpy: tuple[float, ...]) -> Non
     np.testing.assert_allclose(up.T_root("base").rotation(), np.eye(3), atol=1e-8)
 
 
-def test_of_ways_to_stand_it_takes_the_one_whose_weight_is_lowest() -> None:
+def test_it_stands_where_its_weight_is_lowest() -> None:
     for z, head in ((-0.05, 1.0), (0.05, -1.0)):
         _, up, _ = stood(PAIR + box("iron", f"0 0 {z}", 5.0), f"{QUARTER} 0 0")
         assert up.T_root("base").rotation()[2, 2] == pytest.approx(head)
 
 
-def test_weight_that_tells_nothing_leaves_y_up() -> None:
+def test_weight_that_decides_nothing_leaves_y_up() -> None:
     for z in (0.002, -0.002):  # half a centimetre is what files' rounding may do
         _, up, _ = stood(PAIR + box("iron", f"0 0 {z}", 5.0), f"{QUARTER} 0 0")
         # The root's y is the base's -z here.
@@ -153,7 +153,7 @@ def test_the_new_root_has_a_name_that_is_free() -> None:
 @pytest.mark.parametrize(
     "rpy", [(0.0, 0.0, 1.5), (1.4, 0.0, 0.0), (0.3, -0.2, 1.4), (1.3, 0.2, -2.0), (0.0, 0.0, -1.3)]
 )
-def test_the_note_and_the_file_tell_how_it_is_turned(rpy: tuple[float, ...]) -> None:
+def test_the_note_and_the_file_say_how_it_is_turned(rpy: tuple[float, ...]) -> None:
     lying, up, xml = stood(PAIR, " ".join(map(str, rpy)))
     (note,) = texts(xml.notes)
     words = "its wheels do not turn across: the new root 'base_footprint' carries it turned by "

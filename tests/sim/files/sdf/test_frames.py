@@ -40,7 +40,7 @@ def test_no_pose_is_the_origin(pose: str) -> None:
     assert read(pose) == ORIGIN
 
 
-def test_angles_are_radians_unless_told_and_quaternions_any_length() -> None:
+def test_angles_are_radians_by_default_and_quaternions_any_length() -> None:
     right = Pose3.from_rpy((1.0, 2.0, 3.0), (0.0, 0.0, math.pi / 2))
     for pose in (
         f"<pose>1 2 3 0 0 {math.pi / 2}</pose>",
@@ -61,7 +61,7 @@ def test_a_quaternion_that_is_no_rotation_is_refused(numbers: str) -> None:
         read(f"<pose rotation_format='quat_xyzw'>0 0 0 {numbers}</pose>")
 
 
-def test_what_a_pose_is_relative_to_is_told_in_the_words_of_any_version() -> None:
+def test_a_pose_is_relative_in_the_words_of_any_version() -> None:
     for tag, expected in (
         ("", ""),
         ("<pose/>", ""),
@@ -97,12 +97,12 @@ def test_a_pose_without_a_base_is_relative_to_its_parent() -> None:
     parent = Pose3((5.0, 0.0, 0.0))
     assert own.pose(xml.root[0][0], "l").position[0] == 1.0
     assert own.pose(xml.root[0][0], "l", parent).position[0] == 6.0
-    told = file("<link name='l'><pose relative_to='__model__'>1 0 0 0 0 0</pose></link>")
-    own = Scope(told, told.root[0], "m")
-    assert own.pose(told.root[0][0], "l", parent).position[0] == 1.0
+    given = file("<link name='l'><pose relative_to='__model__'>1 0 0 0 0 0</pose></link>")
+    own = Scope(given, given.root[0], "m")
+    assert own.pose(given.root[0][0], "l", parent).position[0] == 1.0
 
 
-def test_frames_hang_on_what_they_are_attached_to_and_joints_on_their_child() -> None:
+def test_frames_move_with_what_they_are_attached_to_and_joints_with_their_child() -> None:
     inside = (
         f"<link name='a'>{AT.format(1)}</link>"
         f"<frame name='f' attached_to='a'>{AT.format(10)}</frame>"

@@ -114,8 +114,8 @@ def test_a_heightmap_has_its_first_row_at_the_far_side(tmp_path: Path) -> None:
     picture = np.array([[0, 51, 102], [153, 204, 255]], np.uint8)
     Image.fromarray(picture).save(tmp_path / "hill.png")
     inside = "<heightmap><uri>hill.png</uri>{}</heightmap>"
-    told = "<size>4 2 3</size><pos>1 2 3</pos>"
-    shape, pose = placed(inside.format(told), tmp_path)
+    given = "<size>4 2 3</size><pos>1 2 3</pos>"
+    shape, pose = placed(inside.format(given), tmp_path)
     assert shape.terrain is not None
     assert (shape.kind, shape.size, pose.position) == (Kind.TERRAIN, (4, 2, 3), (1, 2, 3))
     np.testing.assert_allclose(shape.terrain.heights, [[0.6, 0.8, 1.0], [0.0, 0.2, 0.4]])

@@ -1,4 +1,4 @@
-"""What a world includes takes the include's place, with what the include says of it."""
+"""A model replaces its include, with what the include says of it."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def write(folder: Path, name: str, inside: str) -> None:
 
 
 def include(uri: str, inside: str = "", merge: str = "") -> str:
-    told = f" merge='{merge}'" if merge else ""
-    return f"<include{told}><uri>{uri}</uri>{inside}</include>"
+    given = f" merge='{merge}'" if merge else ""
+    return f"<include{given}><uri>{uri}</uri>{inside}</include>"
 
 
 class Expanded:
@@ -42,7 +42,7 @@ class Expanded:
         return texts(self.xml.notes)
 
 
-def test_a_model_takes_the_place_of_its_include_in_order(tmp_path: Path) -> None:
+def test_a_model_replaces_its_include_in_order(tmp_path: Path) -> None:
     write(tmp_path, "box.sdf", BOX)
     found = Expanded(tmp_path, f"<model name='a'/>{include('box.sdf')}<model name='z'/>")
     assert [(one.tag, one.get("name")) for one in found.world] == [
@@ -70,12 +70,12 @@ def test_what_an_include_says_wins_and_what_it_does_not_stays(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    ("told", "merged"),
+    ("given", "merged"),
     [("true", True), (" 1 ", True), ("TRUE", True), ("false", False), ("", False)],
 )
-def test_an_include_merges_where_it_says_so(tmp_path: Path, told: str, merged: bool) -> None:
+def test_an_include_merges_where_it_says_so(tmp_path: Path, given: str, merged: bool) -> None:
     write(tmp_path, "box.sdf", BOX)
-    model = Expanded(tmp_path, include("box.sdf", merge=told)).world[0]
+    model = Expanded(tmp_path, include("box.sdf", merge=given)).world[0]
     assert (model.get("merge") == "true") is merged
 
 
@@ -197,11 +197,11 @@ def test_models_are_nested_to_a_depth(tmp_path: Path, monkeypatch: pytest.Monkey
         Expanded(tmp_path, f"<model name='o'><model name='p'>{include('deep.sdf')}</model></model>")
 
 
-def test_what_is_broken_is_left_out_with_its_place_and_what_is_too_much_is_not() -> None:
+def test_what_is_broken_is_left_out_by_name_and_what_is_too_much_is_not() -> None:
     xml = XmlFile(Path("w"), "sdf", WorldError, b"<sdf/>")
-    for place in (None, "here", "there"):
+    for position in (None, "here", "there"):
         with leaving_out(xml, "here"):
-            raise WorldError("w", "is odd", place)
+            raise WorldError("w", "is odd", position)
     assert texts(xml.notes) == ("here is left out: is odd", "here is left out: there: is odd")
     assert {note.kind for note in xml.notes} == {NoteKind.BROKEN}
     with pytest.raises(ExcessError), leaving_out(xml, "here"):

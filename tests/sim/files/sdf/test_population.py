@@ -1,4 +1,4 @@
-"""Where the copies of a population stand, what they are called, and what is no population."""
+"""Copies of a population: their positions, their names, and what is no population."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ TUBE = "<cylinder><radius>2</radius><length>3</length></cylinder>"
 
 def copies(inside: str, model: str = MODEL, pose: str = "0 0 0 0 0 0") -> dict[str, list[float]]:
     """Return the pose of each copy that a population makes, by its name."""
-    told = f"<population name='wood'>{model}<pose>{pose}</pose>{inside}</population>"
-    xml = XmlFile(Path("w"), "sdf", WorldError, f"<sdf>{told}</sdf>".encode())
+    given = f"<population name='wood'>{model}<pose>{pose}</pose>{inside}</population>"
+    xml = XmlFile(Path("w"), "sdf", WorldError, f"<sdf>{given}</sdf>".encode())
     found = {}
     for each in populate(xml, xml.root[0]):
         assert len(each.findall("pose")) == 1
@@ -30,25 +30,25 @@ def copies(inside: str, model: str = MODEL, pose: str = "0 0 0 0 0 0") -> dict[s
     return found
 
 
-def places(inside: str) -> NDArray[np.float64]:
+def positions(inside: str) -> NDArray[np.float64]:
     """Return where the copies stand, `(N, 3) float64`."""
     return np.array([pose[:3] for pose in copies(inside).values()])
 
 
 def spread(kind: str, count: int, region: str = BOX, more: str = "") -> str:
-    """Return what tells where copies stand."""
-    told = f"<distribution><type>{kind}</type>{more}</distribution>"
-    return f"<model_count>{count}</model_count>{region}{told}"
+    """Return the tags of the copies' positions."""
+    given = f"<distribution><type>{kind}</type>{more}</distribution>"
+    return f"<model_count>{count}</model_count>{region}{given}"
 
 
 def test_a_grid_is_centred_and_goes_row_by_row() -> None:
     more = "<rows>2</rows><cols>3</cols><step>1 10 0</step>"
     expected = [(x, y, 0.0) for y in (-5.0, 5.0) for x in (-1.0, 0.0, 1.0)]
-    np.testing.assert_allclose(places(spread("grid", 9, more=more)), expected)
-    one = places("<distribution><type> grid </type></distribution>")  # needs no region
+    np.testing.assert_allclose(positions(spread("grid", 9, more=more)), expected)
+    one = positions("<distribution><type> grid </type></distribution>")  # needs no region
     np.testing.assert_array_equal(one, np.zeros((1, 3)))
     assert len(copies(spread("grid", 9, more="<rows>0</rows><cols>3</cols>"))) == 0
-    step = places(spread("grid", 1, more="<rows>2</rows><cols>2</cols>"))
+    step = positions(spread("grid", 1, more="<rows>2</rows><cols>2</cols>"))
     np.testing.assert_allclose(np.ptp(step, axis=0), (1.0, 1.0, 0.0))
 
 
@@ -56,34 +56,34 @@ def test_a_grid_is_centred_and_goes_row_by_row() -> None:
 def test_a_line_shares_the_region_evenly(kind: str, along: int, edge: float) -> None:
     expected = np.zeros((4, 3))
     expected[:, along] = np.array([-3.0, -1.0, 1.0, 3.0]) / 8.0 * edge
-    np.testing.assert_allclose(places(spread(f"linear-{kind}", 4)), expected)
+    np.testing.assert_allclose(positions(spread(f"linear-{kind}", 4)), expected)
     assert len(copies(spread(f"linear-{kind}", 0))) == 0
 
 
 @pytest.mark.parametrize("kind", ["random", "uniform"])
-def test_random_places_fill_their_region_and_no_more(kind: str) -> None:
-    in_box = places(spread(kind, 200))
+def test_random_positions_fill_their_region_and_no_more(kind: str) -> None:
+    in_box = positions(spread(kind, 200))
     assert (np.abs(in_box) <= (2.0, 3.0, 1.0)).all()
     assert (np.ptp(in_box, axis=0) > np.array((4.0, 6.0, 2.0)) * 0.9).all()
-    in_tube = places(spread(kind, 200, TUBE))
+    in_tube = positions(spread(kind, 200, TUBE))
     reach = np.hypot(in_tube[:, 0], in_tube[:, 1])
     assert 1.8 < reach.max() <= 2.0
     assert 1.35 < np.abs(in_tube[:, 2]).max() <= 1.5
     short = TUBE.replace("<length>3</length>", "")
-    assert 0.4 < np.abs(places(spread(kind, 200, short))[:, 2]).max() <= 0.5
-    np.testing.assert_array_equal(in_box, places(spread(kind, 200)))  # the same each time
+    assert 0.4 < np.abs(positions(spread(kind, 200, short))[:, 2]).max() <= 0.5
+    np.testing.assert_array_equal(in_box, positions(spread(kind, 200)))  # the same each time
 
 
-def test_uniform_places_keep_apart_and_random_ones_need_not() -> None:
+def test_uniform_positions_keep_apart_and_random_ones_need_not() -> None:
     def nearest(points: NDArray[np.float64]) -> float:
         gaps = np.linalg.norm(points[:, None] - points[None], axis=2)
         return float(gaps[~np.eye(len(points), dtype=bool)].min())
 
     flat = "<box><size>4 4 0.01</size></box>"
-    assert nearest(places(spread("uniform", 30, flat))) > 0.4
-    by_chance = nearest(places(spread("random", 30, flat)))
+    assert nearest(positions(spread("uniform", 30, flat))) > 0.4
+    by_chance = nearest(positions(spread("random", 30, flat)))
     assert by_chance < 0.2
-    assert nearest(places(f"<model_count>30</model_count>{flat}")) == by_chance  # if not told
+    assert nearest(positions(f"<model_count>30</model_count>{flat}")) == by_chance  # if not told
 
 
 def test_copies_are_numbered_and_stand_in_the_populations_frame() -> None:
@@ -130,7 +130,7 @@ def test_what_is_no_population_is_refused(inside: str, problem: str) -> None:
 
 
 def test_five_thousand_copies_are_the_most() -> None:
-    line = places(spread("linear-x", 5000))
+    line = positions(spread("linear-x", 5000))
     assert len(line) == 5000
     assert all(b > a for a, b in pairwise(line[:, 0].tolist()))
     assert len(copies(spread("grid", 0, more="<rows>50</rows><cols>100</cols>"))) == 5000

@@ -10,11 +10,7 @@ import pytest
 
 from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_core.twist import Velocity
-from arjuna_sim.check import is_robot
-from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.sdf.robot import read_sdf_robot
-from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.sensor_tag import SensorTag, Tags
 from arjuna_sim.files.urdf.gazebo import read_tags
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
@@ -23,7 +19,7 @@ from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import GREY, Kind
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.urdf import Joint, Urdf
-from tests.sim.builders import ROOM, run, simulator, texts
+from tests.sim.builders import texts
 
 BALL = "<geometry><sphere><radius>0.1</radius></sphere></geometry>"
 SOLID = f"<collision name='c'><pose>0 0 0.5 0 0 0</pose>{BALL}</collision>"
@@ -32,16 +28,16 @@ AXIS = "<axis><xyz>0 0 1</xyz>{}</axis>"
 
 
 def link(name: str, inside: str = "", pose: str = "") -> str:
-    told = f"<pose>{pose}</pose>" if pose else ""
-    return f"<link name='{name}'>{told}{inside}</link>"
+    wanted = f"<pose>{pose}</pose>" if pose else ""
+    return f"<link name='{name}'>{wanted}{inside}</link>"
 
 
 def joint(
     name: str, parent: str, child: str, kind: str = "fixed", inside: str = "", pose: str = ""
 ) -> str:
-    told = f"<pose>{pose}</pose>" if pose else ""
+    wanted = f"<pose>{pose}</pose>" if pose else ""
     ends = f"<parent>{parent}</parent><child>{child}</child>"
-    return f"<joint name='{name}' type='{kind}'>{told}{ends}{inside}</joint>"
+    return f"<joint name='{name}' type='{kind}'>{wanted}{ends}{inside}</joint>"
 
 
 def xml_of(*inside: str) -> XmlFile:
@@ -49,12 +45,12 @@ def xml_of(*inside: str) -> XmlFile:
     return XmlFile(Path("r.sdf"), "sdf", RobotError, text.encode())
 
 
-def told(*inside: str) -> tuple[Urdf, Tags]:
+def wanted(*inside: str) -> tuple[Urdf, Tags]:
     return read_sdf_robot(xml_of(*inside))
 
 
 def read(*inside: str) -> Urdf:
-    return told(*inside)[0]
+    return wanted(*inside)[0]
 
 
 def turning(limits: str = "", kind: str = "revolute", dynamics: str = "", mimic: str = "") -> Joint:
@@ -108,7 +104,9 @@ def test_what_slows_a_joint_is_never_negative() -> None:
         ("<multiplier>3</multiplier><offset>0.5</offset><reference>0.2</reference>", 3.0, -0.1),
     ],
 )
-def test_a_joint_follows_another_as_told(inside: str, multiplier: float, offset: float) -> None:
+def test_a_joint_follows_another_as_its_mimic_says(
+    inside: str, multiplier: float, offset: float
+) -> None:
     mimic = turning(mimic=f"<mimic joint='k'>{inside}</mimic>").mimic
     assert mimic is not None
     assert (mimic.joint, mimic.multiplier) == ("k", multiplier)
@@ -130,8 +128,8 @@ def test_a_link_that_turns_lies_where_its_joint_is_and_its_shapes_stay() -> None
     assert ball.position == pytest.approx((1.0, 2.0, 2.5))
     assert own.inertial is not None
     assert own.inertial.mass == 2.0
-    (place,) = urdf.T_root("arm").apply(np.array([own.inertial.center]))
-    assert place == pytest.approx((1.0, 2.1, 2.0))
+    (point,) = urdf.T_root("arm").apply(np.array([own.inertial.center]))
+    assert point == pytest.approx((1.0, 2.1, 2.0))
 
 
 @pytest.mark.parametrize(
@@ -142,7 +140,7 @@ def test_a_link_that_turns_lies_where_its_joint_is_and_its_shapes_stay() -> None
         (" expressed_in='base'", "1 0 0", (0.0, -1.0, 0.0)),
     ],
 )
-def test_an_axis_is_told_in_any_frame(frame: str, xyz: str, in_model: tuple[float, ...]) -> None:
+def test_an_axis_may_be_in_any_frame(frame: str, xyz: str, in_model: tuple[float, ...]) -> None:
     """Of an arm that lies a quarter to the left, on a base that lies a quarter to the right."""
     quarter = math.pi / 2
     urdf = read(
@@ -156,18 +154,18 @@ def test_an_axis_is_told_in_any_frame(frame: str, xyz: str, in_model: tuple[floa
 
 def test_friction_is_that_of_the_first_shape_that_says_one() -> None:
     shapes = "".join(
-        f"<collision name='c{i}'>{BALL}{told_mu}</collision>"
-        for i, told_mu in enumerate(("", MU.format(0.3), MU.format(0.7)))
+        f"<collision name='c{i}'>{BALL}{own_mu}</collision>"
+        for i, own_mu in enumerate(("", MU.format(0.3), MU.format(0.7)))
     )
-    assert told(link("base", shapes))[1].friction == {"base": 0.3}
-    assert told(link("base", SOLID))[1].friction == {}
+    assert wanted(link("base", shapes))[1].friction == {"base": 0.3}
+    assert wanted(link("base", SOLID))[1].friction == {}
 
 
 def test_a_sensor_sits_where_its_pose_says_in_the_links_new_frame() -> None:
     eye = "<sensor name='s' type='imu'>{}</sensor>"
 
     def pose(*inside: str) -> Pose3:
-        (tag,) = told(*inside)[1].items
+        (tag,) = wanted(*inside)[1].items
         assert isinstance(tag, SensorTag)
         mounted: Pose3 = tag.mount(1.0, "topic")["pose"]
         return mounted
@@ -207,7 +205,7 @@ def test_nested_models_prefix_their_names_unless_they_are_merged() -> None:
 def test_plugins_name_joints_as_the_robot_does() -> None:
     plugin = "<plugin name='p' filename='f'><joint> j </joint><topic>j2</topic></plugin>"
     inner = f"<model name='in'>{link('a')}{link('b')}{joint('j', 'a', 'b')}{plugin}</model>"
-    (found,) = told(inner)[1].plugins
+    (found,) = wanted(inner)[1].plugins
     assert [found.findtext(tag) for tag in ("joint", "topic")] == ["in/j", "j2"]
 
 
@@ -240,7 +238,7 @@ def test_what_urdf_has_not_is_held_or_left_out_and_said() -> None:
     ]
 
 
-def test_what_has_no_mass_tells_none() -> None:
+def test_what_has_no_mass_has_no_inertial() -> None:
     bare = read(link("base", "<inertial><pose>1 0 0 0 0 0</pose></inertial>"))
     assert bare.links["base"].inertial is None
     assert read(link("base")).links["base"].inertial is None
@@ -318,7 +316,7 @@ def test_its_description_is_a_urdf_of_the_same_robot() -> None:
     arm = joint("j", "base", "arm", "revolute", AXIS.format(limits), "0.5 0 0 0 0 0")
     follow = AXIS.format("<mimic joint='j'><multiplier>2</multiplier></mimic>")
     links = link("base", SOLID + mass + eye), link("arm", SOLID), link("hand")
-    urdf, tags = told(*links, arm, joint("k", "arm", "hand", "revolute", follow), plugin)
+    urdf, tags = wanted(*links, arm, joint("k", "arm", "hand", "revolute", follow), plugin)
     xml = XmlFile(Path("r.urdf"), "robot", RobotError, urdf_text(urdf, tags).encode())
     again = read_urdf(xml)
     assert (again.name, again.root, again.joints) == (urdf.name, urdf.root, urdf.joints)
@@ -331,112 +329,3 @@ def test_its_description_is_a_urdf_of_the_same_robot() -> None:
     sensor = read_again.items[0]
     assert isinstance(sensor, SensorTag)
     assert sensor.mount(1.0, "t")["pose"].position == pytest.approx((0.1, 0.2, 0.3))
-
-
-INERTIA = "<inertia><ixx>{i}</ixx><iyy>{i}</iyy><izz>{i}</izz></inertia>"
-BASE = f"""<link name="base"><pose>0 0 0.1 0 0 0</pose>
-<inertial><mass>3</mass>{INERTIA.format(i=0.02)}</inertial>
-<collision name="c"><geometry><box><size>0.3 0.2 0.05</size></box></geometry></collision>
-<visual name="v"><geometry><box><size>0.3 0.2 0.05</size></box></geometry>
-<material><diffuse>1 0 0 1</diffuse></material></visual>
-<sensor name="scanner" type="gpu_lidar"><pose relative_to="mast">0 0 0.05 0 0 0</pose>
-<topic>scan</topic><update_rate>10</update_rate><lidar><scan><horizontal><samples>360</samples>
-<min_angle>-3.1</min_angle><max_angle>3.1</max_angle></horizontal></scan><range><min>0.05</min>
-<max>20</max></range></lidar></sensor></link>
-<frame name="mast" attached_to="base"><pose>0.05 0 0.2 0 0 0</pose></frame>"""
-WHEEL = """<link name="{name}"><pose>{x} {y} 0.05 -1.5707963267948966 0 0</pose>
-<inertial><mass>0.3</mass>{inertia}</inertial>
-<collision name="c"><geometry><cylinder><radius>0.05</radius><length>0.02</length></cylinder>
-</geometry><surface><friction><ode><mu>1.2</mu></ode></friction></surface></collision></link>
-<joint name="{name}_joint" type="revolute"><parent>base</parent><child>{name}</child>
-<axis>{axis}</axis></joint>"""
-AXES = (
-    "<xyz>0 0 1</xyz>",
-    "<xyz expressed_in='__model__'>0 1 0</xyz>"
-    "<limit><lower>-1e16</lower><upper>1e16</upper></limit>",
-    "<xyz>0 1 0</xyz><use_parent_model_frame>1</use_parent_model_frame>",
-    "<xyz expressed_in='base'>0 1 0</xyz>",
-)
-DRIVE = """<plugin filename="gz-sim-diff-drive-system" name="gz::sim::systems::DiffDrive">
-{joints}<wheel_separation>0.26</wheel_separation><wheel_radius>0.05</wheel_radius>
-<topic>cmd_vel</topic></plugin>"""
-CASTER = """<link name="ball"><pose>-0.12 0 0.02 0 0 0</pose><collision name="c"><geometry><sphere>
-<radius>0.02</radius></sphere></geometry></collision></link>
-<joint name="ball_joint" type="ball"><parent>base</parent><child>ball</child></joint>"""
-
-
-def _wheels(axis: str, count: int = 4) -> str:
-    places = [(x, y) for x in (0.1, -0.1)[: count // 2] for y in (0.13, -0.13)]
-    inertia = INERTIA.format(i=3e-4)
-    return "".join(
-        WHEEL.format(name=f"wheel_{i}", x=x, y=y, axis=axis, inertia=inertia)
-        for i, (x, y) in enumerate(places)
-    )
-
-
-def _robot(folder: Path, axis: str = AXES[0], extra: str = "", count: int = 4) -> Path:
-    joints = "".join(
-        f"<{'left' if i % 2 == 0 else 'right'}_joint>wheel_{i}_joint</"
-        f"{'left' if i % 2 == 0 else 'right'}_joint>"
-        for i in range(count)
-    )
-    inside = BASE + _wheels(axis, count) + DRIVE.format(joints=joints) + extra
-    path = folder / "robot.sdf"
-    path.write_text(f"<sdf version='1.9'><model name='bot'>{inside}</model></sdf>", "utf-8")
-    return path
-
-
-@pytest.mark.parametrize("axis", AXES)
-def test_sdf_robot_drives_and_sees(tmp_path: Path, axis: str) -> None:
-    path = _robot(tmp_path, axis)
-    assert is_robot(path)
-    sim = simulator(ROOM, robot=path)
-    robot = sim.robot.model
-    assert robot.urdf.name == "bot"
-    assert '<robot name="bot">' in robot.urdf.text
-    assert robot.drive.left == ("wheel_0_joint", "wheel_2_joint")
-    assert robot.urdf.joints["wheel_0_joint"].kind == "continuous"
-    assert robot.settings.friction["wheel_0"] == 1.2
-    mount = robot.urdf.T_root("base") @ robot.settings.sensors[0].pose
-    assert mount.position == pytest.approx((0.05, 0.0, 0.25), abs=1e-9)
-    last = run(sim, 2.0, Velocity(0.3))
-    assert last.truth.v == pytest.approx(0.3, rel=0.05)
-    assert last.scan is not None
-    assert np.isfinite(last.scan.ranges).all()
-
-
-def test_frames_are_links_and_balls_are_casters(tmp_path: Path) -> None:
-    robot = load_robot(_robot(tmp_path, extra=CASTER, count=2), SearchPath())
-    assert robot.urdf.joints["mast_frame"].parent == "base"
-    assert robot.urdf.T_root("mast").position == pytest.approx((0.05, 0.0, 0.2))
-    assert "joint 'ball_joint': type 'ball' is held fast" in texts(robot.notes)
-    assert robot.settings.friction["ball"] < 0.05
-
-
-def test_included_and_nested_models_are_parts_of_the_robot(tmp_path: Path) -> None:
-    folder = tmp_path / "models" / "mount"
-    folder.mkdir(parents=True)
-    link = "<link name='plate'><pose>0 0 0.1 0 0 0</pose></link>"
-    text = f"<sdf version='1.9'><model name='mount'>{link}</model></sdf>"
-    (folder / "model.sdf").write_text(text, encoding="utf-8")
-    nested = """<include><uri>model://mount</uri><name>top</name>
-    <pose>0.1 0 0.2 0 0 1</pose></include>
-    <joint name="j" type="fixed"><parent>base</parent><child>top::plate</child></joint>
-    <include merge="true"><uri>model://mount</uri></include>"""
-    robot = load_robot(_robot(tmp_path, extra=nested), SearchPath())
-    expected = Pose3((0.1, 0.0, 0.2)) @ Pose3((0.0, 0.0, 0.0))
-    above = np.array(robot.urdf.T_root("top/plate").position) - expected.position
-    assert above == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
-    assert "link 'plate': no joint carries it: it is fixed to 'base'" in texts(robot.notes)
-
-
-def test_sdf_file_without_a_model_is_no_robot(tmp_path: Path) -> None:
-    path = tmp_path / "w.sdf"
-    path.write_text("<sdf version='1.9'><world name='w'/></sdf>", encoding="utf-8")
-    assert not is_robot(path)
-    with pytest.raises(RobotError, match="must hold one <model>, and no <world>"):
-        load_robot(path)
-    joint = "<joint name='j' type='fixed'><parent>base</parent><child>none</child></joint>"
-    broken = _robot(tmp_path, extra=joint)
-    with pytest.raises(RobotError, match="frame 'none' does not exist; valid: base"):
-        load_robot(broken)

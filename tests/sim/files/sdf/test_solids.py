@@ -55,7 +55,7 @@ def edges(faces: NDArray[np.float64]) -> dict[tuple[tuple[float, ...], tuple[flo
 
 
 def is_closed(faces: NDArray[np.float64]) -> bool:
-    """Tell whether each edge is gone along once, and once back by its neighbour."""
+    """Return whether each edge occurs once, and once in reverse in its neighbour."""
     found = edges(faces)
     return all(n == 1 and found.get((b, a)) == 1 for (a, b), n in found.items())
 

@@ -51,11 +51,11 @@ def test_nested_and_included_models_stand_where_they_were_put(tmp_path: Path, se
         for body in world.bodies
         if body.collides and body.part.shape.kind is Kind.BOX
     }
-    assert set(found) == set(case.places)
-    for edge, place in case.places.items():
-        assert found[edge] == pytest.approx(place, abs=1e-9)
-    told = " ".join(texts(world.notes))
-    assert all(name in told for name in case.left_out)
+    assert set(found) == set(case.positions)
+    for edge, point in case.positions.items():
+        assert found[edge] == pytest.approx(point, abs=1e-9)
+    given = " ".join(texts(world.notes))
+    assert all(name in given for name in case.left_out)
     assert world.masses == {}
     simulator(case.path)
 

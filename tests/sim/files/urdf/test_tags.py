@@ -89,13 +89,13 @@ def test_a_mass_that_is_none_is_refused(tmp_path: Path, inside: str, problem: st
 
 
 def read_1(*joints: tuple[str, str, str]) -> tuple[dict[str, Joint], XmlFile]:
-    """Return joints from a base to a link each, of a name, a kind and what more is told."""
-    told = "".join(
+    """Return joints from a base to a link each, of a name, a kind and further tags."""
+    given = "".join(
         f"<link name='{name}_link'/><joint name='{name}' type='{kind}'><parent link='base'/>"
         f"<child link='{name}_link'/><limit lower='-1' upper='1'/>{more}</joint>"
         for name, kind, more in joints
     )
-    text = f"<robot name='r'><link name='base'/>{told}</robot>".encode()
+    text = f"<robot name='r'><link name='base'/>{given}</robot>".encode()
     xml = XmlFile(Path("r.urdf"), "robot", RobotError, text)
     return read_urdf(xml).joints, xml
 
@@ -105,9 +105,9 @@ def after(name: str, more: str = "") -> str:
 
 
 def test_a_joint_follows_another_by_a_factor_and_an_offset() -> None:
-    told = after("a", "multiplier='-2' offset='0.5'")
+    given = after("a", "multiplier='-2' offset='0.5'")
     joints, xml = read_1(
-        ("a", "revolute", ""), ("b", "prismatic", told), ("c", "revolute", after("b"))
+        ("a", "revolute", ""), ("b", "prismatic", given), ("c", "revolute", after("b"))
     )
     assert joints["a"].mimic is None
     assert joints["b"].mimic == Mimic("a", -2.0, 0.5)
@@ -171,8 +171,8 @@ def test_a_ray_outside_a_sensor_says_where_it_goes_in_the_check_too(tmp_path: Pa
     ray = "<ray><scan><horizontal><samples>360</samples></horizontal></scan></ray>"
     inside = f"{TWO}<gazebo reference='ball'>{ray}{_LIDAR.format('ball')}</gazebo>"
     found = check(_robot(tmp_path, inside), SearchPath(), {})
-    cure = 'put it into <gazebo reference="ball"><sensor type="ray" name="NAME">'
-    assert sum(cure in note for note in texts(found.notes)) == 2
+    remedy = 'put it into <gazebo reference="ball"><sensor type="ray" name="NAME">'
+    assert sum(remedy in note for note in texts(found.notes)) == 2
 
 
 def test_inside_a_sensor_nothing_is_said(tmp_path: Path) -> None:

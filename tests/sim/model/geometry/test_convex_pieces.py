@@ -113,7 +113,7 @@ def test_bodies_apart_are_pieces_in_the_order_of_their_first_faces() -> None:
     assert volumes(pieces(touching).corners) == pytest.approx([2.0])
 
 
-def test_cells_of_faces_that_look_one_way_reach_a_slab_deep() -> None:
+def test_cells_of_faces_of_one_side_reach_a_slab_deep() -> None:
     found = pieces(sheet(8), 16)
     assert 4 <= len(found.corners) <= 16
     assert 0.25 <= found.within < 0.25 * 1.25**4  # no finer than all can have, and little coarser

@@ -115,7 +115,7 @@ def test_a_mesh_is_scaled_and_reaches_as_far_as_its_farthest_number() -> None:
 
 
 def test_groups_are_mujocos_numbers_of_which_the_first_three_are_drawn() -> None:
-    """MuJoCo's viewer draws groups 0 to 2 unless it is told otherwise."""
+    """MuJoCo's viewer draws groups 0 to 2 by default."""
     numbers = {group.name: group.value for group in Group}
     assert sorted(numbers.values()) == [0, 1, 2, 3, 4]
     assert {name for name, value in numbers.items() if value > 2} == {

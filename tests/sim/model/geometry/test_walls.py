@@ -23,8 +23,8 @@ def _ring(
 
 
 @pytest.mark.parametrize("seed", range(30))
-def test_closed_walls_tell_inside_from_outside(seed: int) -> None:
-    """Of any size, form and place, with pillars within; gaps narrower than the robot are closed."""
+def test_closed_walls_separate_inside_from_outside(seed: int) -> None:
+    """Of any size, form and position, with pillars within; narrow gaps are closed."""
     rng = np.random.default_rng(seed)
     size, middle = float(rng.uniform(1.5, 40.0)), tuple(rng.uniform(-50.0, 50.0, 2).tolist())
     walls = [_ring(int(rng.integers(3, 9)), size, middle, gap=0.15 * (seed % 2))]
