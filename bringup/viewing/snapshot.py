@@ -15,7 +15,7 @@ from arjuna_core.errors import InputFileError
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from bringup.viewing.drawing.frames import Frames
-from bringup.viewing.drawing.messages import DRAWN, frame_of, planar, pose3
+from bringup.viewing.drawing.messages import DRAWN, planar
 from bringup.viewing.drawing.values import Grid, Line, Points
 
 _BASES = ("base_footprint", "base_link")
@@ -94,10 +94,7 @@ class _Reader:
             return  # a damaged message more or less: the picture shows what can be read
 
     def _transforms(self, topic: str, message: Any) -> None:
-        static = topic.endswith("tf_static")
-        for each in message.transforms:
-            child, time = each.child_frame_id.lstrip("/"), self.found.time
-            self._frames.insert(frame_of(each), child, time, pose3(each.transform), static)
+        self._frames.take(message, topic.endswith("tf_static"), self.found.time)
 
     def _drawn(self, topic: str, message: Any) -> None:
         drawing = DRAWN[message.__msgtype__](topic, message)

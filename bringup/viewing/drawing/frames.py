@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.transforms import TransformError, TransformTree
+from bringup.viewing.drawing.messages import frame_of, pose3, seconds
 
 
 class Frames(TransformTree[Pose3]):
@@ -20,6 +22,20 @@ class Frames(TransformTree[Pose3]):
     def __init__(self, fixed: str, late: float = 0.05) -> None:
         super().__init__(ORIGIN, duration=10.0)
         self._wanted, self._late = fixed, late
+
+    def take(self, message: Any, static: bool, stamp: float | None = None) -> bool:
+        """Insert the transforms of a TFMessage; return whether a frame has a new parent.
+
+        They are of a time [s] of their own unless one is given.
+        """
+        changed = False
+        for each in message.transforms:
+            parent, child = frame_of(each), each.child_frame_id.lstrip("/")
+            edge = self.edges.get(child)
+            changed |= edge is None or edge.parent != parent
+            when = seconds(each.header.stamp) if stamp is None else stamp
+            self.insert(parent, child, when, pose3(each.transform), static)
+        return changed
 
     @property
     def parents(self) -> dict[str, str]:

@@ -46,6 +46,11 @@ def frame_of(message: Any) -> str:
     return str(message.header.frame_id).lstrip("/")
 
 
+def seconds(stamp: Any) -> float:
+    """Return a Time message as seconds [s]."""
+    return float(stamp.sec) + float(stamp.nanosec) / 1e9
+
+
 def _line(xy: Iterable[tuple[float, float]], z: float) -> Floats:
     """Return points of the plane at a height, `(N, 3) float32` [m]."""
     rows = np.array([(x, y, z) for x, y in xy], np.float32).reshape(-1, 3)
@@ -74,7 +79,7 @@ def _scan(topic: str, message: Any) -> Drawing:
     scan = Scan(ranges, message.angle_min, message.angle_increment, *limits)
     angles, ranges = scan.angles[scan.valid], ranges[scan.valid]
     points = np.stack([ranges * np.cos(angles), ranges * np.sin(angles), 0.0 * ranges], axis=1)
-    stamp = message.header.stamp.sec + message.header.stamp.nanosec / 1e9
+    stamp = seconds(message.header.stamp)
     return Points(
         frame=frame_of(message), stamp=stamp, points=points.astype(np.float32), colour=_SCAN
     )

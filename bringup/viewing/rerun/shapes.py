@@ -19,12 +19,9 @@ from bringup.viewing.rerun.stream import Stream
 
 def transforms(stream: Stream, frames: Frames, message: Any, static: bool) -> bool:
     """Move frames; return whether one is new or has another parent."""
-    changed = False
     for each in message.transforms:
         parent, child = frame_of(each), each.child_frame_id.lstrip("/")
-        changed |= frames.parents.get(child) != parent
         pose = pose3(each.transform)
-        frames.insert(parent, child, stream.now, pose, static)
         w, x, y, z = pose.quaternion
         if static:
             moved = rr.Transform3D(
@@ -36,7 +33,7 @@ def transforms(stream: Stream, frames: Frames, message: Any, static: bool) -> bo
             stream.always(f"tf/{child}", moved)
         else:
             stream.transform(parent, child, pose.position, (x, y, z, w))
-    return changed
+    return frames.take(message, static, stream.now)
 
 
 def draw(stream: Stream, topic: str, drawing: Drawing) -> None:

@@ -16,12 +16,11 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import new_context
-from arjuna_core.ros.convert import header, planar_covariance, pose_msg, seconds
+from arjuna_core.ros.convert import header, planar_covariance, pose_msg
 from arjuna_core.ros.velocity import VelocityOutput
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from bringup.viewing.drawing.frames import Frames
-from bringup.viewing.drawing.messages import frame_of, pose3
 from bringup.viewing.robot.entities import EntityWatch
 from bringup.viewing.robot.managed import ManagedNodes
 from bringup.viewing.robot.navigation import NavigationWatch
@@ -90,7 +89,7 @@ class RobotSide:
                 static = topic == "tf_static"
                 subscription = self.node.create_subscription(
                     *(TFMessage, topic),
-                    lambda m, static=static: self._on_transforms(m, static),
+                    lambda m, static=static: self.frames.take(m, static),
                     profile,
                 )
                 self._transforms.append(subscription)
@@ -100,11 +99,6 @@ class RobotSide:
                 self.node.destroy_subscription(self._transforms.pop())
             for _ in range(20):  # until what was closed is gone
                 self._executor.spin_once(timeout_sec=0.0)
-
-    def _on_transforms(self, message: Any, static: bool) -> None:
-        for item in message.transforms:
-            child, stamp = item.child_frame_id.lstrip("/"), seconds(item.header.stamp)
-            self.frames.insert(frame_of(item), child, stamp, pose3(item.transform), static)
 
     def spin(self, until: float) -> None:
         """Take in what comes until a time [s, monotonic], and in any case all that waits now."""
