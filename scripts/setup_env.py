@@ -15,8 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from scripts import installing, kernels, preflight
-from scripts.installing import find_uv, locked
-from scripts.locked import EXTRAS, lines_of, wanted_extras
+from scripts.installing import EXTRAS, find_uv, lines_of, locked, wanted_extras
 from scripts.steps import Step, StepError, run, say, stopped_at_the_end
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -49,6 +49,16 @@ def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]
         (["goto", "1", "2", "--namespace", "a//b"], "'a//b' is no namespace"),
         (["nav", "--slam", "--domain-id", "233"], "'233' is no domain; valid: 0 to 232"),
         (["explore", "--world", "w.world"], "unrecognized arguments: --world"),
+        (["entity"], "required: ACTION"),
+        (["entity", "fly"], "invalid choice: 'fly'"),
+        (["entity", "spawn", "a"], "required: WHAT"),
+        (["entity", "move", "a", "1", "nan"], "'nan' is no finite number"),
+        (["entity", "spawn", "a", "person", "--path", "1,1"], "is no path"),
+        (["entity", "spawn", "a", "person", "--path", "1 2"], "'1' is no point; valid: X,Y"),
+        (["entity", "spawn", "a", "person", "--speed", "0"], "'0' must be above 0"),
+        (["world", "step", "0"], "'0' is no count; valid: 1 to"),
+        (["world", "step", "1.5"], "'1.5' is no count"),
+        (["world", "reset", "--scope", "half"], "invalid choice: 'half'"),
     ],
 )
 def test_a_wrong_command_line_is_refused_with_exit_code_2(

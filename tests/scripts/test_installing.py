@@ -1,12 +1,15 @@
-"""Who installs the packages."""
+"""The lines of the lock file, by extra, and the installer of them."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from scripts import installing
+from scripts.installing import EXTRAS, INSTALLER, lines_of, wanted_extras
+from scripts.setup_env import LOCK
 from scripts.steps import StepError
 
 
@@ -59,3 +62,46 @@ def test_without_uv_in_the_index_pip_is_left(tmp_path: Path) -> None:
     lock, python = tmp_path / "lock", program(tmp_path / "python", 1)
     lock.write_text("uv==1  # setup\n")
     assert installing.find_uv(lock, python, tmp_path / "tool", tmp_path / "log") is None
+
+
+def test_comments_name_the_extras_of_a_line(tmp_path: Path) -> None:
+    lock = tmp_path / "requirements.lock"
+    lock.write_text(
+        "# A header.\nnumpy==1 ; python_version < '3.11'\npyarrow==2  # campaign view\n"
+        "rerun-sdk==3 ; python_version >= '3.11'  # view\n"
+    )
+    assert lines_of(lock) == ["numpy==1 ; python_version < '3.11'"]
+    assert lines_of(lock, "campaign") == ["pyarrow==2"]
+    assert lines_of(lock, "view") == ["pyarrow==2", "rerun-sdk==3 ; python_version >= '3.11'"]
+
+
+def test_our_lock_file_has_no_other_extras() -> None:
+    named = re.findall(r"  # ([a-z ]+)$", LOCK.read_text(), re.MULTILINE)
+    assert {word for words in named for word in words.split()} == {*EXTRAS, INSTALLER}
+    assert all(lines_of(LOCK, extra) for extra in EXTRAS)
+    assert len(lines_of(LOCK, INSTALLER)) == 1
+
+
+@pytest.mark.parametrize(
+    ("value", "wanted"),
+    [
+        (None, EXTRAS),
+        ("all", EXTRAS),
+        ("", ()),
+        ("view", ("view",)),
+        ("view,tune", ("tune", "view")),
+    ],
+)
+def test_extras_are_all_unless_they_are_named(
+    value: str | None, wanted: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("EXTRAS", raising=False)
+    if value is not None:
+        monkeypatch.setenv("EXTRAS", value)
+    assert wanted_extras() == wanted
+
+
+def test_an_unknown_extra_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EXTRAS", "view rviz")
+    with pytest.raises(StepError, match="EXTRAS has no rviz; valid: campaign, dev, tune, view"):
+        wanted_extras()

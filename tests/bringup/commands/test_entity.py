@@ -26,26 +26,3 @@ def test_every_action_has_help(action: str, capsys: pytest.CaptureFixture[str]) 
     with pytest.raises(SystemExit, match="0"):
         parse(["entity", action, "--help"])
     assert "usage: " in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ("argv", "problem"),
-    [
-        (["entity"], "required: ACTION"),
-        (["entity", "fly"], "invalid choice: 'fly'"),
-        (["entity", "spawn", "a"], "required: WHAT"),
-        (["entity", "move", "a", "1", "nan"], "'nan' is no finite number"),
-        (["entity", "spawn", "a", "person", "--path", "1,1"], "is no path"),
-        (["entity", "spawn", "a", "person", "--path", "1 2"], "'1' is no point; valid: X,Y"),
-        (["entity", "spawn", "a", "person", "--speed", "0"], "'0' must be above 0"),
-        (["world", "step", "0"], "'0' is no count; valid: 1 to"),
-        (["world", "step", "1.5"], "'1.5' is no count"),
-        (["world", "reset", "--scope", "half"], "invalid choice: 'half'"),
-    ],
-)
-def test_a_wrong_command_line_is_refused_with_exit_code_2(
-    argv: list[str], problem: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit, match="2"):
-        parse(argv)
-    assert problem in capsys.readouterr().err
