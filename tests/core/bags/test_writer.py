@@ -65,7 +65,12 @@ def test_split_recordings_are_read_as_one(tmp_path: Path, limits: SplitLimits) -
     assert len(bag.files) >= 5
     assert [file.name for file in bag.files[:2]] == ["bag_0.mcap", "bag_1.mcap"]
     assert times(bag) == list(range(100))
-    (tmp_path / "bag" / "metadata.yaml").unlink()
+    metadata = tmp_path / "bag" / "metadata.yaml"
+    files = yaml.safe_load(metadata.read_text())["rosbag2_bagfile_information"]["files"]
+    starts = [file["starting_time"]["nanoseconds_since_epoch"] for file in files]
+    ends = [a + f["duration"]["nanoseconds"] for a, f in zip(starts, files, strict=True)]
+    assert starts == [0, *(end + MS for end in ends[:-1])]
+    metadata.unlink()
     (tmp_path / "bag" / "notes.txt").write_text("what lies beside them is none of them")
     assert times(Bag(tmp_path / "bag")) == list(range(100))
 

@@ -9,15 +9,16 @@ import sys
 from pathlib import Path
 
 import pytest
+from nav2_msgs.action import Wait
 
-from arjuna_core.ros.context import new_context
+from arjuna_core.ros.context import class_of, discovery, new_context
 from arjuna_core.ros.process import Process
 
 _SEGMENT = 4 << 20  # [bytes] what the profile asks for
 _NODE = """
 import glob, os
 from rclpy.node import Node
-from arjuna_core.ros.context import new_context
+from arjuna_core.ros.context import class_of, discovery, new_context
 
 context = new_context()
 node = Node("one", context=context)
@@ -53,6 +54,22 @@ def test_environment_comes_first(
     assert Path(os.environ[name]).name == (own or "fastdds.xml")
 
 
+@pytest.mark.parametrize(
+    ("before", "isolated", "within"),
+    [(None, False, "LOCALHOST"), ("SUBNET", False, "SUBNET"), ("SUBNET", True, "OFF")],
+)
+def test_discovery_range_holds_for_what_is_made_within(
+    before: str | None, isolated: bool, within: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+    monkeypatch.delenv(name, raising=False)
+    if before:
+        monkeypatch.setenv(name, before)
+    with discovery(isolated):
+        assert os.environ[name] == within
+    assert os.environ.get(name) == before
+
+
 def test_an_isolated_process_holds_no_port_of_the_domain(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "99")
     process = Process("alone", isolated=True)
@@ -68,3 +85,12 @@ def test_a_collection_of_garbage_is_rare_and_still_comes() -> None:
     context.shutdown()
     assert gc.isenabled()
     assert gc.get_threshold()[0] >= 10_000
+
+
+def test_interfaces_are_found_by_name() -> None:
+    assert class_of("nav2_msgs/action/Wait") is Wait
+    assert class_of("nav2_msgs/action/Wait_FeedbackMessage") is Wait.Impl.FeedbackMessage
+    with pytest.raises(LookupError, match="is no type; valid: package/msg/Name"):
+        class_of("nav2_msgs")
+    with pytest.raises(LookupError, match="is not installed"):
+        class_of("nav2_msgs/msg/None_")

@@ -15,7 +15,7 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.process import Process
+from arjuna_core.ros.process import Process, Transport
 from arjuna_core.se2 import SE2
 from tests.helpers.ros import TICK, RosBench
 
@@ -122,3 +122,11 @@ def test_an_absolute_name_is_below_the_robots_namespace() -> None:
         assert node.publisher(Clock, "time", qos.LATEST).topic_name == "/robot1/costmap/time"
     finally:
         process.close()
+
+
+@pytest.mark.parametrize("transport", ["dds", "local"])
+def test_only_a_process_on_the_middleware_publishes_its_log(transport: Transport) -> None:
+    bench = RosBench(transport=transport)
+    logs = bench.process.node.get_publishers_info_by_topic("/rosout")
+    bench.close()
+    assert ("bench" in {end.node_name for end in logs}) == (transport == "dds")

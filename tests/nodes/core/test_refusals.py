@@ -188,7 +188,7 @@ def test_a_goal_that_cannot_be_used_is_aborted_with_the_reason(
 
 def test_what_is_refused_is_told_on_diagnostics(bench: RosBench, node: OpenNode) -> None:
     heard = bench.collect(DiagnosticArray, "/diagnostics")
-    bench.advance(1.0)
+    bench.advance(8.0)
     bench.publish(Odometry, "odom", changed(Odometry(), "pose.pose.position.x", math.nan))
     bench.advance(1.0)
     before, after = (
