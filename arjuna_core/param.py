@@ -27,6 +27,7 @@ class ParamInfo:
         choices: The valid values where only some are.
         read_only: Whether it is fixed once the component runs.
         plugins: Of plug-ins' names: the `PluginTypes` or `NamedConfigs` that they are of.
+        nav2: The value with Nav2's behaviour, where another one is the default or is shipped.
     """
 
     description: str
@@ -36,6 +37,7 @@ class ParamInfo:
     choices: tuple[Any, ...] = ()
     read_only: bool = False
     plugins: Any = None
+    nav2: Any = None
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -54,14 +56,16 @@ def param(
     maximum: float | None = None,
     choices: Sequence[Any] = (),
     read_only: bool = False,
+    nav2: Any = None,
 ) -> Any:
     """Declare one parameter as a field of a frozen dataclass.
 
     Args:
         description: One sentence for `--help`, docs and ROS descriptors.
         unit: SI unit.
+        nav2: The value with Nav2's behaviour, which `--as-nav2` sets; None where there is no other.
     """
-    info = ParamInfo(description, unit, minimum, maximum, tuple(choices), read_only)
+    info = ParamInfo(description, unit, minimum, maximum, tuple(choices), read_only, nav2=nav2)
     return dataclasses.field(default=default, metadata={_KEY: info})
 
 

@@ -24,7 +24,9 @@ class ApproachConfig:
     """Parameters of the final approach."""
 
     enabled: bool = param(
-        True, "Whether to drive into the goal where there is room, beyond what is tolerated."
+        True,
+        "Whether to drive into the goal where there is room, beyond what is tolerated.",
+        nav2=False,
     )
     distance: float = param(
         0.5, "Distance from the goal at which a straight approach begins.", unit="m", minimum=0.0

@@ -26,7 +26,9 @@ class EscapeConfig:
     """Parameters of the escape."""
 
     enabled: bool = param(
-        True, "Whether to search a trajectory by bends, turns and back, and through narrow gaps."
+        True,
+        "Whether to search a trajectory by bends, turns and back, and through narrow gaps.",
+        nav2=False,
     )
     max_speed: float = param(
         0.3, "Greatest speed; half of that in a gap without room.", unit="m/s", minimum=0.02

@@ -53,6 +53,7 @@ class FollowerConfig:
         "Distance from the robot within which a moving obstacle is waited for.",
         unit="m",
         minimum=0.0,
+        nav2=0.0,
     )
     foresight: ForesightConfig = field(default_factory=ForesightConfig)
     arrival: ApproachConfig = field(default_factory=ApproachConfig)

@@ -19,7 +19,9 @@ from arjuna_nav.costmap import Costmap
 class ForesightConfig:
     """Limits of the speed by what lies ahead on the path."""
 
-    enabled: bool = param(True, "Whether narrow gaps and bends ahead slow the robot down.")
+    enabled: bool = param(
+        True, "Whether narrow gaps and bends ahead slow the robot down.", nav2=False
+    )
     reaction_time: float = param(
         0.25,
         "Speed allowed is clearance beside the robot by this time: what it may err meanwhile.",

@@ -48,7 +48,7 @@ class BtNavigatorConfig(NavigatorConfig):
     )
     action_server_result_timeout: float = result_timeout(900.0)
     start_patience: float = param(
-        10.0, "How long a new goal waits for the robot's pose.", unit="s", minimum=0.0
+        10.0, "How long a new goal waits for the robot's pose.", unit="s", minimum=0.0, nav2=0.0
     )
     bt_loop_duration: int = param(10, "Time between two ticks.", unit="ms", minimum=1)
     feedback_rate: float = param(
@@ -58,10 +58,14 @@ class BtNavigatorConfig(NavigatorConfig):
         1000, "How long to wait for a server, and for a service's answer.", unit="ms", minimum=0
     )
     default_nav_to_pose_bt_xml: str = param(
-        "navigate_to_pose.xml", "Behavior tree of goals that name none; empty: that one."
+        "navigate_to_pose.xml",
+        "Behavior tree of goals that name none; empty: that one.",
+        nav2="navigate_to_pose_w_replanning_and_recovery.xml",
     )
     default_nav_through_poses_bt_xml: str = param(
-        "navigate_through_poses.xml", "The same for goals through poses."
+        "navigate_through_poses.xml",
+        "The same for goals through poses.",
+        nav2="navigate_through_poses_w_replanning_and_recovery.xml",
     )
     bt_folder: str = param(".", "Folder of the behavior trees that goals may name.")
     error_code_names: tuple[str, ...] = param(

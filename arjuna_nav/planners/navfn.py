@@ -40,7 +40,11 @@ class NavFnConfig:
         False, "Whether the path ends in its own direction, not the goal's."
     )
     escape_radius: float = param(
-        3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
+        3.0,
+        "How far a start too near to an obstacle is led out of it.",
+        unit="m",
+        minimum=0.0,
+        nav2=0.0,
     )
     allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
 

@@ -43,7 +43,11 @@ class ThetaStarConfig:
         False, "Whether the path ends in its own direction, not the goal's."
     )
     escape_radius: float = param(
-        3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
+        3.0,
+        "How far a start too near to an obstacle is led out of it.",
+        unit="m",
+        minimum=0.0,
+        nav2=0.0,
     )
 
 

@@ -100,7 +100,7 @@ class AmclConfig:
         minimum=0.0,
         maximum=1.0,
     )
-    relocalize: bool = param(True, "Search the whole map for the scan when lost.")
+    relocalize: bool = param(True, "Search the whole map for the scan when lost.", nav2=False)
     relocalize_agreement: float = param(
         0.7,
         "Share of beams agreeing with the map below which the robot is lost.",
@@ -180,6 +180,7 @@ class AmclNodeConfig(AmclConfig):
         "Whether to search the whole map at the start: always, never, or where no initial pose is "
         "given.",
         choices=(ALWAYS, NEVER, AUTO),
+        nav2="never",
     )
     save_pose_rate: float = param(
         0.5,

@@ -85,7 +85,11 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
     specs = [spec for group in groups for spec in group.nodes]
     namespace, supervised = given.get("namespace", ""), arguments.command != "demo"
     read = merged_sources(
-        arguments.params, given.get("param") or (), namespace, given.get("strict", False)
+        arguments.params,
+        given.get("param") or (),
+        namespace,
+        given.get("strict", False),
+        given.get("as_nav2", False),
     )
     write_remarks(one for one in read.remarks if not (supervised and one.safety))
     parameters = read.parameters if supervised else merged(read.parameters, _MAPS_FIRST)

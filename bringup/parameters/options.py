@@ -103,7 +103,7 @@ def _argument(text: str) -> str:
     return text
 
 
-NODES = ("--params", "--param", "--strict", "--log-level")
+NODES = ("--params", "--param", "--strict", "--as-nav2", "--log-level")
 """The options of every command that runs nodes."""
 ROBOT_CHOICE = ("--namespace", "--domain-id")
 """Which robot is meant, where there may be several."""
@@ -143,6 +143,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "a parameter, over those of files; NODE:NAME:=VALUE for one node", metavar="NAME:=VALUE"
     ),
     "--strict": _flag("refuse files with names that no node has"),
+    "--as-nav2": _flag("do as Nav2 does where that is another thing; files and --param still win"),
     "--log-level": {
         "choices": ("debug", "info", "warn", "error", "fatal"),
         "default": "info",

@@ -9,11 +9,20 @@ from typing import Any
 
 import yaml
 
+from arjuna_core.config import infos
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.files.yaml_file import plain
-from bringup.parameters.files import EVERY_NODE, Parameters, Source, merged, shipped_parameters
-from bringup.stack import Group
+from arjuna_core.plugins import config_class_for
+from bringup.parameters.files import (
+    EVERY_NODE,
+    Parameters,
+    Source,
+    for_node,
+    merged,
+    shipped_parameters,
+)
+from bringup.stack import Group, NodeSpec
 
 _COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
 ROBOT_NAMES: dict[str, dict[str, str]] = {
@@ -76,6 +85,26 @@ def of_words(words: Iterable[str]) -> Source:
         section = node if node == EVERY_NODE else node.strip("/") or EVERY_NODE
         found.setdefault(section, {})[key] = "" if value is None else value
     return Source("--param", found)
+
+
+def as_nav2(parameters: Parameters, nodes: Iterable[NodeSpec], replaces: bool) -> Parameters:
+    """Return parameters with the values that have Nav2's behaviour, where there is another.
+
+    Args:
+        parameters: By node.
+        nodes: Those that are meant.
+        replaces: Whether values that are given go, else only those that are not given.
+    """
+    found: Parameters = {}
+    for spec in nodes:
+        values = for_node(parameters, spec.name)
+        known = infos(config_class_for(spec.config, values, "", []))
+        found[spec.name] = {
+            key: list(info.nav2) if isinstance(info.nav2, tuple) else info.nav2
+            for key, info in known.items()
+            if info.nav2 is not None and (replaces or key not in values)
+        }
+    return merged(parameters, {node: values for node, values in found.items() if values})
 
 
 def of_options(

@@ -59,6 +59,7 @@ def _table(config: type[Any], values: Mapping[str, Any]) -> Iterator[str]:
         own = "" if one.value == one.default else f" ({code(scalar(one.default))})"
         unit = f" [{one.info.unit}]" if one.info.unit else ""
         limits = (bounds(one.info).strip("()"), "fixed once it runs" * one.info.read_only)
-        valid = cell("; ".join(filter(None, limits)))
+        nav2 = "" if one.info.nav2 is None else f"as Nav2: `{scalar(one.info.nav2)}`"
+        valid = cell("; ".join(filter(None, (*limits, nav2))))
         yield f"| `{one.key}` | {value}{own} | {valid} | {cell(one.info.description)}{unit} |"
     yield ""

@@ -161,7 +161,11 @@ class MppiConfig:
     )
     wz_std: float = param(0.4, "Deviation of the yaw rates tried.", unit="rad/s", minimum=1e-3)
     noise_time: float = param(
-        0.3, "Correlation time of the noise; 0 for Nav2's white noise.", unit="s", minimum=0
+        0.3,
+        "Correlation time of the noise; 0 for Nav2's white noise.",
+        unit="s",
+        minimum=0,
+        nav2=0.0,
     )
     motion_model: str = param(
         "DiffDrive",

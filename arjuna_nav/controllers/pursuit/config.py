@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from arjuna_core.config import param
@@ -75,12 +76,14 @@ class RegulatedPurePursuitConfig:
     shorter_lookaheads: tuple[float, ...] = param(
         (0.7, 0.5, 0.35),
         "Ratios of the lookahead, tried where its arc collides: it cuts the path's corners.",
+        nav2=(),
     )
     rotate_instead_min_angle: float = param(
         0.35,
         "Bearing from which a turn on the spot is tried where no arc is free.",
         unit="rad",
         minimum=0.0,
+        nav2=math.pi,
     )
     same_goal_tolerance: float = param(
         0.1, "Distance between the ends of two paths to the same goal.", unit="m", minimum=0.0

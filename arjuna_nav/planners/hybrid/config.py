@@ -36,13 +36,18 @@ class PoseSearchConfig:
         200.0, "Greatest cost that it may cross.", minimum=0.0, maximum=255.0
     )
     escape_radius: float = param(
-        3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
+        3.0,
+        "How far a start too near to an obstacle is led out of it.",
+        unit="m",
+        minimum=0.0,
+        nav2=0.0,
     )
     heuristic_weight: float = param(
         1.03,
         "Factor on the estimated rest: the search is faster, the path costlier by it at most.",
         minimum=1.0,
         maximum=10.0,
+        nav2=1.0,
     )
 
 
@@ -55,6 +60,7 @@ class HybridConfig(PoseSearchConfig):
         "Factor on the estimated rest: the search is faster, the path costlier by it at most.",
         minimum=1.0,
         maximum=10.0,
+        nav2=1.0,
     )
 
     motion_model_for_search: str = param(

@@ -8,11 +8,19 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
+from arjuna_core.config import flatten, infos, load
 from arjuna_core.errors import ConfigError
-from bringup.parameters.checking import check_file, checked, merged_sources, over_shipped
+from arjuna_core.plugins import PluginTypes
+from bringup.parameters.checking import (
+    check_file,
+    checked,
+    merged_sources,
+    over_shipped,
+    problems_of,
+)
 from bringup.parameters.files import sim_time_of
 from bringup.parameters.sources import of_words
-from bringup.stack import VELOCITY_CHAIN
+from bringup.stack import VELOCITY_CHAIN, all_nodes
 
 pytestmark = pytest.mark.ros
 
@@ -26,6 +34,50 @@ def test_words_come_over_files_and_reach_the_nodes_that_have_them() -> None:
     assert found["map_server"]["maps_folder"] == "/tmp"
     assert not sim_time_of(found, ["slam_toolbox"])
     assert checked(of_words([]), below).parameters is below
+
+
+MPPI = """
+controller_server:
+  ros__parameters:
+    controller_plugins: [Own]
+    Own:
+      plugin: nav2_mppi_controller::MPPIController
+    arrival:
+      enabled: true
+"""
+
+
+def test_as_nav2_every_parameter_has_nav2s_behaviour_but_for_those_of_files(tmp_path: Path) -> None:
+    file = tmp_path / "own.yaml"
+    file.write_text(MPPI)
+    found = merged_sources([file], ["amcl:relocalize:=true"], nav2=True).parameters
+    controller, monitor = found["controller_server"], found["collision_monitor"]
+    assert controller["Own.noise_time"] == 0.0, "of a plug-in that the file names"
+    assert controller["arrival.enabled"], "the file says so"
+    assert not controller["escape.enabled"]
+    assert monitor["FootprintApproach.moving_time"] == 0.0, "shipped is another value"
+    assert found["amcl"]["relocalize"]
+    assert found["amcl"]["global_localization_at_start"] == "never"
+    plain = merged_sources([file]).parameters
+    assert "Own.noise_time" not in plain["controller_server"]
+    assert not problems_of(found, all_nodes())
+
+
+def test_each_value_with_nav2s_behaviour_is_valid() -> None:
+    configs = [spec.config for spec in all_nodes()]
+    shim = {"primary_controller": "dwb_core::DWBLocalPlanner"}
+    kinds = {id(info.plugins): info.plugins for one in configs for info in infos(one).values()}
+    for kind in kinds.values():
+        for name in kind.types if isinstance(kind, PluginTypes) else ():
+            configs.append(kind.config_of(name, shim))
+    others = [
+        flatten(load(config, {key: info.nav2}))[key] == info.nav2
+        for config in configs
+        for key, info in infos(config).items()
+        if info.nav2 is not None
+    ]
+    assert len(others) > 20
+    assert all(others)
 
 
 @pytest.mark.parametrize(
