@@ -17,8 +17,6 @@ from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.stage import Stage
 
-_NANOSECONDS = 1_000_000_000  # in a second (SI)
-
 
 @dataclass(frozen=True)
 class Start:
@@ -53,7 +51,7 @@ class Simulation:
         rng: np.random.Generator,
     ) -> None:
         self.config = config
-        self._substeps, self._tick = config.substeps, round(config.tick * _NANOSECONDS)
+        self._substeps, self._tick = config.substeps, round(config.tick * 1e9)
         self._seeds = rng.bit_generator.random_raw(4)
         staged = {name: start.robot.below(name) for name, start in starts.items()}
         self.stage = Stage(staged, world, config.servo, config.physics_timestep)
@@ -78,7 +76,7 @@ class Simulation:
     @property
     def time(self) -> float:
         """Simulated time since the start or the last reset [s]."""
-        return self._ticks * self._tick / _NANOSECONDS
+        return self._ticks * self._tick / 1_000_000_000
 
     @property
     def world(self) -> World:

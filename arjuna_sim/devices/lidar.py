@@ -150,7 +150,6 @@ def _lidar(settings: LidarSettings, mount: Mount) -> Lidar:
 
 @njit(cache=True)
 def _limit(ranges: NDArray[np.float64], nearest: float, furthest: float) -> None:
-    """Replace what is nearer or further than limits by infinities, in place."""
     for i in range(len(ranges)):
         if ranges[i] < nearest:
             ranges[i] = -np.inf

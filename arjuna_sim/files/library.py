@@ -10,11 +10,11 @@ from pathlib import Path
 from arjuna_core.errors import ArjunaError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.xml_file import BYTES_MAX
 
 SHIPPED = ("worlds", "urdf", "maps")
 WORLD_SUFFIXES = (".world", ".sdf")
 _MODEL_FILE = "model.sdf"
-_LISTED_MAX = 1000
 
 
 class Fault(Enum):
@@ -36,6 +36,20 @@ class ResourceError(ArjunaError):
     def __init__(self, fault: Fault, problem: str) -> None:
         self.fault = fault
         super().__init__(problem)
+
+
+def sent_text(text: str) -> str:
+    """Return a resource that a client sent.
+
+    Raises:
+        ResourceError: It is empty, or longer than what is read.
+    """
+    if not text.strip():
+        raise ResourceError(Fault.NO_RESOURCE, "neither a uri nor a resource_string was given")
+    if len(text) > BYTES_MAX:
+        problem = f"has {len(text)} characters; at most {BYTES_MAX} are read"
+        raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)
+    return text
 
 
 class Library:
@@ -111,13 +125,13 @@ class Library:
             if path.is_file()
         ]
         found += sorted(self._shipped[2].glob("*.yaml"))
-        return tuple(dict.fromkeys(found))[:_LISTED_MAX]
+        return tuple(dict.fromkeys(found))[:1000]
 
     def models(self) -> tuple[Path, ...]:
         """Return the folders of models that lie in the folder, its `models` or the model path."""
         folders = (self.folder, self.folder / "models", *self.search.models)
         found = [p.parent for folder in folders for p in sorted(folder.glob(f"*/{_MODEL_FILE}"))]
-        return tuple(dict.fromkeys(found))[:_LISTED_MAX]
+        return tuple(dict.fromkeys(found))[:1000]
 
 
 def _scheme(uri: str) -> str:

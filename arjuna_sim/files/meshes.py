@@ -31,7 +31,6 @@ _BYTES_MAX = 60_000_000
 _TEXT_MAX = 20_000_000  # bytes of text, in lines:
 _LINES_MAX = 600_000
 _FACES_MAX = 1_000_000
-_DEPTH_MAX = 64  # of COLLADA's nodes
 _PLACED_MAX = 10_000  # geometries that COLLADA's nodes place
 _STL_HEADER, _STL_FACE = 84, 50  # bytes of binary STL
 _REACH_MAX = 1e5  # [m]
@@ -186,7 +185,6 @@ def _stl(content: bytes, part: str) -> bytes:
 
 
 def _text(content: bytes) -> str:
-    """Return a text, as long as it can be read at once."""
     count = content.count(b"\n")
     if len(content) > _TEXT_MAX or count > _LINES_MAX:
         problem = f"it has {len(content)} bytes of text in {count} lines; valid: up to"
@@ -258,7 +256,7 @@ def _placed(space: str, nodes: dict[str, Element], scene: Element) -> int:
 
     @cache
     def count(node: Element, depth: int) -> int:
-        if depth > _DEPTH_MAX:
+        if depth > 64:
             raise ValueError("its nodes are nested too deeply or form a cycle")
         own = len(node.findall(f"{space}instance_geometry"))
         urls = (i.get("url", "")[1:] for i in node.findall(f"{space}instance_node"))

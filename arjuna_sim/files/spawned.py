@@ -11,12 +11,12 @@ import numpy as np
 
 from arjuna_core.errors import InputFileError, RobotError, WorldError
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.files.library import Fault, Library, ResourceError
+from arjuna_sim.files.library import Fault, Library, ResourceError, sent_text
 from arjuna_sim.files.robots.robot_file import names_drive, robot_of_text
 from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.xacro_file import Expanded
-from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile, root_tag
+from arjuna_sim.files.xml_file import XmlFile, root_tag
 from arjuna_sim.model.entities import (
     Category,
     Entity,
@@ -135,13 +135,7 @@ def _numbers(text: str | None, count: int, what: str) -> tuple[float, ...]:
 
 
 def _read_text(path: Path, text: str, library: Library) -> Entity:
-    if not text.strip():
-        problem = "neither a uri nor a resource_string was given"
-        raise ResourceError(Fault.NO_RESOURCE, problem)
-    if len(text) > BYTES_MAX:
-        problem = f"has {len(text)} characters; at most {BYTES_MAX} are read"
-        raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)
-    root = root_tag(text.encode())
+    root = root_tag(sent_text(text).encode())
     if not root:
         problem = f"holds neither <sdf> nor <robot>; valid formats: {', '.join(FORMATS)}"
         raise ResourceError(Fault.UNSUPPORTED_FORMAT, problem)

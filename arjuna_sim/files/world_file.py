@@ -25,7 +25,6 @@ WALLS = "walls"
 _HEIGHT = 1.0  # [m]
 _COLOUR = (0.75, 0.7, 0.6, 1.0)
 _BOXES_MAX = 20_000
-_OCCUPIED = 65  # as map_server's occupied_thresh
 
 
 def load_map_world(path: str | Path) -> World:
@@ -39,7 +38,7 @@ def load_map_world(path: str | Path) -> World:
         grid = load_map(path)
     except MapError as error:
         raise WorldError(error.path, error.problem, error.location) from error
-    boxes = rectangles(grid.data >= _OCCUPIED)
+    boxes = rectangles(grid.data >= 65)  # as map_server's occupied_thresh
     if len(boxes) > _BOXES_MAX:
         raise WorldError(path, f"has walls of {len(boxes)} boxes; valid: up to {_BOXES_MAX}")
     walls = [_wall(grid, box) for box in boxes.tolist()]

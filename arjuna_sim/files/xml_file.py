@@ -20,7 +20,6 @@ from arjuna_sim.model.notes import Note, NoteKind
 # Bounds on hostile files: what still loads within 2 s and 500 MB (tests/fuzz/test_models.py).
 _ELEMENTS_MAX = 300_000
 _DEPTH_MAX = 100
-_PREFIXES_MAX = 20
 _PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
 _DECLARED = re.compile(rb"xmlns:([A-Za-z_][\w.-]*)\s*=")
 _ROOT = re.compile(rb"<[A-Za-z_][\w.-]*")
@@ -33,8 +32,6 @@ _POSITION_MAX = 1e6  # [m]
 
 
 class _Builder(TreeBuilder):
-    """Builds elements, as long as there are not too many of them."""
-
     def __init__(self) -> None:
         super().__init__()
         self._count = self._depth = 0
@@ -105,7 +102,7 @@ def _in_utf8(text: bytes) -> bytes:
 
 def _declared(text: bytes) -> bytes:
     prefixes = sorted(set(_PREFIX.findall(text)) - set(_DECLARED.findall(text)))
-    declared = b"".join(b" xmlns:%b='%b'" % (prefix, prefix) for prefix in prefixes[:_PREFIXES_MAX])
+    declared = b"".join(b" xmlns:%b='%b'" % (prefix, prefix) for prefix in prefixes[:20])
     return _ROOT.sub(lambda found: found.group() + declared, text, count=1)
 
 

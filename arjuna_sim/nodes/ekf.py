@@ -81,7 +81,6 @@ class EkfNode(ManagedNode):
             )
 
     def _check_wheels(self) -> None:
-        """Warn once where no odometry of wheels comes."""
         self._silent += self._wheels is None
         if self._wheels is None and self._silent == 2:
             topic = self._resolved(self.config.odom0)

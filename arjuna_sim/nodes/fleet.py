@@ -161,7 +161,6 @@ class Fleet:
         self.match()
 
     def __iter__(self) -> Iterator[tuple[str, RobotNodes]]:
-        """Return each robot's name and nodes."""
         return iter(self._nodes.items())
 
     def nodes(self, name: str) -> RobotNodes:

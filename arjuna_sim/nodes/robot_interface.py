@@ -79,7 +79,6 @@ class RobotInterface:
             camera.close()
 
     def _listen(self) -> Any:
-        """Subscribe to the commands, stamped or not."""
         if self._stamped:
             return self._node.subscribe(TwistStamped, self._topic, self._on_stamped, qos.LATEST)
         return self._node.subscribe(Twist, self._topic, self._on_twist, qos.LATEST)

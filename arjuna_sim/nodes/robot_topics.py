@@ -199,7 +199,6 @@ class RobotTopics:
 
 
 def _check_topics(path: Path, drive: DriveSettings, settings: GazeboSettings) -> None:
-    """Refuse names of the robot's file that no topic can have."""
     sensors = (sensor.topic for sensor in settings.sensors)
     for topic in (drive.command_topic, drive.odometry_topic, *sensors):
         try:
@@ -210,7 +209,6 @@ def _check_topics(path: Path, drive: DriveSettings, settings: GazeboSettings) ->
 
 
 def _check_rates(node: ManagedNode, settings: GazeboSettings, config: SimConfig) -> None:
-    """Log which sensors are asked to be faster than the simulation."""
     further = settings.further
     for sensor in settings.sensors:
         is_first = not any(sensor is other for other in further)

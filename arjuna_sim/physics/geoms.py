@@ -141,7 +141,6 @@ def _add_mesh(
     points: NDArray[np.float64],
     faces: bool = False,
 ) -> Any:
-    """Add a mesh geom; its points are registered once for a name."""
     if spec.mesh(name) is None:
         points = points if len(points) > 3 else np.vstack((points, points[::-1]))
         mesh = spec.add_mesh(name=name, uservert=points.ravel())

@@ -25,7 +25,6 @@ from arjuna_sim.physics.wheels.servo import (
 from arjuna_sim.physics.wheels.tyres import add_tyre
 
 _PASSIVE_DAMPING = 1e-3  # at most, lets casters come to rest [N m s/rad]
-_ROLLING_DAMPING = 0.2  # the same by load and radius^2: 1 % of the weight at 0.5 m/s [1/s]
 ROBOTS_MAX = 30
 """Robots in one world: each takes one of 31 bits that say what touches what."""
 
@@ -170,7 +169,8 @@ def _add_moving(
 def _passive_damping(robot: RobotModel) -> float:
     """Return how damped joints are that nothing drives: hardly felt by the lightest robot."""
     load = robot.urdf.mass / max(1, len(robot.drive.rolling))
-    return min(_PASSIVE_DAMPING, _ROLLING_DAMPING * load * robot.drive.radius**2)
+    # [1/s] 0.2 by load and radius^2: 1 % of the weight at 0.5 m/s.
+    return min(_PASSIVE_DAMPING, 0.2 * load * robot.drive.radius**2)
 
 
 def _add_joint(child: Any, joint: Joint, least_damping: float) -> None:

@@ -274,7 +274,6 @@ class Stage:
             self.data.qacc_warmstart[rate : rate + 6] = 0.0
 
     def _touched_robot(self, entity: Entity) -> str | None:
-        """Return the name of a robot that an entity touches, None for none."""
         mujoco.mj_fwdPosition(self.scene.model, self.data)
         return next((name for name in self.robots if entity.name in self.contacts(name)), None)
 

@@ -34,7 +34,6 @@ def need_screen() -> None:
 
 
 def _screen_error() -> str:
-    """Return why there is no screen, "" where there is one."""
     if sys.platform == "linux" and not any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))):
         return "neither DISPLAY nor WAYLAND_DISPLAY is set"
     if sys.platform == "darwin":
@@ -56,7 +55,6 @@ def _opens_window() -> bool:
 
 
 def _launch(model: Any, data: Any) -> Any:
-    """Open a window; return its handle."""
     import mujoco.viewer as viewer
 
     return viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=False)

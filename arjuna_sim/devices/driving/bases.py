@@ -187,7 +187,6 @@ class SteeredBase(Base):
         return Velocity(velocity.x, yaw_rate=max(-most, min(most, velocity.yaw_rate)))
 
     def _twist(self, velocity: Velocity) -> NDArray[np.float64]:
-        """Return the velocity forward and to the left [m/s] and the turn rate, `(3,) float64`."""
         return np.array([velocity.x, -velocity.yaw_rate * self._axle, velocity.yaw_rate])
 
     def angles(self, velocity: Velocity) -> NDArray[np.float64]:

@@ -14,9 +14,7 @@ from arjuna_sim.model.settings import DriveSettings
 ASSUMED = 1.0
 """Period of a sender of whom one command is known: `ros2 topic pub`'s default [s]."""
 _LATE = 1.5  # of its period: a command ends where the next one is so late
-_EARLY = 1.2  # of its period: no sooner is the next one taken not to come
 _KEPT, _RANK = 9, 3  # gaps: of three senders that take turns a third are long
-_BRAKES = 0.4  # of the time-out, at most, by which braking begins before it is out
 _STILL = Velocity()
 
 
@@ -70,7 +68,9 @@ class CommandHold:
         if limits.is_fixed or not limits.least:
             hold = limits.least or math.inf
         self._last, self._ends = now, now + hold
-        room = min(_BRAKES * limits.least, hold - _EARLY * period)
+        # Braking begins at most 0.4 of the time-out before its end, and not before the next
+        # command is late by 0.2 of its period.
+        room = min(0.4 * limits.least, hold - 1.2 * period)
         self._room = 0.0 if limits.is_fixed else max(0.0, room)
 
     def ends(self, braking: float) -> float:
@@ -160,7 +160,6 @@ def _bound(unit: str, parameter: float | None, kind: str, in_file: float, plugin
 
 
 def _hold(config: DriveConfig, settings: DriveSettings) -> HoldLimits:
-    """Return how long commands hold: by the parameter, else the robot's controllers."""
     if config.command_timeout is not None:
         return HoldLimits(config.command_timeout, config.command_timeout_max)
     if settings.command_timeout is not None:

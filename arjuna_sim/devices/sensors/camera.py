@@ -98,7 +98,6 @@ def _camera(tag: SensorTag, depth: bool) -> CameraSettings:
 
 
 def _view(tag: SensorTag, lens: Element | None) -> float:
-    """Return the field of view; that of a fish-eye is cut to what a flat picture can hold [rad]."""
     angle = tag.xml.number(lens, "horizontal_fov", 1.047, tag.label)
     if not 0.0 < angle <= 2.0 * math.pi:
         raise tag.fail(f"<horizontal_fov> is {angle}; valid: above 0, up to 2 pi")

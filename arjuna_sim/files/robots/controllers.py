@@ -29,7 +29,6 @@ _SIDES = {
 _WHEELS = ("wheel_names", "traction_joints_names", "traction_joint_name", "rear_wheels_names")
 _STEERING = ("steering_joints_names", "steering_joint_name", "front_wheels_names")
 _READ_LIMITS = ("velocity", "acceleration")
-_BYTES_MAX = 1_000_000
 
 
 def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
@@ -58,7 +57,6 @@ def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
 
 
 def _joints(values: dict[str, Any]) -> dict[str, list[str]]:
-    """Return the wheels that a controller drives, by side or with those it steers by."""
     sides = {side: _names(values, keys) for side, keys in _SIDES.items()}
     if all(sides.values()):
         return sides
@@ -69,12 +67,11 @@ def _joints(values: dict[str, Any]) -> dict[str, list[str]]:
 
 
 def _files(xml: XmlFile, plugin: Element) -> Iterator[Path]:
-    """Yield the files of parameters; what does not exist is noted."""
     for text in texts(plugin, "parameters"):
         path = xml.find(text, "plugin <parameters>")
         if path is None:
             xml.note(f"controllers: '{text}' does not exist, so it is left out", NoteKind.MISSING)
-        elif path.stat().st_size <= _BYTES_MAX:
+        elif path.stat().st_size <= 1_000_000:
             yield path
 
 
@@ -253,7 +250,6 @@ def _kind(lists: dict[str, list[str]], values: dict[str, Any], named: str) -> tu
 
 
 def _number(values: dict[str, Any], key: str, sign: float = 1.0) -> float | None:
-    """Return a finite number above 0, by its sign; None where there is none."""
     value = values.get(key)
     if not isinstance(value, int | float) or isinstance(value, bool):
         return None

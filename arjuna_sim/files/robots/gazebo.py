@@ -54,8 +54,6 @@ def settings_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> GazeboSettings:
 
 
 class _Reader:
-    """Collects the drive and the sensors."""
-
     def __init__(self, xml: XmlFile, urdf: Urdf) -> None:
         self._xml = xml
         self._urdf = urdf
@@ -85,7 +83,6 @@ class _Reader:
             self._other_plugin(plugin, name, link)
 
     def _other_plugin(self, plugin: Element, name: str, link: str | None) -> None:
-        """Note the replacement of a plugin, or that it has none."""
         kind, sensor = _type(plugin), sensor_type(plugin)
         if sensor:
             self._xml.note(

@@ -95,7 +95,6 @@ def guess_sides(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> Sides
 
 
 def _candidates(urdf: Urdf, controlled: Set[str]) -> list[str]:
-    """Return the joints that may drive, the likeliest kind only."""
     names = [
         name
         for name, joint in urdf.joints.items()
@@ -110,7 +109,6 @@ def _candidates(urdf: Urdf, controlled: Set[str]) -> list[str]:
 
 
 def _left_direction(urdf: Urdf, names: list[str]) -> NDArray[np.float64]:
-    """Return the unit vector along the wheels' axes that points to the robot's left."""
     line = axis(urdf, names[0])
     sums = [float(center(urdf, n) @ line) * _side_of(urdf, n) for n in names]
     sides = [_side_of(urdf, n) for n in names]
@@ -129,7 +127,6 @@ def _side_of(urdf: Urdf, name: str) -> int:
 
 
 def _partners(urdf: Urdf, name: str, other: str, left: NDArray[np.float64]) -> bool:
-    """Return whether two wheels are as large and stand opposite each other."""
     gap = center(urdf, name) - center(urdf, other)
     gap = gap - float(gap @ left) * left
     sizes = radius_of(urdf, name), radius_of(urdf, other)

@@ -19,20 +19,20 @@ _FILE = re.compile(
     r"(lib)?((gz|ignition)[-_](sim|gazebo)\d*[-_])?(gazebo[-_]ros[-_])?(?P<type>.+?)"
     r"([-_]system)?(\.so)?"
 )
-_DRIVES: dict[str, DriveKind] = {
-    **dict.fromkeys(("diffdrive", "skidsteerdrive", "skidsteer"), DriveKind.SIDES),
-    "diffdrivecontroller": DriveKind.SIDES,
-    **dict.fromkeys(("mecanumdrive", "mecanumdrivecontroller"), DriveKind.MECANUM),
-    **dict.fromkeys(("omnidrive", "omniwheeldrivecontroller"), DriveKind.OMNI),
-    **dict.fromkeys(("planarmove", "velocitycontrol", "forcebasedmove"), DriveKind.PLANAR),
-    **dict.fromkeys(("ackermanndrive", "ackermansteering", "ackerman"), DriveKind.STEERED),
-    **dict.fromkeys(("ackermannsteering", "ackermann", "tricycledrive"), DriveKind.STEERED),
-    **dict.fromkeys(("tricyclecontroller", "steeringcontrollerslibrary"), DriveKind.STEERED),
-    **dict.fromkeys(("ackermannsteeringcontroller", "ackermanncontroller"), DriveKind.STEERED),
-    **dict.fromkeys(("bicyclesteeringcontroller", "bicycledrive"), DriveKind.STEERED),
-    **dict.fromkeys(("tricyclesteeringcontroller", "steeringdrive"), DriveKind.STEERED),
-    "fourwheelsteeringcontroller": DriveKind.STEERED,
+_SPELLINGS = {
+    DriveKind.SIDES: ("diffdrive", "diffdrivecontroller", "skidsteerdrive", "skidsteer"),
+    DriveKind.MECANUM: ("mecanumdrive", "mecanumdrivecontroller"),
+    DriveKind.OMNI: ("omnidrive", "omniwheeldrivecontroller"),
+    DriveKind.PLANAR: ("planarmove", "velocitycontrol", "forcebasedmove"),
+    DriveKind.STEERED: (
+        *("ackermanndrive", "ackermansteering", "ackerman", "ackermannsteering", "ackermann"),
+        *("ackermannsteeringcontroller", "ackermanncontroller", "steeringcontrollerslibrary"),
+        *("tricycledrive", "tricyclecontroller", "tricyclesteeringcontroller", "steeringdrive"),
+        *("bicycledrive", "bicyclesteeringcontroller", "fourwheelsteeringcontroller"),
+    ),
 }
+"""Types of plugins and classes of controllers that drive, as `_plain` writes them."""
+_DRIVES = {name: kind for kind, names in _SPELLINGS.items() for name in names}
 _SENSORS = {
     **dict.fromkeys(("raysensor", "laser", "blocklaser", "velodynelaser", "range"), "ray"),
     **dict.fromkeys(("gpulaser", "velodynegpulaser"), "gpu_ray"),
@@ -44,9 +44,7 @@ _SENSORS = {
     "bumper": "contact",
 }
 _CONTROLS = ("control", "ros2control", "gzros2control", "ignros2control", "gazeboros2control")
-_CONTROL_CLASSES = (
-    *("gazebosimros2controlplugin", "ignitionros2controlplugin", "gazeboros2controlplugin"),
-)
+_CONTROL_CLASSES = tuple(f"{p}ros2controlplugin" for p in ("gazebosim", "ignition", "gazebo"))
 TORQUE = 5.0
 """Least torque of a wheel whose file names none, as in Gazebo [N m]."""
 _ENDS = ("front", "rear", "middle", "back")
@@ -101,8 +99,7 @@ def _types(plugin: Element) -> tuple[str, str]:
 
 def drive_kind(plugin: Element) -> DriveKind | None:
     """Return the kind of drive that a plugin is; None for no drive, or one of unknown type."""
-    found = (_DRIVES.get(name) for name in _types(plugin))
-    return next((kind for kind in found if kind is not None), None)
+    return next((_DRIVES[name] for name in _types(plugin) if name in _DRIVES), None)
 
 
 def sensor_type(plugin: Element) -> str:
@@ -204,7 +201,6 @@ def _reverse(xml: XmlFile, plugin: Element, label: str) -> float:
 
 
 def _timeout(xml: XmlFile, plugin: Element, label: str) -> float | None:
-    """Return how long a command holds [s], 0 for ever; None where nothing says so."""
     if not text_of(plugin, *_TIMEOUT):
         return None
     return value(xml, plugin, label, 0.0, *_TIMEOUT)
@@ -225,7 +221,6 @@ def read_wheelless(xml: XmlFile, plugin: Element, kind: DriveKind) -> DriveSetti
 def _sides(
     xml: XmlFile, label: str, urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]
 ) -> Sides:
-    """Return the left and the right joints, exchanged where the file confuses them."""
     _check_joints(xml, label, urdf, left + right)
     if len(set(left + right)) < len(left + right):
         raise xml.fail(label, "names a joint twice")

@@ -106,7 +106,6 @@ def _link(xml: XmlFile, element: Element, colours: dict[str, tuple[float, ...]])
 
 
 def _look(xml: XmlFile, element: Element, label: str) -> Shape | None:
-    """Read a shape that is only seen; None (and a note) where it is none."""
     try:
         return _shape(xml, element, label)
     except RobotError as error:

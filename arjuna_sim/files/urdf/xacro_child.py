@@ -28,7 +28,6 @@ from xacro import XacroException
 from arjuna_sim.files.search_path import SearchPath, home_folder
 from arjuna_sim.model.notes import NoteKind
 
-_CPU_SECONDS = 1
 _MEMORY_BYTES = 400_000_000
 _FILE_BYTES = 5_000_000
 _OUTPUT_BYTES = 5_000_000
@@ -192,7 +191,7 @@ def main() -> None:
     """Answer one request."""
     request = json.load(sys.stdin)
     _limit(resource.RLIMIT_AS, _MEMORY_BYTES)
-    _limit(resource.RLIMIT_CPU, _CPU_SECONDS)
+    _limit(resource.RLIMIT_CPU, 1)  # [s]
     _limit(resource.RLIMIT_FSIZE, 0)
     with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
         answer = json.dumps(_answer(request))

@@ -25,7 +25,6 @@ MASS_MIN = 1e-6
 """Least mass of a link [kg]."""
 MASS_MAX = 1e7
 """Greatest mass of a link or model [kg]."""
-_INERTIA_MIN = 1e-10  # [kg m^2]
 
 
 class Kind(Enum):
@@ -216,11 +215,11 @@ def inertial_of_parts(parts: Sequence[Part], mass: float) -> Inertial:
     """
     volumes = np.array([_volume(part.shape) for part in parts])
     if not volumes.sum() > 0.0:
-        return Inertial(mass, (0.0, 0.0, 0.0), np.eye(3) * max(0.4 * mass * 0.05**2, _INERTIA_MIN))
+        return Inertial(mass, (0.0, 0.0, 0.0), np.eye(3) * max(0.4 * mass * 0.05**2, 1e-10))
     masses = mass * volumes / volumes.sum()
     centers = np.array([_middle(part) for part in parts])
     center = masses @ centers / mass
-    inertia = np.eye(3) * _INERTIA_MIN
+    inertia = np.eye(3) * 1e-10  # [kg m^2] no body has none
     for part, own, own_center in zip(parts, masses, centers, strict=True):
         rotation, arm = part.pose.rotation(), own_center - center
         inertia += rotation @ np.diag(own * _unit(part.shape)) @ rotation.T

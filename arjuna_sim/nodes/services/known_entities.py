@@ -73,7 +73,6 @@ def _tagged(tags: list[str], wanted: TagsFilter) -> bool:
 
 
 def _space(bounds: Bounds) -> tuple[int, NDArray[np.float64]] | None:
-    """Return a filter's box or sphere; None where it does not restrict."""
     if bounds.type == Bounds.TYPE_EMPTY:
         return None
     if bounds.type not in (Bounds.TYPE_BOX, Bounds.TYPE_SPHERE):
@@ -116,7 +115,6 @@ class KnownEntities:
         return [*robots, *(e for e in self._simulator.stage.entities if e.name not in taken)]
 
     def _entity(self, robot: DrivenRobot) -> Entity:
-        """Return a robot as an entity; the simulator's own has the name of its file."""
         known = self._entities.get(robot.name)
         if known is None or known[0] is not robot:
             entity = entity_of_robot(robot.model.urdf)

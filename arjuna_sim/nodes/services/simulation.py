@@ -14,8 +14,6 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_sim.files.spawned import FORMATS
 from arjuna_sim.nodes.services.host import OK, Host, RequestError, answering
 
-_SERVICE_STEPS_MAX = 1000  # of the service, which answers after the last; the action takes more
-_ACTION_STEPS_MAX = 1_000_000  # five hours of simulated time; more is a slip of the client's
 _FEATURES = (
     *("SPAWNING", "DELETING", "ENTITY_TAGS", "ENTITY_BOUNDS", "ENTITY_BOUNDS_BOX"),
     *("ENTITY_CATEGORIES", "SPAWNING_RESOURCE_STRING", "ENTITY_STATE_GETTING"),
@@ -70,7 +68,8 @@ class StepAction(GoalServer):
         self._done = 0
         goal: Any = self.goal
         try:
-            check_steps(self._state(), goal.steps, _ACTION_STEPS_MAX)
+            # Five hours of simulated time; more is a slip of the client's.
+            check_steps(self._state(), goal.steps, 1_000_000)
         except RequestError as error:
             self.abort(SimulateSteps.Result(result=error.result))
 
@@ -165,6 +164,7 @@ class SimulationServices:
         self._host.state = state
 
     def _step(self, request: Any, response: Any) -> None:
-        check_steps(self._host.state, request.steps, _SERVICE_STEPS_MAX)
+        # The service answers after the last step; the action takes more.
+        check_steps(self._host.state, request.steps, 1000)
         for _ in range(request.steps):
             self._host.advance()

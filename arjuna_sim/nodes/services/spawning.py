@@ -68,7 +68,6 @@ class SpawnServices:
             raise RequestError(SpawnEntities.Response.ENTITIES_SPAWN_FAILED, problem)
 
     def _spawn_one(self, request: Any) -> str:
-        """Spawn what a request asks for; return its name."""
         codes = SpawnEntity.Response
         if request.name and not _NAME.fullmatch(request.name):
             problem = f"name '{request.name}' is invalid; valid: letters, digits and _ . / : -"

@@ -10,11 +10,11 @@ from simulation_interfaces.msg import Resource, Result, SimulationState, WorldRe
 from simulation_interfaces.srv import GetAvailableWorlds, GetCurrentWorld, LoadWorld, UnloadWorld
 
 from arjuna_core.errors import ArjunaError, WorldError
-from arjuna_sim.files.library import Fault, ResourceError
+from arjuna_sim.files.library import Fault, ResourceError, sent_text
 from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.spawned import check_assets
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile
+from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.world import World
 from arjuna_sim.nodes.services.host import Host, RequestError, answering, resource_error
@@ -72,12 +72,7 @@ class WorldServices:
         return world
 
     def _read_text(self, text: str) -> World:
-        if not text.strip():
-            raise ResourceError(Fault.NO_RESOURCE, "neither a uri nor a resource_string was given")
-        if len(text) > BYTES_MAX:
-            problem = f"has {len(text)} characters; at most {BYTES_MAX} are read"
-            raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)
-        if "<sdf" not in text:
+        if "<sdf" not in sent_text(text):
             raise ResourceError(Fault.UNSUPPORTED_FORMAT, "holds no <sdf>; valid: an SDF world")
         library = self._host.library
         path = library.folder / "resource_string"

@@ -139,7 +139,6 @@ def _loaded_contacts(
 
 
 def _levers(contacts: GroundContacts) -> NDArray[np.float64]:
-    """Return what height, tilt and roll do to each contact, `(N, 3) float64`."""
     return np.column_stack((np.ones(len(contacts.positions)), contacts.positions))
 
 

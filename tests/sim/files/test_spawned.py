@@ -13,7 +13,7 @@ import pytest
 from arjuna_core.errors import ArjunaError
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
-from arjuna_sim.files import spawned
+from arjuna_sim.files import library, spawned
 from arjuna_sim.files.library import Fault, Library, ResourceError
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.spawned import check_assets, read_driven, read_entity
@@ -186,7 +186,7 @@ def test_nothing_weighs_more_than_ten_tonnes(mass: str, fits: bool) -> None:
 def test_bounds_on_shapes_and_text_are_the_last_that_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     text = sdf(model(SOLID + DRAWN))
     monkeypatch.setattr(spawned, "_PARTS_MAX", 2)
-    monkeypatch.setattr(spawned, "BYTES_MAX", len(text))
+    monkeypatch.setattr(library, "BYTES_MAX", len(text))
     assert read(text).solid
     assert "has" in refused(text + " ")[1]
     assert f"has {len(text) + 1} characters; at most {len(text)} are read" in refused(text + " ")[1]
