@@ -20,6 +20,7 @@ from arjuna_core.se2 import SE2
 from bringup.parameters.files import Parameters, shipped_parameters
 from bringup.stack import NAVIGATION_GROUP
 from tests.helpers.nav.drives import FreeSpace, desired_speed
+from tests.helpers.nav.monitored import Monitored
 from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
 from tests.helpers.nav.navigator_goals import go
 from tests.helpers.ros import TICK
@@ -278,3 +279,13 @@ def speed_limits(seed: int) -> Outcome:
         lambda: mask.publish(robot, "speeds", 1 if percent else 2, weights),
     )
     return outcome
+
+
+def monitored(kind: str, seed: int) -> Outcome:
+    """Drive at an obstacle that one source of the collision monitor alone sees."""
+    scene = Monitored(kind)
+    try:
+        gap = scene.gap_at_rest(seed)
+        return Outcome(reached=not math.isnan(gap), wrong=int(not 0.0 < gap < 0.5))
+    finally:
+        scene.robot.close()

@@ -11,7 +11,6 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from geometry_msgs.msg import Twist
 from nav2_msgs.action import NavigateToPose
 from nav2_msgs.msg import CollisionMonitorState
 from nav2_msgs.srv import Toggle
@@ -22,6 +21,7 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from bringup.parameters.files import shipped_parameters
 from bringup.stack import COLLISION_MONITOR, LOCAL_COSTMAP, NAVIGATION_GROUP
+from tests.helpers.nav.monitored import drive
 from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
 from tests.nav.worlds import block
 
@@ -43,15 +43,6 @@ def robot() -> Iterator[PlayedRobot]:
     robot = made()
     yield robot
     robot.close()
-
-
-def drive(robot: PlayedRobot, v: float, duration: float) -> None:
-    """Command a speed at 20 Hz."""
-    message = Twist()
-    message.linear.x = v
-    for _ in range(round(duration / 0.04)):
-        robot.bench.publish(Twist, "/cmd_vel_smoothed", message)
-        robot.run(0.04)
 
 
 def states(robot: PlayedRobot) -> list[Any]:

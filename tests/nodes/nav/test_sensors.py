@@ -26,7 +26,7 @@ from arjuna_nav.nodes.costmap.sensors import (
     read_range,
     read_scan,
 )
-from tests.nodes.nav.safety.test_sources import cloud
+from tests.helpers.nav.monitored import cloud
 
 pytestmark = pytest.mark.ros
 BASE_HEIGHT = 0.1
