@@ -185,7 +185,6 @@ class _NoConfig:
 
 @functools.cache
 def _with_default(config: Any, key: str, default: str) -> type[Any]:
-    """Return a config class in which one parameter has another default."""
     (item,) = (item for item in dataclasses.fields(config) if item.name == key)
     changed = dataclasses.field(default=default, metadata=item.metadata)
     return _subclass(config, [(key, str, changed)])
@@ -193,14 +192,12 @@ def _with_default(config: Any, key: str, default: str) -> type[Any]:
 
 @functools.cache
 def _with_class_name(config: Any, what: str, key: str, given: str) -> type[Any]:
-    """Return a plug-in's config class with a field that holds its class's name."""
     item = param(given, f"Class of the {what}, or module:Class.", choices=(given,), read_only=True)
     return _subclass(config, [(key, str, item)])
 
 
 @functools.cache
 def _with_plugins(cls: Any, fields: tuple[tuple[str, Any], ...]) -> type[Any]:
-    """Return a config class with a field for each plug-in's config."""
     return _subclass(
         cls, [(name, kind, dataclasses.field(default_factory=kind)) for name, kind in fields]
     )

@@ -147,7 +147,6 @@ class TransformTree(Generic[T]):
         return chain
 
     def _legs(self, target: str, source: str) -> tuple[list[str], list[str]]:
-        """Return the frames from target and from source up to their common ancestor."""
         target_chain, source_chain = self.chain(target), self.chain(source)
         common = next((frame for frame in target_chain if frame in source_chain), None)
         if common is None:

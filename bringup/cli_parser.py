@@ -38,7 +38,6 @@ def parser_of(command: str) -> argparse.ArgumentParser:
 
 
 def _parser(chosen: str | None) -> argparse.ArgumentParser:
-    """Return the parser of all commands, with the options of the chosen one."""
     parser = argparse.ArgumentParser(
         prog=_prog(), formatter_class=argparse.RawDescriptionHelpFormatter, usage="%(prog)s COMMAND"
     )
@@ -63,7 +62,6 @@ def _parser(chosen: str | None) -> argparse.ArgumentParser:
 
 
 def _prog() -> str:
-    """Return how the user called it."""
     called = sys.argv[0].rsplit("/", maxsplit=1)[-1]
     return called if called == "arjuna" else "python -m bringup"
 

@@ -66,7 +66,6 @@ class Group:
 
 
 def _node(package: str, name: str, module: str = "", cls: str = "") -> NodeSpec:
-    """Return a node whose module and class have its name, unless they are given."""
     camel = "".join(word.capitalize() for word in name.split("_"))
     return NodeSpec(name, f"{package}.nodes.{module or name}", cls or f"{camel}Node")
 

@@ -76,7 +76,6 @@ def draw() -> Figure:
 
 
 def _draw_command(axes: Axes) -> None:
-    """Draw the path of the velocity, from the controller back to the robot."""
     axes.annotate("", (9.75, 3.1), (9.65, 3.1), arrowprops={"arrowstyle": "->", "color": "tab:red"})
     axes.plot([10.7, 10.7, 0.3, 0.3], [2.65, 2.05, 2.05, 5.9], color="tab:red", lw=1.4)
     axes.annotate("", (0.42, 5.9), (0.25, 5.9), arrowprops={"arrowstyle": "->", "color": "tab:red"})

@@ -76,7 +76,6 @@ def gather(root: Path, target: Path, start: Iterable[str]) -> None:
 
 
 def _linked(page: Path, root: Path) -> Iterator[Path]:
-    """Return the files below the root that a page links to; none of what is no page."""
     if page.suffix != ".md":
         return
     for target in _LINK.findall(page.read_text(encoding="utf-8")):

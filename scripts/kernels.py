@@ -142,7 +142,6 @@ def _sources(root: Path) -> Iterator[tuple[str, str]]:
 
 
 def _imported(text: str, modules: dict[str, str]) -> set[str]:
-    """Return the modules of ours from which a module imports something."""
     found = set()
     for module, names in _IMPORT.findall(text):
         found |= {module, *(f"{module}.{name}" for name in _NAME.findall(names))}

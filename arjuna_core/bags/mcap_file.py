@@ -96,7 +96,6 @@ class McapFile(BagFile):
                     self._learn(record)
 
     def _count(self) -> None:
-        """Count the messages of a file without an index."""
         for record in self._read(0):
             if isinstance(record, Message) and record.channel_id in self._channels:
                 self.entry.count(self._channels[record.channel_id].name, record.log_time)

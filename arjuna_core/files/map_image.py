@@ -101,7 +101,6 @@ def encoded(data: NDArray[np.int8], options: MapOptions, image_format: str) -> b
 
 
 def _shades(data: NDArray[np.int8], options: MapOptions) -> NDArray[np.uint8]:
-    """Return the grey levels map_saver writes."""
     if options.mode == "raw":
         return np.where(data < 0, 255, data).astype(np.uint8)
     if options.mode == "scale":  # the inverse of what the loader does, so that it reads back

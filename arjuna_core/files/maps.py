@@ -191,7 +191,6 @@ def _check_replaced(yaml_path: Path, image_path: Path) -> None:
 
 
 def _map_in(path: Path) -> dict[str, Any] | None:
-    """Return a file's header, or None where it is no map's."""
     try:
         header = read_yaml(path, MapError)
     except MapError:
@@ -212,7 +211,6 @@ def _header_text(header: Mapping[str, Any]) -> bytes:
 def _check_to_write(
     stem: Path, grid: OccupancyGrid, image_format: str, options: MapOptions
 ) -> None:
-    """Refuse what could not be read back."""
     if image_format not in FORMATS:
         problem = f"image format {image_format!r} is unknown; valid: {', '.join(FORMATS)}"
         raise MapError(stem, problem)

@@ -72,7 +72,6 @@ def _open_folders() -> list[Path]:
 
 
 def _resolved(root: Path, url: str) -> Path:
-    """Return the absolute path that a request means, links followed."""
     try:
         parts = urlparse(url)
     except ValueError as error:  # as of http://[

@@ -76,7 +76,6 @@ def write_atomically(
 
 
 def _write_part(path: Path, data: bytes) -> Path:
-    """Write data to a file beside the path and force them to disk."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.part")
     part.unlink(missing_ok=True)  # a link there would lead the data elsewhere

@@ -73,7 +73,6 @@ def _check_growth(events: Iterable[Any]) -> None:
 
 
 def _described(reason: yaml.YAMLError) -> tuple[str, str]:
-    """Return what is wrong with a YAML text, and where."""
     if isinstance(reason, yaml.MarkedYAMLError) and reason.problem_mark is not None:
         mark = reason.problem_mark
         return f"is no YAML: {reason.problem}", f"line {mark.line + 1}, column {mark.column + 1}"

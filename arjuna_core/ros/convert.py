@@ -56,7 +56,6 @@ def duration_msg(duration: float) -> Duration:
 
 @lru_cache(maxsize=16)
 def _whole(time: float) -> tuple[int, int]:
-    """Return a time [s] as whole seconds and the nearest nanosecond."""
     return divmod(round(time * NANOSECONDS), NANOSECONDS)
 
 

@@ -24,7 +24,6 @@ class _SettlingActionClient(ActionClient):
 
 
 def _action_client(node: ManagedNode, action_type: Any, name: str) -> Any:
-    """Return an action client of the transport that a node speaks through."""
     if node.transport is not None:
         return LocalActionClient(node, action_type, name)
     return _SettlingActionClient(

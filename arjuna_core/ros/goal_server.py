@@ -187,7 +187,6 @@ class GoalServer:
             self._on_goal()
 
     def _refused(self, reason: str, goal: Any) -> GoalResponse:
-        """Reject a goal that could not be judged."""
         return GoalResponse.REJECT
 
     def _failed(self, reason: str, *handle: ServerGoalHandle) -> None:

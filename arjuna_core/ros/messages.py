@@ -129,7 +129,6 @@ def maker(cls: type[Any], *paths: str) -> Callable[..., Any]:
 def _made(
     template: Any, name: str, prefix: str, names: dict[str, str], known: dict[str, Any]
 ) -> list[str]:
-    """Return the lines that make a message; names of values that they use are taken out."""
     cls = type(template)
     known[f"type_{name}"] = cls
     lines = [f"    {name} = new(type_{name})"]
@@ -253,7 +252,6 @@ def _rounded(cls: type[Any], name: str, depth: int) -> list[str]:
 
 
 def _value(source: str, kind: Any, known: dict[str, Any]) -> str:
-    """Return the expression that copies a field that is no message."""
     if isinstance(kind, definition.BasicType):
         number = _NUMBERS.get(kind.typename)
         return f"{number}({source})" if number else source

@@ -43,7 +43,6 @@ def failed(request: Any, response: Any, reason: str, invalid: bool = False) -> A
 
 
 def _explain(answer: Any, reason: str) -> None:
-    """Fill in a failure's code and text, here and in the result within."""
     fields = answer.get_fields_and_field_types()
     if fields.get("result") == "uint8":
         answer.result = next(getattr(answer, code) for code in _CODES if hasattr(answer, code))

@@ -62,7 +62,6 @@ class BaseFrames:
                 self._take(there)
 
     def _take(self, there: str) -> None:
-        """Use the frame that is there in place of the one that is not."""
         self._reported = True
         self.node.get_logger().warning(
             f"{self._parameter} is '{self.base}', a frame that does not exist: '{there}' moves in"

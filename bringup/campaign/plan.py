@@ -133,7 +133,6 @@ def factors_of(given: Any) -> dict[str, tuple[Level, ...]]:
 
 
 def _levels(name: str, values: Any) -> tuple[Level, ...]:
-    """Return a factor's levels from a list, a range or named sets of options."""
     if isinstance(values, dict) and set(values) == _RANGE:
         first, count = values["first"], values["count"]
         if not isinstance(first, int) or not isinstance(count, int) or count < 1:

@@ -105,7 +105,6 @@ def _histograms(campaign: Campaign, outcomes: Sequence[Outcome]) -> list[str]:
 
 
 def _histogram(key: str, values: Sequence[float]) -> str:
-    """Return a picture of how a figure is distributed, inside the page."""
     finite = np.array([value for value in values if np.isfinite(value)])
     figure = Figure(figsize=(4.0, 2.6), layout="constrained")
     axes = figure.add_subplot()

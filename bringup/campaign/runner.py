@@ -168,7 +168,6 @@ def _outcomes(
 
 
 def _ended(going: list[_Started], folder: Path) -> list[Outcome]:
-    """Take out the runs that have ended and write down their outcomes."""
     outcomes = []
     for started in list(going):
         end = started.ended()

@@ -91,8 +91,6 @@ class Goals:
 
 
 class _Goal:
-    """A goal that is sent until its server has ended it."""
-
     def __init__(
         self, session: Session, client: Any, name: str, request: Any, times: GoalTimes
     ) -> None:
@@ -125,7 +123,6 @@ class _Goal:
         return end
 
     def _deliver_again(self) -> GoalEnd | None:
-        """Send it until a server that comes up takes it."""
         while True:
             try:
                 return self._deliver()
@@ -135,7 +132,6 @@ class _Goal:
 
     @property
     def _remaining(self) -> float:
-        """The time until the deadline [s]."""
         return self._deadline - self._session.now
 
     def _wait_until_active(self) -> None:

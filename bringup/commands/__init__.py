@@ -27,7 +27,6 @@ _OTHERS = "Others"
 
 
 def _files() -> dict[str, Path]:
-    """Return the file of each command."""
     found = (path for path in sorted(_FOLDER.rglob("*.py")) if path.stem != "__init__")
     return {path.stem.replace("_", "-"): path for path in found}
 

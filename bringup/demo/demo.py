@@ -133,7 +133,6 @@ class Demo:
         return start
 
     def _truth(self) -> SE2:
-        """Return where on the map the robot is."""
         pose: SE2 = self._origin().inverse() @ self._robot.sim.last.truth.pose
         return pose
 
@@ -239,7 +238,6 @@ class Demo:
         return self._quality >= KNOWS and near
 
     def _carry_off(self) -> bool:
-        """Carry the robot off; return whether it finds itself and drives home."""
         self._kidnap()
         return self._drive_home() and self._recovery_s is not None
 

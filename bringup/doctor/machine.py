@@ -37,7 +37,6 @@ def read_machine() -> Machine:
 
 
 def _origin(module: str) -> str | None:
-    """Return the file or folder that a module would be imported from; None for none."""
     spec = importlib.util.find_spec(module)
     if spec is None:
         return None

@@ -126,7 +126,6 @@ class Observer:
         )
 
     def _scan(self, grid: OccupancyGrid | None) -> ScanFacts | None:
-        """Return the facts of the last scan, seen from where the robot was latest."""
         message = self._last.get("scan")
         if message is None:
             return None

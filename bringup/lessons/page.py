@@ -83,7 +83,6 @@ def load_page(path: Path) -> Page:
 
 
 def _sections(lines: list[str]) -> Iterator[Section]:
-    """Cut a page at its headings."""
     starts = [i for i, line in enumerate(lines) if _HEADING.match(line)]
     for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):
         yield _section(lines[start][3:], lines[start + 1 : end])
@@ -121,6 +120,5 @@ def _command(line: str) -> Command:
 
 
 def _pattern(promise: str) -> re.Pattern[str]:
-    """Return what a promise looks like in the output; spaces count as one."""
     parts = [r"\s+".join(map(re.escape, part.split())) for part in _ANY.split(promise)]
     return re.compile(".*".join(parts))

@@ -117,7 +117,6 @@ class Running:
         return self._process.returncode
 
     def _read(self, timeout: float, enough: Callable[[], bool] = lambda: False) -> bool:
-        """Take the output until it is enough, the process ends or the time is over [s]."""
         deadline = time.monotonic() + timeout
         while not enough() and self._process.poll() is None and time.monotonic() < deadline:
             with suppress(subprocess.TimeoutExpired):
@@ -126,7 +125,6 @@ class Running:
         return enough()
 
     def _take(self) -> None:
-        """Take what was printed since the last time."""
         size = os.fstat(self._output.fileno()).st_size
         start = len(self.printed.encode())
         new = os.pread(self._output.fileno(), size - start, start).decode("utf-8", "ignore")

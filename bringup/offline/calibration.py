@@ -95,7 +95,6 @@ def _report(result: Calibration, out: Path) -> str:
 
 
 def _worst(rows: Sequence[Comparison], kind: str) -> tuple[float, float]:
-    """Return the greatest relative errors of path and turn among manoeuvres of a kind."""
     some = [row for row in rows if row.manoeuvre.kind == kind]
     return max(abs(row.path_error) for row in some), max(abs(row.turn_error) for row in some)
 
@@ -125,7 +124,6 @@ def _draw_paths(
 
 
 def _draw_errors(panel: mpl.axes.Axes, result: Calibration) -> None:
-    """Draw each manoeuvre's error of turn, or of distance for a straight, before and after."""
     parts = [row.manoeuvre for row in result.after]
     rows_at = np.arange(len(parts))
     for shift, rows, colour, label in (

@@ -129,7 +129,6 @@ def problems_of(parameters: Parameters, specs: Iterable[NodeSpec]) -> list[str]:
 def _problems_of_change(
     before: Parameters, after: Parameters, specs: Iterable[NodeSpec]
 ) -> list[str]:
-    """Return what those of the nodes would refuse whose parameters changed."""
     return problems_of(after, [one for one in specs if after.get(one.name) != before.get(one.name)])
 
 

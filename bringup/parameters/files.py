@@ -73,7 +73,6 @@ def _read(path: Path) -> Parameters:
 
 
 def _collect(path: Path, item: Any, name: str, found: Parameters) -> None:
-    """Walk namespaces down to `ros__parameters`."""
     if not isinstance(item, Mapping):
         problem = f"expected 'node: {{{_KEY}: {{name: value}}}}', got {item!r}; {_ROS1}"
         raise InputFileError(path, problem, name or None)

@@ -34,8 +34,6 @@ class Each(argparse.Action):
 
 
 def _number(valid: Callable[[float], bool], problem: str) -> Callable[[str], float]:
-    """Return a type of finite numbers; `problem` follows the text that is none."""
-
     def number(text: str) -> float:
         try:
             value = float(text)
@@ -85,7 +83,6 @@ def namespace(text: str) -> str:
 
 
 def _truth(text: str) -> bool:
-    """Return a truth value as ROS writes it."""
     if text.lower() not in ("true", "false"):
         raise argparse.ArgumentTypeError(f"{text!r} is no truth value; valid: true, false")
     return text.lower() == "true"

@@ -189,7 +189,6 @@ def of_names(
 
 
 def _first_scan(values: Mapping[str, Any]) -> str:
-    """Return the parameter that names the topic of a costmap's first scan; empty for none."""
     for layer in values.get("plugins", ()):
         for source in str(values.get(f"{layer}.observation_sources", "")).split():
             if values.get(f"{layer}.{source}.data_type", "LaserScan") == "LaserScan":

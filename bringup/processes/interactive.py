@@ -43,7 +43,6 @@ def supervise(arguments: argparse.Namespace) -> int:
 
 
 def _resuming(folder: Path) -> Parameters:
-    """Return the parameters that keep goals and map in a folder, empty at the start of a run."""
     nodes = BT_NAVIGATOR, WAYPOINT_FOLLOWER, SLAM_TOOLBOX
     return {spec.name: {"resume_file": str(folder / spec.name)} for spec in nodes}
 

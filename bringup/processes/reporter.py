@@ -55,7 +55,6 @@ class Reporter:
         numba_event.unregister("numba:compile", self._compilations)
 
     def _expect_long(self, patience: float) -> None:
-        """Say that the next sign of life may take a time [s]."""
         self._alive_due = 0.0
         self._write(event_line(alive=patience))
 

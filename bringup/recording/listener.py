@@ -67,8 +67,6 @@ class Received(NamedTuple):
 
 @dataclass
 class _Subscription:
-    """One topic that is listened to."""
-
     topic: TopicInfo
     message_type: Any
     subscription: Any

@@ -52,7 +52,6 @@ def _dependencies(type_name: str, text: str) -> list[str]:
 
 
 def _feedback(type_name: str) -> tuple[str, str]:
-    """Return the definitions of an action's feedback message and of the feedback in it."""
     name = type_name.removesuffix("_FeedbackMessage")
     parts = _PARTS.split(_share(name, ".action").read_text(encoding="utf-8"))
     package, _, action = name.split("/")

@@ -76,7 +76,6 @@ def _draw_importance(axes: Axes, shares: Mapping[str, float]) -> None:
 def _draw_slice(
     axes: Axes, dimension: Dimension, measure: str, tried: Sequence[Tried], best: Tried
 ) -> None:
-    """Draw every trial's figure over its value of one parameter."""
     values = [one.values[dimension.name] for one in tried]
     positions = [float(dimension.choices.index(v) if dimension.choices else v) for v in values]
     _scatter(axes, positions, tried)

@@ -86,7 +86,6 @@ def read_rviz(path: Path) -> RvizFile:
 
 
 def _displays(parent: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
-    """Yield the displays that are switched on, those in groups too."""
     for display in parent.get("Displays") or ():
         if isinstance(display, Mapping) and display.get("Enabled", True):
             if "Displays" in display:
@@ -102,7 +101,6 @@ def _topic(display: Mapping[str, Any]) -> str:
 
 
 def _key(kind: str, topic: str) -> str | None:
-    """Return what shows a display here, None for nothing."""
     if kind == "Map":
         costmap = next((name for name in ("global", "local") if f"{name}_costmap" in topic), "")
         return f"{costmap}_costmap" if costmap else "map"

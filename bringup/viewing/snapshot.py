@@ -71,8 +71,6 @@ def snapshot_of(bag: Bag, moment: float | None = None) -> Snapshot:
 
 
 class _Reader:
-    """Gathers a snapshot, message by message."""
-
     def __init__(self) -> None:
         self.found = Snapshot()
         self._decoder = Decoder()

@@ -30,7 +30,6 @@ def page() -> str:
 
 
 def _of(parser: argparse.ArgumentParser, name: str) -> Iterator[str]:
-    """Write a command's options, then those of its actions."""
     actions = [one for one in parser._actions if one.help != argparse.SUPPRESS]
     rows = [row for one in actions if (row := _row(one))]
     if rows:

@@ -48,7 +48,6 @@ def page() -> str:
 
 
 def _errors(trees: Iterable[ast.Module]) -> set[str]:
-    """Return the names of our exceptions: the root and all that are of it."""
     bases = {
         node.name: {base.id for base in node.bases if isinstance(base, ast.Name)}
         for tree in trees
@@ -62,7 +61,6 @@ def _errors(trees: Iterable[ast.Module]) -> set[str]:
 
 
 def _said(tree: ast.Module, errors: set[str]) -> Iterator[tuple[str, str]]:
-    """Return the messages of a file and what each is."""
     for scope in ast.walk(tree):
         if isinstance(scope, ast.FunctionDef):
             yield from _said_in(scope, errors)

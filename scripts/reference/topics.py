@@ -72,7 +72,6 @@ def _row(what: str, name: str, types: Iterable[str]) -> str:
 
 
 def _topics(found: Iterable[tuple[str, list[str]]]) -> list[tuple[str, list[str]]]:
-    """Return topics without those of actions and of every node."""
     return sorted(
         (name, types)
         for name, types in found
@@ -81,7 +80,6 @@ def _topics(found: Iterable[tuple[str, list[str]]]) -> list[tuple[str, list[str]
 
 
 def _services(found: Iterable[tuple[str, list[str]]]) -> list[tuple[str, list[str]]]:
-    """Return services without those of actions and of every node."""
     return sorted(
         (name, types)
         for name, types in found

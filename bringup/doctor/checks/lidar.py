@@ -34,7 +34,6 @@ def check(snapshot: Snapshot, blind: float = 0.05, near: float = 0.02) -> Iterat
 
 
 def _silent(snapshot: Snapshot) -> Iterator[Finding]:
-    """Yield the topics of scans with subscriptions and no publisher."""
     published = {end.topic for end in snapshot.endpoints if end.publishes and end.type == _SCAN}
     waiting: dict[str, set[str]] = {}
     for end in snapshot.endpoints:

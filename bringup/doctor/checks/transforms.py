@@ -40,7 +40,6 @@ def check(snapshot: Snapshot, late: float = 0.5, ahead: float = 2.0) -> Iterator
 
 
 def _gaps(snapshot: Snapshot) -> Iterator[Finding]:
-    """Yield what is missing between map, odom and base."""
     frames = snapshot.frames
     base = next((name for name in _BASES if name in {*frames, *roots(frames)}), None)
     if base is None:

@@ -61,8 +61,6 @@ class _Unknown(Exception):
 
 
 class _Reading:
-    """One file being read."""
-
     def __init__(
         self, into: LaunchFile, path: Path, arguments: Mapping[str, str], above: tuple[Path, ...]
     ) -> None:
@@ -86,7 +84,6 @@ class _Reading:
         return root
 
     def _take_all(self, parent: Element, inside: tuple[str, ...]) -> None:
-        """Take what stands below an element, within some sections, a node first."""
         for child in parent:
             try:
                 if self._chosen(child):
@@ -118,7 +115,6 @@ class _Reading:
                 self._arguments[name] = self._value(element, key)
 
     def _take_node(self, element: Element) -> None:
-        """Take a node that has a counterpart here; others are left out."""
         section = element.get("type", "")
         if section not in SECTIONS:
             return
@@ -138,7 +134,6 @@ class _Reading:
             self._into.notes.append(f"{self._path.name}: <remap> of {old} to {new}, of no one node")
 
     def _take_file(self, element: Element, inside: tuple[str, ...]) -> None:
-        """Take a YAML file that is loaded, or the YAML in its stead."""
         if element.get("command", "load") != "load":
             return
         if "file" in element.attrib:
@@ -195,7 +190,6 @@ class _Reading:
         return _split(self._value(element, attribute))
 
     def _chosen(self, element: Element) -> bool:
-        """Return whether an element's `if` and `unless` allow it."""
         wanted = "if" not in element.attrib or self._value(element, "if").lower() not in _NO
         return wanted and (
             "unless" not in element.attrib or self._value(element, "unless").lower() in _NO
@@ -233,7 +227,6 @@ def _split(name: str) -> tuple[str, ...]:
 
 
 def _typed(text: str, kind: str) -> Any:
-    """Return a `param`'s value as roslaunch takes it."""
     if kind in ("str", "string"):
         return text
     try:

@@ -66,8 +66,6 @@ def convert(
 
 
 class _Conversion:
-    """The parameters and notes found so far."""
-
     def __init__(self) -> None:
         self._parameters: Parameters = {}
         self._without: dict[str, None] = {}
@@ -92,7 +90,6 @@ class _Conversion:
         self._take_alone(alone)
 
     def _take_alone(self, values: Mapping[str, Any]) -> None:
-        """Take names without a section."""
         names = ", ".join(f"'{key}'" for key in values)
         if other := other_program(values):
             remedy = PROGRAMS[other]["remedy"]
@@ -171,7 +168,6 @@ class _Conversion:
             self._put_layers(section, [*static, "obstacle_layer", "inflation_layer"])
 
     def _part(self, section: str, key: str, value: Any) -> None:
-        """Take a costmap's list of layers, one of its layers, or one of its sources."""
         if key == "plugins":
             types = [item.get("type", "") for item in value or () if isinstance(item, Mapping)]
             kinds = [str(name).rpartition("::")[2] for name in types]
@@ -227,7 +223,6 @@ def _complete_sources(values: dict[str, Any], highest: float = 2.0) -> None:
 
 
 def _misspelt_lines(section: str, names: Iterable[str]) -> list[str]:
-    """Return a sentence for each name that is nearly one, and one for all others."""
     table, far, lines = targets(section), [], []
     for name in names:
         hint = nearest(name, table)
@@ -247,7 +242,6 @@ def _recoveries(values: Mapping[str, Any]) -> set[str]:
 
 
 def _layer_of(name: str, values: Mapping[str, Any]) -> str:
-    """Return which of our layers one is, by what it holds or how it is called."""
     if "infl" in name or values.keys() & {"inflation_radius", "cost_scaling_factor"}:
         return "inflation_layer"
     is_static = "static" in name or values.keys() & {"map_topic", "first_map_only"}

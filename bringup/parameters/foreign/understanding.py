@@ -95,7 +95,6 @@ def _is_placeholder(key: str, value: str) -> bool:
 
 
 def _of_other_node(name: str, today: str, nodes: Mapping[str, NodeSpec]) -> Remark:
-    """Return the remark on a section of no node that runs here."""
     if (node := node_of(today, nodes)) is not None:
         return Remark(Kind.NOT_NEEDED, name, f"'{node}' of another namespace")
     known = nav2.of_node(name)
@@ -106,7 +105,6 @@ def _of_other_node(name: str, today: str, nodes: Mapping[str, NodeSpec]) -> Rema
 
 
 def _of_nobody(key: str, specs: Iterable[NodeSpec]) -> Remark:
-    """Return the remark on a name for every node that no node has."""
     for spec in specs:
         if (known := nav2.of_key(spec.name, key)) is not None:
             return Remark(known[0], f"{EVERY_NODE}: {key}", known[1])
@@ -222,7 +220,6 @@ def _is_whole(node: str, given: Mapping[str, Any]) -> bool:
 
 
 def _plugin_lists(config: type[Any]) -> Iterator[tuple[str, tuple[str, ...], PluginTypes]]:
-    """Return name, default and kind of each list of plug-ins that a node has."""
     for item in dataclasses.fields(config):
         kind = info_of(item).plugins if item.metadata else None
         if isinstance(kind, PluginTypes):
@@ -236,7 +233,6 @@ def _keys_of(kind: PluginTypes, cls: str) -> frozenset[str]:
 
 
 def _class_of(name: str, kind: PluginTypes, values: Mapping[str, Any]) -> str:
-    """Return the class of a plug-in as its section says, or its name."""
     default = kind.by_name.get(name, kind.default)
     return canonical(str(values.get(f"{name}.{kind.key}", default)))
 

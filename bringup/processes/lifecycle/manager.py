@@ -111,7 +111,6 @@ class LifecycleManager(GuardedNode):
         )
 
     def _advance(self) -> None:
-        """Advance the command in progress by one step, if what it waits for has come."""
         if not self._jobs:
             self._timer.cancel()
             return
@@ -128,7 +127,6 @@ class LifecycleManager(GuardedNode):
             self._fail(job, f"no answer within {TRANSITION_DEADLINE:.0f} s")
 
     def _ask(self, job: _Job, now: float) -> None:
-        """Ask the next node for its state once its services are there."""
         node = job.steps[0].node
         if self._states[node].service_is_ready() and self._changes[node].service_is_ready():
             self._wait_for(job, self._states[node].call_async(GetState.Request()), self._on_state)

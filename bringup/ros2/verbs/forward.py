@@ -75,7 +75,6 @@ def _note(found: RosArguments, option: str, word: str) -> None:
 
 
 def _teleop(words: list[str]) -> NoReturn:
-    """Run teleop_twist_keyboard: its parameters and remapping as our options."""
     given = ros_arguments(words)
     options = ["--keys", "twist"]
     if "cmd_vel" in given.remapped:

@@ -126,12 +126,10 @@ def translated(launch: Launch, words: list[str]) -> Translation:
 
 
 def _known(launch: Launch) -> set[str]:
-    """Return the names of a launch file's arguments."""
     return {*launch.options, *launch.idle, *launch.instead, "use_namespace", "use_sim_time"}
 
 
 def _idle(launch: Launch, given: Mapping[str, str]) -> list[str]:
-    """Return a line for each argument that asks for what does not happen here."""
     lines = []
     for name in (name for name in launch.idle if name in given):
         anyhow, reason = _IDLE[name]
@@ -141,7 +139,6 @@ def _idle(launch: Launch, given: Mapping[str, str]) -> list[str]:
 
 
 def _command(launch: Launch, given: dict[str, str]) -> list[str]:
-    """Return our command for the arguments that have an effect."""
     first, *rest = launch.words
     if given.get("use_sim_time", "true").lower() == "false":
         if first == "slam":
@@ -156,7 +153,6 @@ def _command(launch: Launch, given: dict[str, str]) -> list[str]:
 
 
 def _located(given: dict[str, str]) -> list[str]:
-    """Return the option that says what locates the robot, unless a map is named."""
     if given.get("slam", "false").lower() == "true":
         given.pop("map", None)
         return ["--slam"]

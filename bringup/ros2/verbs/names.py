@@ -82,7 +82,6 @@ def type_(arguments: argparse.Namespace) -> int:
 
 
 def _types(client: Client, arguments: argparse.Namespace, given: str, hidden: bool) -> Any:
-    """Return the type, or types, of a name as they are printed."""
     kind = arguments.command
     types = client.find_types(absolute(given), names_of(kind), hidden)
     if not types:

@@ -58,7 +58,6 @@ def list_(arguments: argparse.Namespace) -> None:
 
 
 def _ask(client: Client, kind: Any, node: str, arguments: argparse.Namespace, **fields: Any) -> Any:
-    """Return the answer of one of a node's parameter services, which are called as their types."""
     service = re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower()
     return client.call(kind, f"{node}/{service}", kind.Request(**fields), timeout=arguments.timeout)
 

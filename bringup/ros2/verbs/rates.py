@@ -87,7 +87,6 @@ def _wait(client: Client) -> None:
 
 
 def _subscribe(client: Client, arguments: argparse.Namespace, receive: Any, raw: bool) -> Any:
-    """Subscribe to the topic, waiting until somebody has it; return its message class."""
     topic = full_name(arguments.topic_name)
     if not client.discover(lambda: client.node.count_publishers(topic) > 0):
         print(f"WARNING: topic [{arguments.topic_name}] does not appear to be published yet")

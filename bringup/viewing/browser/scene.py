@@ -71,7 +71,6 @@ class Scene:
         self._unplaced.add(key)
 
     def _add(self, name: str, drawing: Drawing) -> list[Any]:
-        """Add a drawing's nodes, not shown yet."""
         if isinstance(drawing, Bodies):
             return [self._add_body(f"{name}/{path_part(b.name)}", b) for b in drawing.bodies]
         return [self._add_one(name, drawing)]

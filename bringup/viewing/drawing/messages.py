@@ -52,7 +52,6 @@ def seconds(stamp: Any) -> float:
 
 
 def _line(xy: Iterable[tuple[float, float]], z: float) -> Floats:
-    """Return points of the plane at a height, `(N, 3) float32` [m]."""
     rows = np.array([(x, y, z) for x, y in xy], np.float32).reshape(-1, 3)
     if not np.isfinite(rows).all():
         raise ValueError("a position is not finite")

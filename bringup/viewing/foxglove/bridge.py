@@ -153,7 +153,6 @@ class _Listener(ServerListener):
         return self._ask(Question(tuple(values), values))
 
     def _ask(self, question: Question) -> list[Parameter]:
-        """Return parameters' values; those that do not come in time are left out."""
         self._call(lambda bridge: bridge.parameters.ask, question)
         try:
             found = question.answer.result(timeout=5.0)
@@ -163,6 +162,5 @@ class _Listener(ServerListener):
 
 
 def _native(value: Any) -> Any:
-    """Return a parameter's value as Foxglove takes it."""
     sequence = isinstance(value, Sequence) and not isinstance(value, str | bytes)
     return list(value) if sequence else value

@@ -103,7 +103,6 @@ class Channels:
             self._node.destroy_subscription(subscription)
 
     def _profile(self, topic: str) -> QoSProfile:
-        """Return the best quality of service that every publisher of a topic offers."""
         offers = offers_of(self._node, topic)
         depth = max([10, *(offer.depth for offer in offers)])
         return profile_of(replace(request_for(offers), depth=depth))
@@ -146,6 +145,5 @@ class Publications:
 
 
 def _full(type_name: str) -> str:
-    """Return a type as ROS 2 writes it, of `package/Name` too."""
     package, _, name = type_name.rpartition("/")
     return type_name if "/" in package else f"{package}/msg/{name}"

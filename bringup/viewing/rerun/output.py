@@ -86,7 +86,6 @@ def _refuse_existing(path: Path) -> None:
 
 
 def _start_viewer(port: int, web: bool, show: Callable[[str], None]) -> subprocess.Popen[bytes]:
-    """Start rerun's program and wait until it listens."""
     if not web and sys.platform == "linux" and not any(os.environ.get(each) for each in _DISPLAYS):
         raise OutputError(
             "there is no display for rerun's window; valid: --web for a browser,"

@@ -59,7 +59,6 @@ class EntityWatch:
             self._ask_next_kind()
 
     def _ask_next_kind(self) -> None:
-        """Ask about the next new entity: its category, then its size."""
         name = next((name for name in self._names if name not in self._kinds), None)
         if name is None:
             return
