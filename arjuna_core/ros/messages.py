@@ -56,7 +56,7 @@ def _kinds(cls: type[Any]) -> Iterator[Any]:
 def quicken(*classes: Any) -> None:
     """Give types of messages and services, and those within, compiled constructors, plain fields.
 
-    What their users see is the same; types whose fields are checked stay as they are.
+    Their users notice nothing; types whose fields are checked stay as they are.
     """
     for cls in classes:
         for part in (cls.Request, cls.Response) if hasattr(cls, "Request") else (cls,):
