@@ -26,6 +26,7 @@ class ParamInfo:
         maximum: Greatest valid value, inclusive.
         choices: The valid values where only some are.
         read_only: Whether it is fixed once the component runs.
+        path: Whether it is a path; those are read only, or clients could move folders.
         plugins: Of plug-ins' names: the `PluginTypes` or `NamedConfigs` that they are of.
         nav2: The value with Nav2's behaviour, where another one is the default or is shipped.
     """
@@ -36,6 +37,7 @@ class ParamInfo:
     maximum: float | None = None
     choices: tuple[Any, ...] = ()
     read_only: bool = False
+    path: bool = False
     plugins: Any = None
     nav2: Any = None
 
@@ -56,6 +58,7 @@ def param(
     maximum: float | None = None,
     choices: Sequence[Any] = (),
     read_only: bool = False,
+    path: bool = False,
     nav2: Any = None,
 ) -> Any:
     """Declare one parameter as a field of a frozen dataclass.
@@ -63,9 +66,13 @@ def param(
     Args:
         description: One sentence for `--help`, docs and ROS descriptors.
         unit: SI unit.
+        path: Whether it is a path of this machine; no client may change it.
         nav2: The value with Nav2's behaviour, which `--as-nav2` sets; None where there is no other.
     """
-    info = ParamInfo(description, unit, minimum, maximum, tuple(choices), read_only, nav2=nav2)
+    fixed = read_only or path
+    info = ParamInfo(
+        description, unit, minimum, maximum, tuple(choices), fixed, path=path, nav2=nav2
+    )
     return dataclasses.field(default=default, metadata={_KEY: info})
 
 

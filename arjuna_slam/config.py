@@ -182,7 +182,7 @@ class SlamNodeConfig(UnusedParameters, SlamConfig):
         1.0, "Factor on the covariance of the position.", minimum=0.0
     )
     yaw_covariance_scale: float = param(1.0, "Factor on the covariance of the yaw.", minimum=0.0)
-    map_file_name: str = param("", "Graph to go on from; empty for a new one.", read_only=True)
+    map_file_name: str = param("", "Graph to go on from; empty for a new one.", path=True)
     map_start_pose: tuple[float, ...] = param(
         (), "Where the robot starts on it: x, y, theta.", read_only=True
     )
@@ -192,9 +192,11 @@ class SlamNodeConfig(UnusedParameters, SlamConfig):
     resume_file: str = param(
         "",
         "Keeps the current map, to continue it after a crash; before map_file_name; empty: no.",
-        read_only=True,
+        path=True,
     )
-    maps_folder: str = param(".", "Folder that relative paths of maps and graphs are of.")
+    maps_folder: str = param(
+        ".", "Folder that relative paths of maps and graphs are of.", path=True
+    )
     use_map_saver: bool = param(True, "Whether save_map is offered.", read_only=True)
     enable_interactive_mode: bool = param(
         False, "Whether toggle_interactive_mode lets keyframes be moved by hand.", read_only=True

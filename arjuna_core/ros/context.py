@@ -7,7 +7,7 @@ import gc
 import importlib
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,11 @@ import rclpy
 from rclpy.context import Context
 
 _PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
+_OURS = {
+    False: Path(__file__).with_name("fastdds.xml"),
+    True: Path(__file__).with_name("fastdds_open.xml"),
+}
+"""The profiles, by whether other hosts are reached."""
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _COLLECT = (10_000, 20, 20)
 """How many new objects, and collections of those, are waited for before a collection of garbage.
@@ -41,8 +46,9 @@ def discovery(isolated: bool) -> Iterator[None]:
 def new_context(domain_id: int | None = None) -> Context:
     """Return an initialized context; what the environment says of the middleware comes first.
 
-    Without it, the interfaces of this Python environment are found, discovery is on this machine
-    only, and Fast DDS has shared memory enough for pictures. Garbage is collected less often.
+    Without it, the interfaces of this Python environment are found, discovery and sockets are on
+    this machine only, and Fast DDS has shared memory enough for pictures. A range that reaches
+    other hosts, or static peers, open the sockets. Garbage is collected less often.
 
     Args:
         domain_id: The domain; the environment's if None.
@@ -52,10 +58,20 @@ def new_context(domain_id: int | None = None) -> Context:
     # messages' package takes its generator along if it can: parsers, a quarter of a node's start
     sys.modules.setdefault(_GENERATOR, None)  # type: ignore[arg-type]
     os.environ.setdefault(_RANGE, "LOCALHOST")
-    os.environ.setdefault(_PROFILES, str(Path(__file__).with_name("fastdds.xml")))
+    if os.environ.get(_PROFILES, "") in (
+        "",
+        *map(str, _OURS.values()),
+    ):  # a parent's range may differ
+        os.environ[_PROFILES] = str(_OURS[reaches_other_hosts(os.environ)])
     context = Context()
     rclpy.init(context=context, domain_id=domain_id)
     return context
+
+
+def reaches_other_hosts(environment: Mapping[str, str]) -> bool:
+    """Return whether the middleware is to reach other hosts, by an environment's variables."""
+    peers = environment.get("ROS_STATIC_PEERS", "").strip("; ")
+    return bool(peers) or environment.get(_RANGE, "LOCALHOST") not in ("LOCALHOST", "OFF")
 
 
 _VARIABLE = "AMENT_PREFIX_PATH"

@@ -61,19 +61,21 @@ class BtNavigatorConfig(NavigatorConfig):
         "navigate_to_pose.xml",
         "Behavior tree of goals that name none; empty: that one.",
         nav2="navigate_to_pose_w_replanning_and_recovery.xml",
+        path=True,
     )
     default_nav_through_poses_bt_xml: str = param(
         "navigate_through_poses.xml",
         "The same for goals through poses.",
         nav2="navigate_through_poses_w_replanning_and_recovery.xml",
+        path=True,
     )
-    bt_folder: str = param(".", "Folder of the behavior trees that goals may name.")
+    bt_folder: str = param(".", "Folder of the behavior trees that goals may name.", path=True)
     error_code_names: tuple[str, ...] = param(
         ("compute_path_error_code", "follow_path_error_code"),
         "Entries of a tree's blackboard that hold error codes; the lowest is a failed goal's.",
     )
     resume_file: str = param(
-        "", "Keeps the goal under way, to resume it after a crash; empty: no.", read_only=True
+        "", "Keeps the goal under way, to resume it after a crash; empty: no.", path=True
     )
 
 

@@ -32,8 +32,10 @@ _Codes = ComputeRoute.Result
 class RouteServerConfig:
     """Parameters of the node `route_server`, by Nav2's names."""
 
-    graph_filepath: str = param("", "The graph, a GeoJSON file; empty: set by a service.")
-    graphs_folder: str = param(".", "Folder that set_route_graph may read from.")
+    graph_filepath: str = param(
+        "", "The graph, a GeoJSON file; empty: set by a service.", path=True
+    )
+    graphs_folder: str = param(".", "Folder that set_route_graph may read from.", path=True)
     route_frame: str = param("map", "Frame of the graph.", read_only=True)
     base_frame: str = param("base_footprint", "The robot's frame.", read_only=True)
     transform_tolerance: float = param(

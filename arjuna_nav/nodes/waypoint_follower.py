@@ -42,7 +42,7 @@ class WaypointFollowerConfig:
     global_frame_id: str = param("map", "Frame of GPS waypoints' poses.", read_only=True)
     gps: GpsConfig = field(default_factory=GpsConfig)
     resume_file: str = param(
-        "", "Keeps the list under way, to resume it after a crash; empty: no.", read_only=True
+        "", "Keeps the list under way, to resume it after a crash; empty: no.", path=True
     )
 
 

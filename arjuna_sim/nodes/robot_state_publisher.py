@@ -27,7 +27,7 @@ class RobotStatePublisherConfig:
     """Parameters of the node `robot_state_publisher`."""
 
     robot: str = param(
-        "", "The robot's URDF, xacro or SDF file; empty takes the shipped one.", read_only=True
+        "", "The robot's URDF, xacro or SDF file; empty takes the shipped one.", path=True
     )
     robot_arguments: str = param(
         "", "Arguments of the robot's xacro file, each name:=value, as in a shell.", read_only=True

@@ -26,13 +26,13 @@ class SimConfig(SimulatorConfig):
     """Parameters of the node `sim`, over those of the simulator."""
 
     robot: str = param(
-        "", "The robot's URDF, xacro or SDF file; empty takes the shipped one.", read_only=True
+        "", "The robot's URDF, xacro or SDF file; empty takes the shipped one.", path=True
     )
     robot_arguments: str = param(
         "", "Arguments of the robot's xacro file, each name:=value, as in a shell.", read_only=True
     )
     world: str = param(
-        "", "The world's SDF file or map YAML; empty takes the shipped room.", read_only=True
+        "", "The world's SDF file or map YAML; empty takes the shipped room.", path=True
     )
     seed: int = param(0, "Seed of all noise.", minimum=0, maximum=SEED_MAX, read_only=True)
     real_time_factor: float = param(
@@ -54,7 +54,7 @@ class SimConfig(SimulatorConfig):
         ".",
         "Folder that spawn_entity and load_world may read files below, beside the shipped worlds"
         " and robots, packages and models; the working folder if '.'.",
-        read_only=True,
+        path=True,
     )
     standard_topics: bool = param(
         False,
@@ -82,7 +82,7 @@ class SimConfig(SimulatorConfig):
         read_only=True,
     )
     robots: tuple[str, ...] = param(
-        (), "Their files, one for each namespace; empty takes 'robot' for all.", read_only=True
+        (), "Their files, one for each namespace; empty takes 'robot' for all.", path=True
     )
     starts: tuple[float, ...] = param(
         (),

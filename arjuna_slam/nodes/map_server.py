@@ -28,10 +28,10 @@ from arjuna_core.ros.node import ManagedNode
 class MapServerConfig:
     """Parameters of map_server."""
 
-    yaml_filename: str = param("", "Map to serve; none until load_map if empty.")
+    yaml_filename: str = param("", "Map to serve; none until load_map if empty.", path=True)
     topic_name: str = param("map", "Topic of the map.", read_only=True)
     frame_id: str = param("map", "Frame of the map.")
-    maps_folder: str = param(".", "Folder that load_map's relative paths are of.")
+    maps_folder: str = param(".", "Folder that load_map's relative paths are of.", path=True)
 
 
 class MapServerNode(ManagedNode):
@@ -111,7 +111,7 @@ class MapSaverConfig:
     map_subscribe_transient_local: bool = param(
         True, "Whether maps published before are wanted.", read_only=True
     )
-    maps_folder: str = param(".", "Folder that save_map's relative paths are of.")
+    maps_folder: str = param(".", "Folder that save_map's relative paths are of.", path=True)
 
 
 class MapSaverNode(ManagedNode):

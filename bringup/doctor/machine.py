@@ -13,7 +13,7 @@ from bringup.doctor.snapshot import Machine
 
 _VARIABLES = (
     *("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY", "ROS_DISTRO"),
-    *("RMW_IMPLEMENTATION", "MUJOCO_GL", "PYTHONPATH"),
+    *("ROS_STATIC_PEERS", "RMW_IMPLEMENTATION", "MUJOCO_GL", "PYTHONPATH"),
 )
 _LIBRARIES = ("mujoco", "numba", "rclpy")
 _MESSAGES = ("nav2_msgs", "slam_toolbox", "simulation_interfaces", "arjuna_interfaces", "tf2_msgs")

@@ -33,9 +33,9 @@ class DockingServerConfig(DockingConfig):
         ("simple_charging_dock",), "The kinds of docks.", DOCK_TYPES
     )
     docks: tuple[str, ...] = plugin_names((), "The docks.", DOCKS)
-    dock_database: str = param("", "File of docks, instead of 'docks'.", read_only=True)
-    dock_folder: str = param(".", "Folder that reload_database may read from.")
-    navigator_bt_xml: str = param("", "Behavior tree that drives to a staging pose.")
+    dock_database: str = param("", "File of docks, instead of 'docks'.", path=True)
+    dock_folder: str = param(".", "Folder that reload_database may read from.", path=True)
+    navigator_bt_xml: str = param("", "Behavior tree that drives to a staging pose.", path=True)
     transform_tolerance: float = param(
         0.3, "Greatest age of the robot's pose.", unit="s", minimum=0.0
     )

@@ -39,7 +39,7 @@ class PhotoConfig:
     save_dir: str = param(
         "/tmp/waypoint_images",  # noqa: S108 - Nav2's default, which is refused here
         "Folder of the pictures, below your home or the working folder.",
-        read_only=True,
+        path=True,
     )
     image_format: str = param("png", "Their format.", choices=tuple(_FORMATS))
 

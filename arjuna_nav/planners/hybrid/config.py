@@ -79,6 +79,7 @@ class SmacLatticeConfig(PoseSearchConfig):
         "",
         "Pieces as lattice_primitives of Nav2 writes them; empty: those of a differential drive"
         " that bend by minimum_turning_radius.",
+        path=True,
     )
     minimum_turning_radius: float = param(
         0.5, "Radius of the tightest bend where no file is given.", unit="m", minimum=0.0

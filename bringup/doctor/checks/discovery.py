@@ -41,9 +41,14 @@ def _environment(environment: dict[str, str]) -> Iterator[Finding]:
     if chosen == "OFF":
         what = "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF: no process sees another"
         yield Finding(what, "unset ROS_AUTOMATIC_DISCOVERY_RANGE")
-    if chosen == "SUBNET":
-        what = "ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET: every robot of the network is in this graph"
+    if chosen in ("SUBNET", "SYSTEM_DEFAULT"):
+        what = (
+            f"ROS_AUTOMATIC_DISCOVERY_RANGE={chosen}: every robot of the network is in this graph"
+        )
         yield Finding(what, "unset it, or take a ROS_DOMAIN_ID of your own")
+    if peers := environment.get("ROS_STATIC_PEERS", "").strip("; "):
+        what = f"ROS_STATIC_PEERS={peers}: other hosts reach this robot"
+        yield Finding(what, "unset ROS_STATIC_PEERS")
     if "ROS_LOCALHOST_ONLY" in environment:
         what = "ROS_LOCALHOST_ONLY is set, which overrides the discovery range"
         yield Finding(what, "unset ROS_LOCALHOST_ONLY")

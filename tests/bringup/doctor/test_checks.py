@@ -106,6 +106,7 @@ BROKEN = {
         "discovery",
         "every robot of the network",
     ),
+    "peers": (_environment("ROS_STATIC_PEERS", "192.0.2.9"), "discovery", "other hosts reach"),
     "no range": (_environment("ROS_AUTOMATIC_DISCOVERY_RANGE", "ALL"), "discovery", "none of OFF"),
     "an old switch": (_environment("ROS_LOCALHOST_ONLY", "1"), "discovery", "ROS_LOCALHOST_ONLY"),
     "no domain": (_environment("ROS_DOMAIN_ID", "300"), "discovery", "none of 0 to 101"),

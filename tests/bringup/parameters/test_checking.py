@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -23,6 +25,7 @@ from bringup.parameters.sources import of_words
 from bringup.stack import VELOCITY_CHAIN, all_nodes
 
 pytestmark = pytest.mark.ros
+_PATH = re.compile(r"(folder|file|filename|filepath|_dir|xml|database)$|^(robots?|world)$")
 
 
 def test_words_come_over_files_and_reach_the_nodes_that_have_them() -> None:
@@ -63,13 +66,19 @@ def test_as_nav2_every_parameter_has_nav2s_behaviour_but_for_those_of_files(tmp_
     assert not problems_of(found, all_nodes())
 
 
-def test_each_value_with_nav2s_behaviour_is_valid() -> None:
-    configs = [spec.config for spec in all_nodes()]
+@pytest.fixture(scope="module")
+def configs() -> list[type[Any]]:
+    """Return the configs of all nodes and of all plug-ins, with those of their defaults."""
+    found = [spec.config for spec in all_nodes()]
     shim = {"primary_controller": "dwb_core::DWBLocalPlanner"}
-    kinds = {id(info.plugins): info.plugins for one in configs for info in infos(one).values()}
+    kinds = {id(info.plugins): info.plugins for one in found for info in infos(one).values()}
     for kind in kinds.values():
         for name in kind.types if isinstance(kind, PluginTypes) else ():
-            configs.append(kind.config_of(name, shim))
+            found.append(kind.config_of(name, shim))
+    return found
+
+
+def test_each_value_with_nav2s_behaviour_is_valid(configs: list[type[Any]]) -> None:
     others = [
         flatten(load(config, {key: info.nav2}))[key] == info.nav2
         for config in configs
@@ -78,6 +87,18 @@ def test_each_value_with_nav2s_behaviour_is_valid() -> None:
     ]
     assert len(others) > 20
     assert all(others)
+
+
+def test_no_client_changes_a_path(configs: list[type[Any]]) -> None:
+    paths = {}
+    for config in configs:
+        defaults = flatten(config())
+        for key, info in infos(config).items():
+            if isinstance(defaults[key], str | tuple) and _PATH.search(key):
+                paths[key] = info.path
+            assert info.read_only or not info.path, key
+    assert len(paths) > 15
+    assert [key for key, known in paths.items() if not known] == []
 
 
 @pytest.mark.parametrize(

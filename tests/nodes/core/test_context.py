@@ -9,12 +9,33 @@ import sys
 from pathlib import Path
 
 import pytest
+from defusedxml import ElementTree
 from nav2_msgs.action import Wait
 
+from arjuna_core.ros import context
 from arjuna_core.ros.context import class_of, discovery, new_context
 from arjuna_core.ros.process import Process
 
+PROFILES = [Path(context.__file__).with_name(name) for name in ("fastdds.xml", "fastdds_open.xml")]
+_FAST_DDS = "{http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles}"
 _SEGMENT = 4 << 20  # [bytes] what the profile asks for
+_PORTS = """
+import os
+from rclpy.node import Node
+from arjuna_core.ros.context import new_context
+
+context = new_context(7)
+node = Node("one", context=context)
+sockets = [f"/proc/self/fd/{fd}" for fd in os.listdir("/proc/self/fd")]
+sockets = {os.readlink(path) for path in sockets if os.path.lexists(path)}
+for line in open("/proc/net/udp").read().splitlines()[1:]:
+    address, port = line.split()[1].split(":")
+    if f"socket:[{line.split()[9]}]" in sockets and 9150 <= int(port, 16) < 9400:
+        print(address)
+node.destroy_node()
+context.shutdown()
+"""
+"""The addresses at which a participant of domain 7 is reached: DDS gives it 250 ports."""
 _NODE = """
 import glob, os
 from rclpy.node import Node
@@ -30,14 +51,54 @@ context.shutdown()
 
 
 def test_shared_memory_holds_pictures() -> None:
-    environment = {
-        name: value for name, value in os.environ.items() if not name.startswith("FASTRTPS")
+    assert int(run_alone(_NODE)) >= _SEGMENT
+
+
+def run_alone(code: str, **variables: str) -> str:
+    """Return what a process of its own prints that has these variables of the middleware."""
+    kept = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(("FASTRTPS", "ROS_AUTOMATIC", "ROS_STATIC"))
     }
     done = subprocess.run(
-        [sys.executable, "-c", _NODE], env=environment, capture_output=True, text=True, timeout=60
+        [sys.executable, "-c", code],
+        env=kept | variables,
+        capture_output=True,
+        text=True,
+        timeout=60,
     )
     assert done.stderr == ""
-    assert int(done.stdout) >= _SEGMENT
+    return done.stdout
+
+
+@pytest.mark.parametrize(
+    ("variables", "opens"),
+    [
+        ({}, False),
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_STATIC_PEERS": ""}, False),
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, True),
+        ({"ROS_STATIC_PEERS": "192.0.2.9"}, True),
+    ],
+)
+def test_only_a_range_or_peers_beyond_this_machine_open_sockets(
+    variables: dict[str, str], opens: bool
+) -> None:
+    addresses = set(run_alone(_PORTS, **variables).split())
+    assert addresses
+    assert (addresses == {"0100007F"}) != opens  # 127.0.0.1
+
+
+def test_the_open_profile_is_the_closed_one_without_its_white_list() -> None:
+    closed, open_ = (ElementTree.fromstring(path.read_bytes()) for path in PROFILES)
+    transport = closed.find(f".//{_FAST_DDS}interfaceWhiteList/..")
+    assert transport is not None
+    (listed,) = (child for child in transport if child.tag.endswith("interfaceWhiteList"))
+    assert [address.text for address in listed] == ["127.0.0.1"]
+    transport.remove(listed)
+    assert [(e.tag, (e.text or "").strip()) for e in closed.iter()] == [
+        (e.tag, (e.text or "").strip()) for e in open_.iter()
+    ]
 
 
 @pytest.mark.parametrize("own", [None, "mine.xml"])
