@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
+from arjuna_core.errors import RobotError, WorldError
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.driven_robot import Observation
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
+from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import Note
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import S
@@ -53,6 +55,24 @@ def first(robot: RobotModel, kind: type[S]) -> S:
 def texts(notes: Iterable[Note]) -> tuple[str, ...]:
     """Return what a person reads of notes."""
     return tuple(note.text for note in notes)
+
+
+def urdf_file(inside: str = "") -> XmlFile:
+    """Return a robot's file of some tags, which exists nowhere."""
+    return XmlFile(Path("r.urdf"), "robot", RobotError, f"<robot>{inside}</robot>".encode())
+
+
+def sdf_file(inside: str = "", version: str = "1.9") -> XmlFile:
+    """Return a world's file of some tags, which exists nowhere."""
+    text = f"<sdf version='{version}'>{inside}</sdf>"
+    return XmlFile(Path("w.sdf"), "sdf", WorldError, text.encode())
+
+
+def saved_world(folder: Path, inside: str) -> Path:
+    """Write a world of some models; return its path."""
+    path = folder / "test.world"
+    path.write_text(f"<sdf version='1.9'><world name='w'>{inside}</world></sdf>", encoding="utf-8")
+    return path
 
 
 def edited(source: Path, folder: Path, old: str, new: str) -> Path:

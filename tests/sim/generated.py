@@ -177,7 +177,7 @@ def sill(height: float, x: float, depth: float) -> World:
     Args:
         height: Of the sill [m].
         x: Where its near edge is [m].
-        depth: Of the sill, along the way [m].
+        depth: Of the sill, along the path [m].
     """
     T = Pose3((x + depth / 2, 0.0, height / 2))
     return _world(

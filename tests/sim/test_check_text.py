@@ -13,38 +13,6 @@ from arjuna_sim.model.notes import Note, NoteKind
 from tests.sim import drive_cases as cases
 from tests.sim.builders import ROOM
 
-MACRO = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
-<xacro:arg name="width" default="0.2"/><xacro:include filename="$(find parts)/wheel.xacro"/>
-<link name="base"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>
-<collision><geometry><box size="0.3 $(arg width) 0.1"/></geometry></collision></link>
-<xacro:wheel name="left" y="${$(arg width) / 2}"/>
-<xacro:wheel name="right" y="${-$(arg width) / 2}"/></robot>"""
-WHEEL = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
-<xacro:macro name="wheel" params="name y">
-<link name="${name}_wheel"><inertial><mass value="0.2"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4"/>
-</inertial><collision><geometry><cylinder radius="0.06" length="0.02"/></geometry></collision>
-</link><joint name="${name}_joint" type="continuous"><parent link="base"/>
-<child link="${name}_wheel"/>
-<origin xyz="0 ${y} 0" rpy="-1.5707963 0 0"/><axis xyz="0 0 1"/></joint></xacro:macro></robot>"""
-
-
-@pytest.fixture(autouse=True)
-def _no_paths(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH", "AMENT_PREFIX_PATH"):
-        monkeypatch.setenv(name, "")
-
-
-@pytest.fixture
-def macro(tmp_path: Path) -> Path:
-    """Return a xacro file whose package `parts` only a package path finds."""
-    (tmp_path / "robot").mkdir()
-    (tmp_path / "elsewhere" / "parts").mkdir(parents=True)
-    (tmp_path / "elsewhere" / "parts" / "wheel.xacro").write_text(WHEEL, encoding="utf-8")
-    path = tmp_path / "robot" / "r.xacro"
-    path.write_text(MACRO, encoding="utf-8")
-    return path
-
-
 _INERTIAL = '<inertial><mass value="{}"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>'
 _WHEEL = """<link name="{side}_wheel"><inertial><mass value="0.2"/>
 <inertia ixx="1e-4" iyy="1e-4" izz="1e-4"/></inertial><collision><geometry>

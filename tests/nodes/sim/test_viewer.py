@@ -56,14 +56,14 @@ def _window(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def drive(sim: SimNode, seconds: float) -> bytes:
     """Drive in real time as the host does, on a made-up clock; return where the robot went."""
-    wall, places = sim.simulator.time, []
+    wall, points = sim.simulator.time, []
     for _ in range(round(seconds / 0.02)):
         wall += 0.02
         sim.realtime_due(wall)
         sim.simulator.robots[SOLO].drive(Velocity(0.3, yaw_rate=0.2))
         sim.tick()
-        places.append(sim.simulator.robots[SOLO].truth().pose.array())
-    return np.array(places).tobytes()
+        points.append(sim.simulator.robots[SOLO].truth().pose.array())
+    return np.array(points).tobytes()
 
 
 def test_the_viewer_follows_and_the_physics_does_not_notice(bench: RosBench) -> None:

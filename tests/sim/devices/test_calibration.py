@@ -80,7 +80,7 @@ class Formula:
     """A vehicle that moves as two ideal wheels do, less a share of its path that grows with speed.
 
     Args:
-        told: How it makes wheel speeds of velocities.
+        given: How it makes wheel speeds of velocities.
         true: How these move it.
         slip: Share of the path that it loses at 1 m/s.
         veer: Turn that it adds to a path [rad/m].

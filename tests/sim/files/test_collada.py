@@ -124,9 +124,3 @@ def test_a_file_without_a_scene_is_read_whole() -> None:
 def test_what_leads_nowhere_is_refused(content: bytes, problem: str) -> None:
     with pytest.raises(MeshError, match=problem):
         read_collada(content)
-
-
-def read(folder: Path, name: str, content: str | bytes, part: str = "") -> np.ndarray:
-    path = folder / name
-    path.write_bytes(content.encode() if isinstance(content, str) else content)
-    return read_mesh(path, part)

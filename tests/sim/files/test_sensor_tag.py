@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,9 +9,8 @@ import pytest
 from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import ORIGIN
 from arjuna_sim.files.sensor_tag import SensorTag
-from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import sensor_kinds
-from tests.sim.builders import texts
+from tests.sim.builders import texts, urdf_file
 
 DEFAULTS = {
     "imu": (50.0, "imu/data"),
@@ -24,8 +22,7 @@ DEFAULTS = {
 
 
 def tag(inside: str = "", name: str = "name='s'", element: str = "sensor") -> SensorTag:
-    text = f"<robot><{element} {name} type='t'>{inside}</{element}></robot>"
-    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
+    xml = urdf_file(f"<{element} {name} type='t'>{inside}</{element}>")
     return SensorTag(xml, xml.root[0], "head")
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import re
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +19,7 @@ from arjuna_sim.files.spawned import check_assets, read_driven, read_entity
 from arjuna_sim.model.entities import Category, Entity
 from arjuna_sim.model.geometry.shapes import Kind
 from arjuna_sim.model.notes import Note, NoteKind
+from tests.fuzz.files import MUTATIONS
 from tests.sim.builders import EMPTY, ROOT, run, simulator
 
 LIBRARY = Library(ROOT, SearchPath())
@@ -78,12 +78,11 @@ def test_a_primitive_is_a_shape_on_the_ground(
     (part,) = found.solid
     assert (found.name, found.drawn, found.description) == (uri.strip().split(":")[0], (), about)
     assert part.shape.kind is kind
-    if kind is not Kind.CYLINDER or about != "a person":
-        assert part.shape.size == size
-        assert part.rgba == (0.9, 0.6, 0.1, 1.0)
-        assert part.pose.position == (0.0, 0.0, height)
-    else:
+    if about == "a person":
         assert part.pose.position[2] == part.shape.size[1] / 2
+    else:
+        assert (part.shape.size, part.rgba) == (size, (0.9, 0.6, 0.1, 1.0))
+        assert part.pose.position == (0.0, 0.0, height)
     assert part.rgba[3] == 1.0
 
 
@@ -114,17 +113,11 @@ def test_a_primitive_has_as_many_sizes_as_it_needs_and_within_bounds(
 
 
 def test_a_model_that_nothing_can_touch_is_held() -> None:
-    solid, drawn, both = (
-        read(sdf(model())),
-        read(sdf(model(DRAWN))),
-        read(sdf(model(SOLID + DRAWN))),
-    )
-    assert (solid.mass, solid.category, len(solid.solid), len(solid.drawn)) == (
-        *(1.0, Category.OBJECT, 1, 0),
-    )
-    assert (drawn.mass, drawn.category, len(drawn.solid), len(drawn.drawn)) == (
-        *(0.0, Category.STATIC_OBJECT, 0, 1),
-    )
+    solid, drawn, both = (read(sdf(model(inside))) for inside in (SOLID, DRAWN, SOLID + DRAWN))
+    assert (solid.mass, solid.category) == (1.0, Category.OBJECT)
+    assert (len(solid.solid), len(solid.drawn)) == (1, 0)
+    assert (drawn.mass, drawn.category) == (0.0, Category.STATIC_OBJECT)
+    assert (len(drawn.solid), len(drawn.drawn)) == (0, 1)
     assert (len(both.solid), len(both.drawn)) == (1, 1)
     for each in (solid, drawn, both):
         assert (each.name, each.spawned, each.description) == ("m", True, "a model")
@@ -188,7 +181,6 @@ def test_bounds_on_shapes_and_text_are_the_last_that_fit(monkeypatch: pytest.Mon
     monkeypatch.setattr(spawned, "_PARTS_MAX", 2)
     monkeypatch.setattr(library, "BYTES_MAX", len(text))
     assert read(text).solid
-    assert "has" in refused(text + " ")[1]
     assert f"has {len(text) + 1} characters; at most {len(text)} are read" in refused(text + " ")[1]
     monkeypatch.setattr(spawned, "_PARTS_MAX", 1)
     assert refused(text)[1] == "'m' has 2 shapes; at most 1 are valid"
@@ -267,10 +259,6 @@ MESH = "<mesh><uri>none.stl</uri></mesh>"
         ("", "<!DOCTYPE x [<!ENTITY a 'a'>]><sdf>&a;</sdf>", None, "DTD"),
         ("", CART.replace('value="4"', 'value="1e9"'), None, "weighs 1e\\+09 kg"),
         ("", CART.replace('<box size="0.2 0.4 0.6"/>', ""), None, "geometry"),
-        ("box:1,1", "", Fault.RESOURCE_PARSE_ERROR, "needs 3 finite numbers"),
-        ("box:1,1,nan", "", Fault.RESOURCE_PARSE_ERROR, "needs 3 finite numbers"),
-        ("box:1,1,1e9", "", Fault.RESOURCE_PARSE_ERROR, "size beyond"),
-        ("sphere:0", "", Fault.RESOURCE_PARSE_ERROR, "size beyond"),
         ("box:1,1,1?mass=-1", "", Fault.RESOURCE_PARSE_ERROR, "mass is -1"),
         ("none.sdf", "", Fault.NOT_FOUND, "does not exist"),
         ("model://nothing", "", Fault.NOT_FOUND, "model path"),
@@ -318,32 +306,19 @@ def test_library_finds_models_and_worlds_in_its_folder_and_the_shipped(tmp_path:
     assert library.find("worlds/empty.world", (".world",)).name == "empty.world"
 
 
-WALKER = """<sdf version='1.7'><actor name='w'><script><trajectory id='0' type='walk'>
-<waypoint><time>0</time><pose>0 0 0 0 0 0</pose></waypoint>
-<waypoint><time>4</time><pose>0 2 0 0 0 0</pose></waypoint></trajectory></script></actor></sdf>"""
-TOKENS = ("1e9", "1e308", "-1", "nan", "inf", "0", "", "<", "</link>", "&a;", "1e-300", "9" * 400)
-
-
-def _mutated(text: str, rng: np.random.Generator) -> str:
-    """Replace a number, insert a token, or cut a passage out."""
-    kind, at = int(rng.integers(3)), int(rng.integers(len(text)))
-    token = TOKENS[int(rng.integers(len(TOKENS)))]
-    if kind == 0:
-        found = list(re.finditer(r"-?\d+(\.\d+)?", text))
-        number = found[int(rng.integers(len(found)))]
-        return text[: number.start()] + token + text[number.end() :]
-    end = at if kind == 1 else at + int(rng.integers(1, 30))
-    return text[:at] + (token if kind == 1 else "") + text[end:]
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_whatever_a_client_sends_is_spawned_or_refused_and_the_robot_stands(seed: int) -> None:
     rng, library = np.random.default_rng(seed), _library(ROOT)
     sim = simulator(EMPTY)
-    corpus = (BOX_1.format(static="", inertial="<inertial><mass>7</mass></inertial>"), CART, WALKER)
+    corpus = (
+        BOX_1.format(static="", inertial="<inertial><mass>7</mass></inertial>"),
+        CART,
+        sdf(WALK),
+    )
     spawned = 0
     for i in range(120):
-        text = _mutated(corpus[i % len(corpus)], rng)
+        mutate = MUTATIONS[rng.integers(len(MUTATIONS))]
+        text = mutate(corpus[i % len(corpus)].encode(), rng).decode(errors="replace")
         try:
             entity = read_entity("", text, library)
             sim.stage.spawn(dataclasses.replace(entity, name="it", start=Pose3((3.0, 0.0, 0.0))))

@@ -19,7 +19,7 @@ from arjuna_core.twist import Velocity
 from arjuna_sim.files import world_file
 from arjuna_sim.files.world_file import WALLS, load_map_world, load_world, rectangles
 from arjuna_sim.model.geometry.walls import surfaces
-from tests.sim.builders import ROOM, ROOT, run, simulator, texts
+from tests.sim.builders import ROOM, ROOT, run, saved_world, simulator, texts
 
 BOX = """<link name="{link}">{pose}<inertial><mass>{mass}</mass></inertial>
 <collision name="c"><geometry><box><size>{size}</size></box></geometry></collision></link>"""
@@ -31,12 +31,6 @@ def _box(size: str = "1 1 1", link: str = "l", pose: str = "", mass: str = "2") 
 
 def _model(name: str, inside: str, pose: str = "", static: bool = True) -> str:
     return f"<model name='{name}'><static>{str(static).lower()}</static>{pose}{inside}</model>"
-
-
-def _world(folder: Path, inside: str) -> Path:
-    path = folder / "test.world"
-    path.write_text(f"<sdf version='1.9'><world name='w'>{inside}</world></sdf>", encoding="utf-8")
-    return path
 
 
 def _position(path: Path, model: str) -> tuple[float, float, float]:
@@ -74,24 +68,24 @@ def test_a_file_from_before_sdf_had_its_name_is_read(tmp_path: Path) -> None:
 def test_placement_frame_has_the_pose(tmp_path: Path) -> None:
     model = _model("m", _box(pose="<pose>0 0 1 0 0 0</pose>"), "<pose>3 0 0 0 0 0</pose>")
     placed = model.replace("name='m'", "name='m' placement_frame='l'")
-    assert _position(_world(tmp_path, placed), "m") == pytest.approx((3, 0, 0))
+    assert _position(saved_world(tmp_path, placed), "m") == pytest.approx((3, 0, 0))
 
 
 def test_state_says_where_models_are(tmp_path: Path) -> None:
     state = "<state world_name='w'><model name='m'><pose>7 8 0 0 0 0</pose></model></state>"
     model = _model("m", _box(), "<pose>1 2 0 0 0 0</pose>")
-    assert _position(_world(tmp_path, model + state), "m") == pytest.approx((7, 8, 0))
+    assert _position(saved_world(tmp_path, model + state), "m") == pytest.approx((7, 8, 0))
 
 
 def test_two_models_of_a_name_get_two_names(tmp_path: Path) -> None:
-    world = load_world(_world(tmp_path, _model("m", _box()) + _model("m", _box())))
+    world = load_world(saved_world(tmp_path, _model("m", _box()) + _model("m", _box())))
     assert [b.model for b in world.bodies if b.model != "ground_plane"] == ["m", "m_1"]
     assert "model 'm': is there twice; the second is called 'm_1'" in texts(world.notes)
 
 
 def test_model_that_is_not_static_is_pushed_away(tmp_path: Path) -> None:
     light = _model("box", _box("0.3 0.3 0.3", mass="0.5"), "<pose>1 0 0.15 0 0 0</pose>", False)
-    sim = simulator(_world(tmp_path, light))
+    sim = simulator(saved_world(tmp_path, light))
     run(sim, 7.8, Velocity(0.3))
     seen = [sim.drive(Velocity(0.3)) for _ in range(10)]
     assert {each.contacts for each in seen} >= {("box",)}  # it slides along, by small hops
@@ -105,12 +99,12 @@ def test_model_that_is_not_static_is_pushed_away(tmp_path: Path) -> None:
 
 def test_static_model_is_not_pushed_away(tmp_path: Path) -> None:
     heavy = _model("box", _box("0.3 0.3 0.3", mass="0.5"), "<pose>1 0 0.15 0 0 0</pose>")
-    assert run(simulator(_world(tmp_path, heavy)), 8.0, Velocity(0.3)).truth.pose.x < 0.65
+    assert run(simulator(saved_world(tmp_path, heavy)), 8.0, Velocity(0.3)).truth.pose.x < 0.65
 
 
 def test_robot_stands_on_a_raised_floor(tmp_path: Path) -> None:
     floor = _model("floor", _box("6 6 0.1"), "<pose>0 0 0.05 0 0 0</pose>")
-    sim = simulator(_world(tmp_path, floor))
+    sim = simulator(saved_world(tmp_path, floor))
     assert sim.notes == ("has no ground plane: one is put at height 0",)
     last = run(sim, 2.0, Velocity(0.3))
     assert last.truth.z == pytest.approx(0.1, abs=2e-3)
@@ -120,7 +114,7 @@ def test_robot_stands_on_a_raised_floor(tmp_path: Path) -> None:
 
 
 def test_robot_starts_at_the_nearest_free_pose(tmp_path: Path) -> None:
-    sim = simulator(_world(tmp_path, _model("crate", _box(), "<pose>0 0 0.5 0 0 0</pose>")))
+    sim = simulator(saved_world(tmp_path, _model("crate", _box(), "<pose>0 0 0.5 0 0 0</pose>")))
     assert 0.7 < SE2().distance(sim.robot.spawn) < 1.0
     assert any("the start (0, 0) is inside crate: the robot starts at" in n for n in sim.notes)
     assert run(sim, 0.5).contacts == ()

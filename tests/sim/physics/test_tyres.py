@@ -54,7 +54,7 @@ def spring_and_damper(model: Any, geom: int) -> tuple[float, float, float]:
     """Return the spring and damper that MuJoCo documents for a contact's numbers.
 
     With solref = (-stiffness, -damping) it asks for the acceleration -b v - k r with b = damping /
-    d and k = stiffness / d, d the impedance, and gives way by R = (1 - d) / d A, A the inverse mass
+    d and k = stiffness / d, d the impedance, and yields by R = (1 - d) / d A, A the inverse mass
     of the body; so the contact is a spring k / R and a damper b / R.
 
     Returns:

@@ -15,11 +15,10 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.devices.camera import CameraError, focal_length
 from arjuna_sim.devices.sensors.camera import CameraSettings, read_camera, read_depth_camera
 from arjuna_sim.files.sensor_tag import SensorTag
-from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.simulation import Simulation
-from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, simulator, texts
+from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, simulator, texts, urdf_file
 
 TOPICS = ("topic", "depth_topic", "cloud_topic", "info_topic")
 
@@ -32,8 +31,7 @@ def read(inside: str = "", depth: bool = False, kind: str = "camera") -> CameraS
 def read_with_notes(
     inside: str, depth: bool = False, kind: str = "camera"
 ) -> tuple[CameraSettings, tuple[str, ...]]:
-    text = f"<robot><sensor name='eye' type='{kind}'>{inside}</sensor></robot>"
-    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
+    xml = urdf_file(f"<sensor name='eye' type='{kind}'>{inside}</sensor>")
     (found,) = (read_depth_camera if depth else read_camera)(SensorTag(xml, xml.root[0], "head"))
     return found, texts(xml.notes)
 

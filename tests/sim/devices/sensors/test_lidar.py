@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -18,15 +17,14 @@ from arjuna_sim.devices.sensors.lidar import (
     surroundings,
 )
 from arjuna_sim.files.sensor_tag import SensorTag
-from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import SensorSettings
+from tests.sim.builders import urdf_file
 
 HALF_PI = math.pi / 2
 
 
 def element(inside: str) -> SensorTag:
-    text = f"<robot><sensor name='s' type='x'>{inside}</sensor></robot>"
-    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
+    xml = urdf_file(f"<sensor name='s' type='x'>{inside}</sensor>")
     return SensorTag(xml, xml.root[0], "mast")
 
 

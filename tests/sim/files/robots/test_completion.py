@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.check import check
 from arjuna_sim.files.robots.completion import (
@@ -21,22 +20,17 @@ from arjuna_sim.files.robots.completion import (
 )
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Joint, Link, Urdf
 from tests.sim import drive_cases as cases
-from tests.sim.builders import texts
+from tests.sim.builders import texts, urdf_file
 from tests.sim.wheeled import ALONG_Y
 
 CUBE = Part(Shape(Kind.BOX, (0.2, 0.2, 0.2)))  # of 8 litres
 PLANE = Part(Shape(Kind.PLANE))
 TYRE = Part(Shape(Kind.CYLINDER, (0.1, 0.04)), ALONG_Y)
 DRIVE = DriveSettings(("wheel",), (), 1.0, 0.1, 1.0, 1.0, 0.1)
-
-
-def file() -> XmlFile:
-    return XmlFile(Path("r.urdf"), "robot", RobotError, b"<robot/>")
 
 
 def link(name: str, *parts: Part, mass: float = 0.0, inertia: float = 0.0) -> Link:
@@ -61,7 +55,7 @@ def robot(
 def test_a_robot_that_could_touch_nothing_is_as_solid_as_it_is_drawn() -> None:
     drawn = Link("base", None, (), (CUBE,))
     solid, bare = Link("wheel", None, (TYRE,), (CUBE,)), Link("none", None, (), ())
-    xml = file()
+    xml = urdf_file()
     found = complete_shapes(xml, robot(drawn, solid, bare)).links
     assert found == {
         "base": Link("base", None, (CUBE,), (CUBE,)),
@@ -98,7 +92,7 @@ def test_links_that_are_fixed_to_each_other_are_one_group_its_root_first() -> No
 def test_a_part_weighs_what_its_shapes_do_where_its_masses_are_forgotten(
     own: float, inner: float, given: tuple[float, float]
 ) -> None:
-    xml = file()
+    xml = urdf_file()
     urdf = robot(
         link("base", CUBE, mass=own), link("top", CUBE, mass=inner), fixed=(("base", "top"),)
     )
@@ -115,7 +109,7 @@ def test_a_part_weighs_what_its_shapes_do_where_its_masses_are_forgotten(
 
 def test_what_moves_and_has_neither_mass_nor_shape_weighs_ten_grams() -> None:
     drawn = Link("bare", None, (), (PLANE, CUBE))
-    xml = file()
+    xml = urdf_file()
     urdf = robot(link("base", CUBE, mass=5.0), drawn, link("massive", mass=2.0))
     found = complete_masses(xml, urdf).links
     own = found["bare"].inertial
@@ -140,7 +134,7 @@ MOST = 4.0 * 0.5 * (0.1**2 + 0.02**2)
 def test_an_inertia_beyond_its_shapes_reach_is_a_placeholder(said: float, taken: bool) -> None:
     wheel = link("wheel", TYRE, mass=0.5, inertia=said)
     position = {"wheel": Pose3((3.0, 2.0, 1.0))}  # far from the root, which must not matter
-    xml = file()
+    xml = urdf_file()
     urdf = robot(link("base", CUBE, mass=9.0, inertia=0.1), wheel, positions=position)
     found = bound_inertias(xml, urdf, DRIVE).links
     own, base = found["wheel"].inertial, found["base"].inertial
@@ -159,13 +153,13 @@ def test_an_inertia_beyond_its_shapes_reach_is_a_placeholder(said: float, taken:
 def test_a_wheel_without_shapes_reaches_as_far_as_the_drive_says() -> None:
     for said, taken in ((4.1 * 0.5 * 0.1**2, False), (3.9 * 0.5 * 0.1**2, True)):
         bare = robot(link("base", CUBE, mass=9.0), link("wheel", mass=0.5, inertia=said))
-        own = bound_inertias(file(), bare, DRIVE).links["wheel"].inertial
+        own = bound_inertias(urdf_file(), bare, DRIVE).links["wheel"].inertial
         assert own is not None
         expected = said if taken else 0.5 * 0.1**2
         np.testing.assert_allclose(own.inertia, np.eye(3) * expected)
         # What is no wheel and has no shape may have any inertia.
         other = dataclasses.replace(DRIVE, left=())
-        own = bound_inertias(file(), bare, other).links["wheel"].inertial
+        own = bound_inertias(urdf_file(), bare, other).links["wheel"].inertial
         assert own is not None
         np.testing.assert_allclose(own.inertia, np.eye(3) * said)
 
@@ -175,7 +169,7 @@ def test_a_part_is_bounded_by_all_shapes_that_are_fixed_to_it() -> None:
     rod = Part(Shape(Kind.BOX, (2.0, 0.1, 0.1)))
     wheel, rim = link("wheel", TYRE, mass=0.5, inertia=1.9), Link("rim", None, (), (PLANE, rod))
     urdf = robot(link("base", CUBE, mass=9.0), wheel, rim, fixed=(("wheel", "rim"),))
-    own = bound_inertias(file(), urdf, DRIVE).links["wheel"].inertial
+    own = bound_inertias(urdf_file(), urdf, DRIVE).links["wheel"].inertial
     assert own is not None
     np.testing.assert_allclose(own.inertia, np.eye(3) * 1.9)  # of at most 4 * 0.5 * 1.005
 
@@ -190,7 +184,7 @@ def friction(
     said: dict[str, float] | None = None,
 ) -> tuple[dict[str, float], tuple[str, ...]]:
     """Return the friction of a robot whose wheel's lowest point is at z = -0.1, and the notes."""
-    xml = file()
+    xml = urdf_file()
     urdf = robot(
         *(
             link("base", CUBE),
@@ -239,7 +233,7 @@ def test_a_robot_without_wheels_keeps_what_it_says() -> None:
     urdf = robot(link("base", CUBE))
     settings = GazeboSettings(friction={"base": 0.4})
     none = dataclasses.replace(DRIVE, left=())
-    assert friction_of(file(), urdf, settings, none) == {"base": 0.4}
+    assert friction_of(urdf_file(), urdf, settings, none) == {"base": 0.4}
 
 
 def test_motors_of_a_heavy_robot_can_move_it(tmp_path: Path) -> None:

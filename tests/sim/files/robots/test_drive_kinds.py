@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
 from arjuna_core.twist import Velocity
 from arjuna_sim.files.robots.drive_kinds import (
@@ -22,11 +21,10 @@ from arjuna_sim.files.robots.drive_kinds import (
 )
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
 from tests.sim import drive_cases as cases
-from tests.sim.builders import run, simulator, texts
+from tests.sim.builders import run, simulator, texts, urdf_file
 from tests.sim.files.test_robots import FOUR, LEFT, TWO, _robot
 from tests.sim.wheeled import NAMES, wheeled
 
@@ -115,10 +113,6 @@ STEERS = ("left_steer", "right_steer")
 HALF = math.sqrt(0.5)
 
 
-def file() -> XmlFile:
-    return XmlFile(Path("r.urdf"), "robot", RobotError, b"<robot/>")
-
-
 def car(trail: float = 0.0, drop: float = 0.0, **steer: Any) -> Urdf:
     """Return a car whose front wheels are on joints that steer.
 
@@ -184,25 +178,27 @@ def drive(**given: Any) -> DriveSettings:
 
 
 def test_wheels_that_are_not_steered_drive_and_the_others_roll() -> None:
-    found = with_steering(file(), car(), drive())
+    found = with_steering(urdf_file(), car(), drive())
     assert found is not None
     assert found.kind is DriveKind.STEERED
     assert (found.left, found.right) == (("rear_left",), ("rear_right",))
     assert (found.steering, found.free) == (STEERS, ("front_left", "front_right"))
     assert found.steering_limit == 0.6  # the narrowest
-    all_driven = with_steering(file(), car(), drive(plugin="ackermann"))
+    all_driven = with_steering(urdf_file(), car(), drive(plugin="ackermann"))
     assert all_driven is not None
     assert (all_driven.left, all_driven.free) == (WHEELS[::2], ())
-    front = with_steering(file(), car(), drive(left=WHEELS[:1], right=WHEELS[1:2]))
+    front = with_steering(urdf_file(), car(), drive(left=WHEELS[:1], right=WHEELS[1:2]))
     assert front is not None
     assert front.wheels == WHEELS[:2]  # where none else drives
-    assert with_steering(file(), car(), drive(left=(), right=())) is None
-    assert with_steering(file(), wheeled(names=WHEELS), drive(left=WHEELS[:1], right=())) is None
+    assert with_steering(urdf_file(), car(), drive(left=(), right=())) is None
+    assert (
+        with_steering(urdf_file(), wheeled(names=WHEELS), drive(left=WHEELS[:1], right=())) is None
+    )
 
 
 @pytest.mark.parametrize(("drop", "rolls"), [(0.019, True), (0.021, False), (-0.021, False)])
 def test_a_wheel_off_the_ground_does_not_roll(drop: float, rolls: bool) -> None:
-    found = with_steering(file(), car(drop=drop), drive())
+    found = with_steering(urdf_file(), car(drop=drop), drive())
     assert found is not None
     assert found.free == (WHEELS[:2] if rolls else ())
 
@@ -221,16 +217,16 @@ def test_a_wheel_off_the_ground_does_not_roll(drop: float, rolls: bool) -> None:
 def test_steering_goes_as_far_as_its_narrowest_joint(
     limits: tuple[float, float], given: float, expected: float
 ) -> None:
-    found = with_steering(file(), car(limits=limits), drive(steering_limit=given))
+    found = with_steering(urdf_file(), car(limits=limits), drive(steering_limit=given))
     assert found is not None
     assert found.steering_limit == expected
-    free = with_steering(file(), car(limits=None), drive(steering=("left_steer",)))
+    free = with_steering(urdf_file(), car(limits=None), drive(steering=("left_steer",)))
     assert free is not None
     assert (free.steering, free.steering_limit) == (("left_steer",), 1.4)
 
 
 def test_a_joint_that_mimics_the_other_is_noted() -> None:
-    xml = file()
+    xml = urdf_file()
     assert with_steering(xml, car(mimic=Mimic("right_steer")), drive()) is not None
     (note,) = xml.notes
     assert (
@@ -247,7 +243,7 @@ def mecanum(
     given: Mapping[str, tuple[float, float]], front: float = 0.2
 ) -> tuple[dict[str, tuple[float, float]] | None, list[str]]:
     """Return how each of four wheels grips, and what is noted."""
-    urdf, xml = wheeled([(front, *CORNERS[0][1:]), *CORNERS[1:]]), file()
+    urdf, xml = wheeled([(front, *CORNERS[0][1:]), *CORNERS[1:]]), urdf_file()
     sides = DriveSettings(("a", "c"), ("b", "d"), 0.4, 0.1, 1.0, 0.4, 0.1)
     found = with_mecanum(xml, urdf, sides, given)
     notes = [note.text for note in xml.notes]
@@ -266,7 +262,7 @@ def test_mecanum_wheels_grip_as_an_x_unless_their_file_says_better() -> None:
     assert mecanum({}, front=-0.181)[0] is None  # no front and rear
     assert mecanum({}, front=-0.179)[0] is not None
     two = DriveSettings(("a",), ("b", "d"), 0.4, 0.1, 1.0, 0.4, 0.1)
-    assert with_mecanum(file(), wheeled(CORNERS), two, {}) is None
+    assert with_mecanum(urdf_file(), wheeled(CORNERS), two, {}) is None
 
 
 @pytest.mark.parametrize(("spread", "is_omni"), [(0.24, False), (0.25, True)])

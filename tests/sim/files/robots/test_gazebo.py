@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
-from arjuna_core.errors import RobotError
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.navsat import NavSatSettings
 from arjuna_sim.files.robots.gazebo import with_primary_first
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import GazeboSettings, SensorSettings
+from tests.sim.builders import urdf_file
 
 IMU = ImuSettings(link="base", frame="base", rate=50.0, name="imu")
 GPS = NavSatSettings(link="base", frame="base", rate=5.0, name="gps", topic="gps/fix")
@@ -31,10 +30,6 @@ CAMERA = CameraSettings(
 DEPTH = replace(CAMERA, name="deep", depth=True)
 
 
-def file() -> XmlFile:
-    return XmlFile(Path("r.urdf"), "robot", RobotError, b"<robot/>")
-
-
 def settle(xml: XmlFile, sensors: list[SensorSettings]) -> GazeboSettings:
     return GazeboSettings(sensors=tuple(with_primary_first(xml, sensors)))
 
@@ -44,7 +39,7 @@ def named(sensors: tuple[SensorSettings, ...]) -> list[tuple[str, str]]:
 
 
 def test_sensors_of_one_name_are_numbered_and_of_one_topic_get_their_own() -> None:
-    xml = file()
+    xml = urdf_file()
     found = settle(
         xml, [IMU, replace(IMU), replace(IMU, topic="/imu/data"), replace(IMU, topic="own")]
     )
@@ -59,7 +54,7 @@ def test_sensors_of_one_name_are_numbered_and_of_one_topic_get_their_own() -> No
 
 
 def test_names_and_topics_of_their_own_are_kept() -> None:
-    xml = file()
+    xml = urdf_file()
     found = settle(xml, [GPS, IMU, replace(GPS, name="other", topic="other/fix")])
     assert (found.first(CameraSettings), found.first(ImuSettings)) == (None, IMU)
     assert named(found.further) == [("gps", "gps/fix"), ("other", "other/fix")]
@@ -73,7 +68,7 @@ def test_names_and_topics_of_their_own_are_kept() -> None:
 def test_the_first_camera_is_one_of_colours_where_there_is_one(
     cameras: list[SensorSettings], first: CameraSettings | None
 ) -> None:
-    found = settle(file(), [GPS, *cameras])
+    found = settle(urdf_file(), [GPS, *cameras])
     assert found.first(CameraSettings) == first
     assert len(found.further) == len(cameras) + 1 - (first is not None)
     assert found.further[0] == GPS

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from arjuna_core.errors import RobotError
 from arjuna_sim.files.robots.guess import guess_drive, guess_sides
 from arjuna_sim.files.urdf.gazebo import read_tags
-from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.urdf import Link, Mimic, Urdf
+from tests.sim.builders import urdf_file
 from tests.sim.wheeled import ALONG_Y, wheeled
 
 CORNERS = ((0.2, 0.15, 0.0), (0.2, -0.15, 0.0), (-0.2, 0.15, 0.0), (-0.2, -0.15, 0.0))
@@ -22,12 +20,8 @@ SIDES = ("front_left_wheel", "front_right_wheel", "rear_left_wheel", "rear_right
 PAIRS = (SIDES[::2], SIDES[1::2])
 
 
-def file(inside: str = "") -> XmlFile:
-    return XmlFile(Path("r.urdf"), "robot", RobotError, f"<robot>{inside}</robot>".encode())
-
-
 def guessed(urdf: Urdf, inside: str = "") -> tuple[tuple[str, ...], tuple[str, ...]]:
-    xml = file(inside)
+    xml = urdf_file(inside)
     return guess_sides(xml, urdf, read_tags(xml, urdf).controlled)
 
 
@@ -78,7 +72,7 @@ def test_a_wheel_drives_with_one_that_is_opposite_and_as_large(
     urdf = wheeled([(0.0, 0.2, 0.0), (x, -0.2, z)])
     tyre = Part(Shape(Kind.CYLINDER, (radius, 0.04)), ALONG_Y)
     urdf.links["b"] = Link("b", None, (tyre,), ())
-    xml = file()
+    xml = urdf_file()
     found = guess_sides(xml, urdf)
     assert found == ((("a",), ("b",)) if pairs else ((), ()))
     said = [f"joint '{n}': turns freely: it has no partner on the other side" for n in "ab"]
@@ -132,7 +126,7 @@ def test_wheels_are_what_is_controlled_else_named_so_else_all_that_turns() -> No
 
 
 def test_a_guess_says_what_it_is() -> None:
-    xml = file()
+    xml = urdf_file()
     drive = guess_drive(xml, wheeled(CORNERS, names=SIDES))
     assert (drive.left, drive.right) == PAIRS
     assert (drive.separation, drive.radius) == pytest.approx((0.3, 0.1))
@@ -142,6 +136,6 @@ def test_a_guess_says_what_it_is() -> None:
         "no drive plugin: guessed are the wheels front_left_wheel, rear_left_wheel (left) and"
         " front_right_wheel, rear_right_wheel (right), separation 0.3 m, radius 0.1 m"
     ]
-    none = file()
+    none = urdf_file()
     assert not guess_drive(none, wheeled(CORNERS[:1])).wheels
     assert "has no drive: neither a drive plugin nor wheels on both sides" in str(list(none.notes))

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from arjuna_core.errors import RobotError
 from arjuna_sim.files.robots.plugins import read_drive, read_wheelless, torque_of
-from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import DriveKind, DriveSettings
-from tests.sim.builders import texts
+from tests.sim.builders import texts, urdf_file
 from tests.sim.wheeled import weight, wheeled
 
 POSITIONS = ((0.0, 0.25, 0.0), (0.0, -0.25, 0.0))  # wheels of 0.1 m, 0.5 m apart
@@ -26,8 +24,7 @@ def read(
     name: str = "name='p'",
 ) -> tuple[DriveSettings | None, tuple[str, ...]]:
     """Return what a plugin says of wheels `a`, `b`, ... at their positions, and what is noted."""
-    text = f"<robot><gazebo><plugin {name} filename='f.so'>{inside}</plugin></gazebo></robot>"
-    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
+    xml = urdf_file(f"<gazebo><plugin {name} filename='f.so'>{inside}</plugin></gazebo>")
     urdf = wheeled(positions, base=weight(mass))
     return read_drive(xml, xml.child(xml.root, "gazebo/plugin", "r"), urdf), texts(xml.notes)
 
@@ -203,8 +200,7 @@ def test_what_moves_a_robot_in_the_plane_has_true_odometry(
     kind: DriveKind, source: str, from_world: bool
 ) -> None:
     inside = f"<odometrySource>{source}</odometrySource><odometryFrame>o</odometryFrame>"
-    text = f"<robot><plugin name='p'>{inside}</plugin></robot>"
-    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
+    xml = urdf_file(f"<plugin name='p'>{inside}</plugin>")
     found = read_wheelless(xml, xml.child(xml.root, "plugin", "r"), kind)
     assert found == DriveSettings(
         *((), (), 1.0, 1.0, 5.0, 1.0, 1.0),

@@ -12,7 +12,7 @@ from arjuna_sim.files.sdf import includes as module
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
-from tests.sim.builders import texts
+from tests.sim.builders import sdf_file, texts
 
 BOX = "<model name='box'><pose>1 0 0 0 0 0</pose><static>true</static><link name='l'/></model>"
 
@@ -198,7 +198,7 @@ def test_models_are_nested_to_a_depth(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_what_is_broken_is_left_out_by_name_and_what_is_too_much_is_not() -> None:
-    xml = XmlFile(Path("w"), "sdf", WorldError, b"<sdf/>")
+    xml = sdf_file()
     for position in (None, "here", "there"):
         with leaving_out(xml, "here"):
             raise WorldError("w", "is odd", position)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import WorldError
 from arjuna_sim.files.sdf.includes import populate
-from arjuna_sim.files.xml_file import XmlFile
+from tests.sim.builders import sdf_file
 
 MODEL = "<model name='tree'/>"
 BOX = "<box><size>4 6 2</size></box>"
@@ -21,7 +20,7 @@ TUBE = "<cylinder><radius>2</radius><length>3</length></cylinder>"
 def copies(inside: str, model: str = MODEL, pose: str = "0 0 0 0 0 0") -> dict[str, list[float]]:
     """Return the pose of each copy that a population makes, by its name."""
     given = f"<population name='wood'>{model}<pose>{pose}</pose>{inside}</population>"
-    xml = XmlFile(Path("w"), "sdf", WorldError, f"<sdf>{given}</sdf>".encode())
+    xml = sdf_file(given)
     found = {}
     for each in populate(xml, xml.root[0]):
         assert len(each.findall("pose")) == 1

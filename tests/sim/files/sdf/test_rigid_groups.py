@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import pytest
 
@@ -14,34 +13,31 @@ from arjuna_sim.files.sdf.rigid_groups import RigidGroup, read_hinge, rigid_grou
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.urdf import Hinge
-from tests.sim.builders import texts
+from tests.sim.builders import sdf_file, texts
 
 Found = list[tuple[list[str], bool, bool]]
 DOOR = ("revolute", "frame", "leaf")
 
 
-def file() -> XmlFile:
-    return XmlFile(Path("w"), "sdf", WorldError, b"<sdf/>")
-
-
 def cube(name: str, x: float = 0.0, y: float = 0.0, static: bool = False) -> SdfLink:
     """Return a link that is a cube of 1 m."""
     part = Part(Shape(Kind.BOX, (1.0, 1.0, 1.0)), Pose3((x, y, 0.0)))
-    xml = file()
+    xml = sdf_file()
     return SdfLink(xml.root, xml, name, ORIGIN, static, False, None, [part])
 
 
 def joint(kind: str, parent: str, child: str, limits: str = "") -> SdfJoint:
     axis = f"<axis><xyz>0 0 1</xyz>{limits}</axis>" if kind != "fixed" else ""
-    text = f"<sdf><joint name='{parent}-{child}' type='{kind}'>{axis}</joint></sdf>"
-    xml = XmlFile(Path("w"), "sdf", WorldError, text.encode())
+    xml = sdf_file(f"<joint name='{parent}-{child}' type='{kind}'>{axis}</joint>")
     return SdfJoint(xml.root[0], xml, "", kind, parent, child, ORIGIN, ORIGIN)
 
 
 def read(
     links: list[SdfLink], *joints: tuple[str, ...], notes: XmlFile | None = None
 ) -> list[RigidGroup]:
-    return rigid_groups(notes or file(), "model 'm'", links, [joint(*words) for words in joints])
+    return rigid_groups(
+        notes or sdf_file(), "model 'm'", links, [joint(*words) for words in joints]
+    )
 
 
 def grouped(links: list[SdfLink], *joints: tuple[str, ...], notes: XmlFile | None = None) -> Found:
@@ -92,7 +88,7 @@ def test_what_is_fixed_to_the_world_stands_fast_with_what_it_holds(ends: tuple[s
 @pytest.mark.parametrize("kind", [Kind.PLANE, Kind.TERRAIN])
 def test_grounds_and_static_links_stand_fast_and_take_nobody_along(kind: Kind) -> None:
     shape = Shape(kind) if kind is Kind.PLANE else Shape(kind, (9.0, 9.0, 1.0))
-    xml = file()
+    xml = sdf_file()
     ground = SdfLink(xml.root, xml, "ground", ORIGIN, False, False, None, [Part(shape)])
     found = grouped([cube("a"), ground, cube("still", 0.2, static=True)])
     assert found == [(["ground", "still"], True, False), (["a"], False, False)]
@@ -101,7 +97,7 @@ def test_grounds_and_static_links_stand_fast_and_take_nobody_along(kind: Kind) -
 @pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic"])
 @pytest.mark.parametrize("ends", [("frame", "leaf"), ("leaf", "frame"), ("world", "leaf")])
 def test_what_one_joint_holds_to_what_stands_fast_swings(kind: str, ends: tuple[str, str]) -> None:
-    notes = file()
+    notes = sdf_file()
     links = [cube("leaf"), cube("knob", 2.0), cube("frame", 4.0, static=True)]
     found = grouped(links, (kind, *ends), ("fixed", "leaf", "knob"), notes=notes)
     assert found == [(["frame"], True, False), (["leaf", "knob"], False, True)]
@@ -116,7 +112,7 @@ def test_what_one_joint_holds_to_what_stands_fast_swings(kind: str, ends: tuple[
     ],
 )
 def test_what_two_joints_hold_stands_fast(more: tuple[str, ...], said: str) -> None:
-    notes = file()
+    notes = sdf_file()
     links = [cube("leaf"), cube("frame", 4.0, static=True)]
     assert grouped(links, DOOR, more, notes=notes) == [
         *((["frame"], True, False), (["leaf"], True, False))
@@ -125,7 +121,7 @@ def test_what_two_joints_hold_stands_fast(more: tuple[str, ...], said: str) -> N
 
 
 def test_a_joint_of_a_kind_that_is_not_simulated_holds_fast() -> None:
-    notes = file()
+    notes = sdf_file()
     links = [cube("leaf"), cube("frame", 4.0, static=True)]
     assert grouped(links, ("ball", "frame", "leaf"), notes=notes)[1] == (["leaf"], True, False)
     assert texts(notes.notes) == ("model 'm': stands fast, held by 1 joints (ball)",)
@@ -139,7 +135,7 @@ def test_a_joint_without_play_holds_fast(upper: float, fast: bool) -> None:
 
 
 def test_a_broken_joint_holds_fast_and_is_said() -> None:
-    notes = file()
+    notes = sdf_file()
     links = [cube("leaf"), cube("frame", 4.0, static=True)]
     words = (*DOOR, "<dynamics><damping>x</damping></dynamics>")
     assert grouped(links, words, notes=notes)[1] == (["leaf"], True, False)
@@ -147,7 +143,7 @@ def test_a_broken_joint_holds_fast_and_is_said() -> None:
 
 
 def test_a_cart_and_its_wheels_hold_together_and_that_is_said() -> None:
-    notes = file()
+    notes = sdf_file()
     links = [*apart("cart", "wheel", "crate"), cube("frame", 9.0, static=True)]
     wheels = ("revolute", "cart", "wheel")
     found = grouped(links, wheels, notes=notes)
@@ -178,8 +174,7 @@ def hinge(
     axis: str, kind: str = "revolute", T_axis: Pose3 = ORIGIN, own: str = "leaf", link: Pose3 = LEAF
 ) -> Hinge:
     """Return the hinge of a leaf on a frame, at (1, 2, 3) of the world."""
-    text = f"<sdf><joint name='j' type='{kind}'>{axis}</joint></sdf>"
-    xml = XmlFile(Path("w"), "sdf", WorldError, text.encode())
+    xml = sdf_file(f"<joint name='j' type='{kind}'>{axis}</joint>")
     at = Pose3((1.0, 2.0, 3.0))
     joint = SdfJoint(xml.root[0], xml, "", kind, "frame", "leaf", at, T_axis)
     return read_hinge(joint, SdfLink(xml.root, xml, "leaf", link, False, False, None), {own})

@@ -45,12 +45,12 @@ def xml_of(*inside: str) -> XmlFile:
     return XmlFile(Path("r.sdf"), "sdf", RobotError, text.encode())
 
 
-def wanted(*inside: str) -> tuple[Urdf, Tags]:
+def read_tagged(*inside: str) -> tuple[Urdf, Tags]:
     return read_sdf_robot(xml_of(*inside))
 
 
 def read(*inside: str) -> Urdf:
-    return wanted(*inside)[0]
+    return read_tagged(*inside)[0]
 
 
 def turning(limits: str = "", kind: str = "revolute", dynamics: str = "", mimic: str = "") -> Joint:
@@ -157,15 +157,15 @@ def test_friction_is_that_of_the_first_shape_that_says_one() -> None:
         f"<collision name='c{i}'>{BALL}{own_mu}</collision>"
         for i, own_mu in enumerate(("", MU.format(0.3), MU.format(0.7)))
     )
-    assert wanted(link("base", shapes))[1].friction == {"base": 0.3}
-    assert wanted(link("base", SOLID))[1].friction == {}
+    assert read_tagged(link("base", shapes))[1].friction == {"base": 0.3}
+    assert read_tagged(link("base", SOLID))[1].friction == {}
 
 
 def test_a_sensor_sits_where_its_pose_says_in_the_links_new_frame() -> None:
     eye = "<sensor name='s' type='imu'>{}</sensor>"
 
     def pose(*inside: str) -> Pose3:
-        (tag,) = wanted(*inside)[1].items
+        (tag,) = read_tagged(*inside)[1].items
         assert isinstance(tag, SensorTag)
         mounted: Pose3 = tag.mount(1.0, "topic")["pose"]
         return mounted
@@ -205,7 +205,7 @@ def test_nested_models_prefix_their_names_unless_they_are_merged() -> None:
 def test_plugins_name_joints_as_the_robot_does() -> None:
     plugin = "<plugin name='p' filename='f'><joint> j </joint><topic>j2</topic></plugin>"
     inner = f"<model name='in'>{link('a')}{link('b')}{joint('j', 'a', 'b')}{plugin}</model>"
-    (found,) = wanted(inner)[1].plugins
+    (found,) = read_tagged(inner)[1].plugins
     assert [found.findtext(tag) for tag in ("joint", "topic")] == ["in/j", "j2"]
 
 
@@ -316,7 +316,7 @@ def test_its_description_is_a_urdf_of_the_same_robot() -> None:
     arm = joint("j", "base", "arm", "revolute", AXIS.format(limits), "0.5 0 0 0 0 0")
     follow = AXIS.format("<mimic joint='j'><multiplier>2</multiplier></mimic>")
     links = link("base", SOLID + mass + eye), link("arm", SOLID), link("hand")
-    urdf, tags = wanted(*links, arm, joint("k", "arm", "hand", "revolute", follow), plugin)
+    urdf, tags = read_tagged(*links, arm, joint("k", "arm", "hand", "revolute", follow), plugin)
     xml = XmlFile(Path("r.urdf"), "robot", RobotError, urdf_text(urdf, tags).encode())
     again = read_urdf(xml)
     assert (again.name, again.root, again.joints) == (urdf.name, urdf.root, urdf.joints)

@@ -1,4 +1,4 @@
-"""SDF models as robots: they drive and see as a URDF's do."""
+"""SDF robots: how they load, stand and drive."""
 
 from __future__ import annotations
 
@@ -12,35 +12,8 @@ from arjuna_core.pose3 import Pose3
 from arjuna_core.twist import Velocity
 from arjuna_sim.check import is_robot
 from arjuna_sim.files.robots.robot_file import load_robot
-from arjuna_sim.files.sdf.robot import read_sdf_robot
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.sensor_tag import Tags
-from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.urdf import Urdf
 from tests.sim.builders import ROOM, run, simulator, texts
-
-
-def link(name: str, inside: str = "", pose: str = "") -> str:
-    given = f"<pose>{pose}</pose>" if pose else ""
-    return f"<link name='{name}'>{given}{inside}</link>"
-
-
-def joint(
-    name: str, parent: str, child: str, kind: str = "fixed", inside: str = "", pose: str = ""
-) -> str:
-    given = f"<pose>{pose}</pose>" if pose else ""
-    ends = f"<parent>{parent}</parent><child>{child}</child>"
-    return f"<joint name='{name}' type='{kind}'>{given}{ends}{inside}</joint>"
-
-
-def xml_of(*inside: str) -> XmlFile:
-    text = f"<sdf version='1.9'><model name='bot'>{''.join(inside)}</model></sdf>"
-    return XmlFile(Path("r.sdf"), "sdf", RobotError, text.encode())
-
-
-def given(*inside: str) -> tuple[Urdf, Tags]:
-    return read_sdf_robot(xml_of(*inside))
-
 
 INERTIA = "<inertia><ixx>{i}</ixx><iyy>{i}</iyy><izz>{i}</izz></inertia>"
 BASE = f"""<link name="base"><pose>0 0 0.1 0 0 0</pose>

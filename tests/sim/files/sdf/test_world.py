@@ -17,7 +17,7 @@ from arjuna_sim.model.geometry.shapes import Kind
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.model.world import GROUND, World
-from tests.sim.builders import run, simulator, texts
+from tests.sim.builders import run, saved_world, simulator, texts
 from tests.sim.world_cases import WorldMaker, write_stl
 
 LINK = "<link name='{name}'>{pose}<collision name='c'><geometry>{shape}</geometry></collision>\
@@ -28,18 +28,12 @@ def _link(shape: str, name: str = "l", pose: str = "", inertial: str = "") -> st
     return LINK.format(shape=shape, name=name, pose=pose, inertial=inertial)
 
 
-def _world(folder: Path, inside: str) -> Path:
-    path = folder / "test.world"
-    path.write_text(f"<sdf version='1.9'><world name='w'>{inside}</world></sdf>", encoding="utf-8")
-    return path
-
-
 def _static(inside: str, name: str = "m", pose: str = "") -> str:
     return f"<model name='{name}'><static>1</static>{pose}{inside}</model>"
 
 
 def _loaded(folder: Path, inside: str) -> World:
-    return load_world(_world(folder, inside))
+    return load_world(saved_world(folder, inside))
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -93,7 +87,7 @@ def test_mesh_is_found_however_it_is_called(tmp_path: Path, uri: str) -> None:
     (package / "package.xml").write_text("<package><name>shop</name></package>", encoding="utf-8")
     triangles = np.random.default_rng(0).random((8, 3, 3))
     write_stl(package / "models" / "crate" / "meshes" / "a.stl", triangles)
-    path = _world(package / "worlds", _static(_link(STL.format(uri))))
+    path = saved_world(package / "worlds", _static(_link(STL.format(uri))))
     world = load_world(path, SearchPath())
     assert [b.part.shape.kind for b in world.bodies if b.model == "m"] == [Kind.MESH]
 
@@ -110,7 +104,7 @@ def test_downloaded_models_are_found_by_their_address(tmp_path: Path, version: s
         manifest = "<model><sdf version='1.6'>box.sdf</sdf><sdf version='1.4'>old.sdf</sdf></model>"
         (folder / "model.config").write_text(manifest, encoding="utf-8")
     uri = f"https://fuel.gazebosim.org/1.0/OpenRobotics/models/Big%20Box{version}"
-    path = _world(tmp_path, f"<include>\n<uri>\n {uri}\n</uri></include>")
+    path = saved_world(tmp_path, f"<include>\n<uri>\n {uri}\n</uri></include>")
     world = load_world(path, SearchPath(caches=(tmp_path / "fuel",)))
     edge = next(b.part.shape.size[0] for b in world.bodies if b.model == "m")
     assert edge == (1.0 if version == "/1" else 12.0)
@@ -143,7 +137,7 @@ def test_world_with_a_flat_mesh_loads_and_the_robot_meets_it(tmp_path: Path) -> 
     write_stl(tmp_path / "sheet.stl", sheet)
     write_stl(tmp_path / "one.stl", np.array([[(3, -1, 0), (3, 1, 0), (3, 0, 1)]]))
     shapes = "".join(_link(STL.format(f"{name}.stl"), name) for name in ("sheet", "one"))
-    sim = simulator(_world(tmp_path, _static(shapes, "sheets")))
+    sim = simulator(saved_world(tmp_path, _static(shapes, "sheets")))
     last = run(sim, 6.0, Velocity(0.4))
     assert last.contacts == ("sheets",)
     assert last.truth.pose.x < 1.0
@@ -168,7 +162,7 @@ def test_heavy_mesh_of_many_faces_stands_and_so_does_the_robot(tmp_path: Path) -
     mass = "<inertial><mass>400</mass></inertial>"
     link = _link(STL.format("ring.stl"), inertial=mass)
     pose = "<pose>3 0 0.01 0 0 0</pose>"
-    path = _world(tmp_path, f"<model name='ring'>{pose}{link}</model>")
+    path = saved_world(tmp_path, f"<model name='ring'>{pose}{link}</model>")
     sim = simulator(path)
     assert any(re.search("'ring'.*convex pieces, within", note) for note in sim.notes)
     last = run(sim, 4.0)
@@ -188,7 +182,7 @@ DOOR = """<model name='door'><pose>2 0 0 0 0 0</pose>
 def test_door_swings_open_when_the_robot_pushes_it(tmp_path: Path) -> None:
     shape = "<collision name='c'><geometry><box><size>{}</size></box></geometry></collision>"
     frame, leaf = (shape.format(size) for size in ("0.1 0.1 1", "0.05 0.9 1"))
-    sim = simulator(_world(tmp_path, DOOR.format(frame=frame, leaf=leaf)))
+    sim = simulator(saved_world(tmp_path, DOOR.format(frame=frame, leaf=leaf)))
     assert {e.name for e in sim.stage.entities} == {"door", "door::leaf"}
     run(sim, 1.0)
     assert sim.stage.motion("door::leaf").pose.position == pytest.approx((2, 0, 0.5), abs=1e-6)
@@ -208,7 +202,7 @@ def test_what_gravity_leaves_alone_floats_and_links_apart_move_apart(tmp_path: P
     )
     lamp = _link(ball, pose="<pose>4 4 2 0 0 0</pose>", inertial=no)
     sim = simulator(
-        _world(tmp_path, f"<model name='two'>{two}</model><model name='lamp'>{lamp}</model>")
+        saved_world(tmp_path, f"<model name='two'>{two}</model><model name='lamp'>{lamp}</model>")
     )
     run(sim, 2.0)
     heights = {n: sim.stage.motion(n).pose.position[2] for n in ("two", "two::b", "lamp")}
@@ -229,7 +223,7 @@ def test_shapes_are_met_where_they_are(tmp_path: Path) -> None:
     }
     for shape, front in shapes.items():
         pose = "<pose>3 0 0 0 0 0</pose>"
-        sim = simulator(_world(tmp_path, _static(_link(shape), pose=pose)))
+        sim = simulator(saved_world(tmp_path, _static(_link(shape), pose=pose)))
         scan = run(sim, 0.2).scan
         assert scan is not None
         ahead = scan.ranges[np.argmin(np.abs(scan.angles))]
@@ -246,7 +240,7 @@ def test_robot_stands_on_a_terrain(tmp_path: Path) -> None:
     ramp = np.tile(np.linspace(0, 65535, 65), (65, 1)).astype(np.uint16)
     Image.fromarray(ramp).save(tmp_path / "ramp.png")
     terrain = "<heightmap><uri>file://ramp.png</uri><size>20 20 2</size></heightmap>"
-    path = _world(tmp_path, _static(_link(terrain), "hills"))
+    path = saved_world(tmp_path, _static(_link(terrain), "hills"))
     world = load_world(path)
     assert [body.model for body in world.bodies] == ["hills"]
     last = run(simulator(path), 3.0)

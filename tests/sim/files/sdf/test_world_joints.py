@@ -1,45 +1,16 @@
-"""Joints of worlds, in the simulation."""
+"""Joints of a world beside its models."""
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import pytest
 
-from arjuna_core.errors import WorldError
-from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_core.pose3 import Pose3
 from arjuna_core.twist import Velocity
-from arjuna_sim.files.sdf.model_tags import SdfJoint, SdfLink
-from arjuna_sim.files.sdf.rigid_groups import read_hinge
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.urdf import Hinge
 from arjuna_sim.model.world import World
 from tests.sim.builders import run, simulator, texts
-
-
-def joint(kind: str, parent: str, child: str, limits: str = "") -> SdfJoint:
-    axis = f"<axis><xyz>0 0 1</xyz>{limits}</axis>" if kind != "fixed" else ""
-    text = f"<sdf><joint name='{parent}-{child}' type='{kind}'>{axis}</joint></sdf>"
-    xml = XmlFile(Path("w"), "sdf", WorldError, text.encode())
-    return SdfJoint(xml.root[0], xml, "", kind, parent, child, ORIGIN, ORIGIN)
-
-
-QUARTER = math.pi / 2
-LEAF = Pose3.from_rpy((1.0, 0.0, 0.0), (0.0, 0.0, QUARTER))
-
-
-def hinge(
-    axis: str, kind: str = "revolute", T_axis: Pose3 = ORIGIN, own: str = "leaf", link: Pose3 = LEAF
-) -> Hinge:
-    """Return the hinge of a leaf on a frame, at (1, 2, 3) of the world."""
-    text = f"<sdf><joint name='j' type='{kind}'>{axis}</joint></sdf>"
-    xml = XmlFile(Path("w"), "sdf", WorldError, text.encode())
-    at = Pose3((1.0, 2.0, 3.0))
-    joint = SdfJoint(xml.root[0], xml, "", kind, "frame", "leaf", at, T_axis)
-    return read_hinge(joint, SdfLink(xml.root, xml, "leaf", link, False, False, None), {own})
-
 
 _INERTIAL = "<inertial><mass>4</mass></inertial>"
 _LEAF = "<geometry><box><size>0.05 1 1</size></box></geometry>"
