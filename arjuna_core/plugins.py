@@ -76,11 +76,12 @@ class NamedConfigs:
     """Things that a parameter names, each with the parameters of one dataclass below its name.
 
     Attributes:
-        key: Which of its parameters has the name itself as its default, such as a topic.
+        key: Which of its parameters has the name itself as its default, such as a topic; empty for
+            none.
     """
 
     config: Any
-    key: str
+    key: str = ""
 
 
 def canonical(name: str) -> str:
@@ -152,7 +153,7 @@ def _plugin_class(
     outer: str,
 ) -> type[Any]:
     if isinstance(kind, NamedConfigs):
-        return _with_default(kind.config, kind.key, name)
+        return _with_default(kind.config, kind.key, name) if kind.key else kind.config
     prefix = f"{outer}{name}."
     key = prefix + kind.key
     default = kind.by_name.get(name, kind.default) or name

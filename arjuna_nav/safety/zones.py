@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import enum
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from arjuna_core.config import param, plugin_names
 from arjuna_core.errors import ConfigError
-from arjuna_core.plugins import PluginTypes, config_class_for
+from arjuna_core.plugins import NamedConfigs, PluginTypes
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.safety.approach import Approach, ApproachConfig, inside
@@ -212,26 +211,14 @@ class VelocityPartConfig:
         return start <= course <= end if start <= end else course >= start or course <= end
 
 
-class VelocityPart:
-    """One shape of a velocity polygon, as an entry of its list."""
-
-    Config: ClassVar[type[Any]] = VelocityPartConfig
-
-    def __init__(self, config: Any) -> None:
-        self.config = config
-
-
-PARTS = PluginTypes(
-    "part of a velocity polygon", {"part": f"{__name__}:VelocityPart"}, "part", key="type"
-)
-
-
 @dataclass(frozen=True)
 class VelocityPolygonConfig(ZoneConfig):
     """A zone whose shape is chosen by the velocity."""
 
     velocity_polygons: tuple[str, ...] = plugin_names(
-        (), "Its shapes; the first that holds the velocity counts.", PARTS
+        (),
+        "Its shapes; the first that holds the velocity counts.",
+        NamedConfigs(VelocityPartConfig),
     )
     holonomic: bool = param(False, "Whether the direction of the motion counts too.")
 
@@ -254,19 +241,6 @@ class VelocityPolygonZone(Zone):
     """
 
     Config: ClassVar[type[Any]] = VelocityPolygonConfig
-
-    @staticmethod
-    def config_for(values: Mapping[str, Any]) -> type[Any]:
-        """Return the parameters with those of the shapes that the values name.
-
-        Raises:
-            ConfigError: One is of a class that does not exist.
-        """
-        problems: list[str] = []
-        made = config_class_for(VelocityPolygonConfig, dict(values), "", problems)
-        if problems:
-            raise ConfigError(*problems)
-        return made
 
     def __init__(self, config: Any) -> None:
         super().__init__(config)

@@ -199,12 +199,6 @@ def ranges_of(scan: Scan, source: SourceConfig) -> tuple[float, ...]:
     They are range_min, range_max, raytrace_min, raytrace_max of beams without return (negative for
     none), raytrace_max, obstacle_min and obstacle_max.
     """
-    return (
-        scan.range_min,
-        scan.range_max,
-        source.raytrace_min_range,
-        min(source.raytrace_max_range, scan.range_max) if source.inf_is_valid else -1.0,
-        source.raytrace_max_range,
-        source.obstacle_min_range,
-        source.obstacle_max_range,
-    )
+    free = min(source.raytrace_max_range, scan.range_max) if source.inf_is_valid else -1.0
+    shortest, *others = source.ranges
+    return scan.range_min, scan.range_max, shortest, free, *others

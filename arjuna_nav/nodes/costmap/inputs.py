@@ -92,15 +92,15 @@ class CostmapInputs:
     def _subscribe(self, layer: str, one: Input) -> None:
         topic, key = absolute(one.topic), (layer, one.source)
         if one.data_type in SENSORS:
-            sensor = SENSORS[one.data_type]
-            observe = partial(sensor.read, self._frames, start=one.sensor_frame)
+            kind, what, read = SENSORS[one.data_type]
+            observe = partial(read, self._frames, start=one.sensor_frame)
             # 50, as the message filter of nav2_costmap_2d's obstacle layer.
-            queue = self._queues[key] = PosedQueue(self._frames, sensor.what, observe, 50)
-            self._node.subscribe(sensor.message, topic, queue.add, qos.SENSOR_SUBSCRIPTION)
+            queue = self._queues[key] = PosedQueue(self._frames, what, observe, 50)
+            self._node.subscribe(kind, topic, queue.add, qos.SENSOR_SUBSCRIPTION)
         elif one.data_type in _OTHERS:
-            kind, read = _OTHERS[one.data_type]
+            kind, convert = _OTHERS[one.data_type]
             profile = qos.LATCHED if one.latched else qos.DEFAULT
-            take = partial(self._on_other, key, read)
+            take = partial(self._on_other, key, convert)
             self._node.subscribe(kind, topic, take, profile, while_inactive=True)
         else:
             valid = ", ".join([*SENSORS, *_OTHERS])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from sensor_msgs.msg import LaserScan, PointCloud2, Range
@@ -78,20 +78,6 @@ class WatchFrames(SensorFrames):
         return self.now() @ self.pose(stamp) if self._correction else IDENTITY
 
 
-class Sensor(NamedTuple):
-    """A type of message that sensors publish.
-
-    Attributes:
-        message: The type.
-        what: Several of them, in a word.
-        read: Returns it as an observation, as `read_scan` does.
-    """
-
-    message: Any
-    what: str
-    read: Callable[..., Any]
-
-
 def read_scan(frames: SensorFrames, message: Any, T: SE2 = IDENTITY, start: str = "") -> PlacedScan:
     """Return a LaserScan; that of a sensor that is not level keeps its pose.
 
@@ -136,8 +122,9 @@ def read_range(
     return PlacedRange(reading, T)
 
 
-SENSORS = {
-    "LaserScan": Sensor(LaserScan, "scans", read_scan),
-    "PointCloud2": Sensor(PointCloud2, "clouds", read_cloud),
-    "Range": Sensor(Range, "ranges", read_range),
+SENSORS: dict[str, tuple[Any, str, Callable[..., Any]]] = {
+    "LaserScan": (LaserScan, "scans", read_scan),
+    "PointCloud2": (PointCloud2, "clouds", read_cloud),
+    "Range": (Range, "ranges", read_range),
 }
+"""By the name of a message type: the type, what several are, and what reads one."""

@@ -201,6 +201,26 @@ def test_ranges_that_mark_are_measured_in_space(cls: str) -> None:
     assert marked(layered) == [0.5, 1.6]
 
 
+@pytest.mark.parametrize("cls", LAYERS)
+@pytest.mark.parametrize("nothing", [math.inf, 12.0])
+@pytest.mark.parametrize(("distance", "stays"), [(1.32, []), (1.72, [1.7])])
+def test_a_beam_without_return_clears_as_far_as_rays_do(
+    cls: str, nothing: float, distance: float, stays: list[float]
+) -> None:
+    layered = one_lidar(cls, {"raytrace_max_range": 1.5})
+    see(layered, 0.0, beam(distance))
+    see(layered, 0.1, beam(nothing))
+    assert marked(layered) == stays
+
+
+@pytest.mark.parametrize("height", [0.25, 1.0])
+def test_points_at_the_very_bounds_of_the_heights_are_used(height: float) -> None:
+    cloud = {**CLOUD, "min_obstacle_height": 0.25, "max_obstacle_height": 1.0}
+    layered = costmap("ObstacleLayer", {"observation_sources": "s", "s": cloud})
+    see(layered, 0.0, points((1.02, 0.01, height)))
+    assert marked(layered) == [1.0]
+
+
 @pytest.mark.parametrize(("threshold", "cost"), [(15, FREE), (9, FREE), (8, UNKNOWN), (0, UNKNOWN)])
 def test_a_column_is_unknown_while_more_of_its_voxels_are(threshold: int, cost: int) -> None:
     layer = {"observation_sources": "s", "s": CLOUD, "unknown_threshold": threshold}
