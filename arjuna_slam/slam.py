@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.graph.back_end import BackEnd
 from arjuna_slam.graph.loops import LoopCloser
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
-from arjuna_slam.graph.wide_loops import WideLoops
 from arjuna_slam.mapping.keyframes import Keyframes
 from arjuna_slam.mapping.lifelong import forget_submap
 from arjuna_slam.mapping.reference_map import ReferenceMap
@@ -43,8 +42,7 @@ class Slam(PoseTracker):
         self._matcher = ScanMatcher(config)
         self._tracker = Tracker(config, self._matcher)
         self._local = LocalMap(config)
-        self._closer = LoopCloser(config, self._matcher)
-        self._wide_loops = WideLoops(config, self._matcher, config.max_laser_range)
+        self._loops = LoopCloser(config, self._matcher, config.max_laser_range)
         self._begin_graph()
         self._resumed: tuple[ReferenceMap, Start] | None = None
         self._odometry = LastOdometry()
@@ -52,21 +50,14 @@ class Slam(PoseTracker):
         self._travel = 0.0
 
     def _begin_graph(self, undone: int = 0) -> None:
-        """Start without keyframes."""
         self.keyframes = Keyframes(self._config.mapper())
         self._back_end = BackEnd(self._config, self.graph, undone)
 
     def process(self, scan: Scan, T_odom_base: SE2, motion: SE2 | None = None) -> SlamUpdate | None:
-        """Take one scan.
+        """Take one scan, see `PoseTracker.process`.
 
-        Args:
-            scan: The scan, newer than the one before.
-            T_odom_base: Odometry at the scan's stamp.
-            motion: Odometry from the first beam to the last; None for that of the velocity since
-                the scan before, where the scan has a time increment.
-
-        Returns:
-            The update, or None for a scan that cannot be used (`scans` counts them).
+        `motion` is odometry from the first beam to the last; None for that of the velocity since
+        the scan before, where the scan has a time increment.
         """
         scan = self._odometry.with_motion(scan, T_odom_base, motion)
         surface = self.scans.take(scan)
@@ -82,7 +73,7 @@ class Slam(PoseTracker):
         closures = self._add_keyframe(scan, surface, match) if due else 0
         self._back_end.advance()
         if not self._back_end.running:
-            self._search_wide_loops(self._local.finished)
+            self._compare_submaps(self._local.finished)
         return self._update(match, due, closures)
 
     def trajectory(self) -> list[tuple[float, SE2]]:
@@ -92,27 +83,24 @@ class Slam(PoseTracker):
     def close_by_hand(self, moved: Mapping[int, SE2]) -> int:
         """Close loops where a person says so, then optimise the graph to the end.
 
-        Args:
-            moved: Keyframes and where they were put in map.
-
         Returns:
-            How many of them fit where they were put; the rest stay as they were.
+            How many of the keyframes fit where they were put; the rest stay as they were.
         """
         closed = 0
         for node, pose in sorted(moved.items()):
             surface = extract(self.keyframes.scans[node], self._config.max_laser_range)
-            edge = self._closer.close_by_hand(self.graph, node, pose, surface, self._local.finished)
+            edge = self._loops.close_by_hand(self.graph, node, pose, surface, self._local.finished)
             if edge is not None:
                 self.graph.add_edge(edge)
                 closed += 1
         self.optimize()
         return closed
 
-    def _search_wide_loops(self, submaps: list[Submap]) -> bool:
+    def _compare_submaps(self, submaps: list[Submap]) -> bool:
         """Do a piece of the work that waits; return whether there was any."""
         if not self._config.do_loop_closing:
             return False
-        found = self._wide_loops.step(self.graph, submaps, self.keyframes.scans)
+        found = self._loops.step(self.graph, submaps, self.keyframes.scans)
         if found:
             self._back_end.add([closure.edge for closure in found])
         return found is not None
@@ -120,7 +108,7 @@ class Slam(PoseTracker):
     def finish(self) -> None:
         """Do all the work that waits, also on what the log ends in, and optimise to the end."""
         self.optimize()
-        while self._search_wide_loops(self._local.finished + self._local.active):
+        while self._compare_submaps(self._local.finished + self._local.active):
             while self._back_end.running:
                 self._back_end.advance()
         self.optimize()
@@ -142,7 +130,7 @@ class Slam(PoseTracker):
         return Session(
             self.keyframes.scans,
             self.graph.poses.copy(),
-            np.array(self._closer.travel),
+            np.array(self._loops.travel),
             tuple(self.graph.edges),
             tuple(tuple(submap.nodes) for submap in submaps),
             self._T_odom_keyframe if self._local.active else None,
@@ -150,10 +138,6 @@ class Slam(PoseTracker):
 
     def resume(self, session: Session, start: Start) -> None:
         """Continue another session's graph; the next scan is placed on its map.
-
-        Args:
-            session: The session.
-            start: What is known of the robot's pose.
 
         Raises:
             ValueError: It shall continue by odometry, which the session does not know.
@@ -164,7 +148,7 @@ class Slam(PoseTracker):
                 raise ValueError("the session does not know where odometry was")
             self._T_odom_keyframe = session.T_odom_base
         self.keyframes.adopt(session)
-        self._closer.resume(session.travel)
+        self._loops.resume(session.travel)
         surfaces = [extract(scan, self._config.max_laser_range) for scan in session.scans]
         poses = [SE2.from_array(pose) for pose in session.poses]
         for nodes in session.submaps:
@@ -187,7 +171,7 @@ class Slam(PoseTracker):
             information = found.information if matched else _VAGUE
             self.graph.add_edge(Edge(nearest, node, T_i_j, information, EdgeKind.MATCH))
         self._T_anchor_base = self._T_anchor_keyframe = self._local.insert(node, surface, IDENTITY)
-        self._closer.close(self.graph, node, self._travel, surface, [])
+        self._loops.close(self.graph, node, self._travel, surface, [])
         covariance = np.zeros((3, 3)) if nearest is None else found.covariance
         return self._update(Match(found.status, IDENTITY, covariance, found.response), True, 0)
 
@@ -213,7 +197,6 @@ class Slam(PoseTracker):
         return self._tracker.locate(reference.field, surface, last, delta, information, True)
 
     def _locate(self, surface: Surface, T_odom_base: SE2, search: bool) -> Match:
-        """Return where a scan lies in the reference, from where odometry predicts it."""
         delta = self._odometry.motion_to(T_odom_base)
         return self._tracker.locate(
             self._local.reference.field,
@@ -224,8 +207,7 @@ class Slam(PoseTracker):
             search,
         )
 
-    def _information(self, delta: SE2) -> NDArray[np.float64]:
-        """Return the information of an odometry step, `(3, 3) float64`."""
+    def _information(self, delta: SE2) -> Floats:
         return invert(self._config.odometry_covariance(delta))
 
     def _add_keyframe(self, scan: Scan, surface: Surface, match: Match) -> int:
@@ -245,7 +227,7 @@ class Slam(PoseTracker):
                 prior = self._information(T_past_node)
                 self.graph.add_edge(Edge(past, node, T_past_node, known, EdgeKind.MATCH, prior))
         self._T_odom_keyframe = self._odometry.T_odom_base
-        edges = self._closer.close(self.graph, node, self._travel, surface, self._local.finished)
+        edges = self._loops.close(self.graph, node, self._travel, surface, self._local.finished)
         unseen = match.unseen(information)
         self._T_anchor_base = self._local.insert(node, surface, match.T_field_base, unseen)
         self._T_anchor_keyframe = self._T_anchor_base
@@ -266,8 +248,7 @@ class Slam(PoseTracker):
         self._local.renumber(index)
         self._begin_graph(self._back_end.undone)
         self.keyframes.adopt(pruned)
-        self._closer.resume(pruned.travel, index)
-        self._wide_loops.restart()
+        self._loops.resume(pruned.travel, index)
 
     def _update(self, match: Match, keyframe: bool, closures: int) -> SlamUpdate:
         anchor = self._local.reference.anchor

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.clusters import Cluster, find_clusters, to_bins
 from arjuna_slam.amcl.config import AmclConfig
@@ -17,14 +18,9 @@ from arjuna_slam.matching.map_field import MapField
 
 
 def kld_count(bins: int, error: float, z: float, minimum: int, maximum: int) -> int:
-    """Return the number of particles that a belief in `bins` bins needs.
+    """Return the number of particles that a belief in so many histogram bins needs.
 
-    Args:
-        bins: Number of occupied histogram bins.
-        error: Bound on the Kullback-Leibler distance.
-        z: Quantile of the standard normal distribution.
-        minimum: Least count.
-        maximum: Greatest count.
+    `error` bounds the Kullback-Leibler distance, `z` is a quantile of the normal distribution.
 
     Source: Fox, Adapting the sample size in particle filters through KLD-sampling, 2003, eq. 7.
     """
@@ -35,9 +31,7 @@ def kld_count(bins: int, error: float, z: float, minimum: int, maximum: int) -> 
     return max(minimum, min(count, maximum))
 
 
-def low_variance_indices(
-    weights: NDArray[np.float64], count: int, rng: np.random.Generator
-) -> NDArray[np.int64]:
+def low_variance_indices(weights: Floats, count: int, rng: np.random.Generator) -> Ints:
     """Draw indices `(count,) int64` in proportion to weights `(N,)` by one random offset.
 
     Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, table 4.4.
@@ -46,21 +40,15 @@ def low_variance_indices(
 
 
 def kld_indices(
-    weights: NDArray[np.float64],
+    weights: Floats,
     bin_of: NDArray[np.int32],
     limits: tuple[float, float, int, int],
     rng: np.random.Generator,
-) -> NDArray[np.int64]:
+) -> Ints:
     """Return ascending indices `(M,) int64` of as many draws as the belief's spread needs.
 
     A full-size draw finds the bins that matter, then one of the size they call for is made, so that
-    the low-variance property holds for what is kept.
-
-    Args:
-        weights: `(N,) float64`, not all zero.
-        bin_of: Each particle's bin, `(N,) int32`.
-        limits: `error, z, minimum, maximum` of `kld_count`.
-        rng: Source of randomness.
+    the low-variance property holds for what is kept. `limits` are the last of `kld_count`.
     """
     error, z, minimum, maximum = limits
     trial = low_variance_indices(weights, maximum, rng)
@@ -70,15 +58,13 @@ def kld_indices(
     return trial if count == maximum else low_variance_indices(weights, count, rng)
 
 
-def effective_count(weights: NDArray[np.float64]) -> float:
+def effective_count(weights: Floats) -> float:
     """Return the number of particles that carry the weights `(N,)`, from 1 to N."""
     return float(weights.sum() ** 2 / (weights @ weights))
 
 
 @njit(cache=True)
-def _walk(
-    weights: NDArray[np.float64], total: float, count: int, offset: float
-) -> NDArray[np.int64]:
+def _walk(weights: Floats, total: float, count: int, offset: float) -> Ints:
     """Return at which particle each of `count` even steps through the weights ends."""
     indices = np.empty(count, np.int64)
     step = total / count
@@ -107,13 +93,13 @@ class Belief:
         self._config, self._field, self._rng = config, field, rng
         self._motion = MODELS[config.robot_model_type]
         self._updates = 0
-        self._rank_of: NDArray[np.int64] | None = None  # of each particle's cluster, when known
+        self._rank_of: Ints | None = None  # of each particle's cluster, when known
         self._tied = np.zeros(0, bool)  # which clusters the last scan fit alike
-        self._binned: tuple[NDArray[np.int32], NDArray[np.int64]] | None = None
-        self.particles: NDArray[np.float64] = np.empty((0, 3))
-        self.weights: NDArray[np.float64] = np.empty(0)
+        self._binned: tuple[NDArray[np.int32], Ints] | None = None
+        self.particles: Floats = np.empty((0, 3))
+        self.weights: Floats = np.empty(0)
 
-    def spread(self, pose: SE2, root: NDArray[np.float64]) -> None:
+    def spread(self, pose: SE2, root: Floats) -> None:
         """Draw all particles around a pose, `root @ root.T` being the covariance `(3, 3)`."""
         draws = self._rng.standard_normal((self._config.max_particles, 3)) @ root.T
         self._replace(pose.array() + draws)
@@ -122,13 +108,8 @@ class Belief:
         """Draw all particles from the map's free cells."""
         self._replace(self._anywhere(self._config.max_particles))
 
-    def seed(self, hypotheses: list[Hypothesis], covariance: NDArray[np.float64]) -> None:
-        """Draw all particles around hypotheses in proportion to their shares.
-
-        Args:
-            hypotheses: The poses, each with its share.
-            covariance: Of the draws around each, `(3, 3) float64`, diagonal.
-        """
+    def seed(self, hypotheses: list[Hypothesis], covariance: Floats) -> None:
+        """Draw all particles around hypotheses, by their shares; a diagonal covariance `(3, 3)`."""
         count = self._config.max_particles
         shares = np.array([one.share for one in hypotheses])
         poses = np.array([one.T_map_base.array() for one in hypotheses])
@@ -136,14 +117,14 @@ class Belief:
         draws = self._rng.standard_normal((count, 3)) @ np.sqrt(covariance)
         self._replace(centres + draws)
 
-    def _replace(self, particles: NDArray[np.float64]) -> None:
+    def _replace(self, particles: Floats) -> None:
         particles[:, 2] = wrap(particles[:, 2])
         self.particles = np.asfortranarray(particles)
         self.weights = np.full(len(particles), 1.0 / len(particles))
         self._rank_of = self._binned = None
         self._tied = np.zeros(0, bool)
 
-    def _anywhere(self, count: int) -> NDArray[np.float64]:
+    def _anywhere(self, count: int) -> Floats:
         step = 2 if self._config.freespace_downsampling else 1
         return self._field.sample_free(count, self._rng, step)
 
@@ -152,19 +133,16 @@ class Belief:
         self.particles = self._motion(self._config, self.particles, delta, self._rng)
         self._binned = None
 
-    def reweigh(self, factors: NDArray[np.float64]) -> None:
+    def reweigh(self, factors: Floats) -> None:
         """Multiply the weights by `(N,)` positive factors."""
         self.weights = self.weights * factors
         self.weights /= self.weights.sum()
 
-    def level(self, factors: NDArray[np.float64]) -> NDArray[np.float64]:
+    def level(self, factors: Floats) -> Floats:
         """Return factors `(N,)` that leave the shares of tied clusters among each other alone.
 
         Where a scan fits at several poses alike, its sampled likelihood differs by chance, and over
         many scans chance would decide for one of them.
-
-        Args:
-            factors: Of the particles.
         """
         tied = self._tied
         if self._rank_of is None or tied.sum() < 2:
@@ -178,10 +156,7 @@ class Belief:
         return factors * scale[self._rank_of]
 
     def resample(self, injection: float) -> bool:
-        """Resample the particles if that is due.
-
-        Args:
-            injection: Share of particles, 0..1, to replace by ones from anywhere.
+        """Resample the particles if that is due, a share `injection` of them from anywhere.
 
         Returns:
             Whether particles were replaced by ones from anywhere.
@@ -217,12 +192,10 @@ class Belief:
         )
         return found
 
-    def shift(self, factors: NDArray[np.float64], tied: NDArray[np.bool_]) -> NDArray[np.float64]:
+    def shift(self, factors: Floats, tied: Bools) -> Floats:
         """Multiply the weight of each cluster found last by a factor; return their shares `(K,)`.
 
-        Args:
-            factors: Of the clusters, `(K,) float64`.
-            tied: Which of them the scan fits alike, `(K,) bool`.
+        `tied` are those that the scan fits alike, `(K,) bool`.
         """
         assert self._rank_of is not None
         self._tied = tied

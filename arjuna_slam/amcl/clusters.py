@@ -9,6 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints
+
 _METRES = 0.5  # side of a bin [m]: Fox's and Nav2's
 _HEADINGS = 36  # bins of 10 degrees, as theirs
 _RADIANS = 2.0 * math.pi / _HEADINGS
@@ -16,11 +18,8 @@ _SADDLE = 0.2  # of the lesser peak's weight, above which two modes are one
 _STEPS = tuple((x, y, h) for x in (-1, 0, 1) for y in (-1, 0, 1) for h in (-1, 0, 1))
 
 
-def to_bins(particles: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Sort particles into the histogram's bins.
-
-    Args:
-        particles: `(N, 3) float64` [m, m, rad], columns contiguous.
+def to_bins(particles: Floats) -> tuple[NDArray[np.int32], Ints]:
+    """Sort particles, columns contiguous, into the histogram's bins.
 
     Returns:
         The index of each particle's bin, `(N,) int32`, and the bins that are occupied, `(K, 3)
@@ -44,22 +43,15 @@ def to_bins(particles: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[
     )
 
 
-def bin_centres(bins: NDArray[np.int64]) -> NDArray[np.float64]:
+def bin_centres(bins: Ints) -> Floats:
     """Return the centres of bins `(K, 3)`, as `(K, 3) float64` [m, m, rad]."""
-    centres: NDArray[np.float64] = (bins + 0.5) * np.array((_METRES, _METRES, _RADIANS))
+    centres: Floats = (bins + 0.5) * np.array((_METRES, _METRES, _RADIANS))
     centres[:, 2] -= math.pi
     return centres
 
 
 @njit(cache=True)
-def _codes(
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    heading: NDArray[np.float64],
-    low_x: int,
-    low_y: int,
-    rows: int,
-) -> NDArray[np.int64]:
+def _codes(x: Floats, y: Floats, heading: Floats, low_x: int, low_y: int, rows: int) -> Ints:
     """Return one number a bin, from 0."""
     codes = np.empty(len(x), np.int64)
     for i in range(len(x)):
@@ -73,7 +65,7 @@ def _codes(
 
 
 @njit(cache=True)
-def _number(codes: NDArray[np.int64], size: int) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+def _number(codes: Ints, size: int) -> tuple[NDArray[np.int32], Ints]:
     """Number the codes, all below `size`, in the order in which they occur."""
     table = np.zeros(size, np.int32)
     bin_of = np.empty(len(codes), np.int32)
@@ -90,19 +82,12 @@ def _number(codes: NDArray[np.int64], size: int) -> tuple[NDArray[np.int32], NDA
     return bin_of, seen[:used].copy()
 
 
-def connect(bins: NDArray[np.int64], shares: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Label bins `(K, 3)` alike that belong to one mode of the belief.
+def connect(bins: Ints, shares: Floats) -> Ints:
+    """Label bins `(K, 3)` alike, `(K,) int64` from 0, that belong to one mode of the belief.
 
     From the heaviest bin down, each joins what it touches, corners and wrapped headings included.
     Modes that meet are one if the bin between them carries enough of the lesser one's peak; so
     the tails of neighbouring modes do not join them.
-
-    Args:
-        bins: From `to_bins`.
-        shares: The weight of each, `(K,) float64`.
-
-    Returns:
-        `(K,) int64`, from 0.
 
     Source: Chazal et al., Persistence-based clustering in Riemannian manifolds, 2013.
     """
@@ -117,9 +102,7 @@ def connect(bins: NDArray[np.int64], shares: NDArray[np.float64]) -> NDArray[np.
 
 
 @njit(cache=True)
-def _connect(
-    codes: NDArray[np.int64], shares: NDArray[np.float64], by_share: NDArray[np.int64], rows: int
-) -> NDArray[np.int64]:
+def _connect(codes: Ints, shares: Floats, by_share: Ints, rows: int) -> Ints:
     """Number the bins' modes by falling peaks; codes are sorted, their rows and columns from 1."""
     root, rank = np.full(len(codes), -1), np.empty(len(codes), np.int64)
     rank[by_share] = np.arange(len(codes))
@@ -148,7 +131,7 @@ def _connect(
 
 
 @njit(cache=True)
-def _top(root: NDArray[np.int64], k: int) -> int:
+def _top(root: Ints, k: int) -> int:
     while root[k] != k:
         k = root[k]
     return k
@@ -156,19 +139,13 @@ def _top(root: NDArray[np.int64], k: int) -> int:
 
 @dataclass(frozen=True)
 class Cluster:
-    """Particles that lie together.
+    """Particles that lie together."""
 
-    Attributes:
-        share: Of the whole weight, 0..1.
-        mean: `(3,) float64` [m, m, rad].
-        covariance: `(3, 3) float64`.
-    """
+    share: float  # of the whole weight, 0..1
+    mean: Floats  # `(3,) float64` [m, m, rad]
+    covariance: Floats  # `(3, 3) float64`
 
-    share: float
-    mean: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-
-    def holds(self, pose: NDArray[np.float64]) -> bool:
+    def holds(self, pose: Floats) -> bool:
         """Return whether a pose `(3,)` [m, m, rad] may be one of the cluster's."""
         off = pose - self.mean
         off[2] = math.remainder(off[2], 2.0 * math.pi)
@@ -177,26 +154,17 @@ class Cluster:
 
 
 def find_clusters(
-    particles: NDArray[np.float64],
-    weights: NDArray[np.float64],
+    particles: Floats,
+    weights: Floats,
     least: float,
     limit: int,
-    binned: tuple[NDArray[np.int32], NDArray[np.int64]] | None = None,
-) -> tuple[list[Cluster], NDArray[np.int64]]:
+    binned: tuple[NDArray[np.int32], Ints] | None = None,
+) -> tuple[list[Cluster], Ints]:
     """Return the heaviest clusters, heaviest first, and each particle's rank among them.
 
-    Particles belong together when their histogram bins touch, see `connect`.
-
-    Args:
-        particles: `(N, 3) float64` [m, m, rad], columns contiguous.
-        weights: `(N,) float64` that sum to 1.
-        least: Share of the weight, 0..1, below which only the heaviest is returned.
-        limit: Greatest number of clusters returned.
-        binned: What `to_bins` says of the particles, where it is known already; bins may be empty.
-
-    Returns:
-        The clusters, and the index of each particle's, `(N,) int64`; that of particles of none is
-        the number of clusters.
+    Particles belong together when their histogram bins touch, see `connect`. A cluster below the
+    share `least` of the weight counts only if it is the heaviest. `binned` is what `to_bins` says,
+    where that is known; bins may be empty. Particles of no cluster have the number of clusters.
 
     Source: nav2_amcl (pf_kdtree_cluster), but for the modes.
     """
@@ -210,7 +178,7 @@ def find_clusters(
     order = order[totals[order] >= min(least, totals.max())]
     rank = np.full(len(totals) + 1, len(order), np.int64)
     rank[order] = np.arange(len(order))
-    rank_of_bin: NDArray[np.int64] = rank[labels]
+    rank_of_bin: Ints = rank[labels]
     references = bin_centres(bins[_heaviest(shares, rank_of_bin, len(order))])
     rank_of = rank_of_bin[bin_of]
     sums = _moments(particles[:, 0], particles[:, 1], particles[:, 2], weights, rank_of, references)
@@ -219,9 +187,7 @@ def find_clusters(
 
 
 @njit(cache=True)
-def _heaviest(
-    shares: NDArray[np.float64], rank: NDArray[np.int64], count: int
-) -> NDArray[np.int64]:
+def _heaviest(shares: Floats, rank: Ints, count: int) -> Ints:
     """Return each cluster's heaviest bin, from where differences are summed."""
     heaviest = np.full(count, -1)
     for k in range(len(shares)):
@@ -233,13 +199,8 @@ def _heaviest(
 
 @njit(cache=True)
 def _moments(
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    heading: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    rank: NDArray[np.int64],
-    references: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    x: Floats, y: Floats, heading: Floats, weights: Floats, rank: Ints, references: Floats
+) -> Floats:
     """Return per cluster the weighted count, sums and sums of squares and products, `(K, 10)`."""
     sums = np.zeros((len(references), 10))
     for i in range(len(x)):
@@ -263,7 +224,7 @@ def _moments(
     return sums
 
 
-def _cluster(sums: NDArray[np.float64], reference: NDArray[np.float64]) -> Cluster:
+def _cluster(sums: Floats, reference: Floats) -> Cluster:
     share = float(sums[0])
     means = sums[1:] / share if share > 0.0 else np.zeros(9)
     shift, (xx, xy, xt, yy, yt, tt) = means[:3], means[3:]

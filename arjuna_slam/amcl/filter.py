@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -30,8 +30,6 @@ from arjuna_slam.matching.map_field import MapField
 from arjuna_slam.matching.scan_filter import LastOdometry
 
 _INDIFFERENT = 0.015  # difference of agreement that decides nothing: three beams of 180
-_DRIFT = 0.005  # by which odometry may err from scan to scan [m, m, rad] ...
-_DRIFT_SHARE = 0.2  # ... and per unit of motion, as nav2_amcl's alphas
 
 
 class ParticleFilter:
@@ -60,21 +58,17 @@ class ParticleFilter:
         return len(self._belief.particles) > 0
 
     @property
-    def particles(self) -> NDArray[np.float64]:
+    def particles(self) -> Floats:
         """The particles, `(N, 3) float64` in the map frame [m, m, rad]."""
         return self._belief.particles
 
     @property
-    def weights(self) -> NDArray[np.float64]:
+    def weights(self) -> Floats:
         """The particles' weights, `(N,) float64`, which sum to 1."""
         return self._belief.weights
 
-    def set_pose(self, pose: SE2, covariance: NDArray[np.float64]) -> None:
-        """Start again around a pose of the base in the map.
-
-        Args:
-            pose: [m, m, rad].
-            covariance: Of x, y, theta, `(3, 3) float64`.
+    def set_pose(self, pose: SE2, covariance: Floats) -> None:
+        """Start again around a pose [m, m, rad] of the base in the map, with a covariance `(3, 3)`.
 
         Raises:
             LocalizationError: The pose is not finite or off the map, or the covariance is none.
@@ -94,15 +88,10 @@ class ParticleFilter:
         self._recovery.restart(search)
 
     def update(self, T_odom_base: SE2, scan: Scan, force: bool = False) -> Estimate | None:
-        """Take in a scan.
+        """Take in a scan and the odometry at its stamp.
 
         The particles are moved and weighed once the robot has moved `update_min_d` or
-        `update_min_a`; from one such update to the next the pose follows by scan matching.
-
-        Args:
-            T_odom_base: Odometry at the scan's stamp.
-            scan: The scan.
-            force: Whether to update the particles even if the robot has not moved.
+        `update_min_a`, or at `force`; in between the pose follows by scan matching.
 
         Returns:
             The estimate, or None if there is nothing new to say: the robot stands and the scan
@@ -131,13 +120,11 @@ class ParticleFilter:
         return self._track.conclude(best, T_odom_base, self._config)
 
     def _predict(self, T_odom_base: SE2) -> None:
-        """Move the particles as odometry says."""
         step = self._track.step(T_odom_base)
         if step is not None:
             self._belief.move(step)
 
     def _weigh(self, view: ScanView) -> None:
-        """Weigh the particles by how likely the scan is at each."""
         if not len(view.few.ranges):
             return
         likelihood = self._sensor.weigh(self._belief.particles, view)
@@ -179,7 +166,6 @@ class ParticleFilter:
         return pose, matched
 
     def _unseen(self) -> Hypothesis:
-        """Return the heaviest cluster, which no scan confirms."""
         cluster = self._belief.clusters()[0]
         return Hypothesis(SE2.from_array(cluster.mean), cluster.covariance, None, cluster.share)
 
@@ -210,7 +196,8 @@ class ParticleFilter:
             return None
         pose = last.T_map_odom @ T_odom_base
         moved = np.abs((last.T_map_base.inverse() @ pose).array()).max()
-        return self._matcher.refined(pose, view, np.full(3, _DRIFT + _DRIFT_SHARE * moved))
+        drift, share = 0.005, 0.2  # odometry's error a scan [m, m, rad] and, as alphas, a motion
+        return self._matcher.refined(pose, view, np.full(3, drift + share * moved))
 
     def _relocalize(self, best: Hypothesis, T_odom_base: SE2, view: ScanView) -> Hypothesis:
         """Seed particles at poses where the scan fits better, once it has fit badly for long."""

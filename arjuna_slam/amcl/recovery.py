@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.estimate import Hypothesis
@@ -20,7 +20,6 @@ _WITHIN = np.array((0.5, 0.5, math.radians(15.0)))  # a refined pose farther awa
 _GAIN_MIN = 0.02  # agreement by which another start must be better; less is chance
 _STARTS = [SE2(0.2 * math.cos(a), 0.2 * math.sin(a)) for a in np.arange(8) * math.pi / 4]
 ANYWHERE = np.array((1.0, 1.0, 1.0))  # deviations of a pose of which little is known [m, m, rad]
-_LOST_SHARE = 2.0 / 3.0  # of the gain that another pose needs, where the robot is lost
 
 
 class MapMatcher:
@@ -34,16 +33,12 @@ class MapMatcher:
         """Return the share of beams (0..1) that agree with the map at a pose of the base."""
         return share_agreeing(self.field, pose, view, self._config.agreement_distance)
 
-    def refined(self, pose: SE2, view: ScanView, deviations: NDArray[np.float64] = ANYWHERE) -> SE2:
-        """Return the pose at which beams end nearest to obstacles, near a given one.
+    def refined(self, pose: SE2, view: ScanView, deviations: Floats = ANYWHERE) -> SE2:
+        """Return the pose at which beams end nearest to obstacles, near a given one of the base.
 
         Where the map explains that badly, and many beams end near by, the others are tried alone.
-
-        Args:
-            pose: Of the base in the map. Where the scan says nothing, along a bare corridor, it
-                stays, and it is returned where no pose near it fits.
-            view: The scan.
-            deviations: How far the pose may be off, `(3,) float64` [m, m, rad].
+        Where the scan says nothing, along a bare corridor, the pose stays, as where none near it
+        fits. `deviations` say how far it may be off, `(3,)` [m, m, rad].
         """
         everything, *others = view.readings
         best = self._moved(pose, everything, deviations)
@@ -56,24 +51,16 @@ class MapMatcher:
                 best = other
         return best
 
-    def _moved(self, pose: SE2, ends: NDArray[np.float64], deviations: NDArray[np.float64]) -> SE2:
-        """Return the pose near a given one at which ends of beams lie nearest to obstacles."""
+    def _moved(self, pose: SE2, ends: Floats, deviations: Floats) -> SE2:
         information = np.diag(1.0 / np.maximum(deviations, 1e-3) ** 2)
         found = self.field.refine(pose, ends, information, _SCALES, self._config.match_deviation)
         change = (found.x - pose.x, found.y - pose.y, wrap(found.theta - pose.theta))
         return found if (np.abs(change) <= _WITHIN).all() else pose
 
-    def best_near(
-        self, pose: SE2, view: ScanView, deviations: NDArray[np.float64]
-    ) -> tuple[SE2, float]:
+    def best_near(self, pose: SE2, view: ScanView, deviations: Floats) -> tuple[SE2, float]:
         """Return the refined pose and its agreement; where poor, the best of several starts.
 
-        A wall has two faces, and matching may settle on the wrong one.
-
-        Args:
-            pose: Of the base in the map.
-            view: The scan.
-            deviations: How far the pose may be off, `(3,) float64` [m, m, rad].
+        A wall has two faces, and matching may settle on the wrong one. Arguments as in `refined`.
         """
         best = self.refined(pose, view, deviations)
         score = self.agreement(best, view)
@@ -92,10 +79,6 @@ SEED_COVARIANCE = np.diag([0.05**2, 0.05**2, math.radians(2.0) ** 2])  # of a po
 
 class LikelihoodAverages:
     """Slow and fast averages of the likelihood, whose ratio says how many particles to inject.
-
-    Args:
-        alpha_slow: Decay rate of the long-term average.
-        alpha_fast: Decay rate of the short-term average.
 
     Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, table 8.3 (augmented MCL).
     """
@@ -127,10 +110,8 @@ class LikelihoodAverages:
 class LostDetector:
     """Says when scans have disagreed with the map for so long that the map must be searched.
 
-    Args:
-        threshold: Agreement (0..1) below which a scan disagrees.
-        patience: How long scans must disagree [s].
-        longest: Longest wait between two searches [s].
+    A scan disagrees below the `threshold` (0..1); `patience` is the first wait, `longest` the
+    longest between two searches [s].
     """
 
     def __init__(self, threshold: float, patience: float, longest: float) -> None:
@@ -145,12 +126,7 @@ class LostDetector:
         self._wait = self._patience
 
     def observe(self, agreement: float, now: float) -> bool:
-        """Take in one scan; return whether a search is due.
-
-        Args:
-            agreement: Of the scan with the map at the present estimate, 0..1.
-            now: Stamp of the scan [s].
-        """
+        """Take in one scan's agreement (0..1) and stamp [s]; return whether a search is due."""
         if agreement >= self._threshold:
             self.reset()
             return False
@@ -166,10 +142,6 @@ class LostDetector:
 
 class Recovery:
     """Notices that the robot is lost, and looks for it in the whole map.
-
-    Args:
-        config: Parameters.
-        matcher: Of the map.
 
     Attributes:
         averages: Of the likelihood.
@@ -197,18 +169,14 @@ class Recovery:
         return self.wanted or (lost and self._config.relocalize)
 
     def search(self, best: Hypothesis, view: ScanView) -> list[Hypothesis]:
-        """Return the poses that explain a scan, best first; none if the present one explains it.
-
-        Args:
-            best: The hypothesis that is believed.
-            view: The scan.
-        """
+        """Return the poses that explain a scan, best first; none if the present one explains it."""
         assert best.agreement is not None
         found = self.propose(view, [] if self.wanted else [best.T_map_base])
         self.lost.searched(view.stamp)
         gain = self._config.relocalize_gain
+        lost_share = 2.0 / 3.0  # of the gain that another pose needs, where the robot is lost
         if best.agreement < self._config.relocalize_agreement:
-            gain *= _LOST_SHARE
+            gain *= lost_share
         if not self.wanted and (found[0].agreement or 0.0) <= best.agreement + gain:
             return []
         self.wanted = False
@@ -216,12 +184,7 @@ class Recovery:
         return found
 
     def propose(self, view: ScanView, present: list[SE2]) -> list[Hypothesis]:
-        """Return the poses that explain a scan about equally well, best first.
-
-        Args:
-            view: The scan.
-            present: Poses that compete with those found.
-        """
+        """Return poses, those present too, that explain a scan about equally well, best first."""
         if self._search is None:
             self._search = GlobalSearch(self._matcher.field)
         proposals = 24  # refined and compared beam by beam

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.amcl.config import AmclConfig
@@ -19,38 +20,23 @@ _BEAMS_MIN = 10  # fewer beams with a return say nothing about where the robot i
 
 @dataclass(frozen=True)
 class Beams:
-    """Beams of a scan that say something: NaN and too short ones do not.
+    """Beams of a scan that say something: NaN and too short ones do not."""
 
-    Attributes:
-        directions: Unit vectors in the base frame, `(B, 2) float64`.
-        ranges: `(B,) float64` [m]; a beam without return carries the longest range.
-        returned: Which beams returned, `(B,) bool`.
-        endpoints: Of the beams that returned, `(M, 2) float64` in the base frame [m].
-    """
-
-    directions: NDArray[np.float64]
-    ranges: NDArray[np.float64]
-    returned: NDArray[np.bool_]
-    endpoints: NDArray[np.float64]
+    directions: Floats  # unit vectors in the base frame, `(B, 2) float64`
+    ranges: Floats  # `(B,) float64` [m]; a beam without return carries the longest range
+    returned: Bools  # which beams returned, `(B,) bool`
+    endpoints: Floats  # of the beams that returned, `(M, 2) float64` in the base frame [m]
 
 
 @dataclass(frozen=True)
 class ScanView:
-    """One scan.
+    """One scan."""
 
-    Attributes:
-        stamp: [s].
-        range_max: The longest range used [m].
-        T_base_sensor: Pose of the sensor in the base frame.
-        many: Beams for scan matching, from all around.
-        few: At most `max_beams`, for the particles.
-    """
-
-    stamp: float
-    range_max: float
-    T_base_sensor: SE2
-    many: Beams
-    few: Beams
+    stamp: float  # [s]
+    range_max: float  # the longest range used [m]
+    T_base_sensor: SE2  # pose of the sensor in the base frame
+    many: Beams  # beams for scan matching, from all around
+    few: Beams  # at most `max_beams`, for the particles
 
     @staticmethod
     def of(scan: Scan, config: AmclConfig) -> ScanView:
@@ -87,7 +73,7 @@ class ScanView:
         return len(self.many.endpoints) < _BEAMS_MIN
 
     @property
-    def readings(self) -> list[NDArray[np.float64]]:
+    def readings(self) -> list[Floats]:
         """Ends of beams to match, each `(M, 2) float64` in the base frame [m], all of them first.
 
         Where many end near by, which may be walls or a crowd, the others come as a second reading.
@@ -100,13 +86,11 @@ class ScanView:
         return [ends, far] if hidden else [ends]
 
 
-def _unit(bearings: NDArray[np.float64]) -> NDArray[np.float64]:
+def _unit(bearings: Floats) -> Floats:
     return np.column_stack((np.cos(bearings), np.sin(bearings)))
 
 
-def _deskewed(
-    ranges: NDArray[np.float64], rays: NDArray[np.float64], mount: SE2, high: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _deskewed(ranges: Floats, rays: Floats, mount: SE2, high: float) -> tuple[Floats, Floats]:
     """Return ranges and directions as seen from where the sensor was at beam 0."""
     directions = _unit(rays[:, 2])
     far = ~(np.isfinite(ranges) & (ranges < high))
@@ -125,21 +109,15 @@ _HALF_DIAGONAL = math.sqrt(0.5)
 
 
 def share_agreeing(field: MapField, pose: SE2, view: ScanView, near: float) -> float:
-    """Return the share of beams (0..1) that agree with the map at a pose.
+    """Return the share of beams (0..1) that agree with the map at a pose of the base.
 
-    A beam agrees if it ends near an obstacle of the map and crossed none before. One that
+    A beam agrees if it ends nearer than `near` [m] to an obstacle and crossed none before. One that
     crossed an obstacle speaks against the pose. One that ended in the open speaks half as much, as
     people and furniture come and go, and the less the nearer it ended: what the map does not have
     counts by its width, not by the angle that it takes up, so that one who stands at the robot and
     stops half of its beams is no more than one. A beam without return counts only against the pose,
     where the map has an obstacle along it; which distinguishes poses that end points alone do not
     separate.
-
-    Args:
-        field: The map.
-        pose: Of the base in the map.
-        view: The scan.
-        near: Distance to an obstacle below which a beam hit it [m].
 
     Source: the likelier a short reading, the nearer: Thrun, Burgard, Fox, Probabilistic Robotics,
         2005, section 6.3 (unexpected objects).
@@ -158,10 +136,10 @@ def _agreement(
     distances: NDArray[np.float32],
     resolution: float,
     limit: float,
-    origin: NDArray[np.float64],
-    directions: NDArray[np.float64],
-    ranges: NDArray[np.float64],
-    returned: NDArray[np.bool_],
+    origin: Floats,
+    directions: Floats,
+    ranges: Floats,
+    returned: Bools,
 ) -> float:
     height, width = distances.shape
     near, through, short = 0, 0, 0.0
@@ -188,7 +166,7 @@ def _agreement(
 def _crossed(
     distances: NDArray[np.float32],
     resolution: float,
-    origin: NDArray[np.float64],
+    origin: Floats,
     c: float,
     s: float,
     length: float,

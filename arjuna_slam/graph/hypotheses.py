@@ -15,47 +15,39 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, PoseGraph
 from arjuna_slam.graph.uncertainty import chained, relative_covariances
 from arjuna_slam.matching.scan_matcher import invert
 
 _AHEAD = 1.0  # by how much a set must outweigh another of the same submaps
-_KNOWN = 0.5  # deviation up to which a closure knows a direction [m]
-_BEYOND = 3.0  # deviations from which on a correction claims to know its direction after all
-_SMALL = 0.3  # correction that needs no other closure that knows its direction [m]
-_WIDE = 2.0  # weight of a wide closure near to where the graph has it
 _NEAR = 1.5  # how near that is: corridors and areas that look the same lie further apart [m]
 _SLACK = np.diag([0.05**2, 0.05**2, 0.005**2])  # what is left where all claim to know better
 
 
 @dataclass(frozen=True)
 class Closure:
-    """A loop closure that may be true: an area that is perhaps seen again.
+    """A loop closure that may be true: an area that is perhaps seen again."""
 
-    Attributes:
-        query: Number of the newer submap.
-        past: Number of the older.
-        edge: Between a keyframe of the older and one of the newer.
-        weight: What it counts for.
-        enough: What the weights of a set with it must add up to.
-        wide: Whether it fits nowhere else and walls over a large area constrain each direction.
-    """
-
-    query: int
-    past: int
-    edge: Edge
-    weight: float
-    enough: float
+    query: int  # number of the newer submap, or of a keyframe
+    past: int  # number of the older submap; 0 for all, of a keyframe
+    edge: Edge  # between a keyframe of the older and one of the newer
+    weight: float  # what it counts for
+    enough: float  # what the weights of a set with it must add up to
+    # whether it fits nowhere else and walls over a large area constrain each direction
     wide: bool = False
 
 
 class Hypotheses:
-    """Closures held until enough of them agree."""
+    """Closures held until enough of them agree.
 
-    def __init__(self) -> None:
+    Those whose numbers differ by no more than `overlap` see the same and count once.
+    """
+
+    def __init__(self, overlap: int = 1) -> None:
+        self._overlap = overlap
         self._held: list[Closure] = []
         self._weights: list[float] = []
         self._agree = np.zeros((0, 0), np.bool_)
@@ -70,7 +62,8 @@ class Hypotheses:
         self._weights = [_weight(graph, held) for held in self._held]
         chosen = self._supported(graph, self._largest(count))
         total = self._weight(chosen)
-        near = {self._held[k].query + step for k in chosen for step in (-1, 0, 1)}
+        steps = range(-self._overlap, self._overlap + 1)
+        near = {self._held[k].query + step for k in chosen for step in steps}
         rivals = [k for k in np.flatnonzero(~agrees).tolist() if self._held[k].query in near]
         rival = max((self._against(chosen, self._largest(k)) for k in rivals), default=0.0)
         held_max = 60  # closures, the newest
@@ -108,8 +101,9 @@ class Hypotheses:
         """
         own, enough = corrections[k], self._held[k].enough
         gap = own.moves(own.node)
+        small = 0.3  # correction that needs no other closure that knows its direction [m]
         for axis in own.known:
-            if abs(gap @ axis) <= _SMALL:
+            if abs(gap @ axis) <= small:
                 continue
             alike = [o for o, other in corrections.items() if other.supports(own, axis)]
             beside = abs(gap @ axis) > _NEAR and not any(self._held[o].wide for o in alike)
@@ -123,17 +117,16 @@ class Hypotheses:
         counted: list[Closure] = []
         for k in sorted(chosen, key=lambda k: (-self._weights[k], self._held[k].query)):
             closure = self._held[k]
-            seen = (
-                abs(closure.query - other.query) < 2 and abs(closure.past - other.past) < 2
+            gaps = (
+                max(abs(closure.query - other.query), abs(closure.past - other.past))
                 for other in counted
             )
-            if not any(seen):
+            if all(gap > self._overlap for gap in gaps):
                 total += self._weights[k]
                 counted.append(closure)
         return total
 
     def _largest(self, first: int) -> list[int]:
-        """Return a large set with a closure in it that agrees in pairs."""
         chosen = [first]
         left = self._agree[first].copy()
         left[first] = False
@@ -151,20 +144,13 @@ class Hypotheses:
         self._agree = self._agree[np.ix_(kept, kept)]
 
     def _compare(self, graph: PoseGraph, edge: Edge) -> list[bool]:
-        """Return which of the closures held agree with one."""
         if not self._held:
             return []
         from_i, from_j = (relative_covariances(graph, node) for node in (edge.i, edge.j))
         return [self._agrees(graph, edge, closure.edge, from_i, from_j) for closure in self._held]
 
     @staticmethod
-    def _agrees(
-        graph: PoseGraph,
-        edge: Edge,
-        other: Edge,
-        from_i: NDArray[np.float64],
-        from_j: NDArray[np.float64],
-    ) -> bool:
+    def _agrees(graph: PoseGraph, edge: Edge, other: Edge, from_i: Floats, from_j: Floats) -> bool:
         """Go from `edge.i` to `other.j` over either closure and compare."""
         T_i_other = graph.pose(edge.i).inverse() @ graph.pose(other.i)
         T_j_other = graph.pose(edge.j).inverse() @ graph.pose(other.j)
@@ -181,22 +167,17 @@ class Hypotheses:
 def _weight(graph: PoseGraph, closure: Closure) -> float:
     """Return what a closure counts for in the graph as others have bent it by now."""
     gap = float(np.hypot(*graph.residual(closure.edge)[:2]))
-    return _WIDE if closure.wide and gap < _NEAR else closure.weight
+    wide = 2.0  # weight of a wide closure near to where the graph has it
+    return wide if closure.wide and gap < _NEAR else closure.weight
 
 
 @dataclass(frozen=True)
 class _Correction:
-    """The motion that an edge asks of its second node and the map there.
+    """The motion that an edge asks of its second node and the map there."""
 
-    Attributes:
-        node: The second node's position in map, `(2,) float64` [m].
-        change: Motion of the map around the node.
-        known: Directions in map that the edge constrains, `(K, 2) float64`.
-    """
-
-    node: NDArray[np.float64]
-    change: SE2
-    known: NDArray[np.float64]
+    node: Floats  # the second node's position in map, `(2,) float64` [m]
+    change: SE2  # motion of the map around the node
+    known: Floats  # directions in map that the edge constrains, `(K, 2) float64`
 
     @staticmethod
     def of(graph: PoseGraph, edge: Edge) -> _Correction:
@@ -206,15 +187,17 @@ class _Correction:
         node = graph.poses[edge.j, :2].copy()
         directions = turn.apply(axes.T)
         asked = np.abs(directions @ (change.apply(node[None])[0] - node))
-        known = variances < np.maximum(_KNOWN, asked / _BEYOND) ** 2
+        firm = 0.5  # [m] deviation up to which a closure knows a direction
+        beyond = 3.0  # deviations of a correction that claims to know its direction after all
+        known = variances < np.maximum(firm, asked / beyond) ** 2
         return _Correction(node, change, directions[known])
 
-    def moves(self, point: NDArray[np.float64]) -> NDArray[np.float64]:
+    def moves(self, point: Floats) -> Floats:
         """Return how far it moves a point of map [m]."""
-        gap: NDArray[np.float64] = self.change.apply(point[None])[0] - point
+        gap: Floats = self.change.apply(point[None])[0] - point
         return gap
 
-    def supports(self, other: _Correction, axis: NDArray[np.float64]) -> bool:
+    def supports(self, other: _Correction, axis: Floats) -> bool:
         """Return whether it moves the other's node much as far along an axis as the other does."""
         same = 0.7  # cosine from which on two directions are one
         sees = (np.abs(self.known @ axis) > same).any()

@@ -10,8 +10,8 @@ import enum
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import wrap
 from arjuna_slam.graph.linearization import assemble, chi2, damp, robust_cost
 from arjuna_slam.graph.pose_graph import EdgeTable
@@ -30,19 +30,13 @@ class OptimizerStatus(enum.Enum):
 
 @dataclass(frozen=True)
 class OptimizerResult:
-    """The optimised poses.
+    """The optimised poses."""
 
-    Attributes:
-        status: How it ended.
-        poses: `(N, 3) float64` of x, y, theta [m, m, rad].
-        trace: Cost before the first and after each accepted step: the edges' robust chi2.
-        weights: Robust weight (0..1) of each edge at the end, `(E,) float64`.
-    """
-
-    status: OptimizerStatus
-    poses: NDArray[np.float64]
+    status: OptimizerStatus  # how it ended
+    poses: Floats  # `(N, 3) float64` of x, y, theta [m, m, rad]
+    # cost before the first and after each accepted step: the edges' robust chi2
     trace: tuple[float, ...]
-    weights: NDArray[np.float64]
+    weights: Floats  # robust weight (0..1) of each edge at the end, `(E,) float64`
 
 
 class _Problem:
@@ -50,53 +44,49 @@ class _Problem:
 
     def __init__(self, count: int, edges: EdgeTable, robust_scale: float | None) -> None:
         self._edges = edges
-        self._i = np.ascontiguousarray(edges.i)
-        self._j = np.ascontiguousarray(edges.j)
         robust = edges.loop & (robust_scale is not None)
         self._scale = np.where(robust, robust_scale or np.inf, np.inf)
-        self._pattern = pattern(count, self._i, self._j)
+        self._pattern = pattern(count, edges.i, edges.j)
         self._blocks = np.empty((len(self._pattern.rows), 3, 3))
         self._corner = np.empty((3 * self._pattern.corner, 3 * self._pattern.corner))
         self._g = np.empty((count, 3))
 
-    def evaluate(self, poses: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+    def evaluate(self, poses: Floats) -> tuple[float, Floats]:
         """Return the cost and each edge's robust weight."""
         edges = self._edges
-        square = chi2(poses, self._i, self._j, edges.measured, edges.information)
+        square = chi2(poses, edges.i, edges.j, edges.measured, edges.information)
         return robust_cost(square, self._scale), 1.0 / (1.0 + square / self._scale**2)
 
-    def step(
-        self, poses: NDArray[np.float64], weight: NDArray[np.float64], damping: float
-    ) -> NDArray[np.float64]:
+    def step(self, poses: Floats, weight: Floats, damping: float) -> Floats:
         """Return the poses after one damped step."""
         layout, edges = self._pattern, self._edges
         blocks, corner, g = self._blocks, self._corner, self._g
         assemble(
-            poses, self._i, self._j, edges.measured, edges.information, weight,
+            poses, edges.i, edges.j, edges.measured, edges.information, weight,
             layout.perm, layout.starts, np.asarray(layout.slots), blocks, corner, g,
         )  # fmt: skip
         damp(layout.starts, blocks, corner, damping)
         factorize(layout.starts, layout.rows, blocks, corner)
         solve(layout.starts, layout.rows, blocks, corner, g)
-        trial: NDArray[np.float64] = poses - g[layout.perm]
+        trial: Floats = poses - g[layout.perm]
         trial[0] = poses[0]
-        angles: NDArray[np.float64] = trial[:, 2]
+        angles: Floats = trial[:, 2]
         trial[:, 2] = wrap(angles)
         return trial
 
 
 def optimize(
-    poses: NDArray[np.float64],
+    poses: Floats,
     edges: EdgeTable,
     *,
     robust_scale: float | None = None,
     iterations: int = 30,
     tolerance: float = 1e-6,
 ) -> OptimizerResult:
-    """Return the poses of least cost, the first held.
+    """Return the poses of least cost, from a start `(N, 3)` [m, m, rad] of which the first is held.
 
     Args:
-        poses: Start, `(N, 3) float64` of x, y, theta [m, m, rad].
+        poses: The start.
         edges: The measurements; they must connect all nodes.
         robust_scale: Scale of the Cauchy kernel on loop edges, in deviations; None for none.
         iterations: Most accepted or refused steps.

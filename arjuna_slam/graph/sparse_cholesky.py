@@ -14,26 +14,20 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import splu
+
+from arjuna_core.arrays import Floats, Ints
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """Positions of the blocks of a matrix's factor.
+    """Positions of the blocks of a matrix's factor."""
 
-    Attributes:
-        perm: Row of each node in the order of elimination, `(N,) int64`.
-        starts: First block of each column before the corner, `(C + 1,) int64`.
-        rows: Row of each block, the diagonal first, `(K,) int64`.
-        slots: Block of each pair of nodes, -1 in the corner, -2 for none, `(E,) int64`.
-    """
-
-    perm: NDArray[np.int64]
-    starts: NDArray[np.int64]
-    rows: NDArray[np.int64]
-    slots: NDArray[np.int64]
+    perm: Ints  # row of each node in the order of elimination, `(N,) int64`
+    starts: Ints  # first block of each column before the corner, `(C + 1,) int64`
+    rows: Ints  # row of each block, the diagonal first, `(K,) int64`
+    slots: Ints  # block of each pair of nodes, -1 in the corner, -2 for none, `(E,) int64`
 
     @property
     def corner(self) -> int:
@@ -41,13 +35,10 @@ class Pattern:
         return len(self.perm) - (len(self.starts) - 1)
 
 
-def pattern(count: int, i: NDArray[np.int64], j: NDArray[np.int64]) -> Pattern:
-    """Order nodes and find the pattern of the factor.
+def pattern(count: int, i: Ints, j: Ints) -> Pattern:
+    """Order nodes and find the pattern of the factor, from the nodes of each pair, `(E,) int64`.
 
-    Args:
-        count: Number of nodes.
-        i: One node of each pair, `(E,) int64`; node 0 is held, so its pairs have no block.
-        j: The other node.
+    Node 0 is held, so its pairs have no block.
     """
     free = (i != 0) & (j != 0)
     pair = (np.concatenate((i[free], j[free])), np.concatenate((j[free], i[free])))
@@ -67,7 +58,7 @@ def pattern(count: int, i: NDArray[np.int64], j: NDArray[np.int64]) -> Pattern:
     return Pattern(perm, starts, rows, _slots(perm, starts, rows, i, j))
 
 
-def _corner_start(starts: NDArray[np.int64]) -> int:
+def _corner_start(starts: Ints) -> int:
     """Return the first column of the largest lower right corner that is dense."""
     most = 1000  # nodes, as the cost of the corner grows with their cube
     sizes = np.arange(1, min(len(starts) - 1, most) + 1)
@@ -78,13 +69,7 @@ def _corner_start(starts: NDArray[np.int64]) -> int:
 
 
 @njit(cache=True)
-def _slots(
-    perm: NDArray[np.int64],
-    starts: NDArray[np.int64],
-    rows: NDArray[np.int64],
-    i: NDArray[np.int64],
-    j: NDArray[np.int64],
-) -> NDArray[np.int64]:
+def _slots(perm: Ints, starts: Ints, rows: Ints, i: Ints, j: Ints) -> Ints:
     slots = np.empty(len(i), np.int64)
     first = len(starts) - 1
     for e in range(len(i)):
@@ -99,19 +84,10 @@ def _slots(
 
 
 @njit(cache=True)
-def factorize(
-    starts: NDArray[np.int64],
-    rows: NDArray[np.int64],
-    blocks: NDArray[np.float64],
-    corner: NDArray[np.float64],
-) -> None:
-    """Replace a matrix by its lower factor.
+def factorize(starts: Ints, rows: Ints, blocks: Floats, corner: Floats) -> None:
+    """Replace a matrix by its lower factor; `starts` and `rows` are those of `Pattern`.
 
-    Args:
-        starts: As in `Pattern`.
-        rows: As in `Pattern`.
-        blocks: The lower triangle's blocks, `(K, 3, 3) float64`.
-        corner: The lower right corner, `(3 T, 3 T) float64`, its lower triangle filled.
+    `blocks` are the lower triangle's, `(K, 3, 3)`, `corner` its last rows, `(3 T, 3 T)`.
     """
     first = len(starts) - 1
     for k in range(first):
@@ -137,7 +113,7 @@ def factorize(
 
 
 @njit(cache=True)
-def _factor_block(a: NDArray[np.float64]) -> None:
+def _factor_block(a: Floats) -> None:
     a[0, 0] = np.sqrt(max(a[0, 0], 1e-300))
     a[1, 0] /= a[0, 0]
     a[2, 0] /= a[0, 0]
@@ -147,7 +123,7 @@ def _factor_block(a: NDArray[np.float64]) -> None:
 
 
 @njit(cache=True)
-def _divide(b: NDArray[np.float64], low: NDArray[np.float64]) -> None:
+def _divide(b: Floats, low: Floats) -> None:
     """Replace b by b times the inverse of the transposed lower triangle."""
     for r in range(3):
         b[r, 0] = b[r, 0] / low[0, 0]
@@ -156,20 +132,14 @@ def _divide(b: NDArray[np.float64], low: NDArray[np.float64]) -> None:
 
 
 @njit(cache=True)
-def _subtract(target: NDArray[np.float64], a: NDArray[np.float64], b: NDArray[np.float64]) -> None:
+def _subtract(target: Floats, a: Floats, b: Floats) -> None:
     for r in range(3):
         for c in range(3):
             target[r, c] -= a[r, 0] * b[c, 0] + a[r, 1] * b[c, 1] + a[r, 2] * b[c, 2]
 
 
 @njit(cache=True)
-def solve(
-    starts: NDArray[np.int64],
-    rows: NDArray[np.int64],
-    blocks: NDArray[np.float64],
-    corner: NDArray[np.float64],
-    x: NDArray[np.float64],
-) -> None:
+def solve(starts: Ints, rows: Ints, blocks: Floats, corner: Floats, x: Floats) -> None:
     """Solve with the factor in perm; `x` is `(N, 3) float64` in the order of elimination."""
     first = len(starts) - 1
     for k in range(first):
@@ -196,7 +166,7 @@ def solve(
 
 
 @njit(cache=True)
-def _solve_dense(low: NDArray[np.float64], x: NDArray[np.float64]) -> None:
+def _solve_dense(low: Floats, x: Floats) -> None:
     for r in range(len(x)):
         total = x[r]
         for c in range(r):

@@ -16,105 +16,40 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.loops import LoopConfig, Submap
-from arjuna_slam.graph.rivals import APART, SeenField, Views, rival
-from arjuna_slam.graph.uncertainty import plausible
+from arjuna_slam.graph.candidates import LoopConfig, Search, Submap
+from arjuna_slam.graph.rivals import SeenField, Views, rival
 from arjuna_slam.matching.contradiction import longest, seen_and_contradicted
 from arjuna_slam.matching.correlative import Window, searching
 from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface
 
-_POINTS = 240  # of a submap that is looked for
-_WALL = 1.2  # of a wall, longer than a door is wide, that a beam crosses: not the same area [m]
-_COARSE = 0.45  # mean likelihood that a pose must reach in the coarse search
 _FINE = Window(0.2, 0.02, 2)
 _BENT = np.diag([0.03**2, 0.03**2, 0.004**2])  # covariance of what a submap's own bend adds
-_ALONG = 0.95  # cosine from which on a wall runs towards a rival
-_FEW = 0.1  # share of all walls up to which those that do so determine no direction
 _DIRECTIONS = np.array(
     [(math.cos(k * math.pi / 6.0), math.sin(k * math.pi / 6.0)) for k in range(6)]
 )
-_ACROSS = 0.5  # cosine from which on a wall constrains a direction by itself
-_ON = 0.3  # likelihood from which on a point lies on the other's wall
-_PIECE = 1.2  # m^2 rad of a window that are searched at a time
-_PIECE_ANGLE_MIN = 0.03  # of a piece of the window, however wide that is [rad]
-
-
-@dataclass(frozen=True)
-class Search:
-    """Window in which a submap is searched.
-
-    Attributes:
-        prior: The submap in the past one's frame, as the graph has it.
-        covariance: Of the past one in the submap's frame, as the graph bounds it.
-        xy: Half the window [m].
-        theta: Half its angle [rad].
-    """
-
-    prior: SE2
-    covariance: NDArray[np.float64]
-    xy: float
-    theta: float
-
-    @property
-    def ambiguous(self) -> bool:
-        """True if the window has room for another pose that fits as well."""
-        return self.xy >= 2.0 * APART
-
-    def reaches_beside(self, best: SE2) -> bool:
-        """Return whether another peak, apart from the best pose, may lie in the window."""
-        off = max(abs(best.x - self.prior.x), abs(best.y - self.prior.y))
-        return off + self.xy > APART
-
-    def pieces(self, resolution: float) -> list[tuple[SE2, Window]]:
-        """Return the window in pieces that take a bounded time, from the middle outwards.
-
-        Args:
-            resolution: Of the field that is searched [m].
-        """
-        depth = int(np.clip(np.log2(max(self.xy / resolution, 1.0)), 2, 5))
-        angle = min(self.theta, max(_PIECE_ANGLE_MIN, _PIECE / self.xy**2))
-        count = int(np.ceil(self.theta / angle))
-        middles = np.arange(1 - count, count, 2) * (self.theta / count)
-        middles = middles[np.argsort(np.abs(middles), kind="stable")]
-        x, y, theta = self.prior.x, self.prior.y, self.prior.theta
-        window = Window(self.xy, self.theta / count, depth)
-        return [(SE2(x, y, theta + middle), window) for middle in middles.tolist()]
 
 
 @dataclass(frozen=True)
 class SubmapMatch:
-    """Pose of a submap in a past one, as matched.
+    """Pose of a submap in a past one, as matched."""
 
-    Attributes:
-        T_past_query: The pose.
-        covariance: Of it, in the past one's axes, `(3, 3) float64`.
-        sure: Whether it fits nowhere else in the window.
-        holds: Where in the past one lies what holds it in the direction that is least seen,
-            `(2,) float64` [m].
-        area: Of what holds it in each direction, in either submap [m^2].
-    """
-
-    T_past_query: SE2
-    covariance: NDArray[np.float64]
-    sure: bool
-    holds: NDArray[np.float64]
-    area: float
+    T_past_query: SE2  # the pose
+    covariance: Floats  # of it, in the past one's axes, `(3, 3) float64`
+    sure: bool  # whether it fits nowhere else in the window
+    # where in the past one lies what holds it in the direction that is least seen, `(2,)
+    # float64` [m]
+    holds: Floats
+    area: float  # of what holds it in each direction, in either submap [m^2]
 
 
 class SubmapMatcher:
-    """Compares submaps.
-
-    Args:
-        config: The parameters.
-        matcher: The scan matcher.
-        range_max: Longest range used [m].
-    """
+    """Compares submaps."""
 
     def __init__(self, config: LoopConfig, matcher: ScanMatcher, range_max: float) -> None:
         self._config = config
@@ -126,27 +61,22 @@ class SubmapMatcher:
     ) -> Generator[None, None, SubmapMatch | None]:
         """Look for a submap in a past one; each step of the generator takes a bounded time.
 
-        Args:
-            query: The submap.
-            past: The past one.
-            window: Where to look.
-            scans: The scan at each node.
-
         Returns:
             The match, or None where none fits or something speaks against it.
         """
         points, normals = query.field.surface()
-        if len(points) < _POINTS // 4:
+        many = 240  # points of a submap that is searched, a quarter of them at least
+        if len(points) < many // 4:
             return None
         surface = Surface(points, normals, np.zeros(len(points), np.bool_))
-        coarse, some = past.field.halved(), points[:: -(-len(points) // _POINTS)]
+        coarse, some = past.field.halved(), points[:: -(-len(points) // many)]
         pieces = window.pieces(coarse.resolution)
-        best = yield from _best(coarse, some, pieces)
+        best = yield from _best(coarse, some, pieces, self._config.loop_submap_response)
         match = None if best is None else self._refine(past, surface, best[0])
         if best is None or match is None:
             return None
         found = match.T_field_base
-        if not plausible(window.prior.inverse(), found.inverse(), window.covariance):
+        if not window.is_plausible(found):
             return None
         much, wall = self._against(query, past, points, found, scans)
         if much:
@@ -158,12 +88,13 @@ class SubmapMatcher:
             seen = SeenField.of(past.field, coarse, _views(past, SE2(), scans), self._range_max)
             yield
             against = partial(self._is_ruled_out, query, past, points, scans)
-            other = yield from rival(seen, some, best[0], pieces, against)
+            share = self._config.loop_rival_share
+            other = yield from rival(seen, some, best[0], pieces, share, against)
         information = invert(match.covariance + _BENT)
         if other is not None:
             information = _along_unknown(information, other, match, surface)
         holds, area = _what_holds(past.field, surface, match), _area(query.field, past.field, found)
-        sure = other is None and wall <= _WALL
+        sure = other is None and wall <= self._config.loop_wall_crossed
         return SubmapMatch(found, invert(information), sure, holds, area)
 
     def _refine(self, past: Submap, surface: Surface, start: SE2) -> Match | None:
@@ -172,24 +103,13 @@ class SubmapMatcher:
         return match if good and match.status is MatchStatus.MATCHED else None
 
     def _is_ruled_out(
-        self,
-        query: Submap,
-        past: Submap,
-        points: NDArray[np.float64],
-        scans: Sequence[Scan],
-        T_past_query: SE2,
+        self, query: Submap, past: Submap, points: Floats, scans: Sequence[Scan], T_past_query: SE2
     ) -> bool:
-        """Return whether beams speak against a rival: they go through much, or a wall."""
         much, wall = self._against(query, past, points, T_past_query, scans)
-        return much or wall > _WALL
+        return much or wall > self._config.loop_wall_crossed
 
     def _against(
-        self,
-        query: Submap,
-        past: Submap,
-        points: NDArray[np.float64],
-        T_past_query: SE2,
-        scans: Sequence[Scan],
+        self, query: Submap, past: Submap, points: Floats, T_past_query: SE2, scans: Sequence[Scan]
     ) -> tuple[bool, float]:
         """Return whether the beams of either go through much of what the other has seen.
 
@@ -207,7 +127,6 @@ class SubmapMatcher:
 
 
 def _views(submap: Submap, change: SE2, scans: Sequence[Scan]) -> Views:
-    """Return some of a submap's scans and where `change` takes their poses."""
     most = 12  # scans of a submap that are compared
     every = max(1, len(submap.nodes) // most)
     at = zip(submap.nodes[::every], submap.poses[::every], strict=True)
@@ -215,10 +134,9 @@ def _views(submap: Submap, change: SE2, scans: Sequence[Scan]) -> Views:
 
 
 def _best(
-    coarse: Field, points: NDArray[np.float64], pieces: Sequence[tuple[SE2, Window]]
+    coarse: Field, points: Floats, pieces: Sequence[tuple[SE2, Window]], least: float
 ) -> Generator[None, None, tuple[SE2, float] | None]:
-    """Search a window piece by piece."""
-    best, least = None, _COARSE
+    best = None
     for prior, piece in pieces:
         found = yield from searching(coarse, points, prior, piece, least)
         if found is not None:
@@ -227,7 +145,7 @@ def _best(
     return best
 
 
-def _what_holds(field: Field, surface: Surface, match: Match) -> NDArray[np.float64]:
+def _what_holds(field: Field, surface: Surface, match: Match) -> Floats:
     """Return the middle of the points that fix a match in the direction that it sees least.
 
     A submap of a corridor may be stretched, and then fits where a corner is seen, not all along.
@@ -238,7 +156,7 @@ def _what_holds(field: Field, surface: Surface, match: Match) -> NDArray[np.floa
     weight = np.where(np.abs(facing) > facing_min, facing**2, 0.0) * field.likelihood(points)
     if not weight.any():
         weight = np.ones(len(points))
-    middle: NDArray[np.float64] = weight @ points / weight.sum()
+    middle: Floats = weight @ points / weight.sum()
     return middle
 
 
@@ -257,14 +175,13 @@ def _squares(field: Field, other: Field, T_other_field: SE2) -> int:
     """
     points, normals = field.surface()
     points = T_other_field.apply(points)
-    on = other.likelihood(points) > _ON
-    squares, facing = np.floor(points[on]), np.abs(normals[on] @ _DIRECTIONS.T) > _ACROSS
+    likely, across = 0.3, 0.5  # of a point on the other's wall; cosine of one that constrains
+    on = other.likelihood(points) > likely
+    squares, facing = np.floor(points[on]), np.abs(normals[on] @ _DIRECTIONS.T) > across
     return min(len(np.unique(squares[faces], axis=0)) for faces in facing.T)
 
 
-def _along_unknown(
-    information: NDArray[np.float64], rival: SE2, best: Match, surface: Surface
-) -> NDArray[np.float64]:
+def _along_unknown(information: Floats, rival: SE2, best: Match, surface: Surface) -> Floats:
     """Remove the information along the direction in which another pose fits as well.
 
     The direction is that of the walls that run towards the rival, as the rival is known to a cell
@@ -275,16 +192,17 @@ def _along_unknown(
     gap /= np.linalg.norm(gap)
     normals = SE2(0.0, 0.0, best.T_field_base.theta).apply(surface.normals)
     along = np.column_stack((-normals[:, 1], normals[:, 0]))
-    along = along[np.abs(along @ gap) > _ALONG]
-    walls = len(along) > _FEW * len(normals)
+    parallel, few = 0.95, 0.1  # cosine of a wall that runs towards it; share that says nothing
+    along = along[np.abs(along @ gap) > parallel]
+    walls = len(along) > few * len(normals)
     direction = np.append(np.linalg.eigh(along.T @ along)[1][:, 1] if walls else gap, 0.0)
     pull = information @ direction
-    left: NDArray[np.float64] = information - np.outer(pull, pull) / (direction @ pull)
+    left: Floats = information - np.outer(pull, pull) / (direction @ pull)
     unknown = 1e-4  # information left in that direction, for the inverse
     return left + unknown * np.eye(3)
 
 
-def _least_seen(match: Match) -> NDArray[np.float64]:
+def _least_seen(match: Match) -> Floats:
     """Return the direction in which a match knows least, `(2,) float64`."""
-    direction: NDArray[np.float64] = np.linalg.eigh(match.covariance[:2, :2])[1][:, 1]
+    direction: Floats = np.linalg.eigh(match.covariance[:2, :2])[1][:, 1]
     return direction

@@ -16,54 +16,44 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.graph.pose_graph import PoseGraph
 
 _LEVER = 5.0  # error in position that an error in heading of 1 rad counts for [m]
-_NEAR_SHARE = 0.25  # of a short chain's covariance: its edges claim less than they know
-_FAR_SHARE = 2.0  # of a long one's: what neighbours err by alike adds up faster than at random
-_ALIKE = 50.0  # travel over which matches err alike, by `bench loops --log` [m]
 _SLACK = np.diag([0.1**2, 0.1**2, 0.02**2])  # on top of what the graph does not know
 _UNKNOWN = 1e6  # variance of what no chain reaches
 
 
 def relative_covariances(
     graph: PoseGraph, node: int, wanted: NDArray[np.intp] | None = None
-) -> NDArray[np.float64]:
-    """Return a bound on the covariance of nodes' poses in the frame of one.
+) -> Floats:
+    """Return a bound on the covariance of nodes' poses in the frame of one, `(N, 3, 3)`.
 
-    Args:
-        graph: The graph.
-        node: The node.
-        wanted: The nodes whose covariance is asked for, `(K,)`; that of others may stay unknown,
-            which spares the search among them. All if None.
-
-    Returns:
-        Of x, y, theta, `(N, 3, 3) float64` [m^2, m rad, rad^2].
+    Those of nodes that are not `wanted` may stay unknown, which spares the search among them;
+    None wants all.
     """
     table = graph.table
     open_ = np.full(len(graph.poses), wanted is None)
     if wanted is not None:
         open_[wanted] = True
-    along, travel = _propagate(
-        graph.poses, np.ascontiguousarray(table.i), np.ascontiguousarray(table.j),
-        table.covariance, node, open_,
-    )  # fmt: skip
-    share = _NEAR_SHARE + (_FAR_SHARE - _NEAR_SHARE) * np.minimum(travel / _ALIKE, 1.0)
-    bound: NDArray[np.float64] = share[:, None, None] * along
+    along, travel = _propagate(graph.poses, table.i, table.j, table.covariance, node, open_)
+    near_share = 0.25  # of a short chain's covariance: its edges claim less than they know
+    far_share = 2.0  # of a long one's: what neighbours err by alike adds up faster than at random
+    memory = 50.0  # travel over which matches err alike, by `bench loops --log` [m]
+    share = near_share + (far_share - near_share) * np.minimum(travel / memory, 1.0)
+    bound: Floats = share[:, None, None] * along
     return bound
 
 
-def spread(covariance: NDArray[np.float64]) -> tuple[float, float]:
+def spread(covariance: Floats) -> tuple[float, float]:
     """Return the greatest deviation in position [m] and that in heading [rad]."""
     half = 0.5 * (covariance[0, 0] - covariance[1, 1])
     mean = 0.5 * (covariance[0, 0] + covariance[1, 1])
     return float(np.sqrt(mean + np.hypot(half, covariance[0, 1]))), float(np.sqrt(covariance[2, 2]))
 
 
-def chained(
-    T_a_b: SE2, first: NDArray[np.float64], T_b_c: SE2, second: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def chained(T_a_b: SE2, first: Floats, T_b_c: SE2, second: Floats) -> Floats:
     """Return the covariance of `T_a_b @ T_b_c`, translation in the axes of a, `(3, 3) float64`.
 
     `first` is that of `T_a_b` in the axes of a, `second` that of `T_b_c` in the axes of b.
@@ -72,11 +62,11 @@ def chained(
     offset = turn @ np.array([T_b_c.x, T_b_c.y, 0.0])
     lever = np.eye(3)
     lever[0, 2], lever[1, 2] = -offset[1], offset[0]
-    result: NDArray[np.float64] = lever @ first @ lever.T + turn @ second @ turn.T
+    result: Floats = lever @ first @ lever.T + turn @ second @ turn.T
     return result
 
 
-def plausible(expected: SE2, found: SE2, covariance: NDArray[np.float64]) -> bool:
+def plausible(expected: SE2, found: SE2, covariance: Floats) -> bool:
     """Return whether a node's pose in another's frame, as matched, fits the one that the graph has.
 
     `covariance` is the bound of `relative_covariances`, `(3, 3) float64`.
@@ -89,13 +79,8 @@ def plausible(expected: SE2, found: SE2, covariance: NDArray[np.float64]) -> boo
 
 @njit(cache=True)
 def _propagate(
-    poses: NDArray[np.float64],
-    i: NDArray[np.int64],
-    j: NDArray[np.int64],
-    covariance: NDArray[np.float64],
-    node: int,
-    open_: NDArray[np.bool_],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    poses: Floats, i: Ints, j: Ints, covariance: Floats, node: int, open_: Bools
+) -> tuple[Floats, Floats]:
     """Return the covariance along the surest chain to each node, and its length [m]."""
     starts, links = _links(len(poses), i, j)
     left, before = open_.sum(), np.full(len(poses), -1)
@@ -136,17 +121,14 @@ def _propagate(
 
 
 @njit(cache=True)
-def _length(edge: NDArray[np.float64]) -> float:
+def _length(edge: Floats) -> float:
     """Return how much an edge of a covariance `(3, 3)` adds to what is not known."""
     length: float = edge[0, 0] + edge[1, 1] + _LEVER**2 * edge[2, 2]
     return length
 
 
 @njit(cache=True)
-def _links(
-    count: int, i: NDArray[np.int64], j: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the edges at each node: where they start, and which they are."""
+def _links(count: int, i: Ints, j: Ints) -> tuple[Ints, Ints]:
     starts = np.zeros(count + 1, np.int64)
     for e in range(len(i)):
         starts[i[e] + 1] += 1
@@ -164,14 +146,14 @@ def _links(
 
 @njit(cache=True)
 def _chain(
-    poses: NDArray[np.float64],
+    poses: Floats,
     here: int,
     there: int,
     first: int,
-    edge: NDArray[np.float64],
+    edge: Floats,
     c: float,
     s: float,
-    result: NDArray[np.float64],
+    result: Floats,
 ) -> None:
     """Set the covariance of a node from that of the one before it and of the edge between.
 

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, BinaryIO, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.bags.reader import PACKED, SUFFIXES
 from arjuna_core.errors import InputFileError
 from arjuna_core.ros.health.rules import GREATEST
@@ -30,10 +30,7 @@ _CARMEN = (".clf", ".log")
 
 
 class CarmenLog:
-    """The scans of a CARMEN log, each with the odometry.
-
-    Args:
-        path: The log, as text or compressed.
+    """The scans of a CARMEN log, as text or compressed, each with the odometry.
 
     Attributes:
         problems: What was passed over.
@@ -96,11 +93,9 @@ def read_carmen(
 ) -> Iterator[tuple[Scan, SE2]]:
     """Yield scan and odometry of each FLASER and ROBOTLASER1 line.
 
-    Args:
-        lines: The log. A FLASER scan spans 180 degrees: 180 beams of 1 degree, or 360 or 361 of
-            0.5; ROBOTLASER1 says what it spans.
-        T_base_sensor: Where the scanner sits; None for what the first line says.
-        problems: Receives the lines that cannot be read, which are skipped; None to stop at one.
+    A FLASER scan spans 180 degrees: 180 beams of 1 degree, or 360 or 361 of 0.5; ROBOTLASER1 says
+    what it spans. The scanner's pose is that of the first line, where none is given. Lines that
+    cannot be read are added to `problems`.
 
     Raises:
         ValueError: A line cannot be read, and `problems` is None.
@@ -161,11 +156,11 @@ def _check_length(words: list[str], valid: int) -> None:
         raise ValueError(f"{len(words) + 1} words, {valid + 1} are valid")
 
 
-def _numbers(words: list[str]) -> NDArray[np.float64]:
+def _numbers(words: list[str]) -> Floats:
     return np.array(words, dtype=np.float64)
 
 
-def _finite(words: list[str]) -> NDArray[np.float64]:
+def _finite(words: list[str]) -> Floats:
     """Return numbers of which none may be absent: poses and a stamp."""
     numbers = _numbers(words)
     if not (np.abs(numbers) <= GREATEST).all():
@@ -173,9 +168,7 @@ def _finite(words: list[str]) -> NDArray[np.float64]:
     return numbers
 
 
-def _scan(
-    ranges: NDArray[np.float64], angle_min: float, increment: float, reach: float, stamp: float
-) -> Scan:
+def _scan(ranges: Floats, angle_min: float, increment: float, reach: float, stamp: float) -> Scan:
     ranges[ranges >= reach] = math.inf
     return Scan(ranges, angle_min, increment, 0.02, reach, stamp)
 

@@ -21,26 +21,17 @@ from arjuna_core.se2 import IDENTITY, SE2, yaw_of
 from arjuna_core.transforms import TransformBuffer, TransformError
 
 _USUAL = ("/scan", "/odom")
-_WAITING_MAX = 1000  # scans; odometry that lags further behind is taken for missing
 
 
 @dataclass(frozen=True)
 class StampedTransform:
-    """`T_parent_child` at a time.
+    """`T_parent_child` at a time."""
 
-    Attributes:
-        stamp: Time [s].
-        parent: Frame mapped into.
-        child: Frame mapped from.
-        transform: The planar part.
-        mount: The transform in space.
-    """
-
-    stamp: float
-    parent: str
-    child: str
-    transform: SE2
-    mount: Pose3
+    stamp: float  # time [s]
+    parent: str  # frame mapped into
+    child: str  # frame mapped from
+    transform: SE2  # the planar part
+    mount: Pose3  # the transform in space
 
 
 def scan_of(message: Any) -> tuple[Scan, str]:
@@ -89,27 +80,16 @@ SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
 
 @dataclass(frozen=True)
 class RecordingTopics:
-    """The topics and frames that are read of a recording.
+    """The topics and frames that are read of a recording."""
 
-    Attributes:
-        scan: Topic of the scans; "" for the only one there is.
-        odometry: Topic of the odometry; "" for /tf, or an odometry topic where /tf lacks it.
-        odom_frame: Frame of the odometry in /tf.
-        base_frame: Frame of the robot's base.
-    """
-
-    scan: str = ""
-    odometry: str = ""
-    odom_frame: str = "odom"
-    base_frame: str = "base_footprint"
+    scan: str = ""  # topic of the scans; "" for the only one there is
+    odometry: str = ""  # topic of the odometry; "" for /tf, or an odometry topic where /tf lacks it
+    odom_frame: str = "odom"  # frame of the odometry in /tf
+    base_frame: str = "base_footprint"  # frame of the robot's base
 
 
 class Recording:
-    """The scans of a recording, each with `T_odom_base` at its stamp.
-
-    Args:
-        path: A file or a folder that `Bag` can read.
-        topics: What to read.
+    """The scans of a recording, a file or a folder, each with `T_odom_base` at its stamp.
 
     Raises:
         InputFileError: It is no recording, or has no scans or odometry; the message lists what is
@@ -152,7 +132,6 @@ class Recording:
             self._check(self._odometry)
 
     def _check(self, name: str) -> None:
-        """Refuse a topic that cannot be read."""
         topic = self._bag.topics[name]
         if topic.encoding not in (ROS1, ROS2):
             problem = f"{name} is encoded as '{topic.encoding}'; valid: {ROS2} (ROS 2), {ROS1}"
@@ -220,9 +199,10 @@ class Recording:
 
     def _take(self, message: BagMessage) -> None:
         topic, decoded = message.topic.name, self._decoded(message)
+        waiting_max = 1000  # scans; odometry that lags further behind is taken for missing
         if topic == self._scan:
             self._waiting.append(scan_of(decoded))
-            if len(self._waiting) > _WAITING_MAX:
+            if len(self._waiting) > waiting_max:
                 self._waiting.popleft()
                 self._unpaired += 1
         elif topic == self._odometry:
@@ -248,7 +228,6 @@ class Recording:
                 yield scan.mirrored() if self._upside_down(frame) else scan, pose
 
     def _passed(self, stamp: float) -> bool:
-        """Return whether a pose newer than a stamp is known, so that a missing one stays so."""
         try:
             return self._buffer.latest_common(*self._frames) > stamp
         except TransformError:

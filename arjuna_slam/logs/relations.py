@@ -10,17 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2, wrap
 
 
-def read_relations(path: Path) -> NDArray[np.float64]:
-    """Read a file of relations as `evaluate` takes them.
-
-    Args:
-        path: The file: t1, t2, x, y, z, roll, pitch, yaw a line.
+def read_relations(path: Path) -> Floats:
+    """Read relations as `evaluate` takes them, a line each.
 
     Raises:
         InputFileError: It cannot be read as such.
@@ -37,26 +34,17 @@ def read_relations(path: Path) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class RelationError:
-    """Error of a trajectory against relations.
+    """Error of a trajectory against relations."""
 
-    Attributes:
-        translation: Mean and standard deviation [m].
-        rotation: Mean and standard deviation [rad].
-        count: Relations evaluated.
-    """
-
-    translation: tuple[float, float]
-    rotation: tuple[float, float]
-    count: int
+    translation: tuple[float, float]  # mean and standard deviation [m]
+    rotation: tuple[float, float]  # mean and standard deviation [rad]
+    count: int  # relations evaluated
 
 
-def evaluate(trajectory: list[tuple[float, SE2]], relations: NDArray[np.float64]) -> RelationError:
-    """Compare a trajectory with reference relations.
+def evaluate(trajectory: list[tuple[float, SE2]], relations: Floats) -> RelationError:
+    """Compare a trajectory, increasing stamps [s] and poses, with reference relations.
 
-    Args:
-        trajectory: Stamps [s], increasing, and poses; between two, poses are interpolated.
-        relations: `(R, 8) float64`: t1, t2, x, y, z, roll, pitch, yaw of the pose at t2 in that
-            at t1.
+    A relation is t1, t2, x, y, z, roll, pitch, yaw of the pose at t2 in that at t1: `(R, 8)`.
 
     Raises:
         ValueError: No relation lies within the trajectory.
@@ -77,7 +65,7 @@ def evaluate(trajectory: list[tuple[float, SE2]], relations: NDArray[np.float64]
     )
 
 
-def _at(stamps: NDArray[np.float64], trajectory: list[tuple[float, SE2]], stamp: float) -> SE2:
+def _at(stamps: Floats, trajectory: list[tuple[float, SE2]], stamp: float) -> SE2:
     k = int(np.searchsorted(stamps, stamp))
     if k == 0 or stamps[k] == stamp:
         return trajectory[k][1]

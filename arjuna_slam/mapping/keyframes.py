@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -13,7 +13,6 @@ from arjuna_slam.mapping.occupancy import Occupancy
 from arjuna_slam.mapping.session import Session
 
 _MOVED_POSITION_CELLS = 0.5  # from which on a scan is drawn again: less leaves the same cells
-_MOVED_HEADING = 0.005  # the same [rad]: half a cell at 5 m
 
 
 class Mapper:
@@ -48,18 +47,11 @@ class Mapper:
         """The scans added."""
         return tuple(self._scans)
 
-    def grid(
-        self, poses: NDArray[np.float64], most_moved: int | None = None
-    ) -> OccupancyGrid | None:
-        """Return the map, tracing what is new or has moved.
+    def grid(self, poses: Floats, most_moved: int | None = None) -> OccupancyGrid | None:
+        """Return the map (-1, 0 and 100), or None without scans; trace what is new or moved.
 
-        Args:
-            poses: Robot in map at each scan added, `(N, 3) float64` of x, y, theta.
-            most_moved: How many scans that have moved are traced again at most, those that moved
-                farthest first; None for all.
-
-        Returns:
-            The map with values -1, 0 and 100, or None without scans.
+        `poses` are the robot's in map at each scan added, `(N, 3)`. Of the scans that have moved at
+        most `most_moved` are traced again, those that moved farthest first; None for all.
 
         Raises:
             ValueError: The number of poses is not that of scans.
@@ -77,15 +69,16 @@ class Mapper:
         self._traced = np.concatenate((self._traced, poses[len(self._traced) :]))
         return self._occupancy.grid(self._scans[-1].stamp)
 
-    def behind(self, poses: NDArray[np.float64]) -> bool:
+    def behind(self, poses: Floats) -> bool:
         """Return whether scans, by poses `(N, 3)`, are new or have moved since the last map."""
         return len(poses) > len(self._traced) or len(self._moved(poses)) > 0
 
-    def _moved(self, poses: NDArray[np.float64]) -> NDArray[np.int64]:
+    def _moved(self, poses: Floats) -> Ints:
         """Return the traced scans that have moved enough to be traced again, the farthest first."""
         change = poses[: len(self._traced)] - self._traced
         gap = np.hypot(change[:, 0], change[:, 1]) / (_MOVED_POSITION_CELLS * self._resolution)
-        turn = np.abs(np.remainder(change[:, 2] + np.pi, 2.0 * np.pi) - np.pi) / _MOVED_HEADING
+        moved_heading = 0.005  # the same [rad]: half a cell at 5 m
+        turn = np.abs(np.remainder(change[:, 2] + np.pi, 2.0 * np.pi) - np.pi) / moved_heading
         far = np.maximum(gap, turn)
         order = np.argsort(-far, kind="stable")
         return order[: int((far > 1.0).sum())]
@@ -93,9 +86,6 @@ class Mapper:
 
 class Keyframes:
     """The keyframes of a mapping session.
-
-    Args:
-        mapper: Makes the map; without scans.
 
     Attributes:
         graph: Their poses and the measurements between them.

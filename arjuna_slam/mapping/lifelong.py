@@ -12,15 +12,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
 from arjuna_slam.mapping.session import Session
 
 _BRIDGE = np.diag([1.0 / 0.02**2, 1.0 / 0.02**2, 1.0 / 0.01**2])  # information across a gap
-_DOUBT = 0.5  # factor on the information of a measurement moved to another keyframe
 
 
 @dataclass(frozen=True)
@@ -40,7 +39,7 @@ class LifelongConfig:
 
 def forget_submap(
     config: LifelongConfig, session: Session, submap: int
-) -> tuple[Session, NDArray[np.int64]] | None:
+) -> tuple[Session, Ints] | None:
     """Return `prune` of a session without a submap, or None where the submap is still needed."""
     if not is_redundant(config, session.poses, session.submaps[submap]):
         return None
@@ -51,7 +50,7 @@ def forget_submap(
     return prune(session, keep)
 
 
-def is_redundant(config: LifelongConfig, poses: NDArray[np.float64], nodes: Sequence[int]) -> bool:
+def is_redundant(config: LifelongConfig, poses: Floats, nodes: Sequence[int]) -> bool:
     """Return whether newer keyframes cover a submap's `nodes`; poses `(N, 3)` of all keyframes."""
     newer = poses[max(nodes) + 1 :, :2]
     if len(newer) == 0:
@@ -61,15 +60,10 @@ def is_redundant(config: LifelongConfig, poses: NDArray[np.float64], nodes: Sequ
     return bool(covered.mean() >= config.lifelong_cover_share)
 
 
-def prune(session: Session, keep: NDArray[np.bool_]) -> tuple[Session, NDArray[np.int64]]:
-    """Return a session without some keyframes.
+def prune(session: Session, keep: Bools) -> tuple[Session, Ints]:
+    """Return a session of the keyframes that are kept, `(N,) bool`, at least one.
 
-    Args:
-        session: The session.
-        keep: Which keyframes stay, `(N,) bool`; at least one.
-
-    Returns:
-        The session, and the new number of each keyframe, `(N,) int64`, -1 for those gone.
+    And the new number of each keyframe, `(N,) int64`, -1 for those gone.
     """
     kept = np.flatnonzero(keep)
     index = np.where(keep, np.cumsum(keep) - 1, -1)
@@ -85,9 +79,7 @@ def prune(session: Session, keep: NDArray[np.bool_]) -> tuple[Session, NDArray[n
     return pruned, index
 
 
-def _move(
-    session: Session, edge: Edge, kept: NDArray[np.int64], index: NDArray[np.int64]
-) -> Edge | None:
+def _move(session: Session, edge: Edge, kept: Ints, index: Ints) -> Edge | None:
     """Return an edge between kept keyframes; a loop's end that goes is moved to the next one."""
     i, j = int(index[edge.i]), int(index[edge.j])
     if i >= 0 and j >= 0:
@@ -100,16 +92,15 @@ def _move(
     T_a_i = SE2.from_array(session.poses[a]).inverse() @ SE2.from_array(session.poses[edge.i])
     T_j_b = SE2.from_array(session.poses[edge.j]).inverse() @ SE2.from_array(session.poses[b])
     measured = T_a_i @ edge.T_i_j @ T_j_b
-    return Edge(int(index[a]), int(index[b]), measured, _DOUBT * edge.information, edge.kind)
+    doubt = 0.5  # factor on the information of a measurement moved to another keyframe
+    return Edge(int(index[a]), int(index[b]), measured, doubt * edge.information, edge.kind)
 
 
-def _next(kept: NDArray[np.int64], node: int) -> int:
-    """Return the kept keyframe nearest in time."""
+def _next(kept: Ints, node: int) -> int:
     return int(kept[np.abs(kept - node).argmin()])
 
 
-def _bridges(session: Session, kept: NDArray[np.int64]) -> list[Edge]:
-    """Return edges over the gaps, as the graph has them now."""
+def _bridges(session: Session, kept: Ints) -> list[Edge]:
     edges = []
     for new, (a, b) in enumerate(pairwise(kept.tolist())):
         if b != a + 1:

@@ -9,7 +9,7 @@ import numpy as np
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.loops import LoopConfig
+from arjuna_slam.graph.candidates import LoopConfig
 from arjuna_slam.mapping.session import Session, Start, StartKind
 from arjuna_slam.mapping.submap import SubmapConfig
 from arjuna_slam.matching.correlative import Window, search
@@ -30,9 +30,8 @@ class ReferenceConfig(SubmapConfig, LoopConfig, MatcherConfig):
         0.6, "How far from the heading given.", unit="rad", minimum=0.01, maximum=3.15
     )
     start_anywhere_response: float = param(
-        0.7, "Mean likelihood for a start anywhere: on a whole map much fits somewhat.",
-        minimum=0.0, maximum=1.0,
-    )  # fmt: skip
+        0.7, "Mean likelihood for a start anywhere.", minimum=0.0, maximum=1.0
+    )
 
 
 class ReferenceMap:
@@ -50,12 +49,7 @@ class ReferenceMap:
         self.field.trim()
 
     def find(self, surface: Surface, start: Start) -> Match:
-        """Return where a scan lies on the map.
-
-        Args:
-            surface: The scan.
-            start: What is known of the robot's pose; the match's own pose where it failed.
-        """
+        """Return where a scan lies on the map; where it fits nowhere, the start's pose."""
         if start.kind is StartKind.ANYWHERE:
             return self._search_all(surface)
         prior = self._first if start.kind is StartKind.FIRST_NODE else start.T_map_base

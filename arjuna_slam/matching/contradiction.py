@@ -11,9 +11,9 @@ from collections.abc import Iterable
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy import ndimage
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
@@ -21,14 +21,11 @@ _THROUGH, _ON = 0.4, 0.2  # a beam so much longer than the distance to a point g
 
 
 def seen_and_contradicted(
-    points: NDArray[np.float64], scans: Iterable[tuple[Scan, SE2]], range_max: float
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    points: Floats, scans: Iterable[tuple[Scan, SE2]], range_max: float
+) -> tuple[Bools, Bools]:
     """Return which points scans see, and which of those their beams go through, each `(N,) bool`.
 
-    Args:
-        points: `(N, 2) float64` in a frame [m].
-        scans: Scans, each with its robot's pose in that frame.
-        range_max: Longest range used [m].
+    Each scan comes with its robot's pose in the points' frame.
     """
     on, through = np.zeros(len(points), np.int64), np.zeros(len(points), np.int64)
     for scan, pose in scans:
@@ -39,12 +36,8 @@ def seen_and_contradicted(
     return seen, seen & against
 
 
-def longest(points: NDArray[np.float64]) -> float:
-    """Return how long the longest thing is that points make up, without gaps in it [m].
-
-    Args:
-        points: On its walls, `(N, 2) float64` [m].
-    """
+def longest(points: Floats) -> float:
+    """Return how long the longest wall is that points on it make up without gaps [m]."""
     if not len(points):
         return 0.0
     gap = 0.2  # [m] side of cells that are one piece where they touch
@@ -60,23 +53,15 @@ def longest(points: NDArray[np.float64]) -> float:
     return float(np.hypot(*size).max())
 
 
-def gone_through(
-    points: NDArray[np.float64], scans: Iterable[tuple[Scan, SE2]], range_max: float
-) -> NDArray[np.bool_]:
-    """Return which points beams of any scan go through, `(N,) bool`.
-
-    Args:
-        points: `(N, 2) float64` in a frame [m].
-        scans: Scans, each with its robot's pose in that frame.
-        range_max: Longest range used [m].
-    """
+def gone_through(points: Floats, scans: Iterable[tuple[Scan, SE2]], range_max: float) -> Bools:
+    """Return which points beams of any scan go through, as `seen_and_contradicted`."""
     result = np.zeros(len(points), np.bool_)
     for scan, pose in scans:
         _pass(*_beams(scan, pose, range_max), points, result)
     return result
 
 
-_Beams = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+_Beams = tuple[Floats, Floats, Floats]
 """Ranges [m]; first angle, increment, least and greatest range used; the sensor's pose."""
 
 
@@ -88,11 +73,7 @@ def _beams(scan: Scan, pose: SE2, range_max: float) -> _Beams:
 
 @njit(cache=True)
 def _toward(
-    ranges: NDArray[np.float64],
-    how: NDArray[np.float64],
-    sensor: NDArray[np.float64],
-    x: float,
-    y: float,
+    ranges: Floats, how: Floats, sensor: Floats, x: float, y: float
 ) -> tuple[float, float, float]:
     """Return the distance to a point and the least and greatest range there; inf if unseen."""
     first, increment, range_min, range_max = how
@@ -113,12 +94,7 @@ def _toward(
 
 @njit(cache=True)
 def _count(
-    ranges: NDArray[np.float64],
-    how: NDArray[np.float64],
-    sensor: NDArray[np.float64],
-    points: NDArray[np.float64],
-    on: NDArray[np.int64],
-    through: NDArray[np.int64],
+    ranges: Floats, how: Floats, sensor: Floats, points: Floats, on: Ints, through: Ints
 ) -> None:
     for k in range(len(points)):
         distance, shortest, longest = _toward(ranges, how, sensor, points[k, 0], points[k, 1])
@@ -129,13 +105,7 @@ def _count(
 
 
 @njit(cache=True)
-def _pass(
-    ranges: NDArray[np.float64],
-    how: NDArray[np.float64],
-    sensor: NDArray[np.float64],
-    points: NDArray[np.float64],
-    through: NDArray[np.bool_],
-) -> None:
+def _pass(ranges: Floats, how: Floats, sensor: Floats, points: Floats, through: Bools) -> None:
     for k in range(len(points)):
         if not through[k]:
             distance, shortest, _ = _toward(ranges, how, sensor, points[k, 0], points[k, 1])

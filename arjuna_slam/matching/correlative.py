@@ -11,8 +11,8 @@ from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.branch_and_bound import descend, prepare
 from arjuna_slam.matching.field import Field
@@ -23,40 +23,24 @@ _WORK = 10000  # blocks of offsets looked at in a step of a search that waits be
 
 @dataclass(frozen=True)
 class Window:
-    """Search window, and how much to trust the prior.
+    """Search window, and how much to trust the prior."""
 
-    Attributes:
-        xy: Half the width of the window [m].
-        theta: Half its angle [rad].
-        depth: Levels of the pyramid.
-        distance_penalty: Variance of the penalty on distance [m^2]; inf for none.
-        angle_penalty: Variance of the penalty on angle [rad^2]; inf for none.
-        floor_xy: Least the distance penalty may become.
-        floor_theta: Least the angle penalty may become.
-    """
-
-    xy: float
-    theta: float
-    depth: int
-    distance_penalty: float = math.inf
-    angle_penalty: float = math.inf
-    floor_xy: float = 0.5
-    floor_theta: float = 0.9
+    xy: float  # half the width of the window [m]
+    theta: float  # half its angle [rad]
+    depth: int  # levels of the pyramid
+    distance_penalty: float = math.inf  # variance of the penalty on distance [m^2]; inf for none
+    angle_penalty: float = math.inf  # variance of the penalty on angle [rad^2]; inf for none
+    floor_xy: float = 0.5  # least the distance penalty may become
+    floor_theta: float = 0.9  # least the angle penalty may become
 
 
 def search(
-    field: Field, points: NDArray[np.float64], prior: SE2, window: Window, least: float
+    field: Field, points: Floats, prior: SE2, window: Window, least: float
 ) -> tuple[SE2, float] | None:
     """Return the pose of the greatest response and the response; None where none exceeds `least`.
 
-    The response (0..1) is the mean likelihood times the penalties.
-
-    Args:
-        field: The reference.
-        points: `(N, 2) float64` in the robot's base frame [m].
-        prior: Centre of the window, robot in field.
-        window: Its size and penalties.
-        least: Response that a pose must exceed.
+    The response (0..1) is the mean likelihood of the points, in the robot's base frame, times the
+    penalties; `prior` is the middle of the window.
     """
     whole = _Search(field, points, prior, window, least)
     all_work = 1 << 62  # blocks, more than any search has
@@ -66,7 +50,7 @@ def search(
 
 def searching(
     field: Field,
-    points: NDArray[np.float64],
+    points: Floats,
     prior: SE2,
     window: Window,
     least: float,
@@ -85,12 +69,10 @@ def searching(
 
 
 class _Search:
-    """A search that can be continued."""
-
     def __init__(
         self,
         field: Field,
-        points: NDArray[np.float64],
+        points: Floats,
         prior: SE2,
         window: Window,
         least: float,
@@ -139,7 +121,7 @@ class _Search:
         return SE2(x, y, float(self._thetas[k])), response
 
 
-def _turns(points: NDArray[np.float64], resolution: float, theta: float) -> NDArray[np.float64]:
+def _turns(points: Floats, resolution: float, theta: float) -> Floats:
     """Return turns up to theta in steps that move nine points of ten by a cell at most [rad]."""
     far = int(0.9 * (len(points) - 1))
     reach = float(np.partition(np.hypot(points[:, 0], points[:, 1]), far)[far])
@@ -148,13 +130,11 @@ def _turns(points: NDArray[np.float64], resolution: float, theta: float) -> NDAr
     return step * np.arange(-half_steps, half_steps + 1, dtype=np.float64)
 
 
-def _left_out(
-    apart: tuple[Sequence[SE2], float] | None, prior: SE2, resolution: float
-) -> NDArray[np.int64]:
+def _left_out(apart: tuple[Sequence[SE2], float] | None, prior: SE2, resolution: float) -> Ints:
     """Return first and last row and column of boxes of offsets left out, `(K, 4) int64`."""
     poses, far = apart or ((), 0.0)
     gaps = np.array([(pose.y - prior.y, pose.x - prior.x) for pose in poses]).reshape(-1, 2)
     boxes = np.round(gaps.repeat(2, axis=1) / resolution)
     boxes += round(far / resolution) * np.array([-1, 1, -1, 1])
-    cells: NDArray[np.int64] = boxes.astype(np.int64)
+    cells: Ints = boxes.astype(np.int64)
     return cells

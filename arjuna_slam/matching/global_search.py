@@ -14,15 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_core.se2 import wrap
 from arjuna_slam.matching.map_field import MapField, bordered, sum_at_endpoints
 
 # Cost and grain of the search; they change how long it takes, not what counts as a match.
 _SIGMA = 0.2  # how far a beam may end from an obstacle and still count [m]; two steps of position
 _HEADINGS = 120  # steps of 3 degrees, which move a beam of 4 m by _SIGMA
-_ROOTS_MAX = 200_000  # poses scored at the coarsest level
-_KEPT_MIN = 8192  # poses that are looked into further, at least
-_KEPT_SHARE = 0.05  # ... and of all at that level
 _APART = 0.4  # found poses differ by this much [m] ...
 _APART_HEADING = math.radians(20.0)  # ... or by this much
 
@@ -33,9 +31,6 @@ class GlobalSearch:
     Tables hold the best score within blocks of positions, so that a block's score bounds the
     score of every pose inside; the blocks that promise most are split until they are fine.
 
-    Args:
-        field: The map's distances.
-
     Source: Olson, Real-time correlative scan matching, 2009; the bounds are those of Hess et al.,
     Real-time loop closure in 2D lidar SLAM, 2016, section V-B, searched breadth first.
     """
@@ -45,7 +40,8 @@ class GlobalSearch:
         leaf = 0.1  # [m] finest step of position, within reach of the refinement
         self._leaf = max(1, round(leaf / field.frame.resolution))
         sizes = [self._leaf]
-        while self._block_count(sizes[-1]) * _HEADINGS > _ROOTS_MAX:
+        roots_max = 200_000  # poses scored at the coarsest level
+        while self._block_count(sizes[-1]) * _HEADINGS > roots_max:
             sizes.append(2 * sizes[-1])
         self._sizes = sizes
         likelihood = np.exp(-(field.distances.astype(np.float64) ** 2) / (2.0 * _SIGMA**2))
@@ -55,21 +51,18 @@ class GlobalSearch:
         self._bounds = [bordered(_pool(padded, size), 0.0) for size in sizes]
         self._free = [_pool(free.view(np.uint8), size).view(np.bool_) for size in sizes]
 
-    def find(self, endpoints: NDArray[np.float64], limit: int) -> NDArray[np.float64]:
-        """Return the most promising distinct poses for a scan, best first.
+    def find(self, endpoints: Floats, limit: int) -> Floats:
+        """Return the most promising distinct poses for a scan, best first, `(K, 3)` [m, m, rad].
 
-        Args:
-            endpoints: `(M, 2) float64` in the base frame [m].
-            limit: Greatest number of poses.
-
-        Returns:
-            `(K, 3) float64` in the map frame [m, m, rad], within a step of the true optimum.
+        Endpoints are in the base frame [m]; poses are within a step of the true optimum.
         """
         most = 90  # beams that are scored: one in four degrees
         stride = max(1, len(endpoints) // most)
         cells = endpoints[::stride] / self._frame.resolution
         blocks = self._roots()
-        kept = max(_KEPT_MIN, int(_KEPT_SHARE * len(blocks)))
+        kept_min = 8192  # poses that are looked into further, at least
+        kept_share = 0.05  # ... and of all at that level
+        kept = max(kept_min, int(kept_share * len(blocks)))
         for level in range(len(self._sizes) - 1, -1, -1):
             scores = sum_at_endpoints(self._bounds[level], blocks, cells)
             blocks = blocks[_largest(scores, kept)]
@@ -80,8 +73,7 @@ class GlobalSearch:
         found = self._in_map(poses)
         return found[distinct(found, scores, limit)]
 
-    def _in_map(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return poses `(N, 3)` of the padded tables in the map frame [m, m, rad]."""
+    def _in_map(self, poses: Floats) -> Floats:
         origin = self._frame.origin
         positions = origin.apply((poses[:, :2] - self._sizes[-1]) * self._frame.resolution)
         return np.column_stack((positions, wrap(poses[:, 2] + origin.theta)))
@@ -89,7 +81,7 @@ class GlobalSearch:
     def _block_count(self, size: int) -> int:
         return math.ceil(self._frame.height / size) * math.ceil(self._frame.width / size)
 
-    def _roots(self) -> NDArray[np.float64]:
+    def _roots(self) -> Floats:
         """Return the coarsest blocks that hold a free cell, at every heading, `(N, 3)`."""
         size = self._sizes[-1]
         corners = np.argwhere(self._free[-1][size::size, size::size])[:, ::-1] * size + size
@@ -98,8 +90,7 @@ class GlobalSearch:
             (np.repeat(corners, _HEADINGS, axis=0), np.tile(headings, len(corners)))
         )
 
-    def _split(self, blocks: NDArray[np.float64], level: int) -> NDArray[np.float64]:
-        """Return the quarters of blocks, of a level's size, that hold a free cell."""
+    def _split(self, blocks: Floats, level: int) -> Floats:
         half = self._sizes[level]
         offsets = np.array([[0, 0, 0], [half, 0, 0], [0, half, 0], [half, half, 0]])
         quarters = (blocks[:, np.newaxis, :] + offsets).reshape(-1, 3)
@@ -107,13 +98,11 @@ class GlobalSearch:
         height, width = self._free[0].shape
         inside = (columns < width) & (rows < height)
         inside[inside] = self._free[level][rows[inside], columns[inside]]
-        free: NDArray[np.float64] = quarters[inside]
+        free: Floats = quarters[inside]
         return free
 
 
-def distinct(
-    poses: NDArray[np.float64], scores: NDArray[np.floating], limit: int
-) -> NDArray[np.int64]:
+def distinct(poses: Floats, scores: NDArray[np.floating], limit: int) -> Ints:
     """Return indices of the best poses `(N, 3)` of which no two are alike, best first."""
     scores = scores.copy()
     chosen: list[int] = []
@@ -128,10 +117,10 @@ def distinct(
     return np.array(chosen, dtype=np.int64)
 
 
-def _largest(scores: NDArray[np.float32], count: int) -> NDArray[np.int64]:
+def _largest(scores: NDArray[np.float32], count: int) -> Ints:
     if len(scores) <= count:
         return np.arange(len(scores))
-    largest: NDArray[np.int64] = np.sort(np.argpartition(-scores, count)[:count])
+    largest: Ints = np.sort(np.argpartition(-scores, count)[:count])
     return largest
 
 

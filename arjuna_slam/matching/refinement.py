@@ -17,9 +17,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
+
 # A field's values `(H, W)`, which are rows of its planes, or distances [m] where it has none; its
 # planes `(K, 4) float32`; edge of a cell [m]; origin `(2,) float64` [m]
-Reference = tuple[NDArray[Any], NDArray[np.float32] | None, float, NDArray[np.float64]]
+Reference = tuple[NDArray[Any], NDArray[np.float32] | None, float, Floats]
 
 # Weights rise from 0 to 1 between two values, because hard limits make the steps cycle.
 _SUPPORT_MIN, _SUPPORT_FULL = 0.02, 0.2  # how much reference is around a point
@@ -36,7 +38,6 @@ _STEP_CLOSE = 3e-3  # [m, rad]; a cycle no larger than this counts as converged
 
 @njit(cache=True)
 def _ramp(value: float, low: float, high: float) -> float:
-    """Rise linearly from 0 at low to 1 at high."""
     return min(max((value - low) / (high - low), 0.0), 1.0)
 
 
@@ -48,16 +49,9 @@ def sample_surface(
     gy: float,
     resolution: float,
 ) -> tuple[float, float, float, float]:
-    """Return signed distance [m], normal and trust (0..1) of the surface near a point.
+    """Return signed distance [m], normal and trust (0..1) of the surface near a point [cells].
 
     The trust falls to 0 continuously where the reference thins out or its sides disagree.
-
-    Args:
-        index: The field's, `(H, W)`.
-        planes: The field's `(K, 4) float32`.
-        gx: The point in cells from the field's origin.
-        gy: As `gx`.
-        resolution: Edge of a cell [m].
     """
     height, width = index.shape
     fx, fy = gx - 0.5, gy - 0.5
@@ -87,14 +81,7 @@ def sample_surface(
 def sample_distance(
     distances: NDArray[np.float32], gx: float, gy: float, resolution: float
 ) -> tuple[float, float, float, float]:
-    """Return the distance [m], interpolated between cells, its gradient and trust (0 or 1).
-
-    Args:
-        distances: The field's `(H, W) float32` [m].
-        gx: The point in cells from the field's origin.
-        gy: As `gx`.
-        resolution: Edge of a cell [m].
-    """
+    """Return the distance [m], interpolated between cells, its gradient and trust (0 or 1)."""
     height, width = distances.shape
     x, y = gx - 0.5, gy - 0.5
     if not (0.0 <= x < width - 1 and 0.0 <= y < height - 1):
@@ -114,14 +101,14 @@ def _linearize(
     values: NDArray[Any],
     planes: NDArray[np.float32] | None,
     resolution: float,
-    origin: NDArray[np.float64],
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64] | None,
-    pose: NDArray[np.float64],
+    origin: Floats,
+    points: Floats,
+    normals: Floats | None,
+    pose: Floats,
     scale: float,
     u: float,
     v: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
+) -> tuple[Floats, Floats, float, float]:
     """Return the normal equations, the sum of weights and that of weighted squares [m^2].
 
     Normals near the direction `(u, v)` are taken for it; `(0, 0)` for none.
@@ -159,23 +146,13 @@ def _linearize(
 
 @njit(cache=True)
 def observed(
-    reference: Reference,
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    pose: NDArray[np.float64],
-    scale: float,
-) -> NDArray[np.float64]:
+    reference: Reference, points: Floats, normals: Floats, pose: Floats, scale: float
+) -> Floats:
     """Return how much each direction is seen, `(3, 3) float64`, noise of the normals left out.
 
     Along a corridor the normals of its walls, each some degrees off, add up to a certainty that is
-    none: what lies within `_ASKEW` of the walls' common direction counts as lying in it.
-
-    Args:
-        reference: The field's.
-        points: `(N, 2) float64` in the robot's base frame [m].
-        normals: Theirs, `(N, 2) float64`, zero where unknown.
-        pose: Robot in the field's frame, `(3,) float64`.
-        scale: Of the Geman-McClure weight [m].
+    none: what lies within `_ASKEW` of the walls' common direction counts as lying in it. Arguments
+    as of `refine`.
 
     Source: the idea of Zhang, Kaess and Singh, On degeneracy of optimization-based state
     estimation problems, 2016.
@@ -195,14 +172,14 @@ def observed(
 @njit(cache=True)
 def refine(
     reference: Reference,
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64] | None,
-    start: NDArray[np.float64],
-    prior: NDArray[np.float64],
-    prior_information: NDArray[np.float64],
-    scales: NDArray[np.float64],
+    points: Floats,
+    normals: Floats | None,
+    start: Floats,
+    prior: Floats,
+    prior_information: Floats,
+    scales: Floats,
     deviation: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float, int]:
+) -> tuple[Floats, Floats, float, float, int]:
     """Return the refined pose and how well it fits.
 
     Args:
@@ -241,9 +218,7 @@ def refine(
 
 
 @njit(cache=True)
-def _held(
-    information: NDArray[np.float64], h: NDArray[np.float64], error: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _held(information: Floats, h: Floats, error: Floats) -> Floats:
     """Return what odometry is taken to know.
 
     A wheel that slips is off by many deviations. And where all points but a few see one direction,
@@ -268,7 +243,7 @@ def _held(
 
 
 @njit(cache=True)
-def solve(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+def solve(a: Floats, b: Floats) -> Floats:
     """Solve a positive definite 3 x 3 system by Cholesky decomposition."""
     l00 = math.sqrt(a[0, 0])
     l10, l20 = a[1, 0] / l00, a[2, 0] / l00

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.matching.correlative import Window, search
@@ -20,7 +20,6 @@ from arjuna_slam.matching.surface import Surface
 _UNKNOWN_INFORMATION = np.diag(
     [1.0, 1.0, 1.0]
 )  # 1 m, 1 rad: information on a direction that is never seen
-_BETTER = 0.02  # what a searched pose's response must gain on the tracked one
 _FLAT = np.zeros((3, 3))
 
 
@@ -34,7 +33,7 @@ class MatchStatus(enum.Enum):
 
 
 @njit(cache=True)
-def invert(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def invert(matrix: Floats) -> Floats:
     """Return the inverse of a covariance or information matrix, `(3, 3) float64`."""
     result = np.empty((3, 3))
     for k in range(3):
@@ -46,38 +45,31 @@ def invert(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Match:
-    """The result of matching one scan.
+    """The result of matching one scan."""
 
-    Attributes:
-        status: Whether the pose can be used.
-        T_field_base: Robot in the field's frame; the prior where the status says it cannot be used.
-        covariance: Of `x, y, theta` in the field's frame, `(3, 3) float64` [m^2, m rad, rad^2].
-        response: Share (0..1) of the scan's points that lie on the reference's surfaces.
-    """
-
-    status: MatchStatus
+    status: MatchStatus  # whether the pose can be used
+    # robot in the field's frame; the prior where the status says it cannot be used
     T_field_base: SE2
-    covariance: NDArray[np.float64]
-    response: float
+    # of `x, y, theta` in the field's frame, `(3, 3) float64` [m^2, m rad, rad^2]
+    covariance: Floats
+    response: float  # share (0..1) of the scan's points that lie on the reference's surfaces
 
     @property
-    def information(self) -> NDArray[np.float64]:
+    def information(self) -> Floats:
         """The inverse of the covariance, `(3, 3) float64`."""
         return invert(self.covariance)
 
-    def covariance_in(self, T_other_field: SE2) -> NDArray[np.float64]:
+    def covariance_in(self, T_other_field: SE2) -> Floats:
         """Return the covariance in the axes of another frame, `(3, 3) float64`."""
         turn = SE2(0.0, 0.0, T_other_field.theta).matrix()
-        turned: NDArray[np.float64] = turn @ self.covariance @ turn.T
+        turned: Floats = turn @ self.covariance @ turn.T
         return turned
 
-    def unseen(self, prior: NDArray[np.float64]) -> NDArray[np.float64]:
+    def unseen(self, prior: Floats) -> Floats:
         """Return the covariance of the direction that is hardly seen, `(3, 3) float64`; or zero.
 
-        Of the heading as well where the match failed: then nothing is seen.
-
-        Args:
-            prior: Information on the step to the scan, in the field's axes.
+        Of the heading as well where the match failed: then nothing is seen. `prior` is the
+        information on the step to the scan.
         """
         if self.status is not MatchStatus.MATCHED:
             return invert(prior)
@@ -99,28 +91,16 @@ class MatcherConfig:
         10, "Valid points below which a scan is not matched.", minimum=3, maximum=10000
     )
     match_minimum_response: float = param(
-        0.3,
-        "Share of points on known surfaces below which a match fails.",
-        minimum=0.0,
-        maximum=1.0,
+        0.3, "Share of points on surfaces below which it fails.", minimum=0.0, maximum=1.0
     )
     match_iterations: int = param(20, "Most Gauss-Newton steps.", minimum=1, maximum=1000)
     match_robust_scale: float = param(
-        0.05,
-        "Distance at which a point's weight is a quarter.",
-        unit="m",
-        minimum=1e-3,
-        maximum=1.0,
+        0.05, "Distance of a quarter of the weight.", unit="m", minimum=1e-3, maximum=1.0
     )
     range_deviation: float = param(
         0.02, "Deviation of a point from its surface.", unit="m", minimum=1e-4, maximum=1.0
     )
-    beam_correlation: float = param(
-        10.0,
-        "How many points share one error: divides the information of a match.",
-        minimum=1.0,
-        maximum=1e4,
-    )
+    beam_correlation: float = param(10.0, "Points that share one error.", minimum=1.0, maximum=1e4)
     match_position_floor: float = param(
         0.005, "Least deviation of a match in position.", unit="m", minimum=1e-5, maximum=1.0
     )
@@ -129,36 +109,14 @@ class MatcherConfig:
     )
 
 
-def score(
-    field: Field, points: NDArray[np.float64], prior: SE2, pose: SE2, window: Window
-) -> float:
+def score(field: Field, points: Floats, prior: SE2, pose: SE2, window: Window) -> float:
     """Return the response that `search` would give a pose; arguments as there."""
-    likelihood = _mean_score(field.score, points, pose.array(), field.origin, field.resolution)
+    likelihood = float(field.likelihood(pose.apply(points)).mean())
     gap = (pose.x - prior.x) ** 2 + (pose.y - prior.y) ** 2
     distance = max(1.0 - 0.2 * gap / window.distance_penalty, window.floor_xy)
     turn = float(wrap(pose.theta - prior.theta))
     angle = max(1.0 - 0.2 * turn * turn / window.angle_penalty, window.floor_theta)
     return likelihood * distance * angle
-
-
-@njit(cache=True)
-def _mean_score(
-    values: NDArray[np.uint8],
-    points: NDArray[np.float64],
-    pose: NDArray[np.float64],
-    origin: NDArray[np.float64],
-    resolution: float,
-) -> float:
-    c, s = math.cos(pose[2]), math.sin(pose[2])
-    total = 0
-    for i in range(len(points)):
-        x = pose[0] + c * points[i, 0] - s * points[i, 1]
-        y = pose[1] + s * points[i, 0] + c * points[i, 1]
-        column = math.floor((x - origin[0]) / resolution)
-        row = math.floor((y - origin[1]) / resolution)
-        if 0 <= row < values.shape[0] and 0 <= column < values.shape[1]:
-            total += values[row, column]
-    return total / (255.0 * len(points))
 
 
 class ScanMatcher:
@@ -176,16 +134,9 @@ class ScanMatcher:
         )
 
     def track(
-        self, field: Field, surface: Surface, prior: SE2, information: NDArray[np.float64] = _FLAT
+        self, field: Field, surface: Surface, prior: SE2, information: Floats = _FLAT
     ) -> Match:
-        """Refine a pose known to some centimetres.
-
-        Args:
-            field: The reference.
-            surface: The scan.
-            prior: Robot in the field's frame.
-            information: Of the prior, `(3, 3) float64`; zero for none.
-        """
+        """Refine a pose known to some centimetres, with the information on it; zero for none."""
         if len(surface) < self._config.match_minimum_points:
             return self._failed(MatchStatus.TOO_FEW_POINTS, prior, 0.0)
         return self._refine(field, surface, prior, prior, information)
@@ -197,27 +148,23 @@ class ScanMatcher:
         prior: SE2,
         window: Window,
         least: float,
-        information: NDArray[np.float64] = _FLAT,
+        information: Floats = _FLAT,
     ) -> Match:
         """Track a pose from the prior, and search a window for a better one.
 
-        Args:
-            field: The reference.
-            surface: The scan.
-            prior: Centre of the window, robot in the field's frame.
-            window: Where to search.
-            least: Response (0..1) that a pose must exceed in the search.
-            information: Of the prior in the refinement, `(3, 3) float64`; zero for none.
+        `least` is the response (0..1) that a pose must exceed in the search, `information` that of
+        the prior in the refinement, zero for none.
         """
         if len(surface) < self._config.match_minimum_points:
             return self._failed(MatchStatus.TOO_FEW_POINTS, prior, 0.0)
         most = 360  # points that the search scores; the refinement takes all
         points = surface.points[:: math.ceil(len(surface) / most)]
         tracked = self._refine(field, surface, prior, prior, information)
+        gain = 0.02  # what a searched pose's response must gain on the tracked one
         if tracked.status is MatchStatus.MATCHED:
             reached = score(field, points, prior, tracked.T_field_base, window)
             if reached > least:
-                least = reached + _BETTER
+                least = reached + gain
             else:
                 tracked = self._failed(MatchStatus.LOW_RESPONSE, prior, tracked.response)
         found = search(field, points, prior, window, least)
@@ -226,15 +173,10 @@ class ScanMatcher:
         match = self._refine(field, surface, found[0], prior, information)
         if tracked.status is not MatchStatus.MATCHED:
             return match
-        return match if match.response > tracked.response + _BETTER else tracked
+        return match if match.response > tracked.response + gain else tracked
 
     def _refine(
-        self,
-        field: Field,
-        surface: Surface,
-        start: SE2,
-        prior: SE2,
-        information: NDArray[np.float64],
+        self, field: Field, surface: Surface, start: SE2, prior: SE2, information: Floats
     ) -> Match:
         config = self._config
         reference = field.index, field.planes, field.resolution, field.origin
@@ -254,7 +196,7 @@ class ScanMatcher:
         covariance = self._covariance(information, square)
         return Match(MatchStatus.MATCHED, SE2.from_array(pose), covariance, response)
 
-    def _covariance(self, h: NDArray[np.float64], square: float) -> NDArray[np.float64]:
+    def _covariance(self, h: Floats, square: float) -> Floats:
         """Return the inverse of the information, scaled up where points fit worse than assumed."""
         config = self._config
         misfit = max(1.0, square / config.range_deviation**2)

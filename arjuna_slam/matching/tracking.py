@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.matching.correlative import Window
@@ -15,9 +15,7 @@ from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface
 
-_DEVIATION_SHARE_MIN = 0.3  # least share of its configured deviation
 _STRETCHED = 0.03  # deviation of the factor on odometry's distances before any was measured
-_DEVIATION_MIN = 1e-3  # of a penalty [m, rad]: none divides by zero
 
 
 class Trust:
@@ -26,21 +24,15 @@ class Trust:
     def __init__(self) -> None:
         self._square = 1.0
 
-    def weigh(self, information: NDArray[np.float64]) -> NDArray[np.float64]:
+    def weigh(self, information: Floats) -> Floats:
         """Return the information of a step, `(3, 3)` as configured, as it has proven itself."""
         scale = np.array([self._square, self._square, 1.0]) ** -0.5
         return information * np.outer(scale, scale)
 
-    def judge(
-        self, prior: SE2, match: Match, information: NDArray[np.float64], travel: float
-    ) -> None:
-        """Compare a step of odometry with the pose of the scan after it.
+    def judge(self, prior: SE2, match: Match, information: Floats, travel: float) -> None:
+        """Compare a step of odometry, of some travel [m], with the pose of the scan after it.
 
-        Args:
-            prior: The pose by odometry.
-            match: The pose by the scan.
-            information: Of the step, as configured, `(3, 3) float64`.
-            travel: Its length [m].
+        `information` is that of the step as configured.
         """
         well_seen = 0.015  # [m] deviation of a match that can judge odometry
         seen = np.linalg.eigvalsh(match.covariance[:2, :2])[1] < well_seen**2
@@ -50,13 +42,12 @@ class Trust:
         square = 0.5 * float(error @ information[:2, :2] @ error)
         memory = 10.0  # [m] of travel over which odometry is judged
         share = min(1.0, travel / memory)
-        self._square = max(_DEVIATION_SHARE_MIN**2, self._square + share * (square - self._square))
+        deviation_share_min = 0.3  # least share of its configured deviation
+        self._square = max(deviation_share_min**2, self._square + share * (square - self._square))
 
 
 @dataclass(frozen=True)
 class _Segment:
-    """The motion since a match, by odometry."""
-
     reference: Field
     match: Match
     T_start_base: SE2 = IDENTITY
@@ -81,10 +72,7 @@ class Stretch:
     def judge(self, reference: Field, match: Match, delta: SE2) -> None:
         """Compare odometry with the distance between two matches in one reference.
 
-        Args:
-            reference: The field that was matched against.
-            match: The pose of the robot then.
-            delta: Its motion as odometry has it, since the match before.
+        `delta` is the motion since the match before, as odometry has it.
         """
         segment = self._segment
         if match.status is not MatchStatus.MATCHED:
@@ -128,17 +116,13 @@ class TrackerConfig(MatcherConfig):
     )
     correlation_search_space_dimension: float = param(
         1.0,
-        "Width of the search window of a keyframe; slam_toolbox's 0.5 loses slipping wheels.",
+        "Width of a keyframe's window; 0.5 loses slipping wheels.",
         unit="m",
         minimum=0.0,
         maximum=10.0,
     )
     coarse_search_angle_offset: float = param(
-        0.349,
-        "Half the angle of the search window of a keyframe.",
-        unit="rad",
-        minimum=0.0,
-        maximum=6.3,
+        0.349, "Half the angle of a keyframe's window.", unit="rad", minimum=0.0, maximum=6.3
     )
     distance_variance_penalty: float = param(
         0.5, "Deviation of the penalty on the distance from the odometry.", unit="m", minimum=0.0
@@ -156,12 +140,13 @@ class TrackerConfig(MatcherConfig):
     @property
     def window(self) -> Window:
         """The search window of a keyframe."""
+        deviation_min = 1e-3  # of a penalty [m, rad]: none divides by zero
         return Window(
             0.5 * self.correlation_search_space_dimension,
             min(self.coarse_search_angle_offset, math.pi),
             3,
-            max(self.distance_variance_penalty, _DEVIATION_MIN) ** 2,
-            max(self.angle_variance_penalty, _DEVIATION_MIN) ** 2,
+            max(self.distance_variance_penalty, deviation_min) ** 2,
+            max(self.angle_variance_penalty, deviation_min) ** 2,
             self.minimum_distance_penalty,
             self.minimum_angle_penalty,
         )
@@ -182,18 +167,13 @@ class Tracker:
         surface: Surface,
         T_field_last: SE2,
         delta: SE2,
-        information: NDArray[np.float64],
+        information: Floats,
         search: bool,
     ) -> Match:
         """Return where a scan lies in a reference.
 
-        Args:
-            reference: The field.
-            surface: The scan.
-            T_field_last: Robot in the field's frame at the last scan.
-            delta: Its motion since, by odometry.
-            information: Of the motion, `(3, 3) float64`.
-            search: Whether to search the window even if tracking succeeds.
+        `delta` is the motion since the last scan by odometry, with its information; at `search` the
+        window is searched even if tracking succeeds.
         """
         prior = T_field_last @ self.stretched(delta)
         if not self._config.use_scan_matching:
@@ -209,12 +189,7 @@ class Tracker:
         return self._stretch.of(delta)
 
     def _match(
-        self,
-        reference: Field,
-        surface: Surface,
-        prior: SE2,
-        information: NDArray[np.float64],
-        search: bool,
+        self, reference: Field, surface: Surface, prior: SE2, information: Floats, search: bool
     ) -> Match:
         if not search:
             tracked = self._matcher.track(reference, surface, prior, information)

@@ -19,9 +19,6 @@ _DRAWN = "/scan_visualization"  # slam_toolbox's own, of a keyframe
 class ScanIntake:
     """The scans between the topic and the mapper.
 
-    Args:
-        node: The node; its config has the parameters.
-
     Attributes:
         overrun: Scans left out because a newer one was there, where only the newest counts.
     """
@@ -81,13 +78,7 @@ def shortened(scan: Scan, range_min: float) -> Scan:
 
 
 class ScanWatch:
-    """Warns once when no scan comes, at the start or later on; made while the node configures.
-
-    Args:
-        node: The node that subscribes.
-        topic: The scans' topic, as the node's parameter names it.
-        profile: The subscription's quality of service.
-    """
+    """Warns once when no scan comes, at the start or later on; made while the node configures."""
 
     def __init__(self, node: ManagedNode, topic: str, profile: QoSProfile) -> None:
         self._node = node
@@ -108,7 +99,6 @@ class ScanWatch:
             self._node.get_logger().warning(f"no scan comes on '{self._topic}': {self._reason()}")
 
     def _reason(self) -> str:
-        """Return a likely cause, and the remedy."""
         publishers = self._node.get_publishers_info_by_topic(self._topic)
         others = sorted({info.topic_type for info in publishers} - {_SCAN})
         if not publishers:
@@ -123,7 +113,6 @@ class ScanWatch:
         return f"{names} would publish it and is silent; is its lidar running?"
 
     def _elsewhere(self) -> str:
-        """Return on which topics scans are."""
         found = [name for name, types in self._node.get_topic_names_and_types() if _SCAN in types]
         found = [name for name in found if not name.endswith(_DRAWN)]
         topics = [name for name in found if self._node.count_publishers(name)]

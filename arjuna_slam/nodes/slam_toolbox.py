@@ -29,7 +29,6 @@ from arjuna_slam.nodes.slam_output import SlamOutput
 from arjuna_slam.pose_tracker import PoseTracker
 from arjuna_slam.slam import Slam
 
-_RETRY = 0.02  # period at which waiting scans are looked at again [s]
 _EVERY_SCAN = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
@@ -79,7 +78,8 @@ class SlamToolboxNode(ManagedNode):
         self.serve(ClearQueue, "slam_toolbox/clear_queue", self._on_clear_queue)
         self.serve(Reset, "slam_toolbox/reset", self._on_reset)
         self.serve(Empty, "slam_toolbox/clear_localization_buffer", self._on_clear_buffer)
-        self.every(_RETRY, self._process_scans)
+        retry = 0.02  # period at which waiting scans are looked at again [s]
+        self.every(retry, self._process_scans)
         self.every(max(c.map_update_interval, LEAST_INTERVAL), self._output.publish_map)
         keep = 5.0  # [s] between two copies of the map that outlive the process
         self.every(keep, self._keep_map)
@@ -112,20 +112,17 @@ class SlamToolboxNode(ManagedNode):
         return closed
 
     def _map_with(self, slam: Slam) -> None:
-        """Map from now on."""
         self.slam: PoseTracker = slam
         self._mapping: Slam | None = slam
         self._localizer: Localizer | None = None
         self._warned: set[Skip] = set()
 
     def _localize_with(self, localizer: Localizer) -> None:
-        """Only localize from now on."""
         self.slam = self._localizer = localizer
         self._mapping = None
         self._warned = set()
 
     def _begin(self) -> None:
-        """Forget what was of the mapper before."""
         self._scans.restart()
         self._output.restart(self.slam)
         self._interactive.forget()
@@ -136,7 +133,6 @@ class SlamToolboxNode(ManagedNode):
         self._begin()
 
     def _resume(self, session: Session, start: Start, localize: bool) -> None:
-        """Continue a session on request, mapping or only localizing."""
         self.memory.forget()
         self._begin_with(session, start, localize)
 

@@ -1,4 +1,4 @@
-"""What the filter refuses to work with, and how it says so."""
+"""The inputs that the filter refuses, and the conclusions it draws."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import re
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.grid import FREE, OCCUPIED, GridFrame, OccupancyGrid
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.amcl.config import AmclConfig
@@ -52,7 +52,7 @@ def test_a_pose_that_is_not_finite_is_named(pose: SE2) -> None:
         (0.0, 4.01, False),
     ],
 )
-def test_a_pose_off_the_map_is_told_how_far_the_map_reaches(
+def test_a_pose_off_the_map_is_refused_with_the_map_s_extent(
     x: float, y: float, inside: bool
 ) -> None:
     if inside:
@@ -84,7 +84,7 @@ def test_the_root_times_itself_is_the_covariance(seed: int) -> None:
         (np.diag([1.0, 1.0, -2e-9]), "its least eigenvalue is -2e-09"),
     ],
 )
-def test_what_is_no_covariance_is_refused(covariance: NDArray[np.float64], problem: str) -> None:
+def test_what_is_no_covariance_is_refused(covariance: Floats, problem: str) -> None:
     with pytest.raises(LocalizationError, match=problem):
         covariance_root(covariance)
 
