@@ -171,7 +171,8 @@ def _of_model(xml: XmlFile, world: World) -> Entity:
     if all(body.model == GROUND for body in world.bodies):
         raise xml.fail(f"model '{name}'", "has neither <collision> nor <visual>")
     model = entity_of_model(world, name)
-    return _entity(name, model.solid, model.drawn, world.masses.get(name, 0.0))
+    movable = world.movable.get(name)
+    return _entity(name, model.solid, model.drawn, movable.mass if movable else 0.0)
 
 
 def _read_urdf(path: Path, text: bytes, library: Library) -> Entity:

@@ -149,15 +149,10 @@ def entity_of_actor(actor: Actor) -> Entity:
 def moving_entities(world: World) -> dict[str, Entity]:
     """Return what a world holds that can move, by name: its actors, and models to be pushed."""
     moving = {actor.name: entity_of_actor(actor) for actor in world.actors}
-    for name, mass in world.masses.items():
-        model, category = entity_of_model(world, name), Category.DYNAMIC_OBJECT
-        moving[name] = dataclasses.replace(
-            model,
-            mass=mass,
-            category=category,
-            hinge=world.hinges.get(name),
-            floats=name in world.floating,
-        )
+    for name, movable in world.movable.items():
+        model = entity_of_model(world, name)
+        category = Category.DYNAMIC_OBJECT
+        moving[name] = dataclasses.replace(model, category=category, **movable._asdict())
     return moving
 
 

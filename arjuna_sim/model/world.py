@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -159,6 +160,14 @@ class Body:
     T_world_model: Pose3 = ORIGIN
 
 
+class Movable(NamedTuple):
+    """A model that can be pushed: its mass [kg], its hinge, and whether gravity leaves it alone."""
+
+    mass: float
+    hinge: Hinge | None
+    floats: bool
+
+
 @dataclass(frozen=True)
 class World:
     """A world as it was read.
@@ -167,9 +176,7 @@ class World:
         bodies: Its parts; the ground is one with the model `ground_plane`.
         notes: What the file says and the simulation leaves out.
         actors: What moves by itself.
-        masses: By name, the models that can be pushed, and what they weigh [kg].
-        hinges: By name, those of them that swing on the world.
-        floating: Names of those of them that gravity leaves alone.
+        movable: By name, the models that can be pushed.
         earth: Where it is, for GPS and compass.
         gravity: Acceleration of free fall, in the world's frame [m/s^2].
     """
@@ -179,9 +186,7 @@ class World:
     bodies: tuple[Body, ...]
     notes: tuple[Note, ...]
     actors: tuple[Actor, ...] = ()
-    masses: Mapping[str, float] = field(default_factory=dict)
-    hinges: Mapping[str, Hinge] = field(default_factory=dict)
-    floating: frozenset[str] = frozenset()
+    movable: Mapping[str, Movable] = field(default_factory=dict)
     earth: Earth = Earth()
     gravity: tuple[float, float, float] = (0.0, 0.0, -GRAVITY)
 

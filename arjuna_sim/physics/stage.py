@@ -57,7 +57,7 @@ class Stage:
         self._set_up(world)
 
     def _set_up(self, world: World) -> None:
-        entities, taken = moving_entities(world), frozenset(world.masses)
+        entities, taken = moving_entities(world), frozenset(world.movable)
         self._install(world, entities, taken, *self._compile(world, entities, taken))
         self._steps = 0
         self._began: Counter[str] = Counter()
@@ -170,7 +170,7 @@ class Stage:
     def restore(self) -> None:
         """Return to the world as it was read, with everything at its start."""
         moving = list(moving_entities(self.world))
-        if self._taken != frozenset(self.world.masses) or list(self._entities) != moving:
+        if self._taken != frozenset(self.world.movable) or list(self._entities) != moving:
             self._set_up(self.world)
             self.on_rebuild()
         self._steps = 0

@@ -30,8 +30,16 @@ from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
 from arjuna_sim.model.geometry.shapes import MASS_MAX, Kind, estimated_inertial
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.urdf import Hinge
-from arjuna_sim.model.world import Actor, Body, Earth, Trajectory, World, ground_bodies, person
+from arjuna_sim.model.world import (
+    Actor,
+    Body,
+    Earth,
+    Movable,
+    Trajectory,
+    World,
+    ground_bodies,
+    person,
+)
 
 _WAYPOINTS_MAX = 10_000
 _ANGLES = {"latitude_deg": 90.0, "longitude_deg": 360.0, "heading_deg": 360.0}
@@ -186,9 +194,7 @@ def read_world(xml: XmlFile) -> World:
         tuple(bodies),
         tuple(xml.notes),
         tuple(reader.actors),
-        reader.masses,
-        reader.hinges,
-        frozenset(reader.floating),
+        reader.movable,
         earth,
         gravity,
     )
@@ -205,9 +211,7 @@ class _Reader:
         self._held: dict[str, list[SdfJoint]] = {}
         self.bodies: list[Body] = []
         self.actors: list[Actor] = []
-        self.masses: dict[str, float] = {}
-        self.hinges: dict[str, Hinge] = {}
-        self.floating: set[str] = set()
+        self.movable: dict[str, Movable] = {}
 
     def read(self, world: Element) -> None:
         """Read a `<world>`, or an `<sdf>` that holds a model."""
@@ -237,22 +241,16 @@ class _Reader:
             solid = any(link.solid for link in group.links)
             moves = solid and not group.fast
             called = name
-            if (moves and name in self.masses) or group.hinge is not None:
+            if (moves and name in self.movable) or group.hinge is not None:
                 called = self._free_name(f"{name}::{group.links[0].name}")
             if moves:
-                self._add_moving(called, group)
+                floats = all(link.floats for link in group.links)
+                self.movable[called] = Movable(self._mass(called, group), group.hinge, floats)
             self._note_pieces(called, group, PIECES_OF_MOVING if moves else PIECES_MAX)
             T_world = group.links[0].T_world if moves else pose
             self.bodies += [
                 Body(called, part, collides, T_world) for part, collides in parts_of(group.links)
             ]
-
-    def _add_moving(self, name: str, group: RigidGroup) -> None:
-        self.masses[name] = self._mass(name, group)
-        if group.hinge is not None:
-            self.hinges[name] = group.hinge
-        if all(link.floats for link in group.links):
-            self.floating.add(name)
 
     def _note_pieces(self, name: str, group: RigidGroup, most: int) -> None:
         """Note which meshes have contacts that differ from their surface."""

@@ -25,6 +25,7 @@ from arjuna_sim.model.world import (
     PERSON,
     Actor,
     Body,
+    Movable,
     Trajectory,
     World,
     ground_bodies,
@@ -52,9 +53,7 @@ def world() -> World:
         (*ground_bodies(), *bodies, drawn),
         (),
         (ACTOR,),
-        {"crate": 5.0, "door": 2.0},
-        {"door": DOOR},
-        frozenset({"door"}),
+        {"crate": Movable(5.0, None, False), "door": Movable(2.0, DOOR, True)},
     )
 
 

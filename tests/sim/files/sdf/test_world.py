@@ -50,7 +50,7 @@ def test_nested_and_included_models_stand_where_they_were_put(tmp_path: Path, se
         assert found[edge] == pytest.approx(point, abs=1e-9)
     given = " ".join(texts(world.notes))
     assert all(name in given for name in case.left_out)
-    assert world.masses == {}
+    assert world.movable == {}
     simulator(case.path)
 
 
@@ -251,7 +251,8 @@ def test_robot_stands_on_a_terrain(tmp_path: Path) -> None:
 def test_model_without_a_mass_is_as_heavy_as_its_shapes(tmp_path: Path) -> None:
     link = _link("<box><size>1 1 0.1</size></box>", inertial="<inertial><mass>0</mass></inertial>")
     world = _loaded(tmp_path, f"<model name='plank'>{link}</model>")
-    assert world.masses == {"plank": pytest.approx(50.0)}
+    assert set(world.movable) == {"plank"}
+    assert world.movable["plank"].mass == pytest.approx(50.0)
     assert "model 'plank': has no mass; it gets 50 kg, by its shapes" in texts(world.notes)
 
 

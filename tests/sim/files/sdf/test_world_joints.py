@@ -49,8 +49,10 @@ def test_a_door_of_the_world_turns_on_its_hinge(tmp_path: Path, parent: str, chi
     hinge = _joint("revolute", parent, child, "<pose>0 -0.5 0 0 0 0</pose>")
     world = _read(tmp_path, post + _model("door", "2 0 0.6 0 0 1.2") + hinge)
     assert texts(world.notes) == ()
-    assert world.hinges["door::l"].axis == pytest.approx((0.0, 0.0, 1.0))
-    assert world.hinges["door::l"].anchor == pytest.approx((0.0, -0.5, 0.0))
+    found = world.movable["door::l"].hinge
+    assert found is not None
+    assert found.axis == pytest.approx((0.0, 0.0, 1.0))
+    assert found.anchor == pytest.approx((0.0, -0.5, 0.0))
 
 
 def test_what_is_fixed_to_the_world_stays_in_the_air(tmp_path: Path) -> None:
@@ -64,7 +66,7 @@ def test_a_joint_of_two_that_move_is_left_out_by_name(tmp_path: Path) -> None:
     models = _model("a", "2 0 0.5 0 0 0") + _model("b", "4 0 0.5 0 0 0")
     world = _read(tmp_path, models + _joint("fixed", "a::l", "b::l"))
     assert "joint 'j': connects no model to what stands fast: not simulated" in texts(world.notes)
-    assert set(world.masses) == {"a", "b"}
+    assert set(world.movable) == {"a", "b"}
 
 
 def test_a_cart_and_its_wheels_are_one_body_that_rests_and_is_pushed(tmp_path: Path) -> None:
@@ -90,5 +92,5 @@ def test_a_cart_and_its_wheels_are_one_body_that_rests_and_is_pushed(tmp_path: P
 
 def test_a_joint_whose_link_does_not_exist_costs_no_model(tmp_path: Path) -> None:
     world = _read(tmp_path, _model("a", "2 0 0.5 0 0 0") + _joint("fixed", "world", "c::l"))
-    assert set(world.masses) == {"a"}
+    assert set(world.movable) == {"a"}
     assert any(note.startswith("joint 'j' is left out") for note in texts(world.notes))
