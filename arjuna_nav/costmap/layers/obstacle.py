@@ -194,7 +194,7 @@ class ObstacleLayer(SensedLayer):
         if new:
             if source not in self._trackers:
                 self._trackers[source] = Tracker()
-            self._freed[key] = self._trackers[source].update(seen.scan, seen.T_global_base)
+            self._freed[key] = self._trackers[source].update(seen.reading, seen.T_global_base)
         moving = self._freed.get(key)
         if moving is None or moving.stamp != seen.stamp:
             return None
@@ -245,9 +245,9 @@ class ObstacleLayer(SensedLayer):
             self.data,
             self.master.hits,
             T_grid_sensor.array() / (frame.resolution, frame.resolution, 1.0),
-            seen.scan.ranges / frame.resolution,
-            seen.scan.angles,
-            np.array(ranges_of(seen.scan, source)) / frame.resolution,
+            seen.reading.ranges / frame.resolution,
+            seen.reading.angles,
+            np.array(ranges_of(seen.reading, source)) / frame.resolution,
             clearing,
             marking and high_enough,
         )
@@ -286,7 +286,7 @@ class ObstacleLayer(SensedLayer):
         """Return the sensor and the points between the source's heights, `(1 + N, 3)` in cells."""
         (edge, bottom), frame = self._edges, self.master.frame
         points: NDArray[np.float64]
-        points = np.vstack((seen.cloud.sensor, used_points(seen, source)))
+        points = np.vstack((seen.reading.sensor, used_points(seen, source)))
         points[:, :2] = (frame.origin.inverse() @ seen.T_global_base).apply(points[:, :2])
         points[:, 2] -= bottom
         points /= np.array([frame.resolution, frame.resolution, edge])
