@@ -168,12 +168,10 @@ class ObstacleLayer(SensedLayer):
         for clearing, marking in steps:
             for source, seen, _ in used:
                 config = self.sources[source]
-                self._enter_one(
-                    seen, config, clearing and config.clearing, marking and config.marking
-                )
-        for cells in passing:
-            if cells is not None:
-                self._set_free(*cells)
+                clears, marks = clearing and config.clearing, marking and config.marking
+                self._enter_one(seen, config, clears, marks)
+        for cells in filter(None, passing):
+            self._set_free(*cells)
 
     def _is_used(self, source: str, seen: Observation) -> bool:
         """Return whether a scan lies between its source's heights; of clouds, points count."""
