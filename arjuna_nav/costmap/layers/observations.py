@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,20 +69,37 @@ def sources_of(layer: Any) -> dict[str, SourceConfig]:
     return {name: getattr(layer, name) for name in names}
 
 
-@dataclass(frozen=True)
-class PlacedScan:
-    """A scan and where the robot was when it was taken.
+T = TypeVar("T", Scan, Cloud, RangeReading)
+
+
+@dataclass(frozen=True, eq=False)
+class Placed(Generic[T]):
+    """A sensor's reading and where the robot was when it was taken.
 
     Attributes:
-        scan: The scan.
-        T_global_base: Pose of the base in the costmap's global frame at the scan's stamp.
-        height: Of the sensor above that frame's ground [m].
+        reading: The reading.
+        T_global_base: Pose of the base in the costmap's global frame at the reading's stamp.
+    """
+
+    reading: T
+    T_global_base: SE2
+
+    @property
+    def stamp(self) -> float:
+        """When it was taken [s]."""
+        return self.reading.stamp
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedScan(Placed[Scan]):
+    """A scan.
+
+    Attributes:
+        height: Of the sensor above the global frame's ground [m].
         mount: Pose of a sensor that is not level, from the ground below the base; else None.
         start: Where the rays start that do not at the sensor, likewise [m]; else None.
     """
 
-    scan: Scan
-    T_global_base: SE2
     height: float = 0.0
     mount: Pose3 | None = None
     start: tuple[float, float, float] | None = None
@@ -93,14 +110,9 @@ class PlacedScan:
         return self.mount is None and self.start is None
 
     @property
-    def stamp(self) -> float:
-        """When it was taken [s]."""
-        return self.scan.stamp
-
-    @property
     def T_global_sensor(self) -> SE2:
         """Pose of the sensor in the costmap's global frame."""
-        return self.T_global_base @ self.scan.T_base_sensor
+        return self.T_global_base @ self.reading.T_base_sensor
 
     def ends(self, ranges: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
         """Return the ends of beams from the base, heights from the ground, `(M, 3)` [m].
@@ -108,7 +120,7 @@ class PlacedScan:
         Args:
             ranges: Their lengths `(N,)` [m], of those without an end NaN; by default what they hit.
         """
-        scan = self.scan
+        scan = self.reading
         ranges = np.where(scan.valid, scan.ranges, np.nan) if ranges is None else ranges
         used = np.isfinite(ranges)
         lengths, angles = ranges[used], scan.angles[used]
@@ -117,45 +129,17 @@ class PlacedScan:
         return mount.apply(np.column_stack(flat))
 
 
-@dataclass(frozen=True, eq=False)
-class PlacedCloud:
-    """A cloud and where the robot was when it was seen.
-
-    Attributes:
-        cloud: The cloud.
-        T_global_base: Pose of the base in the costmap's global frame at the cloud's stamp.
-    """
-
-    cloud: Cloud
-    T_global_base: SE2
-
-    @property
-    def stamp(self) -> float:
-        """When it was seen [s]."""
-        return self.cloud.stamp
+class PlacedCloud(Placed[Cloud]):
+    """A cloud."""
 
     @property
     def T_global_sensor(self) -> SE2:
         """Pose of the sensor in the costmap's global frame; its heading is the base's."""
-        return self.T_global_base @ SE2(*self.cloud.sensor[:2].tolist())
+        return self.T_global_base @ SE2(*self.reading.sensor[:2].tolist())
 
 
-@dataclass(frozen=True)
-class PlacedRange:
-    """A distance and where the robot was when it was measured.
-
-    Attributes:
-        reading: The distance.
-        T_global_base: Pose of the base in the costmap's global frame at its stamp.
-    """
-
-    reading: RangeReading
-    T_global_base: SE2
-
-    @property
-    def stamp(self) -> float:
-        """When it was measured [s]."""
-        return self.reading.stamp
+class PlacedRange(Placed[RangeReading]):
+    """A distance in a cone."""
 
     @property
     def T_global_sensor(self) -> SE2:
@@ -168,7 +152,7 @@ Observation = PlacedScan | PlacedCloud
 
 def used_points(seen: PlacedCloud, source: SourceConfig) -> NDArray[np.float64]:
     """Return a cloud's points between the source's heights, from the base, `(N, 3)` [m]."""
-    points, (low, high) = seen.cloud.points, source.heights
+    points, (low, high) = seen.reading.points, source.heights
     used: NDArray[np.float64] = points[(points[:, 2] >= low) & (points[:, 2] <= high)]
     return used
 
@@ -183,7 +167,7 @@ def as_cloud(seen: Observation, source: SourceConfig, clearing: bool) -> PlacedC
     """
     if isinstance(seen, PlacedCloud):
         return seen
-    scan = seen.scan
+    scan = seen.reading
     ranges = np.where(scan.valid, scan.ranges, np.nan)
     if clearing and source.inf_is_valid:
         free = min(scan.range_max, source.raytrace_max_range + 1.0)

@@ -168,12 +168,10 @@ class ObstacleLayer(SensedLayer):
         for clearing, marking in steps:
             for source, seen, _ in used:
                 config = self.sources[source]
-                self._enter_one(
-                    seen, config, clearing and config.clearing, marking and config.marking
-                )
-        for cells in passing:
-            if cells is not None:
-                self._set_free(*cells)
+                clears, marks = clearing and config.clearing, marking and config.marking
+                self._enter_one(seen, config, clears, marks)
+        for cells in filter(None, passing):
+            self._set_free(*cells)
 
     def _is_used(self, source: str, seen: Observation) -> bool:
         """Return whether a scan lies between its source's heights; of clouds, points count."""
@@ -194,7 +192,7 @@ class ObstacleLayer(SensedLayer):
         if new:
             if source not in self._trackers:
                 self._trackers[source] = Tracker()
-            self._freed[key] = self._trackers[source].update(seen.scan, seen.T_global_base)
+            self._freed[key] = self._trackers[source].update(seen.reading, seen.T_global_base)
         moving = self._freed.get(key)
         if moving is None or moving.stamp != seen.stamp:
             return None
@@ -245,9 +243,9 @@ class ObstacleLayer(SensedLayer):
             self.data,
             self.master.hits,
             T_grid_sensor.array() / (frame.resolution, frame.resolution, 1.0),
-            seen.scan.ranges / frame.resolution,
-            seen.scan.angles,
-            np.array(ranges_of(seen.scan, source)) / frame.resolution,
+            seen.reading.ranges / frame.resolution,
+            seen.reading.angles,
+            np.array(ranges_of(seen.reading, source)) / frame.resolution,
             clearing,
             marking and high_enough,
         )
@@ -286,7 +284,7 @@ class ObstacleLayer(SensedLayer):
         """Return the sensor and the points between the source's heights, `(1 + N, 3)` in cells."""
         (edge, bottom), frame = self._edges, self.master.frame
         points: NDArray[np.float64]
-        points = np.vstack((seen.cloud.sensor, used_points(seen, source)))
+        points = np.vstack((seen.reading.sensor, used_points(seen, source)))
         points[:, :2] = (frame.origin.inverse() @ seen.T_global_base).apply(points[:, :2])
         points[:, 2] -= bottom
         points /= np.array([frame.resolution, frame.resolution, edge])

@@ -151,7 +151,7 @@ class ScanSource(Source):
             return super().sight()
         T_odom_then, T_now_odom = self._frames.pose(self._stamp), self._frames.now()
         if self._stamp != self._moving.stamp:
-            scan = read_scan(self._frames, self.message, T_odom_then).scan
+            scan = read_scan(self._frames, self.message, T_odom_then).reading
             self._moving = self._tracker.update(scan, T_odom_then)
         moving, turn = self._moving, SE2(0.0, 0.0, T_now_odom.theta)
         points = moving.points + self.age * moving.velocities
@@ -159,7 +159,7 @@ class ScanSource(Source):
 
     def _points(self, message: Any) -> NDArray[np.float64]:
         seen = read_scan(self._frames, message)
-        return seen.scan.points() if seen.is_planar else seen.ends()[:, :2]
+        return seen.reading.points() if seen.is_planar else seen.ends()[:, :2]
 
 
 @dataclass(frozen=True)
@@ -181,11 +181,11 @@ class PointCloudSource(Source):
     def _points(self, message: Any) -> NDArray[np.float64]:
         # Of a cloud above a million points every second, third, ... is taken.
         config, most = self.config, 1_000_000
-        cloud = read_cloud(self._frames, message, most=most).cloud
+        cloud = read_cloud(self._frames, message, most=most).reading
         kept = np.linalg.norm(cloud.points - cloud.sensor, axis=1) >= config.min_range
         points = cloud.points[:, :2]
         if config.use_global_height:
-            cloud = read_cloud(self._frames, message, most=most, height="height").cloud
+            cloud = read_cloud(self._frames, message, most=most, height="height").reading
         heights = cloud.points[:, 2]
         kept &= (heights >= config.min_height) & (heights <= config.max_height)
         seen: NDArray[np.float64] = points[kept]

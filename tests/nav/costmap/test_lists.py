@@ -145,13 +145,13 @@ class Plain:
         }
         for name, one in used.items():
             source = getattr(layer, name)
-            for bearing, distance in zip(one.scan.angles, one.scan.ranges, strict=True):
+            for bearing, distance in zip(one.reading.angles, one.reading.ranges, strict=True):
                 if source.clearing:
                     self._clear(own, one, float(bearing), float(distance), source)
         for name, one in used.items():
             source = getattr(layer, name)
-            for bearing, distance in zip(one.scan.angles, one.scan.ranges, strict=True):
-                hit = one.scan.range_min <= distance < one.scan.range_max
+            for bearing, distance in zip(one.reading.angles, one.reading.ranges, strict=True):
+                hit = one.reading.range_min <= distance < one.reading.range_max
                 near = source.obstacle_min_range <= distance <= source.obstacle_max_range
                 cell = self._cell(one, float(bearing), float(distance) if hit else 0.0)
                 if source.marking and hit and near and FRAME.contains(*cell):
@@ -163,7 +163,7 @@ class Plain:
     def _clear(
         self, own: Costs, seen: PlacedScan, bearing: float, distance: float, source: Any
     ) -> None:
-        scan = seen.scan
+        scan = seen.reading
         hit = scan.range_min <= distance < scan.range_max
         if not hit and not (distance >= scan.range_max and source.inf_is_valid):
             return

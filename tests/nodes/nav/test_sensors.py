@@ -90,9 +90,9 @@ def test_only_beams_that_hit_have_ends() -> None:
 def test_clouds_and_ranges_take_the_same_frames() -> None:
     mounted = Mounted((0.2, -0.1, 0.3), (0.0, 0.0, 1.0))
     points = [(1.0, 2.0, 0.1), (-1.0, 0.5, 0.2)]
-    seen = read_cloud(mounted.base, cloud(points, 1.0)).cloud
+    seen = read_cloud(mounted.base, cloud(points, 1.0)).reading
     np.testing.assert_allclose(seen.points, mounted.seen(points), atol=1e-6)
-    above = read_cloud(mounted.ground, cloud(points, 1.0), start="base").cloud
+    above = read_cloud(mounted.ground, cloud(points, 1.0), start="base").reading
     assert above.points[:, 2] == pytest.approx(seen.points[:, 2] + BASE_HEIGHT)
     assert above.sensor == pytest.approx((0.0, 0.0, BASE_HEIGHT))
     message = Range(header=header("lidar_link", 1.0), field_of_view=0.5, min_range=0.1,

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import array
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
@@ -13,7 +15,7 @@ from geometry_msgs.msg import Point32, Polygon, PolygonStamped
 from nav2_msgs.msg import CollisionDetectorState
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
-from sensor_msgs.msg import PointCloud2
+from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Float32
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -76,6 +78,24 @@ def test_all_of_several_sources_count() -> None:
         near = [] if points[0][2] > 0.5 else [pytest.approx(points[0][:2], abs=0.05)]
         assert [(p.x, p.y) for p in low.points] == near
         assert not high.points
+    scene.robot.close()
+
+
+@pytest.mark.parametrize(("height", "stops"), [(0.2, True), (0.9, False), (None, True)])
+def test_heights_may_come_in_a_field_of_the_cloud(height: float | None, stops: bool) -> None:
+    values = {"it.use_global_height": True, "it.topic": "/own", "it.type": "pointcloud"}
+    scene = Monitored("scan", **values)
+    for _ in range(5):
+        seen = np.array([[0.4, 0.0, 0.9, height or 0.0]], np.float32)  # its own z is too high
+        message = cloud([(0.0, 0.0, 0.0)], scene.robot.now)
+        if height is not None:
+            field = PointField(name="height", offset=12, datatype=PointField.FLOAT32, count=1)
+            message.fields = [*message.fields, field]
+        message.point_step = message.row_step = 16
+        message.data = array.array("B", seen.tobytes())
+        scene.robot.bench.publish(PointCloud2, "/own", message, qos.DEFAULT)
+        drive(scene.robot, 0.01, 0.1)
+    assert (scene.robot.command == STILL) is stops, "without the field nothing is seen"
     scene.robot.close()
 
 
