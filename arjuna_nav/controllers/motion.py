@@ -37,14 +37,32 @@ def rollout(
     duration = min(duration, 2.0 * math.pi / max(abs(velocity.yaw_rate), 1e-9))
     travel, turn = velocity.speed * duration, abs(velocity.yaw_rate) * duration
     count = 1 + math.ceil(min(max(travel / spacing, turn / turn_step), limit))
-    times = np.linspace(0.0, duration, count)
-    theta = pose.theta + velocity.yaw_rate * times
-    middle = pose.theta + 0.5 * velocity.yaw_rate * times
-    chord = times * np.sinc(velocity.yaw_rate * times / (2.0 * math.pi))
-    along, left = chord * np.cos(middle), chord * np.sin(middle)
-    x = pose.x + velocity.x * along - velocity.y * left
-    y = pose.y + velocity.x * left + velocity.y * along
-    return np.column_stack((x, y, theta))
+    start = float(pose.x), float(pose.y), float(pose.theta)
+    motion = float(velocity.x), float(velocity.y), float(velocity.yaw_rate)
+    poses: NDArray[np.float64] = _arc(start, motion, float(duration), count)
+    return poses
+
+
+@njit(cache=True)
+def _arc(
+    start: tuple[float, float, float],
+    motion: tuple[float, float, float],
+    duration: float,
+    count: int,
+) -> NDArray[np.float64]:
+    """Return poses evenly in time along an arc, its ends among them."""
+    x, y, theta = start
+    v, side, w = motion
+    poses = np.empty((count, 3))
+    for k in range(count):
+        time = duration * k / max(count - 1, 1)
+        half = 0.5 * w * time
+        chord = time * (math.sin(half) / half if half != 0.0 else 1.0)
+        along, left = chord * math.cos(theta + half), chord * math.sin(theta + half)
+        poses[k, 0] = x + v * along - side * left
+        poses[k, 1] = y + v * left + side * along
+        poses[k, 2] = theta + 2.0 * half
+    return poses
 
 
 def crossing(pose: SE2, before: SE2, after: SE2, distance: float) -> float:

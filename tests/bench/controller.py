@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import ctypes
 import math
 import time
 from typing import Any
@@ -10,10 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.config import load
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.controllers import Controller, ControlStatus
+from arjuna_nav.controllers.mppi.config import MppiConfig
 from arjuna_nav.costmap import Costmap
+from tests.helpers.nav import mppi_peer
 from tests.helpers.nav.controllers import PARAMETERS, make
 from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid
 
@@ -22,6 +26,7 @@ _SIZES: dict[str, dict[str, Any]] = {
     "dwb": {"vx_samples": 20, "vtheta_samples": 20},
 }
 _NOTES = {"mppi": "2000 x 56", "dwb": "20 x 20"}
+_BATCHES = 500, 1000, 2000  # beside the arrays in C
 _WINDOW = 5.0  # edge of the costmap, 100 x 100 cells [m]
 _TIMEOUT = 90.0  # of the slalom [s]
 
@@ -55,14 +60,57 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         print(
             f"{name:32}{size:>10}{median:8.3f}ms{worst:8.3f}ms   {seconds:5.1f} s, {off:.2f} m off"
         )
+    if arguments.only in (None, ["mppi"]):
+        result |= against_arrays(arguments.commands)
     return result
+
+
+def against_arrays(commands: int) -> dict[str, dict[str, float]]:
+    """Time MPPI's commands in turn with those of its array version in C; none without a compiler.
+
+    Returns:
+        For each batch the median times of the processor [ms] and their ratio, and the greatest
+        difference of the commands [m/s or rad/s].
+    """
+    library = mppi_peer.compiled()
+    if library is None:
+        print("MPPI by arrays: no C compiler")
+        return {}
+    return {f"mppi {batch}": _in_turn(library, batch, commands) for batch in _BATCHES}
+
+
+def _in_turn(library: ctypes.CDLL, batch: int, commands: int) -> dict[str, float]:
+    given: dict[str, Any] = {"batch_size": batch, "time_steps": 56}
+    own = {name: value for name, value in PARAMETERS["mppi"].items() if name != "plugin"}
+    controller, costmap = make("mppi", **given), costmap_of(_cluttered())
+    peer, path = mppi_peer.ArrayMppi(library, load(MppiConfig, {**own, **given})), _course()
+    spent, off, robot = [], 0.0, Unicycle(SE2.from_array(path[0]))
+    for k in range(commands + 20):
+        if k % 60 == 0:
+            robot.pose = SE2.from_array(path[0])
+            controller.set_path(path)
+            peer.set_path(path)
+        begun = time.process_time()
+        command = controller.compute(robot.pose, robot.velocity, costmap, k * 0.05).velocity
+        between = time.process_time()
+        other = peer.compute(robot.pose, robot.velocity, costmap)
+        spent.append((between - begun, time.process_time() - between))
+        assert other is not None, "the peer sees a collision"
+        off = max(off, abs(command.x - other.x), abs(command.yaw_rate - other.yaw_rate))
+        robot.drive(command)
+    peer.close()
+    ours, theirs = (1e3 * float(each) for each in np.median(spent[20:], axis=0))
+    print(
+        f"mppi {batch} x 56: {ours:.3f} ms, arrays in C {theirs:.3f} ms: {ours / theirs:.2f}"
+        f"   commands differ by {off:.4f} at most"
+    )
+    return {"ms": ours, "arrays_ms": theirs, "ratio": ours / theirs, "differ": off}
 
 
 def _times(controller: Controller, commands: int) -> tuple[float, float]:
     """Return the median and the 99th percentile of a command's time [ms] in a cluttered window."""
     costmap = costmap_of(_cluttered())
-    x = np.arange(0.8, 4.3, 0.05)
-    path = _facing(np.column_stack((x, 2.5 + 0.4 * np.sin(2.0 * x))))
+    path = _course()
     robot = Unicycle(SE2.from_array(path[0]))
     controller.set_path(path)
     spent = []
@@ -75,6 +123,11 @@ def _times(controller: Controller, commands: int) -> tuple[float, float]:
         spent.append(1e3 * (time.process_time() - before))
         robot.drive(command.velocity)
     return float(np.median(spent[20:])), float(np.percentile(spent[20:], 99))
+
+
+def _course() -> NDArray[np.float64]:
+    x = np.arange(0.8, 4.3, 0.05)
+    return _facing(np.column_stack((x, 2.5 + 0.4 * np.sin(2.0 * x))))
 
 
 def _cluttered() -> OccupancyGrid:

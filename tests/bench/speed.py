@@ -51,6 +51,10 @@ KERNELS = (
     ("NavFn 4000^2, 5 m", "planner", "", "arrays/rooms 4000, 5 m/ms", 10.0),
     ("costmap update", "costmap", "--edge 1000", "local_scan", 0.5),
     ("MPPI 2000 x 56", "controller", "--only mppi", "mppi/ms", 1.0),
+    *(
+        (f"MPPI {batch}", "controller", "", f"mppi {batch}/ratio", 1.0)
+        for batch in (500, 1000, 2000)
+    ),
 )
 """Name, benchmark, its options (none: of the row before), number, and goal [ms, or ratio]."""
 

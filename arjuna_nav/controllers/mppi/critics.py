@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -137,10 +138,7 @@ def cost_critic(config: CostConfig, rollouts: Rollouts, scene: Scene) -> tuple[A
 
     Source: nav2_mppi_controller, CostCritic.
     """
-    table = np.zeros(256, np.float32)
-    if scene.goal_distance > config.near_goal_distance:
-        table[:LETHAL] = np.arange(LETHAL)
-    table[config.near_collision_cost : UNKNOWN] = config.critical_cost
+    table = _cost_table(config, scene.goal_distance > config.near_goal_distance)
     costs, hit = _along(
         rollouts, scene.grid, table, config.trajectory_point_step, config.consider_footprint
     )
@@ -148,6 +146,16 @@ def cost_critic(config: CostConfig, rollouts: Rollouts, scene: Scene) -> tuple[A
     costs[hit] = config.collision_cost
     costs *= _F(config.cost_weight / LETHAL / steps)
     return costs, bool(hit.all())
+
+
+@lru_cache
+def _cost_table(config: CostConfig, far: bool) -> Array:
+    """Return what each of a costmap's costs counts, far from the goal or near it."""
+    table = np.zeros(256, np.float32)
+    if far:
+        table[:LETHAL] = np.arange(LETHAL)
+    table[config.near_collision_cost : UNKNOWN] = config.critical_cost
+    return table
 
 
 def obstacles_critic(
@@ -183,17 +191,33 @@ def _along(
     costs, hit = np.zeros(batch, np.float32), np.zeros(batch, np.bool_)
     c, s = _F(math.cos(grid.theta) * grid.scale), _F(math.sin(grid.theta) * grid.scale)
     x0, y0 = _F(grid.x), _F(grid.y)
+    cells, data = np.empty(batch, np.int32), grid.data.ravel()
     for t in range(0, steps, step):
+        _find_cells(rollouts.x[t], rollouts.y[t], c, s, x0, y0, height, width, cells)
         for b in range(batch):
-            x, y = rollouts.x[t, b], rollouts.y[t, b]
-            column, row = int(x0 + c * x - s * y), int(y0 + s * x + c * y)
-            if not (0 <= row < height and 0 <= column < width):
-                hit[b] = True
-                continue
-            cost = grid.data[row, column]
+            cost = data[max(cells[b], 0)]
             costs[b] += table[cost]
-            if cost >= INSCRIBED and cost != UNKNOWN:
-                hit[b] = True
-            elif consider_footprint and cost >= grid.safe_cost and not hit[b]:
-                hit[b] = touches(grid, x, y, rollouts.yaw[t, b])
+            hit[b] |= (cells[b] < 0) | (cost == INSCRIBED) | (cost == LETHAL)
+            if consider_footprint and cost >= grid.safe_cost and not hit[b]:
+                hit[b] = touches(grid, rollouts.x[t, b], rollouts.y[t, b], rollouts.yaw[t, b])
     return costs, hit
+
+
+@njit(cache=True, fastmath=True)
+def _find_cells(
+    x: Array,
+    y: Array,
+    c: float,
+    s: float,
+    x0: float,
+    y0: float,
+    height: int,
+    width: int,
+    cells: NDArray[np.int32],
+) -> None:
+    """Write the numbers of the cells in which points lie, row by row, -1 outside; by vectors."""
+    rows, columns = np.int32(height), np.int32(width)
+    for b in range(len(cells)):
+        column, row = np.int32(x0 + c * x[b] - s * y[b]), np.int32(y0 + s * x[b] + c * y[b])
+        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        cells[b] = row * columns + column if inside else np.int32(-1)

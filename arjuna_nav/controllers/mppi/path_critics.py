@@ -32,10 +32,8 @@ def path_align(config: PathAlignConfig, rollouts: Rollouts, scene: Scene) -> Arr
     reached = scene.free[: scene.furthest + 1]
     if np.count_nonzero(~reached) > config.max_path_occupancy_ratio * len(reached):
         return None
-    along = np.zeros(len(scene.path), np.float32)
-    along[1:] = np.cumsum(np.hypot(*np.diff(scene.path[:, :2], axis=0).T))
     step, headings = config.trajectory_point_step, config.use_path_orientations
-    gaps: Array = _gaps(rollouts, scene.path, along, scene.free, step, headings)
+    gaps: Array = _gaps(rollouts, scene.path, scene.free, step, headings)
     return weighed(gaps, config.cost_weight)
 
 
@@ -49,8 +47,8 @@ def path_follow(config: PathFollowConfig, rollouts: Rollouts, scene: Scene) -> A
     index = min(scene.furthest + config.offset_from_furthest, len(scene.path) - 1)
     while index < len(scene.path) - 1 and not scene.free[index]:
         index += 1
-    x, y = scene.path[index, :2]
-    distances: Array = np.hypot(rollouts.x[-1] - x, rollouts.y[-1] - y)
+    dx, dy = rollouts.x[-1] - scene.path[index, 0], rollouts.y[-1] - scene.path[index, 1]
+    distances: Array = np.sqrt(dx * dx + dy * dy)  # np.hypot takes 50 us of 500 rollouts
     return weighed(distances, config.cost_weight)
 
 
@@ -97,7 +95,6 @@ def _between(a: Array, b: Array) -> Array:
 def _gaps(
     rollouts: Rollouts,
     path: Array,
-    along: Array,
     free: NDArray[np.bool_],
     step: int,
     headings: bool,
@@ -111,6 +108,10 @@ def _gaps(
     travelled, total = np.zeros(batch, np.float32), np.zeros(batch, np.float32)
     count, index = np.zeros(batch, np.float32), np.zeros(batch, np.int32)
     last = len(path) - 1
+    along = np.zeros(len(path), np.float32)
+    for i in range(last):
+        dx, dy = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
+        along[i + 1] = along[i] + math.sqrt(dx * dx + dy * dy)
     for t in range(step, steps, step):
         _add_steps(x[t - step], y[t - step], x[t], y[t], travelled)
         for b in range(batch):

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import ctypes
-import shutil
-import subprocess
-import tempfile
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-_SOURCE = Path(__file__).parents[2] / "bench" / "navfn_array.c"
-_COMPILERS = ("cc", "gcc", "clang")
+from tests.helpers import c_peer
+
 _FAR = 1e9  # potentials beyond are of cells that the wave did not reach
 
 
@@ -67,14 +63,9 @@ _FLOATS = ctypes.POINTER(ctypes.c_float)
 
 def compiled() -> ctypes.CDLL | None:
     """Return the peer's library, optimised as releases are; None where no compiler is."""
-    compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
-    if compiler is None:
+    library = c_peer.compiled("navfn_array", "-O3")
+    if library is None:
         return None
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "navfn_array.so"
-        flags = ("-O3", "-std=c11", "-shared", "-fPIC")
-        subprocess.run([compiler, *flags, "-o", path, _SOURCE, "-lm"], check=True)
-        library = ctypes.CDLL(str(path))
     for name in ("plan_make", "plan_potential", "plan_x", "plan_y"):
         getattr(library, name).restype = ctypes.c_void_p
     for name in ("plan_free", "plan_potential", "plan_x", "plan_y"):
