@@ -108,10 +108,10 @@ class DwbConfig:
         minimum=0.0,
     )
     acc_lim_x: float = param(2.5, "Acceleration.", unit="m/s^2", minimum=0.0)
-    acc_lim_y: float = param(2.5, "Acceleration to a side.", unit="m/s^2", minimum=0.0)
+    acc_lim_y: float = param(0.0, "Acceleration to a side.", unit="m/s^2", minimum=0.0)
     acc_lim_theta: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.0)
     decel_lim_x: float = param(-2.5, "Deceleration.", unit="m/s^2", maximum=0.0)
-    decel_lim_y: float = param(-2.5, "Deceleration to a side.", unit="m/s^2", maximum=0.0)
+    decel_lim_y: float = param(0.0, "Deceleration to a side.", unit="m/s^2", maximum=0.0)
     decel_lim_theta: float = param(
         -3.2, "Change of the yaw rate to zero.", unit="rad/s^2", maximum=0.0
     )
