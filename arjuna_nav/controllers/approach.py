@@ -60,12 +60,6 @@ class ApproachConfig:
     curve_gain: float = param(
         1.5, "k_phi and k_delta of the graceful control law on that curve.", minimum=0.1
     )
-    curve_rate_ratio: float = param(
-        0.7,
-        "Part of the greatest yaw rate on that curve: by more, wheels that turn and drive drift.",
-        minimum=0.1,
-        maximum=1.0,
-    )
     curve_room: float = param(
         0.05, "Room beside the robot all along that curve.", unit="m", minimum=0.0
     )
@@ -145,26 +139,22 @@ class FinalApproach:
         command = self._tracker.compute(pose, velocity, speed)
         if command is None and heading and self._corrects(pose, goal):
             command = self._tracker.compute(pose, velocity, speed)
-        if command is None or self._stalls(pose, now):
-            self._tracker.reset()
-            self._over = True
-            return None
-        rest = self._tracker.rest(pose, math.inf)
-        if first_collision(costmap, self._footprint, rest) is not None:
+        ends = command is None or self._stalls(pose, now)
+        if ends or self._is_blocked(pose, costmap):
             self.reset()
-            self._over = within
+            self._over = ends or within
             return None
         return command
+
+    def _is_blocked(self, pose: SE2, costmap: Costmap) -> bool:
+        rest = self._tracker.rest(pose, math.inf)
+        return first_collision(costmap, self._footprint, rest) is not None
 
     def _is_displaced(self, pose: SE2, goal: SE2) -> bool:
         """Return whether the robot was carried away from its trajectory or from the goal."""
         if self._over:
             return pose.distance(goal) > self._config.distance
-        if not self._tracker.pieces:
-            return False
-        poses = self._tracker.pieces[0].poses
-        gaps = np.hypot(poses[:, 0] - pose.x, poses[:, 1] - pose.y)
-        return float(gaps.min()) > 0.5 * self._config.distance
+        return self._tracker.strays(pose, 0.5 * self._config.distance)
 
     def _planned(
         self,
@@ -234,9 +224,7 @@ class FinalApproach:
         config, spacing = self._config, costmap.frame.resolution
         felt = self._felt(pose, velocity)
         law = np.array([config.curve_gain, config.curve_gain, 0.0, 1.0])
-        limits = np.array(
-            [0.0, speed, speed, config.curve_rate_ratio * self._tracking.max_angular_velocity]
-        )
+        limits = np.array([0.0, speed, speed, self._tracking.max_angular_velocity])
         seen, _, _ = approach((felt.inverse() @ end).array(), law, limits, spacing)
         poses = np.column_stack((felt.apply(seen[:, :2]), felt.theta + seen[:, 2]))
         if SE2.from_array(poses[-1]).distance(end) > 2.0 * spacing:
@@ -252,7 +240,7 @@ class FinalApproach:
     def _corrects(self, pose: SE2, goal: SE2) -> bool:
         """Drive straight, once, what the last turn moved the robot along its heading."""
         ahead = (pose.inverse() @ goal).x
-        if self._corrected or abs(ahead) <= 1.5 * self._tracking.xy_precision:
+        if self._corrected or abs(ahead) <= self._tracking.xy_precision:
             return False
         self._corrected = True
         self._tracker.follow(np.array([pose.array(), (pose @ SE2(ahead)).array()]))

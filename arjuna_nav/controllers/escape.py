@@ -57,6 +57,12 @@ class EscapeConfig:
         0.25, "Distance before a gap over which the robot lines up.", unit="m", minimum=0.0
     )
     horizon: float = param(0.5, "How far ahead collisions are looked for.", unit="s", minimum=0.05)
+    max_deviation: float = param(
+        0.1, "Distance off its trajectory at which it searches another.", unit="m", minimum=0.01
+    )
+    max_heading_deviation: float = param(
+        0.5, "Angle off its trajectory at which it does.", unit="rad", minimum=0.01
+    )
     patience: float = param(
         1.0, "Time for which it waits for an obstacle to move.", unit="s", minimum=0.0
     )
@@ -142,7 +148,11 @@ class Escape:
             speed: Greatest speed [m/s].
         """
         pose, path, costmap = _in_own_frame(pose, path, costmap)
-        if self._gap is not None:
+        config = self._config
+        if self._tracker.strays(pose, config.max_deviation, config.max_heading_deviation):
+            self._tracker.reset()
+            self._plan(pose, path, costmap)
+        elif self._gap is not None:
             self._look_again(self._gap, pose, costmap)
         command = self._tracker.compute(pose, velocity, min(self._speed, speed))
         if command is None:
@@ -178,14 +188,22 @@ class Escape:
         if not self._tracker.runs_out:
             return False
         own, config = costmap.T_frame_own.inverse() @ pose, self._config
-        if self._gap is not None and (self._gap.line.inverse() @ own).x < 0.0:
-            return False
+        if self._gap is not None:
+            passed = (self._gap.line.inverse() @ own).x >= 0.0
+            if not passed or not self._can_turn(pose, costmap):
+                return False
         started = own.distance(self._tracker.pieces[0].start)
         if self._gap is None and started < 0.6 * config.rejoin_distance:
             return False
         ahead = paths.ahead(path, pose)
         near = ahead[paths.along(ahead) <= 2.0 * config.rejoin_distance]
         return first_blocked(near, costmap, self._footprint) is None
+
+    def _can_turn(self, pose: SE2, costmap: Costmap) -> bool:
+        """Return whether the robot has room to turn, by the points that scans have hit."""
+        turned = pose.array() + np.outer((-1.0, 1.0), (0.0, 0.0, self._config.gap_angle))
+        points = costmap.obstacles(pose.x, pose.y, self._reach)
+        return bool(first_contact(turned, points, self._outline) == len(turned))
 
     @property
     def _speed(self) -> float:

@@ -85,6 +85,15 @@ def curvature_to(x: float, y: float) -> float:
     return 2.0 * y / max(x * x + y * y, 1e-6)
 
 
+def curvature_into(seen: SE2) -> float:
+    """Return the curvature [1/m] with which a curve to a pose begins, seen from the robot.
+
+    The curve is a cubic, which ends with the pose's heading; on a circle it is the arc's.
+    """
+    bearing, distance = math.atan2(seen.y, seen.x), math.hypot(seen.x, seen.y)
+    return (4.0 * math.sin(bearing) - 2.0 * math.sin(seen.theta - bearing)) / max(distance, 1e-3)
+
+
 @njit(cache=True)
 def braking_speed(distance: float, deceleration: float, final: float) -> float:
     """Return the speed from which one brakes to a final speed within a distance.

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
-from arjuna_nav.controllers.motion import braking_speed, curvature_to
+from arjuna_nav.controllers.motion import braking_speed, crossing, curvature_into
 from arjuna_nav.planners import path as paths
 
 
@@ -23,12 +23,18 @@ class TrackerConfig:
     """Parameters of driving planned trajectories, into goals and out of tight spots."""
 
     lookahead_time: float = param(
-        0.4, "Time to the point that is steered to.", unit="s", minimum=0.0
+        0.6, "Time to the pose that is steered to.", unit="s", minimum=0.0
     )
-    min_lookahead: float = param(0.05, "Least distance of that point.", unit="m", minimum=0.02)
+    min_lookahead: float = param(0.05, "Least distance of that pose.", unit="m", minimum=0.02)
     deceleration: float = param(0.5, "Braking before a stop.", unit="m/s^2", minimum=0.01)
     min_speed: float = param(0.04, "Speed that the wheels still hold.", unit="m/s", minimum=0.001)
     max_angular_velocity: float = param(1.2, "Greatest yaw rate.", unit="rad/s", minimum=0.05)
+    lateral_acceleration: float = param(
+        0.25,
+        "Greatest acceleration in bends: by more, wheels that turn and drive drift.",
+        unit="m/s^2",
+        minimum=0.01,
+    )
     min_angular_velocity: float = param(
         0.1, "Yaw rate below which the wheels stick.", unit="rad/s", minimum=0.0
     )
@@ -45,7 +51,7 @@ class TrackerConfig:
     )
 
     def lookahead(self, speed: float) -> float:
-        """Return the distance of the point that is steered to at a speed [m]."""
+        """Return the distance of the pose that is steered to at a speed [m]."""
         return max(self.lookahead_time * speed, self.min_lookahead)
 
 
@@ -77,8 +83,10 @@ class Tracker:
         pieces: What is left to drive, the present piece first.
         through: Whether it does not brake at the end of a last piece that is driven ahead.
 
-    Source: Coulter, Implementation of the pure pursuit path tracking algorithm, 1992; the braking
-        profile v^2 = 2 a d, from where the robot will be when it feels the command.
+    It steers to a pose a lookahead away, as pure pursuit to a point, and into its heading: where
+    the trajectory unbends, an arc to the point alone leads wide of it.
+
+    Source: the braking profile v^2 = 2 a d, from where the robot will be when it feels the command.
     """
 
     def __init__(self, config: TrackerConfig, blend: float = 0.0) -> None:
@@ -118,6 +126,15 @@ class Tracker:
             )
         return self._along(piece, pose, velocity, speed)
 
+    def strays(self, pose: SE2, distance: float, angle: float = math.pi) -> bool:
+        """Return whether a pose is off the present piece by a distance [m], or turned off [rad]."""
+        if not self.pieces:
+            return False
+        piece, there = self.pieces[0], paths.nearest(self.pieces[0].poses, pose)
+        x, y, theta = piece.poses[there]
+        turned = piece.direction != 0 and abs(wrap(theta - pose.theta)) > angle
+        return turned or math.hypot(x - pose.x, y - pose.y) > distance
+
     def rest(self, pose: SE2, distance: float) -> NDArray[np.float64]:
         """Return the poses ahead within a distance [m] of the present piece, the robot's first."""
         poses = self.pieces[0].poses
@@ -146,14 +163,19 @@ class Tracker:
         if not self.runs_out:
             left = side * (felt.inverse() @ piece.end).x
             speed = min(speed, max(braking_speed(left, config.deceleration, 0.0), config.min_speed))
-        point = felt.inverse() @ _ahead(piece, felt, config.lookahead(speed))
-        curvature = curvature_to(point.x, point.y)
-        v = side * min(speed, config.max_angular_velocity / max(abs(curvature), 1e-9))
+        seen = felt.inverse() @ _ahead(piece, felt, config.lookahead(speed))
+        curvature = side * curvature_into(SE2(side * seen.x, side * seen.y, seen.theta))
+        bend = max(abs(curvature), 1e-9)
+        fastest = min(
+            config.max_angular_velocity / bend, math.sqrt(config.lateral_acceleration / bend)
+        )
+        v = side * min(speed, fastest)
+        w = v * curvature
         share = 1.0 - pose.distance(piece.end) / max(self._blend, 1e-9)
-        if len(self.pieces) == 1 or self.pieces[1].direction != 0 or share <= 0.0:
-            return Velocity(v, yaw_rate=v * curvature)
-        turn = wrap(self.pieces[1].end.theta - pose.theta)
-        return Velocity(v, yaw_rate=share * self._rate(turn, velocity.yaw_rate))
+        if len(self.pieces) > 1 and self.pieces[1].direction == 0 and share > 0.0:
+            turn = wrap(self.pieces[1].end.theta - pose.theta)
+            w = share * self._rate(turn, velocity.yaw_rate) + (1.0 - share) * w
+        return Velocity(v, yaw_rate=w)
 
     def _rate(self, angle: float, rate: float) -> float:
         """Return the yaw rate that turns by an angle and comes to rest there.
@@ -171,14 +193,18 @@ class Tracker:
 
 
 def _ahead(piece: Piece, pose: SE2, lookahead: float) -> SE2:
-    """Return the point of a stretch, or of its straight continuation, a lookahead away."""
+    """Return the pose of a stretch, or of its straight continuation, a lookahead away."""
     gaps = np.hypot(piece.poses[:, 0] - pose.x, piece.poses[:, 1] - pose.y)
     here = int(np.argmin(gaps))
     beyond = np.flatnonzero(gaps[here:] >= lookahead)
-    if len(beyond):
-        return SE2.from_array(piece.poses[here + int(beyond[0])])
-    left = max(piece.direction * (pose.inverse() @ piece.end).x, 0.0)
-    return piece.end @ SE2(piece.direction * max(lookahead - left, 0.0), 0.0)
+    if not len(beyond):
+        left = max(piece.direction * (pose.inverse() @ piece.end).x, 0.0)
+        return piece.end @ SE2(piece.direction * max(lookahead - left, 0.0), 0.0)
+    after = here + int(beyond[0])
+    a, b = (SE2.from_array(piece.poses[i]) for i in (max(after - 1, here), after))
+    ratio = crossing(pose, a, b, lookahead)
+    turned = a.theta + ratio * wrap(b.theta - a.theta)
+    return SE2(a.x + ratio * (b.x - a.x), a.y + ratio * (b.y - a.y), turned)
 
 
 def pieces_of(trajectory: NDArray[np.float64]) -> Iterator[Piece]:

@@ -208,6 +208,8 @@ def _rules(drive: Drive, resolution: float) -> Rules:
         limit=drive.limit,
         heuristic_weight=1.0,
         spins=True,
+        turn=drive.turn / resolution,
+        back=drive.back,
         shortcuts=False,
     )
 

@@ -142,6 +142,8 @@ class PoseSearch(abc.ABC):
             config.max_iterations if config.max_iterations > 0 else _ENDLESS,
             config.heuristic_weight,
             spins=False,
+            turn=0.0,
+            back=1.0,
             shortcuts=True,
         )
 

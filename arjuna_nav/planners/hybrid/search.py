@@ -58,6 +58,8 @@ class Rules(NamedTuple):
         straight: Cost of a cell of a straight where nothing is near.
         bends: Factor on bends.
         spins: Whether it turns on the spot.
+        turn: Cost of a turn by one radian on the spot.
+        back: Factor on what is driven straight back.
         shortcuts: Whether any arc of the radius may be driven, not only the pieces.
     """
 
@@ -72,6 +74,8 @@ class Rules(NamedTuple):
     limit: int
     heuristic_weight: float
     spins: bool
+    turn: float
+    back: float
     shortcuts: bool
 
 
@@ -92,15 +96,21 @@ def search(
     Source: what is left weighs a little more than it is, as in weighted A* (Pohl 1970): the path
         found costs at most so much more than the best. It weighs the more the longer the search
         takes: on a map of many bends (`bench planner --scenarios`, random512-35) a greater
-        weight finds a path as good much sooner.
+        weight finds a path as good much sooner. No pose is expanded twice, which keeps that bound
+        (Likhachev, Gordon and Thrun, ARA*, NIPS 2003). Where it turns on the spot, the cheapest
+        rest counts, not the first that is free.
     """
     nodes, (height, width) = new_table(start), terrain.data.shape
     index = indexed(height, width, len(moves.angles))
     most = np.max(moves.first[1:] - moves.first[:-1])
     queue = [(0.0, np.int64(0))]
     count, looked, until_direct = np.int64(1), 0, 0.0  # a plain 1 has what takes it compiled twice
+    best, last, rest = np.inf, np.int64(-1), np.empty((0, 3))
+    weight = rules.heuristic_weight
     while len(queue) > 0 and looked < rules.limit:
-        row = heapq.heappop(queue)[1]
+        key, row = heapq.heappop(queue)
+        if best <= weight * key:
+            break
         if nodes.done[row]:
             continue
         nodes.done[row], looked = True, looked + 1
@@ -108,15 +118,17 @@ def search(
         distance = math.hypot(pose[0] - goal[0], pose[1] - goal[1])
         until_direct -= 1.0
         if until_direct <= 0.0 and distance <= rules.direct_length:
-            curve = _direct(pose, goal, terrain, rules)
-            if len(curve) > 0:
-                return nodes, row, curve, looked
+            curve, cost = _direct(pose, goal, terrain, rules)
+            if len(curve) > 0 and nodes.values[row] + cost < best:
+                best, last, rest = nodes.values[row] + cost, row, curve
+                if not rules.spins:
+                    break
             until_direct = max(distance / rules.direct_ratio, 1.0)
         nodes = with_room(nodes, count, most)
         # After 200 000 expanded poses the cost to go weighs twice as much.
         weight = rules.heuristic_weight * (1.0 + looked / 200_000)
         count, index = _expand(row, count, nodes, index, queue, goal, terrain, rules, moves, weight)
-    return nodes, -1, np.empty((0, 3)), looked
+    return nodes, last, rest, looked
 
 
 @njit(cache=True)
@@ -246,16 +258,24 @@ def can_turn(pose: NDArray[np.float64], turn: float, terrain: Terrain) -> bool:
 @njit(cache=True)
 def _direct(
     pose: NDArray[np.float64], goal: NDArray[np.float64], terrain: Terrain, rules: Rules
-) -> NDArray[np.float64]:
-    """Return the poses of the shortest curve to the goal, none where it may not be driven."""
+) -> tuple[NDArray[np.float64], float]:
+    """Return the poses of the shortest curve to the goal and its cost, none if it is not free."""
+    dx, dy = goal[0] - pose[0], goal[1] - pose[1]
     if rules.spins:
-        return _free(_straight(pose, goal), terrain, rules)
-    dx, dy = (goal[0] - pose[0]) / rules.radius, (goal[1] - pose[1]) / rules.radius
+        best, least = np.empty((0, 3)), np.inf
+        for back in (False, True):
+            poses, turned = _straight(pose, goal, back)
+            cost = rules.turn * turned + math.hypot(dx, dy) * (rules.back if back else 1.0)
+            if cost < least and len(_free(poses, terrain, rules)) > 0:
+                best, least = poses, cost
+        return best, least
+    dx, dy = dx / rules.radius, dy / rules.radius
     c, s = math.cos(pose[2]), math.sin(pose[2])
     curve = shortest(c * dx + s * dy, c * dy - s * dx, goal[2] - pose[2], rules.reverse)
-    if np.abs(curve[1]).sum() * rules.radius > rules.direct_length:
-        return np.empty((0, 3))
-    return _free(along(pose, curve, rules.radius, STEP), terrain, rules)
+    length = np.abs(curve[1]).sum() * rules.radius
+    if length > rules.direct_length:
+        return np.empty((0, 3)), np.inf
+    return _free(along(pose, curve, rules.radius, STEP), terrain, rules), length
 
 
 @njit(cache=True)
@@ -268,19 +288,25 @@ def _free(poses: NDArray[np.float64], terrain: Terrain, rules: Rules) -> NDArray
 
 
 @njit(cache=True)
-def _straight(pose: NDArray[np.float64], goal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the poses of a turn to the goal, the straight line there, and a turn as it faces."""
+def _straight(
+    pose: NDArray[np.float64], goal: NDArray[np.float64], back: bool
+) -> tuple[NDArray[np.float64], float]:
+    """Return a turn towards the goal, or away, the straight line, a turn; and the angle turned."""
     dx, dy = goal[0] - pose[0], goal[1] - pose[1]
-    bearing = math.atan2(dy, dx) if math.hypot(dx, dy) > STEP else pose[2]
+    bearing = math.atan2(dy, dx) + (math.pi if back else 0.0)
+    if math.hypot(dx, dy) <= STEP:
+        bearing = pose[2]
     parts = ((0.0, 0.0, bearing), (dx, dy, bearing), (0.0, 0.0, goal[2]))
     result = np.empty((math.ceil(math.hypot(dx, dy) / STEP) + 2 * _SPIN + 1, 3))
-    at, count = pose.copy(), 0
+    at, count, turned = pose.copy(), 0, 0.0
     for x, y, heading in parts:
         turn = (heading - at[2] + math.pi) % (2.0 * math.pi) - math.pi
+        turn = turn if abs(turn) > 1e-6 else 0.0  # rounding is no turn to stop for
         steps = max(math.ceil(math.hypot(x, y) / STEP), math.ceil(abs(turn) / math.pi * _SPIN))
         for k in range(steps):
             ratio = (k + 1) / steps
             result[count] = at + ratio * np.array([x, y, turn])
             count += 1
         at += np.array([x, y, turn])
-    return result[:count]
+        turned += abs(turn)
+    return result[:count], turned

@@ -288,3 +288,17 @@ def test_a_trajectory_is_dropped_where_the_path_leads_elsewhere_now(
         robot.drive(result.velocity)
         farthest = max(farthest, robot.pose.x)
     assert (farthest > 1.6) is continues
+
+
+@pytest.mark.parametrize("strayed", [SE2(0.0, 0.2), SE2(0.0, 0.0, 0.7)])
+def test_a_robot_that_was_pushed_off_its_trajectory_gets_another(strayed: SE2) -> None:
+    costmap = costmap_of(empty_grid(4.0, 3.0), footprint=str(CORNERS.tolist()))
+    path = polyline([(0.5, 1.5), (3.5, 1.5)], 0.0)
+    escape, pose = made(), SE2(1.0, 1.5)
+    assert escape.begin(pose, path, costmap)
+    kept = escape._tracker.pieces[0]
+    escape.compute(pose @ SE2(0.02, 0.02, 0.1), STILL, path, costmap, 0.0)
+    assert escape._tracker.pieces[0] is kept
+    escape.compute(pose @ strayed, STILL, path, costmap, 0.05)
+    assert escape._tracker.pieces[0].start.distance(pose @ strayed) < 1e-6
+    assert escape._tracker.pieces[0].start.theta == pytest.approx(strayed.theta)

@@ -10,7 +10,14 @@ import pytest
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import PathError, TrackedPath
-from arjuna_nav.controllers.motion import Turning, braking_speed, crossing, curvature_to, rollout
+from arjuna_nav.controllers.motion import (
+    Turning,
+    braking_speed,
+    crossing,
+    curvature_into,
+    curvature_to,
+    rollout,
+)
 from arjuna_nav.planners import path as paths
 
 START = SE2(1.0, -2.0, 0.6)
@@ -191,3 +198,14 @@ def test_the_next_part_begins_at_the_end_of_the_last(
     assert path.part[-1, 0] == pytest.approx(0.5 if begins else 1.0)
     assert path.ahead[-1, 0] == pytest.approx(1.3)
     assert path.within(9.0)[-1, 0] == path.part[-1, 0]
+
+
+@pytest.mark.parametrize("bend", [2.0, -0.7, 0.0])
+def test_the_curve_into_a_pose_is_the_arc_on_a_circle_and_ends_with_its_heading(
+    bend: float,
+) -> None:
+    seen = SE2.exp((0.3, 0.0, 0.3 * bend))
+    assert curvature_into(seen) == pytest.approx(bend, abs=1e-9)
+    assert curvature_into(SE2(seen.x, seen.y, seen.theta + 0.1)) < bend
+    straight = SE2(0.2, 0.0, 0.1)  # of the cubic y = 0.1 x^2 (x - 0.2) / 0.04
+    assert curvature_into(straight) == pytest.approx(-2.0 * 0.1 / 0.2, rel=0.01)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.controllers.motion import curvature_to
+from arjuna_nav.controllers.motion import curvature_into
 from arjuna_nav.controllers.tracker import Tracker, TrackerConfig, pieces_of
 
 CONFIG = TrackerConfig(
@@ -149,19 +149,44 @@ def test_a_stretch_is_driven_though_its_end_lies_behind_a_robot_that_turned_too_
 
 @pytest.mark.parametrize("aside", [0.0, 0.03, -0.05])
 @pytest.mark.parametrize("speed", [0.3, 0.1])
-def test_it_steers_to_a_point_ahead_by_the_time_of_its_lookahead(
-    aside: float, speed: float
-) -> None:
-    config = replace(CONFIG, lookahead_time=0.5, min_lookahead=0.12, max_angular_velocity=9.0)
+def test_it_steers_to_a_pose_ahead_by_the_time_of_its_lookahead(aside: float, speed: float) -> None:
+    config = replace(
+        CONFIG,
+        lookahead_time=0.5,
+        min_lookahead=0.12,
+        max_angular_velocity=9.0,
+        lateral_acceleration=9.0,
+    )
     tracker = tracking(line(1.0), config, through=True)
     command = commanded(tracker, AT @ SE2(0.2, aside), speed=speed)
     assert command.x == speed
-    ahead = next(
-        x
-        for x in np.linspace(0.0, 0.8, 17)
-        if math.hypot(x, aside) >= max(0.5 * speed, 0.12) - 1e-9
+    ahead = math.sqrt(max(0.5 * speed, 0.12) ** 2 - aside**2)
+    expected = speed * curvature_into(SE2(ahead, -aside))
+    assert command.yaw_rate == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_it_keeps_a_bend_that_unbends(side: float) -> None:
+    bends = side * np.linspace(2.0, 0.0, 101)  # over a metre
+    poses = [AT]
+    for bend in bends:
+        poses.append(poses[-1] @ SE2.exp((0.01 * side, 0.0, 0.01 * bend * side)))
+    trajectory = np.array([pose.array() for pose in poses])
+    tracker = tracking(trajectory, replace(CONFIG, lateral_acceleration=9.0))
+    command = commanded(tracker, poses[20], speed=0.3)
+    assert command.yaw_rate / command.x == pytest.approx(bends[20], rel=0.05)
+
+
+def test_it_slows_down_where_it_would_drift() -> None:
+    fast, slow = (
+        commanded(
+            tracking(line(1.0), replace(CONFIG, max_angular_velocity=9.0, lateral_acceleration=a)),
+            AT @ SE2(0.2, -0.02),
+        )
+        for a in (9.0, 0.05)
     )
-    assert command.yaw_rate == pytest.approx(speed * curvature_to(ahead, -aside), abs=1e-6)
+    assert abs(slow.x * slow.yaw_rate) == pytest.approx(0.05)
+    assert slow.yaw_rate / slow.x == pytest.approx(fast.yaw_rate / fast.x)
 
 
 def test_it_keeps_the_bend_where_its_yaw_rate_is_limited() -> None:

@@ -20,6 +20,7 @@ from arjuna_nav.planners.outline import (
     Drive,
     find_path,
     first_blocked,
+    path_cost,
     plan_for_outline,
     relaxed_inscribed,
 )
@@ -63,6 +64,14 @@ def test_a_dead_end_too_narrow_to_turn_in_is_left_backwards(origin: SE2) -> None
     assert SE2.from_array(way[-1]).distance(end) < 1e-6
     inside = (origin.inverse().apply(way[:, :2])[:, 0] > 1.5).nonzero()[0]
     assert abs(way[inside, 2] - start.theta).max() < 0.2, "it turned in the corridor"
+
+
+@pytest.mark.parametrize("back", [0.08, 0.12, 0.4])
+def test_a_short_stretch_is_driven_back_rather_than_by_two_half_turns(back: float) -> None:
+    costmap = costs(empty_grid(4.0, 3.0))
+    way = find_path(SE2(2.0, 1.5, 0.3), SE2(2.0, 1.5, 0.3) @ SE2(-back), costmap, LONG, DRIVE)
+    assert np.abs(way[:, 2] - 0.3).max() < 1e-6
+    assert path_cost(way, DRIVE) == pytest.approx(2.0 * back, abs=0.01)
 
 
 def test_there_is_no_way_through_what_is_too_narrow() -> None:
