@@ -195,6 +195,11 @@ def test_a_map_of_too_many_walls_is_refused(
         load_map_world(str(path))
 
 
+def test_a_map_that_does_not_exist_is_the_worlds_error(tmp_path: Path) -> None:
+    with pytest.raises(WorldError, match=r"none\.yaml"):
+        load_map_world(tmp_path / "none.yaml")
+
+
 def test_cells_are_walls_from_65_per_cent_on(tmp_path: Path) -> None:
     world = load_map_world(saved(tmp_path, [[64, 65, 0, 100]], mode="raw"))
     walls = [body for body in world.bodies if body.model == WALLS and body.collides]

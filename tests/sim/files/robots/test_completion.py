@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,6 @@ from arjuna_sim.files.robots.completion import (
     friction_of,
     rigid_groups,
 )
-from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
@@ -234,22 +232,6 @@ def test_a_robot_without_wheels_keeps_what_it_says() -> None:
     settings = GazeboSettings(friction={"base": 0.4})
     none = dataclasses.replace(DRIVE, left=())
     assert friction_of(urdf_file(), urdf, settings, none) == {"base": 0.4}
-
-
-def test_motors_of_a_heavy_robot_can_move_it(tmp_path: Path) -> None:
-    joints = "".join(
-        f"<{side}_joint>{end}_{side}_wheel_joint</{side}_joint>"
-        for side in ("left", "right")
-        for end in ("front", "rear")
-    )
-    robot = cases.Robot(cases.four(), cases.plugin("gz-sim-diff-drive-system", joints), mass=300.0)
-    path = robot.write(tmp_path)
-    assert load_robot(path, SearchPath()).drive.torque == pytest.approx(
-        2.0 * 9.81 * 301.6 * 0.06 / 4
-    )
-    limited = re.sub("</plugin>", "<torque>3</torque></plugin>", path.read_text("utf-8"))
-    path.write_text(limited, "utf-8")
-    assert load_robot(path, SearchPath()).drive.torque == 3.0
 
 
 @pytest.mark.parametrize(("x", "leans"), [(0.0, False), (0.4, True)])

@@ -256,6 +256,14 @@ def test_model_without_a_mass_is_as_heavy_as_its_shapes(tmp_path: Path) -> None:
     assert "model 'plank': has no mass; it gets 50 kg, by its shapes" in texts(world.notes)
 
 
+def test_model_of_too_great_a_mass_gets_the_greatest(tmp_path: Path) -> None:
+    heavy = "<inertial><mass>1.1e7</mass></inertial>"
+    link = _link("<box><size>1 1 1</size></box>", inertial=heavy)
+    world = _loaded(tmp_path, f"<model name='rock'>{link}</model>")
+    assert world.movable["rock"].mass == 1e7
+    assert "model 'rock': weighs 1.1e+07 kg; it gets 1e+07 kg" in texts(world.notes)
+
+
 def test_world_with_macros_and_strange_prefixes_loads(tmp_path: Path) -> None:
     path = tmp_path / "w.sdf.xacro"
     head = "<sdf version='1.6' xmlns:xacro='http://www.ros.org/wiki/xacro'><world name='w'>"
