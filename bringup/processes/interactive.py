@@ -7,7 +7,7 @@ import json
 import sys
 import time
 from collections.abc import Sequence
-from contextlib import closing
+from contextlib import closing, nullcontext
 from datetime import datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -32,10 +32,11 @@ def supervise(arguments: argparse.Namespace) -> int:
     Raises:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
-    with TemporaryDirectory(prefix="arjuna-resume-") as folder:
+    resume = vars(arguments).get("resume")
+    with TemporaryDirectory(prefix="arjuna-resume-") if resume else nullcontext() as folder:
         # In a fork: it may import rclpy, which starts threads.
         parameters = in_fork(lambda: gather(arguments, ask=True))
-        if vars(arguments).get("resume"):
+        if folder is not None:
             parameters = merged(parameters, _resuming(Path(folder)))
         groups = groups_of(arguments)
         warm_up(groups)
