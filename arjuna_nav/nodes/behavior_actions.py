@@ -8,15 +8,11 @@ from typing import Any, ClassVar
 
 from nav2_msgs import action
 
+from arjuna_core.config import NoParameters
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_nav.behaviors.base import Behavior, BehaviorStatus, InvalidGoalError
 from arjuna_nav.behaviors.motions import AssistedTeleop, DriveOnHeading, Spin, Wait
-
-
-@dataclass(frozen=True)
-class NoParameters:
-    """A behaviour's own parameters: all of them stand at behavior_server."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +28,7 @@ class BehaviorAction:
         unknown: Error code of an unknown failure, where the action itself names none.
     """
 
-    Config: ClassVar[type[Any]] = NoParameters
+    Config: ClassVar[type[Any]] = NoParameters  # all of them stand at behavior_server
 
     type: Any
     make: Callable[..., Behavior]
@@ -41,9 +37,7 @@ class BehaviorAction:
     unknown: int = 0
 
     def error_code(self, status: BehaviorStatus) -> int:
-        """Return the action's code for how it ended; one that it does not name is unknown."""
-        if status is BehaviorStatus.SUCCEEDED:
-            return 0
+        """Return the action's code for how it failed; one that it does not name is unknown."""
         codes = self.type.Result
         return int(getattr(codes, status.name, getattr(codes, "UNKNOWN", self.unknown)))
 

@@ -11,7 +11,7 @@ from std_msgs.msg import Empty
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, seconds
-from arjuna_core.ros.goal_server import GoalNode, result_timeout
+from arjuna_core.ros.goal_server import GoalError, GoalNode, result_timeout
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.ros.velocity import VelocityOutput, subscribe_velocity
 from arjuna_core.se2 import IDENTITY, SE2
@@ -56,8 +56,6 @@ class BehaviorServerConfig(BehaviorConfig):
 
 
 class _Run(NamedTuple):
-    """A behaviour that runs since a time [s]."""
-
     kind: str
     behavior: Behavior
     since: float
@@ -117,7 +115,6 @@ class BehaviorServerNode(GoalNode):
             teleop.finish()
 
     def _start(self, kind: str) -> None:
-        """Begin a behaviour; whichever ran before is aborted."""
         if self._running is not None and self._running.kind != kind:
             message = f"ended by a new {kind} at {self.now:.2f} s"
             self._end(BehaviorResult(BehaviorStatus.UNKNOWN, message=message))
@@ -141,7 +138,6 @@ class BehaviorServerNode(GoalNode):
         return None
 
     def _behavior(self, kind: str, goal: Any) -> Behavior:
-        """Return the behaviour that a goal asks for."""
         action = self._actions[kind]
         if not action.moves:
             return action.make(goal)
@@ -162,7 +158,6 @@ class BehaviorServerNode(GoalNode):
         self._servers[self._running.kind].feedback(action.feedback(result.progress))
 
     def _check_cancelled(self) -> None:
-        """Stop the robot at once where the goal that runs was cancelled."""
         run = self._running
         if run is None or not self._servers[run.kind].cancel_requested:
             return
@@ -206,15 +201,10 @@ class BehaviorServerNode(GoalNode):
         self._conclude(kind, result, since)
 
     def _conclude(self, kind: str, result: BehaviorResult, since: float) -> None:
-        """Send the client its goal's result."""
-        action = self._actions[kind]
-        answer = action.type.Result(
-            total_elapsed_time=duration_msg(self.now - since),
-            error_code=action.error_code(result.status),
-            error_msg=result.message,
-        )
+        elapsed = duration_msg(self.now - since)
+        action, server = self._actions[kind], self._servers[kind]
         if result.status is BehaviorStatus.SUCCEEDED:
-            self._servers[kind].succeed(answer)
-            return
-        self.get_logger().warning(f"{kind} failed: {result.status.name}: {result.message}")
-        self._servers[kind].abort(answer)
+            server.succeed(action.type.Result(total_elapsed_time=elapsed))
+        else:
+            error = GoalError(action.error_code(result.status), result.message)
+            server.fail(error, total_elapsed_time=elapsed)

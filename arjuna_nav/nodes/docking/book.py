@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from arjuna_core.config import param, plugin_names
-from arjuna_core.errors import ArjunaError, ConfigError
+from arjuna_core.errors import ConfigError
 from arjuna_core.files.maps_folder import path_in_folder
 from arjuna_core.ros.convert import se2_from_pose
-from arjuna_core.ros.goal_server import GoalServer
+from arjuna_core.ros.goal_server import GoalError, GoalServer
 from arjuna_core.se2 import SE2
 from arjuna_nav.docking.database import (
     DOCKS,
-    DockInstance,
-    dock_instances,
+    DockConfig,
+    placed,
     read_docks,
     unknown_types,
 )
@@ -44,14 +44,6 @@ class DockingServerConfig(DockingConfig):
     enable_stamped_cmd_vel: bool = param(False, "Whether cmd_vel is TwistStamped.", read_only=True)
 
 
-class RefusedError(ArjunaError):
-    """An order that cannot be carried out."""
-
-    def __init__(self, error: DockingError, message: str) -> None:
-        super().__init__(message)
-        self.error = error
-
-
 class DockBook:
     """Looks up docks and their kinds.
 
@@ -71,7 +63,7 @@ class DockBook:
             self._docks = self._checked(read_docks(config.dock_database, warn))
         else:
             named = {name: getattr(config, name) for name in config.docks}
-            self._docks = self._checked(dock_instances(named))
+            self._docks = self._checked(placed(named))
 
     def judge_by(self, config: DockingServerConfig) -> None:
         """Take the kinds' parameters."""
@@ -85,13 +77,13 @@ class DockBook:
         """
         self._docks = self._checked(read_docks(path_in_folder(folder, filepath), self._warn))
 
-    def _checked(self, docks: dict[str, DockInstance]) -> dict[str, DockInstance]:
+    def _checked(self, docks: dict[str, DockConfig]) -> dict[str, DockConfig]:
         problems = unknown_types(docks, self.types)
         if problems:
             raise ConfigError(*problems)
         return docks
 
-    def dock(self, goal: Any, frame: str) -> DockInstance:
+    def dock(self, goal: Any, frame: str) -> DockConfig:
         """Return the dock that a goal of dock_robot names or describes.
 
         Args:
@@ -99,32 +91,34 @@ class DockBook:
             frame: The frame of a pose that names none.
 
         Raises:
-            RefusedError: There is no such dock, or its pose is none.
+            GoalError: There is no such dock, or its pose is none.
         """
         if goal.use_dock_id:
             if goal.dock_id in self._docks:
                 return self._docks[goal.dock_id]
             valid = ", ".join(self._docks) or "none"
             message = f"there is no dock '{goal.dock_id}'; valid: {valid}"
-            raise RefusedError(DockingError.DOCK_NOT_IN_DB, message)
+            raise GoalError(DockingError.DOCK_NOT_IN_DB, message)
         frame = goal.dock_pose.header.frame_id.lstrip("/") or frame
         try:
-            return DockInstance(goal.dock_type, frame, se2_from_pose(goal.dock_pose.pose))
+            return DockConfig(
+                goal.dock_type, frame, tuple(se2_from_pose(goal.dock_pose.pose).array())
+            )
         except ValueError as error:
-            raise RefusedError(DockingError.DOCK_NOT_VALID, f"invalid pose: {error}") from error
+            raise GoalError(DockingError.DOCK_NOT_VALID, f"invalid pose: {error}") from error
 
     def kind(self, name: str) -> tuple[str, DockType]:
         """Return a kind of docks and its name, the only one where none is named.
 
         Raises:
-            RefusedError: There is none of that name.
+            GoalError: There is none of that name.
         """
         if not name and len(self.types) == 1:
             name = next(iter(self.types))
         if name not in self.types:
             valid = ", ".join(self.types)
             message = f"there is no dock type '{name}'; valid: {valid}"
-            raise RefusedError(DockingError.DOCK_NOT_VALID, message)
+            raise GoalError(DockingError.DOCK_NOT_VALID, message)
         return name, self.types[name]
 
 
@@ -151,7 +145,7 @@ class Order:
     type: str
     core: Docking | Undocking
     since: float
-    dock: DockInstance | None = None
+    dock: DockConfig | None = None
     nominal: SE2 | None = None
     staged: bool | None = None
     lost_since: float | None = None

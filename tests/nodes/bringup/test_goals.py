@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.action import NavigateToPose
 
 from arjuna_core.ros.goal_server import GoalNode, GoalServer
@@ -18,18 +14,10 @@ from bringup.client.goals import Goals
 from bringup.client.session import POLL, ClientError, Session
 from tests.helpers.ros import RosBench
 
-pytestmark = pytest.mark.ros
-
-
-@dataclass(frozen=True)
-class NoConfig:
-    """No parameters."""
-
 
 class Server(GoalNode):
     """Takes goals: `forgets` of them are lost, the next is reached after `takes` [s]."""
 
-    Config = NoConfig
     DEFAULT_NAME = "server"
     forgets, takes, restarts_after, admits = 0, 0.0, 5.0, True
 
@@ -83,13 +71,6 @@ class BenchSession(Session):
             self.at.pop(due)()
 
 
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    bench = RosBench()
-    yield bench
-    bench.close()
-
-
 def _server(bench: RosBench, active: bool = True, **settings: Any) -> Server:
     node = Server(bench.process)
     for name, value in settings.items():
@@ -109,7 +90,7 @@ def test_a_goal_that_is_lost_is_sent_again(bench: RosBench, timeout: float, succ
     assert node.taken == (3 if succeeds else 2)
 
 
-def test_a_goal_of_which_nothing_is_heard_yet_is_sent_once(
+def test_a_goal_without_an_answer_yet_is_sent_once(
     bench: RosBench, capfd: pytest.CaptureFixture[str]
 ) -> None:
     node = _server(bench, takes=45.0)

@@ -7,9 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.srv import ManageLifecycleNodes
 from std_srvs.srv import Trigger
 
@@ -21,7 +18,6 @@ from bringup.processes.lifecycle.plan import Command
 from bringup.stack import EXPLORER_GROUP, STACKS
 from tests.helpers.ros import RosBench
 
-pytestmark = pytest.mark.ros
 NAME = "lifecycle_manager_test"
 
 
@@ -175,7 +171,7 @@ def test_a_node_that_refuses_to_rest_does_not_keep_the_others_up(
     assert not system.is_active()
 
 
-def test_commands_that_come_while_one_is_under_way_wait_their_turn(
+def test_commands_that_come_while_one_runs_wait_their_turn(
     managed: Callable[..., Managed],
 ) -> None:
     system = managed()

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.action import NavigateToPose, Spin
 from std_msgs.msg import String
 
@@ -23,20 +18,13 @@ from bringup.stack import EXPLORER
 from tests.helpers.nav.navigation import PlayedRobot
 from tests.nav.worlds import room
 
-pytestmark = pytest.mark.ros
 BLACKLIST_RADIUS = 0.5
 PATIENCE = 3.0
-
-
-@dataclass(frozen=True)
-class FakeConfig:
-    """The fake navigator has no parameters."""
 
 
 class FakeNavigator(ManagedNode):
     """Takes goals and ends them as the test says."""
 
-    Config = FakeConfig
     DEFAULT_NAME = "bt_navigator"
     refuses = False
 
@@ -53,8 +41,7 @@ class FakeNavigator(ManagedNode):
         return "by order" if self.refuses else None
 
     def _on_goal(self) -> None:
-        goal = self.server.accept_pending() if self.server.preempt_requested else self.server.goal
-        self.goals.append(se2_from_pose(goal.pose.pose))
+        self.goals.append(se2_from_pose(self.server.take_newest().pose.pose))
 
     def _on_spin(self) -> None:
         self.turns.append(self.spinner.goal.target_yaw)
@@ -76,10 +63,7 @@ class Exploration:
         self.robot.run(0.1)
 
     def make_navigator(self) -> FakeNavigator:
-        navigator = FakeNavigator(self.robot.bench.process)
-        navigator.trigger_configure()
-        navigator.trigger_activate()
-        self.robot.bench.process.drain()
+        navigator: FakeNavigator = self.robot.bench.activated(FakeNavigator)
         return navigator
 
     def hide(self, *xs: tuple[float, float]) -> None:
@@ -89,21 +73,23 @@ class Exploration:
             self.map.data[:, round((low + 5.5) / 0.05) : round((high + 5.5) / 0.05)] = -1
         self.robot.send_map(self.map)
 
+    def look_for(self, *xs: tuple[float, float]) -> None:
+        """Hide a part of the map and let the explorer look at it once."""
+        self.hide(*xs)
+        self.robot.run(1.2)
+
     @property
     def said(self) -> str:
         return str(self.statuses[-1].data) if self.statuses else ""
 
 
 @pytest.fixture
-def exploration() -> Iterator[Exploration]:
-    exploration = Exploration()
-    yield exploration
-    exploration.robot.close()
+def exploration() -> Exploration:
+    return Exploration()
 
 
 def test_the_robot_is_sent_to_see_a_frontier(exploration: Exploration) -> None:
-    exploration.hide((2.0, 5.5))
-    exploration.robot.run(1.2)
+    exploration.look_for((2.0, 5.5))
     (goal,) = exploration.navigator.goals
     assert 1.0 <= goal.x < 2.0
     row, column = exploration.map.frame.to_cell(goal.x, goal.y)
@@ -119,17 +105,14 @@ def test_a_goal_is_kept_while_its_frontier_is_unseen(exploration: Exploration) -
 
 
 def test_a_frontier_that_was_seen_in_passing_is_not_driven_to(exploration: Exploration) -> None:
-    exploration.hide((2.0, 5.5))
-    exploration.robot.run(1.2)
-    exploration.hide((-5.5, -2.0))
-    exploration.robot.run(1.2)
+    exploration.look_for((2.0, 5.5))
+    exploration.look_for((-5.5, -2.0))
     first, second = exploration.navigator.goals
     assert first.x > 0.0 > second.x
 
 
 def test_it_is_done_once_nothing_is_unknown(exploration: Exploration) -> None:
-    exploration.hide((2.0, 5.5))
-    exploration.robot.run(1.2)
+    exploration.look_for((2.0, 5.5))
     exploration.hide()
     exploration.navigator.end(reached=True)
     exploration.robot.run(PATIENCE - 0.5)
@@ -166,8 +149,7 @@ def test_a_refused_goal_is_asked_again(exploration: Exploration) -> None:
 
 
 def test_deactivation_cancels_the_goal_and_activation_continues(exploration: Exploration) -> None:
-    exploration.hide((2.0, 5.5))
-    exploration.robot.run(1.2)
+    exploration.look_for((2.0, 5.5))
     exploration.robot.transition("explorer", "deactivate")
     assert exploration.navigator.server.cancel_requested
     exploration.navigator.server.cancel(NavigateToPose.Result())
@@ -184,14 +166,12 @@ def test_activation_after_the_end_begins_again(exploration: Exploration) -> None
     assert exploration.said.startswith("done")
     exploration.robot.transition("explorer", "deactivate")
     exploration.robot.transition("explorer", "activate")
-    exploration.hide((2.0, 5.5))
-    exploration.robot.run(1.2)
+    exploration.look_for((2.0, 5.5))
     assert len(exploration.navigator.goals) == 1
 
 
 def test_a_navigator_that_dies_and_comes_back_is_asked_again(exploration: Exploration) -> None:
-    exploration.hide((2.0, 5.5))
-    exploration.robot.run(1.2)
+    exploration.look_for((2.0, 5.5))
     exploration.navigator.trigger_shutdown()  # without a word on its goal
     exploration.robot.run(2.0)
     navigator = exploration.make_navigator()
@@ -226,7 +206,7 @@ def test_a_robot_that_sees_only_ahead_turns_round_before_it_is_done(
     assert len(exploration.navigator.turns) == 1
 
 
-def test_what_it_waits_for_is_said_with_its_cure(exploration: Exploration) -> None:
+def test_what_it_waits_for_is_said_with_its_remedy(exploration: Exploration) -> None:
     explorer = exploration.robot.nodes["explorer"]
     assert "no map has come on 'map': is" in explorer.waits_for
     exploration.hide((2.0, 5.5))
@@ -238,17 +218,14 @@ def test_what_it_waits_for_is_said_with_its_cure(exploration: Exploration) -> No
     assert "nobody serves 'navigate_to_pose': is" in explorer.waits_for
 
 
-def test_a_wrong_base_frame_is_said_with_its_cure() -> None:
+def test_a_wrong_base_frame_is_said_with_its_remedy() -> None:
     robot = PlayedRobot({"explorer": {"robot_base_frame": "chassis"}})
-    try:
-        FakeNavigator(robot.bench.process).trigger_configure()
-        robot.bring_up(EXPLORER)
-        robot.send_map(room())
-        robot.run(0.2)
-        assert robot.nodes["explorer"].waits_for == (
-            "robot_base_frame is 'chassis', a frame that does not exist:"
-            " 'map' carries 'base_footprint'; set robot_base_frame: base_footprint,"
-            " or start it with --base-frame base_footprint"
-        )
-    finally:
-        robot.close()
+    FakeNavigator(robot.bench.process).trigger_configure()
+    robot.bring_up(EXPLORER)
+    robot.send_map(room())
+    robot.run(0.2)
+    assert robot.nodes["explorer"].waits_for == (
+        "robot_base_frame is 'chassis', a frame that does not exist:"
+        " 'map' carries 'base_footprint'; set robot_base_frame: base_footprint,"
+        " or start it with --base-frame base_footprint"
+    )

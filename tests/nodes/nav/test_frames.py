@@ -7,13 +7,9 @@ from typing import Any
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.se2 import SE2
 from arjuna_core.transforms import TransformBuffer, TransformError
 from arjuna_nav.nodes.frames import robot_pose
-
-pytestmark = pytest.mark.ros
 
 
 def _node(now: float, *edges: tuple[str, str]) -> Any:
@@ -38,7 +34,7 @@ CHAIN = (("map", "odom"), ("odom", "robot_footprint"))
         (1.8e9, CHAIN, "robot_footprint", "start this node with use_sim_time:=true"),
     ],
 )
-def test_a_pose_that_is_not_known_names_the_cure(
+def test_a_pose_that_is_not_known_names_the_remedy(
     now: float, edges: tuple[tuple[str, str], ...], base: str, said: str
 ) -> None:
     with pytest.raises(TransformError, match=said):

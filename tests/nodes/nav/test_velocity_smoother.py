@@ -2,37 +2,21 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
-
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import Twist
-from nav2_msgs.action import DriveOnHeading
 
-from arjuna_core.ros.convert import duration_msg
 from arjuna_core.twist import STILL
-from bringup.stack import BEHAVIOR_SERVER, LOCAL_COSTMAP, VELOCITY_SMOOTHER
-from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
+from bringup.stack import VELOCITY_SMOOTHER
+from tests.helpers.nav.navigation import PlayedRobot, started
 
-pytestmark = pytest.mark.ros
 SMOOTHER = {
     "cmd_vel_out_topic": "cmd_vel",
     "max_accel": [2.5, 0.0, 3.2],
 }
 
 
-@pytest.fixture
-def robot() -> Iterator[PlayedRobot]:
-    robot = PlayedRobot(
-        {"velocity_smoother": SMOOTHER, "behavior_server": {"cmd_vel_topic": "cmd_vel_nav"}}
-    )
-    robot.bring_up(LOCAL_COSTMAP, BEHAVIOR_SERVER, VELOCITY_SMOOTHER)
-    robot.run(0.5)
-    yield robot
-    robot.close()
+def made() -> PlayedRobot:
+    return started(VELOCITY_SMOOTHER, settle=0.5, velocity_smoother=SMOOTHER)
 
 
 def command(robot: PlayedRobot, v: float) -> None:
@@ -54,25 +38,6 @@ def test_a_command_is_followed_smoothly_until_it_ceases(robot: PlayedRobot) -> N
     robot.forget()
     robot.run(1.0)
     assert not robot.commands
-
-
-def test_a_behavior_drives_through_it(robot: PlayedRobot) -> None:
-    request = DriveOnHeading.Goal(speed=0.2, time_allowance=duration_msg(10.0))
-    request.target.x = 0.5
-    goal = robot.send(DriveOnHeading, "drive_on_heading", request)
-    robot.run_until_done(goal, 5.0)
-    robot.run(0.5)
-    assert goal.status == SUCCEEDED
-    assert robot.pose.x == pytest.approx(0.5, abs=0.05)
-    assert robot.command == STILL
-
-
-def test_commands_that_are_no_numbers_are_ignored(robot: PlayedRobot) -> None:
-    command(robot, 0.3)
-    robot.run(0.5)
-    command(robot, math.nan)
-    robot.run(0.2)
-    assert robot.command.x == pytest.approx(0.3)
 
 
 def test_a_stop_is_passed_on_without_time_passing(robot: PlayedRobot) -> None:

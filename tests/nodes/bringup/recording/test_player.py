@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
-
-import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
 
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
@@ -22,13 +17,7 @@ from bringup.recording.play import Player
 from bringup.recording.recorder import Recorder
 from tests.helpers.ros import RosBench
 
-pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    with closing(RosBench(transport="dds")) as bench:
-        yield bench
+BENCH = {"transport": "dds"}
 
 
 def record(bench: RosBench, folder: Path) -> Bag:
@@ -81,10 +70,12 @@ def test_the_same_bytes_arrive_that_were_recorded(tmp_path: Path, bench: RosBenc
 def test_topics_take_new_names_and_the_clock_runs(tmp_path: Path, bench: RosBench) -> None:
     bag = record(bench, tmp_path / "bag")
     with closing(RosBench(transport="dds")) as other:
-        heard = other.collect(String, "/renamed")
+        received = other.collect(String, "/renamed")
         clock = other.collect(Clock, "/clock", qos.CLOCK)
         play(other, bag, remap={"/often": "/renamed"}, clock=True)
-        assert [message.data for message in heard] == [f"message {number}" for number in range(5)]
+        assert [message.data for message in received] == [
+            f"message {number}" for number in range(5)
+        ]
         stamps = [message.clock.sec * 1_000_000_000 + message.clock.nanosec for message in clock]
         assert stamps == [message.time for message in bag.messages()]
 

@@ -1,4 +1,4 @@
-"""What the commands print and how they end, on the stand-in's graph; numbers are masked."""
+"""Commands print and end as ros2cli's, on the stand-in's graph; numbers are masked."""
 
 from __future__ import annotations
 
@@ -8,11 +8,8 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from tests.helpers.ros2.commands import Outcome
 
-pytestmark = pytest.mark.ros
 Run = Callable[..., Outcome]
 
 GOAL = ("action", "send_goal", "/wait", "nav2_msgs/action/Wait")
