@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import SEED_MAX, info_of, param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.graph.back_end import BackEndConfig
@@ -59,7 +59,7 @@ class SlamConfig(BackEndConfig, ReferenceConfig, TrackerConfig, LifelongConfig):
             or abs(wrap(delta.theta)) >= self.minimum_travel_heading
         )
 
-    def odometry_covariance(self, delta: SE2) -> NDArray[np.float64]:
+    def odometry_covariance(self, delta: SE2) -> Floats:
         """Return the covariance of an odometry step, `(3, 3) float64` [m^2, m rad, rad^2]."""
         distance, turn = math.hypot(delta.x, delta.y), abs(delta.theta)
         position = 0.01 + self.odometry_deviation * (distance + 0.2 * turn)

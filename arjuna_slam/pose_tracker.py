@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -35,7 +35,7 @@ class SlamUpdate:
 
     T_map_base: SE2
     T_map_odom: SE2
-    covariance: NDArray[np.float64]
+    covariance: Floats
     keyframe: bool
     closures: int
     status: MatchStatus

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
@@ -224,7 +224,7 @@ class Slam(PoseTracker):
             search,
         )
 
-    def _information(self, delta: SE2) -> NDArray[np.float64]:
+    def _information(self, delta: SE2) -> Floats:
         """Return the information of an odometry step, `(3, 3) float64`."""
         return invert(self._config.odometry_covariance(delta))
 

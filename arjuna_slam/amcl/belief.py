@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.clusters import Cluster, find_clusters, to_bins
 from arjuna_slam.amcl.config import AmclConfig
@@ -35,9 +36,7 @@ def kld_count(bins: int, error: float, z: float, minimum: int, maximum: int) -> 
     return max(minimum, min(count, maximum))
 
 
-def low_variance_indices(
-    weights: NDArray[np.float64], count: int, rng: np.random.Generator
-) -> NDArray[np.int64]:
+def low_variance_indices(weights: Floats, count: int, rng: np.random.Generator) -> Ints:
     """Draw indices `(count,) int64` in proportion to weights `(N,)` by one random offset.
 
     Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, table 4.4.
@@ -46,11 +45,11 @@ def low_variance_indices(
 
 
 def kld_indices(
-    weights: NDArray[np.float64],
+    weights: Floats,
     bin_of: NDArray[np.int32],
     limits: tuple[float, float, int, int],
     rng: np.random.Generator,
-) -> NDArray[np.int64]:
+) -> Ints:
     """Return ascending indices `(M,) int64` of as many draws as the belief's spread needs.
 
     A full-size draw finds the bins that matter, then one of the size they call for is made, so that
@@ -70,15 +69,13 @@ def kld_indices(
     return trial if count == maximum else low_variance_indices(weights, count, rng)
 
 
-def effective_count(weights: NDArray[np.float64]) -> float:
+def effective_count(weights: Floats) -> float:
     """Return the number of particles that carry the weights `(N,)`, from 1 to N."""
     return float(weights.sum() ** 2 / (weights @ weights))
 
 
 @njit(cache=True)
-def _walk(
-    weights: NDArray[np.float64], total: float, count: int, offset: float
-) -> NDArray[np.int64]:
+def _walk(weights: Floats, total: float, count: int, offset: float) -> Ints:
     """Return at which particle each of `count` even steps through the weights ends."""
     indices = np.empty(count, np.int64)
     step = total / count
@@ -107,13 +104,13 @@ class Belief:
         self._config, self._field, self._rng = config, field, rng
         self._motion = MODELS[config.robot_model_type]
         self._updates = 0
-        self._rank_of: NDArray[np.int64] | None = None  # of each particle's cluster, when known
+        self._rank_of: Ints | None = None  # of each particle's cluster, when known
         self._tied = np.zeros(0, bool)  # which clusters the last scan fit alike
-        self._binned: tuple[NDArray[np.int32], NDArray[np.int64]] | None = None
-        self.particles: NDArray[np.float64] = np.empty((0, 3))
-        self.weights: NDArray[np.float64] = np.empty(0)
+        self._binned: tuple[NDArray[np.int32], Ints] | None = None
+        self.particles: Floats = np.empty((0, 3))
+        self.weights: Floats = np.empty(0)
 
-    def spread(self, pose: SE2, root: NDArray[np.float64]) -> None:
+    def spread(self, pose: SE2, root: Floats) -> None:
         """Draw all particles around a pose, `root @ root.T` being the covariance `(3, 3)`."""
         draws = self._rng.standard_normal((self._config.max_particles, 3)) @ root.T
         self._replace(pose.array() + draws)
@@ -122,7 +119,7 @@ class Belief:
         """Draw all particles from the map's free cells."""
         self._replace(self._anywhere(self._config.max_particles))
 
-    def seed(self, hypotheses: list[Hypothesis], covariance: NDArray[np.float64]) -> None:
+    def seed(self, hypotheses: list[Hypothesis], covariance: Floats) -> None:
         """Draw all particles around hypotheses in proportion to their shares.
 
         Args:
@@ -136,14 +133,14 @@ class Belief:
         draws = self._rng.standard_normal((count, 3)) @ np.sqrt(covariance)
         self._replace(centres + draws)
 
-    def _replace(self, particles: NDArray[np.float64]) -> None:
+    def _replace(self, particles: Floats) -> None:
         particles[:, 2] = wrap(particles[:, 2])
         self.particles = np.asfortranarray(particles)
         self.weights = np.full(len(particles), 1.0 / len(particles))
         self._rank_of = self._binned = None
         self._tied = np.zeros(0, bool)
 
-    def _anywhere(self, count: int) -> NDArray[np.float64]:
+    def _anywhere(self, count: int) -> Floats:
         step = 2 if self._config.freespace_downsampling else 1
         return self._field.sample_free(count, self._rng, step)
 
@@ -152,12 +149,12 @@ class Belief:
         self.particles = self._motion(self._config, self.particles, delta, self._rng)
         self._binned = None
 
-    def reweigh(self, factors: NDArray[np.float64]) -> None:
+    def reweigh(self, factors: Floats) -> None:
         """Multiply the weights by `(N,)` positive factors."""
         self.weights = self.weights * factors
         self.weights /= self.weights.sum()
 
-    def level(self, factors: NDArray[np.float64]) -> NDArray[np.float64]:
+    def level(self, factors: Floats) -> Floats:
         """Return factors `(N,)` that leave the shares of tied clusters among each other alone.
 
         Where a scan fits at several poses alike, its sampled likelihood differs by chance, and over
@@ -217,7 +214,7 @@ class Belief:
         )
         return found
 
-    def shift(self, factors: NDArray[np.float64], tied: NDArray[np.bool_]) -> NDArray[np.float64]:
+    def shift(self, factors: Floats, tied: Bools) -> Floats:
         """Multiply the weight of each cluster found last by a factor; return their shares `(K,)`.
 
         Args:

@@ -9,6 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints
+
 _METRES = 0.5  # side of a bin [m]: Fox's and Nav2's
 _HEADINGS = 36  # bins of 10 degrees, as theirs
 _RADIANS = 2.0 * math.pi / _HEADINGS
@@ -16,7 +18,7 @@ _SADDLE = 0.2  # of the lesser peak's weight, above which two modes are one
 _STEPS = tuple((x, y, h) for x in (-1, 0, 1) for y in (-1, 0, 1) for h in (-1, 0, 1))
 
 
-def to_bins(particles: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+def to_bins(particles: Floats) -> tuple[NDArray[np.int32], Ints]:
     """Sort particles into the histogram's bins.
 
     Args:
@@ -44,22 +46,15 @@ def to_bins(particles: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[
     )
 
 
-def bin_centres(bins: NDArray[np.int64]) -> NDArray[np.float64]:
+def bin_centres(bins: Ints) -> Floats:
     """Return the centres of bins `(K, 3)`, as `(K, 3) float64` [m, m, rad]."""
-    centres: NDArray[np.float64] = (bins + 0.5) * np.array((_METRES, _METRES, _RADIANS))
+    centres: Floats = (bins + 0.5) * np.array((_METRES, _METRES, _RADIANS))
     centres[:, 2] -= math.pi
     return centres
 
 
 @njit(cache=True)
-def _codes(
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    heading: NDArray[np.float64],
-    low_x: int,
-    low_y: int,
-    rows: int,
-) -> NDArray[np.int64]:
+def _codes(x: Floats, y: Floats, heading: Floats, low_x: int, low_y: int, rows: int) -> Ints:
     """Return one number a bin, from 0."""
     codes = np.empty(len(x), np.int64)
     for i in range(len(x)):
@@ -73,7 +68,7 @@ def _codes(
 
 
 @njit(cache=True)
-def _number(codes: NDArray[np.int64], size: int) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+def _number(codes: Ints, size: int) -> tuple[NDArray[np.int32], Ints]:
     """Number the codes, all below `size`, in the order in which they occur."""
     table = np.zeros(size, np.int32)
     bin_of = np.empty(len(codes), np.int32)
@@ -90,7 +85,7 @@ def _number(codes: NDArray[np.int64], size: int) -> tuple[NDArray[np.int32], NDA
     return bin_of, seen[:used].copy()
 
 
-def connect(bins: NDArray[np.int64], shares: NDArray[np.float64]) -> NDArray[np.int64]:
+def connect(bins: Ints, shares: Floats) -> Ints:
     """Label bins `(K, 3)` alike that belong to one mode of the belief.
 
     From the heaviest bin down, each joins what it touches, corners and wrapped headings included.
@@ -117,9 +112,7 @@ def connect(bins: NDArray[np.int64], shares: NDArray[np.float64]) -> NDArray[np.
 
 
 @njit(cache=True)
-def _connect(
-    codes: NDArray[np.int64], shares: NDArray[np.float64], by_share: NDArray[np.int64], rows: int
-) -> NDArray[np.int64]:
+def _connect(codes: Ints, shares: Floats, by_share: Ints, rows: int) -> Ints:
     """Number the bins' modes by falling peaks; codes are sorted, their rows and columns from 1."""
     root, rank = np.full(len(codes), -1), np.empty(len(codes), np.int64)
     rank[by_share] = np.arange(len(codes))
@@ -148,7 +141,7 @@ def _connect(
 
 
 @njit(cache=True)
-def _top(root: NDArray[np.int64], k: int) -> int:
+def _top(root: Ints, k: int) -> int:
     while root[k] != k:
         k = root[k]
     return k
@@ -165,10 +158,10 @@ class Cluster:
     """
 
     share: float
-    mean: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    mean: Floats
+    covariance: Floats
 
-    def holds(self, pose: NDArray[np.float64]) -> bool:
+    def holds(self, pose: Floats) -> bool:
         """Return whether a pose `(3,)` [m, m, rad] may be one of the cluster's."""
         off = pose - self.mean
         off[2] = math.remainder(off[2], 2.0 * math.pi)
@@ -177,12 +170,12 @@ class Cluster:
 
 
 def find_clusters(
-    particles: NDArray[np.float64],
-    weights: NDArray[np.float64],
+    particles: Floats,
+    weights: Floats,
     least: float,
     limit: int,
-    binned: tuple[NDArray[np.int32], NDArray[np.int64]] | None = None,
-) -> tuple[list[Cluster], NDArray[np.int64]]:
+    binned: tuple[NDArray[np.int32], Ints] | None = None,
+) -> tuple[list[Cluster], Ints]:
     """Return the heaviest clusters, heaviest first, and each particle's rank among them.
 
     Particles belong together when their histogram bins touch, see `connect`.
@@ -210,7 +203,7 @@ def find_clusters(
     order = order[totals[order] >= min(least, totals.max())]
     rank = np.full(len(totals) + 1, len(order), np.int64)
     rank[order] = np.arange(len(order))
-    rank_of_bin: NDArray[np.int64] = rank[labels]
+    rank_of_bin: Ints = rank[labels]
     references = bin_centres(bins[_heaviest(shares, rank_of_bin, len(order))])
     rank_of = rank_of_bin[bin_of]
     sums = _moments(particles[:, 0], particles[:, 1], particles[:, 2], weights, rank_of, references)
@@ -219,9 +212,7 @@ def find_clusters(
 
 
 @njit(cache=True)
-def _heaviest(
-    shares: NDArray[np.float64], rank: NDArray[np.int64], count: int
-) -> NDArray[np.int64]:
+def _heaviest(shares: Floats, rank: Ints, count: int) -> Ints:
     """Return each cluster's heaviest bin, from where differences are summed."""
     heaviest = np.full(count, -1)
     for k in range(len(shares)):
@@ -233,13 +224,8 @@ def _heaviest(
 
 @njit(cache=True)
 def _moments(
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    heading: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    rank: NDArray[np.int64],
-    references: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    x: Floats, y: Floats, heading: Floats, weights: Floats, rank: Ints, references: Floats
+) -> Floats:
     """Return per cluster the weighted count, sums and sums of squares and products, `(K, 10)`."""
     sums = np.zeros((len(references), 10))
     for i in range(len(x)):
@@ -263,7 +249,7 @@ def _moments(
     return sums
 
 
-def _cluster(sums: NDArray[np.float64], reference: NDArray[np.float64]) -> Cluster:
+def _cluster(sums: Floats, reference: Floats) -> Cluster:
     share = float(sums[0])
     means = sums[1:] / share if share > 0.0 else np.zeros(9)
     shift, (xx, xy, xt, yy, yt, tt) = means[:3], means[3:]

@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import ArjunaError
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
@@ -60,7 +60,7 @@ def check_inside(pose: SE2, frame: GridFrame) -> None:
         )
 
 
-def covariance_root(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+def covariance_root(covariance: Floats) -> Floats:
     """Return a matrix L `(3, 3)` with `L @ L.T` the covariance `(3, 3)` of x, y, theta.
 
     Raises:
@@ -77,7 +77,7 @@ def covariance_root(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
             f"the covariance of x, y, theta must be positive semi-definite, "
             f"its least eigenvalue is {values[0]:.3g}"
         )
-    root: NDArray[np.float64] = vectors * np.sqrt(np.maximum(values, 0.0))
+    root: Floats = vectors * np.sqrt(np.maximum(values, 0.0))
     return root
 
 
@@ -107,7 +107,7 @@ class Estimate:
 
     T_map_base: SE2
     T_map_odom: SE2
-    covariance: NDArray[np.float64]
+    covariance: Floats
     quality: float
     reason: str
     status: Status
@@ -126,7 +126,7 @@ class Hypothesis:
     """
 
     T_map_base: SE2
-    covariance: NDArray[np.float64]
+    covariance: Floats
     agreement: float | None
     share: float
 

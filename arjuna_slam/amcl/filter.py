@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -60,16 +60,16 @@ class ParticleFilter:
         return len(self._belief.particles) > 0
 
     @property
-    def particles(self) -> NDArray[np.float64]:
+    def particles(self) -> Floats:
         """The particles, `(N, 3) float64` in the map frame [m, m, rad]."""
         return self._belief.particles
 
     @property
-    def weights(self) -> NDArray[np.float64]:
+    def weights(self) -> Floats:
         """The particles' weights, `(N,) float64`, which sum to 1."""
         return self._belief.weights
 
-    def set_pose(self, pose: SE2, covariance: NDArray[np.float64]) -> None:
+    def set_pose(self, pose: SE2, covariance: Floats) -> None:
         """Start again around a pose of the base in the map.
 
         Args:

@@ -6,8 +6,8 @@ import math
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.config import DIFFERENTIAL, OMNIDIRECTIONAL, SKID_STEER, AmclConfig
 
@@ -16,12 +16,8 @@ class MotionModel(Protocol):
     """Moves particles by a noisy step of odometry."""
 
     def __call__(
-        self,
-        config: AmclConfig,
-        particles: NDArray[np.float64],
-        delta: SE2,
-        rng: np.random.Generator,
-    ) -> NDArray[np.float64]:
+        self, config: AmclConfig, particles: Floats, delta: SE2, rng: np.random.Generator
+    ) -> Floats:
         """Return new particles `(N, 3)` [m, m, rad], each moved by a draw around `delta`.
 
         Args:
@@ -36,8 +32,8 @@ class MotionModel(Protocol):
 
 
 def differential(
-    config: AmclConfig, particles: NDArray[np.float64], delta: SE2, rng: np.random.Generator
-) -> NDArray[np.float64]:
+    config: AmclConfig, particles: Floats, delta: SE2, rng: np.random.Generator
+) -> Floats:
     """Turn, drive, turn: for robots that cannot move sideways; see `MotionModel`.
 
     Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, table 5.6, with nav2_amcl's noise
@@ -59,8 +55,8 @@ def differential(
 
 
 def omnidirectional(
-    config: AmclConfig, particles: NDArray[np.float64], delta: SE2, rng: np.random.Generator
-) -> NDArray[np.float64]:
+    config: AmclConfig, particles: Floats, delta: SE2, rng: np.random.Generator
+) -> Floats:
     """Translate in any direction and turn: nav2_amcl's OmniMotionModel; see `MotionModel`."""
     a, length, angle = config, math.hypot(delta.x, delta.y), wrap(delta.theta)
     variances = (
@@ -74,8 +70,8 @@ def omnidirectional(
 
 
 def skid_steer(
-    config: AmclConfig, particles: NDArray[np.float64], delta: SE2, rng: np.random.Generator
-) -> NDArray[np.float64]:
+    config: AmclConfig, particles: Floats, delta: SE2, rng: np.random.Generator
+) -> Floats:
     """Drive an arc while the wheels slip; see `MotionModel`.
 
     Turning errs most, and shifts the base sideways: the centre about which a skid-steer robot
@@ -107,7 +103,7 @@ def _draws(
     variances: tuple[float, float, float],
     count: int,
     rng: np.random.Generator,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return independent normal draws, `(3, count)`."""
     draws = rng.standard_normal((3, count))
     draws *= np.sqrt(variances)[:, np.newaxis]
@@ -115,20 +111,13 @@ def _draws(
     return draws
 
 
-def _rotated(
-    x: NDArray[np.float64], y: NDArray[np.float64], angle: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _rotated(x: Floats, y: Floats, angle: Floats) -> tuple[Floats, Floats]:
     """Return vectors rotated by angles, all `(N,)`."""
     c, s = np.cos(angle), np.sin(angle)
     return c * x - s * y, s * x + c * y
 
 
-def _moved(
-    particles: NDArray[np.float64],
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    heading: NDArray[np.float64],
-) -> NDArray[np.float64]:
+def _moved(particles: Floats, x: Floats, y: Floats, heading: Floats) -> Floats:
     """Return particles shifted by x and y, with new headings."""
     result = np.empty(particles.shape, order="F")
     np.add(particles[:, 0], x, out=result[:, 0])

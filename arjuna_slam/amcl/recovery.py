@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.estimate import Hypothesis
@@ -34,7 +34,7 @@ class MapMatcher:
         """Return the share of beams (0..1) that agree with the map at a pose of the base."""
         return share_agreeing(self.field, pose, view, self._config.agreement_distance)
 
-    def refined(self, pose: SE2, view: ScanView, deviations: NDArray[np.float64] = ANYWHERE) -> SE2:
+    def refined(self, pose: SE2, view: ScanView, deviations: Floats = ANYWHERE) -> SE2:
         """Return the pose at which beams end nearest to obstacles, near a given one.
 
         Where the map explains that badly, and many beams end near by, the others are tried alone.
@@ -56,16 +56,14 @@ class MapMatcher:
                 best = other
         return best
 
-    def _moved(self, pose: SE2, ends: NDArray[np.float64], deviations: NDArray[np.float64]) -> SE2:
+    def _moved(self, pose: SE2, ends: Floats, deviations: Floats) -> SE2:
         """Return the pose near a given one at which ends of beams lie nearest to obstacles."""
         information = np.diag(1.0 / np.maximum(deviations, 1e-3) ** 2)
         found = self.field.refine(pose, ends, information, _SCALES, self._config.match_deviation)
         change = (found.x - pose.x, found.y - pose.y, wrap(found.theta - pose.theta))
         return found if (np.abs(change) <= _WITHIN).all() else pose
 
-    def best_near(
-        self, pose: SE2, view: ScanView, deviations: NDArray[np.float64]
-    ) -> tuple[SE2, float]:
+    def best_near(self, pose: SE2, view: ScanView, deviations: Floats) -> tuple[SE2, float]:
         """Return the refined pose and its agreement; where poor, the best of several starts.
 
         A wall has two faces, and matching may settle on the wrong one.

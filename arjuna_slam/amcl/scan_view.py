@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.amcl.config import AmclConfig
@@ -28,10 +29,10 @@ class Beams:
         endpoints: Of the beams that returned, `(M, 2) float64` in the base frame [m].
     """
 
-    directions: NDArray[np.float64]
-    ranges: NDArray[np.float64]
-    returned: NDArray[np.bool_]
-    endpoints: NDArray[np.float64]
+    directions: Floats
+    ranges: Floats
+    returned: Bools
+    endpoints: Floats
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ class ScanView:
         return len(self.many.endpoints) < _BEAMS_MIN
 
     @property
-    def readings(self) -> list[NDArray[np.float64]]:
+    def readings(self) -> list[Floats]:
         """Ends of beams to match, each `(M, 2) float64` in the base frame [m], all of them first.
 
         Where many end near by, which may be walls or a crowd, the others come as a second reading.
@@ -100,13 +101,11 @@ class ScanView:
         return [ends, far] if hidden else [ends]
 
 
-def _unit(bearings: NDArray[np.float64]) -> NDArray[np.float64]:
+def _unit(bearings: Floats) -> Floats:
     return np.column_stack((np.cos(bearings), np.sin(bearings)))
 
 
-def _deskewed(
-    ranges: NDArray[np.float64], rays: NDArray[np.float64], mount: SE2, high: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _deskewed(ranges: Floats, rays: Floats, mount: SE2, high: float) -> tuple[Floats, Floats]:
     """Return ranges and directions as seen from where the sensor was at beam 0."""
     directions = _unit(rays[:, 2])
     far = ~(np.isfinite(ranges) & (ranges < high))
@@ -158,10 +157,10 @@ def _agreement(
     distances: NDArray[np.float32],
     resolution: float,
     limit: float,
-    origin: NDArray[np.float64],
-    directions: NDArray[np.float64],
-    ranges: NDArray[np.float64],
-    returned: NDArray[np.bool_],
+    origin: Floats,
+    directions: Floats,
+    ranges: Floats,
+    returned: Bools,
 ) -> float:
     height, width = distances.shape
     near, through, short = 0, 0, 0.0
@@ -188,7 +187,7 @@ def _agreement(
 def _crossed(
     distances: NDArray[np.float32],
     resolution: float,
-    origin: NDArray[np.float64],
+    origin: Floats,
     c: float,
     s: float,
     length: float,

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.raycast import cast
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.scan_view import ScanView
@@ -29,14 +30,14 @@ class Likelihood:
         levels: The same on a scale that can be averaged from scan to scan, `(N,) float64`.
     """
 
-    factors: NDArray[np.float64]
-    levels: NDArray[np.float64]
+    factors: Floats
+    levels: Floats
 
 
 class SensorModel(Protocol):
     """Weighs particles by a scan."""
 
-    def weigh(self, particles: NDArray[np.float64], view: ScanView) -> Likelihood:
+    def weigh(self, particles: Floats, view: ScanView) -> Likelihood:
         """Return the likelihood of a scan's few beams at particles.
 
         Args:
@@ -58,9 +59,7 @@ class _Tabulated:
         self._range_max = -1.0
         self._table: NDArray[np.float32] = np.empty((0, 0), np.float32)
 
-    def _sums(
-        self, poses: NDArray[np.float64], cells: NDArray[np.float64], range_max: float
-    ) -> NDArray[np.float64]:
+    def _sums(self, poses: Floats, cells: Floats, range_max: float) -> Floats:
         """Return the summed scores of the beams that end in cells at each pose."""
         if range_max != self._range_max:
             self._range_max = range_max
@@ -71,18 +70,16 @@ class _Tabulated:
             self._table = bordered(self._score(density), float(self._score(outside)[0]))
         return sum_at_endpoints(self._table, poses, cells).astype(np.float64)
 
-    def _density(self, distances: NDArray[np.floating], range_max: float) -> NDArray[np.float64]:
+    def _density(self, distances: NDArray[np.floating], range_max: float) -> Floats:
         c = self._config
         hit = c.z_hit * np.exp(-(distances.astype(np.float64) ** 2) / (2.0 * c.sigma_hit**2))
         return np.asarray(hit + c.z_rand / range_max)
 
     @staticmethod
-    def _score(density: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _score(density: Floats) -> Floats:
         return density**3
 
-    def _in_cells(
-        self, particles: NDArray[np.float64], view: ScanView
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _in_cells(self, particles: Floats, view: ScanView) -> tuple[Floats, Floats]:
         """Return particles and end points in grid coordinates."""
         return self._field.to_grid(particles), view.few.endpoints / self._field.frame.resolution
 
@@ -94,7 +91,7 @@ class LikelihoodField(_Tabulated):
     replaces because neighbouring beams are not independent.
     """
 
-    def weigh(self, particles: NDArray[np.float64], view: ScanView) -> Likelihood:
+    def weigh(self, particles: Floats, view: ScanView) -> Likelihood:
         """See `SensorModel.weigh`."""
         factors = 1.0 + self._sums(*self._in_cells(particles, view), view.range_max)
         return Likelihood(factors, factors)
@@ -111,7 +108,7 @@ class LikelihoodFieldProb(_Tabulated):
         within = config.beam_skip_distance
         self._near = bordered(field.distances < within, float(field.max_distance < within))
 
-    def weigh(self, particles: NDArray[np.float64], view: ScanView) -> Likelihood:
+    def weigh(self, particles: Floats, view: ScanView) -> Likelihood:
         """See `SensorModel.weigh`."""
         poses, cells = self._in_cells(particles, view)
         if self._config.do_beamskip:
@@ -120,10 +117,10 @@ class LikelihoodFieldProb(_Tabulated):
         return Likelihood(np.exp(sums - sums.max()), np.exp(sums / max(1, len(cells))))
 
     @staticmethod
-    def _score(density: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _score(density: Floats) -> Floats:
         return np.log(density)
 
-    def _skip(self, poses: NDArray[np.float64], cells: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _skip(self, poses: Floats, cells: Floats) -> Floats:
         """Leave out beams that fit too few particles, unless that would be nearly all."""
         c = self._config
         near = [sum_at_endpoints(self._near, poses, cell[np.newaxis]) for cell in cells]
@@ -151,7 +148,7 @@ class BeamModel:
         # the system lends zeroed pages only as they are touched
         self._cache = np.zeros((*self._blocked.shape, headings), np.uint16)
 
-    def weigh(self, particles: NDArray[np.float64], view: ScanView) -> Likelihood:
+    def weigh(self, particles: Floats, view: ScanView) -> Likelihood:
         """See `SensorModel.weigh`."""
         c, field = self._config, self._field
         beams, sensor = view.few, view.T_base_sensor
@@ -176,17 +173,17 @@ class BeamModel:
 @njit(cache=True)
 def _weigh(
     cache: NDArray[np.uint16],
-    occupied: NDArray[np.bool_],
-    blocked: NDArray[np.bool_],
+    occupied: Bools,
+    blocked: Bools,
     resolution: float,
     range_max: float,
-    mixture: NDArray[np.float64],
-    poses: NDArray[np.float64],
-    mount: NDArray[np.float64],
-    bearings: NDArray[np.float64],
-    ranges: NDArray[np.float64],
-    returned: NDArray[np.bool_],
-) -> NDArray[np.float64]:
+    mixture: Floats,
+    poses: Floats,
+    mount: Floats,
+    bearings: Floats,
+    ranges: Floats,
+    returned: Bools,
+) -> Floats:
     factors = np.ones(len(poses))
     for i in range(len(poses)):
         c, s = math.cos(poses[i, 2]), math.sin(poses[i, 2])
@@ -210,12 +207,7 @@ def _weigh(
 
 @njit(cache=True)
 def _density(
-    mixture: NDArray[np.float64],
-    reading: float,
-    returned: bool,
-    expected: float,
-    known: bool,
-    range_max: float,
+    mixture: Floats, reading: float, returned: bool, expected: float, known: bool, range_max: float
 ) -> float:
     z_hit, z_short, z_max, z_rand, sigma, decay = mixture
     if not known and reading >= expected:
@@ -231,8 +223,8 @@ def _density(
 @njit(cache=True)
 def _expected(
     cache: NDArray[np.uint16],
-    occupied: NDArray[np.bool_],
-    blocked: NDArray[np.bool_],
+    occupied: Bools,
+    blocked: Bools,
     resolution: float,
     range_max: float,
     row: int,

@@ -13,8 +13,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.optimizer import OptimizerStatus, optimize
@@ -75,7 +75,7 @@ class BackEnd:
         self._fresh = 0
         self._running = False
         self._looseness = 1.0
-        self._poses: NDArray[np.float64] | None = None
+        self._poses: Floats | None = None
         self.undone = undone
 
     @property
@@ -138,7 +138,7 @@ class BackEnd:
         graph.remove_edges(wrong)
         return False
 
-    def _moved(self) -> NDArray[np.float64]:
+    def _moved(self) -> Floats:
         """Return the poses of the running optimisation; newer nodes move with its last one.
 
         The graph moves once, when the optimisation is over: before, a pose may lie anywhere.

@@ -15,8 +15,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, PoseGraph
 from arjuna_slam.graph.uncertainty import chained, relative_covariances
@@ -158,13 +158,7 @@ class Hypotheses:
         return [self._agrees(graph, edge, closure.edge, from_i, from_j) for closure in self._held]
 
     @staticmethod
-    def _agrees(
-        graph: PoseGraph,
-        edge: Edge,
-        other: Edge,
-        from_i: NDArray[np.float64],
-        from_j: NDArray[np.float64],
-    ) -> bool:
+    def _agrees(graph: PoseGraph, edge: Edge, other: Edge, from_i: Floats, from_j: Floats) -> bool:
         """Go from `edge.i` to `other.j` over either closure and compare."""
         T_i_other = graph.pose(edge.i).inverse() @ graph.pose(other.i)
         T_j_other = graph.pose(edge.j).inverse() @ graph.pose(other.j)
@@ -194,9 +188,9 @@ class _Correction:
         known: Directions in map that the edge constrains, `(K, 2) float64`.
     """
 
-    node: NDArray[np.float64]
+    node: Floats
     change: SE2
-    known: NDArray[np.float64]
+    known: Floats
 
     @staticmethod
     def of(graph: PoseGraph, edge: Edge) -> _Correction:
@@ -209,12 +203,12 @@ class _Correction:
         known = variances < np.maximum(_KNOWN, asked / _BEYOND) ** 2
         return _Correction(node, change, directions[known])
 
-    def moves(self, point: NDArray[np.float64]) -> NDArray[np.float64]:
+    def moves(self, point: Floats) -> Floats:
         """Return how far it moves a point of map [m]."""
-        gap: NDArray[np.float64] = self.change.apply(point[None])[0] - point
+        gap: Floats = self.change.apply(point[None])[0] - point
         return gap
 
-    def supports(self, other: _Correction, axis: NDArray[np.float64]) -> bool:
+    def supports(self, other: _Correction, axis: Floats) -> bool:
         """Return whether it moves the other's node much as far along an axis as the other does."""
         same = 0.7  # cosine from which on two directions are one
         sees = (np.abs(self.known @ axis) > same).any()

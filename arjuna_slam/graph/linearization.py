@@ -10,15 +10,14 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from arjuna_core.arrays import Floats, Ints
 
 _DIAGONAL_MIN = 1e-9  # keeps a node that no edge holds from a division by zero
 
 
 @njit(cache=True)
-def residual(
-    a: NDArray[np.float64], b: NDArray[np.float64], measured: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def residual(a: Floats, b: Floats, measured: Floats) -> Floats:
     """Return the residual of the edge `a -> b`, `(3,) float64` [m, m, rad]."""
     c, s = math.cos(a[2]), math.sin(a[2])
     dx, dy = b[0] - a[0], b[1] - a[1]
@@ -31,12 +30,7 @@ def residual(
 
 
 @njit(cache=True)
-def fill_jacobians(
-    a: NDArray[np.float64],
-    b: NDArray[np.float64],
-    by_a: NDArray[np.float64],
-    by_b: NDArray[np.float64],
-) -> None:
+def fill_jacobians(a: Floats, b: Floats, by_a: Floats, by_b: Floats) -> None:
     """Set the residual's derivatives by pose a and by pose b, `(3, 3) float64`, zero before."""
     c, s = math.cos(a[2]), math.sin(a[2])
     dx, dy = b[0] - a[0], b[1] - a[1]
@@ -49,13 +43,7 @@ def fill_jacobians(
 
 
 @njit(cache=True)
-def chi2(
-    poses: NDArray[np.float64],
-    i: NDArray[np.int64],
-    j: NDArray[np.int64],
-    measured: NDArray[np.float64],
-    information: NDArray[np.float64],
-) -> NDArray[np.float64]:
+def chi2(poses: Floats, i: Ints, j: Ints, measured: Floats, information: Floats) -> Floats:
     """Return each edge's squared error in deviations, `(E,) float64`."""
     result = np.zeros(len(i))
     for e in range(len(i)):
@@ -67,7 +55,7 @@ def chi2(
 
 
 @njit(cache=True)
-def robust_cost(square: NDArray[np.float64], scale: NDArray[np.float64]) -> float:
+def robust_cost(square: Floats, scale: Floats) -> float:
     """Return the sum of Cauchy's cost, or of the squares where the scale is infinite."""
     total = 0.0
     for e in range(len(square)):
@@ -80,18 +68,18 @@ def robust_cost(square: NDArray[np.float64], scale: NDArray[np.float64]) -> floa
 
 @njit(cache=True)
 def assemble(
-    poses: NDArray[np.float64],
-    i: NDArray[np.int64],
-    j: NDArray[np.int64],
-    measured: NDArray[np.float64],
-    information: NDArray[np.float64],
-    weight: NDArray[np.float64],
-    perm: NDArray[np.int64],
-    starts: NDArray[np.int64],
-    slots: NDArray[np.int64],
-    blocks: NDArray[np.float64],
-    corner: NDArray[np.float64],
-    g: NDArray[np.float64],
+    poses: Floats,
+    i: Ints,
+    j: Ints,
+    measured: Floats,
+    information: Floats,
+    weight: Floats,
+    perm: Ints,
+    starts: Ints,
+    slots: Ints,
+    blocks: Floats,
+    corner: Floats,
+    g: Floats,
 ) -> None:
     """Fill the Hessian's lower triangle and the gradient; node 0 is held.
 
@@ -126,29 +114,17 @@ def assemble(
 
 
 @njit(cache=True)
-def _block(
-    row: int,
-    column: int,
-    first: int,
-    slot: int,
-    blocks: NDArray[np.float64],
-    corner: NDArray[np.float64],
-) -> NDArray[np.float64]:
+def _block(row: int, column: int, first: int, slot: int, blocks: Floats, corner: Floats) -> Floats:
     if column < first:
-        inside: NDArray[np.float64] = blocks[slot]
+        inside: Floats = blocks[slot]
         return inside
     r, c = 3 * (row - first), 3 * (column - first)
-    block: NDArray[np.float64] = corner[r : r + 3, c : c + 3]
+    block: Floats = corner[r : r + 3, c : c + 3]
     return block
 
 
 @njit(cache=True)
-def _weigh(
-    jacobian: NDArray[np.float64],
-    information: NDArray[np.float64],
-    weight: float,
-    out: NDArray[np.float64],
-) -> None:
+def _weigh(jacobian: Floats, information: Floats, weight: float, out: Floats) -> None:
     """Set out to the weighted transposed Jacobian times the information."""
     for r in range(3):
         for c in range(3):
@@ -160,9 +136,7 @@ def _weigh(
 
 
 @njit(cache=True)
-def _add_product(
-    target: NDArray[np.float64], left: NDArray[np.float64], right: NDArray[np.float64]
-) -> None:
+def _add_product(target: Floats, left: Floats, right: Floats) -> None:
     for r in range(3):
         for c in range(3):
             target[r, c] += (
@@ -171,20 +145,13 @@ def _add_product(
 
 
 @njit(cache=True)
-def _add_gradient(
-    target: NDArray[np.float64], left: NDArray[np.float64], error: NDArray[np.float64]
-) -> None:
+def _add_gradient(target: Floats, left: Floats, error: Floats) -> None:
     for r in range(3):
         target[r] += left[r, 0] * error[0] + left[r, 1] * error[1] + left[r, 2] * error[2]
 
 
 @njit(cache=True)
-def damp(
-    starts: NDArray[np.int64],
-    blocks: NDArray[np.float64],
-    corner: NDArray[np.float64],
-    damping: float,
-) -> None:
+def damp(starts: Ints, blocks: Floats, corner: Floats, damping: float) -> None:
     """Enlarge the diagonal by a share of itself, as Marquardt does."""
     for k in range(len(starts) - 1):
         for r in range(3):

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
@@ -88,7 +88,7 @@ class Submap(Protocol):
 
     nodes: list[int]
     path_length: float
-    bend: NDArray[np.float64]
+    bend: Floats
 
     @property
     def field(self) -> Field:
@@ -126,7 +126,7 @@ class LoopCloser:
         """Distance travelled when each keyframe was taken [m]."""
         return tuple(self._travel)
 
-    def resume(self, travel: NDArray[np.float64], index: NDArray[np.int64] | None = None) -> None:
+    def resume(self, travel: Floats, index: Ints | None = None) -> None:
         """Take over other keyframes.
 
         Args:
@@ -202,7 +202,7 @@ class LoopCloser:
 
     def _candidates(
         self, graph: PoseGraph, node: int, submaps: Sequence[Submap]
-    ) -> list[tuple[Submap, Window, int, NDArray[np.float64]]]:
+    ) -> list[tuple[Submap, Window, int, Floats]]:
         """Return the nearest submaps with a keyframe within reach.
 
         Each has where to search, and its nearest keyframe with the covariance in the node's frame.
@@ -286,7 +286,7 @@ def _edge(submap: Submap, node: int, match: Match) -> Edge:
     return Edge(past, node, T_past_anchor @ match.T_field_base, information, EdgeKind.LOOP)
 
 
-def doubted(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+def doubted(covariance: Floats) -> Floats:
     """Return a match's covariance, enlarged along a direction that it hardly sees.
 
     A few points there are the corner of one thing, with one error, and no odometry contradicts it.
@@ -299,6 +299,6 @@ def doubted(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     seen = narrow / (hardly * wide)
     if seen >= 1.0:
         return covariance
-    result: NDArray[np.float64] = covariance.copy()
+    result: Floats = covariance.copy()
     result[:2, :2] += (seen**-2 - 1.0) * wide * np.outer(axes[:, 1], axes[:, 1])
     return result

@@ -10,8 +10,8 @@ import enum
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import wrap
 from arjuna_slam.graph.linearization import assemble, chi2, damp, robust_cost
 from arjuna_slam.graph.pose_graph import EdgeTable
@@ -40,9 +40,9 @@ class OptimizerResult:
     """
 
     status: OptimizerStatus
-    poses: NDArray[np.float64]
+    poses: Floats
     trace: tuple[float, ...]
-    weights: NDArray[np.float64]
+    weights: Floats
 
 
 class _Problem:
@@ -59,15 +59,13 @@ class _Problem:
         self._corner = np.empty((3 * self._pattern.corner, 3 * self._pattern.corner))
         self._g = np.empty((count, 3))
 
-    def evaluate(self, poses: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+    def evaluate(self, poses: Floats) -> tuple[float, Floats]:
         """Return the cost and each edge's robust weight."""
         edges = self._edges
         square = chi2(poses, self._i, self._j, edges.measured, edges.information)
         return robust_cost(square, self._scale), 1.0 / (1.0 + square / self._scale**2)
 
-    def step(
-        self, poses: NDArray[np.float64], weight: NDArray[np.float64], damping: float
-    ) -> NDArray[np.float64]:
+    def step(self, poses: Floats, weight: Floats, damping: float) -> Floats:
         """Return the poses after one damped step."""
         layout, edges = self._pattern, self._edges
         blocks, corner, g = self._blocks, self._corner, self._g
@@ -78,15 +76,15 @@ class _Problem:
         damp(layout.starts, blocks, corner, damping)
         factorize(layout.starts, layout.rows, blocks, corner)
         solve(layout.starts, layout.rows, blocks, corner, g)
-        trial: NDArray[np.float64] = poses - g[layout.perm]
+        trial: Floats = poses - g[layout.perm]
         trial[0] = poses[0]
-        angles: NDArray[np.float64] = trial[:, 2]
+        angles: Floats = trial[:, 2]
         trial[:, 2] = wrap(angles)
         return trial
 
 
 def optimize(
-    poses: NDArray[np.float64],
+    poses: Floats,
     edges: EdgeTable,
     *,
     robust_scale: float | None = None,

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.scan_matcher import invert
 
@@ -40,9 +40,9 @@ class Edge:
     i: int
     j: int
     T_i_j: SE2
-    information: NDArray[np.float64]
+    information: Floats
     kind: EdgeKind
-    prior: NDArray[np.float64] | None = None
+    prior: Floats | None = None
 
 
 class EdgeTable:
@@ -88,32 +88,32 @@ class EdgeTable:
         self._count += 1
 
     @property
-    def i(self) -> NDArray[np.int64]:
+    def i(self) -> Ints:
         """First node of each edge, `(E,) int64`."""
         return self._nodes[: self._count, 0]
 
     @property
-    def j(self) -> NDArray[np.int64]:
+    def j(self) -> Ints:
         """Second node of each edge, `(E,) int64`."""
         return self._nodes[: self._count, 1]
 
     @property
-    def measured(self) -> NDArray[np.float64]:
+    def measured(self) -> Floats:
         """Measured x, y, theta, `(E, 3) float64` [m, m, rad]."""
         return self._measured[: self._count]
 
     @property
-    def information(self) -> NDArray[np.float64]:
+    def information(self) -> Floats:
         """Information of each edge, `(E, 3, 3) float64`."""
         return self._information[: self._count]
 
     @property
-    def covariance(self) -> NDArray[np.float64]:
+    def covariance(self) -> Floats:
         """Covariance of each edge, `(E, 3, 3) float64`."""
         return self._covariance[: self._count]
 
     @property
-    def loop(self) -> NDArray[np.bool_]:
+    def loop(self) -> Bools:
         """Which edges close loops, `(E,) bool`."""
         return self._loop[: self._count]
 
@@ -132,12 +132,12 @@ class PoseGraph:
         return self._count
 
     @property
-    def poses(self) -> NDArray[np.float64]:
+    def poses(self) -> Floats:
         """A view of all poses `x, y, theta` in map, `(N, 3) float64` [m, m, rad]."""
         return self._poses[: self._count]
 
     @poses.setter
-    def poses(self, values: NDArray[np.float64]) -> None:
+    def poses(self, values: Floats) -> None:
         self._poses[: self._count] = values
 
     def pose(self, node: int) -> SE2:
@@ -165,7 +165,7 @@ class PoseGraph:
         self.edges.append(edge)
         self.table.append(edge)
 
-    def remove_edges(self, unwanted: NDArray[np.bool_]) -> None:
+    def remove_edges(self, unwanted: Bools) -> None:
         """Take measurements back.
 
         Args:
@@ -176,7 +176,7 @@ class PoseGraph:
         ]
         self.table = EdgeTable.of(self.edges)
 
-    def residual(self, edge: Edge) -> NDArray[np.float64]:
+    def residual(self, edge: Edge) -> Floats:
         """Return `x, y, theta` of the pose of `j` in `i` less the measurement, `(3,) float64`."""
         actual = self.pose(edge.i).inverse() @ self.pose(edge.j)
         error = actual.array() - edge.T_i_j.array()

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.contradiction import gone_through
@@ -42,7 +42,7 @@ class SeenField:
     """
 
     field: Field
-    seen: NDArray[np.bool_]
+    seen: Bools
 
     @staticmethod
     def of(surface: Field, field: Field, views: Views, range_max: float) -> SeenField:
@@ -69,7 +69,7 @@ class SeenField:
         cells = blocks.repeat(_BLOCK, axis=0).repeat(_BLOCK, axis=1)
         return SeenField(field, cells[:height, :width] | (field.score > 0))
 
-    def on_seen(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def on_seen(self, points: Floats) -> Bools:
         """Return which points lie on ground that was seen, `(N,) bool`."""
         cells = np.floor((points - self.field.origin) / self.field.resolution).astype(np.int64)
         inside = ((cells >= 0) & (cells < self.seen.shape[::-1])).all(axis=1)
@@ -95,7 +95,7 @@ class SeenField:
 
 def rival(
     past: SeenField,
-    points: NDArray[np.float64],
+    points: Floats,
     best: SE2,
     pieces: Sequence[tuple[SE2, Window]],
     contradicted: Callable[[SE2], bool],

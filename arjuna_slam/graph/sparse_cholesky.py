@@ -14,9 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import splu
+
+from arjuna_core.arrays import Floats, Ints
 
 
 @dataclass(frozen=True)
@@ -30,10 +31,10 @@ class Pattern:
         slots: Block of each pair of nodes, -1 in the corner, -2 for none, `(E,) int64`.
     """
 
-    perm: NDArray[np.int64]
-    starts: NDArray[np.int64]
-    rows: NDArray[np.int64]
-    slots: NDArray[np.int64]
+    perm: Ints
+    starts: Ints
+    rows: Ints
+    slots: Ints
 
     @property
     def corner(self) -> int:
@@ -41,7 +42,7 @@ class Pattern:
         return len(self.perm) - (len(self.starts) - 1)
 
 
-def pattern(count: int, i: NDArray[np.int64], j: NDArray[np.int64]) -> Pattern:
+def pattern(count: int, i: Ints, j: Ints) -> Pattern:
     """Order nodes and find the pattern of the factor.
 
     Args:
@@ -67,7 +68,7 @@ def pattern(count: int, i: NDArray[np.int64], j: NDArray[np.int64]) -> Pattern:
     return Pattern(perm, starts, rows, _slots(perm, starts, rows, i, j))
 
 
-def _corner_start(starts: NDArray[np.int64]) -> int:
+def _corner_start(starts: Ints) -> int:
     """Return the first column of the largest lower right corner that is dense."""
     most = 1000  # nodes, as the cost of the corner grows with their cube
     sizes = np.arange(1, min(len(starts) - 1, most) + 1)
@@ -78,13 +79,7 @@ def _corner_start(starts: NDArray[np.int64]) -> int:
 
 
 @njit(cache=True)
-def _slots(
-    perm: NDArray[np.int64],
-    starts: NDArray[np.int64],
-    rows: NDArray[np.int64],
-    i: NDArray[np.int64],
-    j: NDArray[np.int64],
-) -> NDArray[np.int64]:
+def _slots(perm: Ints, starts: Ints, rows: Ints, i: Ints, j: Ints) -> Ints:
     slots = np.empty(len(i), np.int64)
     first = len(starts) - 1
     for e in range(len(i)):
@@ -99,12 +94,7 @@ def _slots(
 
 
 @njit(cache=True)
-def factorize(
-    starts: NDArray[np.int64],
-    rows: NDArray[np.int64],
-    blocks: NDArray[np.float64],
-    corner: NDArray[np.float64],
-) -> None:
+def factorize(starts: Ints, rows: Ints, blocks: Floats, corner: Floats) -> None:
     """Replace a matrix by its lower factor.
 
     Args:
@@ -137,7 +127,7 @@ def factorize(
 
 
 @njit(cache=True)
-def _factor_block(a: NDArray[np.float64]) -> None:
+def _factor_block(a: Floats) -> None:
     a[0, 0] = np.sqrt(max(a[0, 0], 1e-300))
     a[1, 0] /= a[0, 0]
     a[2, 0] /= a[0, 0]
@@ -147,7 +137,7 @@ def _factor_block(a: NDArray[np.float64]) -> None:
 
 
 @njit(cache=True)
-def _divide(b: NDArray[np.float64], low: NDArray[np.float64]) -> None:
+def _divide(b: Floats, low: Floats) -> None:
     """Replace b by b times the inverse of the transposed lower triangle."""
     for r in range(3):
         b[r, 0] = b[r, 0] / low[0, 0]
@@ -156,20 +146,14 @@ def _divide(b: NDArray[np.float64], low: NDArray[np.float64]) -> None:
 
 
 @njit(cache=True)
-def _subtract(target: NDArray[np.float64], a: NDArray[np.float64], b: NDArray[np.float64]) -> None:
+def _subtract(target: Floats, a: Floats, b: Floats) -> None:
     for r in range(3):
         for c in range(3):
             target[r, c] -= a[r, 0] * b[c, 0] + a[r, 1] * b[c, 1] + a[r, 2] * b[c, 2]
 
 
 @njit(cache=True)
-def solve(
-    starts: NDArray[np.int64],
-    rows: NDArray[np.int64],
-    blocks: NDArray[np.float64],
-    corner: NDArray[np.float64],
-    x: NDArray[np.float64],
-) -> None:
+def solve(starts: Ints, rows: Ints, blocks: Floats, corner: Floats, x: Floats) -> None:
     """Solve with the factor in perm; `x` is `(N, 3) float64` in the order of elimination."""
     first = len(starts) - 1
     for k in range(first):
@@ -196,7 +180,7 @@ def solve(
 
 
 @njit(cache=True)
-def _solve_dense(low: NDArray[np.float64], x: NDArray[np.float64]) -> None:
+def _solve_dense(low: Floats, x: Floats) -> None:
     for r in range(len(x)):
         total = x[r]
         for c in range(r):

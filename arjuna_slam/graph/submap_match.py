@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.loops import LoopConfig, Submap
@@ -57,7 +57,7 @@ class Search:
     """
 
     prior: SE2
-    covariance: NDArray[np.float64]
+    covariance: Floats
     xy: float
     theta: float
 
@@ -101,9 +101,9 @@ class SubmapMatch:
     """
 
     T_past_query: SE2
-    covariance: NDArray[np.float64]
+    covariance: Floats
     sure: bool
-    holds: NDArray[np.float64]
+    holds: Floats
     area: float
 
 
@@ -172,24 +172,14 @@ class SubmapMatcher:
         return match if good and match.status is MatchStatus.MATCHED else None
 
     def _is_ruled_out(
-        self,
-        query: Submap,
-        past: Submap,
-        points: NDArray[np.float64],
-        scans: Sequence[Scan],
-        T_past_query: SE2,
+        self, query: Submap, past: Submap, points: Floats, scans: Sequence[Scan], T_past_query: SE2
     ) -> bool:
         """Return whether beams speak against a rival: they go through much, or a wall."""
         much, wall = self._against(query, past, points, T_past_query, scans)
         return much or wall > _WALL
 
     def _against(
-        self,
-        query: Submap,
-        past: Submap,
-        points: NDArray[np.float64],
-        T_past_query: SE2,
-        scans: Sequence[Scan],
+        self, query: Submap, past: Submap, points: Floats, T_past_query: SE2, scans: Sequence[Scan]
     ) -> tuple[bool, float]:
         """Return whether the beams of either go through much of what the other has seen.
 
@@ -215,7 +205,7 @@ def _views(submap: Submap, change: SE2, scans: Sequence[Scan]) -> Views:
 
 
 def _best(
-    coarse: Field, points: NDArray[np.float64], pieces: Sequence[tuple[SE2, Window]]
+    coarse: Field, points: Floats, pieces: Sequence[tuple[SE2, Window]]
 ) -> Generator[None, None, tuple[SE2, float] | None]:
     """Search a window piece by piece."""
     best, least = None, _COARSE
@@ -227,7 +217,7 @@ def _best(
     return best
 
 
-def _what_holds(field: Field, surface: Surface, match: Match) -> NDArray[np.float64]:
+def _what_holds(field: Field, surface: Surface, match: Match) -> Floats:
     """Return the middle of the points that fix a match in the direction that it sees least.
 
     A submap of a corridor may be stretched, and then fits where a corner is seen, not all along.
@@ -238,7 +228,7 @@ def _what_holds(field: Field, surface: Surface, match: Match) -> NDArray[np.floa
     weight = np.where(np.abs(facing) > facing_min, facing**2, 0.0) * field.likelihood(points)
     if not weight.any():
         weight = np.ones(len(points))
-    middle: NDArray[np.float64] = weight @ points / weight.sum()
+    middle: Floats = weight @ points / weight.sum()
     return middle
 
 
@@ -262,9 +252,7 @@ def _squares(field: Field, other: Field, T_other_field: SE2) -> int:
     return min(len(np.unique(squares[faces], axis=0)) for faces in facing.T)
 
 
-def _along_unknown(
-    information: NDArray[np.float64], rival: SE2, best: Match, surface: Surface
-) -> NDArray[np.float64]:
+def _along_unknown(information: Floats, rival: SE2, best: Match, surface: Surface) -> Floats:
     """Remove the information along the direction in which another pose fits as well.
 
     The direction is that of the walls that run towards the rival, as the rival is known to a cell
@@ -279,12 +267,12 @@ def _along_unknown(
     walls = len(along) > _FEW * len(normals)
     direction = np.append(np.linalg.eigh(along.T @ along)[1][:, 1] if walls else gap, 0.0)
     pull = information @ direction
-    left: NDArray[np.float64] = information - np.outer(pull, pull) / (direction @ pull)
+    left: Floats = information - np.outer(pull, pull) / (direction @ pull)
     unknown = 1e-4  # information left in that direction, for the inverse
     return left + unknown * np.eye(3)
 
 
-def _least_seen(match: Match) -> NDArray[np.float64]:
+def _least_seen(match: Match) -> Floats:
     """Return the direction in which a match knows least, `(2,) float64`."""
-    direction: NDArray[np.float64] = np.linalg.eigh(match.covariance[:2, :2])[1][:, 1]
+    direction: Floats = np.linalg.eigh(match.covariance[:2, :2])[1][:, 1]
     return direction

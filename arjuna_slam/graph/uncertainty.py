@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.graph.pose_graph import PoseGraph
 
@@ -29,7 +30,7 @@ _UNKNOWN = 1e6  # variance of what no chain reaches
 
 def relative_covariances(
     graph: PoseGraph, node: int, wanted: NDArray[np.intp] | None = None
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return a bound on the covariance of nodes' poses in the frame of one.
 
     Args:
@@ -50,20 +51,18 @@ def relative_covariances(
         table.covariance, node, open_,
     )  # fmt: skip
     share = _NEAR_SHARE + (_FAR_SHARE - _NEAR_SHARE) * np.minimum(travel / _ALIKE, 1.0)
-    bound: NDArray[np.float64] = share[:, None, None] * along
+    bound: Floats = share[:, None, None] * along
     return bound
 
 
-def spread(covariance: NDArray[np.float64]) -> tuple[float, float]:
+def spread(covariance: Floats) -> tuple[float, float]:
     """Return the greatest deviation in position [m] and that in heading [rad]."""
     half = 0.5 * (covariance[0, 0] - covariance[1, 1])
     mean = 0.5 * (covariance[0, 0] + covariance[1, 1])
     return float(np.sqrt(mean + np.hypot(half, covariance[0, 1]))), float(np.sqrt(covariance[2, 2]))
 
 
-def chained(
-    T_a_b: SE2, first: NDArray[np.float64], T_b_c: SE2, second: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def chained(T_a_b: SE2, first: Floats, T_b_c: SE2, second: Floats) -> Floats:
     """Return the covariance of `T_a_b @ T_b_c`, translation in the axes of a, `(3, 3) float64`.
 
     `first` is that of `T_a_b` in the axes of a, `second` that of `T_b_c` in the axes of b.
@@ -72,11 +71,11 @@ def chained(
     offset = turn @ np.array([T_b_c.x, T_b_c.y, 0.0])
     lever = np.eye(3)
     lever[0, 2], lever[1, 2] = -offset[1], offset[0]
-    result: NDArray[np.float64] = lever @ first @ lever.T + turn @ second @ turn.T
+    result: Floats = lever @ first @ lever.T + turn @ second @ turn.T
     return result
 
 
-def plausible(expected: SE2, found: SE2, covariance: NDArray[np.float64]) -> bool:
+def plausible(expected: SE2, found: SE2, covariance: Floats) -> bool:
     """Return whether a node's pose in another's frame, as matched, fits the one that the graph has.
 
     `covariance` is the bound of `relative_covariances`, `(3, 3) float64`.
@@ -89,13 +88,8 @@ def plausible(expected: SE2, found: SE2, covariance: NDArray[np.float64]) -> boo
 
 @njit(cache=True)
 def _propagate(
-    poses: NDArray[np.float64],
-    i: NDArray[np.int64],
-    j: NDArray[np.int64],
-    covariance: NDArray[np.float64],
-    node: int,
-    open_: NDArray[np.bool_],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    poses: Floats, i: Ints, j: Ints, covariance: Floats, node: int, open_: Bools
+) -> tuple[Floats, Floats]:
     """Return the covariance along the surest chain to each node, and its length [m]."""
     starts, links = _links(len(poses), i, j)
     left, before = open_.sum(), np.full(len(poses), -1)
@@ -136,16 +130,14 @@ def _propagate(
 
 
 @njit(cache=True)
-def _length(edge: NDArray[np.float64]) -> float:
+def _length(edge: Floats) -> float:
     """Return how much an edge of a covariance `(3, 3)` adds to what is not known."""
     length: float = edge[0, 0] + edge[1, 1] + _LEVER**2 * edge[2, 2]
     return length
 
 
 @njit(cache=True)
-def _links(
-    count: int, i: NDArray[np.int64], j: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _links(count: int, i: Ints, j: Ints) -> tuple[Ints, Ints]:
     """Return the edges at each node: where they start, and which they are."""
     starts = np.zeros(count + 1, np.int64)
     for e in range(len(i)):
@@ -164,14 +156,14 @@ def _links(
 
 @njit(cache=True)
 def _chain(
-    poses: NDArray[np.float64],
+    poses: Floats,
     here: int,
     there: int,
     first: int,
-    edge: NDArray[np.float64],
+    edge: Floats,
     c: float,
     s: float,
-    result: NDArray[np.float64],
+    result: Floats,
 ) -> None:
     """Set the covariance of a node from that of the one before it and of the edge between.
 

@@ -13,8 +13,8 @@ from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.hypotheses import Closure, Hypotheses
@@ -35,7 +35,7 @@ _BELIEVED = 2.0  # weights of closures that agree
 class _Task:
     query: int
     past: int
-    covariance: NDArray[np.float64]
+    covariance: Floats
 
 
 class WideLoops:
@@ -109,7 +109,7 @@ class WideLoops:
         most = 8  # of a submap at a time
         self._tasks.extend(task for _, task in found[:most])
 
-    def _within_reach(self, gaps: NDArray[np.float64], submaps: Sequence[Submap]) -> Sequence[int]:
+    def _within_reach(self, gaps: Floats, submaps: Sequence[Submap]) -> Sequence[int]:
         """Return which submaps the widest window may reach, by their anchors alone."""
         widest = _OVERLAP + 0.5 * self._config.loop_search_space_dimension
         anchors = np.array([submap.anchor for submap in submaps], np.intp)
@@ -153,7 +153,7 @@ class WideLoops:
         return believed
 
 
-def _joined(graph: PoseGraph, nodes: list[int]) -> NDArray[np.bool_]:
+def _joined(graph: PoseGraph, nodes: list[int]) -> Bools:
     """Return which nodes a loop edge joins to some, `(N,) bool`."""
     table = graph.table
     own = np.zeros(len(graph), np.bool_)
@@ -164,12 +164,10 @@ def _joined(graph: PoseGraph, nodes: list[int]) -> NDArray[np.bool_]:
     return joined
 
 
-def _gaps(graph: PoseGraph, nodes: list[int]) -> NDArray[np.float64]:
+def _gaps(graph: PoseGraph, nodes: list[int]) -> Floats:
     """Return how far each node is from the nearest of some, `(N,) float64` [m]."""
     own = graph.poses[nodes[:: max(1, len(nodes) // 6)], :2]
-    gaps: NDArray[np.float64] = np.hypot(
-        *(graph.poses[:, None, :2] - own[None]).transpose(2, 0, 1)
-    ).min(axis=1)
+    gaps: Floats = np.hypot(*(graph.poses[:, None, :2] - own[None]).transpose(2, 0, 1)).min(axis=1)
     return gaps
 
 
@@ -185,6 +183,6 @@ def _edge(query: Submap, past: Submap, match: SubmapMatch) -> Edge:
     return Edge(past.nodes[i], query.nodes[j], T_i_j, invert(covariance), EdgeKind.LOOP)
 
 
-def _nearest(poses: Sequence[SE2], point: NDArray[np.float64]) -> int:
+def _nearest(poses: Sequence[SE2], point: Floats) -> int:
     """Return which of some poses is nearest to a point."""
     return int(np.argmin([math.hypot(pose.x - point[0], pose.y - point[1]) for pose in poses]))

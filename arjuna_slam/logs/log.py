@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, BinaryIO, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.bags.reader import PACKED, SUFFIXES
 from arjuna_core.errors import InputFileError
 from arjuna_core.ros.health.rules import GREATEST
@@ -161,11 +161,11 @@ def _check_length(words: list[str], valid: int) -> None:
         raise ValueError(f"{len(words) + 1} words, {valid + 1} are valid")
 
 
-def _numbers(words: list[str]) -> NDArray[np.float64]:
+def _numbers(words: list[str]) -> Floats:
     return np.array(words, dtype=np.float64)
 
 
-def _finite(words: list[str]) -> NDArray[np.float64]:
+def _finite(words: list[str]) -> Floats:
     """Return numbers of which none may be absent: poses and a stamp."""
     numbers = _numbers(words)
     if not (np.abs(numbers) <= GREATEST).all():
@@ -173,9 +173,7 @@ def _finite(words: list[str]) -> NDArray[np.float64]:
     return numbers
 
 
-def _scan(
-    ranges: NDArray[np.float64], angle_min: float, increment: float, reach: float, stamp: float
-) -> Scan:
+def _scan(ranges: Floats, angle_min: float, increment: float, reach: float, stamp: float) -> Scan:
     ranges[ranges >= reach] = math.inf
     return Scan(ranges, angle_min, increment, 0.02, reach, stamp)
 

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2, wrap
 
 
-def read_relations(path: Path) -> NDArray[np.float64]:
+def read_relations(path: Path) -> Floats:
     """Read a file of relations as `evaluate` takes them.
 
     Args:
@@ -50,7 +50,7 @@ class RelationError:
     count: int
 
 
-def evaluate(trajectory: list[tuple[float, SE2]], relations: NDArray[np.float64]) -> RelationError:
+def evaluate(trajectory: list[tuple[float, SE2]], relations: Floats) -> RelationError:
     """Compare a trajectory with reference relations.
 
     Args:
@@ -77,7 +77,7 @@ def evaluate(trajectory: list[tuple[float, SE2]], relations: NDArray[np.float64]
     )
 
 
-def _at(stamps: NDArray[np.float64], trajectory: list[tuple[float, SE2]], stamp: float) -> SE2:
+def _at(stamps: Floats, trajectory: list[tuple[float, SE2]], stamp: float) -> SE2:
     k = int(np.searchsorted(stamps, stamp))
     if k == 0 or stamps[k] == stamp:
         return trajectory[k][1]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -48,9 +48,7 @@ class Mapper:
         """The scans added."""
         return tuple(self._scans)
 
-    def grid(
-        self, poses: NDArray[np.float64], most_moved: int | None = None
-    ) -> OccupancyGrid | None:
+    def grid(self, poses: Floats, most_moved: int | None = None) -> OccupancyGrid | None:
         """Return the map, tracing what is new or has moved.
 
         Args:
@@ -77,11 +75,11 @@ class Mapper:
         self._traced = np.concatenate((self._traced, poses[len(self._traced) :]))
         return self._occupancy.grid(self._scans[-1].stamp)
 
-    def behind(self, poses: NDArray[np.float64]) -> bool:
+    def behind(self, poses: Floats) -> bool:
         """Return whether scans, by poses `(N, 3)`, are new or have moved since the last map."""
         return len(poses) > len(self._traced) or len(self._moved(poses)) > 0
 
-    def _moved(self, poses: NDArray[np.float64]) -> NDArray[np.int64]:
+    def _moved(self, poses: Floats) -> Ints:
         """Return the traced scans that have moved enough to be traced again, the farthest first."""
         change = poses[: len(self._traced)] - self._traced
         gap = np.hypot(change[:, 0], change[:, 1]) / (_MOVED_POSITION_CELLS * self._resolution)

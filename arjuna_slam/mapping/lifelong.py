@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
@@ -40,7 +40,7 @@ class LifelongConfig:
 
 def forget_submap(
     config: LifelongConfig, session: Session, submap: int
-) -> tuple[Session, NDArray[np.int64]] | None:
+) -> tuple[Session, Ints] | None:
     """Return `prune` of a session without a submap, or None where the submap is still needed."""
     if not is_redundant(config, session.poses, session.submaps[submap]):
         return None
@@ -51,7 +51,7 @@ def forget_submap(
     return prune(session, keep)
 
 
-def is_redundant(config: LifelongConfig, poses: NDArray[np.float64], nodes: Sequence[int]) -> bool:
+def is_redundant(config: LifelongConfig, poses: Floats, nodes: Sequence[int]) -> bool:
     """Return whether newer keyframes cover a submap's `nodes`; poses `(N, 3)` of all keyframes."""
     newer = poses[max(nodes) + 1 :, :2]
     if len(newer) == 0:
@@ -61,7 +61,7 @@ def is_redundant(config: LifelongConfig, poses: NDArray[np.float64], nodes: Sequ
     return bool(covered.mean() >= config.lifelong_cover_share)
 
 
-def prune(session: Session, keep: NDArray[np.bool_]) -> tuple[Session, NDArray[np.int64]]:
+def prune(session: Session, keep: Bools) -> tuple[Session, Ints]:
     """Return a session without some keyframes.
 
     Args:
@@ -85,9 +85,7 @@ def prune(session: Session, keep: NDArray[np.bool_]) -> tuple[Session, NDArray[n
     return pruned, index
 
 
-def _move(
-    session: Session, edge: Edge, kept: NDArray[np.int64], index: NDArray[np.int64]
-) -> Edge | None:
+def _move(session: Session, edge: Edge, kept: Ints, index: Ints) -> Edge | None:
     """Return an edge between kept keyframes; a loop's end that goes is moved to the next one."""
     i, j = int(index[edge.i]), int(index[edge.j])
     if i >= 0 and j >= 0:
@@ -103,12 +101,12 @@ def _move(
     return Edge(int(index[a]), int(index[b]), measured, _DOUBT * edge.information, edge.kind)
 
 
-def _next(kept: NDArray[np.int64], node: int) -> int:
+def _next(kept: Ints, node: int) -> int:
     """Return the kept keyframe nearest in time."""
     return int(kept[np.abs(kept - node).argmin()])
 
 
-def _bridges(session: Session, kept: NDArray[np.int64]) -> list[Edge]:
+def _bridges(session: Session, kept: Ints) -> list[Edge]:
     """Return edges over the gaps, as the graph has them now."""
     edges = []
     for new, (a, b) in enumerate(pairwise(kept.tolist())):

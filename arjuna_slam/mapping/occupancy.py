@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
 from arjuna_core.raycast import line_cells
 from arjuna_core.scan import Scan
@@ -45,10 +46,10 @@ class Occupancy:
         self._passes = np.zeros((0, 0), np.int32)
         self._hits = np.zeros((0, 0), np.int32)
         self._data = np.full((0, 0), UNKNOWN, np.int8)
-        self._stale: NDArray[np.int64] | None = None  # first and last row and column, both in
-        self._seen: NDArray[np.int64] | None = None
+        self._stale: Ints | None = None  # first and last row and column, both in
+        self._seen: Ints | None = None
 
-    def trace(self, scan: Scan, pose: NDArray[np.float64], range_max: float, sign: int) -> None:
+    def trace(self, scan: Scan, pose: Floats, range_max: float, sign: int) -> None:
         """Add a scan's beams, or take them away.
 
         Args:
@@ -87,7 +88,7 @@ class Occupancy:
         frame = GridFrame(self._resolution, data.shape[1], data.shape[0], origin)
         return OccupancyGrid(frame, data, stamp)
 
-    def _window(self, box: NDArray[np.int64]) -> tuple[slice, slice]:
+    def _window(self, box: Ints) -> tuple[slice, slice]:
         row, column = self._corner.tolist()
         first_row, last_row, first_column, last_column = box.tolist()
         return (
@@ -95,7 +96,7 @@ class Occupancy:
             slice(first_column - column, last_column - column + 1),
         )
 
-    def _shrink(self, box: NDArray[np.int64]) -> None:
+    def _shrink(self, box: Ints) -> None:
         """Draw a box in to the cells that beams have come to, after some were taken away."""
         for side, step in ((0, 1), (1, -1), (2, 1), (3, -1)):
             edge = box.copy()
@@ -104,7 +105,7 @@ class Occupancy:
                 box[side] += step
                 edge[side] = edge[side ^ 1] = box[side]
 
-    def _cover(self, box: NDArray[np.int64]) -> None:
+    def _cover(self, box: Ints) -> None:
         """Grow so that a box lies inside."""
         if self._passes.size == 0:
             self._corner = box[0::2].copy()
@@ -124,9 +125,7 @@ class Occupancy:
         self._corner = self._corner - before
 
 
-def _grown(
-    counts: NDArray[np.int32], before: NDArray[np.int64], after: NDArray[np.int64]
-) -> NDArray[np.int32]:
+def _grown(counts: NDArray[np.int32], before: Ints, after: Ints) -> NDArray[np.int32]:
     """Return counts with zeros around; unlike those of `np.pad` they take no memory until used."""
     grown = np.zeros(counts.shape + before + after, np.int32)
     height, width = counts.shape
@@ -134,9 +133,9 @@ def _grown(
     return grown
 
 
-def _joined(box: NDArray[np.int64] | None, other: NDArray[np.int64]) -> NDArray[np.int64]:
+def _joined(box: Ints | None, other: Ints) -> Ints:
     """Return the box around two boxes."""
-    joined: NDArray[np.int64] = other.copy()
+    joined: Ints = other.copy()
     if box is not None:
         joined[0::2] = np.minimum(box, other)[0::2]
         joined[1::2] = np.maximum(box, other)[1::2]
@@ -145,13 +144,8 @@ def _joined(box: NDArray[np.int64] | None, other: NDArray[np.int64]) -> NDArray[
 
 @njit(cache=True)
 def _lines(
-    rays: NDArray[np.float64],
-    ranges: NDArray[np.float64],
-    pose: NDArray[np.float64],
-    resolution: float,
-    range_min: float,
-    reach: float,
-) -> NDArray[np.int64]:
+    rays: Floats, ranges: Floats, pose: Floats, resolution: float, range_min: float, reach: float
+) -> Ints:
     """Return row and column of each beam's first and last cell, and 1 where it ended there."""
     lines = np.empty((len(ranges), 5), np.int64)
     count = 0
@@ -169,17 +163,13 @@ def _lines(
         lines[count, 3] = math.floor((x + length * math.cos(angle)) / resolution + 0.5)
         lines[count, 4] = 1 if r < reach else 0
         count += 1
-    found: NDArray[np.int64] = lines[:count]
+    found: Ints = lines[:count]
     return found
 
 
 @njit(cache=True)
 def _count(
-    passes: NDArray[np.int32],
-    hits: NDArray[np.int32],
-    corner: NDArray[np.int64],
-    lines: NDArray[np.int64],
-    sign: int,
+    passes: NDArray[np.int32], hits: NDArray[np.int32], corner: Ints, lines: Ints, sign: int
 ) -> None:
     """Add (or take away) passes and hits along Bresenham lines."""
     for i in range(len(lines)):
@@ -195,7 +185,7 @@ def _classify(
     passes: NDArray[np.int32],
     hits: NDArray[np.int32],
     data: NDArray[np.int8],
-    box: NDArray[np.int64],
+    box: Ints,
     passes_min: int,
     hit_share: float,
 ) -> None:
@@ -234,7 +224,7 @@ def _is_fringe(hits: NDArray[np.int32], row: int, column: int) -> bool:
 
 
 @njit(cache=True)
-def _means(around: NDArray[np.float64], k: int) -> tuple[float, float, float]:
+def _means(around: Floats, k: int) -> tuple[float, float, float]:
     """Return the means of three lines of cells: rows, columns, and both diagonals."""
     if k == 0:
         return around[0].mean(), around[1].mean(), around[2].mean()

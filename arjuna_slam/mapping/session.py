@@ -16,6 +16,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.whole_file import head_of, read_bytes, write_atomically
 from arjuna_core.scan import Scan
@@ -51,8 +52,8 @@ class Session:
     """
 
     scans: tuple[Scan, ...]
-    poses: NDArray[np.float64]
-    travel: NDArray[np.float64]
+    poses: Floats
+    travel: Floats
     edges: tuple[Edge, ...]
     submaps: tuple[tuple[int, ...], ...]
     T_odom_base: SE2 | None = None
@@ -256,7 +257,7 @@ def _from_arrays(arrays: Arrays) -> Session:
     )
 
 
-def _scan(arrays: Arrays, k: int, ranges: NDArray[np.float64]) -> Scan:
+def _scan(arrays: Arrays, k: int, ranges: Floats) -> Scan:
     angle_min, increment, range_min, range_max, time_increment = arrays["sweeps"][k].tolist()
     stamp, mount = float(arrays["stamps"][k]), SE2.from_array(arrays["mounts"][k])
     motion = SE2.from_array(arrays["motions"][k])

@@ -10,6 +10,7 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.config import param
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.matching.field import Field
@@ -38,11 +39,11 @@ class PackedField:
 
     resolution: float
     sigma: float
-    origin: NDArray[np.float64]
+    origin: Floats
     shape: tuple[int, int]
     cells: NDArray[np.int32]
     score: NDArray[np.uint8]
-    surface: NDArray[np.bool_]
+    surface: Bools
     planes: NDArray[np.float32]
 
     @staticmethod
@@ -116,8 +117,8 @@ class Submap:
     nodes: list[int] = dataclasses.field(default_factory=list)
     poses: list[SE2] = dataclasses.field(default_factory=list)
     path_length: float = 0.0
-    bend: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
-    _unseen: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
+    bend: Floats = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
+    _unseen: Floats = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
     _post: int = 0
     _post_length: float = 0.0
 
@@ -136,7 +137,7 @@ class Submap:
         self.field.trim()
         self._field = partial(unpacked, PackedField.of(self.field))
 
-    def constraint_to(self, T_anchor_base: SE2) -> tuple[int, SE2, NDArray[np.float64]]:
+    def constraint_to(self, T_anchor_base: SE2) -> tuple[int, SE2, Floats]:
         """Return the keyframe that a new one is tied to, which saw most of what it sees.
 
         Also the new one's pose in its frame and, in its axes, the covariance of what no match has
@@ -151,7 +152,7 @@ class Submap:
         k = min(range(len(self.poses)), key=lambda k: self.poses[k].distance(T_anchor_base))
         return self.nodes[k], self.poses[k]
 
-    def renumber(self, index: NDArray[np.int64]) -> None:
+    def renumber(self, index: Ints) -> None:
         """Follow keyframes that were forgotten; see `LocalMap.renumber`."""
         kept = [k for k, node in enumerate(self.nodes) if index[node] >= 0]
         self._post = max((new for new, k in enumerate(kept) if k <= self._post), default=0)
@@ -159,7 +160,7 @@ class Submap:
         self.poses = [self.poses[k] for k in kept]
 
     def insert(
-        self, node: int, surface: Surface, T_anchor_base: SE2, unseen: NDArray[np.float64] = _NONE
+        self, node: int, surface: Surface, T_anchor_base: SE2, unseen: Floats = _NONE
     ) -> None:
         """Add a keyframe's surface at its pose in the anchor's frame.
 
@@ -218,7 +219,7 @@ class LocalMap:
         self.finished.append(submap)
 
     def insert(
-        self, node: int, surface: Surface, T_anchor_base: SE2, unseen: NDArray[np.float64] = _NONE
+        self, node: int, surface: Surface, T_anchor_base: SE2, unseen: Floats = _NONE
     ) -> SE2:
         """Add a keyframe; start a submap when the newest is half full, finish the full one.
 
@@ -247,7 +248,7 @@ class LocalMap:
         count, length = self._config.submap_size, self._config.submap_length
         return len(submap.nodes) >= int(share * count) or submap.path_length >= share * length
 
-    def renumber(self, index: NDArray[np.int64]) -> None:
+    def renumber(self, index: Ints) -> None:
         """Follow keyframes that were forgotten; finished submaps go with their anchor.
 
         Args:

@@ -11,10 +11,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints
+
 # A field's score, and its pyramid with its levels
-Tables = tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.int64]]
+Tables = tuple[NDArray[np.uint8], NDArray[np.uint8], Ints]
 # Cells of the points at each angle, the angles' turns, bounds of the coarsest blocks, their order
-Task = tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]
+Task = tuple[NDArray[np.int32], Floats, Floats, Ints]
 # Angle index (-1 for none), row, column and response
 Best = tuple[int, int, int, float]
 _RUN = 16  # points between two looks at whether a block can still win
@@ -23,11 +25,11 @@ _RUN = 16  # points between two looks at whether a block can still win
 @njit(cache=True)
 def prepare(
     tables: Tables,
-    points: NDArray[np.float64],
-    xy: NDArray[np.float64],
-    thetas: NDArray[np.float64],
+    points: Floats,
+    xy: Floats,
+    thetas: Floats,
     half: int,
-    penalty: NDArray[np.float64],
+    penalty: Floats,
     least: float,
 ) -> Task:
     """Return the coarsest blocks of offsets at all angles.
@@ -52,8 +54,8 @@ def descend(
     tables: Tables,
     task: Task,
     half: int,
-    penalty: NDArray[np.float64],
-    without: NDArray[np.int64],
+    penalty: Floats,
+    without: Ints,
     best: Best,
     first: int,
     work: int,
@@ -127,7 +129,7 @@ def _bound(
 
 
 @njit(cache=True)
-def _penalty(row: int, column: int, size: int, turn: float, p: NDArray[np.float64]) -> float:
+def _penalty(row: int, column: int, size: int, turn: float, p: Floats) -> float:
     """Greatest penalty factor in a block of offsets `size` cells wide."""
     dr = 0 if row <= 0 <= row + size - 1 else min(abs(row), abs(row + size - 1))
     dc = 0 if column <= 0 <= column + size - 1 else min(abs(column), abs(column + size - 1))
@@ -136,7 +138,7 @@ def _penalty(row: int, column: int, size: int, turn: float, p: NDArray[np.float6
 
 
 @njit(cache=True)
-def _excluded(row: int, column: int, size: int, without: NDArray[np.int64]) -> bool:
+def _excluded(row: int, column: int, size: int, without: Ints) -> bool:
     """Return whether a whole block of offsets lies in a box of offsets left out, its rim in it."""
     for box in without:
         inside = row >= box[0] and row + size - 1 <= box[1]
@@ -146,9 +148,7 @@ def _excluded(row: int, column: int, size: int, without: NDArray[np.int64]) -> b
 
 
 @njit(cache=True)
-def _offsets(
-    points: NDArray[np.float64], xy: NDArray[np.float64], thetas: NDArray[np.float64]
-) -> NDArray[np.int32]:
+def _offsets(points: Floats, xy: Floats, thetas: Floats) -> NDArray[np.int32]:
     """Return the cell (row, column) of each point at each angle, `(T, N, 2) int32`."""
     cells = np.empty((len(thetas), len(points), 2), np.int32)
     for k in range(len(thetas)):
@@ -166,8 +166,8 @@ def _search_block(
     top_block: tuple[int, int, int],
     bound: float,
     turn: float,
-    penalty: NDArray[np.float64],
-    without: NDArray[np.int64],
+    penalty: Floats,
+    without: Ints,
     best: float,
 ) -> tuple[bool, int, int, float, int]:
     """Search one block of offsets (row, column, level), depth first, the most promising first.
@@ -208,9 +208,7 @@ def _search_block(
 
 
 @njit(cache=True)
-def _make_room(
-    stack: NDArray[np.int64], bounds: NDArray[np.float64], first: int, top: int, value: float
-) -> int:
+def _make_room(stack: Ints, bounds: Floats, first: int, top: int, value: float) -> int:
     """Return where a bound belongs among those from `first` to `top`; greater ones move up."""
     slot = top
     while slot > first and bounds[slot - 1] > value:
@@ -231,11 +229,11 @@ def _root(t: int, blocks: int, size: int, half: int) -> tuple[int, int, int]:
 def _roots(
     tables: Tables,
     cells: NDArray[np.int32],
-    turns: NDArray[np.float64],
+    turns: Floats,
     half: int,
-    penalty: NDArray[np.float64],
+    penalty: Floats,
     least: float,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the bounds of the coarsest blocks, row by row at each angle."""
     depth = len(tables[2]) - 1
     size = 1 << depth

@@ -11,9 +11,9 @@ from collections.abc import Iterable
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy import ndimage
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
@@ -21,8 +21,8 @@ _THROUGH, _ON = 0.4, 0.2  # a beam so much longer than the distance to a point g
 
 
 def seen_and_contradicted(
-    points: NDArray[np.float64], scans: Iterable[tuple[Scan, SE2]], range_max: float
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    points: Floats, scans: Iterable[tuple[Scan, SE2]], range_max: float
+) -> tuple[Bools, Bools]:
     """Return which points scans see, and which of those their beams go through, each `(N,) bool`.
 
     Args:
@@ -39,7 +39,7 @@ def seen_and_contradicted(
     return seen, seen & against
 
 
-def longest(points: NDArray[np.float64]) -> float:
+def longest(points: Floats) -> float:
     """Return how long the longest thing is that points make up, without gaps in it [m].
 
     Args:
@@ -60,9 +60,7 @@ def longest(points: NDArray[np.float64]) -> float:
     return float(np.hypot(*size).max())
 
 
-def gone_through(
-    points: NDArray[np.float64], scans: Iterable[tuple[Scan, SE2]], range_max: float
-) -> NDArray[np.bool_]:
+def gone_through(points: Floats, scans: Iterable[tuple[Scan, SE2]], range_max: float) -> Bools:
     """Return which points beams of any scan go through, `(N,) bool`.
 
     Args:
@@ -76,7 +74,7 @@ def gone_through(
     return result
 
 
-_Beams = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+_Beams = tuple[Floats, Floats, Floats]
 """Ranges [m]; first angle, increment, least and greatest range used; the sensor's pose."""
 
 
@@ -88,11 +86,7 @@ def _beams(scan: Scan, pose: SE2, range_max: float) -> _Beams:
 
 @njit(cache=True)
 def _toward(
-    ranges: NDArray[np.float64],
-    how: NDArray[np.float64],
-    sensor: NDArray[np.float64],
-    x: float,
-    y: float,
+    ranges: Floats, how: Floats, sensor: Floats, x: float, y: float
 ) -> tuple[float, float, float]:
     """Return the distance to a point and the least and greatest range there; inf if unseen."""
     first, increment, range_min, range_max = how
@@ -113,12 +107,7 @@ def _toward(
 
 @njit(cache=True)
 def _count(
-    ranges: NDArray[np.float64],
-    how: NDArray[np.float64],
-    sensor: NDArray[np.float64],
-    points: NDArray[np.float64],
-    on: NDArray[np.int64],
-    through: NDArray[np.int64],
+    ranges: Floats, how: Floats, sensor: Floats, points: Floats, on: Ints, through: Ints
 ) -> None:
     for k in range(len(points)):
         distance, shortest, longest = _toward(ranges, how, sensor, points[k, 0], points[k, 1])
@@ -129,13 +118,7 @@ def _count(
 
 
 @njit(cache=True)
-def _pass(
-    ranges: NDArray[np.float64],
-    how: NDArray[np.float64],
-    sensor: NDArray[np.float64],
-    points: NDArray[np.float64],
-    through: NDArray[np.bool_],
-) -> None:
+def _pass(ranges: Floats, how: Floats, sensor: Floats, points: Floats, through: Bools) -> None:
     for k in range(len(points)):
         if not through[k]:
             distance, shortest, _ = _toward(ranges, how, sensor, points[k, 0], points[k, 1])

@@ -11,8 +11,8 @@ from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.branch_and_bound import descend, prepare
 from arjuna_slam.matching.field import Field
@@ -45,7 +45,7 @@ class Window:
 
 
 def search(
-    field: Field, points: NDArray[np.float64], prior: SE2, window: Window, least: float
+    field: Field, points: Floats, prior: SE2, window: Window, least: float
 ) -> tuple[SE2, float] | None:
     """Return the pose of the greatest response and the response; None where none exceeds `least`.
 
@@ -66,7 +66,7 @@ def search(
 
 def searching(
     field: Field,
-    points: NDArray[np.float64],
+    points: Floats,
     prior: SE2,
     window: Window,
     least: float,
@@ -90,7 +90,7 @@ class _Search:
     def __init__(
         self,
         field: Field,
-        points: NDArray[np.float64],
+        points: Floats,
         prior: SE2,
         window: Window,
         least: float,
@@ -139,7 +139,7 @@ class _Search:
         return SE2(x, y, float(self._thetas[k])), response
 
 
-def _turns(points: NDArray[np.float64], resolution: float, theta: float) -> NDArray[np.float64]:
+def _turns(points: Floats, resolution: float, theta: float) -> Floats:
     """Return turns up to theta in steps that move nine points of ten by a cell at most [rad]."""
     far = int(0.9 * (len(points) - 1))
     reach = float(np.partition(np.hypot(points[:, 0], points[:, 1]), far)[far])
@@ -148,13 +148,11 @@ def _turns(points: NDArray[np.float64], resolution: float, theta: float) -> NDAr
     return step * np.arange(-half_steps, half_steps + 1, dtype=np.float64)
 
 
-def _left_out(
-    apart: tuple[Sequence[SE2], float] | None, prior: SE2, resolution: float
-) -> NDArray[np.int64]:
+def _left_out(apart: tuple[Sequence[SE2], float] | None, prior: SE2, resolution: float) -> Ints:
     """Return first and last row and column of boxes of offsets left out, `(K, 4) int64`."""
     poses, far = apart or ((), 0.0)
     gaps = np.array([(pose.y - prior.y, pose.x - prior.x) for pose in poses]).reshape(-1, 2)
     boxes = np.round(gaps.repeat(2, axis=1) / resolution)
     boxes += round(far / resolution) * np.array([-1, 1, -1, 1])
-    cells: NDArray[np.int64] = boxes.astype(np.int64)
+    cells: Ints = boxes.astype(np.int64)
     return cells

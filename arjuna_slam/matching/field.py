@@ -17,6 +17,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints
+
 _MARGIN_CELLS = 40  # by which it grows at least, so that it seldom does
 _CROSSED_MIN, _AGREED_MIN = 0.5, 0.7  # weight and share of it in one direction, to be a surface
 _LEVEL_MIN = 2  # of 255: likelihood from which a point counts in a cell
@@ -46,9 +48,9 @@ class Field:
         self.planes = np.zeros((1, 4), np.float32)
         self._count = 1
         self._radius = math.ceil(3.0 * sigma / resolution)
-        self._pyramid: tuple[NDArray[np.uint8], NDArray[np.int64]] | None = None
+        self._pyramid: tuple[NDArray[np.uint8], Ints] | None = None
 
-    def add(self, points: NDArray[np.float64], normals: NDArray[np.float64]) -> None:
+    def add(self, points: Floats, normals: Floats) -> None:
         """Add reference points.
 
         Args:
@@ -73,7 +75,7 @@ class Field:
                     self.index = self.index.astype(np.int32)
         self._pyramid = None
 
-    def pyramid(self, depth: int) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
+    def pyramid(self, depth: int) -> tuple[NDArray[np.uint8], Ints]:
         """Return upper bounds of the score over growing blocks, for branch and bound.
 
         Level h, cell X bounds the scores of rows `2^h (X - 1)` to `2^h (X + 1) - 1`, columns alike,
@@ -92,7 +94,7 @@ class Field:
         coarse.origin, coarse.score = self.origin, _halve(self.score)
         return coarse
 
-    def likelihood(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def likelihood(self, points: Floats) -> Floats:
         """Return the likelihood (0..1) at points `(N, 2)` of the field's frame [m], 0 outside."""
         cells = np.floor((points - self.origin) / self.resolution).astype(np.int64)
         inside = ((cells >= 0) & (cells < self.score.shape[::-1])).all(axis=1)
@@ -100,7 +102,7 @@ class Field:
         result[inside] = self.score[cells[inside, 1], cells[inside, 0]] / 255.0
         return result
 
-    def surface(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def surface(self) -> tuple[Floats, Floats]:
         """Return points on the surface, one a cell that it crosses [m], and their unit normals.
 
         Both `(N, 2) float64` in the field's frame.
@@ -122,7 +124,7 @@ class Field:
         self.origin = self.origin + self.resolution * np.array([columns[0], rows[0]])
         self._pyramid = None
 
-    def _cover(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
+    def _cover(self, low: Floats, high: Floats) -> None:
         """Grow so that the box and the kernel around it lie inside."""
         border = self._radius + 2
         shape = np.array(self.score.shape[::-1])
@@ -147,9 +149,9 @@ def _stamp(
     planes: NDArray[np.float32],
     count: int,
     resolution: float,
-    origin: NDArray[np.float64],
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
+    origin: Floats,
+    points: Floats,
+    normals: Floats,
     first: int,
     sigma: float,
     radius: int,
@@ -175,7 +177,7 @@ def _stamp(
 
 
 @njit(cache=True)
-def _fill_gaussian(weights: NDArray[np.float64], centre: float, scale: float) -> None:
+def _fill_gaussian(weights: Floats, centre: float, scale: float) -> None:
     """Fill in a Gaussian at the centres of cells; all in cells."""
     for k in range(len(weights)):
         off = centre - k - 0.5
@@ -191,9 +193,9 @@ def _stamp_point(
     resolution: float,
     gx: float,
     gy: float,
-    normal: NDArray[np.float64],
-    wx: NDArray[np.float64],
-    wy: NDArray[np.float64],
+    normal: Floats,
+    wx: Floats,
+    wy: Floats,
     radius: int,
 ) -> int:
     """Add one point, in cells from the origin; return the number of planes."""
@@ -229,8 +231,8 @@ def _crossings(
     index: NDArray[np.uint16 | np.int32],
     planes: NDArray[np.float32],
     resolution: float,
-    origin: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    origin: Floats,
+) -> tuple[Floats, Floats]:
     points, normals = np.empty((len(planes), 2)), np.empty((len(planes), 2))
     count = 0
     for r in range(index.shape[0]):
@@ -249,9 +251,7 @@ def _crossings(
     return points[:count].copy(), normals[:count].copy()
 
 
-def _build_pyramid(
-    score: NDArray[np.uint8], depth: int
-) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
+def _build_pyramid(score: NDArray[np.uint8], depth: int) -> tuple[NDArray[np.uint8], Ints]:
     levels = np.zeros((depth + 1, 3), np.int64)
     levels[0, 1:] = score.shape
     parts: list[NDArray[np.uint8]] = [np.empty(0, np.uint8)]

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_core.se2 import wrap
 from arjuna_slam.matching.map_field import MapField, bordered, sum_at_endpoints
 
@@ -55,7 +56,7 @@ class GlobalSearch:
         self._bounds = [bordered(_pool(padded, size), 0.0) for size in sizes]
         self._free = [_pool(free.view(np.uint8), size).view(np.bool_) for size in sizes]
 
-    def find(self, endpoints: NDArray[np.float64], limit: int) -> NDArray[np.float64]:
+    def find(self, endpoints: Floats, limit: int) -> Floats:
         """Return the most promising distinct poses for a scan, best first.
 
         Args:
@@ -80,7 +81,7 @@ class GlobalSearch:
         found = self._in_map(poses)
         return found[distinct(found, scores, limit)]
 
-    def _in_map(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _in_map(self, poses: Floats) -> Floats:
         """Return poses `(N, 3)` of the padded tables in the map frame [m, m, rad]."""
         origin = self._frame.origin
         positions = origin.apply((poses[:, :2] - self._sizes[-1]) * self._frame.resolution)
@@ -89,7 +90,7 @@ class GlobalSearch:
     def _block_count(self, size: int) -> int:
         return math.ceil(self._frame.height / size) * math.ceil(self._frame.width / size)
 
-    def _roots(self) -> NDArray[np.float64]:
+    def _roots(self) -> Floats:
         """Return the coarsest blocks that hold a free cell, at every heading, `(N, 3)`."""
         size = self._sizes[-1]
         corners = np.argwhere(self._free[-1][size::size, size::size])[:, ::-1] * size + size
@@ -98,7 +99,7 @@ class GlobalSearch:
             (np.repeat(corners, _HEADINGS, axis=0), np.tile(headings, len(corners)))
         )
 
-    def _split(self, blocks: NDArray[np.float64], level: int) -> NDArray[np.float64]:
+    def _split(self, blocks: Floats, level: int) -> Floats:
         """Return the quarters of blocks, of a level's size, that hold a free cell."""
         half = self._sizes[level]
         offsets = np.array([[0, 0, 0], [half, 0, 0], [0, half, 0], [half, half, 0]])
@@ -107,13 +108,11 @@ class GlobalSearch:
         height, width = self._free[0].shape
         inside = (columns < width) & (rows < height)
         inside[inside] = self._free[level][rows[inside], columns[inside]]
-        free: NDArray[np.float64] = quarters[inside]
+        free: Floats = quarters[inside]
         return free
 
 
-def distinct(
-    poses: NDArray[np.float64], scores: NDArray[np.floating], limit: int
-) -> NDArray[np.int64]:
+def distinct(poses: Floats, scores: NDArray[np.floating], limit: int) -> Ints:
     """Return indices of the best poses `(N, 3)` of which no two are alike, best first."""
     scores = scores.copy()
     chosen: list[int] = []
@@ -128,10 +127,10 @@ def distinct(
     return np.array(chosen, dtype=np.int64)
 
 
-def _largest(scores: NDArray[np.float32], count: int) -> NDArray[np.int64]:
+def _largest(scores: NDArray[np.float32], count: int) -> Ints:
     if len(scores) <= count:
         return np.arange(len(scores))
-    largest: NDArray[np.int64] = np.sort(np.argpartition(-scores, count)[:count])
+    largest: Ints = np.sort(np.argpartition(-scores, count)[:count])
     return largest
 
 

@@ -10,6 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.refinement import refine
@@ -24,7 +25,7 @@ def bordered(table: NDArray[Any], outside: float) -> NDArray[np.float32]:
 
 
 def sum_at_endpoints(
-    table: NDArray[np.float32], poses: NDArray[np.float64], endpoints: NDArray[np.float64]
+    table: NDArray[np.float32], poses: Floats, endpoints: Floats
 ) -> NDArray[np.float32]:
     """Return for each pose the sum of a table over the cells where the beams end, `(N,) float32`.
 
@@ -45,7 +46,7 @@ def _limits(table: NDArray[np.float32]) -> tuple[np.float32, np.float32, np.int3
     return np.float32(width - 0.5), np.float32(height - 0.5), np.int32(width)
 
 
-def _split(poses: NDArray[np.float64]) -> tuple[NDArray[np.float32], ...]:
+def _split(poses: Floats) -> tuple[NDArray[np.float32], ...]:
     """Return x, y past the rim [cells] and cosine and sine of the heading, each `(N,) float32`."""
     heading = poses[:, 2].astype(np.float32)
     x, y = poses[:, 0] + 1.0, poses[:, 1] + 1.0
@@ -109,16 +110,16 @@ class MapField:
     def __init__(self, grid: OccupancyGrid, max_distance: float) -> None:
         self.frame = grid.frame
         self.max_distance = max_distance
-        self.occupied: NDArray[np.bool_] = grid.occupied()
-        self.free: NDArray[np.bool_] = grid.free()
-        self.unknown: NDArray[np.bool_] = grid.unknown()
+        self.occupied: Bools = grid.occupied()
+        self.free: Bools = grid.free()
+        self.unknown: Bools = grid.unknown()
         self._T_grid_map = grid.frame.origin.inverse()
         cells = distance_transform_edt(~self.occupied)
         self.distances: NDArray[np.float32] = np.minimum(
             cells * grid.frame.resolution, max_distance
         ).astype(np.float32)
 
-    def to_grid(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    def to_grid(self, poses: Floats) -> Floats:
         """Return poses `(N, 3)` of the map frame [m, m, rad] in grid coordinates `(N, 3)`."""
         origin, resolution = self._T_grid_map, self.frame.resolution
         c, s = math.cos(origin.theta) / resolution, math.sin(origin.theta) / resolution
@@ -130,12 +131,7 @@ class MapField:
         return result
 
     def refine(
-        self,
-        pose: SE2,
-        points: NDArray[np.float64],
-        information: NDArray[np.float64],
-        scales: NDArray[np.float64],
-        deviation: float,
+        self, pose: SE2, points: Floats, information: Floats, scales: Floats, deviation: float
     ) -> SE2:
         """Return the pose at which points lie nearest to obstacles, near a given one.
 
@@ -153,9 +149,7 @@ class MapField:
         )[0]  # fmt: skip
         return self.frame.origin @ SE2.from_array(found)
 
-    def sample_free(
-        self, count: int, rng: np.random.Generator, step: int = 1
-    ) -> NDArray[np.float64]:
+    def sample_free(self, count: int, rng: np.random.Generator, step: int = 1) -> Floats:
         """Draw poses `(count, 3)` of the map frame [m, m, rad], uniform over the free cells.
 
         Args:

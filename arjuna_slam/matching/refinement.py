@@ -17,9 +17,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
+
 # A field's values `(H, W)`, which are rows of its planes, or distances [m] where it has none; its
 # planes `(K, 4) float32`; edge of a cell [m]; origin `(2,) float64` [m]
-Reference = tuple[NDArray[Any], NDArray[np.float32] | None, float, NDArray[np.float64]]
+Reference = tuple[NDArray[Any], NDArray[np.float32] | None, float, Floats]
 
 # Weights rise from 0 to 1 between two values, because hard limits make the steps cycle.
 _SUPPORT_MIN, _SUPPORT_FULL = 0.02, 0.2  # how much reference is around a point
@@ -114,14 +116,14 @@ def _linearize(
     values: NDArray[Any],
     planes: NDArray[np.float32] | None,
     resolution: float,
-    origin: NDArray[np.float64],
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64] | None,
-    pose: NDArray[np.float64],
+    origin: Floats,
+    points: Floats,
+    normals: Floats | None,
+    pose: Floats,
     scale: float,
     u: float,
     v: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
+) -> tuple[Floats, Floats, float, float]:
     """Return the normal equations, the sum of weights and that of weighted squares [m^2].
 
     Normals near the direction `(u, v)` are taken for it; `(0, 0)` for none.
@@ -159,12 +161,8 @@ def _linearize(
 
 @njit(cache=True)
 def observed(
-    reference: Reference,
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    pose: NDArray[np.float64],
-    scale: float,
-) -> NDArray[np.float64]:
+    reference: Reference, points: Floats, normals: Floats, pose: Floats, scale: float
+) -> Floats:
     """Return how much each direction is seen, `(3, 3) float64`, noise of the normals left out.
 
     Along a corridor the normals of its walls, each some degrees off, add up to a certainty that is
@@ -195,14 +193,14 @@ def observed(
 @njit(cache=True)
 def refine(
     reference: Reference,
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64] | None,
-    start: NDArray[np.float64],
-    prior: NDArray[np.float64],
-    prior_information: NDArray[np.float64],
-    scales: NDArray[np.float64],
+    points: Floats,
+    normals: Floats | None,
+    start: Floats,
+    prior: Floats,
+    prior_information: Floats,
+    scales: Floats,
     deviation: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float, int]:
+) -> tuple[Floats, Floats, float, float, int]:
     """Return the refined pose and how well it fits.
 
     Args:
@@ -241,9 +239,7 @@ def refine(
 
 
 @njit(cache=True)
-def _held(
-    information: NDArray[np.float64], h: NDArray[np.float64], error: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _held(information: Floats, h: Floats, error: Floats) -> Floats:
     """Return what odometry is taken to know.
 
     A wheel that slips is off by many deviations. And where all points but a few see one direction,
@@ -268,7 +264,7 @@ def _held(
 
 
 @njit(cache=True)
-def solve(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+def solve(a: Floats, b: Floats) -> Floats:
     """Solve a positive definite 3 x 3 system by Cholesky decomposition."""
     l00 = math.sqrt(a[0, 0])
     l10, l20 = a[1, 0] / l00, a[2, 0] / l00

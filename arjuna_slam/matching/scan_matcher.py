@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.matching.correlative import Window, search
@@ -34,7 +35,7 @@ class MatchStatus(enum.Enum):
 
 
 @njit(cache=True)
-def invert(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def invert(matrix: Floats) -> Floats:
     """Return the inverse of a covariance or information matrix, `(3, 3) float64`."""
     result = np.empty((3, 3))
     for k in range(3):
@@ -57,21 +58,21 @@ class Match:
 
     status: MatchStatus
     T_field_base: SE2
-    covariance: NDArray[np.float64]
+    covariance: Floats
     response: float
 
     @property
-    def information(self) -> NDArray[np.float64]:
+    def information(self) -> Floats:
         """The inverse of the covariance, `(3, 3) float64`."""
         return invert(self.covariance)
 
-    def covariance_in(self, T_other_field: SE2) -> NDArray[np.float64]:
+    def covariance_in(self, T_other_field: SE2) -> Floats:
         """Return the covariance in the axes of another frame, `(3, 3) float64`."""
         turn = SE2(0.0, 0.0, T_other_field.theta).matrix()
-        turned: NDArray[np.float64] = turn @ self.covariance @ turn.T
+        turned: Floats = turn @ self.covariance @ turn.T
         return turned
 
-    def unseen(self, prior: NDArray[np.float64]) -> NDArray[np.float64]:
+    def unseen(self, prior: Floats) -> Floats:
         """Return the covariance of the direction that is hardly seen, `(3, 3) float64`; or zero.
 
         Of the heading as well where the match failed: then nothing is seen.
@@ -129,9 +130,7 @@ class MatcherConfig:
     )
 
 
-def score(
-    field: Field, points: NDArray[np.float64], prior: SE2, pose: SE2, window: Window
-) -> float:
+def score(field: Field, points: Floats, prior: SE2, pose: SE2, window: Window) -> float:
     """Return the response that `search` would give a pose; arguments as there."""
     likelihood = _mean_score(field.score, points, pose.array(), field.origin, field.resolution)
     gap = (pose.x - prior.x) ** 2 + (pose.y - prior.y) ** 2
@@ -143,11 +142,7 @@ def score(
 
 @njit(cache=True)
 def _mean_score(
-    values: NDArray[np.uint8],
-    points: NDArray[np.float64],
-    pose: NDArray[np.float64],
-    origin: NDArray[np.float64],
-    resolution: float,
+    values: NDArray[np.uint8], points: Floats, pose: Floats, origin: Floats, resolution: float
 ) -> float:
     c, s = math.cos(pose[2]), math.sin(pose[2])
     total = 0
@@ -176,7 +171,7 @@ class ScanMatcher:
         )
 
     def track(
-        self, field: Field, surface: Surface, prior: SE2, information: NDArray[np.float64] = _FLAT
+        self, field: Field, surface: Surface, prior: SE2, information: Floats = _FLAT
     ) -> Match:
         """Refine a pose known to some centimetres.
 
@@ -197,7 +192,7 @@ class ScanMatcher:
         prior: SE2,
         window: Window,
         least: float,
-        information: NDArray[np.float64] = _FLAT,
+        information: Floats = _FLAT,
     ) -> Match:
         """Track a pose from the prior, and search a window for a better one.
 
@@ -229,12 +224,7 @@ class ScanMatcher:
         return match if match.response > tracked.response + _BETTER else tracked
 
     def _refine(
-        self,
-        field: Field,
-        surface: Surface,
-        start: SE2,
-        prior: SE2,
-        information: NDArray[np.float64],
+        self, field: Field, surface: Surface, start: SE2, prior: SE2, information: Floats
     ) -> Match:
         config = self._config
         reference = field.index, field.planes, field.resolution, field.origin
@@ -254,7 +244,7 @@ class ScanMatcher:
         covariance = self._covariance(information, square)
         return Match(MatchStatus.MATCHED, SE2.from_array(pose), covariance, response)
 
-    def _covariance(self, h: NDArray[np.float64], square: float) -> NDArray[np.float64]:
+    def _covariance(self, h: Floats, square: float) -> Floats:
         """Return the inverse of the information, scaled up where points fit worse than assumed."""
         config = self._config
         misfit = max(1.0, square / config.range_deviation**2)

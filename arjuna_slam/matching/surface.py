@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.scan import Scan
 
 _BREAK_ANGLE = math.radians(10.0)  # flatter than this to the beam, a surface counts as two
@@ -28,15 +28,15 @@ class Surface:
         linked: `(N,) bool`, whether point i and point i + 1 lie on one surface.
     """
 
-    points: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    linked: NDArray[np.bool_]
+    points: Floats
+    normals: Floats
+    linked: Bools
 
     def __len__(self) -> int:
         """Return the number of points."""
         return len(self.points)
 
-    def dense(self, spacing: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def dense(self, spacing: float) -> tuple[Floats, Floats]:
         """Return points and normals with the gaps on each wall filled.
 
         Args:
@@ -74,14 +74,14 @@ def extract(scan: Scan, range_max: float, reach: float = 0.2) -> Surface:
 
 @njit(cache=True)
 def _extract(
-    ranges: NDArray[np.float64],
-    rays: NDArray[np.float64],
+    ranges: Floats,
+    rays: Floats,
     increment: float,
     range_min: float,
     range_max: float,
-    mount: NDArray[np.float64],
+    mount: Floats,
     reach: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+) -> tuple[Floats, Floats, Bools]:
     count = 0
     beam = np.empty(len(ranges), np.int64)
     points = np.empty((len(ranges), 2))
@@ -104,9 +104,7 @@ def _extract(
 
 
 @njit(cache=True)
-def _fit_normals(
-    points: NDArray[np.float64], linked: NDArray[np.bool_], reach: float, mount: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _fit_normals(points: Floats, linked: Bools, reach: float, mount: Floats) -> Floats:
     """Return the normal of each point from its linked neighbours, at least one to each side."""
     count = len(points)
     normals = np.zeros((count, 2))
@@ -143,7 +141,7 @@ def _fit_normals(
 
 
 @njit(cache=True)
-def _running_sums(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _running_sums(points: Floats) -> Floats:
     """Return sums of x, y, x^2, x y and y^2 over all points before each, `(N + 1, 5)`."""
     sums = np.zeros((len(points) + 1, 5))
     for i in range(len(points)):
@@ -172,11 +170,8 @@ def _short_axis(xx: float, xy: float, yy: float) -> tuple[float, float]:
 
 @njit(cache=True)
 def _densify(
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    linked: NDArray[np.bool_],
-    spacing: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    points: Floats, normals: Floats, linked: Bools, spacing: float
+) -> tuple[Floats, Floats]:
     count = len(points)
     extra = np.zeros(count, np.int64)
     total = count

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.matching.correlative import Window
@@ -26,14 +26,12 @@ class Trust:
     def __init__(self) -> None:
         self._square = 1.0
 
-    def weigh(self, information: NDArray[np.float64]) -> NDArray[np.float64]:
+    def weigh(self, information: Floats) -> Floats:
         """Return the information of a step, `(3, 3)` as configured, as it has proven itself."""
         scale = np.array([self._square, self._square, 1.0]) ** -0.5
         return information * np.outer(scale, scale)
 
-    def judge(
-        self, prior: SE2, match: Match, information: NDArray[np.float64], travel: float
-    ) -> None:
+    def judge(self, prior: SE2, match: Match, information: Floats, travel: float) -> None:
         """Compare a step of odometry with the pose of the scan after it.
 
         Args:
@@ -182,7 +180,7 @@ class Tracker:
         surface: Surface,
         T_field_last: SE2,
         delta: SE2,
-        information: NDArray[np.float64],
+        information: Floats,
         search: bool,
     ) -> Match:
         """Return where a scan lies in a reference.
@@ -209,12 +207,7 @@ class Tracker:
         return self._stretch.of(delta)
 
     def _match(
-        self,
-        reference: Field,
-        surface: Surface,
-        prior: SE2,
-        information: NDArray[np.float64],
-        search: bool,
+        self, reference: Field, surface: Surface, prior: SE2, information: Floats, search: bool
     ) -> Match:
         if not search:
             tracked = self._matcher.track(reference, surface, prior, information)
