@@ -16,13 +16,7 @@ from arjuna_slam.pose_tracker import PoseTracker, SlamUpdate
 
 
 class Localizer(PoseTracker):
-    """Finds the robot on a map. It keeps nothing of what it sees, so its memory does not grow.
-
-    Args:
-        config: The parameters.
-        session: The session whose map it is.
-        start: What is known of the robot's pose.
-    """
+    """Finds the robot on a map. It keeps nothing of what it sees, so its memory does not grow."""
 
     def __init__(self, config: SlamConfig, session: Session, start: Start) -> None:
         self._config = config
@@ -37,15 +31,7 @@ class Localizer(PoseTracker):
         self._T_map_base = self._T_odom_searched = IDENTITY
 
     def process(self, scan: Scan, T_odom_base: SE2) -> SlamUpdate | None:
-        """Take one scan.
-
-        Args:
-            scan: The scan, newer than the one before.
-            T_odom_base: Odometry at the scan's stamp.
-
-        Returns:
-            The update, or None for a scan that cannot be used.
-        """
+        """Take one scan; see `PoseTracker.process`."""
         surface = self.scans.take(self._odometry.with_motion(scan, T_odom_base))
         if surface is None:
             return None

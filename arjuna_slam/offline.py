@@ -25,21 +25,14 @@ Watch = Callable[[Log], Iterable[tuple[Scan, SE2]]]
 
 @dataclass(frozen=True)
 class MappedLog:
-    """The result of SLAM on a log.
+    """The result of SLAM on a log."""
 
-    Attributes:
-        trajectory: Stamp [s] and optimised pose in map of every usable scan, by stamp.
-        grid: The map.
-        counts: Scans skipped, keyframes, edges, closures, closures undone.
-        error: Against the reference relations, if there are any.
-        problems: The parts of the log that were skipped.
-    """
-
+    # stamp [s] and optimised pose in map of every usable scan, by stamp
     trajectory: list[tuple[float, SE2]]
-    grid: OccupancyGrid
-    counts: dict[str, int]
-    error: RelationError | None
-    problems: list[str]
+    grid: OccupancyGrid  # the map
+    counts: dict[str, int]  # scans skipped, keyframes, edges, closures, closures undone
+    error: RelationError | None  # against the reference relations, if there are any
+    problems: list[str]  # the parts of the log that were skipped
 
 
 def map_log(

@@ -27,27 +27,16 @@ _SPREAD = np.diag([0.25, 0.25, 0.0685])  # of the initial pose, as RViz's [m^2, 
 
 @dataclass(frozen=True)
 class Fix:
-    """The filter's estimate of the pose at a scan.
+    """The filter's estimate of the pose at a scan."""
 
-    Attributes:
-        stamp: [s].
-        T_map_base: Pose of the base in the map.
-        quality: Trust, 0..1.
-        status: How the last update ended.
-    """
-
-    stamp: float
-    T_map_base: SE2
-    quality: float
-    status: Status
+    stamp: float  # [s]
+    T_map_base: SE2  # pose of the base in the map
+    quality: float  # trust, 0..1
+    status: Status  # how the last update ended
 
 
 def replay(belief: ParticleFilter, log: Iterable[tuple[Scan, SE2]]) -> list[Fix]:
     """Return a fix for each scan from the first estimate on.
-
-    Args:
-        belief: A filter with an initial pose, or globalized.
-        log: Scans with the odometry at their stamps.
 
     Raises:
         LocalizationError: An odometry pose is not finite.
@@ -64,17 +53,11 @@ def replay(belief: ParticleFilter, log: Iterable[tuple[Scan, SE2]]) -> list[Fix]
 
 @dataclass(frozen=True)
 class LocalizedLog:
-    """The result of AMCL on a log.
+    """The result of AMCL on a log."""
 
-    Attributes:
-        fixes: One for each scan from the first estimate on.
-        grid: The map.
-        problems: The parts of the log that were skipped.
-    """
-
-    fixes: list[Fix]
-    grid: OccupancyGrid
-    problems: list[str]
+    fixes: list[Fix]  # one for each scan from the first estimate on
+    grid: OccupancyGrid  # the map
+    problems: list[str]  # the parts of the log that were skipped
 
 
 def localize_log(

@@ -20,27 +20,17 @@ from arjuna_slam.matching.scan_matcher import MatchStatus
 
 @dataclass(frozen=True)
 class SlamUpdate:
-    """The result of one scan.
+    """The result of one scan."""
 
-    Attributes:
-        T_map_base: Robot in map.
-        T_map_odom: Correction of the odometry.
-        covariance: Of x, y, theta of the match, axes of map, `(3, 3) float64` [m^2, m rad, rad^2].
-        keyframe: Whether the scan became a node.
-        closures: Loop edges it brought.
-        status: How the match ended; where it failed, the pose is the odometry's.
-        node: The node of the trajectory that the pose is relative to.
-        T_node_base: Robot in the frame of that node.
-    """
-
-    T_map_base: SE2
-    T_map_odom: SE2
+    T_map_base: SE2  # robot in map
+    T_map_odom: SE2  # correction of the odometry
+    # of x, y, theta of the match, axes of map, `(3, 3) float64` [m^2, m rad, rad^2]
     covariance: Floats
-    keyframe: bool
-    closures: int
-    status: MatchStatus
-    node: int
-    T_node_base: SE2
+    keyframe: bool  # whether the scan became a node
+    closures: int  # loop edges it brought
+    status: MatchStatus  # how the match ended; where it failed, the pose is the odometry's
+    node: int  # the node of the trajectory that the pose is relative to
+    T_node_base: SE2  # robot in the frame of that node
 
     @property
     def entropy(self) -> float | None:
@@ -55,15 +45,10 @@ class SlamUpdate:
 
 
 class PoseTracker(Protocol):
-    """Tracks the robot on a map of keyframes.
+    """Tracks the robot on a map of keyframes."""
 
-    Attributes:
-        keyframes: The keyframes.
-        scans: Takes the scans in, and counts those that cannot be used.
-    """
-
-    keyframes: Keyframes
-    scans: ScanFilter
+    keyframes: Keyframes  # the keyframes
+    scans: ScanFilter  # takes the scans in, and counts those that cannot be used
 
     def process(self, scan: Scan, T_odom_base: SE2) -> SlamUpdate | None:
         """Take a scan, newer than the one before, and the odometry at its stamp.

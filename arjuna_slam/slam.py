@@ -57,16 +57,10 @@ class Slam(PoseTracker):
         self._back_end = BackEnd(self._config, self.graph, undone)
 
     def process(self, scan: Scan, T_odom_base: SE2, motion: SE2 | None = None) -> SlamUpdate | None:
-        """Take one scan.
+        """Take one scan, see `PoseTracker.process`.
 
-        Args:
-            scan: The scan, newer than the one before.
-            T_odom_base: Odometry at the scan's stamp.
-            motion: Odometry from the first beam to the last; None for that of the velocity since
-                the scan before, where the scan has a time increment.
-
-        Returns:
-            The update, or None for a scan that cannot be used (`scans` counts them).
+        `motion` is odometry from the first beam to the last; None for that of the velocity since
+        the scan before, where the scan has a time increment.
         """
         scan = self._odometry.with_motion(scan, T_odom_base, motion)
         surface = self.scans.take(scan)
@@ -92,11 +86,8 @@ class Slam(PoseTracker):
     def close_by_hand(self, moved: Mapping[int, SE2]) -> int:
         """Close loops where a person says so, then optimise the graph to the end.
 
-        Args:
-            moved: Keyframes and where they were put in map.
-
         Returns:
-            How many of them fit where they were put; the rest stay as they were.
+            How many of the keyframes fit where they were put; the rest stay as they were.
         """
         closed = 0
         for node, pose in sorted(moved.items()):
@@ -150,10 +141,6 @@ class Slam(PoseTracker):
 
     def resume(self, session: Session, start: Start) -> None:
         """Continue another session's graph; the next scan is placed on its map.
-
-        Args:
-            session: The session.
-            start: What is known of the robot's pose.
 
         Raises:
             ValueError: It shall continue by odometry, which the session does not know.

@@ -18,14 +18,9 @@ from arjuna_slam.matching.map_field import MapField
 
 
 def kld_count(bins: int, error: float, z: float, minimum: int, maximum: int) -> int:
-    """Return the number of particles that a belief in `bins` bins needs.
+    """Return the number of particles that a belief in so many histogram bins needs.
 
-    Args:
-        bins: Number of occupied histogram bins.
-        error: Bound on the Kullback-Leibler distance.
-        z: Quantile of the standard normal distribution.
-        minimum: Least count.
-        maximum: Greatest count.
+    `error` bounds the Kullback-Leibler distance, `z` is a quantile of the normal distribution.
 
     Source: Fox, Adapting the sample size in particle filters through KLD-sampling, 2003, eq. 7.
     """
@@ -53,13 +48,7 @@ def kld_indices(
     """Return ascending indices `(M,) int64` of as many draws as the belief's spread needs.
 
     A full-size draw finds the bins that matter, then one of the size they call for is made, so that
-    the low-variance property holds for what is kept.
-
-    Args:
-        weights: `(N,) float64`, not all zero.
-        bin_of: Each particle's bin, `(N,) int32`.
-        limits: `error, z, minimum, maximum` of `kld_count`.
-        rng: Source of randomness.
+    the low-variance property holds for what is kept. `limits` are the last of `kld_count`.
     """
     error, z, minimum, maximum = limits
     trial = low_variance_indices(weights, maximum, rng)
@@ -120,12 +109,7 @@ class Belief:
         self._replace(self._anywhere(self._config.max_particles))
 
     def seed(self, hypotheses: list[Hypothesis], covariance: Floats) -> None:
-        """Draw all particles around hypotheses in proportion to their shares.
-
-        Args:
-            hypotheses: The poses, each with its share.
-            covariance: Of the draws around each, `(3, 3) float64`, diagonal.
-        """
+        """Draw all particles around hypotheses, by their shares; a diagonal covariance `(3, 3)`."""
         count = self._config.max_particles
         shares = np.array([one.share for one in hypotheses])
         poses = np.array([one.T_map_base.array() for one in hypotheses])
@@ -159,9 +143,6 @@ class Belief:
 
         Where a scan fits at several poses alike, its sampled likelihood differs by chance, and over
         many scans chance would decide for one of them.
-
-        Args:
-            factors: Of the particles.
         """
         tied = self._tied
         if self._rank_of is None or tied.sum() < 2:
@@ -175,10 +156,7 @@ class Belief:
         return factors * scale[self._rank_of]
 
     def resample(self, injection: float) -> bool:
-        """Resample the particles if that is due.
-
-        Args:
-            injection: Share of particles, 0..1, to replace by ones from anywhere.
+        """Resample the particles if that is due, a share `injection` of them from anywhere.
 
         Returns:
             Whether particles were replaced by ones from anywhere.
@@ -217,9 +195,7 @@ class Belief:
     def shift(self, factors: Floats, tied: Bools) -> Floats:
         """Multiply the weight of each cluster found last by a factor; return their shares `(K,)`.
 
-        Args:
-            factors: Of the clusters, `(K,) float64`.
-            tied: Which of them the scan fits alike, `(K,) bool`.
+        `tied` are those that the scan fits alike, `(K,) bool`.
         """
         assert self._rank_of is not None
         self._tied = tied

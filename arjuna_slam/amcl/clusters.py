@@ -19,10 +19,7 @@ _STEPS = tuple((x, y, h) for x in (-1, 0, 1) for y in (-1, 0, 1) for h in (-1, 0
 
 
 def to_bins(particles: Floats) -> tuple[NDArray[np.int32], Ints]:
-    """Sort particles into the histogram's bins.
-
-    Args:
-        particles: `(N, 3) float64` [m, m, rad], columns contiguous.
+    """Sort particles, columns contiguous, into the histogram's bins.
 
     Returns:
         The index of each particle's bin, `(N,) int32`, and the bins that are occupied, `(K, 3)
@@ -86,18 +83,11 @@ def _number(codes: Ints, size: int) -> tuple[NDArray[np.int32], Ints]:
 
 
 def connect(bins: Ints, shares: Floats) -> Ints:
-    """Label bins `(K, 3)` alike that belong to one mode of the belief.
+    """Label bins `(K, 3)` alike, `(K,) int64` from 0, that belong to one mode of the belief.
 
     From the heaviest bin down, each joins what it touches, corners and wrapped headings included.
     Modes that meet are one if the bin between them carries enough of the lesser one's peak; so
     the tails of neighbouring modes do not join them.
-
-    Args:
-        bins: From `to_bins`.
-        shares: The weight of each, `(K,) float64`.
-
-    Returns:
-        `(K,) int64`, from 0.
 
     Source: Chazal et al., Persistence-based clustering in Riemannian manifolds, 2013.
     """
@@ -149,17 +139,11 @@ def _top(root: Ints, k: int) -> int:
 
 @dataclass(frozen=True)
 class Cluster:
-    """Particles that lie together.
+    """Particles that lie together."""
 
-    Attributes:
-        share: Of the whole weight, 0..1.
-        mean: `(3,) float64` [m, m, rad].
-        covariance: `(3, 3) float64`.
-    """
-
-    share: float
-    mean: Floats
-    covariance: Floats
+    share: float  # of the whole weight, 0..1
+    mean: Floats  # `(3,) float64` [m, m, rad]
+    covariance: Floats  # `(3, 3) float64`
 
     def holds(self, pose: Floats) -> bool:
         """Return whether a pose `(3,)` [m, m, rad] may be one of the cluster's."""
@@ -178,18 +162,9 @@ def find_clusters(
 ) -> tuple[list[Cluster], Ints]:
     """Return the heaviest clusters, heaviest first, and each particle's rank among them.
 
-    Particles belong together when their histogram bins touch, see `connect`.
-
-    Args:
-        particles: `(N, 3) float64` [m, m, rad], columns contiguous.
-        weights: `(N,) float64` that sum to 1.
-        least: Share of the weight, 0..1, below which only the heaviest is returned.
-        limit: Greatest number of clusters returned.
-        binned: What `to_bins` says of the particles, where it is known already; bins may be empty.
-
-    Returns:
-        The clusters, and the index of each particle's, `(N,) int64`; that of particles of none is
-        the number of clusters.
+    Particles belong together when their histogram bins touch, see `connect`. A cluster below the
+    share `least` of the weight counts only if it is the heaviest. `binned` is what `to_bins` says,
+    where that is known; bins may be empty. Particles of no cluster have the number of clusters.
 
     Source: nav2_amcl (pf_kdtree_cluster), but for the modes.
     """

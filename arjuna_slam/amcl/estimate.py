@@ -92,43 +92,28 @@ class Status(enum.Enum):
 
 @dataclass(frozen=True)
 class Estimate:
-    """The estimated pose of the robot, and how far to trust it.
+    """The estimated pose of the robot, and how far to trust it."""
 
-    Attributes:
-        T_map_base: Pose of the base in the map.
-        T_map_odom: Pose of the odometry frame in the map.
-        covariance: Of x, y, theta, `(3, 3) float64` [m, m, rad], of the heaviest cluster.
-        quality: Trust, 0..1: the share of beams that agree times the share of the weight.
-        reason: What the quality rests on, one sentence.
-        status: How the update ended.
-        strayed: Whether the robot has been lost since its pose jumped away from the odometry's: a
-            pose that it must not drive from.
-    """
-
-    T_map_base: SE2
-    T_map_odom: SE2
-    covariance: Floats
-    quality: float
-    reason: str
-    status: Status
+    T_map_base: SE2  # pose of the base in the map
+    T_map_odom: SE2  # pose of the odometry frame in the map
+    covariance: Floats  # of x, y, theta, `(3, 3) float64` [m, m, rad], of the heaviest cluster
+    quality: float  # trust, 0..1: the share of beams that agree times the share of the weight
+    reason: str  # what the quality rests on, one sentence
+    status: Status  # how the update ended
+    # whether the robot has been lost since its pose jumped away from the odometry's: a pose
+    # that it must not drive from
     strayed: bool = False
 
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """A pose that the robot may have.
+    """A pose that the robot may have."""
 
-    Attributes:
-        T_map_base: Pose of the base in the map.
-        covariance: Of x, y, theta, `(3, 3) float64` [m, m, rad].
-        agreement: Share of beams that agree with the map there, 0..1; None if too few returned.
-        share: Its probability among the hypotheses, 0..1.
-    """
-
-    T_map_base: SE2
-    covariance: Floats
+    T_map_base: SE2  # pose of the base in the map
+    covariance: Floats  # of x, y, theta, `(3, 3) float64` [m, m, rad]
+    # share of beams that agree with the map there, 0..1; None if too few returned
     agreement: float | None
-    share: float
+    share: float  # its probability among the hypotheses, 0..1
 
 
 def conclude(best: Hypothesis, T_odom_base: SE2, config: AmclConfig) -> Estimate:
@@ -152,17 +137,12 @@ def _judge(best: Hypothesis, config: AmclConfig) -> tuple[Status, str]:
 
 @dataclass
 class Track:
-    """The last conclusion, and the odometry that it rests on.
+    """The last conclusion, and the odometry that it rests on."""
 
-    Attributes:
-        updated_at: Odometry at the last update of the particles; None after a new start.
-        best: The hypothesis that was believed last; None after a new start.
-        estimate: What it amounted to.
-    """
-
+    # odometry at the last update of the particles; None after a new start
     updated_at: SE2 | None = None
-    best: Hypothesis | None = None
-    estimate: Estimate | None = None
+    best: Hypothesis | None = None  # the hypothesis that was believed last; None after a new start
+    estimate: Estimate | None = None  # what it amounted to
 
     def due(self, T_odom_base: SE2, config: AmclConfig) -> bool:
         """Return whether the robot moved enough, each coordinate by itself as in nav2_amcl."""

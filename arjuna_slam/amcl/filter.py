@@ -70,11 +70,7 @@ class ParticleFilter:
         return self._belief.weights
 
     def set_pose(self, pose: SE2, covariance: Floats) -> None:
-        """Start again around a pose of the base in the map.
-
-        Args:
-            pose: [m, m, rad].
-            covariance: Of x, y, theta, `(3, 3) float64`.
+        """Start again around a pose [m, m, rad] of the base in the map, with a covariance `(3, 3)`.
 
         Raises:
             LocalizationError: The pose is not finite or off the map, or the covariance is none.
@@ -94,15 +90,10 @@ class ParticleFilter:
         self._recovery.restart(search)
 
     def update(self, T_odom_base: SE2, scan: Scan, force: bool = False) -> Estimate | None:
-        """Take in a scan.
+        """Take in a scan and the odometry at its stamp.
 
         The particles are moved and weighed once the robot has moved `update_min_d` or
-        `update_min_a`; from one such update to the next the pose follows by scan matching.
-
-        Args:
-            T_odom_base: Odometry at the scan's stamp.
-            scan: The scan.
-            force: Whether to update the particles even if the robot has not moved.
+        `update_min_a`, or at `force`; in between the pose follows by scan matching.
 
         Returns:
             The estimate, or None if there is nothing new to say: the robot stands and the scan

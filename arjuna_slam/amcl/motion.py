@@ -20,14 +20,8 @@ class MotionModel(Protocol):
     ) -> Floats:
         """Return new particles `(N, 3)` [m, m, rad], each moved by a draw around `delta`.
 
-        Args:
-            config: The deviations.
-            particles: `(N, 3) float64` [m, m, rad].
-            delta: Motion since the last step in the robot's frame before it.
-            rng: Source of randomness.
-
-        Returns:
-            `(N, 3) float64`, columns contiguous.
+        `delta` is the motion since the last step in the robot's frame before it; columns are
+        contiguous.
         """  # fmt: skip
 
 

@@ -35,15 +35,11 @@ class MapMatcher:
         return share_agreeing(self.field, pose, view, self._config.agreement_distance)
 
     def refined(self, pose: SE2, view: ScanView, deviations: Floats = ANYWHERE) -> SE2:
-        """Return the pose at which beams end nearest to obstacles, near a given one.
+        """Return the pose at which beams end nearest to obstacles, near a given one of the base.
 
         Where the map explains that badly, and many beams end near by, the others are tried alone.
-
-        Args:
-            pose: Of the base in the map. Where the scan says nothing, along a bare corridor, it
-                stays, and it is returned where no pose near it fits.
-            view: The scan.
-            deviations: How far the pose may be off, `(3,) float64` [m, m, rad].
+        Where the scan says nothing, along a bare corridor, the pose stays, as where none near it
+        fits. `deviations` say how far it may be off, `(3,)` [m, m, rad].
         """
         everything, *others = view.readings
         best = self._moved(pose, everything, deviations)
@@ -66,12 +62,7 @@ class MapMatcher:
     def best_near(self, pose: SE2, view: ScanView, deviations: Floats) -> tuple[SE2, float]:
         """Return the refined pose and its agreement; where poor, the best of several starts.
 
-        A wall has two faces, and matching may settle on the wrong one.
-
-        Args:
-            pose: Of the base in the map.
-            view: The scan.
-            deviations: How far the pose may be off, `(3,) float64` [m, m, rad].
+        A wall has two faces, and matching may settle on the wrong one. Arguments as in `refined`.
         """
         best = self.refined(pose, view, deviations)
         score = self.agreement(best, view)
@@ -90,10 +81,6 @@ SEED_COVARIANCE = np.diag([0.05**2, 0.05**2, math.radians(2.0) ** 2])  # of a po
 
 class LikelihoodAverages:
     """Slow and fast averages of the likelihood, whose ratio says how many particles to inject.
-
-    Args:
-        alpha_slow: Decay rate of the long-term average.
-        alpha_fast: Decay rate of the short-term average.
 
     Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, table 8.3 (augmented MCL).
     """
@@ -125,10 +112,8 @@ class LikelihoodAverages:
 class LostDetector:
     """Says when scans have disagreed with the map for so long that the map must be searched.
 
-    Args:
-        threshold: Agreement (0..1) below which a scan disagrees.
-        patience: How long scans must disagree [s].
-        longest: Longest wait between two searches [s].
+    A scan disagrees below the `threshold` (0..1); `patience` is the first wait, `longest` the
+    longest between two searches [s].
     """
 
     def __init__(self, threshold: float, patience: float, longest: float) -> None:
@@ -143,12 +128,7 @@ class LostDetector:
         self._wait = self._patience
 
     def observe(self, agreement: float, now: float) -> bool:
-        """Take in one scan; return whether a search is due.
-
-        Args:
-            agreement: Of the scan with the map at the present estimate, 0..1.
-            now: Stamp of the scan [s].
-        """
+        """Take in one scan's agreement (0..1) and stamp [s]; return whether a search is due."""
         if agreement >= self._threshold:
             self.reset()
             return False
@@ -164,10 +144,6 @@ class LostDetector:
 
 class Recovery:
     """Notices that the robot is lost, and looks for it in the whole map.
-
-    Args:
-        config: Parameters.
-        matcher: Of the map.
 
     Attributes:
         averages: Of the likelihood.
@@ -195,12 +171,7 @@ class Recovery:
         return self.wanted or (lost and self._config.relocalize)
 
     def search(self, best: Hypothesis, view: ScanView) -> list[Hypothesis]:
-        """Return the poses that explain a scan, best first; none if the present one explains it.
-
-        Args:
-            best: The hypothesis that is believed.
-            view: The scan.
-        """
+        """Return the poses that explain a scan, best first; none if the present one explains it."""
         assert best.agreement is not None
         found = self.propose(view, [] if self.wanted else [best.T_map_base])
         self.lost.searched(view.stamp)
@@ -214,12 +185,7 @@ class Recovery:
         return found
 
     def propose(self, view: ScanView, present: list[SE2]) -> list[Hypothesis]:
-        """Return the poses that explain a scan about equally well, best first.
-
-        Args:
-            view: The scan.
-            present: Poses that compete with those found.
-        """
+        """Return poses, those present too, that explain a scan about equally well, best first."""
         if self._search is None:
             self._search = GlobalSearch(self._matcher.field)
         proposals = 24  # refined and compared beam by beam

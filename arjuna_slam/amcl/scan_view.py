@@ -20,38 +20,23 @@ _BEAMS_MIN = 10  # fewer beams with a return say nothing about where the robot i
 
 @dataclass(frozen=True)
 class Beams:
-    """Beams of a scan that say something: NaN and too short ones do not.
+    """Beams of a scan that say something: NaN and too short ones do not."""
 
-    Attributes:
-        directions: Unit vectors in the base frame, `(B, 2) float64`.
-        ranges: `(B,) float64` [m]; a beam without return carries the longest range.
-        returned: Which beams returned, `(B,) bool`.
-        endpoints: Of the beams that returned, `(M, 2) float64` in the base frame [m].
-    """
-
-    directions: Floats
-    ranges: Floats
-    returned: Bools
-    endpoints: Floats
+    directions: Floats  # unit vectors in the base frame, `(B, 2) float64`
+    ranges: Floats  # `(B,) float64` [m]; a beam without return carries the longest range
+    returned: Bools  # which beams returned, `(B,) bool`
+    endpoints: Floats  # of the beams that returned, `(M, 2) float64` in the base frame [m]
 
 
 @dataclass(frozen=True)
 class ScanView:
-    """One scan.
+    """One scan."""
 
-    Attributes:
-        stamp: [s].
-        range_max: The longest range used [m].
-        T_base_sensor: Pose of the sensor in the base frame.
-        many: Beams for scan matching, from all around.
-        few: At most `max_beams`, for the particles.
-    """
-
-    stamp: float
-    range_max: float
-    T_base_sensor: SE2
-    many: Beams
-    few: Beams
+    stamp: float  # [s]
+    range_max: float  # the longest range used [m]
+    T_base_sensor: SE2  # pose of the sensor in the base frame
+    many: Beams  # beams for scan matching, from all around
+    few: Beams  # at most `max_beams`, for the particles
 
     @staticmethod
     def of(scan: Scan, config: AmclConfig) -> ScanView:
@@ -124,21 +109,15 @@ _HALF_DIAGONAL = math.sqrt(0.5)
 
 
 def share_agreeing(field: MapField, pose: SE2, view: ScanView, near: float) -> float:
-    """Return the share of beams (0..1) that agree with the map at a pose.
+    """Return the share of beams (0..1) that agree with the map at a pose of the base.
 
-    A beam agrees if it ends near an obstacle of the map and crossed none before. One that
+    A beam agrees if it ends nearer than `near` [m] to an obstacle and crossed none before. One that
     crossed an obstacle speaks against the pose. One that ended in the open speaks half as much, as
     people and furniture come and go, and the less the nearer it ended: what the map does not have
     counts by its width, not by the angle that it takes up, so that one who stands at the robot and
     stops half of its beams is no more than one. A beam without return counts only against the pose,
     where the map has an obstacle along it; which distinguishes poses that end points alone do not
     separate.
-
-    Args:
-        field: The map.
-        pose: Of the base in the map.
-        view: The scan.
-        near: Distance to an obstacle below which a beam hit it [m].
 
     Source: the likelier a short reading, the nearer: Thrun, Burgard, Fox, Probabilistic Robotics,
         2005, section 6.3 (unexpected objects).

@@ -23,27 +23,17 @@ _UNSEEN, _UNKNOWN = 0, 1 << 15  # entries of the cache: not cast yet; the ray en
 
 @dataclass(frozen=True)
 class Likelihood:
-    """Likelihood of a scan at each particle.
+    """Likelihood of a scan at each particle."""
 
-    Attributes:
-        factors: What the particles' weights are multiplied by, `(N,) float64`, all positive.
-        levels: The same on a scale that can be averaged from scan to scan, `(N,) float64`.
-    """
-
-    factors: Floats
-    levels: Floats
+    factors: Floats  # what the particles' weights are multiplied by, `(N,) float64`, all positive
+    levels: Floats  # the same on a scale that can be averaged from scan to scan, `(N,) float64`
 
 
 class SensorModel(Protocol):
     """Weighs particles by a scan."""
 
     def weigh(self, particles: Floats, view: ScanView) -> Likelihood:
-        """Return the likelihood of a scan's few beams at particles.
-
-        Args:
-            particles: `(N, 3) float64` in the map frame [m, m, rad].
-            view: The scan, with at least one beam.
-        """
+        """Return the likelihood of a scan's few beams, at least one, at particles `(N, 3)`."""
 
 
 class _Tabulated:

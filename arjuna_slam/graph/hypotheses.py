@@ -33,22 +33,14 @@ _SLACK = np.diag([0.05**2, 0.05**2, 0.005**2])  # what is left where all claim t
 
 @dataclass(frozen=True)
 class Closure:
-    """A loop closure that may be true: an area that is perhaps seen again.
+    """A loop closure that may be true: an area that is perhaps seen again."""
 
-    Attributes:
-        query: Number of the newer submap.
-        past: Number of the older.
-        edge: Between a keyframe of the older and one of the newer.
-        weight: What it counts for.
-        enough: What the weights of a set with it must add up to.
-        wide: Whether it fits nowhere else and walls over a large area constrain each direction.
-    """
-
-    query: int
-    past: int
-    edge: Edge
-    weight: float
-    enough: float
+    query: int  # number of the newer submap
+    past: int  # number of the older
+    edge: Edge  # between a keyframe of the older and one of the newer
+    weight: float  # what it counts for
+    enough: float  # what the weights of a set with it must add up to
+    # whether it fits nowhere else and walls over a large area constrain each direction
     wide: bool = False
 
 
@@ -180,17 +172,11 @@ def _weight(graph: PoseGraph, closure: Closure) -> float:
 
 @dataclass(frozen=True)
 class _Correction:
-    """The motion that an edge asks of its second node and the map there.
+    """The motion that an edge asks of its second node and the map there."""
 
-    Attributes:
-        node: The second node's position in map, `(2,) float64` [m].
-        change: Motion of the map around the node.
-        known: Directions in map that the edge constrains, `(K, 2) float64`.
-    """
-
-    node: Floats
-    change: SE2
-    known: Floats
+    node: Floats  # the second node's position in map, `(2,) float64` [m]
+    change: SE2  # motion of the map around the node
+    known: Floats  # directions in map that the edge constrains, `(K, 2) float64`
 
     @staticmethod
     def of(graph: PoseGraph, edge: Edge) -> _Correction:

@@ -127,12 +127,10 @@ class LoopCloser:
         return tuple(self._travel)
 
     def resume(self, travel: Floats, index: Ints | None = None) -> None:
-        """Take over other keyframes.
+        """Take over other keyframes, with the distance travelled up to each [m].
 
-        Args:
-            travel: Distance travelled when each was taken, `(N,) float64` [m].
-            index: Where they are what is left of those before, the new number of each of those,
-                -1 for those gone; None where they are another session's.
+        Where they are what is left of those before, `index` is the new number of each of those, -1
+        for those gone; None where they are another session's.
         """
         self._travel = travel.tolist()
         left = {} if index is None else {k: int(index[k]) for k in self._tried if index[k] >= 0}
@@ -149,12 +147,7 @@ class LoopCloser:
     ) -> list[Edge]:
         """Return the loop edges of a new keyframe, and those of earlier ones it confirms.
 
-        Args:
-            graph: The graph; it is not changed.
-            node: The keyframe, the newest node.
-            travel: Distance travelled when it was taken [m].
-            surface: What it saw.
-            submaps: The finished submaps.
+        The keyframe is the newest node, taken after so much travel [m]; submaps are finished ones.
         """
         self._travel.append(travel)
         if not self._config.do_loop_closing:
@@ -178,14 +171,9 @@ class LoopCloser:
     def close_by_hand(
         self, graph: PoseGraph, node: int, pose: SE2, surface: Surface, submaps: Sequence[Submap]
     ) -> Edge | None:
-        """Return the loop edge of a keyframe that a person has put somewhere, or None.
+        """Return the loop edge of a keyframe that a person has put at a pose in map, or None.
 
-        Args:
-            graph: The graph; it is not changed.
-            node: The keyframe.
-            pose: Where it was put, in map.
-            surface: What it saw.
-            submaps: The finished submaps; those with the keyframe in them are left out.
+        Submaps that the keyframe is in are left out.
         """
         best: tuple[float, Edge] | None = None
         reach = self._config.loop_search_maximum_distance
@@ -287,12 +275,9 @@ def _edge(submap: Submap, node: int, match: Match) -> Edge:
 
 
 def doubted(covariance: Floats) -> Floats:
-    """Return a match's covariance, enlarged along a direction that it hardly sees.
+    """Return a match's covariance `(3, 3)`, enlarged along a direction that it hardly sees.
 
     A few points there are the corner of one thing, with one error, and no odometry contradicts it.
-
-    Args:
-        covariance: `(3, 3) float64` [m^2, m rad, rad^2].
     """
     (narrow, wide), axes = np.linalg.eigh(covariance[:2, :2])
     hardly = 0.1  # share of the best seen direction's information

@@ -30,19 +30,13 @@ class OptimizerStatus(enum.Enum):
 
 @dataclass(frozen=True)
 class OptimizerResult:
-    """The optimised poses.
+    """The optimised poses."""
 
-    Attributes:
-        status: How it ended.
-        poses: `(N, 3) float64` of x, y, theta [m, m, rad].
-        trace: Cost before the first and after each accepted step: the edges' robust chi2.
-        weights: Robust weight (0..1) of each edge at the end, `(E,) float64`.
-    """
-
-    status: OptimizerStatus
-    poses: Floats
+    status: OptimizerStatus  # how it ended
+    poses: Floats  # `(N, 3) float64` of x, y, theta [m, m, rad]
+    # cost before the first and after each accepted step: the edges' robust chi2
     trace: tuple[float, ...]
-    weights: Floats
+    weights: Floats  # robust weight (0..1) of each edge at the end, `(E,) float64`
 
 
 class _Problem:
@@ -91,10 +85,10 @@ def optimize(
     iterations: int = 30,
     tolerance: float = 1e-6,
 ) -> OptimizerResult:
-    """Return the poses of least cost, the first held.
+    """Return the poses of least cost, from a start `(N, 3)` [m, m, rad] of which the first is held.
 
     Args:
-        poses: Start, `(N, 3) float64` of x, y, theta [m, m, rad].
+        poses: The start.
         edges: The measurements; they must connect all nodes.
         robust_scale: Scale of the Cauchy kernel on loop edges, in deviations; None for none.
         iterations: Most accepted or refused steps.

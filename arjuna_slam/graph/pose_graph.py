@@ -25,23 +25,15 @@ class EdgeKind(enum.Enum):
 
 @dataclass(frozen=True)
 class Edge:
-    """A measured pose of node `j` in the frame of node `i`.
+    """A measured pose of node `j` in the frame of node `i`."""
 
-    Attributes:
-        i: Index of the first node.
-        j: Index of the second node.
-        T_i_j: The measurement.
-        information: Of `x, y, theta` in the frame of `i`, `(3, 3) float64`.
-        kind: Where it comes from.
-        prior: Information on the same pose from edges beside it, which bounds how far the chain
-            over it may be off, `(3, 3) float64`; None for none.
-    """
-
-    i: int
-    j: int
-    T_i_j: SE2
-    information: Floats
-    kind: EdgeKind
+    i: int  # index of the first node
+    j: int  # index of the second node
+    T_i_j: SE2  # the measurement
+    information: Floats  # of `x, y, theta` in the frame of `i`, `(3, 3) float64`
+    kind: EdgeKind  # where it comes from
+    # information on the same pose from edges beside it, which bounds how far the chain over
+    # it may be off, `(3, 3) float64`; None for none
     prior: Floats | None = None
 
 
@@ -166,11 +158,7 @@ class PoseGraph:
         self.table.append(edge)
 
     def remove_edges(self, unwanted: Bools) -> None:
-        """Take measurements back.
-
-        Args:
-            unwanted: Which, `(E,) bool`.
-        """
+        """Take some measurements back, `(E,) bool`."""
         self.edges = [
             edge for edge, gone in zip(self.edges, unwanted.tolist(), strict=True) if not gone
         ]

@@ -34,27 +34,17 @@ Views = Sequence[tuple[Scan, SE2]]
 
 @dataclass(frozen=True)
 class SeenField:
-    """A past submap's likelihoods, and where it has seen anything.
+    """A past submap's likelihoods, and where it has seen anything."""
 
-    Attributes:
-        field: The likelihoods.
-        seen: Of each of its cells, `(H, W) bool`.
-    """
-
-    field: Field
-    seen: Bools
+    field: Field  # the likelihoods
+    seen: Bools  # of each of its cells, `(H, W) bool`
 
     @staticmethod
     def of(surface: Field, field: Field, views: Views, range_max: float) -> SeenField:
         """Find the cells of a field that scans have seen: near its walls, and where beams pass.
 
         Points far along a corridor lie apart from each other: between them nothing is known.
-
-        Args:
-            surface: The submap's field, with its walls.
-            field: Its likelihoods in cells twice as wide.
-            views: Scans, each with its robot's pose in the field.
-            range_max: Longest range used [m].
+        `field` is the submap's `surface` in cells twice as wide; views are in its frame.
         """
         size = _BLOCK * field.resolution
         height, width = field.score.shape
@@ -78,12 +68,7 @@ class SeenField:
         return result
 
     def neutral(self, likelihood: float, reach: float) -> Field:
-        """Return a field in which all that was not seen has one likelihood.
-
-        Args:
-            likelihood: That likelihood.
-            reach: How far around the field as well [m].
-        """
+        """Return a field in which what was not seen, `reach` [m] around too, has one likelihood."""
         border = int(np.ceil(reach / self.field.resolution))
         level = np.uint8(255.0 * likelihood)
         result = Field(self.field.resolution, self.field.sigma)
@@ -102,12 +87,8 @@ def rival(
 ) -> Generator[None, None, SE2 | None]:
     """Return another pose where a submap fits as well as at the best, or None.
 
-    Args:
-        past: The past submap.
-        points: Some of the submap's, `(N, 2) float64` [m].
-        best: The best pose.
-        pieces: The window in pieces, each with its middle.
-        contradicted: Whether beams speak against a pose.
+    `points` are some of the submap's, `pieces` those of the window, each with its middle;
+    `contradicted` says whether beams speak against a pose.
     """
     placed = best.apply(points)
     on = past.on_seen(placed)

@@ -22,19 +22,12 @@ from arjuna_core.arrays import Floats, Ints
 
 @dataclass(frozen=True)
 class Pattern:
-    """Positions of the blocks of a matrix's factor.
+    """Positions of the blocks of a matrix's factor."""
 
-    Attributes:
-        perm: Row of each node in the order of elimination, `(N,) int64`.
-        starts: First block of each column before the corner, `(C + 1,) int64`.
-        rows: Row of each block, the diagonal first, `(K,) int64`.
-        slots: Block of each pair of nodes, -1 in the corner, -2 for none, `(E,) int64`.
-    """
-
-    perm: Ints
-    starts: Ints
-    rows: Ints
-    slots: Ints
+    perm: Ints  # row of each node in the order of elimination, `(N,) int64`
+    starts: Ints  # first block of each column before the corner, `(C + 1,) int64`
+    rows: Ints  # row of each block, the diagonal first, `(K,) int64`
+    slots: Ints  # block of each pair of nodes, -1 in the corner, -2 for none, `(E,) int64`
 
     @property
     def corner(self) -> int:
@@ -43,12 +36,9 @@ class Pattern:
 
 
 def pattern(count: int, i: Ints, j: Ints) -> Pattern:
-    """Order nodes and find the pattern of the factor.
+    """Order nodes and find the pattern of the factor, from the nodes of each pair, `(E,) int64`.
 
-    Args:
-        count: Number of nodes.
-        i: One node of each pair, `(E,) int64`; node 0 is held, so its pairs have no block.
-        j: The other node.
+    Node 0 is held, so its pairs have no block.
     """
     free = (i != 0) & (j != 0)
     pair = (np.concatenate((i[free], j[free])), np.concatenate((j[free], i[free])))
@@ -95,13 +85,9 @@ def _slots(perm: Ints, starts: Ints, rows: Ints, i: Ints, j: Ints) -> Ints:
 
 @njit(cache=True)
 def factorize(starts: Ints, rows: Ints, blocks: Floats, corner: Floats) -> None:
-    """Replace a matrix by its lower factor.
+    """Replace a matrix by its lower factor; `starts` and `rows` are those of `Pattern`.
 
-    Args:
-        starts: As in `Pattern`.
-        rows: As in `Pattern`.
-        blocks: The lower triangle's blocks, `(K, 3, 3) float64`.
-        corner: The lower right corner, `(3 T, 3 T) float64`, its lower triangle filled.
+    `blocks` are the lower triangle's, `(K, 3, 3)`, `corner` its last rows, `(3 T, 3 T)`.
     """
     first = len(starts) - 1
     for k in range(first):

@@ -47,19 +47,12 @@ _PIECE_ANGLE_MIN = 0.03  # of a piece of the window, however wide that is [rad]
 
 @dataclass(frozen=True)
 class Search:
-    """Window in which a submap is searched.
+    """Window in which a submap is searched."""
 
-    Attributes:
-        prior: The submap in the past one's frame, as the graph has it.
-        covariance: Of the past one in the submap's frame, as the graph bounds it.
-        xy: Half the window [m].
-        theta: Half its angle [rad].
-    """
-
-    prior: SE2
-    covariance: Floats
-    xy: float
-    theta: float
+    prior: SE2  # the submap in the past one's frame, as the graph has it
+    covariance: Floats  # of the past one in the submap's frame, as the graph bounds it
+    xy: float  # half the window [m]
+    theta: float  # half its angle [rad]
 
     @property
     def ambiguous(self) -> bool:
@@ -72,11 +65,7 @@ class Search:
         return off + self.xy > APART
 
     def pieces(self, resolution: float) -> list[tuple[SE2, Window]]:
-        """Return the window in pieces that take a bounded time, from the middle outwards.
-
-        Args:
-            resolution: Of the field that is searched [m].
-        """
+        """Return the window in pieces that take a bounded time, from the middle outwards."""
         depth = int(np.clip(np.log2(max(self.xy / resolution, 1.0)), 2, 5))
         angle = min(self.theta, max(_PIECE_ANGLE_MIN, _PIECE / self.xy**2))
         count = int(np.ceil(self.theta / angle))
@@ -89,32 +78,19 @@ class Search:
 
 @dataclass(frozen=True)
 class SubmapMatch:
-    """Pose of a submap in a past one, as matched.
+    """Pose of a submap in a past one, as matched."""
 
-    Attributes:
-        T_past_query: The pose.
-        covariance: Of it, in the past one's axes, `(3, 3) float64`.
-        sure: Whether it fits nowhere else in the window.
-        holds: Where in the past one lies what holds it in the direction that is least seen,
-            `(2,) float64` [m].
-        area: Of what holds it in each direction, in either submap [m^2].
-    """
-
-    T_past_query: SE2
-    covariance: Floats
-    sure: bool
+    T_past_query: SE2  # the pose
+    covariance: Floats  # of it, in the past one's axes, `(3, 3) float64`
+    sure: bool  # whether it fits nowhere else in the window
+    # where in the past one lies what holds it in the direction that is least seen, `(2,)
+    # float64` [m]
     holds: Floats
-    area: float
+    area: float  # of what holds it in each direction, in either submap [m^2]
 
 
 class SubmapMatcher:
-    """Compares submaps.
-
-    Args:
-        config: The parameters.
-        matcher: The scan matcher.
-        range_max: Longest range used [m].
-    """
+    """Compares submaps."""
 
     def __init__(self, config: LoopConfig, matcher: ScanMatcher, range_max: float) -> None:
         self._config = config
@@ -125,12 +101,6 @@ class SubmapMatcher:
         self, query: Submap, past: Submap, window: Search, scans: Sequence[Scan]
     ) -> Generator[None, None, SubmapMatch | None]:
         """Look for a submap in a past one; each step of the generator takes a bounded time.
-
-        Args:
-            query: The submap.
-            past: The past one.
-            window: Where to look.
-            scans: The scan at each node.
 
         Returns:
             The match, or None where none fits or something speaks against it.

@@ -31,16 +31,10 @@ _UNKNOWN = 1e6  # variance of what no chain reaches
 def relative_covariances(
     graph: PoseGraph, node: int, wanted: NDArray[np.intp] | None = None
 ) -> Floats:
-    """Return a bound on the covariance of nodes' poses in the frame of one.
+    """Return a bound on the covariance of nodes' poses in the frame of one, `(N, 3, 3)`.
 
-    Args:
-        graph: The graph.
-        node: The node.
-        wanted: The nodes whose covariance is asked for, `(K,)`; that of others may stay unknown,
-            which spares the search among them. All if None.
-
-    Returns:
-        Of x, y, theta, `(N, 3, 3) float64` [m^2, m rad, rad^2].
+    Those of nodes that are not `wanted` may stay unknown, which spares the search among them;
+    None wants all.
     """
     table = graph.table
     open_ = np.full(len(graph.poses), wanted is None)

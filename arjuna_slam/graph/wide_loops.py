@@ -39,13 +39,7 @@ class _Task:
 
 
 class WideLoops:
-    """Closes wide loops, a piece of work at a time.
-
-    Args:
-        config: The parameters.
-        matcher: The scan matcher.
-        range_max: Longest range used [m].
-    """
+    """Closes wide loops, a piece of work at a time."""
 
     def __init__(self, config: LoopConfig, matcher: ScanMatcher, range_max: float) -> None:
         self._config = config
@@ -64,12 +58,7 @@ class WideLoops:
     def step(
         self, graph: PoseGraph, submaps: Sequence[Submap], scans: Sequence[Scan]
     ) -> list[Closure] | None:
-        """Do the next piece of work.
-
-        Args:
-            graph: The graph; it is not changed.
-            submaps: The finished submaps.
-            scans: The scan at each node.
+        """Do the next piece of work; the graph is not changed.
 
         Returns:
             Closures to be believed, or None where there is nothing to do.

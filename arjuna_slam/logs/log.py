@@ -30,10 +30,7 @@ _CARMEN = (".clf", ".log")
 
 
 class CarmenLog:
-    """The scans of a CARMEN log, each with the odometry.
-
-    Args:
-        path: The log, as text or compressed.
+    """The scans of a CARMEN log, as text or compressed, each with the odometry.
 
     Attributes:
         problems: What was passed over.
@@ -96,11 +93,9 @@ def read_carmen(
 ) -> Iterator[tuple[Scan, SE2]]:
     """Yield scan and odometry of each FLASER and ROBOTLASER1 line.
 
-    Args:
-        lines: The log. A FLASER scan spans 180 degrees: 180 beams of 1 degree, or 360 or 361 of
-            0.5; ROBOTLASER1 says what it spans.
-        T_base_sensor: Where the scanner sits; None for what the first line says.
-        problems: Receives the lines that cannot be read, which are skipped; None to stop at one.
+    A FLASER scan spans 180 degrees: 180 beams of 1 degree, or 360 or 361 of 0.5; ROBOTLASER1 says
+    what it spans. The scanner's pose is that of the first line, where none is given. Lines that
+    cannot be read are added to `problems`.
 
     Raises:
         ValueError: A line cannot be read, and `problems` is None.

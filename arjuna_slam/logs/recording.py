@@ -26,21 +26,13 @@ _WAITING_MAX = 1000  # scans; odometry that lags further behind is taken for mis
 
 @dataclass(frozen=True)
 class StampedTransform:
-    """`T_parent_child` at a time.
+    """`T_parent_child` at a time."""
 
-    Attributes:
-        stamp: Time [s].
-        parent: Frame mapped into.
-        child: Frame mapped from.
-        transform: The planar part.
-        mount: The transform in space.
-    """
-
-    stamp: float
-    parent: str
-    child: str
-    transform: SE2
-    mount: Pose3
+    stamp: float  # time [s]
+    parent: str  # frame mapped into
+    child: str  # frame mapped from
+    transform: SE2  # the planar part
+    mount: Pose3  # the transform in space
 
 
 def scan_of(message: Any) -> tuple[Scan, str]:
@@ -89,27 +81,16 @@ SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
 
 @dataclass(frozen=True)
 class RecordingTopics:
-    """The topics and frames that are read of a recording.
+    """The topics and frames that are read of a recording."""
 
-    Attributes:
-        scan: Topic of the scans; "" for the only one there is.
-        odometry: Topic of the odometry; "" for /tf, or an odometry topic where /tf lacks it.
-        odom_frame: Frame of the odometry in /tf.
-        base_frame: Frame of the robot's base.
-    """
-
-    scan: str = ""
-    odometry: str = ""
-    odom_frame: str = "odom"
-    base_frame: str = "base_footprint"
+    scan: str = ""  # topic of the scans; "" for the only one there is
+    odometry: str = ""  # topic of the odometry; "" for /tf, or an odometry topic where /tf lacks it
+    odom_frame: str = "odom"  # frame of the odometry in /tf
+    base_frame: str = "base_footprint"  # frame of the robot's base
 
 
 class Recording:
-    """The scans of a recording, each with `T_odom_base` at its stamp.
-
-    Args:
-        path: A file or a folder that `Bag` can read.
-        topics: What to read.
+    """The scans of a recording, a file or a folder, each with `T_odom_base` at its stamp.
 
     Raises:
         InputFileError: It is no recording, or has no scans or odometry; the message lists what is

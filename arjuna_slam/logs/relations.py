@@ -17,10 +17,7 @@ from arjuna_core.se2 import SE2, wrap
 
 
 def read_relations(path: Path) -> Floats:
-    """Read a file of relations as `evaluate` takes them.
-
-    Args:
-        path: The file: t1, t2, x, y, z, roll, pitch, yaw a line.
+    """Read relations as `evaluate` takes them, a line each.
 
     Raises:
         InputFileError: It cannot be read as such.
@@ -37,26 +34,17 @@ def read_relations(path: Path) -> Floats:
 
 @dataclass(frozen=True)
 class RelationError:
-    """Error of a trajectory against relations.
+    """Error of a trajectory against relations."""
 
-    Attributes:
-        translation: Mean and standard deviation [m].
-        rotation: Mean and standard deviation [rad].
-        count: Relations evaluated.
-    """
-
-    translation: tuple[float, float]
-    rotation: tuple[float, float]
-    count: int
+    translation: tuple[float, float]  # mean and standard deviation [m]
+    rotation: tuple[float, float]  # mean and standard deviation [rad]
+    count: int  # relations evaluated
 
 
 def evaluate(trajectory: list[tuple[float, SE2]], relations: Floats) -> RelationError:
-    """Compare a trajectory with reference relations.
+    """Compare a trajectory, increasing stamps [s] and poses, with reference relations.
 
-    Args:
-        trajectory: Stamps [s], increasing, and poses; between two, poses are interpolated.
-        relations: `(R, 8) float64`: t1, t2, x, y, z, roll, pitch, yaw of the pose at t2 in that
-            at t1.
+    A relation is t1, t2, x, y, z, roll, pitch, yaw of the pose at t2 in that at t1: `(R, 8)`.
 
     Raises:
         ValueError: No relation lies within the trajectory.

@@ -49,15 +49,10 @@ class Mapper:
         return tuple(self._scans)
 
     def grid(self, poses: Floats, most_moved: int | None = None) -> OccupancyGrid | None:
-        """Return the map, tracing what is new or has moved.
+        """Return the map (-1, 0 and 100), or None without scans; trace what is new or moved.
 
-        Args:
-            poses: Robot in map at each scan added, `(N, 3) float64` of x, y, theta.
-            most_moved: How many scans that have moved are traced again at most, those that moved
-                farthest first; None for all.
-
-        Returns:
-            The map with values -1, 0 and 100, or None without scans.
+        `poses` are the robot's in map at each scan added, `(N, 3)`. Of the scans that have moved at
+        most `most_moved` are traced again, those that moved farthest first; None for all.
 
         Raises:
             ValueError: The number of poses is not that of scans.
@@ -91,9 +86,6 @@ class Mapper:
 
 class Keyframes:
     """The keyframes of a mapping session.
-
-    Args:
-        mapper: Makes the map; without scans.
 
     Attributes:
         graph: Their poses and the measurements between them.

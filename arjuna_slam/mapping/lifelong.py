@@ -62,14 +62,9 @@ def is_redundant(config: LifelongConfig, poses: Floats, nodes: Sequence[int]) ->
 
 
 def prune(session: Session, keep: Bools) -> tuple[Session, Ints]:
-    """Return a session without some keyframes.
+    """Return a session of the keyframes that are kept, `(N,) bool`, at least one.
 
-    Args:
-        session: The session.
-        keep: Which keyframes stay, `(N,) bool`; at least one.
-
-    Returns:
-        The session, and the new number of each keyframe, `(N,) int64`, -1 for those gone.
+    And the new number of each keyframe, `(N,) int64`, -1 for those gone.
     """
     kept = np.flatnonzero(keep)
     index = np.where(keep, np.cumsum(keep) - 1, -1)

@@ -30,10 +30,7 @@ _MARGIN_CELLS = 40  # by which it grows at least, so that it seldom does
 class Occupancy:
     """A grid of counts and the map they make; only cells that change are computed again.
 
-    Args:
-        resolution: Edge of a cell [m].
-        min_pass_through: Beams that must come to a cell for it to be known, and one more.
-        occupancy_threshold: Share of them that must end there for it to be occupied.
+    Arguments as of `Mapper`.
     """
 
     def __init__(
@@ -50,13 +47,9 @@ class Occupancy:
         self._seen: Ints | None = None
 
     def trace(self, scan: Scan, pose: Floats, range_max: float, sign: int) -> None:
-        """Add a scan's beams, or take them away.
+        """Add a scan's beams at a pose `(3,)` in map, or take them away where the sign is -1.
 
-        Args:
-            scan: The scan.
-            pose: Robot in map at its first beam, `(3,) float64` [m, m, rad].
-            range_max: Longest range traced [m]; beams without return clear up to it.
-            sign: 1 to add, -1 to take away what was added at the same pose.
+        Beams without return clear up to `range_max` [m].
         """
         ranges = np.asarray(scan.ranges, dtype=np.float64)
         reach = min(range_max, scan.range_max)

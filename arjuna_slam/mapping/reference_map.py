@@ -50,12 +50,7 @@ class ReferenceMap:
         self.field.trim()
 
     def find(self, surface: Surface, start: Start) -> Match:
-        """Return where a scan lies on the map.
-
-        Args:
-            surface: The scan.
-            start: What is known of the robot's pose; the match's own pose where it failed.
-        """
+        """Return where a scan lies on the map; where it fits nowhere, the start's pose."""
         if start.kind is StartKind.ANYWHERE:
             return self._search_all(surface)
         prior = self._first if start.kind is StartKind.FIRST_NODE else start.T_map_base

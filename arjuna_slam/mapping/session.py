@@ -40,23 +40,14 @@ _ADDED = "odometry"  # of no or one row; files of before lack it
 
 @dataclass(frozen=True)
 class Session:
-    """A graph with the scans at its nodes.
+    """A graph with the scans at its nodes."""
 
-    Attributes:
-        scans: The scan of each keyframe.
-        poses: Optimised x, y, theta of each keyframe in map, `(N, 3) float64` [m, m, rad].
-        travel: Distance driven up to each keyframe, `(N,) float64` [m].
-        edges: The measurements between keyframes.
-        submaps: The keyframes of each submap, the first its anchor.
-        T_odom_base: Odometry at the last keyframe; None where it is not known.
-    """
-
-    scans: tuple[Scan, ...]
-    poses: Floats
-    travel: Floats
-    edges: tuple[Edge, ...]
-    submaps: tuple[tuple[int, ...], ...]
-    T_odom_base: SE2 | None = None
+    scans: tuple[Scan, ...]  # the scan of each keyframe
+    poses: Floats  # optimised x, y, theta of each keyframe in map, `(N, 3) float64` [m, m, rad]
+    travel: Floats  # distance driven up to each keyframe, `(N,) float64` [m]
+    edges: tuple[Edge, ...]  # the measurements between keyframes
+    submaps: tuple[tuple[int, ...], ...]  # the keyframes of each submap, the first its anchor
+    T_odom_base: SE2 | None = None  # odometry at the last keyframe; None where it is not known
 
 
 class StartKind(enum.Enum):
@@ -70,15 +61,10 @@ class StartKind(enum.Enum):
 
 @dataclass(frozen=True)
 class Start:
-    """The pose at which a session is resumed.
+    """The pose at which a session is resumed."""
 
-    Attributes:
-        kind: What is known.
-        T_map_base: The pose, where one is known.
-    """
-
-    kind: StartKind
-    T_map_base: SE2 = IDENTITY
+    kind: StartKind  # what is known
+    T_map_base: SE2 = IDENTITY  # the pose, where one is known
 
 
 SUFFIX = ".posegraph"

@@ -24,26 +24,16 @@ _POST_DISTANCE = (
 
 @dataclass(frozen=True, eq=False)
 class PackedField:
-    """The cells of a field that hold anything, row by row.
+    """The cells of a field that hold anything, row by row."""
 
-    Attributes:
-        resolution: Edge of a cell [m].
-        sigma: Of the field [m].
-        origin: Outer corner of cell (0, 0), `(2,) float64` [m].
-        shape: Rows and columns.
-        cells: Their numbers, `(N,) int32`.
-        score: Their likelihoods, `(N,) uint8`.
-        surface: Which of them have sums of a surface, `(N,) bool`.
-        planes: Those sums in their order after a row for none, `(K + 1, 4) float32`.
-    """
-
-    resolution: float
-    sigma: float
-    origin: Floats
-    shape: tuple[int, int]
-    cells: NDArray[np.int32]
-    score: NDArray[np.uint8]
-    surface: Bools
+    resolution: float  # edge of a cell [m]
+    sigma: float  # of the field [m]
+    origin: Floats  # outer corner of cell (0, 0), `(2,) float64` [m]
+    shape: tuple[int, int]  # rows and columns
+    cells: NDArray[np.int32]  # their numbers, `(N,) int32`
+    score: NDArray[np.uint8]  # their likelihoods, `(N,) uint8`
+    surface: Bools  # which of them have sums of a surface, `(N,) bool`
+    # those sums in their order after a row for none, `(K + 1, 4) float32`
     planes: NDArray[np.float32]
 
     @staticmethod
@@ -102,21 +92,17 @@ class Submap:
 
     Args:
         _field: The reference that scans are matched against, empty.
-
-    Attributes:
-        T_previous_anchor: The anchor in the frame of the submap before, as matched.
-        nodes: The keyframes in it; the first is the anchor.
-        poses: Their poses in the anchor's frame, as they were added.
-        path_length: Distance travelled from the first to the last [m].
-        bend: Covariance of the steps in it that only odometry knows, `(3, 3) float64`: keyframes
-            on both sides of one are not as certain as a match against all of them.
     """
 
     _field: Field | Callable[[], Field]
-    T_previous_anchor: SE2 = IDENTITY
+    T_previous_anchor: SE2 = IDENTITY  # the anchor in the frame of the submap before, as matched
+    # the keyframes in it; the first is the anchor
     nodes: list[int] = dataclasses.field(default_factory=list)
+    # their poses in the anchor's frame, as they were added
     poses: list[SE2] = dataclasses.field(default_factory=list)
-    path_length: float = 0.0
+    path_length: float = 0.0  # distance travelled from the first to the last [m]
+    # covariance of the steps in it that only odometry knows, `(3, 3) float64`: keyframes on
+    # both sides of one are not as certain as a match against all of them
     bend: Floats = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
     _unseen: Floats = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
     _post: int = 0
@@ -164,11 +150,7 @@ class Submap:
     ) -> None:
         """Add a keyframe's surface at its pose in the anchor's frame.
 
-        Args:
-            node: The keyframe.
-            surface: What it saw.
-            T_anchor_base: Its pose.
-            unseen: Covariance of what no match has seen of the step to it, in the anchor's axes.
+        `unseen` is the covariance of what no match has seen of the step to it, in its axes.
         """
         torn = unseen[2, 2] > 0.0
         if torn and self.nodes:
@@ -204,13 +186,7 @@ class LocalMap:
         return self.active[0]
 
     def restore(self, nodes: tuple[int, ...], surfaces: list[Surface], poses: list[SE2]) -> None:
-        """Add a finished submap of another session.
-
-        Args:
-            nodes: Its keyframes.
-            surfaces: What every keyframe saw.
-            poses: Where every keyframe lies in map.
-        """
+        """Add a finished submap of another session, whose surfaces and poses are those in map."""
         submap = Submap(self._config.field())
         T_anchor_map = poses[nodes[0]].inverse()
         for node in nodes:
@@ -221,16 +197,9 @@ class LocalMap:
     def insert(
         self, node: int, surface: Surface, T_anchor_base: SE2, unseen: Floats = _NONE
     ) -> SE2:
-        """Add a keyframe; start a submap when the newest is half full, finish the full one.
+        """Add a keyframe at its pose in the reference's frame; return that in the next one's.
 
-        Args:
-            node: The keyframe.
-            surface: What it saw.
-            T_anchor_base: Its pose in the reference's frame.
-            unseen: Covariance of what no match has seen of the step to it, in the reference's axes.
-
-        Returns:
-            The pose in the frame of the reference that holds from now on.
+        A submap starts when the newest is half full. `unseen` is as of `Submap.insert`.
         """
         if not self.active or self._full(self.active[-1], 0.5):
             start = self.poses(T_anchor_base)[-1][1] if self.active else IDENTITY
@@ -251,8 +220,7 @@ class LocalMap:
     def renumber(self, index: Ints) -> None:
         """Follow keyframes that were forgotten; finished submaps go with their anchor.
 
-        Args:
-            index: The new number of each keyframe, -1 for those gone, `(N,) int64`.
+        `index` is the new number of each keyframe, -1 for those gone, `(N,) int64`.
         """
         self.finished = [submap for submap in self.finished if index[submap.anchor] >= 0]
         for submap in self.finished + self.active:

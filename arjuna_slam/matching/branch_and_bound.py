@@ -32,16 +32,10 @@ def prepare(
     penalty: Floats,
     least: float,
 ) -> Task:
-    """Return the coarsest blocks of offsets at all angles.
+    """Return the coarsest blocks of offsets at all angles; all lengths are in cells.
 
-    Args:
-        tables: Of the field.
-        points: `(N, 2) float64` [cells].
-        xy: The middle of the window from the field's origin [cells].
-        thetas: The angles, `(T,) float64` [rad].
-        half: Half the window [cells].
-        penalty: Factors on the squares of distance [cells] and turn, and the least of both.
-        least: Response that counts.
+    `xy` is the middle of the window from the field's origin, `penalty` the factors on the squares
+    of distance and turn and the least of both, `least` the response that counts.
     """
     cells = _offsets(points, xy, thetas)
     turns = thetas - thetas[len(thetas) // 2]
@@ -62,17 +56,8 @@ def descend(
 ) -> tuple[int, Best]:
     """Search coarsest blocks, the most promising first, until `work` blocks were looked at.
 
-    Where offsets are left out, any block's good one outside counts as found there.
-
-    Args:
-        tables: Of the field.
-        task: From `prepare`.
-        half: As in `prepare`.
-        penalty: As in `prepare`.
-        without: First and last row and column of boxes of offsets left out, `(K, 4) int64`.
-        best: The best so far.
-        first: How many of the coarsest blocks are done.
-        work: Blocks to look at.
+    Boxes of offsets (first and last row and column, `(K, 4)`) may be left out: then any block's
+    good one outside counts as found there. `first` of the coarsest blocks are done.
 
     Returns:
         How many of the coarsest blocks are done now, and the best so far.

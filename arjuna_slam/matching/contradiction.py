@@ -25,10 +25,7 @@ def seen_and_contradicted(
 ) -> tuple[Bools, Bools]:
     """Return which points scans see, and which of those their beams go through, each `(N,) bool`.
 
-    Args:
-        points: `(N, 2) float64` in a frame [m].
-        scans: Scans, each with its robot's pose in that frame.
-        range_max: Longest range used [m].
+    Each scan comes with its robot's pose in the points' frame.
     """
     on, through = np.zeros(len(points), np.int64), np.zeros(len(points), np.int64)
     for scan, pose in scans:
@@ -40,11 +37,7 @@ def seen_and_contradicted(
 
 
 def longest(points: Floats) -> float:
-    """Return how long the longest thing is that points make up, without gaps in it [m].
-
-    Args:
-        points: On its walls, `(N, 2) float64` [m].
-    """
+    """Return how long the longest wall is that points on it make up without gaps [m]."""
     if not len(points):
         return 0.0
     gap = 0.2  # [m] side of cells that are one piece where they touch
@@ -61,13 +54,7 @@ def longest(points: Floats) -> float:
 
 
 def gone_through(points: Floats, scans: Iterable[tuple[Scan, SE2]], range_max: float) -> Bools:
-    """Return which points beams of any scan go through, `(N,) bool`.
-
-    Args:
-        points: `(N, 2) float64` in a frame [m].
-        scans: Scans, each with its robot's pose in that frame.
-        range_max: Longest range used [m].
-    """
+    """Return which points beams of any scan go through, as `seen_and_contradicted`."""
     result = np.zeros(len(points), np.bool_)
     for scan, pose in scans:
         _pass(*_beams(scan, pose, range_max), points, result)

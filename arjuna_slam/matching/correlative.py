@@ -23,25 +23,15 @@ _WORK = 10000  # blocks of offsets looked at in a step of a search that waits be
 
 @dataclass(frozen=True)
 class Window:
-    """Search window, and how much to trust the prior.
+    """Search window, and how much to trust the prior."""
 
-    Attributes:
-        xy: Half the width of the window [m].
-        theta: Half its angle [rad].
-        depth: Levels of the pyramid.
-        distance_penalty: Variance of the penalty on distance [m^2]; inf for none.
-        angle_penalty: Variance of the penalty on angle [rad^2]; inf for none.
-        floor_xy: Least the distance penalty may become.
-        floor_theta: Least the angle penalty may become.
-    """
-
-    xy: float
-    theta: float
-    depth: int
-    distance_penalty: float = math.inf
-    angle_penalty: float = math.inf
-    floor_xy: float = 0.5
-    floor_theta: float = 0.9
+    xy: float  # half the width of the window [m]
+    theta: float  # half its angle [rad]
+    depth: int  # levels of the pyramid
+    distance_penalty: float = math.inf  # variance of the penalty on distance [m^2]; inf for none
+    angle_penalty: float = math.inf  # variance of the penalty on angle [rad^2]; inf for none
+    floor_xy: float = 0.5  # least the distance penalty may become
+    floor_theta: float = 0.9  # least the angle penalty may become
 
 
 def search(
@@ -49,14 +39,8 @@ def search(
 ) -> tuple[SE2, float] | None:
     """Return the pose of the greatest response and the response; None where none exceeds `least`.
 
-    The response (0..1) is the mean likelihood times the penalties.
-
-    Args:
-        field: The reference.
-        points: `(N, 2) float64` in the robot's base frame [m].
-        prior: Centre of the window, robot in field.
-        window: Its size and penalties.
-        least: Response that a pose must exceed.
+    The response (0..1) is the mean likelihood of the points, in the robot's base frame, times the
+    penalties; `prior` is the middle of the window.
     """
     whole = _Search(field, points, prior, window, least)
     all_work = 1 << 62  # blocks, more than any search has

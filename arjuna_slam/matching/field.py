@@ -51,12 +51,7 @@ class Field:
         self._pyramid: tuple[NDArray[np.uint8], Ints] | None = None
 
     def add(self, points: Floats, normals: Floats) -> None:
-        """Add reference points.
-
-        Args:
-            points: `(N, 2) float64` in the field's frame [m].
-            normals: `(N, 2) float64` unit normals, zero where there is none.
-        """
+        """Add reference points [m] with unit normals, zero where there is none, each `(N, 2)`."""
         if len(points) == 0:
             return
         self._cover(points.min(axis=0), points.max(axis=0))

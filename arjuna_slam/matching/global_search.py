@@ -34,9 +34,6 @@ class GlobalSearch:
     Tables hold the best score within blocks of positions, so that a block's score bounds the
     score of every pose inside; the blocks that promise most are split until they are fine.
 
-    Args:
-        field: The map's distances.
-
     Source: Olson, Real-time correlative scan matching, 2009; the bounds are those of Hess et al.,
     Real-time loop closure in 2D lidar SLAM, 2016, section V-B, searched breadth first.
     """
@@ -57,14 +54,9 @@ class GlobalSearch:
         self._free = [_pool(free.view(np.uint8), size).view(np.bool_) for size in sizes]
 
     def find(self, endpoints: Floats, limit: int) -> Floats:
-        """Return the most promising distinct poses for a scan, best first.
+        """Return the most promising distinct poses for a scan, best first, `(K, 3)` [m, m, rad].
 
-        Args:
-            endpoints: `(M, 2) float64` in the base frame [m].
-            limit: Greatest number of poses.
-
-        Returns:
-            `(K, 3) float64` in the map frame [m, m, rad], within a step of the true optimum.
+        Endpoints are in the base frame [m]; poses are within a step of the true optimum.
         """
         most = 90  # beams that are scored: one in four degrees
         stride = max(1, len(endpoints) // most)

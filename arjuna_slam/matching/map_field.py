@@ -29,10 +29,7 @@ def sum_at_endpoints(
 ) -> NDArray[np.float32]:
     """Return for each pose the sum of a table over the cells where the beams end, `(N,) float32`.
 
-    Args:
-        table: From `bordered`.
-        poses: `(N, 3) float64` in grid coordinates [cells, cells, rad].
-        endpoints: `(B, 2) float64` in the base frame [cells].
+    The table is from `bordered`; poses and endpoints (in the base frame) are in cells.
     """
     sums = np.empty(len(poses), np.float32)
     x, y, c, s = _split(poses)
@@ -92,17 +89,8 @@ def _sum(
 class MapField:
     """Distances to the centre of the nearest occupied cell, and poses in grid coordinates.
 
-    "Grid coordinates" are cells from the outer corner of cell (0, 0), x along columns.
-
-    Args:
-        grid: The map.
-        max_distance: Cap of the distances, and the distance of points off the map [m].
-
-    Attributes:
-        distances: `(height, width) float32` [m].
-        occupied: `(height, width) bool`.
-        free: `(height, width) bool`.
-        unknown: `(height, width) bool`.
+    "Grid coordinates" are cells from the outer corner of cell (0, 0), x along columns. Distances
+    [m] are capped at `max_distance`, that of points off the map; tables are `(height, width)`.
 
     Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, section 6.4.
     """
@@ -133,10 +121,10 @@ class MapField:
     def refine(
         self, pose: SE2, points: Floats, information: Floats, scales: Floats, deviation: float
     ) -> SE2:
-        """Return the pose at which points lie nearest to obstacles, near a given one.
+        """Return the pose at which points lie nearest to obstacles, near a given one in the map.
 
         Args:
-            pose: In the map frame; it is the prior, so that it stays where the scan says nothing.
+            pose: It is the prior, so that it stays where the scan says nothing.
             points: `(N, 2) float64` in the base frame [m].
             information: Of the prior, axes of the grid, `(3, 3) float64`.
             scales: Of the robust weight in each step, `(K,) float64` [m].
@@ -152,10 +140,7 @@ class MapField:
     def sample_free(self, count: int, rng: np.random.Generator, step: int = 1) -> Floats:
         """Draw poses `(count, 3)` of the map frame [m, m, rad], uniform over the free cells.
 
-        Args:
-            count: How many.
-            rng: Source of randomness.
-            step: Only each `step`-th row and column is drawn from, unless none there is free.
+        Only each `step`-th row and column is drawn from, unless none there is free.
         """
         cells = np.argwhere(self.free[::step, ::step]) * step
         if not len(cells):

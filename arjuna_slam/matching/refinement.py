@@ -50,16 +50,9 @@ def sample_surface(
     gy: float,
     resolution: float,
 ) -> tuple[float, float, float, float]:
-    """Return signed distance [m], normal and trust (0..1) of the surface near a point.
+    """Return signed distance [m], normal and trust (0..1) of the surface near a point [cells].
 
     The trust falls to 0 continuously where the reference thins out or its sides disagree.
-
-    Args:
-        index: The field's, `(H, W)`.
-        planes: The field's `(K, 4) float32`.
-        gx: The point in cells from the field's origin.
-        gy: As `gx`.
-        resolution: Edge of a cell [m].
     """
     height, width = index.shape
     fx, fy = gx - 0.5, gy - 0.5
@@ -89,14 +82,7 @@ def sample_surface(
 def sample_distance(
     distances: NDArray[np.float32], gx: float, gy: float, resolution: float
 ) -> tuple[float, float, float, float]:
-    """Return the distance [m], interpolated between cells, its gradient and trust (0 or 1).
-
-    Args:
-        distances: The field's `(H, W) float32` [m].
-        gx: The point in cells from the field's origin.
-        gy: As `gx`.
-        resolution: Edge of a cell [m].
-    """
+    """Return the distance [m], interpolated between cells, its gradient and trust (0 or 1)."""
     height, width = distances.shape
     x, y = gx - 0.5, gy - 0.5
     if not (0.0 <= x < width - 1 and 0.0 <= y < height - 1):
@@ -166,14 +152,8 @@ def observed(
     """Return how much each direction is seen, `(3, 3) float64`, noise of the normals left out.
 
     Along a corridor the normals of its walls, each some degrees off, add up to a certainty that is
-    none: what lies within `_ASKEW` of the walls' common direction counts as lying in it.
-
-    Args:
-        reference: The field's.
-        points: `(N, 2) float64` in the robot's base frame [m].
-        normals: Theirs, `(N, 2) float64`, zero where unknown.
-        pose: Robot in the field's frame, `(3,) float64`.
-        scale: Of the Geman-McClure weight [m].
+    none: what lies within `_ASKEW` of the walls' common direction counts as lying in it. Arguments
+    as of `refine`.
 
     Source: the idea of Zhang, Kaess and Singh, On degeneracy of optimization-based state
     estimation problems, 2016.

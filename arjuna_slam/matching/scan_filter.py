@@ -46,11 +46,8 @@ class LastOdometry:
     def with_motion(self, scan: Scan, T_odom_base: SE2, motion: SE2 | None = None) -> Scan:
         """Return a scan with the motion during it, so that it can be deskewed.
 
-        Args:
-            scan: The scan.
-            T_odom_base: Odometry at its stamp.
-            motion: From its first beam to its last; None for that of the velocity since the last
-                scan, where the scan has a time increment.
+        `motion` is from its first beam to its last; None for that of the velocity since the last
+        scan, where the scan has a time increment.
         """
         if motion is None and scan.time_increment != 0.0 and self._stamp is not None:
             gap = scan.stamp - self._stamp
@@ -70,9 +67,6 @@ class Skip(enum.Enum):
 
 class ScanFilter:
     """Takes scans in order and counts those that cannot be used.
-
-    Args:
-        range_max: Longest range used [m].
 
     Attributes:
         counts: How many scans were not used, by reason.

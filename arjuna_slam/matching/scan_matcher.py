@@ -47,19 +47,14 @@ def invert(matrix: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Match:
-    """The result of matching one scan.
+    """The result of matching one scan."""
 
-    Attributes:
-        status: Whether the pose can be used.
-        T_field_base: Robot in the field's frame; the prior where the status says it cannot be used.
-        covariance: Of `x, y, theta` in the field's frame, `(3, 3) float64` [m^2, m rad, rad^2].
-        response: Share (0..1) of the scan's points that lie on the reference's surfaces.
-    """
-
-    status: MatchStatus
+    status: MatchStatus  # whether the pose can be used
+    # robot in the field's frame; the prior where the status says it cannot be used
     T_field_base: SE2
+    # of `x, y, theta` in the field's frame, `(3, 3) float64` [m^2, m rad, rad^2]
     covariance: Floats
-    response: float
+    response: float  # share (0..1) of the scan's points that lie on the reference's surfaces
 
     @property
     def information(self) -> Floats:
@@ -75,10 +70,8 @@ class Match:
     def unseen(self, prior: Floats) -> Floats:
         """Return the covariance of the direction that is hardly seen, `(3, 3) float64`; or zero.
 
-        Of the heading as well where the match failed: then nothing is seen.
-
-        Args:
-            prior: Information on the step to the scan, in the field's axes.
+        Of the heading as well where the match failed: then nothing is seen. `prior` is the
+        information on the step to the scan.
         """
         if self.status is not MatchStatus.MATCHED:
             return invert(prior)
@@ -173,14 +166,7 @@ class ScanMatcher:
     def track(
         self, field: Field, surface: Surface, prior: SE2, information: Floats = _FLAT
     ) -> Match:
-        """Refine a pose known to some centimetres.
-
-        Args:
-            field: The reference.
-            surface: The scan.
-            prior: Robot in the field's frame.
-            information: Of the prior, `(3, 3) float64`; zero for none.
-        """
+        """Refine a pose known to some centimetres, with the information on it; zero for none."""
         if len(surface) < self._config.match_minimum_points:
             return self._failed(MatchStatus.TOO_FEW_POINTS, prior, 0.0)
         return self._refine(field, surface, prior, prior, information)
@@ -196,13 +182,8 @@ class ScanMatcher:
     ) -> Match:
         """Track a pose from the prior, and search a window for a better one.
 
-        Args:
-            field: The reference.
-            surface: The scan.
-            prior: Centre of the window, robot in the field's frame.
-            window: Where to search.
-            least: Response (0..1) that a pose must exceed in the search.
-            information: Of the prior in the refinement, `(3, 3) float64`; zero for none.
+        `least` is the response (0..1) that a pose must exceed in the search, `information` that of
+        the prior in the refinement, zero for none.
         """
         if len(surface) < self._config.match_minimum_points:
             return self._failed(MatchStatus.TOO_FEW_POINTS, prior, 0.0)

@@ -20,41 +20,26 @@ _SAME_WALL = 0.8  # cosine between the normals of neighbours: 37 degrees
 
 @dataclass(frozen=True)
 class Surface:
-    """The surfaces that one scan saw, in the robot's base frame.
+    """The surfaces that one scan saw, in the robot's base frame."""
 
-    Attributes:
-        points: End points of the valid beams, in beam order, `(N, 2) float64` [m].
-        normals: Unit normals towards the sensor, `(N, 2) float64`; zero where there is no wall.
-        linked: `(N,) bool`, whether point i and point i + 1 lie on one surface.
-    """
-
-    points: Floats
+    points: Floats  # end points of the valid beams, in beam order, `(N, 2) float64` [m]
+    # unit normals towards the sensor, `(N, 2) float64`; zero where there is no wall
     normals: Floats
-    linked: Bools
+    linked: Bools  # `(N,) bool`, whether point i and point i + 1 lie on one surface
 
     def __len__(self) -> int:
         """Return the number of points."""
         return len(self.points)
 
     def dense(self, spacing: float) -> tuple[Floats, Floats]:
-        """Return points and normals with the gaps on each wall filled.
-
-        Args:
-            spacing: Longest distance left between two points of one wall [m].
-
-        Returns:
-            `(M, 2) float64` points [m] and `(M, 2) float64` normals.
-        """
+        """Return points and normals, `(M, 2)`; gaps on walls are filled to `spacing` [m]."""
         return _densify(self.points, self.normals, self.linked, spacing)
 
 
 def extract(scan: Scan, range_max: float, reach: float = 0.2) -> Surface:
-    """Return the surface of a scan.
+    """Return the surface of a scan, which may have any beams and field of view.
 
-    Args:
-        scan: The scan, of any beam count, direction and field of view; its motion is undone.
-        range_max: Longest range used [m].
-        reach: How far along a wall its normal is fitted, to each side [m].
+    Its motion is undone; a normal is fitted to the wall up to `reach` [m] to each side.
 
     Source: breakpoints, Borges and Aldon, Line extraction in 2D range images, 2004; normals as
     principal axes of the neighbours.

@@ -32,13 +32,9 @@ class Trust:
         return information * np.outer(scale, scale)
 
     def judge(self, prior: SE2, match: Match, information: Floats, travel: float) -> None:
-        """Compare a step of odometry with the pose of the scan after it.
+        """Compare a step of odometry, of some travel [m], with the pose of the scan after it.
 
-        Args:
-            prior: The pose by odometry.
-            match: The pose by the scan.
-            information: Of the step, as configured, `(3, 3) float64`.
-            travel: Its length [m].
+        `information` is that of the step as configured.
         """
         well_seen = 0.015  # [m] deviation of a match that can judge odometry
         seen = np.linalg.eigvalsh(match.covariance[:2, :2])[1] < well_seen**2
@@ -79,10 +75,7 @@ class Stretch:
     def judge(self, reference: Field, match: Match, delta: SE2) -> None:
         """Compare odometry with the distance between two matches in one reference.
 
-        Args:
-            reference: The field that was matched against.
-            match: The pose of the robot then.
-            delta: Its motion as odometry has it, since the match before.
+        `delta` is the motion since the match before, as odometry has it.
         """
         segment = self._segment
         if match.status is not MatchStatus.MATCHED:
@@ -185,13 +178,8 @@ class Tracker:
     ) -> Match:
         """Return where a scan lies in a reference.
 
-        Args:
-            reference: The field.
-            surface: The scan.
-            T_field_last: Robot in the field's frame at the last scan.
-            delta: Its motion since, by odometry.
-            information: Of the motion, `(3, 3) float64`.
-            search: Whether to search the window even if tracking succeeds.
+        `delta` is the motion since the last scan by odometry, with its information; at `search` the
+        window is searched even if tracking succeeds.
         """
         prior = T_field_last @ self.stretched(delta)
         if not self._config.use_scan_matching:

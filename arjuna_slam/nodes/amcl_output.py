@@ -19,11 +19,7 @@ from arjuna_slam.amcl.filter import ParticleFilter
 
 
 class AmclOutput:
-    """The publishers of amcl.
-
-    Args:
-        node: The node, whose configuration names the frames.
-    """
+    """The publishers of amcl, whose configuration names the frames."""
 
     def __init__(self, node: ManagedNode) -> None:
         self._node = node

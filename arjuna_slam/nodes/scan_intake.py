@@ -19,9 +19,6 @@ _DRAWN = "/scan_visualization"  # slam_toolbox's own, of a keyframe
 class ScanIntake:
     """The scans between the topic and the mapper.
 
-    Args:
-        node: The node; its config has the parameters.
-
     Attributes:
         overrun: Scans left out because a newer one was there, where only the newest counts.
     """
@@ -81,13 +78,7 @@ def shortened(scan: Scan, range_min: float) -> Scan:
 
 
 class ScanWatch:
-    """Warns once when no scan comes, at the start or later on; made while the node configures.
-
-    Args:
-        node: The node that subscribes.
-        topic: The scans' topic, as the node's parameter names it.
-        profile: The subscription's quality of service.
-    """
+    """Warns once when no scan comes, at the start or later on; made while the node configures."""
 
     def __init__(self, node: ManagedNode, topic: str, profile: QoSProfile) -> None:
         self._node = node

@@ -110,9 +110,7 @@ Resume = Callable[[Session, Start, bool], None]
 class SlamFiles:
     """Offers `save_map`, `serialize_map` and `deserialize_map` of the paths that `map_path` has.
 
-    Args:
-        node: The slam_toolbox node, whose `slam` is saved.
-        resume: Called with a session, the start pose and whether only to localize.
+    `resume` is called with a session, the start pose and whether only to localize.
     """
 
     def __init__(self, node: ManagedNode, resume: Resume) -> None:

@@ -27,12 +27,7 @@ _LOOP = ColorRGBA(r=1.0, g=0.6, a=1.0)
 
 
 def markers(graph: PoseGraph, head: Any) -> MarkerArray:
-    """Return keyframes as spheres and measurements as lines, loop edges in a colour of their own.
-
-    Args:
-        graph: The graph.
-        head: Header with the map's frame.
-    """
+    """Return keyframes as spheres and measurements as lines, loop edges in another colour."""
     nodes = _marker(head, 0, Marker.SPHERE_LIST, 0.1, NODE_COLOR)
     nodes.points = [_point(pose) for pose in graph.poses]
     edges = _marker(head, 1, Marker.LINE_LIST, 0.03, _EDGE)
@@ -56,12 +51,7 @@ def _point(pose: NDArray[Any]) -> Point:
 
 
 class SlamOutput:
-    """The publishers of slam_toolbox.
-
-    Args:
-        node: The node, whose configuration names the frames.
-        slam: The mapper that they speak of at first.
-    """
+    """The publishers of slam_toolbox, whose configuration names the frames."""
 
     def __init__(self, node: ManagedNode, slam: PoseTracker) -> None:
         self._node = node

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
@@ -14,21 +14,19 @@ BOXES = ((2.0, 2.5), (7.0, 3.0), (3.0, 7.5), (7.5, 7.0))
 BOX = 0.5
 
 
-def box(x0: float, y0: float, x1: float, y1: float) -> NDArray[np.float64]:
+def box(x0: float, y0: float, x1: float, y1: float) -> Floats:
     """Segments `(4, 4)` of x0, y0, x1, y1 [m] around a rectangle."""
     return np.array([(x0, y0, x1, y0), (x1, y0, x1, y1), (x1, y1, x0, y1), (x0, y1, x0, y0)])
 
 
-def room() -> NDArray[np.float64]:
+def room() -> Floats:
     """Segments of the room and its boxes, `(20, 4)` [m]."""
     walls = [box(0.0, 0.0, 10.0, 10.0)]
     walls += [box(x, y, x + BOX, y + BOX) for x, y in BOXES]
     return np.concatenate(walls)
 
 
-def ranges_at(
-    segments: NDArray[np.float64], pose: SE2, angles: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def ranges_at(segments: Floats, pose: SE2, angles: Floats) -> Floats:
     """Exact distance from a pose to the first segment along each angle, inf for none."""
     direction = np.column_stack((np.cos(angles + pose.theta), np.sin(angles + pose.theta)))
     start, edge = segments[:, :2] - (pose.x, pose.y), segments[:, 2:] - segments[:, :2]
@@ -38,12 +36,12 @@ def ranges_at(
         u = start[None, :, 0] * direction[:, None, 1] - start[None, :, 1] * direction[:, None, 0]
         u = u / cross
     hit = (t > 0.0) & (u >= 0.0) & (u <= 1.0)
-    nearest: NDArray[np.float64] = np.where(hit, t, np.inf).min(axis=1)
+    nearest: Floats = np.where(hit, t, np.inf).min(axis=1)
     return nearest
 
 
 def scan_at(
-    segments: NDArray[np.float64],
+    segments: Floats,
     pose: SE2,
     *,
     beams: int = 360,
@@ -95,14 +93,12 @@ def drive(seed: int, laps: float = 1.25) -> list[tuple[Scan, SE2, SE2]]:
     return result
 
 
-def distance_to_walls(
-    segments: NDArray[np.float64], points: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def distance_to_walls(segments: Floats, points: Floats) -> Floats:
     """Distance [m] of each point `(N, 2)` to the nearest segment, `(N,)`."""
     start, edge = segments[:, :2], segments[:, 2:] - segments[:, :2]
     offset = points[:, None, :] - start[None]
     ratio = (offset * edge).sum(axis=2) / (edge * edge).sum(axis=1)
     nearest = start + np.clip(ratio, 0.0, 1.0)[..., None] * edge
     gap = points[:, None, :] - nearest
-    distance: NDArray[np.float64] = np.sqrt((gap * gap).sum(axis=2)).min(axis=1)
+    distance: Floats = np.sqrt((gap * gap).sum(axis=2)).min(axis=1)
     return distance

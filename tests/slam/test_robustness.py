@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig
@@ -120,7 +120,7 @@ def test_the_filter_counts_by_reason() -> None:
     assert scans.take(dataclasses.replace(scan, stamp=2.0)) is not None
 
 
-def occupied(start: SE2) -> NDArray[np.float64]:
+def occupied(start: SE2) -> Floats:
     """Centres of the occupied cells, in the room, of a map that begins at a pose."""
     mapper = Mapper(0.05, 20.0)
     rng = np.random.default_rng(1)

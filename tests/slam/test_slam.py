@@ -5,8 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -64,7 +64,7 @@ def test_loops_are_closed_and_most_scans_are_no_keyframes(
     assert 0.1 < np.mean([update.keyframe for update in ran[1]]) < 0.5
 
 
-def occupied(grid: OccupancyGrid, T_world_map: SE2) -> NDArray[np.float64]:
+def occupied(grid: OccupancyGrid, T_world_map: SE2) -> Floats:
     return T_world_map.apply(grid.frame.to_points(np.argwhere(grid.occupied()).astype(np.int64)))
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam import localization, slam
@@ -37,7 +37,7 @@ class Told:
 
     failing: tuple[int, ...] = ()
     searched: list[bool] = field(default_factory=list)
-    information: list[NDArray[np.float64]] = field(default_factory=list)
+    information: list[Floats] = field(default_factory=list)
 
     def locate(
         self,
@@ -45,7 +45,7 @@ class Told:
         _surface: Surface,
         T_field_last: SE2,
         delta: SE2,
-        information: NDArray[np.float64],
+        information: Floats,
         search: bool,
     ) -> Match:
         fails = len(self.searched) in self.failing
@@ -67,10 +67,10 @@ def drive(count: int = 40) -> Iterator[tuple[Scan, SE2]]:
         pose = pose @ SE2(0.08, 0.01, 0.03)
 
 
-def turned(covariance: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+def turned(covariance: Floats, angle: float) -> Floats:
     c, s = math.cos(angle), math.sin(angle)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    result: NDArray[np.float64] = turn @ covariance @ turn.T
+    result: Floats = turn @ covariance @ turn.T
     return result
 
 
@@ -212,7 +212,7 @@ def test_the_robot_is_localized_from_where_it_is_found(
     ],
 )
 def test_a_resumed_map_goes_on_from_its_nearest_keyframe(
-    status: MatchStatus, information: NDArray[np.float64], monkeypatch: pytest.MonkeyPatch
+    status: MatchStatus, information: Floats, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     told, reference = Told(), Reference(status=status)
     monkeypatch.setattr(slam, "Tracker", lambda *_: told)

@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.slam import Slam
@@ -119,10 +119,10 @@ def _slipped(before: tuple[Scan, SE2, SE2], now: tuple[Scan, SE2, SE2], factor: 
     return true_step @ SE2.exp(factor * error)
 
 
-def _person(time: float, robot: SE2, centre: NDArray[np.float64]) -> NDArray[np.float64]:
+def _person(time: float, robot: SE2, centre: Floats) -> Floats:
     """Return where the person is, to and fro within 4 m of a point, `(2,)` [m]."""
     way = math.remainder(_PERSON_SPEED * time, 16.0)
-    place: NDArray[np.float64] = centre + np.array([abs(way) - 4.0, 0.3 * math.sin(0.7 * time)])
+    place: Floats = centre + np.array([abs(way) - 4.0, 0.3 * math.sin(0.7 * time)])
     gap = place - (robot.x, robot.y)
     distance = float(np.hypot(*gap))
     if distance < _PERSON_GAP:  # who walks does not walk into the robot
@@ -130,9 +130,7 @@ def _person(time: float, robot: SE2, centre: NDArray[np.float64]) -> NDArray[np.
     return place
 
 
-def _behind(
-    ranges: NDArray[np.float64], scan: Scan, robot: SE2, person: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _behind(ranges: Floats, scan: Scan, robot: SE2, person: Floats) -> Floats:
     """Return ranges that end at the person where the person is in the way."""
     sensor = robot @ scan.T_base_sensor
     bearing = scan.angles + sensor.theta
@@ -144,7 +142,7 @@ def _behind(
     return np.where((inside > 0.0) & (hit > 0.0) & (hit < ranges), hit, ranges)
 
 
-def measure(log: Log, walls: NDArray[np.float64], slam: Slam | None = None) -> Figures:
+def measure(log: Log, walls: Floats, slam: Slam | None = None) -> Figures:
     """Map a drive and return the figures.
 
     Args:

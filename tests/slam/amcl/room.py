@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2, wrap
@@ -23,7 +23,7 @@ ORIGIN = SE2(-5.187, -5.213, 0.0)  # aligned with nothing
 Boxes = tuple[tuple[float, float], ...]
 
 
-def ranges_at(pose: SE2, count: int, boxes: Boxes = BOXES) -> NDArray[np.float64]:
+def ranges_at(pose: SE2, count: int, boxes: Boxes = BOXES) -> Floats:
     """True ranges [m] of `count` beams around a pose."""
     angles = pose.theta - math.pi + np.arange(count) * 2.0 * math.pi / count
     direction = np.column_stack((np.cos(angles), np.sin(angles)))
@@ -68,7 +68,7 @@ def room_map(origin: SE2 = ORIGIN, size: int = 210, boxes: Boxes = BOXES) -> Occ
     return OccupancyGrid(frame, data)
 
 
-def _square(along: NDArray[np.float64], half: float) -> NDArray[np.float64]:
+def _square(along: Floats, half: float) -> Floats:
     side = np.full_like(along, half)
     pairs = ((along, side), (along, -side), (side, along), (-side, along))
     return np.vstack([np.column_stack(pair) for pair in pairs])

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import AmclConfig
@@ -46,10 +46,10 @@ def besieged(
     return replace(scan, ranges=ranges)
 
 
-def _to_person(angles: NDArray[np.float64], away: float, bearing: float) -> NDArray[np.float64]:
+def _to_person(angles: Floats, away: float, bearing: float) -> Floats:
     along, across = away * np.cos(angles - bearing), away * np.sin(angles - bearing)
     depth = _RADIUS**2 - across**2
-    ranges: NDArray[np.float64] = np.where(
+    ranges: Floats = np.where(
         (depth > 0.0) & (along > 0.0), along - np.sqrt(np.maximum(depth, 0.0)), np.inf
     )
     return ranges

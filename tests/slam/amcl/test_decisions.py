@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.amcl import recovery
 from arjuna_slam.amcl.config import AmclConfig
@@ -56,15 +56,10 @@ class Told:
 
     moves: dict[int, SE2] = field(default_factory=dict)  # by the number of ends matched
     worth: dict[float, float] = field(default_factory=dict)  # by x
-    asked: list[tuple[SE2, NDArray[np.float64]]] = field(default_factory=list)
+    asked: list[tuple[SE2, Floats]] = field(default_factory=list)
 
     def refine(
-        self,
-        pose: SE2,
-        points: NDArray[np.float64],
-        information: NDArray[np.float64],
-        scales: NDArray[np.float64],
-        deviation: float,
+        self, pose: SE2, points: Floats, information: Floats, scales: Floats, deviation: float
     ) -> SE2:
         assert (scales[0], scales[-1], deviation) == (0.36, 0.12, 0.05)
         self.asked.append((pose, information))
@@ -170,7 +165,7 @@ class Looked:
         self.made += 1
         return self
 
-    def find(self, endpoints: NDArray[np.float64], limit: int) -> NDArray[np.float64]:
+    def find(self, endpoints: Floats, limit: int) -> Floats:
         assert limit == 24
         some = self.places if len(endpoints) == 40 else self.places[:1]
         return np.array([(x, 0.0, 0.0) for x in some])

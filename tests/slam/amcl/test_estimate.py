@@ -7,8 +7,8 @@ import re
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.grid import FREE, OCCUPIED, GridFrame, OccupancyGrid
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.amcl.config import AmclConfig
@@ -84,7 +84,7 @@ def test_the_root_times_itself_is_the_covariance(seed: int) -> None:
         (np.diag([1.0, 1.0, -2e-9]), "its least eigenvalue is -2e-09"),
     ],
 )
-def test_what_is_no_covariance_is_refused(covariance: NDArray[np.float64], problem: str) -> None:
+def test_what_is_no_covariance_is_refused(covariance: Floats, problem: str) -> None:
     with pytest.raises(LocalizationError, match=problem):
         covariance_root(covariance)
 

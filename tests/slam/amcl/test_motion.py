@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import IDENTITY, SE2, wrap
 from arjuna_slam.amcl.config import (
     DIFFERENTIAL,
@@ -22,14 +22,14 @@ COUNT = 100_000
 A1, A2, A3, A4, A5 = 0.02, 0.03, 0.04, 0.05, 0.06
 
 
-def assert_distributed(samples: NDArray[np.float64], mean: float, deviation: float) -> None:
+def assert_distributed(samples: Floats, mean: float, deviation: float) -> None:
     """Mean and deviation lie within 5 standard errors of theory."""
     standard_error = deviation / math.sqrt(len(samples))
     assert abs(samples.mean() - mean) <= 5.0 * standard_error + 1e-12
     assert abs(samples.std() - deviation) <= 5.0 * standard_error / math.sqrt(2.0) + 1e-12
 
 
-def draws(name: str, delta: SE2, start: SE2 = IDENTITY) -> NDArray[np.float64]:
+def draws(name: str, delta: SE2, start: SE2 = IDENTITY) -> Floats:
     particles = np.tile(start.array(), (COUNT, 1))
     config = AmclConfig(alpha1=A1, alpha2=A2, alpha3=A3, alpha4=A4, alpha5=A5)
     return MODELS[name](config, particles, delta, np.random.default_rng(5))

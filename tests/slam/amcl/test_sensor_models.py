@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -49,7 +49,7 @@ def grid_5x5(origin: SE2) -> OccupancyGrid:
     return OccupancyGrid(GridFrame(0.5, 5, 5, origin), data)
 
 
-def seen(endpoints: NDArray[np.float64]) -> ScanView:
+def seen(endpoints: Floats) -> ScanView:
     """What a scan with these end points [m] says."""
     ranges = np.hypot(*endpoints.T)
     bearings = np.arctan2(endpoints[:, 1], endpoints[:, 0])
@@ -58,7 +58,7 @@ def seen(endpoints: NDArray[np.float64]) -> ScanView:
     return ScanView(0.0, RANGE_MAX, SE2(), beams, beams)
 
 
-def poses_at_cells(grid: OccupancyGrid) -> NDArray[np.float64]:
+def poses_at_cells(grid: OccupancyGrid) -> Floats:
     cells = np.argwhere(np.ones(grid.frame.shape, bool))
     return np.column_stack((grid.frame.to_points(cells), np.zeros(len(cells))))
 
@@ -182,7 +182,7 @@ def grid_with_edge(origin: SE2, edge: int = 100) -> OccupancyGrid:
 def density(grid: OccupancyGrid, column: int, reading: float) -> float:
     """The model's density of one beam along the middle row, from the middle of a column."""
     x, y = grid.frame.to_point(2, column)
-    pose: NDArray[np.float64] = np.array([[x, y, grid.frame.origin.theta]])
+    pose: Floats = np.array([[x, y, grid.frame.origin.theta]])
     scan = Scan(np.array([reading]), 0.0, 0.1, 0.05, RANGE_MAX)
     model = BeamModel(MapField(grid, 2.0), BEAM)
     factor = model.weigh(pose, ScanView.of(scan, BEAM)).factors[0]

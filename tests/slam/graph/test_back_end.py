@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph import back_end
 from arjuna_slam.graph.back_end import BackEnd, BackEndConfig
@@ -27,13 +27,13 @@ class Told:
     by: tuple[float, float, float] = MOVED
     ends: list[OptimizerStatus] = field(default_factory=list)
     weights: dict[int, float] = field(default_factory=dict)
-    starts: list[NDArray[np.float64]] = field(default_factory=list)
+    starts: list[Floats] = field(default_factory=list)
     hows: list[tuple[int, float]] = field(default_factory=list)
     scales: list[float] = field(default_factory=list)
 
     def __call__(
         self,
-        poses: NDArray[np.float64],
+        poses: Floats,
         edges: EdgeTable,
         *,
         robust_scale: float,

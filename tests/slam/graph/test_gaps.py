@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig
@@ -57,7 +57,7 @@ def test_no_match_claims_to_know_what_lay_in_the_dark(turn: float) -> None:
     assert not [(edge.i, edge.j) for edge in matches if is_wrong(edge, nodes)]
 
 
-def torn(gap: NDArray[np.float64]) -> Submap:
+def torn(gap: Floats) -> Submap:
     """Two keyframes 2 m apart in a corner, the second placed with a gap before it."""
     submap = Submap(SlamConfig().field())
     for node, x in enumerate((2.0, 4.0)):

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.hypotheses import Closure, Hypotheses
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
@@ -34,7 +34,7 @@ def closure(
     *,
     weight: float = 1.0,
     enough: float = 2.0,
-    information: NDArray[np.float64] = CERTAIN,
+    information: Floats = CERTAIN,
     wide: bool = False,
 ) -> Closure:
     """The second lap's node at a place on the first's, or off it."""

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.graph.hypotheses import Closure, Hypotheses
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
@@ -24,10 +24,10 @@ def believed(graph: PoseGraph, *closures: Closure) -> list[Closure]:
     return [one for entry in closures for one in held.add(graph, entry)]
 
 
-def chain(parts: list[SE2], knows: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+def chain(parts: list[SE2], knows: list[Floats]) -> Floats:
     """Return the covariance of a chain by its numeric derivatives, `(3, 3) float64`."""
 
-    def end(k: int, change: NDArray[np.float64]) -> NDArray[np.float64]:
+    def end(k: int, change: Floats) -> Floats:
         result = IDENTITY
         for n, part in enumerate(parts):
             result = result @ (SE2.from_array(part.array() + change) if n == k else part)
@@ -70,10 +70,7 @@ def deviations(graph: PoseGraph, new: Edge, held: Edge) -> float:
     ],
 )
 def test_closures_agree_up_to_what_they_and_the_graph_do_not_know(
-    first: NDArray[np.float64],
-    second: NDArray[np.float64],
-    places: tuple[int, int],
-    way: tuple[float, float, float],
+    first: Floats, second: Floats, places: tuple[int, int], way: tuple[float, float, float]
 ) -> None:
     """Up to 11.3 squared deviations: 99 % of pairs in three degrees of freedom."""
     graph = laps()
@@ -103,12 +100,12 @@ def test_the_newest_sixty_are_held(between: int, is_held: bool) -> None:
     assert found == ([last, first] if is_held else [])
 
 
-def told(graph: PoseGraph, place: int, gap: float, known: NDArray[np.float64]) -> Closure:
+def told(graph: PoseGraph, place: int, gap: float, known: Floats) -> Closure:
     """Return a closure that corrects the graph by so much along the way [m]."""
     return closure(place, off_by(graph, place, gap), information=known)
 
 
-def along(deviation: float) -> NDArray[np.float64]:
+def along(deviation: float) -> Floats:
     return np.diag([deviation**-2, 1e4, 1e6])
 
 
@@ -132,10 +129,10 @@ def test_a_correction_that_others_do_not_see_is_believed_if_small_or_hardly_clai
     assert (door in believed(graph, door, *walls)) is alone
 
 
-def turned(degrees: float) -> NDArray[np.float64]:
+def turned(degrees: float) -> Floats:
     """Return the information of what knows one direction alone, so far off the way."""
     turn = SE2(0.0, 0.0, math.radians(degrees)).matrix()
-    known: NDArray[np.float64] = turn @ np.diag([25.0, 1e-4, 1e6]) @ turn.T
+    known: Floats = turn @ np.diag([25.0, 1e-4, 1e6]) @ turn.T
     return known
 
 
@@ -159,7 +156,7 @@ def test_a_correction_is_borne_out_by_what_sees_it_and_moves_as_far(
     graph = laps()
     heading = graph.pose(4).theta
 
-    def moved(place: int, by: float, known: NDArray[np.float64]) -> Edge:
+    def moved(place: int, by: float, known: Floats) -> Edge:
         """Return an edge that moves map along the way at the door."""
         change = SE2(by * math.cos(heading), by * math.sin(heading), 0.0)
         T = graph.pose(place).inverse() @ change @ graph.pose(place + 40)

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.graph.loops import LoopCloser, LoopConfig, doubted
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
@@ -31,7 +31,7 @@ class Told(ScanMatcher):
     off: SE2 = IDENTITY
     response: float = 0.9
     status: MatchStatus = MatchStatus.MATCHED
-    known: NDArray[np.float64] = field(default_factory=GOOD.copy)
+    known: Floats = field(default_factory=GOOD.copy)
     asked: list[tuple[Field, SE2, Window, float]] = field(default_factory=list)
 
     def match(
@@ -41,7 +41,7 @@ class Told(ScanMatcher):
         prior: SE2,
         window: Window,
         least: float,
-        information: NDArray[np.float64] = GOOD,
+        information: Floats = GOOD,
     ) -> Match:
         self.asked.append((field, prior, window, least))
         return Match(self.status, prior @ self.off, self.known, self.response)

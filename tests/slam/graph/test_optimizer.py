@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.linearization import fill_jacobians, residual
 from arjuna_slam.graph.optimizer import OptimizerStatus, optimize
@@ -15,7 +15,7 @@ from tests.helpers.posegraph import initialize, optimize_globally
 INFORMATION = np.diag([100.0, 100.0, 400.0])
 
 
-def ring(count: int, drift: float) -> tuple[NDArray[np.float64], NDArray[np.float64], list[Edge]]:
+def ring(count: int, drift: float) -> tuple[Floats, Floats, list[Edge]]:
     """True poses on a circle, poses dead-reckoned with a drift in heading, and the exact edges."""
     step = SE2(1.0, 0.0, 2.0 * math.pi / count)
     truth, bent = [SE2()], [SE2()]

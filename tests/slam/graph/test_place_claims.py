@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
@@ -26,10 +26,10 @@ CORRIDOR: tuple[Wall, ...] = ((0.0, 0.02, 16.0, 0.02), (0.0, 2.02, 16.0, 2.02))
 JAMB: Wall = (7.52, 2.05, 7.52, 2.65)
 
 
-def covariance(least_seen: float) -> NDArray[np.float64]:
+def covariance(least_seen: float) -> Floats:
     """Return what a match knows that sees least in a direction [rad]."""
     turn = SE2(0.0, 0.0, least_seen).matrix()
-    known: NDArray[np.float64] = turn @ np.diag([0.04**2, 0.01**2, 0.003**2]) @ turn.T
+    known: Floats = turn @ np.diag([0.04**2, 0.01**2, 0.003**2]) @ turn.T
     return known
 
 
@@ -39,7 +39,7 @@ def looked_for(
     told: Told,
     *,
     prior: SE2 = IDENTITY,
-    known: NDArray[np.float64] = LOOSE,
+    known: Floats = LOOSE,
     xy: float = 0.3,
     scans: Sequence[Scan] = (),
 ) -> SubmapMatch | None:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.graph import wide_loops
@@ -257,10 +257,10 @@ def test_what_a_place_counts_for(
     assert (closure.weight, closure.enough, closure.wide) == (weight, enough, wide)
 
 
-def jacobian(parts: list[SE2], k: int) -> NDArray[np.float64]:
+def jacobian(parts: list[SE2], k: int) -> Floats:
     """Return the derivative of a chain by the values of one of its parts, `(3, 3) float64`."""
 
-    def end(change: NDArray[np.float64]) -> NDArray[np.float64]:
+    def end(change: Floats) -> Floats:
         result = IDENTITY
         for n, part in enumerate(parts):
             result = result @ (SE2.from_array(part.array() + change) if n == k else part)

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.optimizer import OptimizerStatus, optimize
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, EdgeTable, PoseGraph
@@ -34,7 +34,7 @@ def random_graph(seed: int, count: int = 12, loops: int = 6) -> PoseGraph:
     return graph
 
 
-def error(poses: NDArray[np.float64], edge: Edge) -> NDArray[np.float64]:
+def error(poses: Floats, edge: Edge) -> Floats:
     """Return how far a measurement is off, by matrices."""
     i, j = (SE2.from_array(poses[k]).matrix() for k in (edge.i, edge.j))
     T = np.linalg.inv(i) @ j
@@ -42,7 +42,7 @@ def error(poses: NDArray[np.float64], edge: Edge) -> NDArray[np.float64]:
     return np.array([T[0, 2] - edge.T_i_j.x, T[1, 2] - edge.T_i_j.y, turn])
 
 
-def cost(poses: NDArray[np.float64], edges: list[Edge], scale: float) -> float:
+def cost(poses: Floats, edges: list[Edge], scale: float) -> float:
     """Return the sum of squared deviations, that of loops as Cauchy's kernel has it."""
     total = 0.0
     for edge in edges:
@@ -57,7 +57,7 @@ def cost(poses: NDArray[np.float64], edges: list[Edge], scale: float) -> float:
 def test_the_optimum_is_that_of_least_squares(seed: int) -> None:
     graph = random_graph(seed)
 
-    def deviations(free: NDArray[np.float64]) -> NDArray[np.float64]:
+    def deviations(free: Floats) -> Floats:
         poses = np.concatenate((graph.poses[:1], free.reshape(-1, 3)))
         roots = [np.linalg.cholesky(edge.information).T for edge in graph.edges]
         pairs = zip(roots, graph.edges, strict=True)

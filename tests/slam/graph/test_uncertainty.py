@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
 from arjuna_slam.graph.uncertainty import chained, plausible, relative_covariances, spread
@@ -13,9 +13,7 @@ from arjuna_slam.graph.uncertainty import chained, plausible, relative_covarianc
 STEP = np.diag([1e4, 1e4, 1e6])  # 1 cm and 1 mrad
 
 
-def straight(
-    count: int, information: NDArray[np.float64] = STEP, heading: float = 0.7
-) -> PoseGraph:
+def straight(count: int, information: Floats = STEP, heading: float = 0.7) -> PoseGraph:
     """A node each metre."""
     graph = PoseGraph()
     for k in range(count):

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
 from arjuna_slam.logs.log import open_log, read_carmen
@@ -19,7 +19,7 @@ from arjuna_slam.slam import Slam
 from tests.slam.slam_room import ranges_at, room
 
 
-def line(ranges: NDArray[np.float64], odometry: SE2, stamp: float) -> str:
+def line(ranges: Floats, odometry: SE2, stamp: float) -> str:
     values = " ".join(f"{r:.3f}" for r in ranges)
     pose = f"{odometry.x} {odometry.y} {odometry.theta}"
     return f"FLASER {len(ranges)} {values} {pose} {pose} {stamp} host {stamp}\n"

@@ -6,15 +6,15 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_slam.mapping.keyframes import Mapper
 
 CELL = 0.05
 
 
-def mapper(count: int = 1) -> tuple[Mapper, NDArray[np.float64]]:
+def mapper(count: int = 1) -> tuple[Mapper, Floats]:
     """Return a mapper that has drawn scans of a round room, and their poses."""
     drawn, poses = Mapper(CELL, 10.0), np.zeros((count, 3))
     for k in range(count):

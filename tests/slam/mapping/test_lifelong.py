@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
@@ -31,15 +31,15 @@ def session(
         Edge(i, j, between(poses, i, j), (1.0 + n) * np.eye(3), kind)
         for n, (i, j, kind) in enumerate([*pairs, *((i, j, LOOP) for i, j in loops)])
     )
-    travel: NDArray[np.float64] = 0.5 * np.arange(float(count))
+    travel: Floats = 0.5 * np.arange(float(count))
     return Session(scans, poses, travel, edges, submaps)
 
 
-def between(poses: NDArray[np.float64], i: int, j: int) -> SE2:
+def between(poses: Floats, i: int, j: int) -> SE2:
     return SE2.from_array(poses[i]).inverse() @ SE2.from_array(poses[j])
 
 
-def kept(count: int, *gone: int) -> NDArray[np.bool_]:
+def kept(count: int, *gone: int) -> Bools:
     return ~np.isin(np.arange(count), gone)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN
 from arjuna_core.raycast import line_cells
 from arjuna_core.scan import Scan
@@ -26,7 +27,7 @@ def scans(noise: float, count: int = 60) -> list[Scan]:
     return [Scan(ranges, angles[0], math.radians(0.5), 0.02, 10.0, 0.0) for ranges in drawn]
 
 
-def cells(occupancy: Occupancy) -> tuple[NDArray[np.int8], NDArray[np.float64]]:
+def cells(occupancy: Occupancy) -> tuple[NDArray[np.int8], Floats]:
     """The map, and the places of its occupied cells."""
     grid = occupancy.grid(0.0)
     assert grid is not None
@@ -64,7 +65,7 @@ def test_a_map_looked_at_after_each_scan_is_the_same_in_the_end() -> None:
     assert np.array_equal(cells(pieces)[0], cells(whole)[0])
 
 
-def beam(range_: float, pose: SE2, range_min: float = 0.02) -> tuple[Scan, NDArray[np.float64]]:
+def beam(range_: float, pose: SE2, range_min: float = 0.02) -> tuple[Scan, Floats]:
     """Return a scan of one beam ahead, and where it is taken."""
     return Scan(np.array([range_]), 0.0, 0.1, range_min, 10.0, 0.0), pose.array()
 

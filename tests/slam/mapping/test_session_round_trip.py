@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
@@ -29,7 +29,7 @@ def made_up(seed: int) -> Session:
         numbers = rng.uniform(0.1, 9.0, 6).tolist()
         return replace(Scan(ranges, *numbers), T_base_sensor=pose(), motion=pose())
 
-    def information() -> NDArray[np.float64]:
+    def information() -> Floats:
         root = rng.normal(size=(3, 3))
         return np.asarray(root @ root.T + np.eye(3), np.float64)
 

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.mapping.submap import LocalMap, PackedField, Submap, SubmapConfig
 from arjuna_slam.matching.field import Field
@@ -77,7 +77,7 @@ def test_only_the_fields_that_were_asked_for_last_stay_grids() -> None:
 NONE = np.zeros((3, 3))
 
 
-def uncertain(x: float, y: float = 0.0, heading: float = 0.0) -> NDArray[np.float64]:
+def uncertain(x: float, y: float = 0.0, heading: float = 0.0) -> Floats:
     return np.diag([x, y, heading])
 
 

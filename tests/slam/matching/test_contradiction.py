@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.contradiction import longest, seen_and_contradicted
@@ -16,7 +16,7 @@ END = np.array([(6.0, y) for y in np.linspace(0.2, 1.8, 17)])
 VIEWS = [SE2(1.0, 1.0, 0.3), SE2(3.0, 1.2, 2.0)]
 
 
-def counts(points: NDArray[np.float64], scans: list[tuple[Scan, SE2]]) -> tuple[int, int]:
+def counts(points: Floats, scans: list[tuple[Scan, SE2]]) -> tuple[int, int]:
     """How many points are seen, and how many of them contradicted."""
     seen, against = seen_and_contradicted(points, scans, 20.0)
     return int(seen.sum()), int(against.sum())

@@ -8,8 +8,8 @@ from collections.abc import Generator
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.correlative import Window, search, searching
 from arjuna_slam.matching.field import Field
@@ -19,7 +19,7 @@ PRIOR = SE2(0.3, -0.2, 0.4)
 Found = tuple[SE2, float] | None
 
 
-def scene(seed: int) -> tuple[Field, NDArray[np.float64]]:
+def scene(seed: int) -> tuple[Field, Floats]:
     """Return a field and points that lie in it at a pose near the prior, and clutter."""
     rng = np.random.default_rng(seed)
     points = rng.uniform(-1.5, 1.5, (24, 2))
@@ -30,7 +30,7 @@ def scene(seed: int) -> tuple[Field, NDArray[np.float64]]:
 
 
 def responses(
-    field: Field, points: NDArray[np.float64], window: Window
+    field: Field, points: Floats, window: Window
 ) -> dict[tuple[int, int, int], tuple[SE2, float]]:
     """Return each pose of a window and its response, as the definition has it."""
     reach = np.sort(np.hypot(*points.T))[int(0.9 * (len(points) - 1))]

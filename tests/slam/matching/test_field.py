@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_slam.matching.field import Field
 
 WALL = np.column_stack((np.arange(0.0, 40.0, 0.05), np.full(800, 0.02)))
@@ -26,20 +26,20 @@ def test_every_wall_is_found_again(walls: int, planes_in_16_bits: bool) -> None:
     assert np.allclose(normals, (0.0, 1.0), atol=1e-6)
 
 
-def likelihoods(points: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.float64]:
+def likelihoods(points: Floats, places: Floats) -> Floats:
     """Return the greatest of Gaussians of deviation 0.05 m around points, in 255 steps."""
     gaps = np.linalg.norm(places[:, None] - points[None], axis=2)
     levels = np.floor(255.0 * np.exp(-0.5 * (gaps / 0.05) ** 2).max(axis=1) + 0.5)
     return np.where(levels < 2.0, 0.0, levels) / 255.0
 
 
-def centres(low: float, high: float) -> NDArray[np.float64]:
+def centres(low: float, high: float) -> Floats:
     """Return the centres of all cells of 0.05 m in a square."""
     steps = np.arange(round(low / 0.05), round(high / 0.05)) * 0.05 + 0.025
     return np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
 
 
-def scattered(seed: int, reach: float, count: int = 25) -> NDArray[np.float64]:
+def scattered(seed: int, reach: float, count: int = 25) -> Floats:
     return np.random.default_rng(seed).uniform(-reach, reach, (count, 2))
 
 

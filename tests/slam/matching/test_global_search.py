@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from arjuna_core.arrays import Floats
 from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.global_search import GlobalSearch, distinct
@@ -97,9 +97,7 @@ def partly_seen(rows: int, columns: int, resolution: float, seed: int) -> Occupa
     return OccupancyGrid(GridFrame(resolution, columns, rows, SE2(2.0, -3.0, 0.7)), data, 0.0)
 
 
-def every_pose(
-    grid: OccupancyGrid, endpoints: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def every_pose(grid: OccupancyGrid, endpoints: Floats) -> tuple[Floats, Floats]:
     """Return all poses that hold a free cell and what each is worth, by their definitions.
 
     Every 0.1 m and 3 degrees; a beam is worth a Gaussian of 0.2 m of how far it ends from the

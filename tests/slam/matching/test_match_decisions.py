@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching import scan_matcher
 from arjuna_slam.matching.correlative import Window
@@ -41,11 +41,11 @@ class Told:
     found: SE2 | None = None
     worth: float = 0.8
     square: float = 1e-4
-    seen: NDArray[np.float64] = field(default_factory=lambda: np.diag([4.0, 1.0, 2.0]))
-    asked: list[tuple[NDArray[np.float64], float]] = field(default_factory=list)
+    seen: Floats = field(default_factory=lambda: np.diag([4.0, 1.0, 2.0]))
+    asked: list[tuple[Floats, float]] = field(default_factory=list)
     refinements: list[Any] = field(default_factory=list)
 
-    def refine(self, _reference: object, points: NDArray[np.float64], *how: Any) -> Any:
+    def refine(self, _reference: object, points: Floats, *how: Any) -> Any:
         self.refinements.append(how)
         start = how[1]
         response, steps = self.refined[0 if np.array_equal(start, PRIOR.array()) else 1]
@@ -53,19 +53,14 @@ class Told:
         return moved, np.zeros((3, 3)), response * len(points), self.square, steps
 
     def search(
-        self,
-        reference: Field,
-        points: NDArray[np.float64],
-        prior: SE2,
-        window: Window,
-        least: float,
+        self, reference: Field, points: Floats, prior: SE2, window: Window, least: float
     ) -> tuple[SE2, float] | None:
         assert (reference, prior, window) == (FIELD, PRIOR, WINDOW)
         self.asked.append((points, least))
         return None if self.found is None else (self.found, 0.9)
 
     def score(
-        self, reference: Field, points: NDArray[np.float64], prior: SE2, pose: SE2, window: Window
+        self, reference: Field, points: Floats, prior: SE2, pose: SE2, window: Window
     ) -> float:
         assert (reference, prior, window) == (FIELD, PRIOR, WINDOW)
         assert pose.x == PRIOR.x + 0.01
@@ -186,8 +181,8 @@ def test_what_neither_a_match_nor_the_step_to_it_sees_is_unseen(angle: float) ->
     """Along a direction known to 1 m by the match and 0.5 m before: 0.45 m of both, none across."""
     turn = SE2(0.0, 0.0, angle).matrix()
 
-    def turned(*deviations: float) -> NDArray[np.float64]:
-        result: NDArray[np.float64] = turn @ np.diag(np.square(deviations)) @ turn.T
+    def turned(*deviations: float) -> Floats:
+        result: Floats = turn @ np.diag(np.square(deviations)) @ turn.T
         return result
 
     match = Match(MATCHED, PRIOR, turned(1.0, 0.01, 0.01), 0.9)

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
@@ -124,7 +124,7 @@ class Told(ScanMatcher):
     """A matcher that tracks as it is told, and finds all it searches."""
 
     status: MatchStatus = MatchStatus.MATCHED
-    known: NDArray[np.float64] = field(default_factory=lambda: KNOWN)
+    known: Floats = field(default_factory=lambda: KNOWN)
     tracked: list[Any] = field(default_factory=list)
     searched: list[Any] = field(default_factory=list)
 
@@ -166,7 +166,7 @@ def test_a_scan_is_searched_where_it_is_due_or_tracking_fails(
 
 def test_odometry_is_followed_where_scans_shall_not_correct_it() -> None:
     tracker = Tracker(TrackerConfig(use_scan_matching=False), Told())
-    information: NDArray[np.float64] = np.diag([100.0, 50.0, 20.0])
+    information: Floats = np.diag([100.0, 50.0, 20.0])
     match = tracker.locate(Field(0.05, 0.05), NOTHING, SE2(1.0), SE2(0.5), information, True)
     assert (match.status, match.T_field_base, match.response) == (
         MatchStatus.MATCHED,

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher
@@ -19,9 +19,7 @@ _SEEN, _UNSEEN = np.diag([1e-4, 1e-4, 1e-6]), np.diag([1.0, 1e-4, 1e-6])
 _PIECE = 6.0  # way matched against one reference [m]
 
 
-def driven(
-    told: float, true: float, *, way: float = 100.0, covariance: NDArray[np.float64] = _SEEN
-) -> Stretch:
+def driven(told: float, true: float, *, way: float = 100.0, covariance: Floats = _SEEN) -> Stretch:
     """Return what is learnt of steps that odometry told and that were another length [m]."""
     stretch, rng = Stretch(), np.random.default_rng(1)
     reference, x = Field(0.05, 0.05), 0.0
@@ -66,7 +64,7 @@ _STEP = np.diag([100.0, 100.0, 400.0])  # 0.1 m, 0.05 rad
 _WELL, _BADLY = np.diag([1e-5, 1e-5, 1e-6]), np.diag([1e-5, 1.0, 1e-6])
 
 
-def judged(trust: Trust, error: float, covariance: NDArray[np.float64], steps: int) -> float:
+def judged(trust: Trust, error: float, covariance: Floats, steps: int) -> float:
     """Return what a metre's step is worth after as many that were off [deviations^-2]."""
     match = Match(MatchStatus.MATCHED, SE2(error, 0.0, 0.0), covariance, 1.0)
     for _ in range(steps):
@@ -107,11 +105,11 @@ SEEN = np.diag([0.01**2, 0.01**2, 0.003**2])
 STEP = np.array([[100.0, 20.0, 3.0], [20.0, 100.0, -2.0], [3.0, -2.0, 50.0]])
 
 
-def match(pose: SE2, covariance: NDArray[np.float64] = SEEN) -> Match:
+def match(pose: SE2, covariance: Floats = SEEN) -> Match:
     return Match(MatchStatus.MATCHED, pose, covariance, 0.9)
 
 
-def weighed(square: float) -> NDArray[np.float64]:
+def weighed(square: float) -> Floats:
     """Return a step's information where its positions err by so much more, squared."""
     by = np.diag([square, square, 1.0]) ** 0.5
     return np.asarray(np.linalg.inv(by @ np.linalg.inv(STEP) @ by), np.float64)
@@ -167,9 +165,9 @@ class Expected:
         self.variance = 1.0 / precision
 
 
-def corridor(heading: float, along: float, across: float = 0.01) -> NDArray[np.float64]:
+def corridor(heading: float, along: float, across: float = 0.01) -> Floats:
     turn = SE2(0.0, 0.0, heading).matrix()
-    known: NDArray[np.float64] = turn @ np.diag([along**2, across**2, 1e-6]) @ turn.T
+    known: Floats = turn @ np.diag([along**2, across**2, 1e-6]) @ turn.T
     return known
 
 
