@@ -13,7 +13,6 @@ from arjuna_slam.config import SlamConfig
 from arjuna_slam.graph.back_end import BackEnd
 from arjuna_slam.graph.loops import LoopCloser
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
-from arjuna_slam.graph.wide_loops import WideLoops
 from arjuna_slam.mapping.keyframes import Keyframes
 from arjuna_slam.mapping.lifelong import forget_submap
 from arjuna_slam.mapping.reference_map import ReferenceMap
@@ -43,8 +42,7 @@ class Slam(PoseTracker):
         self._matcher = ScanMatcher(config)
         self._tracker = Tracker(config, self._matcher)
         self._local = LocalMap(config)
-        self._closer = LoopCloser(config, self._matcher)
-        self._wide_loops = WideLoops(config, self._matcher, config.max_laser_range)
+        self._loops = LoopCloser(config, self._matcher, config.max_laser_range)
         self._begin_graph()
         self._resumed: tuple[ReferenceMap, Start] | None = None
         self._odometry = LastOdometry()
@@ -76,7 +74,7 @@ class Slam(PoseTracker):
         closures = self._add_keyframe(scan, surface, match) if due else 0
         self._back_end.advance()
         if not self._back_end.running:
-            self._search_wide_loops(self._local.finished)
+            self._compare_submaps(self._local.finished)
         return self._update(match, due, closures)
 
     def trajectory(self) -> list[tuple[float, SE2]]:
@@ -92,18 +90,18 @@ class Slam(PoseTracker):
         closed = 0
         for node, pose in sorted(moved.items()):
             surface = extract(self.keyframes.scans[node], self._config.max_laser_range)
-            edge = self._closer.close_by_hand(self.graph, node, pose, surface, self._local.finished)
+            edge = self._loops.close_by_hand(self.graph, node, pose, surface, self._local.finished)
             if edge is not None:
                 self.graph.add_edge(edge)
                 closed += 1
         self.optimize()
         return closed
 
-    def _search_wide_loops(self, submaps: list[Submap]) -> bool:
+    def _compare_submaps(self, submaps: list[Submap]) -> bool:
         """Do a piece of the work that waits; return whether there was any."""
         if not self._config.do_loop_closing:
             return False
-        found = self._wide_loops.step(self.graph, submaps, self.keyframes.scans)
+        found = self._loops.step(self.graph, submaps, self.keyframes.scans)
         if found:
             self._back_end.add([closure.edge for closure in found])
         return found is not None
@@ -111,7 +109,7 @@ class Slam(PoseTracker):
     def finish(self) -> None:
         """Do all the work that waits, also on what the log ends in, and optimise to the end."""
         self.optimize()
-        while self._search_wide_loops(self._local.finished + self._local.active):
+        while self._compare_submaps(self._local.finished + self._local.active):
             while self._back_end.running:
                 self._back_end.advance()
         self.optimize()
@@ -133,7 +131,7 @@ class Slam(PoseTracker):
         return Session(
             self.keyframes.scans,
             self.graph.poses.copy(),
-            np.array(self._closer.travel),
+            np.array(self._loops.travel),
             tuple(self.graph.edges),
             tuple(tuple(submap.nodes) for submap in submaps),
             self._T_odom_keyframe if self._local.active else None,
@@ -151,7 +149,7 @@ class Slam(PoseTracker):
                 raise ValueError("the session does not know where odometry was")
             self._T_odom_keyframe = session.T_odom_base
         self.keyframes.adopt(session)
-        self._closer.resume(session.travel)
+        self._loops.resume(session.travel)
         surfaces = [extract(scan, self._config.max_laser_range) for scan in session.scans]
         poses = [SE2.from_array(pose) for pose in session.poses]
         for nodes in session.submaps:
@@ -174,7 +172,7 @@ class Slam(PoseTracker):
             information = found.information if matched else _VAGUE
             self.graph.add_edge(Edge(nearest, node, T_i_j, information, EdgeKind.MATCH))
         self._T_anchor_base = self._T_anchor_keyframe = self._local.insert(node, surface, IDENTITY)
-        self._closer.close(self.graph, node, self._travel, surface, [])
+        self._loops.close(self.graph, node, self._travel, surface, [])
         covariance = np.zeros((3, 3)) if nearest is None else found.covariance
         return self._update(Match(found.status, IDENTITY, covariance, found.response), True, 0)
 
@@ -232,7 +230,7 @@ class Slam(PoseTracker):
                 prior = self._information(T_past_node)
                 self.graph.add_edge(Edge(past, node, T_past_node, known, EdgeKind.MATCH, prior))
         self._T_odom_keyframe = self._odometry.T_odom_base
-        edges = self._closer.close(self.graph, node, self._travel, surface, self._local.finished)
+        edges = self._loops.close(self.graph, node, self._travel, surface, self._local.finished)
         unseen = match.unseen(information)
         self._T_anchor_base = self._local.insert(node, surface, match.T_field_base, unseen)
         self._T_anchor_keyframe = self._T_anchor_base
@@ -253,8 +251,7 @@ class Slam(PoseTracker):
         self._local.renumber(index)
         self._begin_graph(self._back_end.undone)
         self.keyframes.adopt(pruned)
-        self._closer.resume(pruned.travel, index)
-        self._wide_loops.restart()
+        self._loops.resume(pruned.travel, index)
 
     def _update(self, match: Match, keyframe: bool, closures: int) -> SlamUpdate:
         anchor = self._local.reference.anchor

@@ -1,107 +1,40 @@
-"""Loop closure: past submaps near a keyframe, the match against them and what is believed of it."""
+"""Loop closure: candidates, the match with each, and which closures are believed.
+
+A new keyframe is matched with past submaps at once, where the graph knows their poses well. Loops
+that drift has opened wide are closed by finished submaps, each searched in those of the past: all
+of that is a queue of small pieces of work in a fixed order, one at a scan, the rest when a log
+ends. A large correction is held until other closures agree with it.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from arjuna_core.arrays import Floats, Ints
-from arjuna_core.config import param
+from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_slam.graph.candidates import (
+    LoopConfig,
+    Search,
+    Submap,
+    near_keyframe,
+    near_submap,
+    of_submap,
+)
+from arjuna_slam.graph.hypotheses import Closure, Hypotheses
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
-from arjuna_slam.graph.uncertainty import chained, plausible, relative_covariances, spread
+from arjuna_slam.graph.submap_match import SubmapMatch, SubmapMatcher
+from arjuna_slam.graph.uncertainty import chained
 from arjuna_slam.matching.correlative import Window
-from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface
 
-_CANDIDATES_MAX = 2  # submaps tried for a keyframe, to bound its time
-_JUST_LEFT = 8.0  # travel within which matches join the keyframes anyway [m]
 _BY_HAND = Window(0.75, 0.35, 3)  # a hand in RViz is no better
-
-
-@dataclass(frozen=True)
-class LoopConfig:
-    """Parameters of loop closure; slam_toolbox's names."""
-
-    do_loop_closing: bool = param(True, "Whether to close loops.")
-    loop_search_maximum_distance: float = param(
-        3.0, "Distance to a past keyframe within which its submap is tried.", unit="m", minimum=0.0
-    )
-    loop_search_space_dimension: float = param(
-        30.0, "Width of the greatest search window.", unit="m", minimum=0.0, maximum=100.0
-    )
-    loop_search_angle: float = param(
-        0.785,
-        "Half the angle of the greatest search window.",
-        unit="rad",
-        minimum=0.01,
-        maximum=3.15,
-    )
-    loop_match_minimum_response_coarse: float = param(
-        0.35, "Mean likelihood that the search must reach.", minimum=0.0
-    )
-    loop_match_minimum_response_fine: float = param(
-        0.45, "Share of points on the submap's surfaces after refinement.", minimum=0.0
-    )
-    loop_search_deviations: float = param(
-        3.0, "How many deviations of what the graph does not know a search window reaches.",
-        minimum=0.1, maximum=100.0,
-    )  # fmt: skip
-    loop_scan_window: float = param(
-        1.0, "Half the window up to which a single scan is enough; beyond, submaps are compared.",
-        unit="m", minimum=0.0, maximum=100.0,
-    )  # fmt: skip
-    loop_place_response: float = param(
-        0.4, "Share of a submap's surfaces that must lie on a past one's.", minimum=0.0, maximum=1.0
-    )
-    loop_contradiction: float = param(
-        0.08, "Share of a submap's points that a past one's beams may go through at most.",
-        minimum=0.0, maximum=1.0,
-    )  # fmt: skip
-    loop_retry_distance: float = param(
-        0.5, "Travel within which a failed search is not repeated.", unit="m", minimum=0.0
-    )
-    loop_sure_distance: float = param(
-        0.15, "Correction in position below which a match needs no witness.", unit="m", minimum=0.0
-    )
-    loop_sure_angle: float = param(
-        0.05, "Correction in heading below which a match needs no witness.", unit="rad", minimum=0.0
-    )
-    loop_witness_distance: float = param(
-        2.0, "Travel within which another match may support a correction.", unit="m", minimum=0.0
-    )
-    loop_agree_distance: float = param(
-        0.1, "Position within which two matches agree.", unit="m", minimum=0.0
-    )
-    loop_agree_angle: float = param(
-        0.03, "Heading within which two matches agree.", unit="rad", minimum=0.0
-    )
-
-
-class Submap(Protocol):
-    """A run of keyframes to close a loop with, and their field in the first one's frame."""
-
-    nodes: list[int]
-    path_length: float
-    bend: Floats
-
-    @property
-    def field(self) -> Field:
-        """The reference that scans are matched against."""
-
-    @property
-    def anchor(self) -> int:
-        """The node whose frame the field is in."""
-
-    poses: list[SE2]
-
-    def nearest(self, T_anchor_base: SE2) -> tuple[int, SE2]:
-        """Return the keyframe nearest to a pose in the anchor's frame, and its pose."""
 
 
 @dataclass(frozen=True)
@@ -111,15 +44,33 @@ class _Witness:
     edge: Edge
 
 
-class LoopCloser:
-    """Finds loop edges for new keyframes."""
+@dataclass(frozen=True)
+class _Task:
+    query: int
+    past: int
+    covariance: Floats
 
-    def __init__(self, config: LoopConfig, matcher: ScanMatcher) -> None:
+
+class LoopCloser:
+    """Finds loop edges for new keyframes, and closures of finished submaps."""
+
+    def __init__(self, config: LoopConfig, matcher: ScanMatcher, range_max: float) -> None:
         self._config = config
         self._matcher = matcher
+        self._submap_matcher = SubmapMatcher(config, matcher, range_max)
         self._travel: list[float] = []
         self._tried: dict[int, float] = {}
+        self._restart_submaps()
+
+    def _restart_submaps(self) -> None:
+        """Forget what was found of keyframes and submaps: they may be others now."""
         self._witnesses: list[_Witness] = []
+        self._work: Generator[None, None, list[Closure]] | None = None
+        self._tasks: deque[_Task] = deque()
+        self._next = 0
+        self._searched: dict[tuple[int, int], tuple[SE2, float]] = {}
+        self._closed: set[tuple[int, int]] = set()
+        self._hypotheses = Hypotheses()
 
     @property
     def travel(self) -> tuple[float, ...]:
@@ -135,7 +86,7 @@ class LoopCloser:
         self._travel = travel.tolist()
         left = {} if index is None else {k: int(index[k]) for k in self._tried if index[k] >= 0}
         self._tried = {left[k]: tried for k, tried in self._tried.items() if k in left}
-        self._witnesses.clear()
+        self._restart_submaps()
 
     def close(
         self,
@@ -153,19 +104,16 @@ class LoopCloser:
         if not self._config.do_loop_closing:
             return []
         edges: list[Edge] = []
-        for submap, window, past, covariance in self._candidates(graph, node, submaps):
+        for submap, search in near_keyframe(self._config, graph, node, self._travel, submaps):
             anchor = submap.anchor
             if travel - self._tried.get(anchor, -math.inf) < self._config.loop_retry_distance:
                 continue
-            prior = graph.pose(anchor).inverse() @ graph.pose(node)
-            match = self._match(submap, surface, prior, window)
-            expected = graph.pose(node).inverse() @ graph.pose(past)
-            found = match.T_field_base.inverse() @ submap.poses[submap.nodes.index(past)]
-            fits = plausible(expected, found, covariance)
+            match = self._match(submap, surface, search)
+            fits = search.is_plausible(match.T_field_base)
             if match.status is not MatchStatus.MATCHED or not fits:
                 self._tried[anchor] = travel
                 continue
-            edges.extend(self._believe(graph, submap, node, match, prior))
+            edges.extend(self._believe(graph, submap, node, match, search.prior))
         return edges
 
     def close_by_hand(
@@ -185,66 +133,25 @@ class LoopCloser:
             least = self._config.loop_match_minimum_response_coarse
             match = self._matcher.match(submap.field, surface, prior, _BY_HAND, least)
             if match.status is MatchStatus.MATCHED and (best is None or match.response > best[0]):
-                best = match.response, _edge(submap, node, match)
+                best = match.response, _edge_of_keyframe(submap, node, match)
         return None if best is None else best[1]
 
-    def _candidates(
-        self, graph: PoseGraph, node: int, submaps: Sequence[Submap]
-    ) -> list[tuple[Submap, Window, int, Floats]]:
-        """Return the nearest submaps with a keyframe within reach.
-
-        Each has where to search, and its nearest keyframe with the covariance in the node's frame.
-        """
-        if not submaps:
-            return []
-        here = graph.poses[node, :2]
-        distance = np.hypot(*(graph.poses[:node, :2] - here).T)
-        config = self._config
-        widest = config.loop_search_maximum_distance + config.loop_scan_window
-        near = np.flatnonzero(distance < widest)
-        first, last = np.array([(submap.nodes[0], submap.nodes[-1]) for submap in submaps]).T
-        seen = np.searchsorted(near, last, "right") > np.searchsorted(near, first)
-        candidates = []
-        for k in np.flatnonzero(seen).tolist():
-            past = submaps[k].nodes[int(distance[submaps[k].nodes].argmin())]
-            if self._travel[node] - self._travel[past] > _JUST_LEFT and distance[past] < widest:
-                candidates.append((k, past))
-        if not candidates:
-            return []
-        covariances = relative_covariances(
-            graph, node, np.array([p for _, p in candidates], np.intp)
-        )
-        found: list[tuple[float, int, Window, int]] = []
-        for k, past in candidates:
-            xy, theta = spread(covariances[past])
-            wide = config.loop_search_deviations * xy
-            within = config.loop_search_maximum_distance + wide
-            if wide <= config.loop_scan_window and distance[past] < within:
-                found.append((float(distance[past]), k, self._window(wide, theta), past))
-        found.sort(key=lambda entry: entry[:2])
-        return [(submaps[k], w, p, covariances[p]) for _, k, w, p in found[:_CANDIDATES_MAX]]
-
-    def _window(self, wide: float, theta: float) -> Window:
-        config = self._config
-        half = min(0.3 + wide, 0.5 * config.loop_search_space_dimension)
-        angle = min(0.1 + config.loop_search_deviations * theta, config.loop_search_angle)
-        return Window(half, angle, 2 if half < 0.5 else 4)
-
-    def _match(self, submap: Submap, surface: Surface, prior: SE2, window: Window) -> Match:
-        config = self._config
-        match = self._matcher.match(
-            submap.field, surface, prior, window, config.loop_match_minimum_response_coarse
-        )
-        good = match.response >= config.loop_match_minimum_response_fine
+    def _match(self, submap: Submap, surface: Surface, search: Search) -> Match:
+        c, narrow = self._config, 0.5  # [m] half a window that few levels search faster
+        window = Window(search.xy, search.theta, 2 if search.xy < narrow else 4)
+        least = c.loop_match_minimum_response_coarse
+        match = self._matcher.match(submap.field, surface, search.prior, window, least)
+        good = match.response >= c.loop_match_minimum_response_fine
         if match.status is MatchStatus.MATCHED and not good:
-            return Match(MatchStatus.LOW_RESPONSE, prior, match.covariance, match.response)
+            low = MatchStatus.LOW_RESPONSE
+            return Match(low, search.prior, match.covariance, match.response)
         return match
 
     def _believe(
         self, graph: PoseGraph, submap: Submap, node: int, match: Match, prior: SE2
     ) -> list[Edge]:
         """Return the edges to add: at once if the correction is small, else once two agree."""
-        edge = _edge(submap, node, match)
+        edge = _edge_of_keyframe(submap, node, match)
         change, c = prior.inverse() @ match.T_field_base, self._config
         near = math.hypot(change.x, change.y) < c.loop_sure_distance
         if near and abs(change.theta) < c.loop_sure_angle:
@@ -263,8 +170,78 @@ class LoopCloser:
         self._witnesses.append(_Witness(travel, correction, edge))
         return []
 
+    def step(
+        self, graph: PoseGraph, submaps: Sequence[Submap], scans: Sequence[Scan]
+    ) -> list[Closure] | None:
+        """Do the next piece of work on finished submaps; the graph is not changed.
 
-def _edge(submap: Submap, node: int, match: Match) -> Edge:
+        Returns:
+            Closures to be believed, or None where there is nothing to do.
+        """
+        if self._work is None and self._tasks:
+            self._work = self._compare(self._tasks.popleft(), graph, submaps, scans)
+        if self._work is not None:
+            try:
+                next(self._work)
+            except StopIteration as done:
+                self._work = None
+                found: list[Closure] = done.value
+                return found
+            return []
+        if self._next < len(submaps):
+            self._look_around(self._next, graph, submaps)
+            self._next += 1
+            return []
+        return None
+
+    def _look_around(self, query: int, graph: PoseGraph, submaps: Sequence[Submap]) -> None:
+        """Note the past submaps that one may lie on, the nearest first."""
+        most = 8  # of a submap at a time
+        found = [
+            _Task(query, past, search.covariance)
+            for _, past, search in near_submap(self._config, graph, query, submaps)
+            if (query, past) not in self._closed and not self._is_searched(query, past, search)
+        ]
+        self._tasks.extend(found[:most])
+
+    def _is_searched(self, query: int, past: int, search: Search) -> bool:
+        """Return whether nearly all of a window has been searched already."""
+        tried = self._searched.get((query, past))
+        return tried is not None and tried[0].distance(search.prior) + 0.5 * search.xy < tried[1]
+
+    def _compare(
+        self, task: _Task, graph: PoseGraph, submaps: Sequence[Submap], scans: Sequence[Scan]
+    ) -> Generator[None, None, list[Closure]]:
+        """Compare two submaps; return the closures that are believed then."""
+        query, past = submaps[task.query], submaps[task.past]
+        search = of_submap(self._config, graph, query, past, task.covariance)
+        self._searched[task.query, task.past] = search.prior, search.xy
+        match = yield from self._submap_matcher.find(query, past, search, scans)
+        if match is None:
+            return []
+        closure = _closure(graph, task, query, past, match, search.ambiguous)
+        believed = self._hypotheses.add(graph, closure)
+        self._closed.update((one.query, one.past) for one in believed)
+        bends = 0.5  # [m] correction from which on all is searched again
+        if any(np.hypot(*graph.residual(one.edge)[:2]) > bends for one in believed):
+            self._next = 0
+        return believed
+
+
+def _closure(
+    graph: PoseGraph, task: _Task, query: Submap, past: Submap, match: SubmapMatch, ambiguous: bool
+) -> Closure:
+    """Return what a match of two submaps counts for, and the weight that a set with it needs."""
+    small = 0.3  # [m] correction up to which a closure needs no other in a narrow window
+    wide = 12.0  # [m^2] of walls that hold a submap from which on they are no mere door
+    edge = _edge_of_submap(query, past, match)
+    far = bool(np.hypot(*graph.residual(edge)[:2]) > small)
+    weight, enough = 1.0 if match.sure else 0.5, 2.0 if ambiguous or far else 0.5
+    large = match.sure and match.area >= wide
+    return Closure(task.query, task.past, edge, weight, enough, large)
+
+
+def _edge_of_keyframe(submap: Submap, node: int, match: Match) -> Edge:
     """Return the edge that a match makes, with the keyframe that saw most of what was matched."""
     past, T_anchor_past = submap.nearest(match.T_field_base)
     T_past_anchor = T_anchor_past.inverse()
@@ -272,6 +249,22 @@ def _edge(submap: Submap, node: int, match: Match) -> Edge:
     bent = chained(T_past_anchor, submap.bend, match.T_field_base, np.zeros((3, 3)))
     information = invert(known + bent)
     return Edge(past, node, T_past_anchor @ match.T_field_base, information, EdgeKind.LOOP)
+
+
+def _edge_of_submap(query: Submap, past: Submap, match: SubmapMatch) -> Edge:
+    """Return the edge between the keyframes nearest to what holds the one in the other."""
+    T = match.T_past_query
+    at = [T @ pose for pose in query.poses]
+    i, j = (_nearest(poses, match.holds) for poses in (past.poses, at))
+    T_i_past = past.poses[i].inverse()
+    covariance = chained(T_i_past, past.bend, T, match.covariance)
+    covariance = chained(T_i_past @ T, covariance, query.poses[j], query.bend)
+    return Edge(past.nodes[i], query.nodes[j], T_i_past @ at[j], invert(covariance), EdgeKind.LOOP)
+
+
+def _nearest(poses: Sequence[SE2], point: Floats) -> int:
+    """Return which of some poses is nearest to a point."""
+    return int(np.argmin([math.hypot(pose.x - point[0], pose.y - point[1]) for pose in poses]))
 
 
 def doubted(covariance: Floats) -> Floats:

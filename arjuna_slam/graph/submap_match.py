@@ -20,9 +20,8 @@ import numpy as np
 from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.loops import LoopConfig, Submap
-from arjuna_slam.graph.rivals import APART, SeenField, Views, rival
-from arjuna_slam.graph.uncertainty import plausible
+from arjuna_slam.graph.candidates import LoopConfig, Search, Submap
+from arjuna_slam.graph.rivals import SeenField, Views, rival
 from arjuna_slam.matching.contradiction import longest, seen_and_contradicted
 from arjuna_slam.matching.correlative import Window, searching
 from arjuna_slam.matching.field import Field
@@ -41,39 +40,6 @@ _DIRECTIONS = np.array(
 )
 _ACROSS = 0.5  # cosine from which on a wall constrains a direction by itself
 _ON = 0.3  # likelihood from which on a point lies on the other's wall
-_PIECE = 1.2  # m^2 rad of a window that are searched at a time
-_PIECE_ANGLE_MIN = 0.03  # of a piece of the window, however wide that is [rad]
-
-
-@dataclass(frozen=True)
-class Search:
-    """Window in which a submap is searched."""
-
-    prior: SE2  # the submap in the past one's frame, as the graph has it
-    covariance: Floats  # of the past one in the submap's frame, as the graph bounds it
-    xy: float  # half the window [m]
-    theta: float  # half its angle [rad]
-
-    @property
-    def ambiguous(self) -> bool:
-        """True if the window has room for another pose that fits as well."""
-        return self.xy >= 2.0 * APART
-
-    def reaches_beside(self, best: SE2) -> bool:
-        """Return whether another peak, apart from the best pose, may lie in the window."""
-        off = max(abs(best.x - self.prior.x), abs(best.y - self.prior.y))
-        return off + self.xy > APART
-
-    def pieces(self, resolution: float) -> list[tuple[SE2, Window]]:
-        """Return the window in pieces that take a bounded time, from the middle outwards."""
-        depth = int(np.clip(np.log2(max(self.xy / resolution, 1.0)), 2, 5))
-        angle = min(self.theta, max(_PIECE_ANGLE_MIN, _PIECE / self.xy**2))
-        count = int(np.ceil(self.theta / angle))
-        middles = np.arange(1 - count, count, 2) * (self.theta / count)
-        middles = middles[np.argsort(np.abs(middles), kind="stable")]
-        x, y, theta = self.prior.x, self.prior.y, self.prior.theta
-        window = Window(self.xy, self.theta / count, depth)
-        return [(SE2(x, y, theta + middle), window) for middle in middles.tolist()]
 
 
 @dataclass(frozen=True)
@@ -116,7 +82,7 @@ class SubmapMatcher:
         if best is None or match is None:
             return None
         found = match.T_field_base
-        if not plausible(window.prior.inverse(), found.inverse(), window.covariance):
+        if not window.is_plausible(found):
             return None
         much, wall = self._against(query, past, points, found, scans)
         if much:

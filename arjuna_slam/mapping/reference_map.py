@@ -9,7 +9,7 @@ import numpy as np
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.loops import LoopConfig
+from arjuna_slam.graph.candidates import LoopConfig
 from arjuna_slam.mapping.session import Session, Start, StartKind
 from arjuna_slam.mapping.submap import SubmapConfig
 from arjuna_slam.matching.correlative import Window, search
