@@ -28,10 +28,7 @@ class SlamConfig(BackEndConfig, ReferenceConfig, TrackerConfig, LifelongConfig):
 
     resolution: float = param(0.05, "Edge of a map cell.", unit="m", minimum=1e-3)
     minimum_travel_distance: float = param(
-        0.2,
-        "Travel after which a scan is a keyframe; 0.2 maps more exactly than slam_toolbox's 0.5.",
-        unit="m",
-        minimum=0.0,
+        0.2, "Travel from keyframe to keyframe; slam_toolbox's is 0.5.", unit="m", minimum=0.0
     )
     minimum_travel_heading: float = param(
         0.2, "Turn after which a scan is a keyframe.", unit="rad", minimum=0.0
@@ -42,9 +39,8 @@ class SlamConfig(BackEndConfig, ReferenceConfig, TrackerConfig, LifelongConfig):
 
     min_pass_through: int = param(2, "A cell of the map is known where more beams came.", minimum=0)
     occupancy_threshold: float = param(
-        0.1, "A known cell is occupied where more than this share of beams ended.",
-        minimum=0.0,
-    )  # fmt: skip
+        0.1, "Share of a cell's beams above which it is occupied.", minimum=0.0
+    )
 
     def mapper(self) -> Mapper:
         """Return a mapper without scans."""
@@ -72,7 +68,6 @@ LEAST_INTERVAL = 0.02  # [s] between two maps: the mapper works at that pace
 
 
 def _unused(description: str = "") -> Any:
-    """Declare a parameter of slam_toolbox's files that means nothing to this mapper."""
     text = f"Accepted, does nothing here. {description}".strip()
     return param(None, text, minimum=-SEED_MAX, maximum=SEED_MAX)
 
@@ -97,6 +92,9 @@ class UnusedParameters:
     link_scan_maximum_distance: float | None = _unused()
     loop_match_minimum_chain_size: int | None = _unused("See submap_size.")
     loop_match_maximum_variance_coarse: float | None = _unused()
+    loop_witness_distance: float | None = _unused("Closures are held until enough agree.")
+    loop_agree_distance: float | None = _unused("See loop_witness_distance.")
+    loop_agree_angle: float | None = _unused("See loop_witness_distance.")
     correlation_search_space_resolution: float | None = _unused("See field_resolution.")
     correlation_search_space_smear_deviation: float | None = _unused("See field_deviation.")
     loop_search_space_resolution: float | None = _unused("See field_resolution.")
@@ -144,27 +142,18 @@ class SlamNodeConfig(UnusedParameters, SlamConfig):
     minimum_distance_penalty: float = _as_there("minimum_distance_penalty", 0.05)
     mode: str = param("mapping", "What the node does.", choices=MODES, read_only=True)
     synchronous: bool = param(
-        False,
-        "Whether every scan is processed, as by sync_slam_toolbox_node; else only the newest.",
-        read_only=True,
+        False, "Whether every scan is processed, not only the newest.", read_only=True
     )
     odom_frame: str = param("odom", "Frame of the odometry.", read_only=True)
     map_frame: str = param("map", "Frame of the map.", read_only=True)
     base_frame: str = param("base_footprint", "Frame of the robot's base.", read_only=True)
     scan_topic: str = param("/scan", "Topic of the scans.", read_only=True)
     scan_queue_size: int = param(
-        1,
-        "Scans that may wait for their transform; 0 for any number.",
-        minimum=0,
-        maximum=100000,
-        read_only=True,
+        1, "Scans that may wait; 0: any.", minimum=0, maximum=100000, read_only=True
     )
     throttle_scans: int = param(1, "Every which scan is used.", minimum=0, maximum=1000000)
     minimum_time_interval: float = param(
-        0.5,
-        "Least time between two scans used; every scan that is used makes the pose better.",
-        unit="s",
-        minimum=0.0,
+        0.5, "Least time between two scans used; each makes the pose better.", unit="s", minimum=0.0
     )
     min_laser_range: float = param(0.0, "Shortest range used.", unit="m", minimum=0.0)
     map_name: str = param("/map", "Topic of the map.", read_only=True)
@@ -190,9 +179,7 @@ class SlamNodeConfig(UnusedParameters, SlamConfig):
         False, "Whether it starts at the first keyframe.", read_only=True
     )
     resume_file: str = param(
-        "",
-        "Keeps the current map, to continue it after a crash; before map_file_name; empty: no.",
-        path=True,
+        "", "Keeps the current map over a crash; before map_file_name.", path=True
     )
     maps_folder: str = param(
         ".", "Folder that relative paths of maps and graphs are of.", path=True

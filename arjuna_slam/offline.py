@@ -1,4 +1,4 @@
-"""SLAM on a recorded log."""
+"""SLAM and AMCL on a recorded log."""
 
 from __future__ import annotations
 
@@ -8,11 +8,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from arjuna_core.config import load
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.maps import load_map
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_slam.amcl.config import AmclNodeConfig
+from arjuna_slam.amcl.estimate import Status
+from arjuna_slam.amcl.filter import ParticleFilter
 from arjuna_slam.config import SlamNodeConfig
 from arjuna_slam.graph.pose_graph import EdgeKind
 from arjuna_slam.logs.log import Log, open_log
@@ -20,6 +26,7 @@ from arjuna_slam.logs.recording import RecordingTopics
 from arjuna_slam.logs.relations import RelationError, evaluate, read_relations
 from arjuna_slam.slam import Slam
 
+_SPREAD = np.diag([0.25, 0.25, 0.0685])  # of the initial pose, as RViz's [m^2, m^2, rad^2]
 Watch = Callable[[Log], Iterable[tuple[Scan, SE2]]]
 
 
@@ -101,3 +108,78 @@ def run(slam: Slam, log: Iterable[tuple[Scan, SE2]]) -> list[tuple[float, SE2]]:
     slam.finish()
     placed.sort(key=lambda entry: entry[0])
     return [(stamp, slam.graph.pose(node) @ pose) for stamp, node, pose in placed]
+
+
+@dataclass(frozen=True)
+class Fix:
+    """The filter's estimate of the pose at a scan."""
+
+    stamp: float  # [s]
+    T_map_base: SE2  # pose of the base in the map
+    quality: float  # trust, 0..1
+    status: Status  # how the last update ended
+
+
+def replay(belief: ParticleFilter, log: Iterable[tuple[Scan, SE2]]) -> list[Fix]:
+    """Return a fix for each scan from the first estimate on.
+
+    Raises:
+        LocalizationError: An odometry pose is not finite.
+    """
+    fixes: list[Fix] = []
+    estimate = None
+    for scan, T_odom_base in log:
+        estimate = belief.update(T_odom_base, scan) or estimate
+        if estimate is not None:
+            pose = estimate.T_map_odom @ T_odom_base
+            fixes.append(Fix(scan.stamp, pose, estimate.quality, estimate.status))
+    return fixes
+
+
+@dataclass(frozen=True)
+class LocalizedLog:
+    """The result of AMCL on a log."""
+
+    fixes: list[Fix]  # one for each scan from the first estimate on
+    grid: OccupancyGrid  # the map
+    problems: list[str]  # the parts of the log that were skipped
+
+
+def localize_log(
+    path: Path,
+    map_path: Path,
+    parameters: Mapping[str, Any],
+    *,
+    scan_topic: str = "",
+    odom_topic: str = "",
+    seed: int = 0,
+    watch: Watch = iter,
+) -> LocalizedLog:
+    """Run AMCL over a log, from `initial_pose` where `set_initial_pose` is on, else from anywhere.
+
+    Args:
+        path: What `open_log` reads.
+        map_path: The map's YAML file.
+        parameters: Of amcl, by name.
+        scan_topic: Of a recording; "" for the only one.
+        odom_topic: Of a recording; "" for what /tf says.
+        seed: Of all chance.
+        watch: Passes the scans on, to see how far it is.
+
+    Raises:
+        ArjunaError: An input cannot be used.
+    """
+    config = load(AmclNodeConfig, parameters, "amcl")
+    frames = config.odom_frame_id, config.base_frame_id
+    log = open_log(path, RecordingTopics(scan_topic, odom_topic, *frames))
+    grid = load_map(map_path)
+    belief = ParticleFilter(config, grid, np.random.default_rng(seed))
+    if config.set_initial_pose:
+        at = config.initial_pose
+        belief.set_pose(SE2(at.x, at.y, at.yaw), _SPREAD)
+    else:
+        belief.globalize()
+    fixes = replay(belief, watch(log))
+    if not fixes:
+        raise InputFileError(path, "none of its scans can be used")
+    return LocalizedLog(fixes, grid, log.problems)

@@ -50,7 +50,6 @@ class Slam(PoseTracker):
         self._travel = 0.0
 
     def _begin_graph(self, undone: int = 0) -> None:
-        """Start without keyframes."""
         self.keyframes = Keyframes(self._config.mapper())
         self._back_end = BackEnd(self._config, self.graph, undone)
 
@@ -198,7 +197,6 @@ class Slam(PoseTracker):
         return self._tracker.locate(reference.field, surface, last, delta, information, True)
 
     def _locate(self, surface: Surface, T_odom_base: SE2, search: bool) -> Match:
-        """Return where a scan lies in the reference, from where odometry predicts it."""
         delta = self._odometry.motion_to(T_odom_base)
         return self._tracker.locate(
             self._local.reference.field,
@@ -210,7 +208,6 @@ class Slam(PoseTracker):
         )
 
     def _information(self, delta: SE2) -> Floats:
-        """Return the information of an odometry step, `(3, 3) float64`."""
         return invert(self._config.odometry_covariance(delta))
 
     def _add_keyframe(self, scan: Scan, surface: Surface, match: Match) -> int:

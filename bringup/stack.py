@@ -153,7 +153,7 @@ ALL_GROUPS = (*DEMO_GROUPS, WORLD_GROUP, DESCRIPTION_GROUP, ODOMETRY_GROUP)
 
 _FURTHER = {
     "*mask_server": ("arjuna_slam.nodes.map_server", "MapServerNode"),
-    "*filter_info_server": ("arjuna_slam.nodes.filter_info_server", "FilterInfoServerNode"),
+    "*filter_info_server": ("arjuna_slam.nodes.map_server", "FilterInfoServerNode"),
     "collision_detector": ("arjuna_nav.nodes.safety.detector", "CollisionDetectorNode"),
 }
 """Nodes that run beside navigation where a parameter file has a section of such a name."""

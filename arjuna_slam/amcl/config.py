@@ -29,9 +29,7 @@ class AmclConfig:
     alpha3: float = param(0.2, "Translation noise from translation.", minimum=0.0)
     alpha4: float = param(0.2, "Translation noise from rotation.", minimum=0.0)
     alpha5: float = param(
-        0.2,
-        "Sideways noise: from translation (omnidirectional) or turning (skid-steer).",
-        minimum=0.0,
+        0.2, "Sideways noise, from translation (omni) or turning (skid-steer).", minimum=0.0
     )
     robot_model_type: str = param(DIFFERENTIAL, "Motion model.", choices=MOTION_MODELS)
     min_particles: int = param(500, "Least number of particles.", minimum=1, maximum=PARTICLES_MAX)
@@ -89,40 +87,25 @@ class AmclConfig:
     )
     match_deviation: float = param(
         0.05,
-        "Deviation of a beam's end from the map, in matching; so that neighbouring beams, which "
-        "share an error, do not outweigh the odometry.",
+        "Deviation of a beam's end in matching; neighbours share an error.",
         unit="m",
         minimum=1e-3,
     )
     tracking_share: float = param(
-        0.75,
-        "Probability of the best hypothesis from which the pose counts as known.",
-        minimum=0.0,
-        maximum=1.0,
+        0.75, "Probability from which a pose is known.", minimum=0.0, maximum=1.0
     )
     relocalize: bool = param(True, "Search the whole map for the scan when lost.", nav2=False)
     relocalize_agreement: float = param(
-        0.7,
-        "Share of beams agreeing with the map below which the robot is lost.",
-        minimum=0.0,
-        maximum=1.0,
+        0.7, "Agreement with the map below which it is lost.", minimum=0.0, maximum=1.0
     )
     relocalize_doubt: float = param(
-        0.85,
-        "Share of beams agreeing with the map below which a better pose is searched for.",
-        minimum=0.0,
-        maximum=1.0,
+        0.85, "Agreement below which a better pose is searched.", minimum=0.0, maximum=1.0
     )
     relocalize_gain: float = param(
-        0.15,
-        "Agreement that another pose must have more; two thirds of it where the robot is lost.",
-        minimum=0.0,
-        maximum=1.0,
+        0.15, "Greater agreement of another pose; lost: two thirds.", minimum=0.0, maximum=1.0
     )
     relocalize_evidence: float = param(
-        40.0,
-        "How many beams of a scan err independently, so count as evidence for a pose.",
-        minimum=0.0,
+        40.0, "Beams of a scan that err independently: evidence for a pose.", minimum=0.0
     )
     relocalize_patience: float = param(
         1.0, "How long doubt must last before the map is searched.", unit="s", minimum=0.0
@@ -162,11 +145,7 @@ class AmclNodeConfig(AmclConfig):
     scan_topic: str = param("scan", "Topic of the scans.", read_only=True)
     map_topic: str = param("map", "Topic of the map.", read_only=True)
     transform_tolerance: float = param(
-        0.2,
-        "How far into the future map -> odom is dated. Who interpolates transforms sees each "
-        "correction so much later; hence less than nav2_amcl's 1.0, more than a scan's period.",
-        unit="s",
-        minimum=0.0,
+        0.2, "How far ahead map -> odom is dated: more than a scan's period.", unit="s", minimum=0.0
     )
     tf_broadcast: bool = param(True, "Whether to broadcast map -> odom.")
     set_initial_pose: bool = param(False, "Whether to start at initial_pose.")
@@ -177,14 +156,13 @@ class AmclNodeConfig(AmclConfig):
     first_map_only: bool = param(False, "Whether to ignore maps after the first.")
     global_localization_at_start: str = param(
         AUTO,
-        "Whether to search the whole map at the start: always, never, or where no initial pose is "
-        "given.",
+        "Search the whole map at the start; auto: where no initial pose is given.",
         choices=(ALWAYS, NEVER, AUTO),
         nav2="never",
     )
     save_pose_rate: float = param(
         0.5,
-        "How often the pose is written to initial_pose while it is tracked; 0 is never.",
+        "How often a tracked pose is written to initial_pose; 0: never.",
         unit="Hz",
         minimum=0.0,
     )

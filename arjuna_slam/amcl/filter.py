@@ -122,13 +122,11 @@ class ParticleFilter:
         return self._track.conclude(best, T_odom_base, self._config)
 
     def _predict(self, T_odom_base: SE2) -> None:
-        """Move the particles as odometry says."""
         step = self._track.step(T_odom_base)
         if step is not None:
             self._belief.move(step)
 
     def _weigh(self, view: ScanView) -> None:
-        """Weigh the particles by how likely the scan is at each."""
         if not len(view.few.ranges):
             return
         likelihood = self._sensor.weigh(self._belief.particles, view)
@@ -170,7 +168,6 @@ class ParticleFilter:
         return pose, matched
 
     def _unseen(self) -> Hypothesis:
-        """Return the heaviest cluster, which no scan confirms."""
         cluster = self._belief.clusters()[0]
         return Hypothesis(SE2.from_array(cluster.mean), cluster.covariance, None, cluster.share)
 

@@ -98,7 +98,6 @@ def _draws(
     count: int,
     rng: np.random.Generator,
 ) -> Floats:
-    """Return independent normal draws, `(3, count)`."""
     draws = rng.standard_normal((3, count))
     draws *= np.sqrt(variances)[:, np.newaxis]
     draws += np.array(means)[:, np.newaxis]
@@ -106,13 +105,11 @@ def _draws(
 
 
 def _rotated(x: Floats, y: Floats, angle: Floats) -> tuple[Floats, Floats]:
-    """Return vectors rotated by angles, all `(N,)`."""
     c, s = np.cos(angle), np.sin(angle)
     return c * x - s * y, s * x + c * y
 
 
 def _moved(particles: Floats, x: Floats, y: Floats, heading: Floats) -> Floats:
-    """Return particles shifted by x and y, with new headings."""
     result = np.empty(particles.shape, order="F")
     np.add(particles[:, 0], x, out=result[:, 0])
     np.add(particles[:, 1], y, out=result[:, 1])

@@ -53,7 +53,6 @@ class MapMatcher:
         return best
 
     def _moved(self, pose: SE2, ends: Floats, deviations: Floats) -> SE2:
-        """Return the pose near a given one at which ends of beams lie nearest to obstacles."""
         information = np.diag(1.0 / np.maximum(deviations, 1e-3) ** 2)
         found = self.field.refine(pose, ends, information, _SCALES, self._config.match_deviation)
         change = (found.x - pose.x, found.y - pose.y, wrap(found.theta - pose.theta))

@@ -50,7 +50,6 @@ class _Tabulated:
         self._table: NDArray[np.float32] = np.empty((0, 0), np.float32)
 
     def _sums(self, poses: Floats, cells: Floats, range_max: float) -> Floats:
-        """Return the summed scores of the beams that end in cells at each pose."""
         if range_max != self._range_max:
             self._range_max = range_max
             density = self._density(self._field.distances, range_max)
@@ -70,7 +69,6 @@ class _Tabulated:
         return density**3
 
     def _in_cells(self, particles: Floats, view: ScanView) -> tuple[Floats, Floats]:
-        """Return particles and end points in grid coordinates."""
         return self._field.to_grid(particles), view.few.endpoints / self._field.frame.resolution
 
 

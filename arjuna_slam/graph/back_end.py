@@ -36,9 +36,8 @@ class BackEndConfig:
         20, "Keyframes between optimisations while loop edges agree.", minimum=1, maximum=10000
     )
     optimize_growth: float = param(
-        0.04, "Share of all keyframes added to that, so that the cost stays in proportion.",
-        minimum=0.0, maximum=10.0,
-    )  # fmt: skip
+        0.04, "Share of all keyframes added to that.", minimum=0.0, maximum=10.0
+    )
     optimize_urgent_distance: float = param(
         0.1, "Error in position of a loop edge that is optimised at once.", unit="m", minimum=0.0
     )
@@ -46,10 +45,7 @@ class BackEndConfig:
         0.03, "Error in heading of a loop edge that is optimised at once.", unit="rad", minimum=0.0
     )
     loop_minimum_weight: float = param(
-        0.01,
-        "Robust weight below which a loop edge is taken back: 30 deviations at the default scale.",
-        minimum=0.0,
-        maximum=1.0,
+        0.01, "Weight below which a loop edge is taken back.", minimum=0.0, maximum=1.0
     )
     loop_trial_keyframes: int = param(
         40, "Keyframes in which others may support a loop edge.", minimum=0, maximum=1000000

@@ -46,33 +46,26 @@ class LoopConfig:
         3.0, "Deviations in the graph that a search window reaches.", minimum=0.1, maximum=100.0
     )
     loop_scan_window: float = param(
-        1.0, "Half the window up to which a single scan is enough; beyond, submaps are compared.",
-        unit="m", minimum=0.0, maximum=100.0,
-    )  # fmt: skip
+        1.0,
+        "Half the window above which submaps are compared.",
+        unit="m",
+        minimum=0.0,
+        maximum=100.0,
+    )
     loop_place_response: float = param(
         0.4, "Share of a submap's surfaces that must lie on a past one's.", minimum=0.0, maximum=1.0
     )
     loop_contradiction: float = param(
-        0.08, "Share of a submap's points that a past one's beams may go through at most.",
-        minimum=0.0, maximum=1.0,
-    )  # fmt: skip
+        0.08, "Share of points that the other's beams may go through.", minimum=0.0, maximum=1.0
+    )
     loop_retry_distance: float = param(
         0.5, "Travel within which a failed search is not repeated.", unit="m", minimum=0.0
     )
     loop_sure_distance: float = param(
-        0.15, "Correction in position below which a match needs no witness.", unit="m", minimum=0.0
+        0.15, "Correction in position below which a match needs no other.", unit="m", minimum=0.0
     )
     loop_sure_angle: float = param(
-        0.05, "Correction in heading below which a match needs no witness.", unit="rad", minimum=0.0
-    )
-    loop_witness_distance: float = param(
-        2.0, "Travel within which another match may support a correction.", unit="m", minimum=0.0
-    )
-    loop_agree_distance: float = param(
-        0.1, "Position within which two matches agree.", unit="m", minimum=0.0
-    )
-    loop_agree_angle: float = param(
-        0.03, "Heading within which two matches agree.", unit="rad", minimum=0.0
+        0.05, "Correction in heading below which a match needs no other.", unit="rad", minimum=0.0
     )
 
 

@@ -35,8 +35,8 @@ _SLACK = np.diag([0.05**2, 0.05**2, 0.005**2])  # what is left where all claim t
 class Closure:
     """A loop closure that may be true: an area that is perhaps seen again."""
 
-    query: int  # number of the newer submap
-    past: int  # number of the older
+    query: int  # number of the newer submap, or of a keyframe
+    past: int  # number of the older submap; 0 for all, of a keyframe
     edge: Edge  # between a keyframe of the older and one of the newer
     weight: float  # what it counts for
     enough: float  # what the weights of a set with it must add up to
@@ -45,9 +45,13 @@ class Closure:
 
 
 class Hypotheses:
-    """Closures held until enough of them agree."""
+    """Closures held until enough of them agree.
 
-    def __init__(self) -> None:
+    Those whose numbers differ by no more than `overlap` see the same and count once.
+    """
+
+    def __init__(self, overlap: int = 1) -> None:
+        self._overlap = overlap
         self._held: list[Closure] = []
         self._weights: list[float] = []
         self._agree = np.zeros((0, 0), np.bool_)
@@ -62,7 +66,8 @@ class Hypotheses:
         self._weights = [_weight(graph, held) for held in self._held]
         chosen = self._supported(graph, self._largest(count))
         total = self._weight(chosen)
-        near = {self._held[k].query + step for k in chosen for step in (-1, 0, 1)}
+        steps = range(-self._overlap, self._overlap + 1)
+        near = {self._held[k].query + step for k in chosen for step in steps}
         rivals = [k for k in np.flatnonzero(~agrees).tolist() if self._held[k].query in near]
         rival = max((self._against(chosen, self._largest(k)) for k in rivals), default=0.0)
         held_max = 60  # closures, the newest
@@ -115,17 +120,16 @@ class Hypotheses:
         counted: list[Closure] = []
         for k in sorted(chosen, key=lambda k: (-self._weights[k], self._held[k].query)):
             closure = self._held[k]
-            seen = (
-                abs(closure.query - other.query) < 2 and abs(closure.past - other.past) < 2
+            gaps = (
+                max(abs(closure.query - other.query), abs(closure.past - other.past))
                 for other in counted
             )
-            if not any(seen):
+            if all(gap > self._overlap for gap in gaps):
                 total += self._weights[k]
                 counted.append(closure)
         return total
 
     def _largest(self, first: int) -> list[int]:
-        """Return a large set with a closure in it that agrees in pairs."""
         chosen = [first]
         left = self._agree[first].copy()
         left[first] = False
@@ -143,7 +147,6 @@ class Hypotheses:
         self._agree = self._agree[np.ix_(kept, kept)]
 
     def _compare(self, graph: PoseGraph, edge: Edge) -> list[bool]:
-        """Return which of the closures held agree with one."""
         if not self._held:
             return []
         from_i, from_j = (relative_covariances(graph, node) for node in (edge.i, edge.j))

@@ -125,7 +125,6 @@ def _block(row: int, column: int, first: int, slot: int, blocks: Floats, corner:
 
 @njit(cache=True)
 def _weigh(jacobian: Floats, information: Floats, weight: float, out: Floats) -> None:
-    """Set out to the weighted transposed Jacobian times the information."""
     for r in range(3):
         for c in range(3):
             out[r, c] = weight * (

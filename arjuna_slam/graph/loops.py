@@ -38,13 +38,6 @@ _BY_HAND = Window(0.75, 0.35, 3)  # a hand in RViz is no better
 
 
 @dataclass(frozen=True)
-class _Witness:
-    travel: float
-    correction: SE2
-    edge: Edge
-
-
-@dataclass(frozen=True)
 class _Task:
     query: int
     past: int
@@ -64,13 +57,12 @@ class LoopCloser:
 
     def _restart_submaps(self) -> None:
         """Forget what was found of keyframes and submaps: they may be others now."""
-        self._witnesses: list[_Witness] = []
+        self._of_keyframes, self._of_submaps = Hypotheses(overlap=0), Hypotheses(overlap=1)
         self._work: Generator[None, None, list[Closure]] | None = None
         self._tasks: deque[_Task] = deque()
         self._next = 0
         self._searched: dict[tuple[int, int], tuple[SE2, float]] = {}
         self._closed: set[tuple[int, int]] = set()
-        self._hypotheses = Hypotheses()
 
     @property
     def travel(self) -> tuple[float, ...]:
@@ -156,19 +148,8 @@ class LoopCloser:
         near = math.hypot(change.x, change.y) < c.loop_sure_distance
         if near and abs(change.theta) < c.loop_sure_angle:
             return [edge]
-        travel, reach = self._travel[node], c.loop_witness_distance
-        self._witnesses = [w for w in self._witnesses if travel - w.travel < reach]
-        correction = graph.pose(submap.anchor) @ match.T_field_base @ graph.pose(node).inverse()
-        here = graph.poses[node : node + 1, :2]
-        for witness in self._witnesses:
-            gap = witness.correction.apply(here) - correction.apply(here)
-            turn = (witness.correction.inverse() @ correction).theta
-            close = np.hypot(*gap[0]) < c.loop_agree_distance and abs(turn) < c.loop_agree_angle
-            if close and witness.edge.j != node:
-                self._witnesses.remove(witness)
-                return [witness.edge, edge]
-        self._witnesses.append(_Witness(travel, correction, edge))
-        return []
+        closure = Closure(node, 0, edge, weight=1.0, enough=2.0)
+        return [one.edge for one in self._of_keyframes.add(graph, closure)]
 
     def step(
         self, graph: PoseGraph, submaps: Sequence[Submap], scans: Sequence[Scan]
@@ -195,7 +176,6 @@ class LoopCloser:
         return None
 
     def _look_around(self, query: int, graph: PoseGraph, submaps: Sequence[Submap]) -> None:
-        """Note the past submaps that one may lie on, the nearest first."""
         most = 8  # of a submap at a time
         found = [
             _Task(query, past, search.covariance)
@@ -220,7 +200,7 @@ class LoopCloser:
         if match is None:
             return []
         closure = _closure(graph, task, query, past, match, search.ambiguous)
-        believed = self._hypotheses.add(graph, closure)
+        believed = self._of_submaps.add(graph, closure)
         self._closed.update((one.query, one.past) for one in believed)
         bends = 0.5  # [m] correction from which on all is searched again
         if any(np.hypot(*graph.residual(one.edge)[:2]) > bends for one in believed):
@@ -231,7 +211,6 @@ class LoopCloser:
 def _closure(
     graph: PoseGraph, task: _Task, query: Submap, past: Submap, match: SubmapMatch, ambiguous: bool
 ) -> Closure:
-    """Return what a match of two submaps counts for, and the weight that a set with it needs."""
     small = 0.3  # [m] correction up to which a closure needs no other in a narrow window
     wide = 12.0  # [m^2] of walls that hold a submap from which on they are no mere door
     edge = _edge_of_submap(query, past, match)
@@ -263,7 +242,6 @@ def _edge_of_submap(query: Submap, past: Submap, match: SubmapMatch) -> Edge:
 
 
 def _nearest(poses: Sequence[SE2], point: Floats) -> int:
-    """Return which of some poses is nearest to a point."""
     return int(np.argmin([math.hypot(pose.x - point[0], pose.y - point[1]) for pose in poses]))
 
 

@@ -44,11 +44,9 @@ class _Problem:
 
     def __init__(self, count: int, edges: EdgeTable, robust_scale: float | None) -> None:
         self._edges = edges
-        self._i = np.ascontiguousarray(edges.i)
-        self._j = np.ascontiguousarray(edges.j)
         robust = edges.loop & (robust_scale is not None)
         self._scale = np.where(robust, robust_scale or np.inf, np.inf)
-        self._pattern = pattern(count, self._i, self._j)
+        self._pattern = pattern(count, edges.i, edges.j)
         self._blocks = np.empty((len(self._pattern.rows), 3, 3))
         self._corner = np.empty((3 * self._pattern.corner, 3 * self._pattern.corner))
         self._g = np.empty((count, 3))
@@ -56,7 +54,7 @@ class _Problem:
     def evaluate(self, poses: Floats) -> tuple[float, Floats]:
         """Return the cost and each edge's robust weight."""
         edges = self._edges
-        square = chi2(poses, self._i, self._j, edges.measured, edges.information)
+        square = chi2(poses, edges.i, edges.j, edges.measured, edges.information)
         return robust_cost(square, self._scale), 1.0 / (1.0 + square / self._scale**2)
 
     def step(self, poses: Floats, weight: Floats, damping: float) -> Floats:
@@ -64,7 +62,7 @@ class _Problem:
         layout, edges = self._pattern, self._edges
         blocks, corner, g = self._blocks, self._corner, self._g
         assemble(
-            poses, self._i, self._j, edges.measured, edges.information, weight,
+            poses, edges.i, edges.j, edges.measured, edges.information, weight,
             layout.perm, layout.starts, np.asarray(layout.slots), blocks, corner, g,
         )  # fmt: skip
         damp(layout.starts, blocks, corner, damping)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import enum
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.se2 import SE2
@@ -37,20 +39,35 @@ class Edge:
     prior: Floats | None = None
 
 
+class _Column:
+    """An array that grows by rows."""
+
+    def __init__(self, shape: tuple[int, ...], kind: type[Any] = np.float64) -> None:
+        self._values = np.empty((64, *shape), kind)
+        self.count = 0
+
+    def append(self, row: Any) -> None:
+        if self.count == len(self._values):
+            self._values = np.concatenate((self._values, np.empty_like(self._values)))
+        self._values[self.count] = row
+        self.count += 1
+
+    @property
+    def values(self) -> NDArray[Any]:
+        return self._values[: self.count]
+
+
 class EdgeTable:
     """The measurements as columns, for the optimiser."""
 
     def __init__(self) -> None:
-        self._count = 0
-        self._nodes = np.empty((64, 2), np.int64)
-        self._measured = np.empty((64, 3))
-        self._information = np.empty((64, 3, 3))
-        self._covariance = np.empty((64, 3, 3))
-        self._loop = np.empty(64, np.bool_)
+        self._i, self._j = _Column((), np.int64), _Column((), np.int64)
+        self._measured, self._loop = _Column((3,)), _Column((), np.bool_)
+        self._information, self._covariance = _Column((3, 3)), _Column((3, 3))
 
     def __len__(self) -> int:
         """Return the number of edges."""
-        return self._count
+        return self._i.count
 
     @staticmethod
     def of(edges: Iterable[Edge]) -> EdgeTable:
@@ -62,87 +79,74 @@ class EdgeTable:
 
     def append(self, edge: Edge) -> None:
         """Add an edge."""
-        if self._count == len(self._nodes):
-            self._nodes = np.concatenate((self._nodes, np.empty_like(self._nodes)))
-            self._measured = np.concatenate((self._measured, np.empty_like(self._measured)))
-            self._information = np.concatenate(
-                (self._information, np.empty_like(self._information))
-            )
-            self._covariance = np.concatenate((self._covariance, np.empty_like(self._covariance)))
-            self._loop = np.concatenate((self._loop, np.empty_like(self._loop)))
-        k = self._count
-        self._nodes[k] = edge.i, edge.j
-        self._measured[k] = edge.T_i_j.x, edge.T_i_j.y, edge.T_i_j.theta
-        self._information[k] = edge.information
         beside = _VAGUE if edge.prior is None else edge.prior
-        self._covariance[k] = invert(edge.information + beside)
-        self._loop[k] = edge.kind is EdgeKind.LOOP
-        self._count += 1
+        self._i.append(edge.i)
+        self._j.append(edge.j)
+        self._measured.append((edge.T_i_j.x, edge.T_i_j.y, edge.T_i_j.theta))
+        self._information.append(edge.information)
+        self._covariance.append(invert(edge.information + beside))
+        self._loop.append(edge.kind is EdgeKind.LOOP)
 
     @property
     def i(self) -> Ints:
         """First node of each edge, `(E,) int64`."""
-        return self._nodes[: self._count, 0]
+        return self._i.values
 
     @property
     def j(self) -> Ints:
         """Second node of each edge, `(E,) int64`."""
-        return self._nodes[: self._count, 1]
+        return self._j.values
 
     @property
     def measured(self) -> Floats:
         """Measured x, y, theta, `(E, 3) float64` [m, m, rad]."""
-        return self._measured[: self._count]
+        return self._measured.values
 
     @property
     def information(self) -> Floats:
         """Information of each edge, `(E, 3, 3) float64`."""
-        return self._information[: self._count]
+        return self._information.values
 
     @property
     def covariance(self) -> Floats:
         """Covariance of each edge, `(E, 3, 3) float64`."""
-        return self._covariance[: self._count]
+        return self._covariance.values
 
     @property
     def loop(self) -> Bools:
         """Which edges close loops, `(E,) bool`."""
-        return self._loop[: self._count]
+        return self._loop.values
 
 
 class PoseGraph:
     """Nodes and the measurements between them."""
 
     def __init__(self) -> None:
-        self._poses = np.empty((64, 3))
-        self._count = 0
+        self._poses = _Column((3,))
         self.edges: list[Edge] = []
         self.table = EdgeTable()
 
     def __len__(self) -> int:
         """Return the number of nodes."""
-        return self._count
+        return self._poses.count
 
     @property
     def poses(self) -> Floats:
         """A view of all poses `x, y, theta` in map, `(N, 3) float64` [m, m, rad]."""
-        return self._poses[: self._count]
+        return self._poses.values
 
     @poses.setter
     def poses(self, values: Floats) -> None:
-        self._poses[: self._count] = values
+        self._poses.values[:] = values
 
     def pose(self, node: int) -> SE2:
         """Return a node's pose in map."""
-        return SE2.from_array(self._poses[node])
+        return SE2.from_array(self.poses[node])
 
     def add_node(self, pose: SE2) -> int:
         """Add a node and return its index."""
-        if self._count == len(self._poses):
-            self._poses = np.concatenate((self._poses, np.empty_like(self._poses)))
-        self._poses[self._count] = pose.array()
-        self._count += 1
-        return self._count - 1
+        self._poses.append(pose.array())
+        return len(self) - 1
 
     def add_edge(self, edge: Edge) -> None:
         """Add a measurement.
@@ -150,9 +154,9 @@ class PoseGraph:
         Raises:
             ValueError: A node does not exist or both are the same.
         """
-        if not (0 <= edge.i < self._count and 0 <= edge.j < self._count) or edge.i == edge.j:
+        if not (0 <= edge.i < len(self) and 0 <= edge.j < len(self)) or edge.i == edge.j:
             raise ValueError(
-                f"edge {edge.i} -> {edge.j}: two different nodes of 0..{self._count - 1} are valid"
+                f"edge {edge.i} -> {edge.j}: two different nodes of 0..{len(self) - 1} are valid"
             )
         self.edges.append(edge)
         self.table.append(edge)

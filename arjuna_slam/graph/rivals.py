@@ -59,14 +59,6 @@ class SeenField:
         cells = blocks.repeat(_BLOCK, axis=0).repeat(_BLOCK, axis=1)
         return SeenField(field, cells[:height, :width] | (field.score > 0))
 
-    def on_seen(self, points: Floats) -> Bools:
-        """Return which points lie on ground that was seen, `(N,) bool`."""
-        cells = np.floor((points - self.field.origin) / self.field.resolution).astype(np.int64)
-        inside = ((cells >= 0) & (cells < self.seen.shape[::-1])).all(axis=1)
-        result = np.zeros(len(points), np.bool_)
-        result[inside] = self.seen[cells[inside, 1], cells[inside, 0]]
-        return result
-
     def neutral(self, likelihood: float, reach: float) -> Field:
         """Return a field in which what was not seen, `reach` [m] around too, has one likelihood."""
         border = int(np.ceil(reach / self.field.resolution))
@@ -91,7 +83,7 @@ def rival(
     `contradicted` says whether beams speak against a pose.
     """
     placed = best.apply(points)
-    on = past.on_seen(placed)
+    on = past.field.at(placed, past.seen)
     mean = float(past.field.likelihood(placed[on]).mean()) if on.any() else 0.0
     reach = max(middle.distance(best) + piece.xy for middle, piece in pieces)
     field = past.neutral(_NEUTRAL * mean, 2.0 * reach + float(np.hypot(*points.T).max()))
@@ -104,7 +96,7 @@ def rival(
             yield
             if found is None:
                 break
-            there = float(past.on_seen(found[0].apply(points)).mean())
+            there = float(past.field.at(found[0].apply(points), past.seen).mean())
             fits = there >= _SEEN_MIN * on.mean() and not contradicted(found[0])
             if fits or len(refused) == _TRIES:
                 return found[0]

@@ -110,7 +110,6 @@ class SubmapMatcher:
     def _is_ruled_out(
         self, query: Submap, past: Submap, points: Floats, scans: Sequence[Scan], T_past_query: SE2
     ) -> bool:
-        """Return whether beams speak against a rival: they go through much, or a wall."""
         much, wall = self._against(query, past, points, T_past_query, scans)
         return much or wall > _WALL
 
@@ -133,7 +132,6 @@ class SubmapMatcher:
 
 
 def _views(submap: Submap, change: SE2, scans: Sequence[Scan]) -> Views:
-    """Return some of a submap's scans and where `change` takes their poses."""
     most = 12  # scans of a submap that are compared
     every = max(1, len(submap.nodes) // most)
     at = zip(submap.nodes[::every], submap.poses[::every], strict=True)
@@ -143,7 +141,6 @@ def _views(submap: Submap, change: SE2, scans: Sequence[Scan]) -> Views:
 def _best(
     coarse: Field, points: Floats, pieces: Sequence[tuple[SE2, Window]]
 ) -> Generator[None, None, tuple[SE2, float] | None]:
-    """Search a window piece by piece."""
     best, least = None, _COARSE
     for prior, piece in pieces:
         found = yield from searching(coarse, points, prior, piece, least)

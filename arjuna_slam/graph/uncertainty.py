@@ -40,10 +40,7 @@ def relative_covariances(
     open_ = np.full(len(graph.poses), wanted is None)
     if wanted is not None:
         open_[wanted] = True
-    along, travel = _propagate(
-        graph.poses, np.ascontiguousarray(table.i), np.ascontiguousarray(table.j),
-        table.covariance, node, open_,
-    )  # fmt: skip
+    along, travel = _propagate(graph.poses, table.i, table.j, table.covariance, node, open_)
     share = _NEAR_SHARE + (_FAR_SHARE - _NEAR_SHARE) * np.minimum(travel / _ALIKE, 1.0)
     bound: Floats = share[:, None, None] * along
     return bound
@@ -132,7 +129,6 @@ def _length(edge: Floats) -> float:
 
 @njit(cache=True)
 def _links(count: int, i: Ints, j: Ints) -> tuple[Ints, Ints]:
-    """Return the edges at each node: where they start, and which they are."""
     starts = np.zeros(count + 1, np.int64)
     for e in range(len(i)):
         starts[i[e] + 1] += 1

@@ -133,7 +133,6 @@ class Recording:
             self._check(self._odometry)
 
     def _check(self, name: str) -> None:
-        """Refuse a topic that cannot be read."""
         topic = self._bag.topics[name]
         if topic.encoding not in (ROS1, ROS2):
             problem = f"{name} is encoded as '{topic.encoding}'; valid: {ROS2} (ROS 2), {ROS1}"
@@ -229,7 +228,6 @@ class Recording:
                 yield scan.mirrored() if self._upside_down(frame) else scan, pose
 
     def _passed(self, stamp: float) -> bool:
-        """Return whether a pose newer than a stamp is known, so that a missing one stays so."""
         try:
             return self._buffer.latest_common(*self._frames) > stamp
         except TransformError:

@@ -97,12 +97,10 @@ def _move(session: Session, edge: Edge, kept: Ints, index: Ints) -> Edge | None:
 
 
 def _next(kept: Ints, node: int) -> int:
-    """Return the kept keyframe nearest in time."""
     return int(kept[np.abs(kept - node).argmin()])
 
 
 def _bridges(session: Session, kept: Ints) -> list[Edge]:
-    """Return edges over the gaps, as the graph has them now."""
     edges = []
     for new, (a, b) in enumerate(pairwise(kept.tolist())):
         if b != a + 1:

@@ -99,7 +99,6 @@ class Occupancy:
                 edge[side] = edge[side ^ 1] = box[side]
 
     def _cover(self, box: Ints) -> None:
-        """Grow so that a box lies inside."""
         if self._passes.size == 0:
             self._corner = box[0::2].copy()
         shape = np.array(self._passes.shape)
@@ -127,7 +126,6 @@ def _grown(counts: NDArray[np.int32], before: Ints, after: Ints) -> NDArray[np.i
 
 
 def _joined(box: Ints | None, other: Ints) -> Ints:
-    """Return the box around two boxes."""
     joined: Ints = other.copy()
     if box is not None:
         joined[0::2] = np.minimum(box, other)[0::2]

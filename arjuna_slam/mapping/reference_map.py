@@ -30,9 +30,8 @@ class ReferenceConfig(SubmapConfig, LoopConfig, MatcherConfig):
         0.6, "How far from the heading given.", unit="rad", minimum=0.01, maximum=3.15
     )
     start_anywhere_response: float = param(
-        0.7, "Mean likelihood for a start anywhere: on a whole map much fits somewhat.",
-        minimum=0.0, maximum=1.0,
-    )  # fmt: skip
+        0.7, "Mean likelihood for a start anywhere.", minimum=0.0, maximum=1.0
+    )
 
 
 class ReferenceMap:

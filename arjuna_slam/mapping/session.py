@@ -203,7 +203,6 @@ def _read_array(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
 
 
 def _check(path: Path, arrays: Arrays) -> None:
-    """Refuse what contradicts itself."""
     count, edges = len(arrays["poses"]), len(arrays["edge_nodes"])
 
     def must(holds: Any, entry: str, problem: str) -> None:

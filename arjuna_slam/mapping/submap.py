@@ -74,11 +74,7 @@ class SubmapConfig:
         0.05, "Edge of a cell of the matching field.", unit="m", minimum=0.005, maximum=0.5
     )
     field_deviation: float = param(
-        0.05,
-        "Deviation of the Gaussian around a reference point.",
-        unit="m",
-        minimum=0.005,
-        maximum=0.5,
+        0.05, "Deviation around a reference point.", unit="m", minimum=0.005, maximum=0.5
     )
 
     def field(self) -> Field:

@@ -205,7 +205,6 @@ def _make_room(stack: Ints, bounds: Floats, first: int, top: int, value: float) 
 
 @njit(cache=True)
 def _root(t: int, blocks: int, size: int, half: int) -> tuple[int, int, int]:
-    """Return angle, row and column of a coarsest block."""
     k, b = t // (blocks * blocks), t % (blocks * blocks)
     return k, -half + (b // blocks) * size, -half + (b % blocks) * size
 

@@ -69,8 +69,6 @@ def searching(
 
 
 class _Search:
-    """A search that can be continued."""
-
     def __init__(
         self,
         field: Field,

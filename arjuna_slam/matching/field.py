@@ -12,6 +12,7 @@ moving least squares, 2005; Deschaud, IMLS-SLAM, 2018, section III.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -91,10 +92,14 @@ class Field:
 
     def likelihood(self, points: Floats) -> Floats:
         """Return the likelihood (0..1) at points `(N, 2)` of the field's frame [m], 0 outside."""
+        return self.at(points, self.score) / 255.0
+
+    def at(self, points: Floats, table: NDArray[Any]) -> NDArray[Any]:
+        """Return the values of a table of the field's cells at points [m], 0 outside."""
         cells = np.floor((points - self.origin) / self.resolution).astype(np.int64)
-        inside = ((cells >= 0) & (cells < self.score.shape[::-1])).all(axis=1)
-        result = np.zeros(len(points))
-        result[inside] = self.score[cells[inside, 1], cells[inside, 0]] / 255.0
+        inside = ((cells >= 0) & (cells < table.shape[::-1])).all(axis=1)
+        result = np.zeros(len(points), table.dtype)
+        result[inside] = table[cells[inside, 1], cells[inside, 0]]
         return result
 
     def surface(self) -> tuple[Floats, Floats]:
@@ -120,7 +125,6 @@ class Field:
         self._pyramid = None
 
     def _cover(self, low: Floats, high: Floats) -> None:
-        """Grow so that the box and the kernel around it lie inside."""
         border = self._radius + 2
         shape = np.array(self.score.shape[::-1])
         if shape[0] == 0:
@@ -173,7 +177,6 @@ def _stamp(
 
 @njit(cache=True)
 def _fill_gaussian(weights: Floats, centre: float, scale: float) -> None:
-    """Fill in a Gaussian at the centres of cells; all in cells."""
     for k in range(len(weights)):
         off = centre - k - 0.5
         weights[k] = math.exp(scale * off * off)

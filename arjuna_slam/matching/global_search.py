@@ -74,7 +74,6 @@ class GlobalSearch:
         return found[distinct(found, scores, limit)]
 
     def _in_map(self, poses: Floats) -> Floats:
-        """Return poses `(N, 3)` of the padded tables in the map frame [m, m, rad]."""
         origin = self._frame.origin
         positions = origin.apply((poses[:, :2] - self._sizes[-1]) * self._frame.resolution)
         return np.column_stack((positions, wrap(poses[:, 2] + origin.theta)))
@@ -92,7 +91,6 @@ class GlobalSearch:
         )
 
     def _split(self, blocks: Floats, level: int) -> Floats:
-        """Return the quarters of blocks, of a level's size, that hold a free cell."""
         half = self._sizes[level]
         offsets = np.array([[0, 0, 0], [half, 0, 0], [0, half, 0], [half, half, 0]])
         quarters = (blocks[:, np.newaxis, :] + offsets).reshape(-1, 3)

@@ -38,7 +38,6 @@ _STEP_CLOSE = 3e-3  # [m, rad]; a cycle no larger than this counts as converged
 
 @njit(cache=True)
 def _ramp(value: float, low: float, high: float) -> float:
-    """Rise linearly from 0 at low to 1 at high."""
     return min(max((value - low) / (high - low), 0.0), 1.0)
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from arjuna_core.arrays import Floats
 from arjuna_core.config import param
@@ -93,28 +92,16 @@ class MatcherConfig:
         10, "Valid points below which a scan is not matched.", minimum=3, maximum=10000
     )
     match_minimum_response: float = param(
-        0.3,
-        "Share of points on known surfaces below which a match fails.",
-        minimum=0.0,
-        maximum=1.0,
+        0.3, "Share of points on surfaces below which it fails.", minimum=0.0, maximum=1.0
     )
     match_iterations: int = param(20, "Most Gauss-Newton steps.", minimum=1, maximum=1000)
     match_robust_scale: float = param(
-        0.05,
-        "Distance at which a point's weight is a quarter.",
-        unit="m",
-        minimum=1e-3,
-        maximum=1.0,
+        0.05, "Distance of a quarter of the weight.", unit="m", minimum=1e-3, maximum=1.0
     )
     range_deviation: float = param(
         0.02, "Deviation of a point from its surface.", unit="m", minimum=1e-4, maximum=1.0
     )
-    beam_correlation: float = param(
-        10.0,
-        "How many points share one error: divides the information of a match.",
-        minimum=1.0,
-        maximum=1e4,
-    )
+    beam_correlation: float = param(10.0, "Points that share one error.", minimum=1.0, maximum=1e4)
     match_position_floor: float = param(
         0.005, "Least deviation of a match in position.", unit="m", minimum=1e-5, maximum=1.0
     )
@@ -125,28 +112,12 @@ class MatcherConfig:
 
 def score(field: Field, points: Floats, prior: SE2, pose: SE2, window: Window) -> float:
     """Return the response that `search` would give a pose; arguments as there."""
-    likelihood = _mean_score(field.score, points, pose.array(), field.origin, field.resolution)
+    likelihood = float(field.likelihood(pose.apply(points)).mean())
     gap = (pose.x - prior.x) ** 2 + (pose.y - prior.y) ** 2
     distance = max(1.0 - 0.2 * gap / window.distance_penalty, window.floor_xy)
     turn = float(wrap(pose.theta - prior.theta))
     angle = max(1.0 - 0.2 * turn * turn / window.angle_penalty, window.floor_theta)
     return likelihood * distance * angle
-
-
-@njit(cache=True)
-def _mean_score(
-    values: NDArray[np.uint8], points: Floats, pose: Floats, origin: Floats, resolution: float
-) -> float:
-    c, s = math.cos(pose[2]), math.sin(pose[2])
-    total = 0
-    for i in range(len(points)):
-        x = pose[0] + c * points[i, 0] - s * points[i, 1]
-        y = pose[1] + s * points[i, 0] + c * points[i, 1]
-        column = math.floor((x - origin[0]) / resolution)
-        row = math.floor((y - origin[1]) / resolution)
-        if 0 <= row < values.shape[0] and 0 <= column < values.shape[1]:
-            total += values[row, column]
-    return total / (255.0 * len(points))
 
 
 class ScanMatcher:

@@ -49,8 +49,6 @@ class Trust:
 
 @dataclass(frozen=True)
 class _Segment:
-    """The motion since a match, by odometry."""
-
     reference: Field
     match: Match
     T_start_base: SE2 = IDENTITY
@@ -119,17 +117,13 @@ class TrackerConfig(MatcherConfig):
     )
     correlation_search_space_dimension: float = param(
         1.0,
-        "Width of the search window of a keyframe; slam_toolbox's 0.5 loses slipping wheels.",
+        "Width of a keyframe's window; 0.5 loses slipping wheels.",
         unit="m",
         minimum=0.0,
         maximum=10.0,
     )
     coarse_search_angle_offset: float = param(
-        0.349,
-        "Half the angle of the search window of a keyframe.",
-        unit="rad",
-        minimum=0.0,
-        maximum=6.3,
+        0.349, "Half the angle of a keyframe's window.", unit="rad", minimum=0.0, maximum=6.3
     )
     distance_variance_penalty: float = param(
         0.5, "Deviation of the penalty on the distance from the odometry.", unit="m", minimum=0.0

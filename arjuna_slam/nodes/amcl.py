@@ -133,7 +133,6 @@ class AmclNode(ManagedNode):
         self.get_logger().error(f"{what} refused, all stays as it was: {why}")
 
     def _begin(self) -> None:
-        """Start the filter with what is known of the pose."""
         if self._filter is None:
             return
         mode = self.config.global_localization_at_start
@@ -147,7 +146,6 @@ class AmclNode(ManagedNode):
             self.get_logger().warning("there is no initial pose: publish one on initialpose")
 
     def _known(self) -> tuple[SE2, Any] | None:
-        """Return the last estimate or the configured pose, with its covariance."""
         if self._estimate is not None:
             return self._estimate.T_map_base, self._estimate.covariance
         start = self.config.initial_pose

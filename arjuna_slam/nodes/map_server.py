@@ -1,4 +1,4 @@
-"""map_server: a map from a file, latched on a topic."""
+"""map_server, map_saver and costmap_filter_info_server: maps and what their masks mean."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
+from nav2_msgs.msg import CostmapFilterInfo
 from nav2_msgs.srv import LoadMap, SaveMap
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.srv import GetMap
@@ -20,7 +21,7 @@ from arjuna_core.files.maps_folder import MapsFolderError, map_path
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import grid_from_msg, grid_msg
+from arjuna_core.ros.convert import grid_from_msg, grid_msg, header
 from arjuna_core.ros.node import ManagedNode
 
 
@@ -87,12 +88,10 @@ class MapServerNode(ManagedNode):
 
 
 def _find(name: str) -> Path:
-    """Return the map of that path, else the shipped one."""
     return Path(name) if Path(name).exists() else shipped_file(name)
 
 
 def _result_if_refused(path: Path) -> int:
-    """Return the result code: one for a missing file, another for a broken one."""
     if not path.exists():
         return int(LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST)
     return int(LoadMap.Response.RESULT_INVALID_MAP_METADATA)
@@ -183,3 +182,45 @@ class MapSaverNode(ManagedNode):
 def _given(asked: float, default: float) -> float:
     """Return what was asked for; zero on the wire means nothing was. Undoes float32's rounding."""
     return round(asked, 6) if asked > 0.0 else default
+
+
+@dataclass(frozen=True)
+class FilterInfoServerConfig:
+    """Parameters of costmap_filter_info_server, by Nav2's names."""
+
+    filter_info_topic: str = param("costmap_filter_info", "Topic of what it says.", read_only=True)
+    type: int = param(
+        0, "0 keeps out, 1 limits speed in %, 2 in m/s, 3 switches.", minimum=0, maximum=255,
+        read_only=True,
+    )  # fmt: skip
+    mask_topic: str = param("filter_mask", "Topic of the mask.", read_only=True)
+    base: float = param(0.0, "Added to a value of the mask times the multiplier.", read_only=True)
+    multiplier: float = param(1.0, "Of a value of the mask.", read_only=True)
+
+
+class FilterInfoServerNode(ManagedNode):
+    """Publishes, latched, where a mask is and what it means.
+
+    Source: nav2_map_server, CostmapFilterInfoServer.
+    """
+
+    Config: ClassVar[type[Any]] = FilterInfoServerConfig
+    DEFAULT_NAME = "costmap_filter_info_server"
+
+    def configure(self) -> None:
+        """Create the topic."""
+        topic = self.config.filter_info_topic
+        self._publisher = self.publisher(CostmapFilterInfo, topic, qos.LATCHED)
+
+    def activate(self) -> None:
+        """Say it."""
+        config: FilterInfoServerConfig = self.config
+        self._publisher.publish(
+            CostmapFilterInfo(
+                header=header("map", self.now),
+                type=config.type,
+                filter_mask_topic=self.process.absolute(config.mask_topic),
+                base=config.base,
+                multiplier=config.multiplier,
+            )
+        )

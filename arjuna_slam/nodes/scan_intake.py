@@ -99,7 +99,6 @@ class ScanWatch:
             self._node.get_logger().warning(f"no scan comes on '{self._topic}': {self._reason()}")
 
     def _reason(self) -> str:
-        """Return a likely cause, and the remedy."""
         publishers = self._node.get_publishers_info_by_topic(self._topic)
         others = sorted({info.topic_type for info in publishers} - {_SCAN})
         if not publishers:
@@ -114,7 +113,6 @@ class ScanWatch:
         return f"{names} would publish it and is silent; is its lidar running?"
 
     def _elsewhere(self) -> str:
-        """Return on which topics scans are."""
         found = [name for name, types in self._node.get_topic_names_and_types() if _SCAN in types]
         found = [name for name in found if not name.endswith(_DRAWN)]
         topics = [name for name in found if self._node.count_publishers(name)]

@@ -193,7 +193,6 @@ def _with_suffix(path: Path) -> Path:
 
 
 def _start(c: Any) -> Start:
-    """Return where the parameters say the robot starts."""
     if len(c.map_start_pose) not in (0, 3):
         raise ConfigError(f"'map_start_pose' is {list(c.map_start_pose)}; valid: [x, y, theta]")
     if c.map_start_pose:

@@ -112,20 +112,17 @@ class SlamToolboxNode(ManagedNode):
         return closed
 
     def _map_with(self, slam: Slam) -> None:
-        """Map from now on."""
         self.slam: PoseTracker = slam
         self._mapping: Slam | None = slam
         self._localizer: Localizer | None = None
         self._warned: set[Skip] = set()
 
     def _localize_with(self, localizer: Localizer) -> None:
-        """Only localize from now on."""
         self.slam = self._localizer = localizer
         self._mapping = None
         self._warned = set()
 
     def _begin(self) -> None:
-        """Forget what was of the mapper before."""
         self._scans.restart()
         self._output.restart(self.slam)
         self._interactive.forget()
@@ -136,7 +133,6 @@ class SlamToolboxNode(ManagedNode):
         self._begin()
 
     def _resume(self, session: Session, start: Start, localize: bool) -> None:
-        """Continue a session on request, mapping or only localizing."""
         self.memory.forget()
         self._begin_with(session, start, localize)
 

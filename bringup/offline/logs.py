@@ -21,8 +21,7 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.logs.log import Log
-from arjuna_slam.offline import MappedLog, map_log
-from arjuna_slam.offline_amcl import localize_log
+from arjuna_slam.offline import MappedLog, localize_log, map_log
 from bringup.parameters.checking import merged_sources, write_remarks
 from bringup.parameters.files import for_node
 from bringup.terminal import Bar
