@@ -16,8 +16,8 @@ from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.inputs import named_robot, named_world
 from arjuna_sim.simulation import Simulation, solo
-from tests.slam.slam_room import room
-from tests.slam.trials import SCENARIOS, Figures, Log, measure, room_log, spoil
+from tests.slam.slam_room import Log, room
+from tests.slam.trials import SCENARIOS, Figures, measure, room_log, spoil
 
 _WAY = (
     *((1.5, 2.0), (-0.3, 2.2), (-3.0, 1.5), (-3.5, -1.0), (-0.5, -2.0)),

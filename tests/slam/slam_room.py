@@ -10,6 +10,8 @@ from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
+Log = list[tuple[Scan, SE2, SE2]]
+"""Scan, odometry and true pose."""
 BOXES = ((2.0, 2.5), (7.0, 3.0), (3.0, 7.5), (7.5, 7.0))
 BOX = 0.5
 
@@ -24,6 +26,11 @@ def room() -> Floats:
     walls = [box(0.0, 0.0, 10.0, 10.0)]
     walls += [box(x, y, x + BOX, y + BOX) for x, y in BOXES]
     return np.concatenate(walls)
+
+
+ROOMS = np.concatenate([box(0.0, 0.0, 7.0, 4.0), box(8.0, -1.0, 13.0, 5.0)])
+ROOMS = np.concatenate([ROOMS, box(1.5, 0.5, 2.0, 0.9), box(10.5, 3.0, 11.0, 4.0)])
+"""Segments of two rooms beside each other."""
 
 
 def ranges_at(segments: Floats, pose: SE2, angles: Floats) -> Floats:
@@ -63,7 +70,7 @@ def scan_at(
     return Scan(ranges, angle_min, increment, 0.1, 30.0, stamp, 0.0, T_base_sensor)
 
 
-def drive(seed: int, laps: float = 1.25) -> list[tuple[Scan, SE2, SE2]]:
+def drive(seed: int, laps: float = 1.25) -> Log:
     """Scan, odometry (3 % long, 1 degree a metre drift) and true pose along a ring, 10 Hz."""
     rng = np.random.default_rng(seed)
     segments, result = room(), []

@@ -1,4 +1,4 @@
-"""What SLAM and localization make of matches: poses, edges, keyframes, in the right frames."""
+"""Poses, edges and keyframes that SLAM and localization make of matches, each in its frame."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ STRETCH = 1.25
 
 
 @dataclass
-class Told:
-    """A tracker that finds the robot a little off odometry's word, but for some steps."""
+class Scripted:
+    """A tracker that finds the robot a little off odometry's pose, but for some steps."""
 
     failing: tuple[int, ...] = ()
     searched: list[bool] = field(default_factory=list)
@@ -60,7 +60,7 @@ class Told:
 
 
 def drive(count: int = 40) -> Iterator[tuple[Scan, SE2]]:
-    """Yield scans, of the same place, and odometry that bends; each third step is a keyframe."""
+    """Yield scans, from one pose, and odometry that bends; each third step is a keyframe."""
     pose = SE2(7.0, 3.0, 2.0)
     for k in range(count):
         yield scan_at(room(), SE2(5.0, 5.0, 0.0), beams=36, stamp=float(k)), pose
@@ -77,8 +77,8 @@ def turned(covariance: Floats, angle: float) -> Floats:
 def test_poses_follow_the_matches_and_covariances_are_in_the_axes_of_map(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    told = Told()
-    monkeypatch.setattr(slam, "Tracker", lambda *_: told)
+    scripted = Scripted()
+    monkeypatch.setattr(slam, "Tracker", lambda *_: scripted)
     mapper, expected, last = Slam(CONFIG), IDENTITY, None
     turns = set()
     for k, (scan, odometry) in enumerate(drive()):
@@ -97,35 +97,35 @@ def test_poses_follow_the_matches_and_covariances_are_in_the_axes_of_map(
         if k == 0:
             assert not update.covariance.any()
             continue
-        # It is the reference's axes that a match is told in.
+        # It is the reference's axes that a match is in.
         angles = [mapper.graph.pose(n).theta for n in range(len(mapper.graph))]
         (turn,) = (
             n for n, a in enumerate(angles) if np.allclose(update.covariance, turned(KNOWN, a))
         )
         turns.add(turn)
     assert len(turns) == 3
-    assert told.searched == [k % 3 == 0 for k in range(1, 40)]
+    assert scripted.searched == [k % 3 == 0 for k in range(1, 40)]
     step = np.linalg.inv(CONFIG.odometry_covariance(SE2(0.08, 0.01, 0.03)))
-    for information in told.information:
+    for information in scripted.information:
         np.testing.assert_allclose(information, step, rtol=1e-6)
     assert [stamp for stamp, _ in mapper.trajectory()] == [3.0 * k for k in range(14)]
     assert [pose.array().tolist() for _, pose in mapper.trajectory()] == mapper.graph.poses.tolist()
 
 
 @pytest.mark.parametrize(("matching", "failing"), [(True, (20,)), (True, ()), (False, ())])
-def test_a_keyframe_hangs_on_the_one_before_and_on_one_of_each_submap(
+def test_a_keyframe_is_tied_to_the_one_before_and_to_one_of_each_submap(
     matching: bool, failing: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(slam, "Tracker", lambda *_: Told(failing))
+    monkeypatch.setattr(slam, "Tracker", lambda *_: Scripted(failing))
     mapper = Slam(replace(CONFIG, use_scan_matching=matching))
     odometry = [pose for scan, pose in drive() if mapper.process(scan, pose)]
-    told = [edge for edge in mapper.graph.edges if edge.kind is EdgeKind.ODOMETRY]
-    assert [(edge.i, edge.j) for edge in told] == [(k, k + 1) for k in range(13)]
-    for edge in told:
-        way = odometry[3 * edge.i].inverse() @ odometry[3 * edge.j]
-        way = SE2(STRETCH * way.x, STRETCH * way.y, way.theta)
-        assert edge.T_i_j.array() == pytest.approx(way.array())
-        known = np.linalg.inv(CONFIG.odometry_covariance(way))
+    odometric = [edge for edge in mapper.graph.edges if edge.kind is EdgeKind.ODOMETRY]
+    assert [(edge.i, edge.j) for edge in odometric] == [(k, k + 1) for k in range(13)]
+    for edge in odometric:
+        step = odometry[3 * edge.i].inverse() @ odometry[3 * edge.j]
+        step = SE2(STRETCH * step.x, STRETCH * step.y, step.theta)
+        assert edge.T_i_j.array() == pytest.approx(step.array())
+        known = np.linalg.inv(CONFIG.odometry_covariance(step))
         np.testing.assert_allclose(edge.information, known, rtol=1e-6)
     matches = [edge for edge in mapper.graph.edges if edge.kind is EdgeKind.MATCH]
     counts = [sum(edge.j == node for edge in matches) for node in range(1, 14)]
@@ -172,8 +172,8 @@ class Reference:
 def test_the_robot_is_localized_from_where_it_is_found(
     kind: StartKind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told, reference = Told(), Reference(lost=2)
-    monkeypatch.setattr(localization, "Tracker", lambda *_: told)
+    scripted, reference = Scripted(), Reference(lost=2)
+    monkeypatch.setattr(localization, "Tracker", lambda *_: scripted)
     monkeypatch.setattr(localization, "ReferenceMap", reference)
     localizer, expected, last = Localizer(CONFIG, session(), Start(kind)), reference.pose, None
     waits = 2 if kind is StartKind.ANYWHERE else 0
@@ -194,7 +194,7 @@ def test_the_robot_is_localized_from_where_it_is_found(
         assert on_node.array() == pytest.approx(expected.array())
         lost = kind is StartKind.FIRST_NODE and k == 0  # it is believed all the same, and said so
         assert (update.status is MatchStatus.LOW_RESPONSE) is lost
-    assert told.searched == [k % 3 == waits for k in range(waits + 1, 15)]
+    assert scripted.searched == [k % 3 == waits for k in range(waits + 1, 15)]
     assert localizer.scans.skipped == waits
     reference.pose = SE2(1.0, 1.0, 1.0)
     localizer.restart(Start(StartKind.NEAR_POSE, SE2()))
@@ -214,8 +214,8 @@ def test_the_robot_is_localized_from_where_it_is_found(
 def test_a_resumed_map_goes_on_from_its_nearest_keyframe(
     status: MatchStatus, information: Floats, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told, reference = Told(), Reference(status=status)
-    monkeypatch.setattr(slam, "Tracker", lambda *_: told)
+    scripted, reference = Scripted(), Reference(status=status)
+    monkeypatch.setattr(slam, "Tracker", lambda *_: scripted)
     monkeypatch.setattr(slam, "ReferenceMap", reference)
     mapper = Slam(CONFIG)
     mapper.resume(session(), Start(StartKind.NEAR_POSE))
@@ -232,16 +232,16 @@ def test_a_resumed_map_goes_on_from_its_nearest_keyframe(
     np.testing.assert_allclose(edge.information, information, rtol=1e-6)
     again = mapper.session()
     assert again is not None
-    way = np.hypot(0.08, 0.01)  # of each step, on top of the session's
-    assert again.travel == pytest.approx([0.0, 0.4, 0.8, 0.8, 0.8 + 3 * way, 0.8 + 6 * way])
+    step = np.hypot(0.08, 0.01)  # of each step, on top of the session's
+    assert again.travel == pytest.approx([0.0, 0.4, 0.8, 0.8, 0.8 + 3 * step, 0.8 + 6 * step])
     assert len(again.scans) == 6
 
 
 def test_odometry_that_went_on_is_followed_from_the_session_s_last_keyframe(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    told = Told()
-    monkeypatch.setattr(slam, "Tracker", lambda *_: told)
+    scripted = Scripted()
+    monkeypatch.setattr(slam, "Tracker", lambda *_: scripted)
     monkeypatch.setattr(slam, "ReferenceMap", Reference())
     mapper = Slam(CONFIG)
     mapper.resume(session(), Start(StartKind.ODOMETRY))
@@ -251,6 +251,6 @@ def test_odometry_that_went_on_is_followed_from_the_session_s_last_keyframe(
     delta = SE2(6.8, 3.1, 1.9).inverse() @ odometry
     expected = SE2(4.6, -0.5, 1.2) @ delta @ SLIP
     assert update.T_map_base.array() == pytest.approx(expected.array())
-    assert told.searched == [True]
+    assert scripted.searched == [True]
     known = np.linalg.inv(CONFIG.odometry_covariance(delta))
-    np.testing.assert_allclose(told.information[0], known, rtol=1e-6)
+    np.testing.assert_allclose(scripted.information[0], known, rtol=1e-6)

@@ -1,4 +1,4 @@
-"""Drives made harder: slip, noise, lost beams, gaps, a person in the way; and the figures."""
+"""Drives made harder: slip, noise, lost beams, gaps, a person who walks; and the figures."""
 
 from __future__ import annotations
 
@@ -12,17 +12,15 @@ from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.slam import Slam
-from tests.slam.slam_room import distance_to_walls, drive
+from tests.slam.slam_room import Log, distance_to_walls, drive
 
-Log = list[tuple[Scan, SE2, SE2]]
-"""Scan, odometry and true pose."""
 _PERSON_RADIUS, _PERSON_SPEED, _PERSON_GAP = 0.2, 1.0, 0.6  # [m], [m/s], [m]
 _ASTRAY = 0.15  # an occupied cell this far from any wall is none [m]
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """What makes a drive harder.
+    """Settings that make a drive harder.
 
     Attributes:
         slip: Factor on each step's odometry error.
@@ -52,7 +50,7 @@ SCENARIOS = {
 
 @dataclass(frozen=True)
 class Figures:
-    """How a trial went; lengths [m].
+    """Errors of a trial [m].
 
     Attributes:
         rmse: Root mean square error of the poses as they came.
@@ -70,12 +68,12 @@ class Figures:
 
     @property
     def broken(self) -> bool:
-        """Whether the map is of no use: walls doubled or bent."""
+        """True if the map is of no use: walls doubled or bent."""
         return self.worst > 0.3 or self.map_error > 0.06 or self.astray > 0.1
 
 
 def room_log(seed: int) -> Log:
-    """Return a drive round the room from a place of its own: the map lies askew in it."""
+    """Return a drive round the room from a start of its own: the map lies askew in it."""
     lap = drive(seed, laps=2.0)
     start = int(np.random.default_rng([seed, 7]).integers(0, len(lap) // 3))
     return lap[start : start + int(len(lap) * 0.65)]
@@ -121,17 +119,17 @@ def _slipped(before: tuple[Scan, SE2, SE2], now: tuple[Scan, SE2, SE2], factor: 
 
 def _person(time: float, robot: SE2, centre: Floats) -> Floats:
     """Return where the person is, to and fro within 4 m of a point, `(2,)` [m]."""
-    way = math.remainder(_PERSON_SPEED * time, 16.0)
-    place: Floats = centre + np.array([abs(way) - 4.0, 0.3 * math.sin(0.7 * time)])
-    gap = place - (robot.x, robot.y)
+    along = math.remainder(_PERSON_SPEED * time, 16.0)
+    at: Floats = centre + np.array([abs(along) - 4.0, 0.3 * math.sin(0.7 * time)])
+    gap = at - (robot.x, robot.y)
     distance = float(np.hypot(*gap))
     if distance < _PERSON_GAP:  # who walks does not walk into the robot
-        place = place + gap / max(distance, 1e-6) * (_PERSON_GAP - distance)
-    return place
+        at = at + gap / max(distance, 1e-6) * (_PERSON_GAP - distance)
+    return at
 
 
 def _behind(ranges: Floats, scan: Scan, robot: SE2, person: Floats) -> Floats:
-    """Return ranges that end at the person where the person is in the way."""
+    """Return ranges that end at the person where the person stands before a wall."""
     sensor = robot @ scan.T_base_sensor
     bearing = scan.angles + sensor.theta
     offset = person - (sensor.x, sensor.y)

@@ -103,7 +103,7 @@ def test_a_kidnapped_robot_is_noticed_and_found(room: Room) -> None:
     assert room.qualities[-1].quality > 0.9
 
 
-def test_a_robot_that_is_lost_and_looked_for_elsewhere_tells_no_place_until_found(
+def test_a_robot_that_is_lost_and_searched_elsewhere_has_no_pose_until_found(
     room: Room,
 ) -> None:
     node = started(room)

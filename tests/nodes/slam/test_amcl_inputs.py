@@ -38,13 +38,13 @@ NAN = float("nan")
 
 @pytest.fixture
 def said(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What the node under test logs as errors."""
+    """Lines that the node under test logs as errors."""
     return _logged(monkeypatch, "error")
 
 
 @pytest.fixture
 def warned(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What the node under test logs as warnings."""
+    """Lines that the node under test logs as warnings."""
     return _logged(monkeypatch, "warning")
 
 
@@ -136,7 +136,7 @@ def test_a_bad_map_is_refused_with_a_reason_and_the_last_one_kept(
     assert room.error[0] < 0.06
 
 
-def test_on_a_map_of_another_building_the_place_is_told_no_more(room: Room) -> None:
+def test_on_a_map_of_another_building_the_pose_is_no_longer_broadcast(room: Room) -> None:
     node = started(room)
     room.put_robot(room.robot.pose)
     room.drive(10)
@@ -154,7 +154,7 @@ def test_on_a_map_of_another_building_the_place_is_told_no_more(room: Room) -> N
     assert room.error < (0.3, 0.2)
 
 
-def test_on_a_newer_map_of_the_same_building_the_place_is_kept(room: Room) -> None:
+def test_on_a_newer_map_of_the_same_building_the_pose_is_kept(room: Room) -> None:
     started(room)
     room.put_robot(room.robot.pose)
     room.drive(10)

@@ -86,7 +86,7 @@ def test_after_the_clock_is_set_back_it_finds_itself_again(room: Room) -> None:
 
 
 @pytest.mark.parametrize("mode", ["auto", "always", "never"])
-def test_the_search_at_the_start_is_as_told(room: Room, mode: str) -> None:
+def test_the_search_at_the_start_is_as_configured(room: Room, mode: str) -> None:
     wrong = {"x": 2.0, "y": -4.0, "yaw": 1.0}
     started(
         room,

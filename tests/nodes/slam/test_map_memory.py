@@ -28,7 +28,7 @@ def file(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def killed(robot: Robot, file: Path) -> SlamToolboxNode:
-    """A mapper that has kept its map; to no node is told that the process ends."""
+    """A mapper that has kept its map; no node learns that the process ends."""
     node = started(robot, resume_file=str(file), maps_folder=str(file.parent))
     robot.drive(55)
     node.memory.settle()
@@ -74,7 +74,7 @@ def test_a_process_that_dies_before_its_first_scan_leaves_the_map_to_the_next(
     assert file.read_bytes() == before
 
 
-def test_a_damaged_file_is_refused_with_a_word_and_the_map_starts_anew(
+def test_a_damaged_file_is_refused_with_an_error_and_a_new_map_begins(
     robot: Robot,
     killed: SlamToolboxNode,
     file: Path,
@@ -93,7 +93,7 @@ def test_a_damaged_file_is_refused_with_a_word_and_the_map_starts_anew(
     assert len(next_process.poses) == 3
 
 
-def test_a_clock_that_was_set_back_meanwhile_starts_anew(
+def test_a_clock_that_was_set_back_meanwhile_begins_a_new_map(
     killed: SlamToolboxNode, file: Path, next_process: Robot
 ) -> None:
     again = started(next_process, resume_file=str(file))

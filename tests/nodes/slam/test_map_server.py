@@ -81,11 +81,11 @@ def test_the_map_service_answers_with_the_map(bench: RosBench, server: Any) -> N
 )
 def test_load_map_replaces_the_map(bench: RosBench, server: Any, tmp_path: Path, url: str) -> None:
     save_map(OTHER, tmp_path / "second")
-    heard = bench.latched(OccupancyGridMsg, "map")
+    received = bench.latched(OccupancyGridMsg, "map")
     response = load(bench, url.format(folder=tmp_path))
     assert response.result == LoadMap.Response.RESULT_SUCCESS
     assert_same(response.map, OTHER)
-    assert_same(heard[-1], OTHER)
+    assert_same(received[-1], OTHER)
 
 
 @pytest.mark.parametrize(

@@ -38,7 +38,7 @@ def bench() -> Iterator[RosBench]:
 
 
 @pytest.fixture
-def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def logged(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Warnings and errors of the nodes under test."""
     notes = Notes()
     for node in (SlamToolboxNode, AmclNode):
@@ -63,46 +63,46 @@ def watching(bench: RosBench, cls: Any, **values: Any) -> Any:
         (LaserScan, "/scan", "bench_client would publish it and is silent"),
     ],
 )
-def test_no_scan_is_told_within_five_seconds_and_once(
-    bench: RosBench, told: list[str], cls: Any, kind: Any, topic: str, reason: str
+def test_no_scan_is_reported_within_five_seconds_and_once(
+    bench: RosBench, logged: list[str], cls: Any, kind: Any, topic: str, reason: str
 ) -> None:
     if kind is not None:
         bench.node.create_publisher(kind, topic, qos.DEFAULT)
     watching(bench, cls)
     bench.advance(5.0)
-    (warning,) = [text for text in told if text.startswith("no scan comes")]
+    (warning,) = [text for text in logged if text.startswith("no scan comes")]
     assert warning.startswith(f"no scan comes on '/scan': {reason}")
     bench.advance(5.0)
-    assert sum(text.startswith("no scan comes") for text in told) == 1
+    assert sum(text.startswith("no scan comes") for text in logged) == 1
 
 
 def test_quality_of_service_that_does_not_fit_is_named(
-    bench: RosBench, told: list[str], monkeypatch: pytest.MonkeyPatch
+    bench: RosBench, logged: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     strict = QoSProfile(depth=5, reliability=qos.DEFAULT.reliability)
     monkeypatch.setattr(qos, "SENSOR_SUBSCRIPTION", strict)
     bench.node.create_publisher(LaserScan, "/scan", QoSProfile(depth=5, reliability=2))
     watching(bench, SlamToolboxNode)
     bench.advance(5.0)
-    (warning,) = [text for text in told if text.startswith("no scan comes")]
+    (warning,) = [text for text in logged if text.startswith("no scan comes")]
     assert "the quality of service of bench_client does not fit: ERROR: Best effort" in warning
 
 
 def test_a_topic_of_another_type_is_named(
-    bench: RosBench, told: list[str], monkeypatch: pytest.MonkeyPatch
+    bench: RosBench, logged: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     other = SimpleNamespace(topic_type="sensor_msgs/msg/PointCloud2")
     node = watching(bench, SlamToolboxNode)
     monkeypatch.setattr(node, "get_publishers_info_by_topic", lambda topic: [other])
     bench.advance(5.0)
-    (warning,) = [text for text in told if text.startswith("no scan comes")]
+    (warning,) = [text for text in logged if text.startswith("no scan comes")]
     assert "it is of sensor_msgs/msg/PointCloud2, not sensor_msgs/msg/LaserScan; no node" in warning
 
 
-def test_where_scans_come_nothing_is_told(robot: Robot, told: list[str]) -> None:
+def test_where_scans_come_nothing_is_reported(robot: Robot, logged: list[str]) -> None:
     started(robot)
     robot.drive(55)
-    assert told == []
+    assert logged == []
 
 
 class _BaseLink(Robot):
@@ -113,14 +113,16 @@ class _BaseLink(Robot):
         self.bench.publish(TFMessage, "/tf", TFMessage(transforms=[transform]), qos.TF)
 
 
-def test_the_base_that_is_there_is_used_and_told_once(bench: RosBench, told: list[str]) -> None:
+def test_the_base_that_is_there_is_used_and_reported_once(
+    bench: RosBench, logged: list[str]
+) -> None:
     robot = _BaseLink(bench)
     mount = transform_msg(SE2(), "base_link", "lidar_link", 0.0)
     bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[mount]), qos.TF_STATIC)
     started(robot)
     robot.drive(45)
     assert robot.maps
-    (warning,) = [text for text in told if "base_frame" in text]
+    (warning,) = [text for text in logged if "base_frame" in text]
     assert warning == (
         "base_frame is 'base_footprint', a frame that does not exist: 'base_link' moves in 'odom'"
         " and is used; set base_frame: base_link"
@@ -130,7 +132,7 @@ def test_the_base_that_is_there_is_used_and_told_once(bench: RosBench, told: lis
     assert se2_from_pose(robot.poses[-1].pose.pose).distance(expected) < 0.03
 
 
-def test_amcl_finds_its_base_too(bench: RosBench, told: list[str]) -> None:
+def test_amcl_finds_its_base_too(bench: RosBench, logged: list[str]) -> None:
     robot = _BaseLink(bench)
     mount = transform_msg(SE2(), "base_link", "lidar_link", 0.0)
     bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[mount]), qos.TF_STATIC)
@@ -144,13 +146,13 @@ def test_amcl_finds_its_base_too(bench: RosBench, told: list[str]) -> None:
     bench.publish(OccupancyGridMsg, "map", grid_msg(grid, "map", 0.0), qos.LATCHED)
     robot.k = 0
     robot.drive(60)
-    assert any("base_frame_id is 'base_footprint'" in text for text in told)
+    assert any("base_frame_id is 'base_footprint'" in text for text in logged)
     assert placed
 
 
 def test_the_pose_s_entropy_follows_its_covariance(robot: Robot) -> None:
-    heard = robot.bench.collect(Float64, "/entropy")
+    received = robot.bench.collect(Float64, "/entropy")
     started(robot)
     robot.drive(10)
-    assert 0 < len(heard) <= len(robot.poses)
-    assert -30.0 < heard[-1].data < 0.0
+    assert 0 < len(received) <= len(robot.poses)
+    assert -30.0 < received[-1].data < 0.0

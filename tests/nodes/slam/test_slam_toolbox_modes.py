@@ -33,7 +33,7 @@ STOCK = FOREIGN / "mapper_params_online_async.yaml"
 
 
 class Notes:
-    """A logger that keeps what it is told."""
+    """A logger that keeps its warnings."""
 
     def __init__(self) -> None:
         self.warnings: list[str] = []
@@ -206,7 +206,7 @@ def test_scans_without_a_reading_are_counted_warned_about_once_and_move_nothing(
         ({"range_max": math.nan}, "range_max is nan"),
     ],
 )
-def test_scans_that_cannot_be_are_refused_told_once_and_move_nothing(
+def test_scans_that_cannot_be_are_refused_reported_once_and_move_nothing(
     robot: Robot, notes: Notes, fields: dict[str, Any], reason: str
 ) -> None:
     node = started(robot)
@@ -286,7 +286,7 @@ def test_lifelong_and_short_range_reach_the_mapper(robot: Robot) -> None:
     assert robot.error() < 0.03
 
 
-def test_a_lidar_that_hangs_upside_down_maps_the_same_room(robot: Robot) -> None:
+def test_a_lidar_mounted_upside_down_maps_the_same_room(robot: Robot) -> None:
     started(robot)
     mount = transform_msg(SE2(), "base_footprint", "lidar_link", 0.0)
     mount.transform.rotation.x, mount.transform.rotation.w = 1.0, 0.0

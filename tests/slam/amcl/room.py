@@ -75,7 +75,7 @@ def _square(along: Floats, half: float) -> Floats:
 
 
 def is_clear(x: float, y: float, margin: float = 0.4) -> bool:
-    """Whether a place has `margin` [m] around it."""
+    """Return whether a position has `margin` [m] around it."""
     if max(abs(x), abs(y)) > WALL - margin:
         return False
     return all(max(abs(x - bx), abs(y - by)) > HALF + margin for bx, by in BOXES)

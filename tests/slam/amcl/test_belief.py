@@ -1,4 +1,4 @@
-"""Claims: the belief resamples when it should, and chance decides nothing among places that tie."""
+"""Claims: the belief resamples when it should, and chance decides nothing among poses that tie."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from arjuna_slam.amcl.belief import (
     kld_indices,
     low_variance_indices,
 )
-from arjuna_slam.amcl.clusters import bin_centres, connect, find_clusters, to_bins
+from arjuna_slam.amcl.clusters import find_clusters, to_bins
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.estimate import Hypothesis
 from arjuna_slam.amcl.recovery import SEED_COVARIANCE
@@ -25,7 +25,7 @@ from arjuna_slam.matching.map_field import MapField
 from tests.slam.amcl.room import room_map
 
 FIELD = MapField(room_map(), 2.0)
-PLACES = [
+TIED = [
     Hypothesis(SE2(*pose), SEED_COVARIANCE, 1.0, share)
     for pose, share in zip(
         ((2.0, 2.0, 0.0), (-2.0, 2.0, 1.5), (-2.0, -3.5, 3.0)), (0.5, 0.3, 0.2), strict=True
@@ -70,20 +70,20 @@ def test_injected_particles_come_from_anywhere_free() -> None:
 
 
 @pytest.mark.parametrize("tied", [(True, True, True), (True, True, False)])
-def test_a_scan_that_fits_places_alike_leaves_their_shares_alone(
+def test_a_scan_that_fits_poses_alike_leaves_their_shares_alone(
     tied: tuple[bool, bool, bool],
 ) -> None:
     some = belief()
-    some.seed(PLACES, SEED_COVARIANCE)
+    some.seed(TIED, SEED_COVARIANCE)
     clusters = some.clusters()
     assert [round(one.share, 2) for one in clusters] == [0.5, 0.3, 0.2]
-    place = np.argmin(
-        [np.hypot(*(some.particles - at.T_map_base.array())[:, :2].T) for at in PLACES], axis=0
+    nearest = np.argmin(
+        [np.hypot(*(some.particles - at.T_map_base.array())[:, :2].T) for at in TIED], axis=0
     )
-    factors = np.array([1.0, 1.3, 1.3])[place]
+    factors = np.array([1.0, 1.3, 1.3])[nearest]
     some.shift(np.ones(3), np.array(tied))
     some.reweigh(some.level(factors))
-    shares = np.bincount(place, some.weights)
+    shares = np.bincount(nearest, some.weights)
     assert shares[0] / shares[1] == pytest.approx(5.0 / 3.0, rel=0.01)
     if not tied[2]:
         assert shares[2] / shares[1] > 1.1 * 2.0 / 3.0
@@ -91,7 +91,7 @@ def test_a_scan_that_fits_places_alike_leaves_their_shares_alone(
 
 def test_shifting_clusters_changes_their_shares_by_the_factors() -> None:
     some = belief()
-    some.seed(PLACES, SEED_COVARIANCE)
+    some.seed(TIED, SEED_COVARIANCE)
     some.clusters()
     shares = some.shift(np.array([1.0, 0.5, 0.25]), np.zeros(3, bool))
     np.testing.assert_allclose(shares, np.array([0.5, 0.15, 0.05]) / 0.7, atol=0.002)
@@ -113,18 +113,18 @@ def test_particles_are_spread_as_the_covariance_says() -> None:
     np.testing.assert_allclose(some.weights, 1.0 / 2000.0)
 
 
-def test_six_places_are_told_at_most_and_none_of_little_weight() -> None:
+def test_clusters_are_six_at_most_and_none_of_little_weight() -> None:
     some = belief()
-    places = [
+    poses = [
         Hypothesis(SE2(1.2 * k - 4.5, 2.0, 0.0), SEED_COVARIANCE, 1.0, share)
         for k, share in enumerate((0.2, 0.17, 0.16, 0.15, 0.14, 0.1, 0.07, 0.01))
     ]
-    some.seed(places, SEED_COVARIANCE)
+    some.seed(poses, SEED_COVARIANCE)
     found = some.clusters()
     assert [round(one.mean[0] + 4.5, 1) for one in found] == [0.0, 1.2, 2.4, 3.6, 4.8, 6.0]
-    some.seed([places[0], places[-1]], SEED_COVARIANCE)
+    some.seed([poses[0], poses[-1]], SEED_COVARIANCE)
     assert len(some.clusters()) == 2  # a twentieth of the weight
-    some.seed([replace(places[0], share=0.985), replace(places[-1], share=0.015)], SEED_COVARIANCE)
+    some.seed([replace(poses[0], share=0.985), replace(poses[-1], share=0.015)], SEED_COVARIANCE)
     assert len(some.clusters()) == 1
 
 
@@ -135,7 +135,7 @@ def test_where_nothing_is_tied_or_injected_nothing_is_done() -> None:
     assert (cells % 2 == 0).all()
     factors = np.linspace(1.0, 2.0, 2000)
     assert some.level(factors) is factors  # no clusters yet
-    some.seed(PLACES, SEED_COVARIANCE)
+    some.seed(TIED, SEED_COVARIANCE)
     some.clusters()
     some.shift(np.ones(3), np.array([True, False, False]))
     assert some.level(factors) is factors  # one is tied with no other
@@ -175,43 +175,6 @@ def test_low_variance_draws_never_take_a_weight_of_zero() -> None:
     for seed in range(20):
         drawn = low_variance_indices(weights, 64, np.random.default_rng(seed))
         assert set(drawn.tolist()) == {1, 3}
-
-
-def test_bins_are_half_a_metre_and_ten_degrees() -> None:
-    base = np.array([[0.1, 0.1, 0.01], [0.4, 0.4, 0.16], [0.6, 0.1, 0.01], [0.1, 0.1, 0.18]])
-    bin_of, bins = to_bins(base)
-    assert bin_of.tolist() == [0, 0, 1, 2]
-    assert bins.tolist() == [[0, 0, 18], [1, 0, 18], [0, 0, 19]]
-    np.testing.assert_allclose(bin_centres(bins)[0], (0.25, 0.25, math.radians(5.0)))
-
-
-@pytest.mark.parametrize("far", [0.0, 1e6])
-def test_bins_are_the_same_whether_tabulated_or_sorted(far: float) -> None:
-    rng = np.random.default_rng(6)
-    spread = rng.uniform((-20.0, -9.0, -math.pi), (7.0, 30.0, math.pi), (3000, 3))
-    particles = np.vstack((spread, [[far, -far, 0.0]]))  # far off: no table is large enough
-    bin_of, bins = to_bins(np.asfortranarray(particles))
-    expected = np.floor(particles[:, :2] / 0.5).astype(np.int64)
-    np.testing.assert_array_equal(bins[bin_of][:, :2], expected)
-    assert len({tuple(row) for row in bins.tolist()}) == len(bins)
-    assert (np.abs(bin_centres(bins)[bin_of][:, 2] - particles[:, 2]) < math.radians(5.01)).all()
-
-
-def test_bins_touch_across_the_wrap_of_headings_and_not_across_rows() -> None:
-    bins = np.array([[0, 0, 0], [1, 1, 35], [3, 0, 0], [0, 9, 5], [1, -9, 5], [3, 1, 1]])
-    labels = connect(bins, np.ones(6)).tolist()
-    assert labels[0] == labels[1]
-    assert labels[2] == labels[5]
-    assert len(set(labels)) == 4
-
-
-def test_modes_that_only_their_tails_join_stay_two() -> None:
-    row = np.array([[x, 0, 0] for x in range(7)])
-    labels = connect(row, np.array([2.0, 9.0, 2.0, 0.1, 2.0, 8.0, 2.0]))
-    assert labels[1] == labels[0] == labels[2]
-    assert labels[5] == labels[4] == labels[6]
-    assert labels[1] != labels[5]
-    assert len(set(connect(row, np.array([2.0, 9.0, 4.0, 3.0, 4.0, 8.0, 2.0])).tolist())) == 1
 
 
 def test_a_wide_belief_keeps_more_particles_than_a_narrow_one() -> None:

@@ -66,7 +66,7 @@ def view_at(truth: SE2, share: float, rng: np.random.Generator) -> ScanView:
 
 
 @pytest.mark.parametrize("share", SHARES)
-def test_who_stands_about_the_robot_speaks_little_against_its_place(share: float) -> None:
+def test_who_stands_about_the_robot_speaks_little_against_its_pose(share: float) -> None:
     for seed in range(10):
         rng = np.random.default_rng(seed)
         truth = random_pose(rng)
@@ -74,22 +74,22 @@ def test_who_stands_about_the_robot_speaks_little_against_its_place(share: float
 
 
 @pytest.mark.parametrize("share", [0.0, *SHARES])
-def test_another_place_is_not_taken_for_the_robots_though_people_stand_about(share: float) -> None:
+def test_another_pose_is_not_taken_for_the_robots_though_people_stand_about(share: float) -> None:
     for seed in range(10):
         rng = np.random.default_rng(seed)
         truth, other = random_pose(rng), random_pose(rng)
         assert MATCHER.agreement(other, view_at(truth, share, rng)) < CONFIG.relocalize_agreement
 
 
-@pytest.mark.parametrize(("length", "worth"), [(3.5, 0.5), (0.3, 0.05)])
+@pytest.mark.parametrize(("length", "weight"), [(3.5, 0.5), (0.3, 0.05)])
 def test_beams_that_end_early_count_half_from_afar_and_next_to_nothing_near_by(
-    length: float, worth: float
+    length: float, weight: float
 ) -> None:
     scan = scan_at(SE2(), 0.0, np.random.default_rng(0))
     early = (np.arange(360) < 180) & (scan.ranges > 4.0)
     ranges, share = np.where(early, length, scan.ranges), float(early.mean())
     found = MATCHER.agreement(SE2(), ScanView.of(replace(scan, ranges=ranges), CONFIG))
-    assert found == pytest.approx((1.0 - share) / (1.0 - share + worth * share), abs=0.02)
+    assert found == pytest.approx((1.0 - share) / (1.0 - share + weight * share), abs=0.02)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -1,4 +1,4 @@
-"""What the filter refuses to work with, and how it says so."""
+"""The inputs that the filter refuses, and the conclusions it draws."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_a_pose_that_is_not_finite_is_named(pose: SE2) -> None:
         (0.0, 4.01, False),
     ],
 )
-def test_a_pose_off_the_map_is_told_how_far_the_map_reaches(
+def test_a_pose_off_the_map_is_refused_with_the_map_s_extent(
     x: float, y: float, inside: bool
 ) -> None:
     if inside:

@@ -1,4 +1,4 @@
-"""Claims: the filter tracks, notices a kidnap, finds itself again, and is never surely wrong."""
+"""The filter tracks, notices a kidnap, finds itself again, and is never surely wrong."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import MOTION_MODELS, SENSOR_MODELS, AmclConfig
 from arjuna_slam.amcl.estimate import Estimate, LocalizationError, Status
 from arjuna_slam.amcl.filter import ParticleFilter
-from tests.slam.amcl.room import Robot, error, random_pose, room_map
+from tests.slam.amcl.room import Robot, error, random_pose, room_map, scan_at
 
 DEFAULTS = AmclConfig()
 ROOM = room_map()
@@ -124,7 +124,7 @@ def twins(pose: SE2) -> list[SE2]:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_in_a_symmetric_room_all_places_are_kept_for_long_and_none_is_sure(seed: int) -> None:
+def test_in_a_symmetric_room_all_poses_are_kept_for_long_and_none_is_sure(seed: int) -> None:
     square = room_map(boxes=())
     robot = Robot(np.random.default_rng(seed), boxes=())
     belief = ParticleFilter(AmclConfig(), square, np.random.default_rng(seed + 50))
@@ -145,7 +145,7 @@ def test_in_a_symmetric_room_all_places_are_kept_for_long_and_none_is_sure(seed:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_room_with_one_box_is_told_apart_by_it(seed: int) -> None:
+def test_one_box_in_a_room_decides_between_poses(seed: int) -> None:
     boxes = ((2.5, 0.0),)
     robot = Robot(np.random.default_rng(seed), boxes=boxes)
     rng = np.random.default_rng(seed + 50)
@@ -159,7 +159,7 @@ def test_a_room_with_one_box_is_told_apart_by_it(seed: int) -> None:
     assert error(estimate.T_map_odom @ robot.odometry, robot.pose)[0] < 0.05
 
 
-def test_a_robot_that_stands_is_told_nothing_new() -> None:
+def test_a_robot_that_stands_gets_no_new_estimate() -> None:
     run = tracked(1)
     run.feed(run.robot.scan(), force=True)
     for _ in range(5):
@@ -218,7 +218,7 @@ def test_before_any_pose_there_is_no_estimate() -> None:
     assert not run.filter.initialized
 
 
-def test_set_pose_spreads_the_particles_as_told() -> None:
+def test_set_pose_spreads_the_particles_by_the_covariance() -> None:
     run = Run(0)
     covariance = np.array([[0.2, 0.05, 0.0], [0.05, 0.1, 0.0], [0.0, 0.0, 0.03]])
     run.filter.set_pose(SE2(1.0, 2.0, 0.5), covariance)
@@ -282,3 +282,58 @@ def test_the_same_seed_gives_the_same_bytes() -> None:
         return run.filter.particles.tobytes() + run.estimate.T_map_odom.array().tobytes()
 
     assert trace() == trace()
+
+
+ROOM = room_map()
+START = SE2(0.5, 1.0, 0.3)
+
+
+def started() -> tuple[ParticleFilter, SE2]:
+    """Return a filter that has seen one scan, and odometry then."""
+    some = ParticleFilter(AmclConfig(), ROOM, np.random.default_rng(1))
+    odometry = SE2(7.0, -3.0, 2.0)
+    some.set_pose(START, np.diag([1e-3, 1e-3, 1e-3]))
+    estimate = some.update(odometry, seen(START, 0.0))
+    assert estimate is not None
+    assert estimate.status is Status.TRACKING
+    return some, odometry
+
+
+def seen(pose: SE2, stamp: float) -> Scan:
+    return scan_at(pose, stamp, np.random.default_rng(3))
+
+
+def blind(stamp: float) -> Scan:
+    return replace(seen(START, stamp), ranges=np.full(360, np.inf))
+
+
+@pytest.mark.parametrize("step", [SE2(), SE2(0.1, 0.0, 0.05), SE2(0.2, 0.0, 0.1)])
+def test_a_blind_scan_between_updates_says_nothing(step: SE2) -> None:
+    some, odometry = started()
+    assert some.update(odometry @ step, blind(0.1)) is None
+    forced = some.update(odometry @ step, blind(0.2), force=True)
+    assert forced is not None
+    assert forced.status is Status.BLIND
+    assert forced.T_map_base.distance(START @ step) < 0.05
+
+
+def test_a_robot_that_stands_where_it_was_has_nothing_to_say() -> None:
+    some, odometry = started()
+    assert some.update(odometry, seen(START, 0.1)) is None
+    assert some.update(odometry @ SE2(0.0005), seen(START, 0.2)) is None
+
+
+@pytest.mark.parametrize("slip", [SE2(), SE2(0.03, -0.02, 0.02)])
+def test_between_updates_the_pose_follows_the_scan_and_the_particles_wait(slip: SE2) -> None:
+    some, odometry = started()
+    before = some.particles.copy()
+    step = SE2(0.15, 0.05, 0.1)
+    estimate = some.update(odometry @ step @ slip, seen(START @ step, 0.1))
+    assert estimate is not None
+    assert estimate.T_map_base.distance(START @ step) < 0.02
+    found = estimate.T_map_odom @ odometry @ step @ slip
+    assert found.array() == pytest.approx(estimate.T_map_base.array())
+    np.testing.assert_array_equal(some.particles, before)
+    assert (
+        ParticleFilter(AmclConfig(), ROOM, np.random.default_rng(1)).update(SE2(), blind(0)) is None
+    )

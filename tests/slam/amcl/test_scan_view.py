@@ -22,7 +22,7 @@ MOUNTS = [SE2(), SE2(0.3, -0.2, 2.5), SE2(-0.1, 0.2, math.pi)]
 
 
 def rising(count: int) -> Scan:
-    """Return a scan whose ranges tell their beams."""
+    """Return a scan whose ranges number their beams."""
     return Scan(np.linspace(2.0, 3.0, count), -math.pi, math.tau / count, 0.1, 10.0, 3.0)
 
 

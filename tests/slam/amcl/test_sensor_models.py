@@ -50,7 +50,7 @@ def grid_5x5(origin: SE2) -> OccupancyGrid:
 
 
 def seen(endpoints: Floats) -> ScanView:
-    """What a scan with these end points [m] says."""
+    """Return a scan with these end points [m]."""
     ranges = np.hypot(*endpoints.T)
     bearings = np.arctan2(endpoints[:, 1], endpoints[:, 0])
     directions = np.column_stack((np.cos(bearings), np.sin(bearings)))
@@ -130,22 +130,6 @@ def test_every_model_prefers_the_true_pose(name: str) -> None:
     assert factors[0] > factors[1] > 0.0
 
 
-def test_endpoints_leave_out_what_is_no_hit() -> None:
-    ranges = np.array([1.0, np.inf, np.nan, 0.05, 10.0, 2.0])
-    scan = Scan(ranges, 0.0, 0.1, 0.1, RANGE_MAX, T_base_sensor=SE2(0.3, 0.0, 0.0))
-    points = ScanView.of(scan, AmclConfig()).many.endpoints
-    expected = [[1.3, 0.0], [0.3 + 2.0 * math.cos(0.5), 2.0 * math.sin(0.5)]]
-    np.testing.assert_allclose(points, expected)
-    assert len(ScanView.of(scan, AmclConfig(laser_max_range=1.5)).many.endpoints) == 1
-
-
-@pytest.mark.parametrize(("count", "selected"), [(360, 60), (61, 61), (30, 30), (1, 1)])
-def test_selected_beams_step_over_the_whole_sweep(count: int, selected: int) -> None:
-    scan = Scan(np.full(count, 2.0), -math.pi, 2.0 * math.pi / count, 0.1, RANGE_MAX)
-    points = ScanView.of(scan, AmclConfig(max_beams=60)).few.endpoints
-    assert len(points) == selected
-
-
 def test_an_endpoint_in_the_unknown_is_at_least_as_likely_as_any_reading() -> None:
     grid = grid_5x5(SE2())
     grid.data[:, 4] = -1
@@ -153,17 +137,6 @@ def test_an_endpoint_in_the_unknown_is_at_least_as_likely_as_any_reading() -> No
     factors = model.weigh(poses_at_cells(grid), seen(HERE)).factors.reshape(5, 5)
     np.testing.assert_allclose(factors[:, 4], 1.0 + (1.0 / RANGE_MAX) ** 3, rtol=1e-6)
     np.testing.assert_allclose(factors[:, :4], 1.0 + GOLDEN[:, :4] ** 3, rtol=1e-6)
-
-
-def test_beams_of_a_moving_sweep_are_seen_from_where_it_began() -> None:
-    ranges = np.full(90, 2.0)
-    ranges[::7] = np.inf
-    mount = SE2(0.3, 0.1, 0.2)
-    scan = Scan(ranges, 0.0, 0.05, 0.1, 10.0, 0.0, 0.001, mount, motion=SE2(0.2, 0.0, 0.3))
-    many = ScanView.of(scan, AmclConfig()).many
-    np.testing.assert_allclose(many.endpoints, scan.points(), atol=1e-12)
-    ends = many.directions * many.ranges[:, np.newaxis] + (mount.x, mount.y)
-    np.testing.assert_allclose(ends[many.returned], many.endpoints, atol=1e-12)
 
 
 BEAM = AmclConfig(

@@ -17,12 +17,12 @@ from arjuna_slam.graph.pose_graph import Edge, EdgeKind, EdgeTable, PoseGraph
 
 NODES = 60
 MOVED = (0.0, 1.0, 0.1)
-DONE, HALF_WAY = OptimizerStatus.CONVERGED, OptimizerStatus.MAX_ITERATIONS
+DONE, UNFINISHED = OptimizerStatus.CONVERGED, OptimizerStatus.MAX_ITERATIONS
 
 
 @dataclass
-class Told:
-    """An optimiser that moves all but the first node, and ends as it is told, then well."""
+class Scripted:
+    """An optimiser that moves all but the first node, and ends as scripted, then well."""
 
     by: tuple[float, float, float] = MOVED
     ends: list[OptimizerStatus] = field(default_factory=list)
@@ -51,11 +51,11 @@ class Told:
         return OptimizerResult(self.ends.pop(0) if self.ends else DONE, moved, (0.0,), weights)
 
 
-@pytest.fixture(name="told")
-def _told(monkeypatch: pytest.MonkeyPatch) -> Told:
-    told = Told()
-    monkeypatch.setattr(back_end, "optimize", told)
-    return told
+@pytest.fixture(name="scripted")
+def _scripted(monkeypatch: pytest.MonkeyPatch) -> Scripted:
+    scripted = Scripted()
+    monkeypatch.setattr(back_end, "optimize", scripted)
+    return scripted
 
 
 def straight(count: int = NODES) -> PoseGraph:
@@ -97,15 +97,15 @@ def test_a_closure_that_is_far_off_is_not_kept_waiting(off: SE2, urgent: bool) -
 
 @pytest.mark.parametrize(("count", "waits"), [(60, 23), (100, 24), (101, 25)])
 def test_closures_that_agree_wait_for_others_in_proportion_to_the_map(
-    told: Told, count: int, waits: int
+    scripted: Scripted, count: int, waits: int
 ) -> None:
     """20 keyframes, and 4 % of all; with no closure, for ever."""
-    told.by = (0.0, 0.0, 0.0)
+    scripted.by = (0.0, 0.0, 0.0)
     work = BackEnd(BackEndConfig(), straight(count))
     for _ in range(30):
         work.add([])
         work.advance()
-    assert not told.starts
+    assert not scripted.starts
     work = BackEnd(BackEndConfig(), straight(count))
     for _ in range(2):  # the second time as the first
         for k in range(waits):
@@ -130,7 +130,7 @@ def test_closures_that_agree_wait_for_others_in_proportion_to_the_map(
         assert not work.running
         work.add([loop(SE2())] if k == 0 else [])
     assert work.running
-    assert told.hows == [(2, 1e-3), (2, 1e-3), (30, 1e-6), (30, 1e-6)]
+    assert scripted.hows == [(2, 1e-3), (2, 1e-3), (30, 1e-6), (30, 1e-6)]
     assert work.undone == 0
 
 
@@ -147,7 +147,7 @@ def test_closures_that_agree_wait_for_others_in_proportion_to_the_map(
     ],
 )
 def test_the_kernel_is_as_wide_as_what_it_must_believe_and_tightens(
-    told: Told, edges: list[Edge], looseness: float
+    scripted: Scripted, edges: list[Edge], looseness: float
 ) -> None:
     graph = straight()
     work = BackEnd(BackEndConfig(), graph)
@@ -159,13 +159,15 @@ def test_the_kernel_is_as_wide_as_what_it_must_believe_and_tightens(
     expected = [3.0 * looseness]
     while expected[-1] > 3.0:
         expected.append(max(expected[-1] / 4.0, 3.0))
-    assert told.scales == pytest.approx(expected)
+    assert scripted.scales == pytest.approx(expected)
     work.finish()
-    assert told.scales[-1] == 3.0
+    assert scripted.scales[-1] == 3.0
 
 
-def test_the_graph_moves_once_at_the_end_with_newer_nodes_beside_the_last(told: Told) -> None:
-    told.ends = [HALF_WAY, HALF_WAY]
+def test_the_graph_moves_once_at_the_end_with_newer_nodes_beside_the_last(
+    scripted: Scripted,
+) -> None:
+    scripted.ends = [UNFINISHED, UNFINISHED]
     graph = straight()
     work = BackEnd(BackEndConfig(), graph)
     work.add([loop(SE2(0.2))])  # far, and by no more deviations than the kernel's
@@ -177,7 +179,7 @@ def test_the_graph_moves_once_at_the_end_with_newer_nodes_beside_the_last(told: 
     for pose in newer:
         graph.add_node(pose)
     work.advance()
-    start = told.starts[1]
+    start = scripted.starts[1]
     assert start.shape == (NODES + 2, 3)
     last = before[-1] + MOVED
     np.testing.assert_allclose(start[NODES - 1], last)
@@ -188,19 +190,19 @@ def test_the_graph_moves_once_at_the_end_with_newer_nodes_beside_the_last(told: 
     np.testing.assert_array_equal(graph.poses[:NODES], before)
     work.advance()
     assert not work.running
-    np.testing.assert_allclose(graph.poses[1:], told.starts[2][1:] + MOVED)
+    np.testing.assert_allclose(graph.poses[1:], scripted.starts[2][1:] + MOVED)
     work.advance()
-    assert len(told.starts) == 3  # nothing runs
+    assert len(scripted.starts) == 3  # nothing runs
     kept = graph.poses.copy()
     work.finish()
-    np.testing.assert_array_equal(told.starts[3], kept)  # from where the graph lies
+    np.testing.assert_array_equal(scripted.starts[3], kept)  # from where the graph lies
 
 
-def test_at_the_end_steps_used_up_are_enough(told: Told) -> None:
-    told.ends = [HALF_WAY]
+def test_at_the_end_steps_used_up_are_enough(scripted: Scripted) -> None:
+    scripted.ends = [UNFINISHED]
     graph = straight()
     BackEnd(BackEndConfig(), graph).finish()
-    assert len(told.starts) == 1
+    assert len(scripted.starts) == 1
     assert graph.poses[5].tolist() == pytest.approx([5.0, 1.0, 0.1])
 
 
@@ -209,17 +211,17 @@ def test_at_the_end_steps_used_up_are_enough(told: Told) -> None:
     [(0.0099, 19, True), (0.01, 19, False), (0.0, 20, False), (1.0, 19, False)],
 )
 def test_a_closure_that_others_contradict_is_taken_back(
-    told: Told, weight: float, node: int, taken: bool
+    scripted: Scripted, weight: float, node: int, taken: bool
 ) -> None:
     """Of the last 40 of 60 keyframes none has been on trial long enough."""
     graph = straight()
     doubted, good = loop(SE2(), 3, node), loop(SE2(), 5, 15)
     work = BackEnd(BackEndConfig(), graph, undone=2)
     work.add([doubted, good])
-    told.weights = {3: weight, 10: 0.0}  # odometry is not taken back whatever it weighs
+    scripted.weights = {3: weight, 10: 0.0}  # odometry is not taken back whatever it weighs
     work.finish()
     assert work.undone == 2 + taken
     assert (doubted in graph.edges) is not taken
     assert good in graph.edges
     assert len(graph.edges) == len(graph.table) == NODES + 1 - taken
-    assert len(told.starts) == 1 + taken  # without it all may lie elsewhere
+    assert len(scripted.starts) == 1 + taken  # without it all may lie elsewhere

@@ -46,15 +46,6 @@ def test_information_is_in_the_axes_of_the_second_node(tmp_path: Path) -> None:
     assert optimize(moved, edges).trace[0] == pytest.approx(4.0 * 0.5**2)
 
 
-@pytest.mark.parametrize("text", [G2O, TORO])
-def test_a_file_of_edges_alone_starts_from_the_edges(tmp_path: Path, text: str) -> None:
-    lines = text.splitlines(keepends=True)
-    edges_only = "".join(line for line in lines if not line.startswith("VERTEX"))
-    poses, edges = read_graph(written(tmp_path, edges_only))
-    assert poses == pytest.approx(np.array([(0.0, 0.0, 0.0), (1.0, 0.0, math.pi / 2)]), abs=1e-6)
-    assert (edges.i.tolist(), edges.j.tolist()) == ([0], [1])
-
-
 @pytest.mark.parametrize(
     ("text", "problem"),
     [

@@ -1,4 +1,4 @@
-"""The graph as columns, and the optimum of its cost as the definition has it."""
+"""The graph as columns, and what may be added to it."""
 
 from __future__ import annotations
 
@@ -6,12 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
 
 from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.optimizer import OptimizerStatus, optimize
-from arjuna_slam.graph.pose_graph import Edge, EdgeKind, EdgeTable, PoseGraph
+from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
 
 
 def random_graph(seed: int, count: int = 12, loops: int = 6) -> PoseGraph:
@@ -40,79 +38,6 @@ def error(poses: Floats, edge: Edge) -> Floats:
     T = np.linalg.inv(i) @ j
     turn = math.remainder(math.atan2(T[1, 0], T[0, 0]) - edge.T_i_j.theta, 2.0 * math.pi)
     return np.array([T[0, 2] - edge.T_i_j.x, T[1, 2] - edge.T_i_j.y, turn])
-
-
-def cost(poses: Floats, edges: list[Edge], scale: float) -> float:
-    """Return the sum of squared deviations, that of loops as Cauchy's kernel has it."""
-    total = 0.0
-    for edge in edges:
-        off = error(poses, edge)
-        square = float(off @ edge.information @ off)
-        is_loop = edge.kind is EdgeKind.LOOP and math.isfinite(scale)
-        total += scale**2 * math.log1p(square / scale**2) if is_loop else square
-    return total
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_the_optimum_is_that_of_least_squares(seed: int) -> None:
-    graph = random_graph(seed)
-
-    def deviations(free: Floats) -> Floats:
-        poses = np.concatenate((graph.poses[:1], free.reshape(-1, 3)))
-        roots = [np.linalg.cholesky(edge.information).T for edge in graph.edges]
-        pairs = zip(roots, graph.edges, strict=True)
-        return np.concatenate([root @ error(poses, edge) for root, edge in pairs])
-
-    result = optimize(graph.poses, graph.table, tolerance=1e-12, iterations=100)
-    expected = least_squares(deviations, graph.poses[1:].ravel(), xtol=1e-12, ftol=1e-12).x
-    off = result.poses[1:] - expected.reshape(-1, 3)
-    off[:, 2] = np.remainder(off[:, 2] + math.pi, 2.0 * math.pi) - math.pi
-    np.testing.assert_allclose(off, 0.0, atol=1e-4)
-    assert result.status is OptimizerStatus.CONVERGED
-    assert result.trace[0] == pytest.approx(cost(graph.poses, graph.edges, math.inf))
-    assert result.trace[-1] == pytest.approx(cost(result.poses, graph.edges, math.inf))
-    assert (np.abs(result.poses[:, 2]) <= math.pi).all()
-    np.testing.assert_array_equal(result.weights, 1.0)
-
-
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("scale", [0.5, 3.0])
-def test_at_the_end_the_robust_cost_rises_in_every_direction(seed: int, scale: float) -> None:
-    graph = random_graph(seed)
-    before = graph.poses.copy()
-    result = optimize(graph.poses, graph.table, robust_scale=scale, tolerance=1e-12, iterations=300)
-    np.testing.assert_array_equal(graph.poses, before)  # its caller's
-    least = cost(result.poses, graph.edges, scale)
-    assert result.trace[-1] == pytest.approx(least)
-    assert list(result.trace) == sorted(result.trace, reverse=True)
-    for k in range(1, len(graph)):
-        for step in (*(1e-3 * np.eye(3)), *(-1e-3 * np.eye(3))):
-            moved = result.poses.copy()
-            moved[k] += step
-            assert cost(moved, graph.edges, scale) > least
-    weights = [1.0] * len(graph.edges)
-    for n, edge in enumerate(graph.edges):
-        if edge.kind is EdgeKind.LOOP:
-            off = error(result.poses, edge)
-            weights[n] = 1.0 / (1.0 + float(off @ edge.information @ off) / scale**2)
-    np.testing.assert_allclose(result.weights, weights, rtol=1e-9)
-
-
-def test_how_an_optimisation_ends() -> None:
-    graph = random_graph(1)
-    one = optimize(graph.poses, graph.table, iterations=1)
-    assert one.status is OptimizerStatus.MAX_ITERATIONS
-    assert len(one.trace) <= 2
-    loose = optimize(graph.poses, graph.table, tolerance=0.999)
-    assert (loose.status, len(loose.trace)) == (OptimizerStatus.CONVERGED, 2)
-    for poses, edges in ((graph.poses, EdgeTable()), (graph.poses[:1], EdgeTable())):
-        none = optimize(poses, edges)
-        assert (none.status, none.trace, len(none.weights)) == (
-            OptimizerStatus.CONVERGED,
-            (0.0,),
-            0,
-        )
-        np.testing.assert_array_equal(none.poses, poses)
 
 
 def test_columns_hold_every_edge_as_they_grow_and_when_some_go() -> None:

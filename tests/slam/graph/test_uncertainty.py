@@ -23,17 +23,6 @@ def straight(count: int, information: Floats = STEP, heading: float = 0.7) -> Po
     return graph
 
 
-def test_a_long_chain_grows_as_a_random_walk() -> None:
-    near, far = (spread(relative_covariances(straight(101), 100)[k]) for k in (40, 0))
-    assert far[1] == pytest.approx(near[1] * math.sqrt(100 / 60))
-
-
-def test_a_short_chain_grows_faster_since_neighbours_err_alike() -> None:
-    near, far = (spread(relative_covariances(straight(101), 100)[k]) for k in (90, 60))
-    assert far[1] > 1.5 * near[1] * math.sqrt(40 / 10)
-    assert far[0] > 6.0 * near[0]
-
-
 def test_a_loop_is_a_short_cut() -> None:
     graph = straight(101)
     before = spread(relative_covariances(graph, 100)[5])
@@ -47,12 +36,6 @@ def test_an_edge_counts_as_much_from_its_other_end() -> None:
     there, back = (relative_covariances(graph, k)[1 - k] for k in (0, 1))
     assert there[0, 0] == pytest.approx(back[0, 0])
     assert there[2, 2] == pytest.approx(back[2, 2])
-
-
-def test_what_a_corridor_does_not_show_adds_up_along_it() -> None:
-    graph = straight(11, np.diag([1.0, 1e4, 1e6]))
-    covariance = relative_covariances(graph, 10)[0]
-    assert covariance[0, 0] > 300.0 * covariance[1, 1]
 
 
 def test_the_bound_is_that_of_samples() -> None:
@@ -96,15 +79,13 @@ def test_covariances_are_chained_as_their_derivatives_say() -> None:
 
 
 @pytest.mark.parametrize(
-    ("way", "share"), [(1, 0.285), (10, 0.6), (25, 1.125), (50, 2.0), (80, 2.0)]
+    ("along", "share"), [(1, 0.285), (10, 0.6), (25, 1.125), (50, 2.0), (80, 2.0)]
 )
-def test_along_a_straight_way_steps_add_up_to_a_quarter_at_first_and_to_twice_far_on(
-    way: int, share: float
-) -> None:
-    """From 0.25 at once to 2.0 after 50 m; along the way headings do not matter."""
-    covariance = relative_covariances(straight(101), 100)[100 - way]
-    assert covariance[0, 0] == pytest.approx(share * way * 1e-4)
-    assert covariance[2, 2] == pytest.approx(share * way * 1e-6)
+def test_steps_add_up_to_a_quarter_at_first_and_to_twice_far_on(along: int, share: float) -> None:
+    """From 0.25 at once to 2.0 after 50 m; straight on headings do not matter."""
+    covariance = relative_covariances(straight(101), 100)[100 - along]
+    assert covariance[0, 0] == pytest.approx(share * along * 1e-4)
+    assert covariance[2, 2] == pytest.approx(share * along * 1e-6)
     assert not relative_covariances(straight(101), 100)[100].any()
 
 
@@ -124,18 +105,18 @@ def test_the_spread_is_the_greatest_deviation_in_any_direction(seed: int) -> Non
 
 
 @pytest.mark.parametrize(
-    "way", [(1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (0.3, -0.5, -0.1)]
+    "along", [(1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (0.3, -0.5, -0.1)]
 )
 @pytest.mark.parametrize("theta", [0.4, 3.1, -3.1])
 def test_a_correction_is_plausible_up_to_four_deviations(
-    way: tuple[float, float, float], theta: float
+    along: tuple[float, float, float], theta: float
 ) -> None:
     """Of what the graph does not know, and of 0.1 m and 0.02 rad more."""
     known = np.array([[0.5, 0.1, 0.02], [0.1, 0.3, -0.01], [0.02, -0.01, 0.04]])
     information = np.linalg.inv(known + np.diag([0.1**2, 0.1**2, 0.02**2]))
-    reach = 4.0 / math.sqrt(np.array(way) @ information @ np.array(way))
+    reach = 4.0 / math.sqrt(np.array(along) @ information @ np.array(along))
     expected = SE2(1.0, 2.0, theta)
     for by, is_plausible in ((0.999, True), (1.001, False)):
-        found = expected.array() + by * reach * np.array(way)
+        found = expected.array() + by * reach * np.array(along)
         found[2] = math.remainder(found[2], 2.0 * math.pi)
         assert plausible(expected, SE2.from_array(found), known) is is_plausible

@@ -47,7 +47,7 @@ def entries(tf: bool = True, odometry: bool = False, mount: bool = True) -> list
     return result
 
 
-def opened(path: Path, scan: str = "", odometry: str = "") -> list[tuple[object, SE2]]:
+def pairs_of(path: Path, scan: str = "", odometry: str = "") -> list[tuple[object, SE2]]:
     return [(scan, pose) for scan, pose in open_log(path, RecordingTopics(scan, odometry))]
 
 
@@ -65,20 +65,6 @@ def test_messages_are_read_in_either_byte_order() -> None:
     assert pose.transform.theta == pytest.approx(0.5)
     both = transforms_of(decoded(TF, transform_bytes(MOUNT, ("a", "b", SE2(), 3.0))))
     assert [item.child for item in both] == ["laser", "b"]
-
-
-@pytest.mark.parametrize("cut", [0, 3, 10, 30, 60, 100])
-def test_a_message_cut_short_is_an_error_and_no_guess(cut: int) -> None:
-    with pytest.raises(DecodeError, match=r"CDR encapsulation|not deserialize|Invalid sequence"):
-        decoded(SCAN, scan_bytes(LOG[0][0])[:cut])
-
-
-def test_a_count_of_billions_is_refused_before_it_is_believed() -> None:
-    data = bytearray(scan_bytes(LOG[0][0]))
-    at = data.index(np.float32(LOG[0][0].ranges[0]).tobytes()) - 4
-    data[at : at + 4] = b"\xff\xff\xff\xff"
-    with pytest.raises(DecodeError, match="Invalid sequence length"):
-        decoded(SCAN, bytes(data))
 
 
 @pytest.mark.parametrize(("tf", "odometry"), [(True, False), (False, True), (True, True)])
@@ -103,8 +89,8 @@ def test_an_odometry_topic_asked_for_wins_over_tf(tmp_path: Path) -> None:
         for topic, kind, stamp, data in entries(True, True)
     ]
     path = write(tmp_path / "a.mcap", wrong)
-    assert opened(path)[5][1].x == 9.0
-    assert opened(path, odometry="/odom")[5][1].distance(LOG[5][1]) < 1e-9
+    assert pairs_of(path)[5][1].x == 9.0
+    assert pairs_of(path, odometry="/odom")[5][1].distance(LOG[5][1]) < 1e-9
 
 
 def test_a_recording_becomes_the_trajectory_that_was_driven(tmp_path: Path) -> None:
@@ -135,10 +121,10 @@ def test_a_rosbag2_folder_is_read_in_the_order_of_its_metadata(tmp_path: Path) -
     (bag / "metadata.yaml").write_text(
         "rosbag2_bagfile_information: {relative_file_paths: [z.mcap, a.mcap]}"
     )
-    assert len(opened(bag)) == len(LOG)
+    assert len(pairs_of(bag)) == len(LOG)
     (bag / "metadata.yaml").write_text("rosbag2_bagfile_information: 3")
     with pytest.raises(InputFileError, match="is no metadata of rosbag2"):
-        opened(bag)
+        pairs_of(bag)
 
 
 def test_a_recording_cut_short_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
@@ -169,27 +155,27 @@ def test_files_that_are_no_recordings_are_refused(tmp_path: Path) -> None:
     text = tmp_path / "a.mcap"
     text.write_text("no recording at all")
     with pytest.raises(InputFileError, match="is no mcap recording"):
-        opened(text)
+        pairs_of(text)
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputFileError, match="holds no recording"):
-        opened(tmp_path / "empty")
+        pairs_of(tmp_path / "empty")
     with pytest.raises(InputFileError, match="does not exist"):
-        opened(tmp_path / "no.mcap")
+        pairs_of(tmp_path / "no.mcap")
     other = text.rename(tmp_path / "a.txt")
     with pytest.raises(InputFileError, match=r"of no kind that can be read; valid: \.clf"):
-        opened(other)
+        pairs_of(other)
     other = write(tmp_path / "other.mcap", entries(), encoding="json")
     with pytest.raises(InputFileError, match="encoded as 'json'; valid: cdr"):
-        opened(other)
+        pairs_of(other)
     empty = write(tmp_path / "none.mcap", [("/map", "nav_msgs/msg/OccupancyGrid", 0.0, b"")])
     with pytest.raises(InputFileError, match=r"no topic of sensor_msgs.*its topics: /map"):
-        opened(empty)
+        pairs_of(empty)
 
 
-def test_a_lidar_that_hangs_upside_down_sees_the_same_room(tmp_path: Path) -> None:
+def test_a_lidar_mounted_upside_down_sees_the_same_room(tmp_path: Path) -> None:
     every = entries(mount=False)
-    hung = transform_bytes(MOUNT, upside_down=True)
-    every.insert(0, ("/tf_static", TF, 0.0, hung))
+    inverted = transform_bytes(MOUNT, upside_down=True)
+    every.insert(0, ("/tf_static", TF, 0.0, inverted))
     for (scan, _), (level, _, _) in zip(
         open_log(write(tmp_path / "a.mcap", every), RecordingTopics()), LOG, strict=True
     ):
@@ -197,3 +183,17 @@ def test_a_lidar_that_hangs_upside_down_sees_the_same_room(tmp_path: Path) -> No
         assert scan.angle_min == pytest.approx(-level.angle_min)
         assert scan.T_base_sensor.distance(MOUNT[2]) < 1e-9
         assert scan.T_base_sensor.theta == pytest.approx(MOUNT[2].theta)
+
+
+@pytest.mark.parametrize("cut", [0, 3, 10, 30, 60, 100])
+def test_a_message_cut_short_is_an_error_and_no_guess(cut: int) -> None:
+    with pytest.raises(DecodeError, match=r"CDR encapsulation|not deserialize|Invalid sequence"):
+        decoded(SCAN, scan_bytes(LOG[0][0])[:cut])
+
+
+def test_a_count_of_billions_is_refused_before_it_is_believed() -> None:
+    data = bytearray(scan_bytes(LOG[0][0]))
+    at = data.index(np.float32(LOG[0][0].ranges[0]).tobytes()) - 4
+    data[at : at + 4] = b"\xff\xff\xff\xff"
+    with pytest.raises(DecodeError, match="Invalid sequence length"):
+        decoded(SCAN, bytes(data))

@@ -1,4 +1,4 @@
-"""A map is drawn anew where poses have moved by what would mark other cells."""
+"""Scans are traced again where poses have moved by what would mark other cells."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def mapper(count: int = 1) -> tuple[Mapper, Floats]:
 
 
 @pytest.mark.parametrize(
-    ("moved", "drawn_anew"),
+    ("moved", "is_traced"),
     [
         ((0.4 * CELL, 0.0, 0.0), False),
         ((0.0, -0.6 * CELL, 0.0), True),
@@ -35,15 +35,15 @@ def mapper(count: int = 1) -> tuple[Mapper, Floats]:
         ((0.0, 0.0, math.tau - 0.004), False),
     ],
 )
-def test_a_pose_that_moved_half_a_cell_is_drawn_anew(
-    moved: tuple[float, float, float], drawn_anew: bool
+def test_a_pose_that_moved_half_a_cell_is_traced_again(
+    moved: tuple[float, float, float], is_traced: bool
 ) -> None:
     drawn, poses = mapper()
     assert not drawn.behind(poses)
-    assert drawn.behind(poses + np.array(moved)) is drawn_anew
+    assert drawn.behind(poses + np.array(moved)) is is_traced
 
 
-def test_what_moved_farthest_is_drawn_first() -> None:
+def test_what_moved_farthest_is_traced_first() -> None:
     drawn, poses = mapper(3)
     poses[:, 0] = (0.2, 0.5, 0.3)
     for first in (1, 2, 0):

@@ -1,4 +1,4 @@
-"""What is forgotten, and what the graph still knows of where the rest lies."""
+"""Submaps that are forgotten, and what the graph still knows of the rest."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def session(
     loops: tuple[tuple[int, int], ...] = (),
     submaps: tuple[tuple[int, ...], ...] = ((0,),),
 ) -> Session:
-    """Return a session whose measurements are what the poses say, each of its own worth."""
+    """Return a session whose measurements are what the poses say, each of its own information."""
     rng = np.random.default_rng(count)
     poses = np.column_stack((rng.normal(size=(count, 2)), rng.uniform(-3.0, 3.0, count)))
     scans = tuple(Scan(np.ones(3), 0.0, 0.1, 0.1, 9.0, float(k)) for k in range(count))
@@ -47,7 +47,7 @@ def ends(edges: tuple[Edge, ...]) -> list[tuple[int, int, EdgeKind, float]]:
     return [(e.i, e.j, e.kind, float(e.information[0, 0])) for e in edges]
 
 
-def test_keyframes_that_stay_are_numbered_anew_and_keep_what_is_theirs() -> None:
+def test_keyframes_that_stay_are_numbered_again_and_keep_what_is_theirs() -> None:
     whole = session(6, submaps=((0, 1, 2), (2, 3, 4), (4, 5)))
     pruned, index = prune(whole, kept(6, 1, 2))
     assert index.tolist() == [0, -1, -1, 1, 2, 3]
@@ -81,11 +81,11 @@ def test_a_gap_is_bridged_as_the_graph_has_it_and_nothing_else_is() -> None:
         ((1, 2), (1, 2, 3), None),  # both would end at the same
     ],
 )
-def test_a_loop_moves_to_the_keyframes_beside_it_at_half_its_worth(
+def test_a_loop_moves_to_the_keyframes_beside_it_with_half_its_information(
     loop: tuple[int, int], gone: tuple[int, ...], expected: tuple[int, int, float] | None
 ) -> None:
     pruned, _ = prune(session(6, (loop,)), kept(6, *gone))
-    found = [(i, j, worth) for i, j, kind, worth in ends(pruned.edges) if kind is LOOP]
+    found = [(i, j, information) for i, j, kind, information in ends(pruned.edges) if kind is LOOP]
     assert found == ([] if expected is None or expected[0] == expected[1] else [expected])
 
 

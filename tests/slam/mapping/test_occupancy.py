@@ -19,7 +19,7 @@ WALL = 3.02  # ahead [m]
 
 
 def scans(noise: float, count: int = 60) -> list[Scan]:
-    """What is seen of a wall across the way ahead."""
+    """Return scans of a wall ahead."""
     rng = np.random.default_rng(1)
     angles = np.radians(np.arange(-30.0, 30.5, 0.5))
     true = WALL / np.cos(angles)
@@ -28,7 +28,7 @@ def scans(noise: float, count: int = 60) -> list[Scan]:
 
 
 def cells(occupancy: Occupancy) -> tuple[NDArray[np.int8], Floats]:
-    """The map, and the places of its occupied cells."""
+    """The map, and the centres of its occupied cells."""
     grid = occupancy.grid(0.0)
     assert grid is not None
     return grid.data, grid.frame.to_points(np.argwhere(grid.data == OCCUPIED).astype(np.int64))
@@ -77,7 +77,7 @@ def crossed(range_: float, pose: SE2) -> set[tuple[int, int]]:
     return {(int(r), int(c)) for r, c in line_cells(y0, x0, y1, x1)}
 
 
-def told(occupancy: Occupancy) -> dict[tuple[int, int], int]:
+def values_of(occupancy: Occupancy) -> dict[tuple[int, int], int]:
     """Return the value of each known cell, by its row and column from the origin's."""
     grid = occupancy.grid(7.0)
     assert grid is not None
@@ -102,12 +102,12 @@ def test_a_map_is_of_the_cells_that_beams_have_crossed_often_enough() -> None:
     for range_, pose in BEAMS:  # each grows the map another way
         for _ in range(2):
             occupancy.trace(*beam(range_, pose), 20.0, 1)
-        once = told_or_none(occupancy)
+        once = known_cells(occupancy)
         assert not crossed(range_, pose) <= once
         occupancy.trace(*beam(range_, pose), 20.0, 1)
         cells |= crossed(range_, pose)
-        assert set(told(occupancy)) == cells
-    ends = {cell for cell, value in told(occupancy).items() if value == OCCUPIED}
+        assert set(values_of(occupancy)) == cells
+    ends = {cell for cell, value in values_of(occupancy).items() if value == OCCUPIED}
     last = [SE2(x, y).apply(np.zeros((1, 2)))[0] for x, y in (end(*each) for each in BEAMS)]
     assert ends <= {(math.floor(y / 0.05 + 0.5), math.floor(x / 0.05 + 0.5)) for x, y in last}
     assert len(ends) >= len(BEAMS) - 1  # one may be crossed by others
@@ -118,7 +118,7 @@ def end(range_: float, pose: SE2) -> tuple[float, float]:
     return x, y
 
 
-def told_or_none(occupancy: Occupancy) -> set[tuple[int, int]]:
+def known_cells(occupancy: Occupancy) -> set[tuple[int, int]]:
     """Return which cells are known, of a map whose rim may not be."""
     grid = occupancy.grid(0.0)
     assert grid is not None
@@ -133,10 +133,10 @@ def test_what_is_taken_away_leaves_the_map_as_it_was_without(gone: int) -> None:
         for each in (whole, without) if k != gone else (whole,):
             for _ in range(3):
                 each.trace(*beam(range_, pose), 20.0, 1)
-    assert told(whole) != told(without)
+    assert values_of(whole) != values_of(without)
     for _ in range(3):
         whole.trace(*beam(*BEAMS[gone]), 20.0, -1)
-    assert told(whole) == told(without)
+    assert values_of(whole) == values_of(without)
 
 
 def test_beams_out_of_range_hit_nothing_or_say_nothing() -> None:
@@ -147,8 +147,8 @@ def test_beams_out_of_range_hit_nothing_or_say_nothing() -> None:
     assert occupancy.grid(0.0) is None
     for _ in range(3):
         occupancy.trace(*beam(9.0, pose), 4.0, 1)
-    assert set(told(occupancy)) == crossed(4.0, pose)
-    assert OCCUPIED not in told(occupancy).values()
+    assert set(values_of(occupancy)) == crossed(4.0, pose)
+    assert OCCUPIED not in values_of(occupancy).values()
 
 
 def before_a_wall(ends: dict[int, int], heading: float) -> list[int]:

@@ -1,4 +1,4 @@
-"""Where a start is looked for on a finished map, and what counts as found."""
+"""The search of a start on a finished map, and when it is found."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ KNOWN = np.diag([0.01, 0.01, 0.001])
 
 
 @dataclass
-class Told:
+class Scripted:
     """Stands for the matcher and the search."""
 
     found: tuple[SE2, float] | None = (SE2(1.0, 2.0, 3.0), 0.8)
@@ -44,10 +44,12 @@ class Told:
         return self.found
 
 
-def mapped(told: Told, width: float, height: float, patch: pytest.MonkeyPatch) -> ReferenceMap:
+def mapped(
+    scripted: Scripted, width: float, height: float, patch: pytest.MonkeyPatch
+) -> ReferenceMap:
     """Return the map of a hall that is scanned from its middle, as the first keyframe saw it."""
-    patch.setattr(reference_map, "ScanMatcher", lambda _: told)
-    patch.setattr(reference_map, "search", told.search)
+    patch.setattr(reference_map, "ScanMatcher", lambda _: scripted)
+    patch.setattr(reference_map, "search", scripted.search)
     walls = box(-0.5 * width, -0.5 * height, 0.5 * width, 0.5 * height)
     scan: Scan = scan_at(walls, SE2(), beams=720)
     session = Session((scan,), FIRST.array()[None], np.zeros(1), (), ((0,),))
@@ -62,7 +64,7 @@ def surface(count: int) -> Surface:
 def test_the_field_holds_all_walls_where_the_graph_has_them(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    field = mapped(Told(), 8.0, 4.0, monkeypatch).field
+    field = mapped(Scripted(), 8.0, 4.0, monkeypatch).field
     x = np.arange(-3.9, 3.9, 0.05)
     walls = FIRST.apply(np.column_stack((np.tile(x, 2), np.repeat((-2.0, 2.0), len(x)))))
     assert field.likelihood(walls).min() > 0.5
@@ -84,13 +86,13 @@ def test_the_field_holds_all_walls_where_the_graph_has_them(
 def test_a_start_that_is_known_is_searched_around(
     start: Start, at: SE2, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told = Told()
-    hall, seen = mapped(told, 8.0, 4.0, monkeypatch), surface(50)
+    scripted = Scripted()
+    hall, seen = mapped(scripted, 8.0, 4.0, monkeypatch), surface(50)
     assert hall.find(seen, start).T_field_base == at
-    (how,) = told.matched
+    (how,) = scripted.matched
     assert how[0] is hall.field
     assert how[1:] == (seen, at, Window(1.5, 0.6, 4), 0.35)
-    assert told.searched == []
+    assert scripted.searched == []
 
 
 @pytest.mark.parametrize(
@@ -100,10 +102,10 @@ def test_a_start_that_is_known_is_searched_around(
 def test_a_start_anywhere_is_searched_on_all_of_the_map(
     width: float, height: float, depth: int, count: int, every: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told = Told()
-    hall, seen = mapped(told, width, height, monkeypatch), surface(count)
+    scripted = Scripted()
+    hall, seen = mapped(scripted, width, height, monkeypatch), surface(count)
     assert hall.find(seen, Start(StartKind.ANYWHERE)).T_field_base == SE2(1.0, 2.0, 3.0)
-    ((field, points, prior, window, least),) = told.searched
+    ((field, points, prior, window, least),) = scripted.searched
     assert field is hall.field
     assert np.array_equal(points, seen.points[::every])
     assert least == 0.7
@@ -113,13 +115,13 @@ def test_a_start_anywhere_is_searched_on_all_of_the_map(
     assert window.xy == pytest.approx(0.025 * max(rows, columns))
     blocks = 2.0 * window.xy / 0.05 / 2.0**depth  # of which the widest are six to twelve across
     assert 5.6 <= blocks <= 11.4 or depth == 3
-    ((_, surface_, start),) = told.matched
+    ((_, surface_, start),) = scripted.matched
     assert surface_ is seen
     assert start == SE2(1.0, 2.0, 3.0)
 
 
 @pytest.mark.parametrize(
-    ("found", "response", "status", "told_response"),
+    ("found", "response", "status", "response_found"),
     [
         (None, 0.9, MatchStatus.LOW_RESPONSE, 0.0),
         ((SE2(1.0, 2.0, 3.0), 0.8), 0.44, MatchStatus.LOW_RESPONSE, 0.44),
@@ -130,12 +132,12 @@ def test_what_fits_badly_is_not_found(
     found: tuple[SE2, float] | None,
     response: float,
     status: MatchStatus,
-    told_response: float,
+    response_found: float,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    hall = mapped(Told(found, response), 8.0, 4.0, monkeypatch)
+    hall = mapped(Scripted(found, response), 8.0, 4.0, monkeypatch)
     match = hall.find(surface(50), Start(StartKind.ANYWHERE))
-    assert (match.status, match.response) == (status, told_response)
+    assert (match.status, match.response) == (status, response_found)
     if status is not MatchStatus.MATCHED:
         np.testing.assert_array_equal(match.covariance, np.eye(3))
         assert match.T_field_base.distance(FIRST) < 0.1

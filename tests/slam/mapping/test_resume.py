@@ -1,4 +1,4 @@
-"""Claims: mapping goes on where a saved session ended."""
+"""Claims: mapping continues where a saved session ended."""
 
 from __future__ import annotations
 
@@ -8,15 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.mapping.session import Session, Start, StartKind, load_session, save_session
 from arjuna_slam.matching.scan_filter import Skip
 from arjuna_slam.pose_tracker import SlamUpdate
 from arjuna_slam.slam import Slam
-from tests.slam.slam_room import distance_to_walls, drive, room, scan_at
+from tests.slam.slam_room import Log, distance_to_walls, drive, room, scan_at
 
-Log = list[tuple[Scan, SE2, SE2]]
 ORIGIN = SE2(5.0, 3.0, 0.0)  # where a drive begins, and so the map's frame in the room
 SECOND = SE2(100.0, -50.0, 2.0)  # odometry starts anew with every session
 
@@ -32,7 +30,7 @@ def test_the_map_of_a_saved_session_is_the_map(mapped: Slam, file: Path) -> None
 
 
 def go_on(slam: Slam, start: int, count: int = 60) -> tuple[list[SlamUpdate], Log]:
-    """Drive on from a place on a lap of another seed, with odometry of its own."""
+    """Drive on from a pose on a lap of another seed, with odometry of its own."""
     log = drive(seed=9)[start : start + count]
     away = SECOND @ log[0][1].inverse()
     later = [(dataclasses.replace(s, stamp=s.stamp + 1000.0), away @ o, t) for s, o, t in log]
@@ -98,7 +96,7 @@ def test_a_start_that_no_scan_confirms_is_believed_and_said_so(file: Path) -> No
 
 
 @pytest.mark.parametrize("gap", [1, 30, 60])
-def test_odometry_that_went_on_tells_where_the_robot_is(gap: int) -> None:
+def test_odometry_that_continued_has_the_robot_s_pose(gap: int) -> None:
     log, slam = drive(seed=7), Slam()
     for scan, odometry, _ in log[:150]:
         slam.process(scan, odometry)

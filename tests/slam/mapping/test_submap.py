@@ -46,7 +46,7 @@ SEEN = Surface(np.array([[1.0, 0.0]]), np.array([[-1.0, 0.0]]), np.zeros(1, np.b
 
 
 def test_a_robot_that_drives_and_then_turns_stays_where_it_is() -> None:
-    """Half full by way, then half full by count: three submaps are built at a time then."""
+    """Half full by length, then half full by count: three submaps are built at a time then."""
     local, at = LocalMap(SubmapConfig(submap_size=20, submap_length=10.0)), SE2()
     world: list[SE2] = []
     most = 0
@@ -98,20 +98,20 @@ def test_what_a_keyframe_saw_lies_where_it_was() -> None:
 
 def test_a_new_keyframe_is_tied_to_one_at_most_four_metres_back() -> None:
     """And on what comes after a tear; what was not seen since then counts."""
-    submap, way = Submap(Field(0.05, 0.05)), 0.0
+    submap, travel = Submap(Field(0.05, 0.05)), 0.0
     steps = [0.0, 1.5, 1.5, 0.9, 0.2, 1.0, 1.0, 1.0, 0.5]
     posts = [0, 0, 0, 0, 4, 4, 4, 7, 7]  # at 4.1 m; torn at 7.1 m
     tears = {3: uncertain(0.02, 0.01), 6: uncertain(0.0, 0.05), 7: uncertain(0.3, 0.1, 0.02)}
     uncertainties = [NONE, NONE, NONE, tears[3], NONE, NONE, tears[6], NONE, NONE]
     for k, step in enumerate(steps):
-        way += step
-        pose = SE2(way, 0.0, math.pi / 2)  # looking aside
+        travel += step
+        pose = SE2(travel, 0.0, math.pi / 2)  # looking aside
         submap.insert(10 + k, SEEN, pose, tears.get(k, NONE))
-        assert submap.path_length == pytest.approx(way)
+        assert submap.path_length == pytest.approx(travel)
         assert (submap.anchor, submap.nodes[-1], submap.poses[-1]) == (10, 10 + k, pose)
-        post, T_post_base, unseen_since = submap.constraint_to(SE2(way + 0.3, 0.1, 0.0))
+        post, T_post_base, unseen_since = submap.constraint_to(SE2(travel + 0.3, 0.1, 0.0))
         assert post == 10 + posts[k]
-        back = way - sum(steps[: posts[k] + 1])
+        back = travel - sum(steps[: posts[k] + 1])
         assert T_post_base.array() == pytest.approx((0.1, -0.3 - back, -math.pi / 2))
         x, y, heading = uncertainties[k].diagonal()
         np.testing.assert_allclose(
@@ -158,7 +158,7 @@ def test_keyframes_that_were_forgotten_are_followed(
     [
         (4, 1e4, [0, 2, 4, 6, 8], [3, 5, 7, 9]),  # by count
         (5, 1e4, [0, 2, 4, 6, 8], [4, 6, 8]),  # half of five is two
-        (1000, 2.0, [0, 3, 6, 9], [4, 7]),  # by way: nodes are half a metre apart
+        (1000, 2.0, [0, 3, 6, 9], [4, 7]),  # by travel: nodes are half a metre apart
     ],
 )
 def test_a_submap_begins_when_the_newest_is_half_full_and_ends_when_it_is_full(

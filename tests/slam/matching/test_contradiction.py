@@ -17,7 +17,7 @@ VIEWS = [SE2(1.0, 1.0, 0.3), SE2(3.0, 1.2, 2.0)]
 
 
 def counts(points: Floats, scans: list[tuple[Scan, SE2]]) -> tuple[int, int]:
-    """How many points are seen, and how many of them contradicted."""
+    """Return the numbers of points seen and contradicted."""
     seen, against = seen_and_contradicted(points, scans, 20.0)
     return int(seen.sum()), int(against.sum())
 

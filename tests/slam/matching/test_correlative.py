@@ -71,7 +71,7 @@ def test_it_finds_the_pose_of_the_greatest_response(window: Window, seed: int) -
     assert search(field, points, PRIOR, window, best - 1e-6) is not None
 
 
-def test_a_turn_counts_the_short_way_round() -> None:
+def test_a_turn_counts_by_its_shorter_side() -> None:
     field, points = scene(0)
     window = Window(0.2, 0.1, 2, angle_penalty=0.05)
     pose = SE2(PRIOR.x, PRIOR.y, PRIOR.theta + 0.1)

@@ -26,9 +26,9 @@ def test_every_wall_is_found_again(walls: int, planes_in_16_bits: bool) -> None:
     assert np.allclose(normals, (0.0, 1.0), atol=1e-6)
 
 
-def likelihoods(points: Floats, places: Floats) -> Floats:
+def likelihoods(points: Floats, centres_: Floats) -> Floats:
     """Return the greatest of Gaussians of deviation 0.05 m around points, in 255 steps."""
-    gaps = np.linalg.norm(places[:, None] - points[None], axis=2)
+    gaps = np.linalg.norm(centres_[:, None] - points[None], axis=2)
     levels = np.floor(255.0 * np.exp(-0.5 * (gaps / 0.05) ** 2).max(axis=1) + 0.5)
     return np.where(levels < 2.0, 0.0, levels) / 255.0
 
@@ -53,34 +53,34 @@ def test_a_cell_holds_the_likelihood_of_a_point_there(reaches: tuple[float, floa
         points = scattered(seed, reach)
         field.add(points, NO_NORMALS)
         added = np.concatenate((added, points))
-        places = centres(-3.0, 3.0)
+        centres_ = centres(-3.0, 3.0)
         np.testing.assert_allclose(
-            field.likelihood(places), likelihoods(added, places), rtol=0.0, atol=1.01 / 255.0
+            field.likelihood(centres_), likelihoods(added, centres_), rtol=0.0, atol=1.01 / 255.0
         )
     field.add(np.zeros((0, 2)), np.zeros((0, 2)))  # nothing changes nothing
     np.testing.assert_allclose(field.origin / 0.05, np.round(field.origin / 0.05), atol=1e-9)
-    before = field.likelihood(places)
+    before = field.likelihood(centres_)
     shape = field.score.shape
     field.trim()
-    np.testing.assert_array_equal(field.likelihood(places), before)
+    np.testing.assert_array_equal(field.likelihood(centres_), before)
     assert field.score.shape < shape
     assert field.index.shape == field.score.shape
     edges = field.score[0], field.score[-1], field.score[:, 0], field.score[:, -1]
     assert all(edge.any() for edge in edges)
 
 
-@pytest.mark.parametrize("way", [(0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (-1.0, 0.0)])
-def test_it_grows_where_it_must_by_two_metres_more(way: tuple[float, float]) -> None:
+@pytest.mark.parametrize("off", [(0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (-1.0, 0.0)])
+def test_it_grows_where_it_must_by_two_metres_more(off: tuple[float, float]) -> None:
     field = Field(0.05, 0.05)
     field.add(np.array([[0.01, 0.01], [0.99, 0.49]]), np.zeros((2, 2)))
     assert field.score.shape == (10 + 2 * 46, 20 + 2 * 46)  # 2 m, the Gaussian and a rim
     kept = field.score
-    far = np.array([[0.5, 0.25]]) + 2.2 * np.array([way])
+    far = np.array([[0.5, 0.25]]) + 2.2 * np.array([off])
     field.add(far, np.zeros((1, 2)))
     assert field.score is kept
-    field.add(far + np.array([way]), np.zeros((1, 2)))
+    field.add(far + np.array([off]), np.zeros((1, 2)))
     grown = np.array(field.score.shape) - kept.shape
-    across, along = (0, 1) if way[0] else (1, 0)
+    across, along = (0, 1) if off[0] else (1, 0)
     assert grown[across] == 0
     assert 40 < grown[along] < 70
 

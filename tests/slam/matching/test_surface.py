@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
-from arjuna_slam.matching.surface import Surface
+from arjuna_core.se2 import SE2
+from arjuna_slam.matching.surface import Surface, extract
+from tests.slam.slam_room import box, room, scan_at
 
 
 def facing(*degrees: float) -> np.ndarray:
@@ -52,3 +55,23 @@ def test_points_without_a_wall_are_left_as_they_are() -> None:
     np.testing.assert_array_equal(normals, none)
     nothing = Surface(ends[:0], none[:0], np.zeros(0, np.bool_)).dense(0.05)
     assert [len(part) for part in nothing] == [0, 0]
+
+
+def test_normals_are_unit_face_the_sensor_and_lie_across_walls() -> None:
+    surface = extract(scan_at(box(-2.0, -2.0, 2.0, 2.0), SE2()), 20.0)
+    length = np.hypot(*surface.normals.T)
+    assert ((np.abs(length - 1.0) < 1e-9) | (length == 0.0)).all()
+    assert (length > 0.0).mean() > 0.85
+    assert ((surface.normals * surface.points).sum(axis=1) <= 0.0).all()
+    right = (surface.points[:, 0] > 1.99) & (np.abs(surface.points[:, 1]) < 1.5)
+    assert np.abs(surface.normals[right] - (-1.0, 0.0)).max() < 1e-6
+
+
+def test_a_wall_continues_where_beams_are_lost() -> None:
+    scan = scan_at(room(), SE2(5.0, 5.0, 0.3), sigma=0.01, rng=np.random.default_rng(2))
+    lost = np.where(np.random.default_rng(3).random(360) < 0.3, np.inf, scan.ranges)
+    surface = extract(dataclasses.replace(scan, ranges=lost), 20.0)
+    assert (np.abs(surface.normals).sum(axis=1) > 0.0).mean() > 0.8
+    gap = np.where(np.arange(360) % 8 < 4, np.inf, scan.ranges)
+    cut = extract(dataclasses.replace(scan, ranges=gap), 20.0)
+    assert not cut.linked[3::4].any()

@@ -1,86 +1,22 @@
-"""Claims: odometry counts for what it has proven to be worth, where scans cannot tell better."""
+"""Tracking of scans, and what odometry counts for by what it has proven."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
 
 from arjuna_core.arrays import Floats
 from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher
 from arjuna_slam.matching.surface import Surface
-from arjuna_slam.matching.tracking import Stretch, Trust
-
-_SEEN, _UNSEEN = np.diag([1e-4, 1e-4, 1e-6]), np.diag([1.0, 1e-4, 1e-6])
-_PIECE = 6.0  # way matched against one reference [m]
-
-
-def driven(told: float, true: float, *, way: float = 100.0, covariance: Floats = _SEEN) -> Stretch:
-    """Return what is learnt of steps that odometry told and that were another length [m]."""
-    stretch, rng = Stretch(), np.random.default_rng(1)
-    reference, x = Field(0.05, 0.05), 0.0
-    for _ in range(round(way / true)):
-        x += true
-        if x > _PIECE:
-            reference, x = Field(0.05, 0.05), 0.0
-        pose = SE2(x + rng.normal(0.0, 0.01), rng.normal(0.0, 0.01), 0.0)
-        stretch.judge(reference, Match(MatchStatus.MATCHED, pose, covariance, 1.0), SE2(told))
-    return stretch
-
-
-@pytest.mark.parametrize(("told", "true"), [(1.0, 1.02), (1.0, 0.97), (0.05, 0.051), (1.0, 1.0)])
-def test_the_length_of_a_metre_is_learnt(told: float, true: float) -> None:
-    stretch = driven(told, true)
-    assert stretch.factor == pytest.approx(true / told, abs=0.005)
-    assert stretch.of(SE2(told, 0.0, 0.3)).x == pytest.approx(true, abs=0.01)
-    assert stretch.of(SE2(told, 0.0, 0.3)).theta == 0.3
-
-
-def test_a_way_along_which_nothing_is_seen_tells_nothing() -> None:
-    assert driven(1.0, 1.02, covariance=_UNSEEN).factor == 1.0
-
-
-def test_a_slip_does_not_spoil_what_was_learnt() -> None:
-    stretch, reference = driven(1.0, 1.02), Field(0.05, 0.05)
-    for pose, told in ((SE2(), 0.0), (SE2(0.2, 0.0, 0.0), 3.0)):
-        match = Match(MatchStatus.MATCHED, pose, _SEEN, 1.0)
-        stretch.judge(reference, match, SE2(told))
-    assert stretch.factor == pytest.approx(1.02, abs=0.01)
-
-
-def test_a_failed_match_measures_no_way() -> None:
-    stretch, reference = Stretch(), Field(0.05, 0.05)
-    for x, status in ((0.0, "matched"), (2.5, "low response"), (9.0, "matched")):
-        match = Match(MatchStatus(status), SE2(x, 0.0, 0.0), _SEEN, 1.0)
-        stretch.judge(reference, match, SE2(2.5))
-    assert stretch.factor == 1.0
-
-
-_STEP = np.diag([100.0, 100.0, 400.0])  # 0.1 m, 0.05 rad
-_WELL, _BADLY = np.diag([1e-5, 1e-5, 1e-6]), np.diag([1e-5, 1.0, 1e-6])
-
-
-def judged(trust: Trust, error: float, covariance: Floats, steps: int) -> float:
-    """Return what a metre's step is worth after as many that were off [deviations^-2]."""
-    match = Match(MatchStatus.MATCHED, SE2(error, 0.0, 0.0), covariance, 1.0)
-    for _ in range(steps):
-        trust.judge(SE2(), match, _STEP, 1.0)
-    return float(trust.weigh(_STEP)[0, 0])
-
-
-def test_good_odometry_comes_to_count_for_more_and_a_slip_takes_that_away() -> None:
-    trust = Trust()
-    assert judged(trust, 0.0, _WELL, 1) < judged(trust, 0.0, _WELL, 50) < 20.0 * _STEP[0, 0]
-    assert judged(trust, 1.0, _WELL, 1) < _STEP[0, 0]
-    assert trust.weigh(_STEP)[2, 2] == _STEP[2, 2]
-
-
-def test_a_match_that_does_not_see_all_judges_nothing() -> None:
-    assert judged(Trust(), 0.0, _BADLY, 50) == _STEP[0, 0]
+from arjuna_slam.matching.tracking import Stretch, Tracker, TrackerConfig, Trust
 
 
 @pytest.mark.parametrize(("deviation", "held"), [(0.01, True), (0.1, False)])
@@ -102,6 +38,8 @@ def test_one_corner_does_not_outweigh_good_odometry(deviation: float, held: bool
 
 
 SEEN = np.diag([0.01**2, 0.01**2, 0.003**2])
+KNOWN = np.diag([0.01, 0.01, 0.001])
+NOTHING = Surface(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, np.bool_))
 STEP = np.array([[100.0, 20.0, 3.0], [20.0, 100.0, -2.0], [3.0, -2.0, 50.0]])
 
 
@@ -115,7 +53,7 @@ def weighed(square: float) -> Floats:
     return np.asarray(np.linalg.inv(by @ np.linalg.inv(STEP) @ by), np.float64)
 
 
-def test_odometry_is_worth_what_it_was_over_the_last_ten_metres() -> None:
+def test_odometry_counts_by_its_last_ten_metres() -> None:
     trust = Trust()
     np.testing.assert_allclose(trust.weigh(STEP), STEP)
     # Off by 0.2 and 0.1 m, which is (100 0.04 + 2 20 0.02 + 100 0.01) / 2 = 2.9 times the expected
@@ -132,7 +70,7 @@ def test_odometry_is_worth_what_it_was_over_the_last_ten_metres() -> None:
 
 @pytest.mark.parametrize("angle", [0.0, 0.8, math.pi / 2])
 @pytest.mark.parametrize(("worst", "judges"), [(0.0149, True), (0.0151, False)])
-def test_only_a_place_seen_well_in_each_direction_judges(
+def test_only_a_match_known_well_in_each_direction_judges(
     angle: float, worst: float, judges: bool
 ) -> None:
     turn = SE2(0.0, 0.0, angle).matrix()
@@ -152,16 +90,16 @@ class Expected:
     def __init__(self) -> None:
         self.mean, self.variance = 1.0, 0.03**2
 
-    def take(self, told: float, went: float, noise: float | None) -> None:
-        """Take in a way measured with a variance [m^2]; None where it is not seen."""
-        self.variance += 0.03**2 * told / 500.0
+    def take(self, moved: float, went: float, noise: float | None) -> None:
+        """Take in a distance measured with a variance [m^2]; None where it is not seen."""
+        self.variance += 0.03**2 * moved / 500.0
         if noise is None:
             return
-        spread = math.sqrt(noise + told**2 * self.variance)
-        off = max(-3.0 * spread, min(went - self.mean * told, 3.0 * spread))
-        went = self.mean * told + off
-        precision = 1.0 / self.variance + told**2 / noise
-        self.mean = (self.mean / self.variance + told * went / noise) / precision
+        spread = math.sqrt(noise + moved**2 * self.variance)
+        off = max(-3.0 * spread, min(went - self.mean * moved, 3.0 * spread))
+        went = self.mean * moved + off
+        precision = 1.0 / self.variance + moved**2 / noise
+        self.mean = (self.mean / self.variance + moved * went / noise) / precision
         self.variance = 1.0 / precision
 
 
@@ -172,43 +110,118 @@ def corridor(heading: float, along: float, across: float = 0.01) -> Floats:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_factor_is_that_of_the_ways_measured(seed: int) -> None:
-    """Ways of 2 m or more, piecewise along a bend, between matches in one reference."""
+def test_the_factor_is_that_of_the_distances_measured(seed: int) -> None:
+    """Distances of 2 m or more, piecewise along a bend, between matches in one reference."""
     rng, stretch, expected = np.random.default_rng(seed), Stretch(), Expected()
     reference, pose = Field(0.05, 0.05), SE2(3.0, -1.0, 0.4)
     last = corridor(0.4, 0.01)
     stretch.judge(reference, match(pose, last), SE2(9.0))
     for _ in range(60):
-        start, told, first = pose, IDENTITY, last
+        start, moved, first = pose, IDENTITY, last
         heading = math.atan2(*rng.normal(0.0, 1.0, 2).tolist())
-        while math.hypot(told.x, told.y) < 2.0:
+        while math.hypot(moved.x, moved.y) < 2.0:
             delta = SE2(*rng.uniform((0.2, -0.1, -0.2), (0.9, 0.1, 0.2)).tolist())
-            told = told @ delta
+            moved = moved @ delta
             length = rng.normal(1.04, 0.02 if rng.random() < 0.9 else 0.5)
-            end = start @ SE2(length * told.x, length * told.y, told.theta)
+            end = start @ SE2(length * moved.x, length * moved.y, moved.theta)
             last = corridor(heading, float(rng.choice([0.005, 0.024, 0.03])), 0.008)
             stretch.judge(reference, match(end, last), delta)
         pose = end
-        way = np.array([end.x - start.x, end.y - start.y])
-        axis = way / np.hypot(*way)
+        gap = np.array([end.x - start.x, end.y - start.y])
+        axis = gap / np.hypot(*gap)
         seen = [float(axis @ known[:2, :2] @ axis) for known in (first, last)]
         noise = sum(seen) if max(seen) <= 0.025**2 else None
-        expected.take(math.hypot(told.x, told.y), float(np.hypot(*way)), noise)
+        expected.take(math.hypot(moved.x, moved.y), float(np.hypot(*gap)), noise)
         assert stretch.factor == pytest.approx(expected.mean, abs=1e-9)
     assert stretch.of(SE2(2.0, -1.0, 0.3)) == SE2(2.0 * stretch.factor, -stretch.factor, 0.3)
 
 
-def test_a_way_ends_with_its_reference_or_a_failed_match() -> None:
+def test_a_distance_ends_with_its_reference_or_a_failed_match() -> None:
     reference = Field(0.05, 0.05)
     failed = Match(MatchStatus.LOW_RESPONSE, SE2(), SEEN, 0.1)
     for between in ((reference, failed), (Field(0.05, 0.05), match(SE2(70.0)))):
         stretch, expected = Stretch(), Expected()
-        for x, told in ((5.0, 0.0), (6.0, 1.0)):
-            stretch.judge(reference, match(SE2(x)), SE2(told))
+        for x, moved in ((5.0, 0.0), (6.0, 1.0)):
+            stretch.judge(reference, match(SE2(x)), SE2(moved))
         stretch.judge(*between, SE2(1.5))
-        for x, told in ((20.0, 1.9), (21.1, 1.0)):  # from 20 m on anew
-            stretch.judge(reference, match(SE2(x)), SE2(told))
+        for x, moved in ((20.0, 1.9), (21.1, 1.0)):  # from 20 m on again
+            stretch.judge(reference, match(SE2(x)), SE2(moved))
         assert stretch.factor == 1.0
         stretch.judge(reference, match(SE2(22.2)), SE2(1.0))
         expected.take(2.0, 2.2, 2e-4)
         assert stretch.factor == pytest.approx(expected.mean)
+
+
+@dataclass
+class Scripted(ScanMatcher):
+    """A matcher that tracks as scripted, and finds all it searches."""
+
+    status: MatchStatus = MatchStatus.MATCHED
+    known: Floats = field(default_factory=lambda: KNOWN)
+    tracked: list[Any] = field(default_factory=list)
+    searched: list[Any] = field(default_factory=list)
+
+    def track(self, *how: Any) -> Match:
+        self.tracked.append(how)
+        return Match(self.status, how[2] @ SE2(0.01), self.known, 0.5)
+
+    def match(self, *how: Any) -> Match:
+        self.searched.append(how)
+        return Match(MatchStatus.MATCHED, how[2] @ SE2(0.02), self.known, 0.6)
+
+
+@pytest.mark.parametrize(
+    ("search", "status", "asked"),
+    [
+        (False, MatchStatus.MATCHED, (1, 0)),
+        (False, MatchStatus.TOO_FEW_POINTS, (1, 0)),
+        (False, MatchStatus.LOW_RESPONSE, (1, 1)),
+        (False, MatchStatus.NOT_CONVERGED, (1, 1)),
+        (True, MatchStatus.MATCHED, (0, 1)),
+    ],
+)
+def test_a_scan_is_searched_where_it_is_due_or_tracking_fails(
+    search: bool, status: MatchStatus, asked: tuple[int, int]
+) -> None:
+    scripted, reference, last = Scripted(status), Field(0.05, 0.05), SE2(2.0, 1.0, math.pi / 2)
+    tracker = Tracker(TrackerConfig(), scripted)
+    information = np.linalg.inv(KNOWN)
+    match = tracker.locate(reference, NOTHING, last, SE2(0.5), information, search)
+    assert (len(scripted.tracked), len(scripted.searched)) == asked
+    for how in scripted.tracked + scripted.searched:
+        assert how[0] is reference
+        assert how[2].array() == pytest.approx((2.0, 1.5, math.pi / 2))
+        np.testing.assert_allclose(how[-1], information)
+    for how in scripted.searched:
+        assert how[3:5] == (Window(0.5, 0.349, 3, 0.25, 1.0, 0.8, 0.9), 0.3)
+    assert match.T_field_base.y == pytest.approx(1.52 if asked[1] else 1.51)
+
+
+def test_odometry_is_followed_where_scans_shall_not_correct_it() -> None:
+    tracker = Tracker(TrackerConfig(use_scan_matching=False), Scripted())
+    information: Floats = np.diag([100.0, 50.0, 20.0])
+    match = tracker.locate(Field(0.05, 0.05), NOTHING, SE2(1.0), SE2(0.5), information, True)
+    assert (match.status, match.T_field_base, match.response) == (
+        MatchStatus.MATCHED,
+        SE2(1.5),
+        0.0,
+    )
+    np.testing.assert_allclose(match.covariance, np.diag([0.01, 0.02, 0.05]))
+
+
+def test_what_matches_say_of_odometry_is_learnt() -> None:
+    """Each metre is found to be a centimetre longer, a tenth of what odometry may err by."""
+    scripted, reference = Scripted(known=1e-4 * KNOWN), Field(0.05, 0.05)
+    tracker, pose = Tracker(TrackerConfig(), scripted), SE2()
+    information = np.asarray(np.linalg.inv(KNOWN), np.float64)
+    for _ in range(30):
+        pose = tracker.locate(reference, NOTHING, pose, SE2(1.0), information, False).T_field_base
+    lengths = [how[2].x - before[2].x - 0.01 for before, how in pairwise(scripted.tracked)]
+    assert np.all(np.diff(lengths) >= -1e-12)
+    assert lengths[0] == pytest.approx(1.0)
+    assert lengths[-1] > 1.05
+    longer = tracker.stretched(SE2(1.0, 0.0, 0.3))
+    assert longer.array() == pytest.approx((lengths[-1], 0.0, 0.3), abs=0.01)
+    weights = [how[3][0, 0] / information[0, 0] for how in scripted.tracked]
+    assert weights[0] == 1.0
+    assert weights[1] == pytest.approx(1.0 / (1.0 - 0.1 * (1.0 - 0.5 * 0.01)))  # a tenth is newer

@@ -6,13 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from arjuna_core.scan import Scan
-from arjuna_core.se2 import SE2
 from arjuna_slam.mapping.session import Session, save_session
 from arjuna_slam.slam import Slam
-from tests.slam.slam_room import drive
-
-Log = list[tuple[Scan, SE2, SE2]]
+from tests.slam.slam_room import Log, drive
 
 
 @pytest.fixture(scope="module")

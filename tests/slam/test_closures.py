@@ -1,14 +1,19 @@
-"""A loop closure that is wrong, forced into the graph past all checks."""
+"""Closures that are wrong and steps that nobody has seen: what the graph makes of them."""
 
 from __future__ import annotations
+
+import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
 from arjuna_slam.slam import Slam
-from tests.slam.slam_room import distance_to_walls, drive, room
+from tests.helpers.loop_measures import is_wrong
+from tests.slam.slam_room import ROOMS, distance_to_walls, drive, room, scan_at
 
 LOG = drive(seed=5, laps=1.5)
 CERTAIN = np.diag([4e4, 4e4, 2.5e5])  # 5 mm and 2 mrad: as certain as a match gets
@@ -58,3 +63,35 @@ def test_a_false_closure_at_the_end_is_not_believed(clean: tuple[float, float]) 
     slam = mapped(85, SE2(1.0, -1.0, 0.2))
     assert errors(slam)[0] < 1.1 * clean[0]
     assert errors(slam)[1] < 2.0 * clean[1]
+
+
+def in_the_dark(turn: float) -> list[tuple[Scan, SE2, SE2]]:
+    """Scan, odometry and true pose on a drive out of one room into the next.
+
+    Between them nothing is seen, and odometry turns by so much [rad].
+    """
+    rng = np.random.default_rng(3)
+    path = [SE2(5.0 + 0.25 * k, 2.0 + 0.1 * math.sin(k), 0.05 * math.cos(k)) for k in range(28)]
+    log, odometry = [], SE2()
+    for k, (before, truth) in enumerate(pairwise(path)):
+        step = before.inverse() @ truth
+        dark = 6.6 < truth.x < 8.6
+        off = turn / 8.0 if dark else 0.0
+        odometry = odometry @ SE2(step.x, step.y, step.theta + off)
+        scan = scan_at(ROOMS, truth, sigma=0.01, rng=rng, stamp=float(k))
+        if not dark:
+            log.append((scan, odometry, truth))
+    return log
+
+
+@pytest.mark.parametrize("turn", [0.2, -0.2])
+def test_no_match_claims_to_know_what_lay_in_the_dark(turn: float) -> None:
+    log = in_the_dark(turn)
+    slam = Slam()
+    for scan, odometry, _ in log:
+        slam.process(scan, odometry)
+    truth = {scan.stamp: pose for scan, _, pose in log}
+    nodes = [truth[scan.stamp] for scan in slam.keyframes.scans]
+    matches = [edge for edge in slam.graph.edges if edge.kind is EdgeKind.MATCH]
+    assert len(matches) > 10
+    assert not [(edge.i, edge.j) for edge in matches if is_wrong(edge, nodes)]
