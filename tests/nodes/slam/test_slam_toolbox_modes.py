@@ -200,10 +200,10 @@ def test_scans_without_a_reading_are_counted_warned_about_once_and_move_nothing(
     ("fields", "reason"),
     [
         ({"ranges": []}, "0 beams"),
-        ({"angle_increment": math.nan}, "angle_increment is nan"),
+        ({"angle_increment": math.nan}, "angle_increment: nan is"),
         ({"angle_increment": 0.0}, "angle_increment is 0.0"),
-        ({"angle_min": math.inf}, "angle_min is inf"),
-        ({"range_max": math.nan}, "range_max is nan"),
+        ({"angle_min": math.inf}, "angle_min: inf is"),
+        ({"range_max": math.nan}, "range_max: nan is"),
     ],
 )
 def test_scans_that_cannot_be_are_refused_reported_once_and_move_nothing(
