@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -75,13 +74,6 @@ class Room:
     def error(self) -> tuple[float, float]:
         pose = self.bench.process.transforms.lookup("map", "base_footprint")
         return error(pose, self.robot.pose)
-
-
-def rooms() -> Iterator[Room]:
-    """Yield one room, for a fixture."""
-    bench = RosBench()
-    yield Room(bench)
-    bench.close()
 
 
 def started(room: Room, with_map: bool = True, **values: Any) -> AmclNode:

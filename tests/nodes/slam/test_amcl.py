@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 
@@ -17,15 +15,10 @@ from std_srvs.srv import Empty
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_msg, seconds
 from arjuna_core.se2 import SE2
-from tests.helpers.amcl_room import Room, rooms, started
-from tests.slam.amcl.room import BOXES, random_pose
+from tests.helpers.amcl_room import Room, started
+from tests.slam.amcl.room import BOXES
 
 pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def room() -> Iterator[Room]:
-    yield from rooms()
 
 
 def test_without_an_initial_pose_it_finds_itself_in_the_map(room: Room) -> None:
@@ -89,18 +82,6 @@ def test_the_service_sets_the_pose_too(room: Room) -> None:
     room.bench.call(SetInitialPose, "set_initial_pose", request)
     room.drive(2)
     assert room.error[0] < 0.06
-
-
-def test_a_kidnapped_robot_is_noticed_and_found(room: Room) -> None:
-    started(room)
-    room.drive(10)
-    room.robot.pose = random_pose(np.random.default_rng(8))
-    room.drive(2)
-    assert room.qualities[-1].quality < 0.7
-    assert "agree with the map" in room.qualities[-1].reason
-    room.drive(30)
-    assert room.error[0] < 0.08
-    assert room.qualities[-1].quality > 0.9
 
 
 def test_a_robot_that_is_lost_and_searched_elsewhere_has_no_pose_until_found(

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
-
 import numpy as np
 import pytest
+
+from tests.nodes.slam.nodes import Logged
 
 pytest.importorskip("rclpy")
 pytest.importorskip("nav2_msgs")
@@ -21,46 +20,13 @@ from arjuna_core.grid import FREE, OCCUPIED, OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, pose_msg, scan_msg, seconds, transform_msg
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_slam.nodes.amcl import AmclNode
-from tests.helpers.amcl_room import ROOM, Room, rooms, started
+from tests.helpers.amcl_room import ROOM, Room, started
 from tests.slam.amcl.room import BOXES, DT, room_map
 
 pytestmark = pytest.mark.ros
 
 
-@pytest.fixture
-def room() -> Iterator[Room]:
-    yield from rooms()
-
-
 NAN = float("nan")
-
-
-@pytest.fixture
-def said(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Lines that the node under test logs as errors."""
-    return _logged(monkeypatch, "error")
-
-
-@pytest.fixture
-def warned(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Lines that the node under test logs as warnings."""
-    return _logged(monkeypatch, "warning")
-
-
-def _logged(monkeypatch: pytest.MonkeyPatch, level: str) -> list[str]:
-    lines: list[str] = []
-    real = AmclNode.get_logger
-
-    class Logger:
-        def __init__(self, logger: Any) -> None:
-            self._logger = logger
-
-        def __getattr__(self, name: str) -> Any:
-            return lines.append if name == level else getattr(self._logger, name)
-
-    monkeypatch.setattr(AmclNode, "get_logger", lambda node: Logger(real(node)))
-    return lines
 
 
 def initial_pose(
@@ -89,12 +55,12 @@ def initial_pose(
     ],
 )
 def test_a_bad_initial_pose_is_refused_with_a_reason_and_changes_nothing(
-    room: Room, said: list[str], warned: list[str], message: PoseWithCovarianceStamped, reason: str
+    room: Room, logged: Logged, message: PoseWithCovarianceStamped, reason: str
 ) -> None:
     started(room)
     room.drive(3)
     room.bench.publish(PoseWithCovarianceStamped, "initialpose", message, qos.DEFAULT)
-    (line,) = said + warned
+    (line,) = logged.errors + logged.warnings
     assert "initial pose refused" in line or "initialpose refused" in line
     assert reason in line
     room.drive(3)
@@ -123,12 +89,12 @@ def map_message(width: int, height: int, value: int, resolution: float = 0.05) -
     ],
 )
 def test_a_bad_map_is_refused_with_a_reason_and_the_last_one_kept(
-    room: Room, said: list[str], warned: list[str], message: OccupancyGridMsg, reason: str
+    room: Room, logged: Logged, message: OccupancyGridMsg, reason: str
 ) -> None:
     node = started(room)
     room.drive(3)
     room.bench.publish(OccupancyGridMsg, "map", message, qos.LATCHED)
-    (line,) = said + warned
+    (line,) = logged.errors + logged.warnings
     assert "refused" in line
     assert reason in line
     node.set_parameters([Parameter("max_particles", value=1500)])  # builds the filter anew
@@ -166,34 +132,26 @@ def test_on_a_newer_map_of_the_same_building_the_pose_is_kept(room: Room) -> Non
 
 
 def test_a_bad_map_as_the_first_is_refused_and_a_good_one_then_used(
-    room: Room, said: list[str]
+    room: Room, logged: Logged
 ) -> None:
     started(room, with_map=False)
     room.bench.publish(OccupancyGridMsg, "map", map_message(1, 1, 0), qos.LATCHED)
     room.drive(3)
     assert room.poses == []
-    assert any("has no occupied cell" in line for line in said)
+    assert any("has no occupied cell" in line for line in logged.errors)
     room.publish_map()
     room.drive(3)
     assert room.error[0] < 0.06
 
 
-def test_without_a_map_a_pose_is_kept_and_nothing_is_published(room: Room) -> None:
-    started(room, with_map=False)
-    room.put_robot(room.robot.pose)
-    room.drive(3)
-    assert room.poses == []
-    assert room.transforms == []
-
-
-def test_scans_of_an_unknown_frame_are_dropped_with_a_reason(room: Room, warned: list[str]) -> None:
+def test_scans_of_an_unknown_frame_are_dropped_with_a_reason(room: Room, logged: Logged) -> None:
     started(room)
     room.drive(3)
     count = len(room.poses)
     message = scan_msg(room.robot.scan(), "nowhere", DT)
     room.bench.publish(LaserScan, "scan", message, qos.SENSOR_PUBLISHER)
     room.drive(3)
-    assert any("nowhere" in line for line in warned)
+    assert any("nowhere" in line for line in logged.warnings)
     assert len(room.poses) == count + 3
     assert room.error[0] < 0.06
 
@@ -211,10 +169,10 @@ def test_odometry_that_is_no_pose_leaves_the_filter_as_it_was(room: Room) -> Non
 
 
 def test_a_configured_pose_off_the_map_is_refused_and_the_map_searched(
-    room: Room, said: list[str]
+    room: Room, logged: Logged
 ) -> None:
     started(room, set_initial_pose=True, initial_pose={"x": 90.0, "y": 0.0, "yaw": 0.0})
-    assert "lies outside the map" in said[0]
+    assert "lies outside the map" in logged.errors[0]
     room.drive(2)
     assert room.error[0] < 0.06
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 
@@ -17,16 +15,11 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.ros.convert import se2_from_pose
 from arjuna_core.se2 import SE2
 from arjuna_slam.nodes.amcl import AmclNode
-from tests.helpers.amcl_room import Room, rooms, started
+from tests.helpers.amcl_room import Room, started
 from tests.helpers.ros import RosBench
 from tests.slam.amcl.room import Robot
 
 pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def room() -> Iterator[Room]:
-    yield from rooms()
 
 
 def test_the_lifecycle_can_be_run_through_twice(room: Room) -> None:

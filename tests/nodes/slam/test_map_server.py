@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+
+from tests.nodes.slam.nodes import activated
 
 pytest.importorskip("rclpy")
 pytest.importorskip("nav2_msgs")
@@ -17,7 +18,6 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.srv import GetMap
 from rclpy.lifecycle import TransitionCallbackReturn
 
-from arjuna_core.errors import ConfigError
 from arjuna_core.files.maps import load_map, save_map
 from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
 from arjuna_core.grid import GridFrame, OccupancyGrid
@@ -35,24 +35,9 @@ OTHER = OccupancyGrid(GridFrame(0.1, 2, 1), np.array([[0, 100]], np.int8))
 
 
 @pytest.fixture
-def bench() -> Iterator[RosBench]:
-    bench = RosBench()
-    yield bench
-    bench.close()
-
-
-def started(bench: RosBench, cls: type[Any], **values: Any) -> Any:
-    node = cls(bench.process, values)
-    node.trigger_configure()
-    node.trigger_activate()
-    bench.process.drain()
-    return node
-
-
-@pytest.fixture
 def server(bench: RosBench, tmp_path: Path) -> Any:
     path, _ = save_map(GRID, tmp_path / "first")
-    return started(bench, MapServerNode, yaml_filename=str(path), maps_folder=str(tmp_path))
+    return activated(bench, MapServerNode, yaml_filename=str(path), maps_folder=str(tmp_path))
 
 
 def load(bench: RosBench, url: str) -> Any:
@@ -109,7 +94,7 @@ def test_load_map_refuses_with_its_code_and_keeps_the_map(
 
 def test_without_a_map_it_waits_for_load_map(bench: RosBench, tmp_path: Path) -> None:
     save_map(GRID, tmp_path / "first")
-    started(bench, MapServerNode, maps_folder=str(tmp_path))
+    activated(bench, MapServerNode, maps_folder=str(tmp_path))
     assert bench.collect(OccupancyGridMsg, "map", qos.LATCHED) == []
     assert load(bench, "first.yaml").result == LoadMap.Response.RESULT_SUCCESS
     assert_same(bench.call(GetMap, "map_server/map", GetMap.Request()).map, GRID)
@@ -120,20 +105,13 @@ def test_a_missing_map_refuses_the_configuration(bench: RosBench, tmp_path: Path
     assert node.trigger_configure() == TransitionCallbackReturn.FAILURE
 
 
-def test_the_server_can_be_cleaned_up_and_started_again(bench: RosBench, server: Any) -> None:
-    for step in ("deactivate", "cleanup", "configure", "activate"):
-        assert getattr(server, f"trigger_{step}")() == TransitionCallbackReturn.SUCCESS
-        bench.process.drain()
-    assert_same(bench.latched(OccupancyGridMsg, "map")[0], GRID)
-
-
 def save(bench: RosBench, **request: Any) -> bool:
     response = bench.call(SaveMap, "map_saver/save_map", SaveMap.Request(**request))
     return bool(response.result)
 
 
 def test_save_map_writes_what_was_on_the_topic(bench: RosBench, tmp_path: Path) -> None:
-    started(bench, MapSaverNode, maps_folder=str(tmp_path))
+    activated(bench, MapSaverNode, maps_folder=str(tmp_path))
     bench.publish(OccupancyGridMsg, "map", grid_msg(GRID, "map", 0.0), qos.LATCHED)
     assert save(bench, map_url="sub/room", image_format="png", map_mode="trinary")
     loaded = load_map(tmp_path / "sub" / "room.yaml")
@@ -159,27 +137,27 @@ def test_save_map_refuses_and_writes_nothing(
     bench: RosBench, tmp_path: Path, request_: dict[str, Any]
 ) -> None:
     folder = tmp_path / "maps"
-    started(bench, MapSaverNode, maps_folder=str(folder))
+    activated(bench, MapSaverNode, maps_folder=str(folder))
     bench.publish(OccupancyGridMsg, "map", grid_msg(GRID, "map", 0.0), qos.LATCHED)
     assert not save(bench, **request_)
     assert not folder.exists()
 
 
 def test_save_map_without_a_map_answers_no(bench: RosBench, tmp_path: Path) -> None:
-    started(bench, MapSaverNode, maps_folder=str(tmp_path))
+    activated(bench, MapSaverNode, maps_folder=str(tmp_path))
     assert not save(bench, map_url="room")
 
 
 @pytest.mark.parametrize("topic", ["parameter_events", "no topic//"])
 def test_a_topic_of_something_else_is_refused(bench: RosBench, tmp_path: Path, topic: str) -> None:
-    started(bench, MapSaverNode, maps_folder=str(tmp_path))
+    activated(bench, MapSaverNode, maps_folder=str(tmp_path))
     assert not save(bench, map_url="room", map_topic=topic)
     assert not bench.process.guard.tallies
 
 
 @pytest.mark.parametrize("topic", ["map", "/map", ""])
 def test_the_map_can_be_named_with_its_slash(bench: RosBench, tmp_path: Path, topic: str) -> None:
-    started(bench, MapSaverNode, maps_folder=str(tmp_path))
+    activated(bench, MapSaverNode, maps_folder=str(tmp_path))
     bench.publish(OccupancyGridMsg, "map", grid_msg(GRID, "map", 0.0), qos.LATCHED)
     assert save(bench, map_url="room", map_topic=topic)
 
@@ -187,7 +165,7 @@ def test_the_map_can_be_named_with_its_slash(bench: RosBench, tmp_path: Path, to
 def test_a_topic_asked_for_the_first_time_can_be_saved_the_second(
     bench: RosBench, tmp_path: Path
 ) -> None:
-    started(bench, MapSaverNode, maps_folder=str(tmp_path))
+    activated(bench, MapSaverNode, maps_folder=str(tmp_path))
     assert not save(bench, map_url="local", map_topic="local_map")
     bench.publish(OccupancyGridMsg, "local_map", grid_msg(OTHER, "map", 0.0), qos.LATCHED)
     assert save(bench, map_url="local", map_topic="local_map")
@@ -195,7 +173,7 @@ def test_a_topic_asked_for_the_first_time_can_be_saved_the_second(
 
 
 def test_the_saver_can_be_cleaned_up_and_started_again(bench: RosBench, tmp_path: Path) -> None:
-    saver = started(bench, MapSaverNode, maps_folder=str(tmp_path))
+    saver = activated(bench, MapSaverNode, maps_folder=str(tmp_path))
     for step in ("deactivate", "cleanup", "configure"):
         assert getattr(saver, f"trigger_{step}")() == TransitionCallbackReturn.SUCCESS
         bench.process.drain()
@@ -203,11 +181,6 @@ def test_the_saver_can_be_cleaned_up_and_started_again(bench: RosBench, tmp_path
     assert not save(bench, map_url="room")  # inactive
     saver.trigger_activate()
     assert save(bench, map_url="room")
-
-
-def test_unknown_parameters_name_the_nearest(bench: RosBench) -> None:
-    with pytest.raises(ConfigError, match="did you mean 'yaml_filename'"):
-        MapServerNode(bench.process, {"yaml_file": "x"})
 
 
 def test_paths_stay_in_the_folder_also_through_links(tmp_path: Path) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+
+from tests.nodes.slam.nodes import Logged, activated
 
 pytest.importorskip("rclpy")
 pytest.importorskip("slam_toolbox")
@@ -25,33 +26,8 @@ from arjuna_slam.nodes.amcl import AmclNode
 from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
 from tests.helpers.ros import RosBench
 from tests.helpers.slam_robot import LOG, Robot, started
-from tests.nodes.slam.test_slam_toolbox_modes import Notes
 
 pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    bench = RosBench()
-    yield bench
-    bench.close()
-
-
-@pytest.fixture
-def logged(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Warnings and errors of the nodes under test."""
-    notes = Notes()
-    for node in (SlamToolboxNode, AmclNode):
-        monkeypatch.setattr(node, "get_logger", lambda node: notes)
-    return notes.warnings
-
-
-def watching(bench: RosBench, cls: Any, **values: Any) -> Any:
-    node = cls(bench.process, values)
-    node.trigger_configure()
-    node.trigger_activate()
-    bench.process.drain()
-    return node
 
 
 @pytest.mark.parametrize("cls", [SlamToolboxNode, AmclNode])
@@ -64,45 +40,45 @@ def watching(bench: RosBench, cls: Any, **values: Any) -> Any:
     ],
 )
 def test_no_scan_is_reported_within_five_seconds_and_once(
-    bench: RosBench, logged: list[str], cls: Any, kind: Any, topic: str, reason: str
+    bench: RosBench, logged: Logged, cls: Any, kind: Any, topic: str, reason: str
 ) -> None:
     if kind is not None:
         bench.node.create_publisher(kind, topic, qos.DEFAULT)
-    watching(bench, cls)
+    activated(bench, cls)
     bench.advance(5.0)
-    (warning,) = [text for text in logged if text.startswith("no scan comes")]
+    (warning,) = [text for text in logged.warnings if text.startswith("no scan comes")]
     assert warning.startswith(f"no scan comes on '/scan': {reason}")
     bench.advance(5.0)
-    assert sum(text.startswith("no scan comes") for text in logged) == 1
+    assert sum(text.startswith("no scan comes") for text in logged.warnings) == 1
 
 
 def test_quality_of_service_that_does_not_fit_is_named(
-    bench: RosBench, logged: list[str], monkeypatch: pytest.MonkeyPatch
+    bench: RosBench, logged: Logged, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     strict = QoSProfile(depth=5, reliability=qos.DEFAULT.reliability)
     monkeypatch.setattr(qos, "SENSOR_SUBSCRIPTION", strict)
     bench.node.create_publisher(LaserScan, "/scan", QoSProfile(depth=5, reliability=2))
-    watching(bench, SlamToolboxNode)
+    activated(bench, SlamToolboxNode)
     bench.advance(5.0)
-    (warning,) = [text for text in logged if text.startswith("no scan comes")]
+    (warning,) = [text for text in logged.warnings if text.startswith("no scan comes")]
     assert "the quality of service of bench_client does not fit: ERROR: Best effort" in warning
 
 
 def test_a_topic_of_another_type_is_named(
-    bench: RosBench, logged: list[str], monkeypatch: pytest.MonkeyPatch
+    bench: RosBench, logged: Logged, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     other = SimpleNamespace(topic_type="sensor_msgs/msg/PointCloud2")
-    node = watching(bench, SlamToolboxNode)
+    node = activated(bench, SlamToolboxNode)
     monkeypatch.setattr(node, "get_publishers_info_by_topic", lambda topic: [other])
     bench.advance(5.0)
-    (warning,) = [text for text in logged if text.startswith("no scan comes")]
+    (warning,) = [text for text in logged.warnings if text.startswith("no scan comes")]
     assert "it is of sensor_msgs/msg/PointCloud2, not sensor_msgs/msg/LaserScan; no node" in warning
 
 
-def test_where_scans_come_nothing_is_reported(robot: Robot, logged: list[str]) -> None:
+def test_where_scans_come_nothing_is_reported(robot: Robot, logged: Logged) -> None:
     started(robot)
     robot.drive(55)
-    assert logged == []
+    assert logged.warnings + logged.errors == []
 
 
 class _BaseLink(Robot):
@@ -113,16 +89,14 @@ class _BaseLink(Robot):
         self.bench.publish(TFMessage, "/tf", TFMessage(transforms=[transform]), qos.TF)
 
 
-def test_the_base_that_is_there_is_used_and_reported_once(
-    bench: RosBench, logged: list[str]
-) -> None:
+def test_the_base_that_is_there_is_used_and_reported_once(bench: RosBench, logged: Logged) -> None:
     robot = _BaseLink(bench)
     mount = transform_msg(SE2(), "base_link", "lidar_link", 0.0)
     bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[mount]), qos.TF_STATIC)
     started(robot)
     robot.drive(45)
     assert robot.maps
-    (warning,) = [text for text in logged if "base_frame" in text]
+    (warning,) = [text for text in logged.warnings if "base_frame" in text]
     assert warning == (
         "base_frame is 'base_footprint', a frame that does not exist: 'base_link' moves in 'odom'"
         " and is used; set base_frame: base_link"
@@ -132,21 +106,21 @@ def test_the_base_that_is_there_is_used_and_reported_once(
     assert se2_from_pose(robot.poses[-1].pose.pose).distance(expected) < 0.03
 
 
-def test_amcl_finds_its_base_too(bench: RosBench, logged: list[str]) -> None:
+def test_amcl_finds_its_base_too(bench: RosBench, logged: Logged) -> None:
     robot = _BaseLink(bench)
     mount = transform_msg(SE2(), "base_link", "lidar_link", 0.0)
     bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[mount]), qos.TF_STATIC)
-    mapper = watching(bench, SlamToolboxNode, base_frame="base_link", minimum_time_interval=0.0)
+    mapper = activated(bench, SlamToolboxNode, base_frame="base_link", minimum_time_interval=0.0)
     robot.drive(50)
     grid = mapper.slam.map()
     mapper.trigger_deactivate()
     start = {"set_initial_pose": True, "update_min_d": 0.05}
-    watching(bench, AmclNode, **start)
+    activated(bench, AmclNode, **start)
     placed = bench.collect(PoseWithCovarianceStamped, "/amcl_pose", qos.LATCHED)
     bench.publish(OccupancyGridMsg, "map", grid_msg(grid, "map", 0.0), qos.LATCHED)
     robot.k = 0
     robot.drive(60)
-    assert any("base_frame_id is 'base_footprint'" in text for text in logged)
+    assert any("base_frame_id is 'base_footprint'" in text for text in logged.warnings)
     assert placed
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -12,19 +11,15 @@ pytest.importorskip("rclpy")
 pytest.importorskip("slam_toolbox")
 
 from nav_msgs.srv import GetMap
-from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from sensor_msgs.msg import LaserScan
-from slam_toolbox.srv import Clear, LoopClosure, Pause, Reset, SaveMap
+from slam_toolbox.srv import Pause, Reset, SaveMap
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from arjuna_core.files.maps import load_map
-from arjuna_core.ros import qos
-from arjuna_core.ros.convert import grid_from_msg, scan_msg, se2_from_pose, seconds
+from arjuna_core.ros.convert import grid_from_msg, se2_from_pose, seconds
 from arjuna_core.se2 import SE2
-from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
-from tests.helpers.slam_robot import DT, LOG, Robot, started
+from tests.helpers.slam_robot import LOG, Robot, started
 from tests.slam.slam_room import distance_to_walls, room
 
 pytestmark = pytest.mark.ros
@@ -134,14 +129,6 @@ def test_parameters_set_at_run_time_count_from_the_next_reset(robot: Robot) -> N
     assert len(node.slam.graph) == 1
 
 
-def test_manual_loop_closure_and_clear_changes_answer(robot: Robot) -> None:
-    started(robot)
-    robot.call(LoopClosure, "manual_loop_closure")
-    robot.drive(20)
-    robot.call(LoopClosure, "manual_loop_closure")
-    robot.call(Clear, "clear_changes")
-
-
 def test_the_graph_is_drawn_for_who_asks(robot: Robot) -> None:
     node = started(robot, map_update_interval=1.0)
     drawn = robot.bench.collect(MarkerArray, "/slam_toolbox/graph_visualization")
@@ -157,29 +144,3 @@ def test_a_clock_set_back_starts_a_new_map(robot: Robot) -> None:
     node.on_time_jump()
     assert len(node.slam.graph) == 0
     assert node.slam.session() is None
-
-
-def test_bad_scans_do_not_stop_it(robot: Robot) -> None:
-    node = started(robot)
-    robot.drive(3)
-    scan, _, _ = LOG[3]
-    message = scan_msg(scan, "lidar_link", DT)
-    message.ranges = [math.nan] * len(message.ranges)
-    message.header.stamp = robot.poses[-1].header.stamp
-    robot.bench.publish(LaserScan, "/scan", message, qos.SENSOR_PUBLISHER)
-    assert node.slam.scans.skipped == 1
-    robot.drive(3)
-    assert len(robot.poses) == 6
-
-
-def test_the_lifecycle_can_be_walked_twice(robot: Robot) -> None:
-    node = SlamToolboxNode(robot.bench.process, {"minimum_time_interval": 0.0})
-    for _ in range(2):
-        for step in (node.trigger_configure, node.trigger_activate):
-            assert step() == TransitionCallbackReturn.SUCCESS
-            robot.bench.process.drain()
-        robot.drive(2)
-        for step in (node.trigger_deactivate, node.trigger_cleanup):
-            assert step() == TransitionCallbackReturn.SUCCESS
-            robot.bench.process.drain()
-    assert len(robot.poses) == 4

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.nodes.slam.nodes import Logged
+
 pytest.importorskip("rclpy")
 pytest.importorskip("slam_toolbox")
 
@@ -22,7 +24,6 @@ from arjuna_core.ros.convert import grid_from_msg, time_msg, transform_msg
 from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig, SlamNodeConfig
 from arjuna_slam.matching.scan_filter import Skip
-from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
 from bringup.parameters.files import for_node, load_parameters, shipped_parameters
 from tests.helpers.slam_robot import DT, LOG, Robot, started
 from tests.slam.slam_room import distance_to_walls, room
@@ -32,35 +33,13 @@ FOREIGN = Path(__file__).resolve().parents[2] / "foreign" / "slam_toolbox"
 STOCK = FOREIGN / "mapper_params_online_async.yaml"
 
 
-class Notes:
-    """A logger that keeps its warnings."""
-
-    def __init__(self) -> None:
-        self.warnings: list[str] = []
-
-    def warning(self, text: str) -> None:
-        self.warnings.append(text)
-
-    def info(self, text: str) -> None:
-        pass
-
-    debug = error = info
-
-
-@pytest.fixture
-def notes(monkeypatch: pytest.MonkeyPatch) -> Notes:
-    found = Notes()
-    monkeypatch.setattr(SlamToolboxNode, "get_logger", lambda node: found)
-    return found
-
-
 def test_a_stock_file_is_accepted_with_one_warning_and_maps_well(
-    robot: Robot, notes: Notes
+    robot: Robot, logged: Logged
 ) -> None:
     values = for_node(load_parameters([STOCK]), "slam_toolbox")
     node = started(robot, **values)
     robot.drive(len(LOG) - 1)
-    (warning,) = notes.warnings
+    (warning,) = logged.warnings
     named = set(warning.partition(": ")[2].split(", "))
     assert {"ceres_loss_function", "solver_plugin", "stack_size_to_use"} <= named
     assert not {"loop_match_minimum_response_fine", "throttle_scans", "resolution"} & named
@@ -120,16 +99,16 @@ ADMITTED = {
 
 
 @pytest.mark.parametrize("name", ADMITTED)
-def test_what_slam_toolbox_admits_maps_here(robot: Robot, notes: Notes, name: str) -> None:
+def test_what_slam_toolbox_admits_maps_here(robot: Robot, logged: Logged, name: str) -> None:
     started(robot, **{name: ADMITTED[name]})
     robot.drive(12)
     assert robot.error() < 0.05
     assert robot.maps
     corrected = name in ("resolution", "max_laser_range", "throttle_scans", "map_update_interval")
-    assert [text for text in notes.warnings if text.startswith(f"{name} is ")] == [
-        text for text in notes.warnings if corrected
+    assert [text for text in logged.warnings if text.startswith(f"{name} is ")] == [
+        text for text in logged.warnings if corrected
     ]
-    assert len(notes.warnings) == corrected
+    assert len(logged.warnings) == corrected
 
 
 def test_every_third_scan_or_none_too_soon_if_so_asked(robot: Robot) -> None:
@@ -186,13 +165,13 @@ def _spoilt(message: Any, **fields: Any) -> Any:
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 0.0])
 def test_scans_without_a_reading_are_counted_warned_about_once_and_move_nothing(
-    robot: Robot, notes: Notes, value: float
+    robot: Robot, logged: Logged, value: float
 ) -> None:
     node = started(robot)
     send_spoilt(robot, ranges=[value] * 360)
     assert node.slam.scans.counts[Skip.EMPTY] == node.slam.scans.skipped == 20
-    assert len(notes.warnings) == 1
-    assert Skip.EMPTY.value in notes.warnings[0]
+    assert len(logged.warnings) == 1
+    assert Skip.EMPTY.value in logged.warnings[0]
     assert_goes_on(robot)
 
 
@@ -207,14 +186,14 @@ def test_scans_without_a_reading_are_counted_warned_about_once_and_move_nothing(
     ],
 )
 def test_scans_that_cannot_be_are_refused_reported_once_and_move_nothing(
-    robot: Robot, notes: Notes, fields: dict[str, Any], reason: str
+    robot: Robot, logged: Logged, fields: dict[str, Any], reason: str
 ) -> None:
     node = started(robot)
     send_spoilt(robot, **fields)
     tally = node.guard.tallies[("/slam_toolbox", "/scan")]
     assert (tally.kind, tally.count) == ("refused", 20)
-    assert len(notes.warnings) == 1
-    assert reason in notes.warnings[0]
+    assert len(logged.warnings) == 1
+    assert reason in logged.warnings[0]
     assert_goes_on(robot)
 
 
@@ -233,7 +212,9 @@ def assert_goes_on(robot: Robot) -> None:
     assert robot.error() < 0.03
 
 
-def test_scans_sent_twice_or_late_are_counted_and_move_nothing(robot: Robot, notes: Notes) -> None:
+def test_scans_sent_twice_or_late_are_counted_and_move_nothing(
+    robot: Robot, logged: Logged
+) -> None:
     node = started(robot)
     robot.drive(10)
     for _ in range(10):
@@ -243,7 +224,7 @@ def test_scans_sent_twice_or_late_are_counted_and_move_nothing(robot: Robot, not
         late.header.stamp = time_msg(robot.now - 0.5)
         robot.send(late)
     assert node.slam.scans.counts[Skip.STALE] == 20
-    assert len(notes.warnings) == 1
+    assert len(logged.warnings) == 1
     assert len(robot.poses) == 20
     assert robot.error() < 0.03
 
@@ -262,7 +243,7 @@ def test_beam_counts_may_change_from_scan_to_scan(robot: Robot) -> None:
 
 
 def test_scans_without_transforms_wait_then_are_dropped_and_it_goes_on(
-    robot: Robot, notes: Notes
+    robot: Robot, logged: Logged
 ) -> None:
     started(robot)
     robot.drive(5)
@@ -273,7 +254,7 @@ def test_scans_without_transforms_wait_then_are_dropped_and_it_goes_on(
         robot.send(message)
     robot.drive(20)
     assert robot.error() < 0.03
-    (warning,) = notes.warnings
+    (warning,) = logged.warnings
     assert "no transform connects 'base_footprint' and 'nowhere'" in warning or "in time" in warning
 
 

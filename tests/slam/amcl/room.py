@@ -10,6 +10,8 @@ from arjuna_core.arrays import Floats
 from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2, wrap
+from tests.slam import slam_room
+from tests.slam.slam_room import box
 
 WALL = 4.9
 BOXES = ((2.5, 0.0), (-1.5, 3.0), (-2.0, -2.5), (3.0, -3.0))
@@ -23,22 +25,16 @@ ORIGIN = SE2(-5.187, -5.213, 0.0)  # aligned with nothing
 Boxes = tuple[tuple[float, float], ...]
 
 
+def segments(boxes: Boxes = BOXES) -> Floats:
+    """Return the room's walls and boxes, `(N, 4)` of x0, y0, x1, y1 [m]."""
+    around = [(x - HALF, y - HALF, x + HALF, y + HALF) for x, y in boxes]
+    return np.concatenate([box(*corners) for corners in [(-WALL, -WALL, WALL, WALL), *around]])
+
+
 def ranges_at(pose: SE2, count: int, boxes: Boxes = BOXES) -> Floats:
-    """True ranges [m] of `count` beams around a pose."""
-    angles = pose.theta - math.pi + np.arange(count) * 2.0 * math.pi / count
-    direction = np.column_stack((np.cos(angles), np.sin(angles)))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        start = np.array([pose.x, pose.y])
-        to_walls = np.where(direction > 0, WALL - start, -WALL - start) / direction
-        nearest = np.min(np.where(direction == 0.0, np.inf, to_walls), axis=1)
-        for box in boxes:
-            near, far = np.array(box) - HALF, np.array(box) + HALF
-            a, b = (near - start) / direction, (far - start) / direction
-            enter = np.minimum(a, b).max(axis=1)
-            leave = np.maximum(a, b).min(axis=1)
-            hit = (enter <= leave) & (enter > 0.0)
-            nearest = np.where(hit, np.minimum(nearest, enter), nearest)
-    return np.asarray(nearest)
+    """Return the true ranges [m] of `count` beams around a pose."""
+    angles = -math.pi + np.arange(count) * 2.0 * math.pi / count
+    return slam_room.ranges_at(segments(boxes), pose, angles)
 
 
 def scan_at(
@@ -56,13 +52,13 @@ def room_map(origin: SE2 = ORIGIN, size: int = 210, boxes: Boxes = BOXES) -> Occ
     rows, columns = np.indices(frame.shape)
     centres = frame.to_points(np.column_stack((rows.ravel(), columns.ravel())))
     inside = (np.abs(centres) < WALL).all(axis=1)
-    for box in boxes:
-        inside &= ~(np.abs(centres - box) < HALF).all(axis=1)
+    for centre in boxes:
+        inside &= ~(np.abs(centres - centre) < HALF).all(axis=1)
     data.ravel()[inside] = FREE
     along = np.arange(-WALL, WALL, 0.005)
     surfaces = [_square(along, WALL)]
     edge = np.arange(-HALF, HALF, 0.005)
-    surfaces += [_square(edge, HALF) + box for box in boxes]
+    surfaces += [_square(edge, HALF) + centre for centre in boxes]
     cells = frame.to_cells(np.vstack(surfaces))
     data[cells[:, 0], cells[:, 1]] = OCCUPIED
     return OccupancyGrid(frame, data)

@@ -13,7 +13,7 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.graph.linearization import fill_jacobians, residual
 from arjuna_slam.graph.optimizer import OptimizerStatus, optimize
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, EdgeTable
-from tests.helpers.posegraph import initialize, optimize_globally
+from tests.helpers.posegraph import optimize_globally
 from tests.slam.graph.test_pose_graph import error, random_graph
 
 INFORMATION = np.diag([100.0, 100.0, 400.0])
@@ -47,15 +47,6 @@ def test_jacobians_are_the_finite_differences() -> None:
                 low[which, axis] -= 1e-6
                 rise = residual(high[0], high[1], measured) - residual(low[0], low[1], measured)
                 assert analytic[which, :, axis] == pytest.approx(rise / 2e-6, abs=1e-7)
-
-
-def test_exact_edges_alone_give_the_exact_poses() -> None:
-    truth, _, edges = ring(12, 0.0)
-    edges.append(Edge(0, 11, SE2.from_array(truth[11]), INFORMATION, EdgeKind.LOOP))
-    start = np.vstack((truth[:1], np.zeros((11, 3))))
-    found = initialize(start, EdgeTable.of(edges))
-    assert found[:, :2] == pytest.approx(truth[:, :2], abs=1e-6)
-    assert np.cos(found[:, 2] - truth[:, 2]) == pytest.approx(1.0)
 
 
 def test_a_start_far_off_ends_in_no_local_minimum() -> None:

@@ -19,6 +19,7 @@ from arjuna_slam.mapping.submap import Submap
 from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.scan_matcher import MatchStatus, ScanMatcher
 from tests.slam.graph.loop_scenes import Scripted
+from tests.slam.slam_room import scan_at
 
 Wall = tuple[float, float, float, float]  # from x, y to x, y [m]
 CORRIDOR: tuple[Wall, ...] = ((0.0, 0.0, 16.0, 0.0), (0.0, 2.0, 16.0, 2.0))
@@ -43,18 +44,7 @@ def submap(walls: tuple[Wall, ...], T: SE2, nodes: tuple[int, ...] = ()) -> Subm
 
 def scan(walls: tuple[Wall, ...], view: SE2) -> Scan:
     """Return the scan of some walls."""
-    angles = view.theta - math.pi + math.radians(1.0) * np.arange(360)
-    beams = np.column_stack((np.cos(angles), np.sin(angles)))
-    ranges = np.full(360, np.inf)
-    for ax, ay, bx, by in walls:
-        gap, along = np.array([ax - view.x, ay - view.y]), np.array([bx - ax, by - ay])
-        across = beams[:, 0] * along[1] - beams[:, 1] * along[0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            far = (gap[0] * along[1] - gap[1] * along[0]) / across
-            at = (gap[0] * beams[:, 1] - gap[1] * beams[:, 0]) / across
-        hit = (far > 0.0) & (at >= 0.0) & (at <= 1.0)
-        ranges[hit] = np.minimum(ranges[hit], far[hit])
-    return Scan(ranges, -math.pi, math.radians(1.0), 0.02, 30.0, 0.0)
+    return scan_at(np.array(walls), view)
 
 
 def find(
