@@ -19,7 +19,6 @@ from arjuna_slam.mapping.reference_map import ReferenceConfig
 from arjuna_slam.matching.tracking import TrackerConfig
 
 _LEAST_EDGE = 1e-3  # [m] of a map's cell: smaller ones fill the memory
-_NO_LIMIT = 1e6  # [m] of a lidar's range: that of the scan counts
 
 
 @dataclass(frozen=True)
@@ -193,11 +192,12 @@ class SlamNodeConfig(UnusedParameters, SlamConfig):
     @property
     def core(self) -> SlamConfig:
         """The parameters of SLAM itself; of no resolution and no range, slam_toolbox's."""
+        no_limit = 1e6  # [m] of a lidar's range: that of the scan counts
         return replace(
             self,
             lifelong=self.lifelong or self.mode == "lifelong",
             resolution=max(self.resolution, _LEAST_EDGE) if self.resolution else 0.05,
-            max_laser_range=self.max_laser_range or _NO_LIMIT,
+            max_laser_range=self.max_laser_range or no_limit,
         )
 
     @property

@@ -30,8 +30,6 @@ from arjuna_slam.matching.map_field import MapField
 from arjuna_slam.matching.scan_filter import LastOdometry
 
 _INDIFFERENT = 0.015  # difference of agreement that decides nothing: three beams of 180
-_DRIFT = 0.005  # by which odometry may err from scan to scan [m, m, rad] ...
-_DRIFT_SHARE = 0.2  # ... and per unit of motion, as nav2_amcl's alphas
 
 
 class ParticleFilter:
@@ -198,7 +196,8 @@ class ParticleFilter:
             return None
         pose = last.T_map_odom @ T_odom_base
         moved = np.abs((last.T_map_base.inverse() @ pose).array()).max()
-        return self._matcher.refined(pose, view, np.full(3, _DRIFT + _DRIFT_SHARE * moved))
+        drift, share = 0.005, 0.2  # odometry's error a scan [m, m, rad] and, as alphas, a motion
+        return self._matcher.refined(pose, view, np.full(3, drift + share * moved))
 
     def _relocalize(self, best: Hypothesis, T_odom_base: SE2, view: ScanView) -> Hypothesis:
         """Seed particles at poses where the scan fits better, once it has fit badly for long."""

@@ -20,7 +20,6 @@ _WITHIN = np.array((0.5, 0.5, math.radians(15.0)))  # a refined pose farther awa
 _GAIN_MIN = 0.02  # agreement by which another start must be better; less is chance
 _STARTS = [SE2(0.2 * math.cos(a), 0.2 * math.sin(a)) for a in np.arange(8) * math.pi / 4]
 ANYWHERE = np.array((1.0, 1.0, 1.0))  # deviations of a pose of which little is known [m, m, rad]
-_LOST_SHARE = 2.0 / 3.0  # of the gain that another pose needs, where the robot is lost
 
 
 class MapMatcher:
@@ -175,8 +174,9 @@ class Recovery:
         found = self.propose(view, [] if self.wanted else [best.T_map_base])
         self.lost.searched(view.stamp)
         gain = self._config.relocalize_gain
+        lost_share = 2.0 / 3.0  # of the gain that another pose needs, where the robot is lost
         if best.agreement < self._config.relocalize_agreement:
-            gain *= _LOST_SHARE
+            gain *= lost_share
         if not self.wanted and (found[0].agreement or 0.0) <= best.agreement + gain:
             return []
         self.wanted = False

@@ -58,6 +58,18 @@ class LoopConfig:
     loop_contradiction: float = param(
         0.08, "Share of points that the other's beams may go through.", minimum=0.0, maximum=1.0
     )
+    loop_submap_response: float = param(
+        0.45, "Mean likelihood that the coarse search of a submap must reach.", minimum=0.0
+    )
+    loop_rival_share: float = param(
+        0.87, "Share of the best likelihood that makes a rival.", minimum=0.0, maximum=1.0
+    )
+    loop_wall_crossed: float = param(
+        1.2, "Longest wall that beams may cross: a door's width.", unit="m", minimum=0.0
+    )
+    loop_wide_area: float = param(
+        12.0, "Area of walls that holds a submap firmly.", unit="m^2", minimum=0.0
+    )
     loop_retry_distance: float = param(
         0.5, "Travel within which a failed search is not repeated.", unit="m", minimum=0.0
     )

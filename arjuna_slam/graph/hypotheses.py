@@ -23,10 +23,6 @@ from arjuna_slam.graph.uncertainty import chained, relative_covariances
 from arjuna_slam.matching.scan_matcher import invert
 
 _AHEAD = 1.0  # by how much a set must outweigh another of the same submaps
-_KNOWN = 0.5  # deviation up to which a closure knows a direction [m]
-_BEYOND = 3.0  # deviations from which on a correction claims to know its direction after all
-_SMALL = 0.3  # correction that needs no other closure that knows its direction [m]
-_WIDE = 2.0  # weight of a wide closure near to where the graph has it
 _NEAR = 1.5  # how near that is: corridors and areas that look the same lie further apart [m]
 _SLACK = np.diag([0.05**2, 0.05**2, 0.005**2])  # what is left where all claim to know better
 
@@ -105,8 +101,9 @@ class Hypotheses:
         """
         own, enough = corrections[k], self._held[k].enough
         gap = own.moves(own.node)
+        small = 0.3  # correction that needs no other closure that knows its direction [m]
         for axis in own.known:
-            if abs(gap @ axis) <= _SMALL:
+            if abs(gap @ axis) <= small:
                 continue
             alike = [o for o, other in corrections.items() if other.supports(own, axis)]
             beside = abs(gap @ axis) > _NEAR and not any(self._held[o].wide for o in alike)
@@ -170,7 +167,8 @@ class Hypotheses:
 def _weight(graph: PoseGraph, closure: Closure) -> float:
     """Return what a closure counts for in the graph as others have bent it by now."""
     gap = float(np.hypot(*graph.residual(closure.edge)[:2]))
-    return _WIDE if closure.wide and gap < _NEAR else closure.weight
+    wide = 2.0  # weight of a wide closure near to where the graph has it
+    return wide if closure.wide and gap < _NEAR else closure.weight
 
 
 @dataclass(frozen=True)
@@ -189,7 +187,9 @@ class _Correction:
         node = graph.poses[edge.j, :2].copy()
         directions = turn.apply(axes.T)
         asked = np.abs(directions @ (change.apply(node[None])[0] - node))
-        known = variances < np.maximum(_KNOWN, asked / _BEYOND) ** 2
+        firm = 0.5  # [m] deviation up to which a closure knows a direction
+        beyond = 3.0  # deviations of a correction that claims to know its direction after all
+        known = variances < np.maximum(firm, asked / beyond) ** 2
         return _Correction(node, change, directions[known])
 
     def moves(self, point: Floats) -> Floats:

@@ -199,7 +199,8 @@ class LoopCloser:
         match = yield from self._submap_matcher.find(query, past, search, scans)
         if match is None:
             return []
-        closure = _closure(graph, task, query, past, match, search.ambiguous)
+        edge, wide = _edge_of_submap(query, past, match), self._config.loop_wide_area
+        closure = _closure(graph, task, edge, match, search.ambiguous, wide)
         believed = self._of_submaps.add(graph, closure)
         self._closed.update((one.query, one.past) for one in believed)
         bends = 0.5  # [m] correction from which on all is searched again
@@ -209,14 +210,12 @@ class LoopCloser:
 
 
 def _closure(
-    graph: PoseGraph, task: _Task, query: Submap, past: Submap, match: SubmapMatch, ambiguous: bool
+    graph: PoseGraph, task: _Task, edge: Edge, match: SubmapMatch, ambiguous: bool, wide_area: float
 ) -> Closure:
     small = 0.3  # [m] correction up to which a closure needs no other in a narrow window
-    wide = 12.0  # [m^2] of walls that hold a submap from which on they are no mere door
-    edge = _edge_of_submap(query, past, match)
     far = bool(np.hypot(*graph.residual(edge)[:2]) > small)
     weight, enough = 1.0 if match.sure else 0.5, 2.0 if ambiguous or far else 0.5
-    large = match.sure and match.area >= wide
+    large = match.sure and match.area >= wide_area
     return Closure(task.query, task.past, edge, weight, enough, large)
 
 

@@ -21,13 +21,6 @@ from arjuna_slam.matching.correlative import Window, searching
 from arjuna_slam.matching.field import Field
 
 APART = 0.8  # another peak is one that lies so far from the best [m]
-_RIVAL = 0.87  # share of the best mean likelihood on seen ground from which another peak counts
-_NEUTRAL = (
-    0.83  # share of it that ground that nobody has seen counts for, so that much must be seen
-)
-_SEEN_MIN = 0.4  # share of what lies on seen ground at the best pose that must do so at another
-_TRIES = 16  # peaks that are asked
-_BLOCK = 4  # cells in a row that are asked together whether they were seen
 
 Views = Sequence[tuple[Scan, SE2]]
 
@@ -46,17 +39,18 @@ class SeenField:
         Points far along a corridor lie apart from each other: between them nothing is known.
         `field` is the submap's `surface` in cells twice as wide; views are in its frame.
         """
-        size = _BLOCK * field.resolution
+        block = 4  # cells in a row that are asked together whether they were seen
+        size = block * field.resolution
         height, width = field.score.shape
-        rows, columns = -(-height // _BLOCK), -(-width // _BLOCK)
-        walls = np.zeros((2 * _BLOCK * rows, 2 * _BLOCK * columns), np.bool_)
+        rows, columns = -(-height // block), -(-width // block)
+        walls = np.zeros((2 * block * rows, 2 * block * columns), np.bool_)
         walls[: surface.index.shape[0], : surface.index.shape[1]] = surface.index > 0
-        blocks = walls.reshape(rows, 2 * _BLOCK, columns, 2 * _BLOCK).any(axis=(1, 3))
+        blocks = walls.reshape(rows, 2 * block, columns, 2 * block).any(axis=(1, 3))
         near = sliding_window_view(np.pad(blocks, 1), (3, 3)).any(axis=(2, 3))
         middles = np.indices((rows, columns)).reshape(2, -1).T[:, ::-1] + 0.5
         free = gone_through(field.origin + size * middles, views, range_max)
         blocks = near | free.reshape(rows, columns)
-        cells = blocks.repeat(_BLOCK, axis=0).repeat(_BLOCK, axis=1)
+        cells = blocks.repeat(block, axis=0).repeat(block, axis=1)
         return SeenField(field, cells[:height, :width] | (field.score > 0))
 
     def neutral(self, likelihood: float, reach: float) -> Field:
@@ -75,30 +69,33 @@ def rival(
     points: Floats,
     best: SE2,
     pieces: Sequence[tuple[SE2, Window]],
+    share: float,
     contradicted: Callable[[SE2], bool],
 ) -> Generator[None, None, SE2 | None]:
     """Return another pose where a submap fits as well as at the best, or None.
 
-    `points` are some of the submap's, `pieces` those of the window, each with its middle;
-    `contradicted` says whether beams speak against a pose.
+    `points` are some of the submap's, `pieces` those of the window, each with its middle. A rival
+    has at least a share of the best mean likelihood on seen ground, and is not contradicted.
     """
+    neutral = 0.83  # of the best mean, of ground that nobody has seen: so much must be seen
     placed = best.apply(points)
     on = past.field.at(placed, past.seen)
     mean = float(past.field.likelihood(placed[on]).mean()) if on.any() else 0.0
     reach = max(middle.distance(best) + piece.xy for middle, piece in pieces)
-    field = past.neutral(_NEUTRAL * mean, 2.0 * reach + float(np.hypot(*points.T).max()))
+    field = past.neutral(neutral * mean, 2.0 * reach + float(np.hypot(*points.T).max()))
     yield
     refused = [best]
+    seen_min, most = 0.4, 16  # share on seen ground, of that at the best pose; peaks that are tried
     for middle, piece in pieces:
         while True:
             beside = refused, APART
-            found = yield from searching(field, points, middle, piece, _RIVAL * mean, beside)
+            found = yield from searching(field, points, middle, piece, share * mean, beside)
             yield
             if found is None:
                 break
             there = float(past.field.at(found[0].apply(points), past.seen).mean())
-            fits = there >= _SEEN_MIN * on.mean() and not contradicted(found[0])
-            if fits or len(refused) == _TRIES:
+            fits = there >= seen_min * on.mean() and not contradicted(found[0])
+            if fits or len(refused) == most:
                 return found[0]
             refused.append(found[0])
     return None

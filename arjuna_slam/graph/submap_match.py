@@ -28,18 +28,11 @@ from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface
 
-_POINTS = 240  # of a submap that is looked for
-_WALL = 1.2  # of a wall, longer than a door is wide, that a beam crosses: not the same area [m]
-_COARSE = 0.45  # mean likelihood that a pose must reach in the coarse search
 _FINE = Window(0.2, 0.02, 2)
 _BENT = np.diag([0.03**2, 0.03**2, 0.004**2])  # covariance of what a submap's own bend adds
-_ALONG = 0.95  # cosine from which on a wall runs towards a rival
-_FEW = 0.1  # share of all walls up to which those that do so determine no direction
 _DIRECTIONS = np.array(
     [(math.cos(k * math.pi / 6.0), math.sin(k * math.pi / 6.0)) for k in range(6)]
 )
-_ACROSS = 0.5  # cosine from which on a wall constrains a direction by itself
-_ON = 0.3  # likelihood from which on a point lies on the other's wall
 
 
 @dataclass(frozen=True)
@@ -72,12 +65,13 @@ class SubmapMatcher:
             The match, or None where none fits or something speaks against it.
         """
         points, normals = query.field.surface()
-        if len(points) < _POINTS // 4:
+        many = 240  # points of a submap that is searched, a quarter of them at least
+        if len(points) < many // 4:
             return None
         surface = Surface(points, normals, np.zeros(len(points), np.bool_))
-        coarse, some = past.field.halved(), points[:: -(-len(points) // _POINTS)]
+        coarse, some = past.field.halved(), points[:: -(-len(points) // many)]
         pieces = window.pieces(coarse.resolution)
-        best = yield from _best(coarse, some, pieces)
+        best = yield from _best(coarse, some, pieces, self._config.loop_submap_response)
         match = None if best is None else self._refine(past, surface, best[0])
         if best is None or match is None:
             return None
@@ -94,12 +88,13 @@ class SubmapMatcher:
             seen = SeenField.of(past.field, coarse, _views(past, SE2(), scans), self._range_max)
             yield
             against = partial(self._is_ruled_out, query, past, points, scans)
-            other = yield from rival(seen, some, best[0], pieces, against)
+            share = self._config.loop_rival_share
+            other = yield from rival(seen, some, best[0], pieces, share, against)
         information = invert(match.covariance + _BENT)
         if other is not None:
             information = _along_unknown(information, other, match, surface)
         holds, area = _what_holds(past.field, surface, match), _area(query.field, past.field, found)
-        sure = other is None and wall <= _WALL
+        sure = other is None and wall <= self._config.loop_wall_crossed
         return SubmapMatch(found, invert(information), sure, holds, area)
 
     def _refine(self, past: Submap, surface: Surface, start: SE2) -> Match | None:
@@ -111,7 +106,7 @@ class SubmapMatcher:
         self, query: Submap, past: Submap, points: Floats, scans: Sequence[Scan], T_past_query: SE2
     ) -> bool:
         much, wall = self._against(query, past, points, T_past_query, scans)
-        return much or wall > _WALL
+        return much or wall > self._config.loop_wall_crossed
 
     def _against(
         self, query: Submap, past: Submap, points: Floats, T_past_query: SE2, scans: Sequence[Scan]
@@ -139,9 +134,9 @@ def _views(submap: Submap, change: SE2, scans: Sequence[Scan]) -> Views:
 
 
 def _best(
-    coarse: Field, points: Floats, pieces: Sequence[tuple[SE2, Window]]
+    coarse: Field, points: Floats, pieces: Sequence[tuple[SE2, Window]], least: float
 ) -> Generator[None, None, tuple[SE2, float] | None]:
-    best, least = None, _COARSE
+    best = None
     for prior, piece in pieces:
         found = yield from searching(coarse, points, prior, piece, least)
         if found is not None:
@@ -180,8 +175,9 @@ def _squares(field: Field, other: Field, T_other_field: SE2) -> int:
     """
     points, normals = field.surface()
     points = T_other_field.apply(points)
-    on = other.likelihood(points) > _ON
-    squares, facing = np.floor(points[on]), np.abs(normals[on] @ _DIRECTIONS.T) > _ACROSS
+    likely, across = 0.3, 0.5  # of a point on the other's wall; cosine of one that constrains
+    on = other.likelihood(points) > likely
+    squares, facing = np.floor(points[on]), np.abs(normals[on] @ _DIRECTIONS.T) > across
     return min(len(np.unique(squares[faces], axis=0)) for faces in facing.T)
 
 
@@ -196,8 +192,9 @@ def _along_unknown(information: Floats, rival: SE2, best: Match, surface: Surfac
     gap /= np.linalg.norm(gap)
     normals = SE2(0.0, 0.0, best.T_field_base.theta).apply(surface.normals)
     along = np.column_stack((-normals[:, 1], normals[:, 0]))
-    along = along[np.abs(along @ gap) > _ALONG]
-    walls = len(along) > _FEW * len(normals)
+    parallel, few = 0.95, 0.1  # cosine of a wall that runs towards it; share that says nothing
+    along = along[np.abs(along @ gap) > parallel]
+    walls = len(along) > few * len(normals)
     direction = np.append(np.linalg.eigh(along.T @ along)[1][:, 1] if walls else gap, 0.0)
     pull = information @ direction
     left: Floats = information - np.outer(pull, pull) / (direction @ pull)

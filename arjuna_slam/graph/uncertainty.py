@@ -21,9 +21,6 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.graph.pose_graph import PoseGraph
 
 _LEVER = 5.0  # error in position that an error in heading of 1 rad counts for [m]
-_NEAR_SHARE = 0.25  # of a short chain's covariance: its edges claim less than they know
-_FAR_SHARE = 2.0  # of a long one's: what neighbours err by alike adds up faster than at random
-_ALIKE = 50.0  # travel over which matches err alike, by `bench loops --log` [m]
 _SLACK = np.diag([0.1**2, 0.1**2, 0.02**2])  # on top of what the graph does not know
 _UNKNOWN = 1e6  # variance of what no chain reaches
 
@@ -41,7 +38,10 @@ def relative_covariances(
     if wanted is not None:
         open_[wanted] = True
     along, travel = _propagate(graph.poses, table.i, table.j, table.covariance, node, open_)
-    share = _NEAR_SHARE + (_FAR_SHARE - _NEAR_SHARE) * np.minimum(travel / _ALIKE, 1.0)
+    near_share = 0.25  # of a short chain's covariance: its edges claim less than they know
+    far_share = 2.0  # of a long one's: what neighbours err by alike adds up faster than at random
+    memory = 50.0  # travel over which matches err alike, by `bench loops --log` [m]
+    share = near_share + (far_share - near_share) * np.minimum(travel / memory, 1.0)
     bound: Floats = share[:, None, None] * along
     return bound
 

@@ -21,7 +21,6 @@ from arjuna_core.se2 import IDENTITY, SE2, yaw_of
 from arjuna_core.transforms import TransformBuffer, TransformError
 
 _USUAL = ("/scan", "/odom")
-_WAITING_MAX = 1000  # scans; odometry that lags further behind is taken for missing
 
 
 @dataclass(frozen=True)
@@ -200,9 +199,10 @@ class Recording:
 
     def _take(self, message: BagMessage) -> None:
         topic, decoded = message.topic.name, self._decoded(message)
+        waiting_max = 1000  # scans; odometry that lags further behind is taken for missing
         if topic == self._scan:
             self._waiting.append(scan_of(decoded))
-            if len(self._waiting) > _WAITING_MAX:
+            if len(self._waiting) > waiting_max:
                 self._waiting.popleft()
                 self._unpaired += 1
         elif topic == self._odometry:

@@ -13,7 +13,6 @@ from arjuna_slam.mapping.occupancy import Occupancy
 from arjuna_slam.mapping.session import Session
 
 _MOVED_POSITION_CELLS = 0.5  # from which on a scan is drawn again: less leaves the same cells
-_MOVED_HEADING = 0.005  # the same [rad]: half a cell at 5 m
 
 
 class Mapper:
@@ -78,7 +77,8 @@ class Mapper:
         """Return the traced scans that have moved enough to be traced again, the farthest first."""
         change = poses[: len(self._traced)] - self._traced
         gap = np.hypot(change[:, 0], change[:, 1]) / (_MOVED_POSITION_CELLS * self._resolution)
-        turn = np.abs(np.remainder(change[:, 2] + np.pi, 2.0 * np.pi) - np.pi) / _MOVED_HEADING
+        moved_heading = 0.005  # the same [rad]: half a cell at 5 m
+        turn = np.abs(np.remainder(change[:, 2] + np.pi, 2.0 * np.pi) - np.pi) / moved_heading
         far = np.maximum(gap, turn)
         order = np.argsort(-far, kind="stable")
         return order[: int((far > 1.0).sum())]

@@ -20,7 +20,6 @@ from arjuna_slam.graph.pose_graph import Edge, EdgeKind
 from arjuna_slam.mapping.session import Session
 
 _BRIDGE = np.diag([1.0 / 0.02**2, 1.0 / 0.02**2, 1.0 / 0.01**2])  # information across a gap
-_DOUBT = 0.5  # factor on the information of a measurement moved to another keyframe
 
 
 @dataclass(frozen=True)
@@ -93,7 +92,8 @@ def _move(session: Session, edge: Edge, kept: Ints, index: Ints) -> Edge | None:
     T_a_i = SE2.from_array(session.poses[a]).inverse() @ SE2.from_array(session.poses[edge.i])
     T_j_b = SE2.from_array(session.poses[edge.j]).inverse() @ SE2.from_array(session.poses[b])
     measured = T_a_i @ edge.T_i_j @ T_j_b
-    return Edge(int(index[a]), int(index[b]), measured, _DOUBT * edge.information, edge.kind)
+    doubt = 0.5  # factor on the information of a measurement moved to another keyframe
+    return Edge(int(index[a]), int(index[b]), measured, doubt * edge.information, edge.kind)
 
 
 def _next(kept: Ints, node: int) -> int:

@@ -24,7 +24,6 @@ from arjuna_core.se2 import SE2
 
 _FRINGE = 0.65  # share of the beams that ended in the line beside from which on one is no fringe
 _CHANCE = 0.5  # deviations by which the number of those may fall short by chance
-_MARGIN_CELLS = 40  # by which it grows at least, so that it seldom does
 
 
 class Occupancy:
@@ -107,7 +106,8 @@ class Occupancy:
         if (before <= 0).all() and (after <= 0).all():
             return
         share = 0.2  # of the grid: growing costs in proportion to the map, not its square
-        margin = np.maximum(_MARGIN_CELLS, (share * shape).astype(np.int64))
+        margin_cells = 40  # by which it grows at least, so that it seldom does
+        margin = np.maximum(margin_cells, (share * shape).astype(np.int64))
         before = np.where(before > 0, before + margin, 0)
         after = np.where(after > 0, after + margin, 0)
         self._passes = _grown(self._passes, before, after)

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from arjuna_core.arrays import Floats, Ints
 
-_MARGIN_CELLS = 40  # by which it grows at least, so that it seldom does
 _CROSSED_MIN, _AGREED_MIN = 0.5, 0.7  # weight and share of it in one direction, to be a surface
 _LEVEL_MIN = 2  # of 255: likelihood from which a point counts in a cell
 
@@ -133,8 +132,9 @@ class Field:
         last = np.floor((high - self.origin) / self.resolution).astype(int) + border + 1
         if shape[0] and (first >= 0).all() and (last <= shape).all():
             return
-        before = np.where(first < 0, -first + _MARGIN_CELLS, 0)
-        after = np.where(last > shape, last - shape + _MARGIN_CELLS, 0)
+        margin_cells = 40  # by which it grows at least, so that it seldom does
+        before = np.where(first < 0, -first + margin_cells, 0)
+        after = np.where(last > shape, last - shape + margin_cells, 0)
         pad = ((before[1], after[1]), (before[0], after[0]))
         self.score = np.pad(self.score, pad)
         self.index = np.pad(self.index, pad)

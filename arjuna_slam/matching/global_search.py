@@ -21,9 +21,6 @@ from arjuna_slam.matching.map_field import MapField, bordered, sum_at_endpoints
 # Cost and grain of the search; they change how long it takes, not what counts as a match.
 _SIGMA = 0.2  # how far a beam may end from an obstacle and still count [m]; two steps of position
 _HEADINGS = 120  # steps of 3 degrees, which move a beam of 4 m by _SIGMA
-_ROOTS_MAX = 200_000  # poses scored at the coarsest level
-_KEPT_MIN = 8192  # poses that are looked into further, at least
-_KEPT_SHARE = 0.05  # ... and of all at that level
 _APART = 0.4  # found poses differ by this much [m] ...
 _APART_HEADING = math.radians(20.0)  # ... or by this much
 
@@ -43,7 +40,8 @@ class GlobalSearch:
         leaf = 0.1  # [m] finest step of position, within reach of the refinement
         self._leaf = max(1, round(leaf / field.frame.resolution))
         sizes = [self._leaf]
-        while self._block_count(sizes[-1]) * _HEADINGS > _ROOTS_MAX:
+        roots_max = 200_000  # poses scored at the coarsest level
+        while self._block_count(sizes[-1]) * _HEADINGS > roots_max:
             sizes.append(2 * sizes[-1])
         self._sizes = sizes
         likelihood = np.exp(-(field.distances.astype(np.float64) ** 2) / (2.0 * _SIGMA**2))
@@ -62,7 +60,9 @@ class GlobalSearch:
         stride = max(1, len(endpoints) // most)
         cells = endpoints[::stride] / self._frame.resolution
         blocks = self._roots()
-        kept = max(_KEPT_MIN, int(_KEPT_SHARE * len(blocks)))
+        kept_min = 8192  # poses that are looked into further, at least
+        kept_share = 0.05  # ... and of all at that level
+        kept = max(kept_min, int(kept_share * len(blocks)))
         for level in range(len(self._sizes) - 1, -1, -1):
             scores = sum_at_endpoints(self._bounds[level], blocks, cells)
             blocks = blocks[_largest(scores, kept)]

@@ -20,7 +20,6 @@ from arjuna_slam.matching.surface import Surface
 _UNKNOWN_INFORMATION = np.diag(
     [1.0, 1.0, 1.0]
 )  # 1 m, 1 rad: information on a direction that is never seen
-_BETTER = 0.02  # what a searched pose's response must gain on the tracked one
 _FLAT = np.zeros((3, 3))
 
 
@@ -161,10 +160,11 @@ class ScanMatcher:
         most = 360  # points that the search scores; the refinement takes all
         points = surface.points[:: math.ceil(len(surface) / most)]
         tracked = self._refine(field, surface, prior, prior, information)
+        gain = 0.02  # what a searched pose's response must gain on the tracked one
         if tracked.status is MatchStatus.MATCHED:
             reached = score(field, points, prior, tracked.T_field_base, window)
             if reached > least:
-                least = reached + _BETTER
+                least = reached + gain
             else:
                 tracked = self._failed(MatchStatus.LOW_RESPONSE, prior, tracked.response)
         found = search(field, points, prior, window, least)
@@ -173,7 +173,7 @@ class ScanMatcher:
         match = self._refine(field, surface, found[0], prior, information)
         if tracked.status is not MatchStatus.MATCHED:
             return match
-        return match if match.response > tracked.response + _BETTER else tracked
+        return match if match.response > tracked.response + gain else tracked
 
     def _refine(
         self, field: Field, surface: Surface, start: SE2, prior: SE2, information: Floats

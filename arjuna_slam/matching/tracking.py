@@ -15,9 +15,7 @@ from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface
 
-_DEVIATION_SHARE_MIN = 0.3  # least share of its configured deviation
 _STRETCHED = 0.03  # deviation of the factor on odometry's distances before any was measured
-_DEVIATION_MIN = 1e-3  # of a penalty [m, rad]: none divides by zero
 
 
 class Trust:
@@ -44,7 +42,8 @@ class Trust:
         square = 0.5 * float(error @ information[:2, :2] @ error)
         memory = 10.0  # [m] of travel over which odometry is judged
         share = min(1.0, travel / memory)
-        self._square = max(_DEVIATION_SHARE_MIN**2, self._square + share * (square - self._square))
+        deviation_share_min = 0.3  # least share of its configured deviation
+        self._square = max(deviation_share_min**2, self._square + share * (square - self._square))
 
 
 @dataclass(frozen=True)
@@ -141,12 +140,13 @@ class TrackerConfig(MatcherConfig):
     @property
     def window(self) -> Window:
         """The search window of a keyframe."""
+        deviation_min = 1e-3  # of a penalty [m, rad]: none divides by zero
         return Window(
             0.5 * self.correlation_search_space_dimension,
             min(self.coarse_search_angle_offset, math.pi),
             3,
-            max(self.distance_variance_penalty, _DEVIATION_MIN) ** 2,
-            max(self.angle_variance_penalty, _DEVIATION_MIN) ** 2,
+            max(self.distance_variance_penalty, deviation_min) ** 2,
+            max(self.angle_variance_penalty, deviation_min) ** 2,
             self.minimum_distance_penalty,
             self.minimum_angle_penalty,
         )

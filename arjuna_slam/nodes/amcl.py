@@ -24,7 +24,6 @@ from arjuna_slam.amcl.filter import ParticleFilter
 from arjuna_slam.nodes.amcl_output import AmclOutput
 from arjuna_slam.nodes.scan_intake import ScanWatch
 
-_RETRY = 0.02  # period at which waiting scans are looked at again [s]
 _PARAMETER_COVARIANCE = np.diag([0.25, 0.25, 0.0685])  # RViz's: half a metre, fifteen degrees
 
 
@@ -66,7 +65,8 @@ class AmclNode(ManagedNode):
         self.serve(Empty, "reinitialize_global_localization", self._on_globalize)
         self.serve(Empty, "request_nomotion_update", self._on_nomotion)
         self.serve(SetInitialPose, "set_initial_pose", self._on_set_initial_pose)
-        self.every(_RETRY, self._process_scans)
+        retry = 0.02  # period at which waiting scans are looked at again [s]
+        self.every(retry, self._process_scans)
 
     def activate(self) -> None:
         """Start at the given pose, the last known one or anywhere."""

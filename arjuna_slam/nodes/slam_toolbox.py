@@ -29,7 +29,6 @@ from arjuna_slam.nodes.slam_output import SlamOutput
 from arjuna_slam.pose_tracker import PoseTracker
 from arjuna_slam.slam import Slam
 
-_RETRY = 0.02  # period at which waiting scans are looked at again [s]
 _EVERY_SCAN = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
@@ -79,7 +78,8 @@ class SlamToolboxNode(ManagedNode):
         self.serve(ClearQueue, "slam_toolbox/clear_queue", self._on_clear_queue)
         self.serve(Reset, "slam_toolbox/reset", self._on_reset)
         self.serve(Empty, "slam_toolbox/clear_localization_buffer", self._on_clear_buffer)
-        self.every(_RETRY, self._process_scans)
+        retry = 0.02  # period at which waiting scans are looked at again [s]
+        self.every(retry, self._process_scans)
         self.every(max(c.map_update_interval, LEAST_INTERVAL), self._output.publish_map)
         keep = 5.0  # [s] between two copies of the map that outlive the process
         self.every(keep, self._keep_map)
