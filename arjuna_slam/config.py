@@ -41,11 +41,16 @@ class SlamConfig(BackEndConfig, ReferenceConfig, TrackerConfig, LifelongConfig):
         0.1, "Share of a cell's beams above which it is occupied.", minimum=0.0
     )
 
+    clear_without_return: bool = param(
+        True, "Whether beams without a return clear cells; slam_toolbox leaves them out."
+    )
+
     def mapper(self) -> Mapper:
         """Return a mapper without scans."""
         return Mapper(
-            self.resolution, self.max_laser_range, self.min_pass_through, self.occupancy_threshold
-        )
+            self.resolution, self.max_laser_range, self.min_pass_through,
+            self.occupancy_threshold, self.clear_without_return,
+        )  # fmt: skip
 
     def keyframe_due(self, delta: SE2) -> bool:
         """Return whether the robot has moved enough since the last keyframe for another."""
@@ -153,6 +158,9 @@ class SlamNodeConfig(UnusedParameters, SlamConfig):
     throttle_scans: int = param(1, "Every which scan is used.", minimum=0, maximum=1000000)
     minimum_time_interval: float = param(
         0.5, "Least time between two scans used; each makes the pose better.", unit="s", minimum=0.0
+    )
+    process_between_keyframes: bool = param(
+        True, "Whether scans are matched before the robot has moved by minimum_travel_*."
     )
     min_laser_range: float = param(0.0, "Shortest range used.", unit="m", minimum=0.0)
     map_name: str = param("/map", "Topic of the map.", read_only=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from arjuna_core.arrays import Floats, Ints
@@ -20,9 +22,10 @@ class Mapper:
 
     Args:
         resolution: Edge of a cell [m].
-        range_max: Longest range traced [m]; beams without return clear up to it.
+        range_max: Longest range traced [m].
         min_pass_through: Beams that must come to a cell for it to be known, and one more.
         occupancy_threshold: Share of them that must end there for it to be occupied.
+        clear_without_return: Whether beams without return clear up to the longest range.
     """
 
     def __init__(
@@ -31,9 +34,10 @@ class Mapper:
         range_max: float,
         min_pass_through: int = 2,
         occupancy_threshold: float = 0.1,
+        clear_without_return: bool = True,
     ) -> None:
         self._resolution = resolution
-        self._range_max = range_max
+        self._range_max, self._clear_all = range_max, clear_without_return
         self._occupancy = Occupancy(resolution, min_pass_through, occupancy_threshold)
         self._scans: list[Scan] = []
         self._traced = np.empty((0, 3))
@@ -61,13 +65,19 @@ class Mapper:
         if not self._scans:
             return None
         for k in self._moved(poses)[:most_moved].tolist():
-            self._occupancy.trace(self._scans[k], self._traced[k], self._range_max, -1)
-            self._occupancy.trace(self._scans[k], poses[k], self._range_max, 1)
+            self._trace(k, self._traced[k], -1)
+            self._trace(k, poses[k], 1)
             self._traced[k] = poses[k]
         for k in range(len(self._traced), len(poses)):
-            self._occupancy.trace(self._scans[k], poses[k], self._range_max, 1)
+            self._trace(k, poses[k], 1)
         self._traced = np.concatenate((self._traced, poses[len(self._traced) :]))
         return self._occupancy.grid(self._scans[-1].stamp)
+
+    def _trace(self, k: int, pose: Floats, sign: int) -> None:
+        scan = self._scans[k]
+        if not self._clear_all:  # as Karto's OccupancyGrid::AddScan
+            scan = replace(scan, ranges=np.where(scan.ranges < scan.range_max, scan.ranges, np.nan))
+        self._occupancy.trace(scan, pose, self._range_max, sign)
 
     def behind(self, poses: Floats) -> bool:
         """Return whether scans, by poses `(N, 3)`, are new or have moved since the last map."""

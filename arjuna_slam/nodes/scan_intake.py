@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -21,6 +22,7 @@ class ScanIntake:
 
     Attributes:
         overrun: Scans left out because a newer one was there, where only the newest counts.
+        newest: Stamp of the newest scan whose transform is known, used or not [s].
     """
 
     def __init__(self, node: ManagedNode) -> None:
@@ -38,6 +40,8 @@ class ScanIntake:
         self._queue.clear()
         self._count = 0
         self._taken: float | None = None
+        self._T_odom_taken: SE2 | None = None
+        self.newest = -math.inf
 
     def clear(self) -> None:
         """Forget the scans that wait."""
@@ -53,22 +57,27 @@ class ScanIntake:
 
     def ready(self) -> list[tuple[Scan, SE2]]:
         """Return the scans to process now, each with `T_odom_base` at its stamp."""
-        due = [entry for entry in self._queue.ready() if self._due(entry[0])]
+        due = [entry for entry in self._queue.ready() if self._due(*entry)]
         if self._node.config.synchronous or len(due) < 2:
             return due
         self.overrun += len(due) - 1
         return due[-1:]
 
-    def _due(self, scan: Scan) -> bool:
-        """Return whether a scan is the one in so many, and late enough after the last."""
+    def _due(self, scan: Scan, T_odom_base: SE2) -> bool:
+        """Return whether a scan is the one in so many, and late and far enough from the last."""
         c = self._node.config
+        self.newest = max(self.newest, scan.stamp)
         self._count += 1
         if (self._count - 1) % max(c.throttle_scans, 1):
             return False
         since = c.minimum_time_interval if self._taken is None else scan.stamp - self._taken
         if 0.0 < since < c.minimum_time_interval:
             return False
-        self._taken = scan.stamp
+        last = self._T_odom_taken
+        near = last is not None and not c.keyframe_due(last.inverse() @ T_odom_base)
+        if near and not c.process_between_keyframes:
+            return False
+        self._taken, self._T_odom_taken = scan.stamp, T_odom_base
         return True
 
 

@@ -43,7 +43,7 @@ class SlamToolboxNode(ManagedNode):
         self._warn_of_unused()
         self._scans = ScanIntake(self)
         self._paused = False
-        self._map_with(Slam(self.config.core))
+        self._use(Slam(self.config.core))
         self._output = SlamOutput(self, self.slam)
         self._interactive = InteractiveGraph(self)
         self.memory = self.keep(MapMemory(self, self.config.resume_file))
@@ -56,7 +56,7 @@ class SlamToolboxNode(ManagedNode):
         if session is None:
             files.load_at_start()
         else:
-            self._begin_with(session, Start(StartKind.ODOMETRY), localize=False)
+            self._continue(session, Start(StartKind.ODOMETRY))
 
     def _warn_of_unused(self) -> None:
         """Name the parameters that have no meaning here, once."""
@@ -111,39 +111,35 @@ class SlamToolboxNode(ManagedNode):
         self._output.graph_changed()
         return closed
 
-    def _map_with(self, slam: Slam) -> None:
-        self.slam: PoseTracker = slam
-        self._mapping: Slam | None = slam
-        self._localizer: Localizer | None = None
+    def _use(self, slam: PoseTracker) -> None:
+        """Map or only localize with another mapper from now on."""
+        self.slam = slam
+        self._mapping = slam if isinstance(slam, Slam) else None
+        self._localizer = slam if isinstance(slam, Localizer) else None
         self._warned: set[Skip] = set()
 
-    def _localize_with(self, localizer: Localizer) -> None:
-        self.slam = self._localizer = localizer
-        self._mapping = None
-        self._warned = set()
-
-    def _begin(self) -> None:
+    def _begin_with(self, slam: PoseTracker) -> None:
+        """Use another mapper, and forget what was of the one before."""
+        self._use(slam)
         self._scans.restart()
-        self._output.restart(self.slam)
+        self._output.restart(slam)
         self._interactive.forget()
 
     def _restart(self) -> None:
         self.memory.forget()
-        self._map_with(Slam(self.config.core))
-        self._begin()
+        self._begin_with(Slam(self.config.core))
 
     def _resume(self, session: Session, start: Start, localize: bool) -> None:
         self.memory.forget()
-        self._begin_with(session, start, localize)
-
-    def _begin_with(self, session: Session, start: Start, localize: bool) -> None:
         if localize:
-            self._localize_with(Localizer(self.config.core, session, start))
+            self._begin_with(Localizer(self.config.core, session, start))
         else:
-            slam = Slam(self.config.core)
-            slam.resume(session, start)
-            self._map_with(slam)
-        self._begin()
+            self._continue(session, start)
+
+    def _continue(self, session: Session, start: Start) -> None:
+        slam = Slam(self.config.core)
+        slam.resume(session, start)
+        self._begin_with(slam)
 
     def _on_scan(self, message: Any) -> None:
         self._watch.scan_received()
@@ -153,6 +149,8 @@ class SlamToolboxNode(ManagedNode):
     def _process_scans(self) -> None:
         for scan, T_odom_base in self._scans.ready():
             self._take_in(shortened(scan, self.config.min_laser_range), T_odom_base)
+        if not self.config.process_between_keyframes:  # the correction holds for other scans too
+            self._output.hold(self._scans.newest)
 
     def _keep_map(self) -> None:
         if self._mapping is not None:

@@ -20,7 +20,7 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.config import load
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import grid_from_msg, time_msg, transform_msg
+from arjuna_core.ros.convert import grid_from_msg, seconds, time_msg, transform_msg
 from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig, SlamNodeConfig
 from arjuna_slam.matching.scan_filter import Skip
@@ -279,3 +279,12 @@ def test_a_lidar_mounted_upside_down_maps_the_same_room(robot: Robot) -> None:
         message.angle_min, message.angle_increment = -message.angle_min, -message.angle_increment
         robot.send(message)
     assert robot.error() < 0.03
+
+
+def test_scans_are_processed_only_once_the_robot_has_moved_if_so_asked(robot: Robot) -> None:
+    """As in slam_toolbox; the correction is dated on with every scan all the same."""
+    node = started(robot, process_between_keyframes=False, transform_timeout=0.3)
+    robot.drive(40)
+    assert len(robot.poses) == len(node.slam.graph) < 20
+    robot.bench.advance(0.06)
+    assert seconds(robot.transforms[-1].header.stamp) == pytest.approx(robot.now + 0.3)

@@ -61,3 +61,26 @@ def test_a_new_scan_is_behind_and_each_needs_a_pose() -> None:
     with pytest.raises(ValueError, match="1 poses for 2 scans"):
         drawn.grid(poses)
     assert Mapper(CELL, 10.0).grid(np.zeros((0, 3))) is None
+
+
+@pytest.mark.parametrize(("clear", "known_beyond"), [(True, True), (False, False)])
+def test_beams_without_a_return_clear_cells_unless_they_are_left_out(
+    clear: bool, known_beyond: bool
+) -> None:
+    """A half circle of walls at 2 m, nothing behind; 4 m is read, but beyond the longest range."""
+    ranges = np.where(np.arange(90) < 45, 2.0, np.inf)
+    ranges[60] = 4.0
+    drawn = Mapper(CELL, 3.0, clear_without_return=clear)
+    for _ in range(3):
+        drawn.add(Scan(ranges, -math.pi, math.radians(4.0), 0.1, 10.0))
+    grid = drawn.grid(np.zeros((3, 3)))
+    assert grid is not None
+
+    def value(beam: int, distance: float) -> int:
+        angle = -math.pi + math.radians(4.0) * beam
+        cell = grid.frame.to_cell(distance * math.cos(angle), distance * math.sin(angle))
+        return int(grid.data[cell]) if grid.frame.contains(*cell) else -1
+
+    assert value(20, 1.5) == value(60, 2.5) == 0
+    assert (value(75, 2.5) == 0) is known_beyond
+    assert value(75, 2.5) in (0, -1)
