@@ -90,7 +90,9 @@ class RouteServerNode(GoalNode):
         self._began = 0.0
         self._out = self.publisher(PathMsg, "plan", qos.LATEST)
         self._once = self.offer(ComputeRoute, "compute_route", self._on_goal)
-        self._tracking = self.offer(ComputeAndTrackRoute, "compute_and_track_route", self._on_track)
+        self._tracking = self.offer(
+            ComputeAndTrackRoute, "compute_and_track_route", self._on_track, on_cancel=self._track
+        )
         self.serve(SetRouteGraph, "route_server/set_route_graph", self._on_graph)
         self.serve(DynamicEdges, "route_server/DynamicEdgesScorer/adjust_edges", self._on_edges)
         self.serve(Trigger, "route_server/ReroutingService/reroute", self._on_reroute)

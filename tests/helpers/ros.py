@@ -35,6 +35,14 @@ class RosBench:
         self._ticks = 0
         self.process.drain()
 
+    def activated(self, node: Callable[[Process], Any]) -> Any:
+        """Return a node of a class that is made, configured and activated."""
+        made = node(self.process)
+        made.trigger_configure()
+        made.trigger_activate()
+        self.process.drain()
+        return made
+
     def advance(self, duration: float = TICK) -> None:
         """Move time on by a duration [s], tick by tick, draining after each."""
         for _ in range(round(duration / TICK)):

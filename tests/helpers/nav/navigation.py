@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from action_msgs.msg import GoalStatus
@@ -21,7 +21,7 @@ from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from bringup.parameters.files import Parameters, for_node, merged, shipped_parameters
-from bringup.stack import COLLISION_MONITOR, NodeSpec
+from bringup.stack import COLLISION_MONITOR, GLOBAL_COSTMAP, NodeSpec
 from tests.helpers.ros import TICK, RosBench
 from tests.nav.worlds import room, scan_from
 
@@ -107,7 +107,10 @@ class PlayedRobot:
         sees: Whether scans come.
         scan_age: How old they are by their stamps when they come [s].
         grips: Whether the wheels move the robot.
+        open: The robots that are not closed yet.
     """
+
+    open: ClassVar[list[PlayedRobot]] = []
 
     def __init__(
         self,
@@ -116,6 +119,7 @@ class PlayedRobot:
         shipped: bool = True,
     ) -> None:
         self.bench = RosBench()
+        self.open.append(self)
         self.world = room()
         self.pose = start
         self.command = Velocity()
@@ -222,10 +226,36 @@ class PlayedRobot:
         return Goal(self.bench, self._clients[name], request)
 
     def close(self) -> None:
-        """Leave the graph."""
+        """Leave the graph, at once and unnoticed as a process that is killed."""
+        self.open.remove(self)
         for client in self._clients.values():
             client.destroy()
         self.bench.close()
+
+
+def started(
+    *specs: NodeSpec,
+    start: SE2 = IDENTITY,
+    world: OccupancyGrid | None = None,
+    settle: float = 1.0,
+    **parameters: Any,
+) -> PlayedRobot:
+    """Return a robot with nodes that run for some time [s] on its map, if they need one.
+
+    Args:
+        specs: The nodes.
+        start: Where the robot is, in map.
+        world: What it sees; the room if none is given.
+        settle: How long they run.
+        parameters: Parameters that differ from the shipped ones, by node.
+    """
+    robot = PlayedRobot(parameters, start)
+    robot.world = world or robot.world
+    robot.bring_up(*specs)
+    if GLOBAL_COSTMAP in specs:
+        robot.send_map()
+    robot.run(settle)
+    return robot
 
 
 def assert_failed(goal: Goal, code: int) -> None:

@@ -7,12 +7,13 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
 
+from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from bringup.stack import NAVIGATION_GROUP
-from tests.helpers.nav.navigation import Goal, PlayedRobot
-from tests.nav.worlds import block
+from tests.helpers.nav.navigation import Goal, PlayedRobot, started
+from tests.nav.worlds import block, room
 
 GOAL = SE2(1.0, 1.0, 0.5)
 TOLERANCE = 0.16
@@ -20,15 +21,16 @@ IN_BOX = SE2(4.0, -4.0)
 IN_RING = SE2(-3.8, 3.8)
 
 
+def walled_room() -> OccupancyGrid:
+    """Return the room with a big box round IN_BOX and walls that close off IN_RING's corner."""
+    world = room()
+    for part in ((8.5, 0.5, 2.0, 2.0), (0.5, 8.4, 2.2, 0.1), (2.6, 8.4, 0.1, 2.2)):
+        block(world, *part)
+    return world
+
+
 def made(**parameters: Any) -> PlayedRobot:
-    robot = PlayedRobot({"bt_navigator": parameters})
-    block(robot.world, 8.5, 0.5, 2.0, 2.0)  # a big box round IN_BOX
-    for x, y, width, height in ((0.5, 8.4, 2.2, 0.1), (2.6, 8.4, 0.1, 2.2)):
-        block(robot.world, x, y, width, height)  # closes off the corner of IN_RING
-    robot.bring_up(*NAVIGATION_GROUP.nodes)
-    robot.send_map()
-    robot.run(1.0)
-    return robot
+    return started(*NAVIGATION_GROUP.nodes, world=walled_room(), bt_navigator=parameters)
 
 
 def stamped(pose: SE2, frame: str = "map") -> PoseStamped:
@@ -61,6 +63,7 @@ def assert_stopped_for_good(robot: PlayedRobot) -> None:
 
 
 def broken() -> PoseStamped:
+    """Return a goal whose orientation is no rotation."""
     message = stamped(GOAL)
     message.pose.orientation.w = message.pose.orientation.z = 0.0
     return message

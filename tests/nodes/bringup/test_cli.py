@@ -8,8 +8,6 @@ from typing import Any
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.errors import ArjunaError
 from arjuna_core.files.shipped import shipped_file
 from bringup import cli
@@ -18,7 +16,6 @@ from bringup.parameters import inputs
 from bringup.processes import interactive
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP, Group
 
-pytestmark = pytest.mark.ros
 BURGER = str(shipped_file("urdf/burger.urdf"))
 
 

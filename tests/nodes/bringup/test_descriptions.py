@@ -6,12 +6,9 @@ import re
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from bringup.processes.host import Host
 from bringup.stack import DEMO_GROUPS, Group
 
-pytestmark = pytest.mark.ros
 MEASURES = re.compile(
     r"(_time|_timeout|_duration|_distance|_radius|_frequency|_rate|_angle|_vel|_velocity|_period)$"
 )

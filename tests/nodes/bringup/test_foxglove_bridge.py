@@ -11,7 +11,6 @@ from typing import Any
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
 pytest.importorskip("foxglove", reason="no Foxglove SDK here")
 
 from geometry_msgs.msg import PoseStamped
@@ -28,8 +27,6 @@ from arjuna_core.se2 import SE2
 from bringup.viewing.foxglove.bridge import Bridge, BridgeError
 from tests.helpers.processes import DEADLINE
 from tests.helpers.ros import RosBench
-
-pytestmark = pytest.mark.ros
 
 
 class Studio:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.action import NavigateToPose
 
 from arjuna_core.ros.goal_server import GoalNode, GoalServer
@@ -17,8 +14,6 @@ from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from bringup.client.session import POLL, ClientError, Session
 from tests.helpers.ros import RosBench
-
-pytestmark = pytest.mark.ros
 
 
 @dataclass(frozen=True)
@@ -81,13 +76,6 @@ class BenchSession(Session):
         self._bench.advance(0.1)
         for due in [due for due in self.at if due <= self.now]:
             self.at.pop(due)()
-
-
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    bench = RosBench()
-    yield bench
-    bench.close()
 
 
 def _server(bench: RosBench, active: bool = True, **settings: Any) -> Server:

@@ -7,15 +7,12 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from bringup.parameters.checking import check_file, over_shipped
 from bringup.parameters.files import Parameters, for_node, shipped_parameters
 from bringup.parameters.listing import values_of
 from bringup.stack import all_nodes
 from scripts.guides_page import ORDER, ROOT, read, table_of
 
-pytestmark = pytest.mark.ros
 SHIPPED = shipped_parameters()
 KNOWN = {
     spec.name: set(values_of(spec.config, for_node(SHIPPED, spec.name))) for spec in all_nodes()

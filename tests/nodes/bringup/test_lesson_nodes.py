@@ -10,14 +10,10 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from sensor_msgs.msg import LaserScan
 
 from arjuna_core.files.shipped import shipped_file
 
-pytestmark = pytest.mark.ros
 TICK = 0.02
 GOALS = [(1.0, 0.0), (0.6, 0.6), (-0.5, 0.8), (-1.0, 0.01), (-1.0, -0.01), (0.2, -0.7)]
 

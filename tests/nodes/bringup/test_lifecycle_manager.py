@@ -7,9 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.srv import ManageLifecycleNodes
 from std_srvs.srv import Trigger
 
@@ -21,7 +18,6 @@ from bringup.processes.lifecycle.plan import Command
 from bringup.stack import EXPLORER_GROUP, STACKS
 from tests.helpers.ros import RosBench
 
-pytestmark = pytest.mark.ros
 NAME = "lifecycle_manager_test"
 
 

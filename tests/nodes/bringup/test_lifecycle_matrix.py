@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from rclpy.lifecycle import TransitionCallbackReturn
 
 from bringup import stack as stacks
@@ -27,11 +23,7 @@ NEEDED = {"map_server": {"yaml_filename": "maps/arjuna_room.yaml"}}
 PARAMETERS = merged(shipped_parameters(), NEEDED)
 
 
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    bench = RosBench(transport="dds")
-    yield bench
-    bench.close()
+BENCH = {"transport": "dds"}
 
 
 def made(bench: RosBench, group: Group) -> list[Any]:

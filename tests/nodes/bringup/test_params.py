@@ -6,14 +6,10 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from bringup import cli
 from bringup.cli_parser import parse
 from bringup.parameters.checking import check_file
 from bringup.stack import all_nodes
-
-pytestmark = pytest.mark.ros
 
 
 def test_all_parameters_dumped_load_again_and_change_nothing(

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.plugins import PluginTypes
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
 from arjuna_nav.costmap.layers.plugins import LAYERS
@@ -21,7 +19,6 @@ from arjuna_nav.safety.zones import ZONES
 from arjuna_nav.smoothers.base import SMOOTHERS
 from bringup.parameters.checking import check_file
 
-pytestmark = pytest.mark.ros
 PAGE = (Path(__file__).parents[3] / "docs" / "plugins.md").read_text(encoding="utf-8")
 LISTS = {
     "controller_plugins": CONTROLLERS,

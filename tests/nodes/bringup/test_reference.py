@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from scripts.reference import FOLDER, parameters, topics
 
-pytestmark = pytest.mark.ros
 CURE = "run: python -m scripts.reference"
 
 

@@ -8,14 +8,10 @@ from typing import Any
 import numba
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from bringup.processes.health import PATIENCE
 from bringup.processes.output import read_event
 from bringup.processes.reporter import Reporter
 from tests.helpers.ros import RosBench
-
-pytestmark = pytest.mark.ros
 
 
 @pytest.fixture

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.files.maps import load_map
 from arjuna_core.se2 import SE2
 from bringup.client.robot import Robot
@@ -18,8 +16,6 @@ from bringup.stack import NAVIGATION_GROUP, SLAM_GROUP
 
 if TYPE_CHECKING:
     from bringup.lockstep import LockStep
-
-pytestmark = pytest.mark.ros
 
 
 def test_a_script_drives_maps_and_saves(stack: Callable[..., LockStep], tmp_path: Path) -> None:

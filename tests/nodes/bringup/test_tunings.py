@@ -6,13 +6,9 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.files.shipped import shipped_file
 from bringup.tuning.plan import load_tuning
 from bringup.tuning.space import known_parameters
-
-pytestmark = pytest.mark.ros
 
 
 @pytest.mark.parametrize("path", sorted(shipped_file("campaigns/tuning").glob("*.yaml")), ids=str)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
 pytest.importorskip("viser", reason="no viewer here")
 
 from geometry_msgs.msg import PolygonStamped, PoseStamped, PoseWithCovarianceStamped, Twist
@@ -34,7 +33,6 @@ from tests.bringup.viewing.drives import URDF
 from tests.helpers.processes import wait_until
 from tests.helpers.ros import RosBench
 
-pytestmark = pytest.mark.ros
 GRID = grid_msg(OccupancyGrid(GridFrame(0.5, 4, 2), np.zeros((2, 4), np.int8)), "map", 0.0)
 
 

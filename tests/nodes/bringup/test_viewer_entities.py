@@ -6,12 +6,9 @@ import math
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.pose3 import Pose3
 from bringup.viewing.robot.entities import HUMAN, ROBOT, Kind, bodies
 
-pytestmark = pytest.mark.ros
 BOX = Kind(0, (-0.5, -0.5, 0.0), (0.5, 0.5, 1.0))
 
 

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from bringup.viewing.robot.managed import nodes_text
 from bringup.viewing.robot.navigation import Navigation
 
-pytestmark = pytest.mark.ros
 DRIVING = Navigation("driving", 2.345, 12.4, 1)
 
 

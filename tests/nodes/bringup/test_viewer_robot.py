@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
 pytest.importorskip("viser", reason="no viewer here")
 
 from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped, Twist, TwistStamped
@@ -28,8 +27,6 @@ from bringup.viewing.drawing.values import Grid, Line, Points
 from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
 from tests.helpers.processes import wait_until
 from tests.helpers.ros import RosBench
-
-pytestmark = pytest.mark.ros
 
 
 class Bench:

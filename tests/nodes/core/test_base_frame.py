@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.se2 import SE2
 from arjuna_core.transforms import TransformBuffer
 from bringup.client.robot import Robot
@@ -17,7 +15,6 @@ from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP, Grou
 if TYPE_CHECKING:
     from bringup.lockstep import LockStep
 
-pytestmark = pytest.mark.ros
 WRONG: dict[str, dict[str, Any]] = {
     "slam_toolbox": {"base_frame": "chassis"},
     "amcl": {"base_frame_id": "chassis"},

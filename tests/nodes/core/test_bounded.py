@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowPath
@@ -31,7 +27,6 @@ from arjuna_core.ros.messages import is_of_lists
 from tests.helpers.ros import RosBench
 from tests.nodes.core.test_guard import FragileConfig
 
-pytestmark = pytest.mark.ros
 LONG = Path(poses=[PoseStamped()] * (rules.POSES + 1))
 
 
@@ -52,20 +47,10 @@ class ReadingNode(GoalNode):
         return response
 
 
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    bench = RosBench(transport="dds")
-    yield bench
-    bench.close()
+BENCH = {"transport": "dds"}
 
 
-@pytest.fixture
-def node(bench: RosBench) -> ReadingNode:
-    node = ReadingNode(bench.process)
-    node.trigger_configure()
-    node.trigger_activate()
-    bench.process.drain()
-    return node
+NODE = ReadingNode
 
 
 def test_messages_of_lists_alone_are_known() -> None:

@@ -7,9 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from sensor_msgs.msg import PointCloud2, PointField
 
 from arjuna_core.pose3 import Pose3

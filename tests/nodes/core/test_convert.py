@@ -6,9 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import Pose, TransformStamped
 from nav_msgs.msg import Path
 from numpy.typing import NDArray
@@ -24,8 +21,6 @@ from arjuna_core.ros.convert import (
     transform_msg,
 )
 from arjuna_core.se2 import SE2
-
-pytestmark = pytest.mark.ros
 
 
 def sent(message: Any, kind: type) -> Any:

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from action_msgs.msg import GoalStatus
 from lifecycle_msgs.srv import ChangeState, GetState
 from nav2_msgs.action import Wait
@@ -25,7 +21,6 @@ from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.goal_server import GoalNode, GoalServer
 from tests.helpers.ros import RosBench
 
-pytestmark = pytest.mark.ros
 CLIENT_SENDS = (0, 1, 2, 9, 42, 255)  # transitions that are unknown, or not allowed now
 
 
@@ -89,20 +84,10 @@ class FragileNode(GoalNode):
         self._break("tick")
 
 
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    bench = RosBench(strict=False)
-    yield bench
-    bench.close()
+BENCH = {"strict": False}
 
 
-@pytest.fixture
-def node(bench: RosBench) -> FragileNode:
-    node = FragileNode(bench.process)
-    node.trigger_configure()
-    node.trigger_activate()
-    bench.process.drain()
-    return node
+NODE = FragileNode
 
 
 def counts(bench: RosBench) -> dict[str, int]:

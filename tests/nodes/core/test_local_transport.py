@@ -7,9 +7,6 @@ from contextlib import closing
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import Twist
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
@@ -28,7 +25,6 @@ from arjuna_core.ros.local.transport import ChangedMessageError, TransportError
 from tests.helpers.echo import EchoNode
 from tests.helpers.ros import TICK, RosBench
 
-pytestmark = pytest.mark.ros
 BEST_EFFORT, RELIABLE = ReliabilityPolicy.BEST_EFFORT, ReliabilityPolicy.RELIABLE
 VOLATILE, LATCHED = DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL
 
@@ -36,12 +32,6 @@ VOLATILE, LATCHED = DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL
 @pytest.fixture(params=["local", "dds"])
 def either(request: pytest.FixtureRequest) -> Iterator[RosBench]:
     with closing(RosBench(transport=request.param)) as bench:
-        yield bench
-
-
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    with closing(RosBench()) as bench:
         yield bench
 
 

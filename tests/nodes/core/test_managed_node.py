@@ -6,9 +6,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import Twist
 from lifecycle_msgs.msg import TransitionEvent
@@ -26,8 +23,6 @@ from arjuna_core.ros.process import Process
 from tests.helpers.echo import EchoNode
 from tests.helpers.ros import RosBench
 
-pytestmark = pytest.mark.ros
-
 
 @pytest.fixture(params=["local", "dds"])
 def bench(request: pytest.FixtureRequest) -> Iterator[RosBench]:
@@ -36,13 +31,7 @@ def bench(request: pytest.FixtureRequest) -> Iterator[RosBench]:
     bench.close()
 
 
-@pytest.fixture
-def node(bench: RosBench) -> EchoNode:
-    node = EchoNode(bench.process)
-    node.trigger_configure()
-    node.trigger_activate()
-    bench.process.drain()
-    return node
+NODE = EchoNode
 
 
 def speeds(messages: list[Any]) -> list[float]:

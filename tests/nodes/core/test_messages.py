@@ -6,9 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Point, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
@@ -25,7 +22,6 @@ from arjuna_core.ros.local.cdr import to_cdr
 from arjuna_core.ros.messages import copier, handed_over, maker, quicken
 from tests.fuzz import messages as fill
 
-pytestmark = pytest.mark.ros
 TYPES: tuple[Any, ...] = (
     *(Odometry, Imu, JointState, LaserScan, TFMessage, Clock, Twist, PoseWithCovarianceStamped),
     *(Image, CameraInfo, PointCloud2, OccupancyGrid, Path, MarkerArray, DiagnosticArray, Empty),

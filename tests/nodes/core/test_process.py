@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
@@ -19,7 +15,6 @@ from arjuna_core.ros.process import Process, Transport
 from arjuna_core.se2 import SE2
 from tests.helpers.ros import TICK, RosBench
 
-pytestmark = pytest.mark.ros
 STALL = 25  # ticks, 0.5 s
 
 
@@ -41,13 +36,6 @@ class WatchNode(ManagedNode):
     def _look(self) -> None:
         newest = self.transforms.latest_common("odom", "base_link")
         self.ages.append((self.now, self.now - newest))
-
-
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    bench = RosBench()
-    yield bench
-    bench.close()
 
 
 def stalled(bench: RosBench) -> None:

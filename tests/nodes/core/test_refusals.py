@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Duration, Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -39,7 +35,6 @@ from arjuna_core.se2 import SE2
 from tests.helpers.ros import RosBench
 from tests.nodes.core.test_guard import FragileConfig
 
-pytestmark = pytest.mark.ros
 NO_NUMBERS = [math.nan, math.inf, -math.inf, 1e300]
 
 
@@ -58,20 +53,7 @@ class OpenNode(GoalNode):
         self.server = self.keep(GoalServer(self, FollowPath, "follow_path", unknown=100))
 
 
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    bench = RosBench()
-    yield bench
-    bench.close()
-
-
-@pytest.fixture
-def node(bench: RosBench) -> OpenNode:
-    node = OpenNode(bench.process)
-    node.trigger_configure()
-    node.trigger_activate()
-    bench.process.drain()
-    return node
+NODE = OpenNode
 
 
 def changed(message: Any, path: str, value: Any) -> Any:

@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
 
@@ -15,8 +12,6 @@ from arjuna_core.ros.context import new_context
 from arjuna_core.ros.convert import transform_msg
 from arjuna_core.ros.tf import TransformBuffer, TransformError, TransformListener
 from arjuna_core.se2 import SE2
-
-pytestmark = pytest.mark.ros
 
 
 @pytest.fixture

@@ -1,35 +1,37 @@
-"""behavior_server: turns, drives and waits as asked, and stops at once."""
+"""behavior_server: turns, drives and waits as asked, and stands where it cannot."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from std_msgs.msg import Empty
 
 from arjuna_core.ros.convert import seconds
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from bringup.stack import BEHAVIOR_SERVER, LOCAL_COSTMAP
-from tests.helpers.nav.behaviors import backup, command, drive, spin, teleop, wait, wall_ahead
-from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot, assert_failed
-from tests.nav.worlds import block
+from tests.helpers.nav.behaviors import (
+    COSTMAP,
+    KINDS,
+    MOVING,
+    UNKNOWN,
+    backup,
+    command,
+    drive,
+    spin,
+    start,
+    teleop,
+    wait,
+    wall_ahead,
+)
+from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot, assert_failed, started
+from tests.nav.worlds import block, room
 
-pytestmark = pytest.mark.ros
-COSTMAP = "local_costmap/local_costmap"
 
-
-@pytest.fixture
-def robot() -> Iterator[PlayedRobot]:
-    robot = PlayedRobot()
-    robot.bring_up(LOCAL_COSTMAP, BEHAVIOR_SERVER)
-    robot.run(0.5)
-    yield robot
-    robot.close()
+def made() -> PlayedRobot:
+    return started(LOCAL_COSTMAP, BEHAVIOR_SERVER, settle=0.5)
 
 
 @pytest.mark.parametrize("angle", [1.57, -2.5, 7.0])
@@ -143,21 +145,19 @@ def test_teleoperation_slows_down_and_stops_before_a_wall(robot: PlayedRobot) ->
 
 
 def test_spinning_stops_where_a_corner_would_hit() -> None:
-    footprint = "[[0.4, 0.1], [0.4, -0.1], [-0.4, -0.1], [-0.4, 0.1]]"
-    robot = PlayedRobot({COSTMAP: {"footprint": footprint}})
-    block(robot.world, 5.2, 5.85, 0.6, 0.1)  # 0.35 m to the left
-    robot.bring_up(LOCAL_COSTMAP, BEHAVIOR_SERVER)
-    robot.run(0.5)
+    corners = "[[0.4, 0.1], [0.4, -0.1], [-0.4, -0.1], [-0.4, 0.1]]"
+    parameters: dict[str, Any] = {COSTMAP: {"footprint": corners}}
+    world = room()
+    block(world, 5.2, 5.85, 0.6, 0.1)  # 0.35 m to the left
+    robot = started(LOCAL_COSTMAP, BEHAVIOR_SERVER, world=world, **parameters)
     goal = spin(robot, 1.57)
     robot.run_until_done(goal, 4.0)
     assert_failed(goal, 703)
-    robot.close()
 
 
 def test_it_moves_in_a_frame_of_its_own_and_asks_for_a_young_pose() -> None:
-    robot = PlayedRobot({"behavior_server": {"local_frame": "map", "transform_tolerance": 0.1}})
-    robot.bring_up(LOCAL_COSTMAP, BEHAVIOR_SERVER)
-    robot.run(0.5)
+    values = {"local_frame": "map", "transform_tolerance": 0.1}
+    robot = started(LOCAL_COSTMAP, BEHAVIOR_SERVER, behavior_server=values)
     goal = backup(robot, 0.2, 0.2)
     robot.run_until_done(goal, 4.0)
     assert goal.status == SUCCEEDED
@@ -167,4 +167,83 @@ def test_it_moves_in_a_frame_of_its_own_and_asks_for_a_young_pose() -> None:
     robot.run_until_done(goal, 0.3)
     assert_failed(goal, 712)
     assert "over the tolerance of 0.1 s" in goal.result.error_msg
-    robot.close()
+
+
+@pytest.mark.parametrize("second", KINDS)
+@pytest.mark.parametrize("first", KINDS)
+def test_a_new_goal_ends_the_running_one(robot: PlayedRobot, first: str, second: str) -> None:
+    older = start(robot, first)
+    robot.run(0.5)
+    newer = start(robot, second)
+    assert_failed(older, UNKNOWN[first])
+    if second == "assisted_teleop":
+        robot.run(0.5)
+        robot.bench.publish(Empty, "/preempt_teleop", Empty())
+    robot.run_until_done(newer, 10.0)
+    assert newer.status == SUCCEEDED
+    assert robot.command == STILL
+
+
+@pytest.mark.parametrize("kind", MOVING)
+def test_the_time_allowance_ends_a_motion(robot: PlayedRobot, kind: str) -> None:
+    goal = start(robot, kind, allowance=1.0)
+    robot.run_until_done(goal, 1.3)
+    assert_failed(goal, UNKNOWN[kind] + 1)
+    assert "allowance of 1 s" in goal.result.error_msg
+    assert robot.command == STILL
+
+
+@pytest.mark.parametrize("kind", MOVING)
+def test_a_pose_that_is_lost_ends_a_motion(robot: PlayedRobot, kind: str) -> None:
+    goal = start(robot, kind)
+    robot.run(0.5)
+    robot.localized = False
+    robot.run_until_done(goal, 0.6)
+    assert_failed(goal, UNKNOWN[kind] + 2)
+    assert robot.command == STILL
+
+
+@pytest.mark.parametrize("kind", MOVING)
+def test_nothing_moves_without_a_costmap(robot: PlayedRobot, kind: str) -> None:
+    goal = start(robot, kind)
+    robot.run(0.5)
+    robot.transition(COSTMAP, "deactivate")
+    robot.run_until_done(goal, 0.2)
+    assert_failed(goal, UNKNOWN[kind])
+    assert robot.command == STILL
+    robot.forget()
+    assert_failed(start(robot, kind), UNKNOWN[kind])
+    assert not robot.commands
+
+
+def test_a_bad_goal_of_the_same_kind_stops_the_robot(robot: PlayedRobot) -> None:
+    older = drive(robot, 2.0, 0.2)
+    robot.run(0.8)
+    assert_failed(drive(robot, 1.0, -0.2), 724)
+    assert older.done
+    assert robot.command == STILL
+    robot.forget()
+    robot.run(0.5)
+    assert all(command == STILL for command in robot.commands)
+
+
+@pytest.mark.parametrize(
+    ("send", "code"),
+    [
+        (lambda robot: drive(robot, 0.5, -0.1), 724),
+        (lambda robot: drive(robot, -0.5, 0.1), 724),
+        (lambda robot: drive(robot, 0.5, 0.0), 724),
+        (lambda robot: drive(robot, 0.5, 0.1, y=0.2), 724),
+        (lambda robot: drive(robot, math.nan, 0.1), 724),
+        (lambda robot: backup(robot, 0.5, 0.0), 713),
+        (lambda robot: backup(robot, 0.5, 0.1, y=0.2), 713),
+        (lambda robot: backup(robot, math.inf, 0.1), 713),
+        (lambda robot: spin(robot, math.nan), 700),
+        (lambda robot: spin(robot, math.inf), 700),
+    ],
+)
+def test_what_makes_no_sense_is_not_begun(robot: PlayedRobot, send: Any, code: int) -> None:
+    goal = send(robot)
+    robot.run_until_done(goal, 0.2)
+    assert_failed(goal, code)
+    assert all(command == STILL for command in robot.commands)

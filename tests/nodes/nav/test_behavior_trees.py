@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import NavigateThroughPoses
 from nav2_msgs.msg import BehaviorTreeLog
@@ -29,17 +25,14 @@ from tests.helpers.nav.navigator_goals import (
     stamped,
 )
 
-pytestmark = pytest.mark.ros
 TO_POSE = "navigate_to_pose_w_replanning_and_recovery.xml"
 THROUGH = "navigate_through_poses_w_replanning_and_recovery.xml"
 PLAN = '<ComputePathToPose goal="{goal}" path="{path}" planner_id="GridBased"/>'
 
 
 @pytest.fixture
-def robot(tmp_path: Path) -> Iterator[PlayedRobot]:
-    robot = made(bt_folder=str(tmp_path))
-    yield robot
-    robot.close()
+def robot(tmp_path: Path) -> PlayedRobot:
+    return made(bt_folder=str(tmp_path))
 
 
 def tree(folder: Path, inside: str, name: str = "mine.xml") -> str:
@@ -244,7 +237,6 @@ def test_a_default_tree_drives_goals_that_name_none(tmp_path: Path) -> None:
     robot.run_until_done(goal, 30.0)
     assert goal.status == SUCCEEDED
     assert log[0].event_log[0].node_name == "Sequence"
-    robot.close()
 
 
 def test_a_default_tree_that_is_none_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
@@ -260,4 +252,3 @@ def test_goals_that_name_no_tree_are_driven_by_the_shipped_one(name: str) -> Non
     go(robot, GOAL)
     robot.run(0.5)
     assert "WaitOutOutage" in {each.node_name for each in log[0].event_log}
-    robot.close()

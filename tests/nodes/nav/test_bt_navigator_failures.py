@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 
@@ -29,15 +25,6 @@ from tests.helpers.nav.navigator_goals import (
     through,
 )
 from tests.nav.worlds import block
-
-pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def robot() -> Iterator[PlayedRobot]:
-    robot = made()
-    yield robot
-    robot.close()
 
 
 def message_of(diagnostics: DiagnosticArray, node: str) -> str:
@@ -102,7 +89,6 @@ def test_what_cannot_be_reached_fails_after_the_recoveries() -> None:
     assert max(rates) > 0.5  # it span
     assert min(command.x for command in robot.commands) == pytest.approx(-0.15)  # backed up
     assert_stopped_for_good(robot)
-    robot.close()
 
 
 def test_a_robot_that_is_shut_in_is_not_driven_and_continues_once_free(robot: PlayedRobot) -> None:
@@ -177,7 +163,6 @@ def test_a_robot_that_does_not_know_its_pose_refuses() -> None:
     assert_failed(goal, 202)
     assert "3.0" in goal.result.error_msg
     assert "(waited for 2.0" in goal.result.error_msg
-    robot.close()
 
 
 def test_a_pose_that_is_known_later_is_waited_for(robot: PlayedRobot) -> None:
@@ -237,7 +222,6 @@ def test_a_pose_that_stays_lost_ends_the_goal_with_the_reason() -> None:
     robot.run_until_done(goal, 8.0)
     assert_failed(goal, 207)
     assert_stopped_for_good(robot)
-    robot.close()
 
 
 @pytest.mark.parametrize("seconds", [1.0, 5.0])
@@ -283,7 +267,6 @@ def test_a_server_that_rests_ends_the_goal(name: str, code: int) -> None:
     robot.run_until_done(goal, 20.0)
     assert_failed(goal, code)
     assert_stopped_for_good(robot)
-    robot.close()
 
 
 def test_a_behavior_server_that_rests_does_not_end_the_goal(robot: PlayedRobot) -> None:

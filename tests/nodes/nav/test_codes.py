@@ -6,9 +6,6 @@ from enum import IntEnum
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.action import ComputePathToPose, DockRobot, FollowPath, SmoothPath
 
 from arjuna_nav.controllers import ControlStatus
@@ -16,8 +13,6 @@ from arjuna_nav.docking.docking import DockingError
 from arjuna_nav.planners import PlanStatus
 from arjuna_nav.smoothers.base import SmoothStatus
 from arjuna_nav.trees.xml_file import NODES
-
-pytestmark = pytest.mark.ros
 
 
 @pytest.mark.parametrize(

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import DockRobot, UndockRobot
 from nav2_msgs.srv import ReloadDockDatabase
@@ -21,9 +17,16 @@ from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from bringup.stack import NAVIGATION_GROUP
-from tests.helpers.nav.navigation import CANCELED, SUCCEEDED, Goal, PlayedRobot, assert_failed
+from tests.helpers.nav.navigation import (
+    CANCELED,
+    SUCCEEDED,
+    Goal,
+    PlayedRobot,
+    assert_failed,
+    started,
+)
+from tests.helpers.nav.navigator_goals import assert_stopped_for_good
 
-pytestmark = pytest.mark.ros
 HOME = SE2(1.2, 0.4, 0.3)
 DOCKS: dict[str, Any] = {
     "docks": ["home"],
@@ -34,18 +37,12 @@ DOCKS: dict[str, Any] = {
 
 def made(folder: Path, **parameters: Any) -> PlayedRobot:
     values = {**DOCKS, "dock_folder": str(folder), **parameters}
-    robot = PlayedRobot({"docking_server": values})
-    robot.bring_up(*NAVIGATION_GROUP.nodes)
-    robot.send_map()
-    robot.run(1.0)
-    return robot
+    return started(*NAVIGATION_GROUP.nodes, docking_server=values)
 
 
 @pytest.fixture
-def robot(tmp_path: Path) -> Iterator[PlayedRobot]:
-    robot = made(tmp_path)
-    yield robot
-    robot.close()
+def robot(tmp_path: Path) -> PlayedRobot:
+    return made(tmp_path)
 
 
 def dock(robot: PlayedRobot, name: str = "home", **fields: Any) -> Goal:
@@ -96,7 +93,6 @@ def test_the_battery_shows_charging(tmp_path: Path) -> None:
     robot.bench.publish(BatteryState, "battery_state", BatteryState(current=2.0), qos.DEFAULT)
     robot.run(0.1)
     assert goal.status == SUCCEEDED
-    robot.close()
 
 
 def broken() -> PoseStamped:
@@ -134,18 +130,13 @@ def assert_failed_to_stage(goal: Goal) -> None:
     assert "staging pose" in goal.result.error_msg
 
 
-@pytest.mark.parametrize("after", [1.0, 6.0])
-def test_cancellation_stops_the_robot_at_once(robot: PlayedRobot, after: float) -> None:
-    """While it drives to the staging pose, and while it approaches."""
+def test_cancellation_stops_the_robot_on_the_path_to_the_staging_pose(robot: PlayedRobot) -> None:
     goal = dock(robot)
-    robot.run(after)
+    robot.run(1.0)
     assert robot.command != STILL
     goal.cancel()
     assert goal.status == CANCELED
-    assert robot.command == STILL
-    robot.forget()
-    robot.run(1.0)
-    assert all(command == STILL for command in robot.commands)
+    assert_stopped_for_good(robot)
 
 
 def test_a_newer_order_ends_the_older(robot: PlayedRobot) -> None:
@@ -157,15 +148,6 @@ def test_a_newer_order_ends_the_older(robot: PlayedRobot) -> None:
     assert "replaced by undock_robot" in docking.result.error_msg
     robot.run_until_done(leaving, 1.0)
     assert leaving.status == SUCCEEDED  # it is in none
-
-
-@pytest.mark.parametrize("transition", ["deactivate", "shutdown"])
-def test_the_end_of_activity_stops_the_robot(robot: PlayedRobot, transition: str) -> None:
-    goal = dock(robot)
-    robot.run(6.0)
-    robot.transition("docking_server", transition)
-    assert_failed(goal, DockRobot.Result.UNKNOWN)
-    assert robot.command == STILL
 
 
 def test_docks_are_read_again(robot: PlayedRobot, tmp_path: Path) -> None:

@@ -8,9 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.action import NavigateToPose, Spin
 from std_msgs.msg import String
 
@@ -23,7 +20,6 @@ from bringup.stack import EXPLORER
 from tests.helpers.nav.navigation import PlayedRobot
 from tests.nav.worlds import room
 
-pytestmark = pytest.mark.ros
 BLACKLIST_RADIUS = 0.5
 PATIENCE = 3.0
 

@@ -7,13 +7,9 @@ from typing import Any
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.se2 import SE2
 from arjuna_core.transforms import TransformBuffer, TransformError
 from arjuna_nav.nodes.frames import robot_pose
-
-pytestmark = pytest.mark.ros
 
 
 def _node(now: float, *edges: tuple[str, str]) -> Any:

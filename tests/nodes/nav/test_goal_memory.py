@@ -3,44 +3,40 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.action import FollowWaypoints
 
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import STILL
 from bringup.stack import NAVIGATION_GROUP
-from tests.helpers.nav.navigation import CANCELED, SUCCEEDED, PlayedRobot
+from tests.helpers.nav.navigation import CANCELED, SUCCEEDED, PlayedRobot, started
 from tests.helpers.nav.navigator_goals import GOAL, TOLERANCE, drive, go, stamped, through
 
-pytestmark = pytest.mark.ros
 FAR = SE2(2.0, 1.0)
 
 
-def started(folder: Path, start: SE2 = IDENTITY, kept: bool = True) -> PlayedRobot:
+def kept_in(
+    folder: Path, start: SE2 = IDENTITY, kept: bool = True, settle: float = 0.0
+) -> PlayedRobot:
     """Return a robot whose goals are kept in a folder."""
     names = ("bt_navigator", "waypoint_follower") if kept else ()
-    robot = PlayedRobot({name: {"resume_file": str(folder / name)} for name in names}, start)
-    robot.bring_up(*NAVIGATION_GROUP.nodes)
-    robot.send_map()
-    return robot
+    files: dict[str, Any] = {name: {"resume_file": str(folder / name)} for name in names}
+    return started(*NAVIGATION_GROUP.nodes, start=start, settle=settle, **files)
 
 
 def killed(robot: PlayedRobot) -> SE2:
     """End a robot's process as kill -9 does: no node notices; return the robot's pose."""
-    robot.bench.close()
+    robot.close()
     return robot.pose
 
 
-def test_a_goal_is_gone_on_with_by_the_next_process(tmp_path: Path) -> None:
-    robot = started(tmp_path)
-    robot.run(1.0)
+def test_a_goal_is_resumed_by_the_next_process(tmp_path: Path) -> None:
+    robot = kept_in(tmp_path, settle=1.0)
     go(robot, FAR)
     drive(robot)
-    again = started(tmp_path, killed(robot))
+    again = kept_in(tmp_path, killed(robot))
     again.localized = False
     again.run(2.0)
     assert again.commands == []
@@ -48,45 +44,39 @@ def test_a_goal_is_gone_on_with_by_the_next_process(tmp_path: Path) -> None:
     again.run(15.0)
     assert again.pose.distance(FAR) < TOLERANCE
     assert again.command == STILL
-    third = started(tmp_path, killed(again))
+    third = kept_in(tmp_path, killed(again))
     third.run(2.0)
     assert third.commands == []
-    third.close()
 
 
 def test_poses_before_the_last_are_resumed_with(tmp_path: Path) -> None:
-    robot = started(tmp_path)
-    robot.run(1.0)
+    robot = kept_in(tmp_path, settle=1.0)
     through(robot, SE2(1.5, 0.5), FAR)
     drive(robot)
-    again = started(tmp_path, killed(robot))
+    again = kept_in(tmp_path, killed(robot))
     again.run(20.0)
     assert again.pose.distance(FAR) < TOLERANCE
-    again.close()
 
 
-def test_a_list_of_waypoints_is_gone_on_with_where_it_was(tmp_path: Path) -> None:
-    robot = started(tmp_path)
-    robot.run(1.0)
+def test_a_list_of_waypoints_is_resumed_where_it_was(tmp_path: Path) -> None:
+    robot = kept_in(tmp_path, settle=1.0)
     poses = [stamped(pose) for pose in (SE2(0.5, 0.0), FAR, SE2(1.0, 0.0, 1.0))]
     goal = robot.send(FollowWaypoints, "follow_waypoints", FollowWaypoints.Goal(poses=poses))
     while goal.feedback[-1:] == [] or goal.feedback[-1].current_waypoint == 0:
         robot.run(0.2)
     robot.run(2.0)
-    again = started(tmp_path, killed(robot))
+    again = kept_in(tmp_path, killed(robot))
     nearest = again.pose.distance(SE2(0.5, 0.0))
     for _ in range(150):
         again.run(0.2)
         nearest = min(nearest, again.pose.distance(FAR))
     assert nearest < TOLERANCE
     assert again.pose.distance(SE2(1.0, 0.0)) < TOLERANCE
-    again.close()
 
 
 @pytest.mark.parametrize("how", ["reached", "cancelled", "deactivated", "not asked for"])
-def test_what_has_ended_is_not_gone_on_with(tmp_path: Path, how: str) -> None:
-    robot = started(tmp_path, kept=how != "not asked for")
-    robot.run(1.0)
+def test_what_has_ended_is_not_resumed(tmp_path: Path, how: str) -> None:
+    robot = kept_in(tmp_path, kept=how != "not asked for", settle=1.0)
     goal = go(robot, SE2(0.4, 0.0) if how == "reached" else FAR)
     robot.run(5.0)
     if how == "reached":
@@ -96,15 +86,13 @@ def test_what_has_ended_is_not_gone_on_with(tmp_path: Path, how: str) -> None:
         assert goal.status == CANCELED
     if how == "deactivated":
         robot.transition("bt_navigator", "deactivate")
-    again = started(tmp_path, killed(robot))
+    again = kept_in(tmp_path, killed(robot))
     again.run(2.0)
     assert again.commands == []
-    again.close()
 
 
 def test_time_set_back_is_survived_where_that_is_asked_for(tmp_path: Path) -> None:
-    robot = started(tmp_path)
-    robot.run(1.0)
+    robot = kept_in(tmp_path, settle=1.0)
     goal = go(robot, GOAL)
     drive(robot)
     robot.localized = False
@@ -119,12 +107,10 @@ def test_time_set_back_is_survived_where_that_is_asked_for(tmp_path: Path) -> No
     robot.run_until_done(goal, 20.0)
     assert goal.status == SUCCEEDED
     assert robot.pose.distance(GOAL) < TOLERANCE
-    robot.close()
 
 
 def test_a_list_of_waypoints_survives_time_set_back(tmp_path: Path) -> None:
-    robot = started(tmp_path)
-    robot.run(1.0)
+    robot = kept_in(tmp_path, settle=1.0)
     poses = [stamped(GOAL), stamped(SE2(0.0, 1.0))]
     goal = robot.send(FollowWaypoints, "follow_waypoints", FollowWaypoints.Goal(poses=poses))
     drive(robot)
@@ -132,4 +118,3 @@ def test_a_list_of_waypoints_survives_time_set_back(tmp_path: Path) -> None:
     robot.run_until_done(goal, 30.0)
     assert goal.status == SUCCEEDED
     assert len(goal.result.missed_waypoints) == 0
-    robot.close()

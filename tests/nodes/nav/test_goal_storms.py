@@ -7,9 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
 
@@ -20,7 +17,6 @@ from arjuna_core.twist import STILL
 from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
 from tests.helpers.nav.navigator_goals import GOAL, IN_BOX, IN_RING, go, made, stamped
 
-pytestmark = pytest.mark.ros
 ENDED = {GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED}
 _ACTIONS = {"navigate_to_pose": NavigateToPose, "navigate_through_poses": NavigateThroughPoses}
 _POSES = [
@@ -107,7 +103,6 @@ def test_each_goal_of_a_storm_ends_once_and_the_next_is_reached(seed: int) -> No
     goal = go(robot, GOAL)
     robot.run_until_done(goal, 40.0)
     assert goal.status == SUCCEEDED
-    robot.close()
 
 
 @pytest.mark.parametrize("name", ["bt_navigator", "planner_server", "controller_server"])
@@ -124,4 +119,3 @@ def test_goals_end_however_a_server_is_brought_down_and_up(name: str) -> None:
     goal = go(robot, GOAL)
     robot.run_until_done(goal, 40.0)
     assert goal.status == SUCCEEDED
-    robot.close()

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geographic_msgs.msg import GeoPoint as GeoPointMsg
 from geographic_msgs.msg import GeoPose
 from geometry_msgs.msg import Quaternion
@@ -22,31 +18,17 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_stamped, quaternion
 from arjuna_core.se2 import IDENTITY, SE2
 from bringup.stack import NAVIGATION_GROUP
-from tests.helpers.nav.navigation import SUCCEEDED, Goal, PlayedRobot, assert_failed
+from tests.helpers.nav.navigation import SUCCEEDED, Goal, PlayedRobot, assert_failed, started
 
-pytestmark = pytest.mark.ros
 UNKNOWN = FollowGPSWaypoints.Result.UNKNOWN
 HERE = GeoPoint(48.1351, 11.5820)
 HEADING = 0.5
 STOPS = SE2(0.6, 0.0, 0.0), SE2(0.9, 0.5, 1.0)
-DATUM = {"gps.datum": [HERE.latitude_deg, HERE.longitude_deg, HEADING]}
+DATUM: dict[str, Any] = {"gps.datum": [HERE.latitude_deg, HERE.longitude_deg, HEADING]}
 
 
-@pytest.fixture
-def made() -> Iterator[Callable[..., PlayedRobot]]:
-    robots: list[PlayedRobot] = []
-
-    def make(start: SE2 = IDENTITY, **parameters: Any) -> PlayedRobot:
-        robot = PlayedRobot({"waypoint_follower": parameters}, start)
-        robots.append(robot)
-        robot.bring_up(*NAVIGATION_GROUP.nodes)
-        robot.send_map()
-        robot.run(1.0)
-        return robot
-
-    yield make
-    for robot in robots:
-        robot.close()
+def made(start: SE2 = IDENTITY, **parameters: Any) -> PlayedRobot:
+    return started(*NAVIGATION_GROUP.nodes, start=start, waypoint_follower=parameters)
 
 
 def fix(robot: PlayedRobot, point: GeoPoint, status: int = 0, frame: str = "base_link") -> None:
@@ -70,7 +52,7 @@ def on_earth(field: MapOnEarth, heading: float, *stops: SE2) -> list[GeoPose]:
     return [geo_pose(field.to_earth(stop.x, stop.y), stop.theta + heading) for stop in stops]
 
 
-def test_points_are_driven_to_by_a_datum(made: Callable[..., PlayedRobot]) -> None:
+def test_points_are_driven_to_by_a_datum() -> None:
     robot = made(**DATUM)
     goal = follow(robot, *on_earth(MapOnEarth(HERE, heading=HEADING), HEADING, *STOPS))
     robot.run_until_done(goal, 40.0)
@@ -80,7 +62,7 @@ def test_points_are_driven_to_by_a_datum(made: Callable[..., PlayedRobot]) -> No
     assert abs(robot.pose.theta - STOPS[-1].theta) < 0.16
 
 
-def test_the_first_fix_says_where_the_map_lies(made: Callable[..., PlayedRobot]) -> None:
+def test_the_first_fix_says_where_the_map_lies() -> None:
     robot = made(start=SE2(0.3, 0.2, 1.0))
     fix(robot, GeoPoint(0.0, 0.0), status=-1)  # the receiver has no fix yet
     fix(robot, HERE)
@@ -91,7 +73,7 @@ def test_the_first_fix_says_where_the_map_lies(made: Callable[..., PlayedRobot])
     assert robot.pose.distance(STOPS[0]) < 0.16
 
 
-def test_without_fix_or_datum_it_says_what_is_missing(made: Callable[..., PlayedRobot]) -> None:
+def test_without_fix_or_datum_it_says_what_is_missing() -> None:
     robot = made()
     fix(robot, HERE, frame="nowhere")  # of a receiver whose point is not known
     goal = follow(robot, geo_pose(HERE, 0.0))
@@ -114,9 +96,7 @@ def test_without_fix_or_datum_it_says_what_is_missing(made: Callable[..., Played
         (GeoPose(orientation=Quaternion(w=0.0)), "gps_poses: item 1: orientation: quaternion"),
     ],
 )
-def test_a_point_that_is_invalid_ends_it(
-    made: Callable[..., PlayedRobot], pose: GeoPose, says: str
-) -> None:
+def test_a_point_that_is_invalid_ends_it(pose: GeoPose, says: str) -> None:
     robot = made(**DATUM)
     goal = follow(robot, geo_pose(HERE, 0.0), pose)
     if not says:
@@ -126,7 +106,7 @@ def test_a_point_that_is_invalid_ends_it(
     assert says in goal.result.error_msg
 
 
-def test_the_newer_list_of_either_kind_counts(made: Callable[..., PlayedRobot]) -> None:
+def test_the_newer_list_of_either_kind_counts() -> None:
     robot = made(**DATUM)
     field = MapOnEarth(HERE, heading=HEADING)
     first = follow(robot, *on_earth(field, HEADING, SE2(3.0, 1.0)))
@@ -146,8 +126,6 @@ def test_the_newer_list_of_either_kind_counts(made: Callable[..., PlayedRobot]) 
 @pytest.mark.parametrize(
     ("datum", "says"), [([1.0, 2.0], "has 2 numbers"), ([95.0, 0.0, 0.0], "95")]
 )
-def test_a_datum_that_is_none_is_refused(
-    made: Callable[..., PlayedRobot], datum: list[float], says: str
-) -> None:
+def test_a_datum_that_is_none_is_refused(datum: list[float], says: str) -> None:
     with pytest.raises(ConfigError, match=says):
-        made(**{"gps.datum": datum})
+        started(*NAVIGATION_GROUP.nodes, waypoint_follower={"gps.datum": datum})

@@ -2,60 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import ComputePathThroughPoses, ComputePathToPose
 from nav2_msgs.srv import IsPathValid
 from nav_msgs.msg import Path
 
-from arjuna_core.ros.convert import path_msg, pose_stamped, poses_from_path, seconds
+from arjuna_core.ros.convert import path_msg, poses_from_path, seconds
 from arjuna_core.se2 import SE2
 from bringup.stack import GLOBAL_COSTMAP, PLANNER_SERVER
 from tests.helpers.nav.navigation import (
     ABORTED,
-    CANCELED,
     SUCCEEDED,
     Goal,
     PlayedRobot,
     assert_failed,
+    started,
 )
-from tests.nav.worlds import block, empty_grid
+from tests.helpers.nav.navigator_goals import IN_BOX, IN_RING, broken, stamped, walled_room
+from tests.nav.worlds import empty_grid
 
-pytestmark = pytest.mark.ros
 Result = ComputePathToPose.Result
 ResultThrough = ComputePathThroughPoses.Result
 GOAL = SE2(2.0, 2.0, 1.0)
-IN_BOX = SE2(4.0, -4.0)
-IN_RING = SE2(-3.8, 3.8)
 
 
-@pytest.fixture
-def robot() -> Iterator[PlayedRobot]:
-    robot = PlayedRobot()
-    block(robot.world, 8.5, 0.5, 2.0, 2.0)  # a big box round IN_BOX
-    for x, y, width, height in ((0.5, 8.4, 2.2, 0.1), (2.6, 8.4, 0.1, 2.2)):
-        block(robot.world, x, y, width, height)  # closes off the corner of IN_RING
-    robot.bring_up(GLOBAL_COSTMAP, PLANNER_SERVER)
-    robot.send_map()
-    yield robot
-    robot.close()
-
-
-def stamped(pose: SE2, frame: str = "map") -> PoseStamped:
-    return pose_stamped(pose, frame, 0.0)
-
-
-def broken() -> PoseStamped:
-    message = stamped(GOAL)
-    message.pose.position.x = float("nan")
-    return message
+def made() -> PlayedRobot:
+    return started(GLOBAL_COSTMAP, PLANNER_SERVER, world=walled_room(), settle=0.0)
 
 
 def to_pose(robot: PlayedRobot, goal: SE2 | PoseStamped = GOAL, **fields: Any) -> Goal:
@@ -190,32 +166,6 @@ def test_a_newer_goal_replaces_one_that_waits(robot: PlayedRobot) -> None:
     assert [older.status, newer.status] == [SUCCEEDED, SUCCEEDED]
 
 
-@pytest.mark.parametrize("ask", [to_pose, through])
-def test_a_goal_that_waits_is_cancelled_at_once(robot: PlayedRobot, ask: Any) -> None:
-    goal = ask(robot, GOAL)
-    goal.cancel()
-    assert goal.done
-    assert goal.status == CANCELED
-
-
-@pytest.mark.parametrize(
-    ("ask", "code"), [(to_pose, Result.UNKNOWN), (through, ResultThrough.UNKNOWN)]
-)
-def test_deactivation_and_time_set_back_end_a_goal(robot: PlayedRobot, ask: Any, code: int) -> None:
-    goal = ask(robot, GOAL)
-    robot.transition("planner_server", "deactivate")
-    assert_failed(goal, code)
-    assert "deactivated" in goal.result.error_msg
-    assert not ask(robot, GOAL).accepted
-    robot.transition("planner_server", "activate")
-    robot.localized = False
-    goal = ask(robot, GOAL)
-    robot.bench.advance(0.1)
-    robot.bench.set_back()
-    assert_failed(goal, code)
-    assert "set back" in goal.result.error_msg
-
-
 def test_a_costmap_that_rests_is_a_timeout(robot: PlayedRobot) -> None:
     robot.run(1.0)
     robot.transition("global_costmap/global_costmap", "deactivate")
@@ -238,7 +188,6 @@ def test_a_map_that_grows_is_planned_on() -> None:
     robot.send_map()
     robot.run(1.0)
     assert to_pose(robot).status == SUCCEEDED
-    robot.close()
 
 
 def valid(robot: PlayedRobot, path: Path) -> Any:

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.action import ComputePathToPose, FollowPath, NavigateToPose, SmoothPath
 from nav_msgs.msg import Path
 from rcl_interfaces.srv import GetParameters
@@ -27,11 +23,10 @@ from bringup.stack import (
     SMOOTHER_SERVER,
 )
 from tests.helpers.nav.controllers import PARAMETERS
-from tests.helpers.nav.navigation import SUCCEEDED, Goal, PlayedRobot, assert_failed
+from tests.helpers.nav.navigation import SUCCEEDED, Goal, PlayedRobot, started
 from tests.helpers.nav.own_plugins import CRAWLER, STRAIGHT
 from tests.nav.worlds import polyline
 
-pytestmark = pytest.mark.ros
 CONTROLLERS: dict[str, Any] = {
     "controller_plugins": ["FollowPath", "Crawl", *(f"c{k}" for k in range(len(PARAMETERS)))],
     "Crawl.plugin": CRAWLER,
@@ -63,12 +58,8 @@ SMOOTHERS: dict[str, Any] = {
 
 
 @pytest.fixture
-def controlled() -> Iterator[PlayedRobot]:
-    robot = PlayedRobot({"controller_server": CONTROLLERS})
-    robot.bring_up(LOCAL_COSTMAP, CONTROLLER_SERVER)
-    robot.run(0.5)
-    yield robot
-    robot.close()
+def controlled() -> PlayedRobot:
+    return started(LOCAL_COSTMAP, CONTROLLER_SERVER, settle=0.5, controller_server=CONTROLLERS)
 
 
 def follow(robot: PlayedRobot, **ids: str) -> Goal:
@@ -113,30 +104,10 @@ def test_the_goal_chooses_its_checkers(controlled: PlayedRobot) -> None:
     assert abs(controlled.command.x) < 0.25
 
 
-@pytest.mark.parametrize(
-    ("ids", "code", "text"),
-    [
-        ({"controller_id": "Crwal"}, FollowPath.Result.INVALID_CONTROLLER, "FollowPath, Crawl"),
-        ({"goal_checker_id": "none"}, FollowPath.Result.UNKNOWN, "general_goal_checker, standing"),
-        ({"progress_checker_id": "none"}, FollowPath.Result.UNKNOWN, "progress_checker, turning"),
-    ],
-)
-def test_what_does_not_exist_is_told(
-    controlled: PlayedRobot, ids: dict[str, str], code: int, text: str
-) -> None:
-    goal = follow(controlled, **ids)
-    assert_failed(goal, code)
-    assert text in goal.result.error_msg
-
-
 @pytest.fixture
-def planning() -> Iterator[PlayedRobot]:
-    robot = PlayedRobot({"planner_server": PLANNERS, "smoother_server": SMOOTHERS})
-    robot.bring_up(GLOBAL_COSTMAP, PLANNER_SERVER, SMOOTHER_SERVER)
-    robot.send_map()
-    robot.run(1.0)
-    yield robot
-    robot.close()
+def planning() -> PlayedRobot:
+    nodes = (GLOBAL_COSTMAP, PLANNER_SERVER, SMOOTHER_SERVER)
+    return started(*nodes, planner_server=PLANNERS, smoother_server=SMOOTHERS)
 
 
 def plan(robot: PlayedRobot, name: str) -> Any:
@@ -178,4 +149,3 @@ def test_a_selector_topic_chooses_for_the_navigator() -> None:
     robot.run(2.0)
     assert robot.command.x == pytest.approx(0.07)
     assert len(plans[-1].poses) == 7
-    robot.close()

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import ComputeAndTrackRoute, ComputeRoute
 from nav2_msgs.msg import EdgeCost
@@ -19,21 +15,16 @@ from std_srvs.srv import Trigger
 from arjuna_core.ros.convert import pose_stamped, poses_from_path
 from arjuna_core.se2 import SE2
 from bringup.stack import ROUTE_SERVER
-from tests.helpers.nav.navigation import ABORTED, CANCELED, SUCCEEDED, Goal, PlayedRobot
+from tests.helpers.nav.navigation import ABORTED, SUCCEEDED, Goal, PlayedRobot, started
 from tests.helpers.nav.routes import written
 
-pytestmark = pytest.mark.ros
 Code = ComputeRoute.Result
 
 
 @pytest.fixture
-def robot(tmp_path: Path) -> Iterator[PlayedRobot]:
+def robot(tmp_path: Path) -> PlayedRobot:
     values = {"graph_filepath": str(written(tmp_path)), "graphs_folder": str(tmp_path)}
-    robot = PlayedRobot({"route_server": values})
-    robot.bring_up(ROUTE_SERVER)
-    robot.run(0.2)
-    yield robot
-    robot.close()
+    return started(ROUTE_SERVER, settle=0.2, route_server=values)
 
 
 def ask(robot: PlayedRobot, track: bool = False, **fields: Any) -> Goal:
@@ -120,15 +111,3 @@ def test_a_closed_edge_ahead_leads_to_another_route(robot: PlayedRobot) -> None:
     assert robot.bench.call(DynamicEdges, edges, shut).success
     robot.run(0.1)
     assert (goal.status, goal.result.error_code) == (ABORTED, Code.NO_VALID_ROUTE)
-
-
-def test_tracking_is_cancelled_and_replaced(robot: PlayedRobot) -> None:
-    first = ask(robot, True, start_id=0, goal_id=2)
-    second = ask(robot, True, start_id=0, goal_id=1)
-    assert first.status == ABORTED
-    second.cancel()
-    robot.run(0.1)
-    assert second.status == CANCELED
-    assert not robot.bench.call(
-        Trigger, "route_server/ReroutingService/reroute", Trigger.Request()
-    ).success

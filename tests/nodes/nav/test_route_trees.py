@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from sensor_msgs.msg import BatteryState
 
 from arjuna_core.ros import qos
 from arjuna_core.se2 import SE2
 from bringup.stack import NAVIGATION_GROUP
-from tests.helpers.nav.navigation import ABORTED, SUCCEEDED, PlayedRobot
+from tests.helpers.nav.navigation import ABORTED, SUCCEEDED, PlayedRobot, started
 from tests.helpers.nav.navigator_goals import TOLERANCE, go
 from tests.helpers.nav.routes import written
 
-pytestmark = pytest.mark.ros
 TREE = """
 <root BTCPP_format="4"><BehaviorTree ID="Route"><Sequence>
   <TransformAvailable parent="map" child="base_footprint"/>
@@ -36,15 +31,11 @@ TREE = """
 
 
 @pytest.fixture
-def robot(tmp_path: Path) -> Iterator[PlayedRobot]:
+def robot(tmp_path: Path) -> PlayedRobot:
     (tmp_path / "route.xml").write_text(TREE, encoding="utf-8")
+    tree = {"bt_folder": str(tmp_path)}
     route = {"graph_filepath": str(written(tmp_path)), "radius_to_achieve_node": 0.5}
-    robot = PlayedRobot({"bt_navigator": {"bt_folder": str(tmp_path)}, "route_server": route})
-    robot.bring_up(*NAVIGATION_GROUP.nodes)
-    robot.send_map()
-    robot.run(1.0)
-    yield robot
-    robot.close()
+    return started(*NAVIGATION_GROUP.nodes, bt_navigator=tree, route_server=route)
 
 
 def test_it_drives_along_the_route_and_stays_with_an_empty_battery(robot: PlayedRobot) -> None:

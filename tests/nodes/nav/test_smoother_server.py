@@ -3,36 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.action import SmoothPath
 from nav_msgs.msg import Path
 
 from arjuna_core.ros.convert import path_msg, poses_from_path
 from arjuna_core.se2 import SE2
 from bringup.stack import GLOBAL_COSTMAP, SMOOTHER_SERVER
-from tests.helpers.nav.navigation import SUCCEEDED, Goal, PlayedRobot, assert_failed
+from tests.helpers.nav.navigation import SUCCEEDED, Goal, PlayedRobot, assert_failed, started
 from tests.nav.worlds import polyline
 
-pytestmark = pytest.mark.ros
 Result = SmoothPath.Result
 CORNER = polyline([(0.0, 0.0), (1.5, 0.0), (1.5, 1.5)], 0.5)
 
 
-@pytest.fixture
-def robot() -> Iterator[PlayedRobot]:
-    robot = PlayedRobot()
-    robot.bring_up(GLOBAL_COSTMAP, SMOOTHER_SERVER)
-    robot.send_map()
-    robot.run(1.0)
-    yield robot
-    robot.close()
+def made() -> PlayedRobot:
+    return started(GLOBAL_COSTMAP, SMOOTHER_SERVER)
 
 
 def smooth(robot: PlayedRobot, poses: Any = CORNER, frame: str = "map", **fields: Any) -> Goal:
@@ -102,8 +91,3 @@ def test_a_costmap_that_is_not_current_is_an_error(robot: PlayedRobot) -> None:
     robot.localized = False
     robot.run(2.0)
     assert_failed(smooth(robot), Result.UNKNOWN)
-
-
-def test_goals_are_rejected_while_inactive(robot: PlayedRobot) -> None:
-    robot.transition("smoother_server", "deactivate")
-    assert not smooth(robot).accepted

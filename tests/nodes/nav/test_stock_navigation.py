@@ -6,8 +6,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.se2 import SE2
 from bringup.parameters.files import load_parameters, shipped_parameters
 from bringup.parameters.foreign.understanding import understand
@@ -15,8 +13,6 @@ from bringup.stack import NAVIGATION_GROUP, all_nodes
 from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
 from tests.helpers.nav.navigator_goals import go
 from tests.helpers.nav.stock_files import FILES
-
-pytestmark = pytest.mark.ros
 
 
 @pytest.mark.parametrize("name", ["Jazzy's nav2_params", "TurtleBot3 on Humble"])
@@ -33,4 +29,3 @@ def test_a_goal_is_reached(name: str, tmp_path: Path) -> None:
     robot.run_until_done(goal, 30.0)
     assert goal.status == SUCCEEDED, goal.result.error_msg
     assert robot.pose.distance(SE2(1.5, 1.5)) < 0.25
-    robot.close()

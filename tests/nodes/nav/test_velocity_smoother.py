@@ -3,36 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import Twist
 from nav2_msgs.action import DriveOnHeading
 
 from arjuna_core.ros.convert import duration_msg
 from arjuna_core.twist import STILL
 from bringup.stack import BEHAVIOR_SERVER, LOCAL_COSTMAP, VELOCITY_SMOOTHER
-from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
+from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot, started
 
-pytestmark = pytest.mark.ros
 SMOOTHER = {
     "cmd_vel_out_topic": "cmd_vel",
     "max_accel": [2.5, 0.0, 3.2],
 }
 
 
-@pytest.fixture
-def robot() -> Iterator[PlayedRobot]:
-    robot = PlayedRobot(
-        {"velocity_smoother": SMOOTHER, "behavior_server": {"cmd_vel_topic": "cmd_vel_nav"}}
-    )
-    robot.bring_up(LOCAL_COSTMAP, BEHAVIOR_SERVER, VELOCITY_SMOOTHER)
-    robot.run(0.5)
-    yield robot
-    robot.close()
+def made() -> PlayedRobot:
+    nodes, topic = (LOCAL_COSTMAP, BEHAVIOR_SERVER, VELOCITY_SMOOTHER), "cmd_vel_nav"
+    behaviors = {"cmd_vel_topic": topic}
+    return started(*nodes, settle=0.5, velocity_smoother=SMOOTHER, behavior_server=behaviors)
 
 
 def command(robot: PlayedRobot, v: float) -> None:

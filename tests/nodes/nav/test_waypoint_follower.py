@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.action import FollowWaypoints, NavigateToPose
 
 from arjuna_core.ros.convert import pose_stamped
@@ -16,32 +12,20 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from bringup.stack import NAVIGATION_GROUP
 from tests.helpers.nav.navigation import (
-    CANCELED,
     SUCCEEDED,
     Goal,
     PlayedRobot,
     assert_failed,
+    started,
 )
 
-pytestmark = pytest.mark.ros
 UNKNOWN = FollowWaypoints.Result.UNKNOWN
 OUTSIDE = SE2(9.0, 0.0)
 SQUARE = SE2(0.5, 0.0), SE2(0.5, 0.5), SE2(0.0, 0.5)
 
 
 def made(**parameters: Any) -> PlayedRobot:
-    robot = PlayedRobot({"waypoint_follower": parameters})
-    robot.bring_up(*NAVIGATION_GROUP.nodes)
-    robot.send_map()
-    robot.run(1.0)
-    return robot
-
-
-@pytest.fixture
-def robot() -> Iterator[PlayedRobot]:
-    robot = made()
-    yield robot
-    robot.close()
+    return started(*NAVIGATION_GROUP.nodes, waypoint_follower=parameters)
 
 
 def follow(robot: PlayedRobot, *poses: SE2, **fields: int) -> Goal:
@@ -103,7 +87,6 @@ def test_a_waypoint_may_be_missed_where_failures_do_not_stop() -> None:
     assert goal.status == SUCCEEDED
     assert [missed.index for missed in goal.result.missed_waypoints] == [0, 2]
     assert robot.pose.distance(SQUARE[0]) < 0.16
-    robot.close()
 
 
 def test_the_robot_waits_at_each_waypoint() -> None:
@@ -113,19 +96,6 @@ def test_the_robot_waits_at_each_waypoint() -> None:
     assert not goal.done
     robot.run_until_done(goal, 1.5)
     assert goal.status == SUCCEEDED
-    robot.close()
-
-
-def test_cancellation_stops_the_robot_at_once_and_for_good(robot: PlayedRobot) -> None:
-    goal = follow(robot, SE2(3.0, 1.0), *SQUARE)
-    robot.run(3.0)
-    assert robot.command.x > 0.2
-    goal.cancel()
-    assert goal.status == CANCELED
-    assert robot.command == STILL
-    robot.forget()
-    robot.run(1.0)
-    assert all(command == STILL for command in robot.commands)
 
 
 def test_a_newer_list_replaces_the_running_one_without_a_stop(robot: PlayedRobot) -> None:
@@ -178,15 +148,6 @@ def test_a_goal_of_someone_else_is_a_miss(robot: PlayedRobot) -> None:
 
 
 @pytest.mark.parametrize("transition", ["deactivate", "shutdown"])
-def test_the_end_of_activity_stops_the_robot(robot: PlayedRobot, transition: str) -> None:
-    goal = follow(robot, SE2(3.0, 1.0))
-    robot.run(3.0)
-    robot.transition("waypoint_follower", transition)
-    assert_failed(goal, UNKNOWN)
-    assert robot.command == STILL
-
-
-@pytest.mark.parametrize("transition", ["deactivate", "shutdown"])
 def test_a_navigator_that_rests_or_goes_ends_it(robot: PlayedRobot, transition: str) -> None:
     goal = follow(robot, SE2(3.0, 1.0))
     robot.run(3.0)
@@ -196,11 +157,3 @@ def test_a_navigator_that_rests_or_goes_ends_it(robot: PlayedRobot, transition: 
     robot.run_until_done(again, 1.0)
     assert_failed(again, UNKNOWN)
     assert "navigate_to_pose" in again.result.error_msg
-
-
-def test_time_set_back_ends_it(robot: PlayedRobot) -> None:
-    goal = follow(robot, SE2(3.0, 1.0))
-    robot.run(3.0)
-    robot.bench.set_back()
-    assert_failed(goal, UNKNOWN)
-    assert robot.command == STILL

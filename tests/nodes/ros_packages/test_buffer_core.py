@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
 from rclpy.time import Time
@@ -18,8 +15,6 @@ from tf2_py import (
     InvalidArgumentException,
     LookupException,
 )
-
-pytestmark = pytest.mark.ros
 
 
 def transform(

@@ -7,9 +7,6 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 import rclpy
 import tf2_geometry_msgs  # noqa: F401 - registers the types
 import tf_transformations
@@ -31,8 +28,6 @@ from tf2_ros import (
 
 from tests.helpers.processes import wait_until
 from tests.nodes.ros_packages.test_buffer_core import transform
-
-pytestmark = pytest.mark.ros
 
 
 class Bench:

@@ -8,14 +8,10 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from bringup import cli
 from bringup.cli_parser import parse
 from bringup.commands.tools import tf
 from bringup.ros2 import discovery
-
-pytestmark = pytest.mark.ros
 
 
 @pytest.fixture(autouse=True)

@@ -6,9 +6,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
@@ -25,7 +22,6 @@ from bringup.stack import LOCALIZATION_GROUP
 if TYPE_CHECKING:
     from bringup.lockstep import LockStep
 
-pytestmark = pytest.mark.ros
 _MACHINE = {"installation", "graphics", "resources", "discovery"}  # not the robot's
 
 

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.action import NavigateToPose
 from rclpy.serialization import serialize_message
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bringup.recording.message_definitions import message_definition, type_hash
 
-pytestmark = pytest.mark.ros
 FEEDBACK = "nav2_msgs/action/NavigateToPose_FeedbackMessage"
 
 

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
-
-import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
 
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
@@ -22,13 +17,7 @@ from bringup.recording.play import Player
 from bringup.recording.recorder import Recorder
 from tests.helpers.ros import RosBench
 
-pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    with closing(RosBench(transport="dds")) as bench:
-        yield bench
+BENCH = {"transport": "dds"}
 
 
 def record(bench: RosBench, folder: Path) -> Bag:

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -23,14 +19,6 @@ from arjuna_core.ros import qos
 from bringup.recording.message_definitions import type_hash
 from bringup.recording.recorder import Recorder, demo_recorder
 from tests.helpers.ros import RosBench
-
-pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    with closing(RosBench()) as bench:
-        yield bench
 
 
 @pytest.fixture

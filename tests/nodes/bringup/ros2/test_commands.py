@@ -8,11 +8,8 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from tests.helpers.ros2.commands import Outcome
 
-pytestmark = pytest.mark.ros
 Run = Callable[..., Outcome]
 
 GOAL = ("action", "send_goal", "/wait", "nav2_msgs/action/Wait")

@@ -7,8 +7,6 @@ import signal
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from tests.helpers.processes import Lines
 from tests.nodes.bringup.ros2.conftest import ENVIRONMENT
 

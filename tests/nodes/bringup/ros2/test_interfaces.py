@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from bringup.recording.message_definitions import nested_type
 from bringup.ros2.main import main
 from bringup.ros2.types import bare
-
-pytestmark = pytest.mark.ros
 
 
 def output(capsys: pytest.CaptureFixture[str], *words: str) -> str:

@@ -7,14 +7,11 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.pose3 import Pose3
 from bringup.ros2.programs.static_transform_publisher import parse
 from bringup.ros2.programs.tf2_echo import lines
 from tests.helpers.ros2.commands import Outcome
 
-pytestmark = pytest.mark.ros
 TURNED = Pose3.from_rpy((1.0, 2.0, -3.0), (0.0, 0.0, 0.5))
 
 

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Pose, PoseArray, PoseWithCovariance, Twist
@@ -14,8 +11,6 @@ from std_msgs.msg import String
 
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.values import Abridge, fill, parse, to_csv, to_yaml
-
-pytestmark = pytest.mark.ros
 
 
 def test_fields_keep_their_order() -> None:

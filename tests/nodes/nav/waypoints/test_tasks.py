@@ -9,11 +9,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
-from PIL import Image as Picture
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.action import FollowWaypoints
+from PIL import Image as Picture
 from rclpy.lifecycle import TransitionCallbackReturn
 from sensor_msgs.msg import Image
 from std_msgs.msg import Empty
@@ -24,9 +21,8 @@ from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
 from arjuna_nav.nodes.waypoint_follower import WaypointFollowerConfig, WaypointFollowerNode
 from bringup.stack import NAVIGATION_GROUP
-from tests.helpers.nav.navigation import SUCCEEDED, Goal, PlayedRobot, assert_failed
+from tests.helpers.nav.navigation import SUCCEEDED, Goal, PlayedRobot, assert_failed, started
 
-pytestmark = pytest.mark.ros
 NAV2 = "nav2_waypoint_follower::"
 FAILED = FollowWaypoints.Result.TASK_EXECUTOR_FAILED
 
@@ -35,11 +31,7 @@ def made(plugin: str, stop: bool = True, **values: Any) -> PlayedRobot:
     """Return a robot whose waypoint follower does something under a name of its own."""
     task = {"plugin": plugin, **values}
     follower = {"waypoint_task_executor_plugin": "errand", "errand": task, "stop_on_failure": stop}
-    robot = PlayedRobot({"waypoint_follower": follower})
-    robot.bring_up(*NAVIGATION_GROUP.nodes)
-    robot.send_map()
-    robot.run(1.0)
-    return robot
+    return started(*NAVIGATION_GROUP.nodes, waypoint_follower=follower)
 
 
 def follow(robot: PlayedRobot, count: int = 1) -> Goal:
@@ -56,7 +48,6 @@ def test_waiting_may_have_any_name() -> None:
     assert not goal.done
     robot.run_until_done(goal, 1.5)
     assert goal.status == SUCCEEDED
-    robot.close()
 
 
 def test_by_default_nothing_is_waited_for() -> None:
@@ -88,7 +79,6 @@ def test_somebodys_word_is_waited_for(comes: bool, stop: bool) -> None:
         assert "nothing came on /word in 4 s" in goal.result.error_msg
     codes = [missed.error_code for missed in goal.result.missed_waypoints]
     assert codes == ([] if comes else [FAILED])
-    robot.close()
 
 
 @pytest.mark.parametrize("image_format", ["png", "jpg"])
@@ -121,7 +111,6 @@ def test_a_picture_is_saved_at_each_waypoint(
         red, green, blue = np.asarray(picture.convert("RGB"))[2, 3]
     assert red > 190
     assert max(green, blue) < 10
-    robot.close()
 
 
 def test_pictures_go_below_home_or_the_working_folder_only() -> None:
@@ -129,7 +118,6 @@ def test_pictures_go_below_home_or_the_working_folder_only() -> None:
     values = {"waypoint_task_executor_plugin": "eye", "eye": {"plugin": NAV2 + "PhotoAtWaypoint"}}
     node = WaypointFollowerNode(robot.bench.process, values)
     assert node.trigger_configure() == TransitionCallbackReturn.FAILURE
-    robot.close()
 
 
 @dataclass(frozen=True)
@@ -161,7 +149,6 @@ def test_a_task_of_ones_own_is_run() -> None:
     robot.run_until_done(goal, 10.0)
     assert goal.status == SUCCEEDED
     assert Twice.seen == [0, 1, 2]
-    robot.close()
 
 
 def test_a_task_that_there_is_not_is_refused() -> None:
