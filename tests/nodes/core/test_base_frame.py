@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from arjuna_core.se2 import SE2
-from arjuna_core.transforms import TransformBuffer
 from bringup.client.robot import Robot
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP, Group
 
@@ -51,19 +50,6 @@ def test_a_right_one_is_not_spoken_of(
 ) -> None:
     stack(SLAM_GROUP, NAVIGATION_GROUP).run(3.0)
     assert "does not exist" not in capfd.readouterr().err
-
-
-def test_the_base_is_what_odometry_moves() -> None:
-    tree = TransformBuffer()
-    assert tree.base_below("odom") is None
-    tree.insert("odom", "robot_footprint", 1.0, SE2())
-    assert tree.base_below("odom") == "robot_footprint"
-    tree.insert("map", "odom", 1.0, SE2())
-    tree.insert("robot_footprint", "chassis", 0.0, SE2(), static=True)
-    tree.insert("chassis", "wheel", 1.0, SE2())
-    assert tree.base_below("map") == tree.base_below("odom") == "robot_footprint"
-    assert tree.knows("map")
-    assert not tree.knows("base_link")
 
 
 def test_a_script_finds_the_pose_of_a_robot_with_frames_of_its_own(
