@@ -1,0 +1,74 @@
+"""Kinds of docks: how contact and charge show, and the pose before them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from arjuna_core.config import load
+from arjuna_core.errors import ConfigError
+from arjuna_core.se2 import SE2
+from arjuna_nav.docking.dock_types import DOCK_TYPES, DockSenses, DockType
+from arjuna_nav.docking.docking import docked_pose
+
+STALLS = {
+    "use_stall_detection": True,
+    "stall_joint_names": ["left"],
+    "stall_velocity_threshold": 0.5,
+    "stall_effort_threshold": 2.0,
+}
+DOCK = SE2(2.0, 1.0, 0.6)
+UNSEEN = DockSenses()
+
+
+def kind(charges: bool = True, **values: Any) -> DockType:
+    name = "SimpleChargingDock" if charges else "SimpleNonChargingDock"
+    cls = DOCK_TYPES.resolve(f"opennav_docking::{name}")
+    made: DockType = cls(load(cls.Config, values))
+    return made
+
+
+@pytest.mark.parametrize(
+    ("values", "senses", "docked"),
+    [
+        ({"docking_threshold": 0.04}, DockSenses(distance=0.039), True),
+        ({"docking_threshold": 0.04}, DockSenses(distance=0.04), False),
+        ({}, UNSEEN, False),
+        (STALLS, DockSenses(distance=9.0, effort=2.1, speed=0.4), True),
+        (STALLS, DockSenses(distance=0.0, effort=2.0, speed=0.4), False),
+        (STALLS, DockSenses(distance=0.0, effort=2.1, speed=0.5), False),
+        (STALLS, DockSenses(distance=0.0, effort=2.1), False),
+        (STALLS, DockSenses(distance=0.0, speed=0.1), False),
+    ],
+)
+def test_contact_shows_by_distance_or_by_joints_that_push_without_moving(
+    values: dict[str, Any], senses: DockSenses, docked: bool
+) -> None:
+    for charges in (True, False):
+        assert kind(charges, **values).is_docked(senses) is docked
+    assert kind(use_battery_status=False, **values).is_charging(senses) is docked
+    assert kind(charges=False, **values).is_charging(senses) is False
+
+
+@pytest.mark.parametrize(("current", "charges"), [(0.6, True), (0.5, False), (None, False)])
+def test_a_battery_charges_above_a_current(current: float | None, charges: bool) -> None:
+    senses = DockSenses(distance=0.0, current=current)
+    assert kind(charging_threshold=0.5).is_charging(senses) is charges
+    assert kind().charges
+    assert not kind(charges=False).charges
+
+
+def test_a_robot_stages_before_the_dock_and_stands_in_it_forwards_or_backwards() -> None:
+    dock = kind(staging_x_offset=-0.9, staging_yaw_offset=0.3)
+    assert dock.staging_pose(DOCK).array() == pytest.approx((DOCK @ SE2(-0.9, 0.0, 0.3)).array())
+    assert docked_pose(DOCK, False) == DOCK
+    turned = docked_pose(DOCK, True)
+    assert turned.array() == pytest.approx([2.0, 1.0, 0.6 - math.pi])
+    assert docked_pose(turned, True).array() == pytest.approx(DOCK.array())
+
+
+def test_stall_detection_needs_joints() -> None:
+    with pytest.raises(ConfigError, match="stall_joint_names"):
+        kind(False, use_stall_detection=True)
