@@ -1,4 +1,4 @@
-"""What the navigation benchmarks judge by, on worlds and maps that are made up."""
+"""The judgements of the navigation benchmarks, on worlds and maps that are made up."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def run(module: ModuleType, *argv: str) -> dict[str, Any]:
 
 
 def barn_world(folder: Path, cylinders: list[tuple[float, float]]) -> Path:
-    """Write one world like BARN's, packed, with the straight way as its path."""
+    """Write one world like BARN's, packed, with the straight path as its path."""
     models = "".join(_CYLINDER.format(i=i, x=x, y=y) for i, (x, y) in enumerate(cylinders))
     text = "<sdf version='1.6'><world name='w'><include><uri>model://ground_plane</uri></include>"
     (folder / "worlds").mkdir(parents=True)
@@ -59,7 +59,7 @@ def barn_world(folder: Path, cylinders: list[tuple[float, float]]) -> Path:
     return folder
 
 
-def test_the_shortest_way_is_pulled_tight_round_what_is_in_it() -> None:
+def test_the_shortest_path_is_pulled_tight_round_what_is_in_it() -> None:
     grid = empty_grid(10.0, 6.0)
     block(grid, 4.0, 0.0, 0.5, 4.0)
     space = FreeSpace(grid, radius=0.2, clearance=0.4)
@@ -95,20 +95,20 @@ def test_a_score_is_half_up_to_twice_the_best_time_and_a_failure_none(tmp_path: 
     assert world.score(None) == 0.0
 
 
-def test_made_worlds_have_cylinders_and_a_way_between_them(tmp_path: Path) -> None:
+def test_made_worlds_have_cylinders_and_a_path_between_them(tmp_path: Path) -> None:
     folders = [tmp_path / name for name in ("one", "same", "other")]
     for folder, seed in zip(folders, (3, 3, 4), strict=True):
         folder.mkdir()
         make_worlds(folder, 3, np.random.default_rng(seed))
     texts = [[world.world.read_text() for world in load_worlds(f, f)] for f in folders]
     assert texts[0] == texts[1] != texts[2]
-    places = [
+    points = [
         [float(v) for v in p.split()[:2]] for p in re.findall("<pose>(.*?)</pose>", texts[0][2])
     ]
     cells = np.load(folders[0] / "path_2.npy")
-    way = cells * CELL + (-4.575, 5.075)
-    gaps = np.hypot(*(way[:, None] - np.array(places)[None]).transpose(2, 0, 1))
-    assert 0.05 < (np.array(places)[:, 1] > 5.1).sum() / 900 < 0.4
+    path = cells * CELL + (-4.575, 5.075)
+    gaps = np.hypot(*(path[:, None] - np.array(points)[None]).transpose(2, 0, 1))
+    assert 0.05 < (np.array(points)[:, 1] > 5.1).sum() / 900 < 0.4
     assert gaps.min() > 0.35  # a Jackal with room beside it
     assert np.abs(np.diff(cells, axis=0)).max() <= 1
     assert all(9.9 < world.optimal < 20.0 for world in load_worlds(folders[0], tmp_path))
@@ -150,7 +150,7 @@ def test_navfn_is_timed_beside_its_arrays_in_c(monkeypatch: pytest.MonkeyPatch) 
 
 @pytest.mark.ros
 @pytest.mark.system
-def test_a_jackal_crosses_a_world_but_none_without_a_way(
+def test_a_jackal_crosses_a_world_but_none_without_a_path(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("rclpy", reason="no ROS here")

@@ -138,7 +138,7 @@ def test_controllers_go_nowhere_but_out(name: str, kind: str, seed: int) -> None
 @pytest.mark.parametrize("name", ["pure pursuit", "dwb", "graceful"])
 @pytest.mark.parametrize("at_goal", [False, True])
 def test_following_goes_nowhere_but_out(name: str, kind: str, seed: int, at_goal: bool) -> None:
-    """With the follower's own: the last stretch, ways round, passages, straight off."""
+    """With the follower's own: the last stretch, detours, passages, straight off."""
     costmap, pose, footprint = scene(kind, seed)
     values = {f"FollowPath.{key}": value for key, value in PARAMETERS[name].items()}
     values["failure_tolerance"] = -1.0
@@ -167,7 +167,7 @@ def test_it_backs_out_of_the_side_it_came_in_by(heading: float) -> None:
     assert Spin(1.0, CONFIG, robot, 0.0).tick(pose, costmap, 0.0).velocity == Velocity()
 
 
-def test_what_is_not_known_is_no_way_out() -> None:
+def test_what_is_not_known_is_no_exit() -> None:
     grid = empty_grid(6.0, 6.0)
     grid.data[:, 61:] = -1
     block(grid, 3.0, 0.0, 0.05, 6.0)

@@ -1,4 +1,4 @@
-"""What a file leaves out has the default that Nav2 declares."""
+"""A parameter that a file leaves out has the default that Nav2 declares."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ def scan_from(grid: OccupancyGrid, pose: SE2, beams: int = 360, range_max: float
 
 @dataclass
 class Unicycle:
-    """A robot that drives what it is told after a delay, within its accelerations.
+    """A robot that drives as commanded after a delay, within its accelerations.
 
     Attributes:
         pose: Where it is.

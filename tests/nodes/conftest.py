@@ -1,4 +1,4 @@
-"""What the tests of nodes share: they need ROS, and each has a process of its own."""
+"""Shared by the tests of nodes: they need ROS, and each has a process of its own."""
 
 from __future__ import annotations
 

@@ -29,9 +29,9 @@ def test_a_guide_s_file_does_what_it_says(
     monkeypatch.chdir(tmp_path)
     (tmp_path / row.file).write_text(row.text, encoding="utf-8")
     code = cli.run(parse(shlex.split(row.typed)[1:]))
-    told = capsys.readouterr()
+    given = capsys.readouterr()
     assert row.fails == "any" or code == 0
-    assert re.search(row.shows, told.err + told.out)
+    assert re.search(row.shows, given.err + given.out)
 
 
 def test_a_row_is_of_a_known_kind() -> None:

@@ -91,7 +91,7 @@ class Row:
 
     @property
     def name(self) -> str:
-        """Where it stands."""
+        """The position of the line in its guide."""
         return f"{self.guide}:{self.at}"
 
     @property

@@ -110,7 +110,7 @@ def test_a_goal_is_reached_though_the_first_initial_pose_was_wrong(user: User) -
     assert user.truth.distance(GOAL) < REACHED
 
 
-def test_a_goal_gives_way_to_the_next(user: User) -> None:
+def test_a_goal_yields_to_the_next(user: User) -> None:
     first = user.to_pose(GOAL)
     user.robot.run(2.0)
     second = user.to_pose(NEAR)

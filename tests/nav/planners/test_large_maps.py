@@ -1,4 +1,4 @@
-"""Waves through a corridor, and ways out from where a robot may not be."""
+"""Waves through a corridor, and exits from where a robot may not be."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Cells = NDArray[np.uint8]
 
 
 def clutter(seed: int, size: int = 400) -> Cells:
-    """Return random blocks with dear cells beside them; two opposite corners are free."""
+    """Return random blocks with costly cells beside them; two opposite corners are free."""
     rng = np.random.default_rng(seed)
     data = np.zeros((size, size), np.uint8)
     for row, column in rng.integers(0, size - 20, (150, 2)):
@@ -34,7 +34,7 @@ def clutter(seed: int, size: int = 400) -> Cells:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_corridor_holds_a_way_as_good_as_any(seed: int) -> None:
+def test_a_corridor_holds_a_path_as_good_as_any(seed: int) -> None:
     data, costs = clutter(seed), traversal_costs()
     start, goal = (2, 2), (397, 397)
     seeds = np.array([[*start, 0.0]])
@@ -53,7 +53,7 @@ def test_a_corridor_holds_a_way_as_good_as_any(seed: int) -> None:
 
 
 def with_a_crack(width: int) -> Costmap:
-    """Return a wall across a map with a crack near the direct way and a wide door far off."""
+    """Return a wall across a map with a crack near the direct path and a wide door far off."""
     data = np.zeros((400, 400), np.uint8)
     data[:, 190:210] = 254
     for column in range(190, 210):  # slanted: no coarse cell of it is closed throughout
@@ -94,7 +94,7 @@ def test_a_dead_end_as_wide_as_the_robot_is_left_by_its_mouth() -> None:
     assert shallow.status is PlanStatus.START_OCCUPIED
 
 
-def test_the_nearest_way_out_is_not_taken_where_it_leads_nowhere() -> None:
+def test_the_nearest_exit_is_not_taken_where_it_leads_nowhere() -> None:
     grid = empty_grid(6.0, 3.0)
     block(grid, 2.0, 0.0, 0.1, 3.0)
     block(grid, 3.0, 0.0, 0.1, 3.0)

@@ -50,7 +50,7 @@ def test_what_is_left_of_a_path_begins_where_the_robot_is() -> None:
         (np.array([[0.0, 0.0, 0.0], [0.0, 2.55, 0.0], [0.0, 2.0, 0.0]]), SE2(), False),  # 1.1
     ],
 )
-def test_a_path_leads_to_its_end_where_it_is_not_a_metre_longer_than_the_way(
+def test_a_path_leads_to_its_end_where_it_is_not_a_metre_longer_than_straight(
     path: np.ndarray, pose: SE2, ends: bool
 ) -> None:
     assert paths.ends_here(path, pose) is ends

@@ -1,4 +1,4 @@
-"""What every planner must do."""
+"""The contract of every planner."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def test_paths_through_mazes_are_near_optimal_and_free(
     assert costs_along(costmap, result.path).max() < 253
 
 
-def test_the_mazes_are_worth_the_name() -> None:
+def test_the_mazes_are_mazes() -> None:
     lengths = [dijkstra(maze(seed)[0], (1, 1), (38, 38)) for seed in range(12)]
     assert np.isfinite(lengths).sum() >= 9
     assert np.nanmean([v for v in lengths if math.isfinite(v)]) > 1.3 * math.hypot(37, 37)
@@ -150,7 +150,7 @@ def test_a_path_ends_in_its_own_direction_where_asked(
     assert path[-1, :2].tolist() == [3.0, 3.2]
 
 
-def test_a_blocked_goal_is_replaced_by_the_nearest_reachable_place(
+def test_a_blocked_goal_is_replaced_by_the_nearest_reachable_pose(
     make: Callable[..., Planner],
 ) -> None:
     costmap = costmap_of(room())
@@ -222,7 +222,7 @@ def test_prefers_the_middle_of_a_passage(make: Callable[..., Planner]) -> None:
     assert np.abs(inside[:, 1] - 1.5).max() < 0.2
 
 
-def test_start_and_goal_may_be_one_place(make: Callable[..., Planner]) -> None:
+def test_start_and_goal_may_be_one_pose(make: Callable[..., Planner]) -> None:
     costmap = costmap_of(empty_grid(2.0, 2.0))
     result = make().plan(costmap, SE2(1.0, 1.0, 0.0), SE2(1.01, 1.0, 1.0))
     assert result.status is PlanStatus.SUCCEEDED

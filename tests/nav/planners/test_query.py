@@ -1,4 +1,4 @@
-"""What planners on a grid share: the way out, the end that is reached, and what is told."""
+"""Shared by planners on a grid: the path out, the end that is reached, and the answer."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def costmap_with(data: np.ndarray) -> Costmap:
     return Costmap(GridFrame(CELL, SIDE, SIDE, ORIGIN), data)
 
 
-def place(row: float, column: float, theta: float = 0.0) -> SE2:
+def pose_of(row: float, column: float, theta: float = 0.0) -> SE2:
     """Return the pose of a cell's middle."""
     return ORIGIN @ SE2((column + 0.5) * CELL, (row + 0.5) * CELL, theta)
 
@@ -79,14 +79,14 @@ def test_the_exits_are_the_free_cells_that_are_reached_first(seed: int) -> None:
     for (r, c), distance, row in zip(out.exits.tolist(), out.distances, seeds, strict=True):
         assert distance == pytest.approx(far[r, c])
         assert row == pytest.approx([r, c, 40.0 * distance])
-        way = np.vstack((np.array(start, float), out.to((r, c))))
-        assert way[-1].tolist() == [r, c]
-        steps = np.diff(way, axis=0)
+        path = np.vstack((np.array(start, float), out.to((r, c))))
+        assert path[-1].tolist() == [r, c]
+        steps = np.diff(path, axis=0)
         assert np.abs(steps).max() == 1
         assert np.hypot(*steps.T).sum() == pytest.approx(distance)
 
 
-def test_from_a_free_cell_there_is_no_way_to_go_out() -> None:
+def test_from_a_free_cell_there_is_no_path_out() -> None:
     out = Escape(np.zeros((3, 3), np.uint8), traversal_costs(True), (1, 1), 5.0)
     assert out.exits.tolist() == [[1, 1]]
     assert out.to((1, 1)).shape == (0, 2)
@@ -95,9 +95,24 @@ def test_from_a_free_cell_there_is_no_way_to_go_out() -> None:
 @pytest.mark.parametrize(
     ("start", "goal", "status", "message"),
     [
-        (place(-1, 2), place(5, 5), PlanStatus.START_OUTSIDE_MAP, "start (1.24, -1.92) lies out"),
-        (place(5, 5), place(5, SIDE), PlanStatus.GOAL_OUTSIDE_MAP, "goal (1.83, -0.92) lies out"),
-        (place(2, 2), place(5, 5), PlanStatus.START_OCCUPIED, "start (1.10, -1.66) has cost 254 a"),
+        (
+            pose_of(-1, 2),
+            pose_of(5, 5),
+            PlanStatus.START_OUTSIDE_MAP,
+            "start (1.24, -1.92) lies out",
+        ),
+        (
+            pose_of(5, 5),
+            pose_of(5, SIDE),
+            PlanStatus.GOAL_OUTSIDE_MAP,
+            "goal (1.83, -0.92) lies out",
+        ),
+        (
+            pose_of(2, 2),
+            pose_of(5, 5),
+            PlanStatus.START_OCCUPIED,
+            "start (1.10, -1.66) has cost 254 a",
+        ),
     ],
 )
 def test_says_why_there_can_be_no_answer(
@@ -113,7 +128,7 @@ def test_says_why_there_can_be_no_answer(
 
 def made_query(data: np.ndarray | None = None, reach: Reach | None = None) -> Query:
     free = np.zeros((SIDE, SIDE), np.uint8) if data is None else data
-    query = asked(free, place(1, 2, 0.3), place(6, 6, 2.0), reach)
+    query = asked(free, pose_of(1, 2, 0.3), pose_of(6, 6, 2.0), reach)
     assert isinstance(query, Query)
     return query
 
@@ -144,7 +159,7 @@ def test_ends_at_the_goal_or_the_nearest_reached_cell_within_the_tolerance(
 
 
 def test_a_goal_at_the_edge_has_a_window_too() -> None:
-    query = asked(np.zeros((SIDE, SIDE), np.uint8), place(5, 5), place(1, 0))
+    query = asked(np.zeros((SIDE, SIDE), np.uint8), pose_of(5, 5), pose_of(1, 0))
     assert isinstance(query, Query)
     values = np.full((SIDE, SIDE), np.inf, np.float32)
     values[0, 2] = values[11, 11] = 1.0
@@ -161,7 +176,7 @@ def test_a_goal_at_the_edge_has_a_window_too() -> None:
         (255, False, PlanStatus.GOAL_OCCUPIED),
     ],
 )
-def test_says_whether_the_goal_or_the_way_was_blocked(
+def test_says_whether_the_goal_or_the_path_was_blocked(
     cost: int, unknown: bool, status: PlanStatus
 ) -> None:
     data = np.zeros((SIDE, SIDE), np.uint8)
@@ -170,8 +185,8 @@ def test_says_whether_the_goal_or_the_way_was_blocked(
     values[:2] = 1.0
     failure = made_query(data, Reach(allow_unknown=unknown)).failure(values)
     assert failure.status is status
-    goal = f"goal ({place(6, 6).x:.2f}, {place(6, 6).y:.2f})"
-    start = f"start ({place(1, 2).x:.2f}, {place(1, 2).y:.2f})"
+    goal = f"goal ({pose_of(6, 6).x:.2f}, {pose_of(6, 6).y:.2f})"
+    start = f"start ({pose_of(1, 2).x:.2f}, {pose_of(1, 2).y:.2f})"
     assert failure.message == (
         f"{goal} has cost {cost}, nothing reachable within 0.35 m"
         if status is PlanStatus.GOAL_OCCUPIED
@@ -180,11 +195,11 @@ def test_says_whether_the_goal_or_the_way_was_blocked(
 
 
 @pytest.mark.parametrize("end", [(6, 6), (6, 5)])
-def test_an_answer_leads_from_the_exact_start_looking_along_the_way(end: tuple[int, int]) -> None:
+def test_an_answer_leads_from_the_exact_start_looking_along_the_path(end: tuple[int, int]) -> None:
     cells = [(1, 2), (2, 3), (3, 4), (4, 5), (5, 5), end]
     answer = made_query().answer(np.array(cells, dtype=float))
     assert answer.status is PlanStatus.SUCCEEDED
-    middles = [place(*cell) for cell in (cells[0], *cells[1:5], end)]
+    middles = [pose_of(*cell) for cell in (cells[0], *cells[1:5], end)]
     expected = np.array([[one.x, one.y] for one in middles])
     assert answer.path[:, :2] == pytest.approx(expected)
     turns = np.diff(expected, axis=0)
@@ -193,20 +208,24 @@ def test_an_answer_leads_from_the_exact_start_looking_along_the_way(end: tuple[i
 
 
 def test_cells_beside_the_exact_ends_are_left_out() -> None:
-    query = asked(np.zeros((SIDE, SIDE), np.uint8), place(1.3, 1.0), place(6.3, 6.0))
+    query = asked(np.zeros((SIDE, SIDE), np.uint8), pose_of(1.3, 1.0), pose_of(6.3, 6.0))
     assert isinstance(query, Query)
     answer = query.answer(np.array([(1, 1), (2, 1), (3, 2), (4, 4), (5, 5), (6, 6)], float))
-    kept = [place(1.3, 1.0), *(place(*cell) for cell in ((3, 2), (4, 4), (5, 5))), place(6.3, 6.0)]
+    kept = [
+        pose_of(1.3, 1.0),
+        *(pose_of(*cell) for cell in ((3, 2), (4, 4), (5, 5))),
+        pose_of(6.3, 6.0),
+    ]
     assert answer.path[:, :2] == pytest.approx(np.array([[one.x, one.y] for one in kept]))
 
 
-def test_points_look_at_the_next_and_the_last_as_it_is_told() -> None:
+def test_points_look_at_the_next_and_the_last_as_given() -> None:
     poses = oriented(np.array([[0.0, 0.0], [1.0, 1.0], [1.0, 3.0]]), 0.7)
     assert poses[:, 2] == pytest.approx([math.pi / 4, math.pi / 2, 0.7])
 
 
 @pytest.mark.parametrize(
-    ("way", "cost"),
+    ("path", "cost"),
     [
         ([(0, 0, 0), (1, 0, 0), (3, 0, 0)], 3.0),
         ([(0, 0, 0), (-2, 0, 0)], 8.0),  # backwards it is four times as dear
@@ -215,7 +234,7 @@ def test_points_look_at_the_next_and_the_last_as_it_is_told() -> None:
     ],
 )
 def test_a_path_costs_its_length_its_turns_and_its_stops(
-    way: list[tuple[float, float, float]], cost: float
+    path: list[tuple[float, float, float]], cost: float
 ) -> None:
     drive = Drive(turn=0.5, reversal=0.25, back=4.0)
-    assert path_cost(np.array(way, dtype=float), drive) == pytest.approx(cost, abs=1e-3)
+    assert path_cost(np.array(path, dtype=float), drive) == pytest.approx(cost, abs=1e-3)

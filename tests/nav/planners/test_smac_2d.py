@@ -28,7 +28,7 @@ def rough(**values: Any) -> Planner:
     return make("smac 2d", **{"smoother.w_smooth": 0.0, "tolerance": 0.0, **values})
 
 
-def place(cell: tuple[int, int]) -> SE2:
+def pose_of(cell: tuple[int, int]) -> SE2:
     return ORIGIN @ SE2((cell[1] + 0.5) * CELL, (cell[0] + 0.5) * CELL)
 
 
@@ -40,7 +40,7 @@ def made_costmap(seed: int) -> Costmap:
     return Costmap(GridFrame(CELL, SIDE, SIDE, ORIGIN), data)
 
 
-def prices(data: NDArray[np.uint8], weight: float, unknown: bool) -> Costs:
+def costs_of(data: NDArray[np.uint8], weight: float, unknown: bool) -> Costs:
     """Return what a cell's length costs: as its share of the greatest cost, and 1 besides."""
     costs = 1.0 + weight * data / 252.0
     costs[data >= 253] = math.inf
@@ -70,8 +70,8 @@ def cheapest(costs: Costs) -> tuple[Costs, Costs]:
 def test_every_cell_of_a_path_lies_on_a_cheapest_one(seed: int, unknown: bool) -> None:
     costmap, weight = made_costmap(seed), 3.0
     planner = rough(cost_travel_multiplier=weight, allow_unknown=unknown)
-    result = planner.plan(costmap, place(START), place(GOAL))
-    before, after = cheapest(prices(costmap.data, weight, unknown))
+    result = planner.plan(costmap, pose_of(START), pose_of(GOAL))
+    before, after = cheapest(costs_of(costmap.data, weight, unknown))
     if not math.isfinite(before[GOAL]):
         assert result.status is PlanStatus.NO_VALID_PATH
         return
@@ -91,14 +91,14 @@ def test_it_gives_up_after_the_cells_it_may_look_at() -> None:
         (4, PlanStatus.TIMEOUT),
         (0, PlanStatus.SUCCEEDED),
     ):
-        result = rough(max_iterations=limit).plan(free, place(START), place(goal))
+        result = rough(max_iterations=limit).plan(free, pose_of(START), pose_of(goal))
         assert result.status is status
         timed_out = status is PlanStatus.TIMEOUT
         assert result.message == ("no path within max_iterations = 4 cells" if timed_out else "")
 
 
 def corner() -> Costmap:
-    """Return a costmap round whose block the way has a corner."""
+    """Return a costmap round whose block the path has a corner."""
     data = np.zeros((SIDE, SIDE), np.uint8)
     data[4:, :9] = 254
     return Costmap(GridFrame(CELL, SIDE, SIDE, ORIGIN), data)
@@ -116,7 +116,7 @@ def bends(path: NDArray[np.float64]) -> float:
 
 
 def test_each_refinement_smooths_more_and_none_touches_anything() -> None:
-    start, goal = place((1, 1)), place((14, 14))
+    start, goal = pose_of((1, 1)), pose_of((14, 14))
     rougher = bends(rough().plan(corner(), start, goal).path)
     for again in (0, 1, 2):
         path = smoothing(again).plan(corner(), start, goal).path

@@ -1,4 +1,4 @@
-"""Routes: read from a file, the cheapest found, ends pruned, progress told."""
+"""Routes: read from a file, the cheapest found, ends pruned, progress tracked."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_the_route_is_the_cheapest(seed: int) -> None:
         assert sum(edge.total_cost for edge in route.edges) == pytest.approx(route.cost)
 
 
-def test_a_closed_edge_is_not_taken_and_one_dearer_only_where_it_pays(tmp_path: Path) -> None:
+def test_a_closed_edge_is_not_taken_and_a_costlier_one_only_where_it_pays(tmp_path: Path) -> None:
     graph = read_graph(written(tmp_path), "map")
     route = find_route(graph, 0, 2)
     assert route is not None
@@ -110,7 +110,7 @@ def test_a_path_goes_over_the_nodes(tmp_path: Path) -> None:
     np.testing.assert_allclose(path_along(alone, graph, 0.3), [[4.0, 0.0, 0.0]])
 
 
-def test_a_node_is_passed_where_the_way_bends_there(tmp_path: Path) -> None:
+def test_a_node_is_passed_where_the_route_bends_there(tmp_path: Path) -> None:
     graph = read_graph(written(tmp_path), "map")
     route = find_route(graph, 0, 2, {3: CLOSED})
     assert route is not None

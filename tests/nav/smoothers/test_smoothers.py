@@ -1,4 +1,4 @@
-"""What every smoother must do."""
+"""The contract of every smoother."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def test_a_period_counts_from_where_the_child_began() -> None:
     assert set(play.open) == {"Spin", "Wait"}
 
 
-def test_a_child_that_lasts_is_not_begun_again() -> None:
+def test_a_child_that_lasts_is_not_started_again() -> None:
     play = Play(REPLAN, goal=SE2(1.0))
     play.tick()
     first = play.open["Wait"]

@@ -176,16 +176,16 @@ def test_parameters_are_read_and_set(studio: Studio) -> None:
     studio.until(lambda: studio.ros.node.get_service_names_and_types())
     studio.send(op="getParameters", parameterNames=[], id="all")
 
-    def told(identity: str) -> Any:
+    def values_of(identity: str) -> Any:
         answers = [a for a in studio.said("parameterValues") if a.get("id") == identity]
         return {p["name"]: p.get("value") for p in answers[0]["parameters"]} if answers else None
 
-    values = studio.until(lambda: told("all"))
+    values = studio.until(lambda: values_of("all"))
     assert values["/robot.speed"] == 0.5
     assert values["/robot.names"] == ["a", "b"]
     new = {"name": "/robot.speed", "value": 0.75, "type": "float64"}
     studio.send(op="setParameters", parameters=[new], id="new")
-    assert studio.until(lambda: told("new")) == {"/robot.speed": 0.75}
+    assert studio.until(lambda: values_of("new")) == {"/robot.speed": 0.75}
     assert node.get_parameter("speed").value == 0.75
     node.destroy_node()
 

@@ -97,7 +97,7 @@ def test_a_goal_that_is_lost_is_sent_again(bench: RosBench, timeout: float, succ
     assert node.taken == (3 if succeeds else 2)
 
 
-def test_a_goal_of_which_nothing_is_heard_yet_is_sent_once(
+def test_a_goal_without_an_answer_yet_is_sent_once(
     bench: RosBench, capfd: pytest.CaptureFixture[str]
 ) -> None:
     node = _server(bench, takes=45.0)

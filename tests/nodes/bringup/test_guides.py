@@ -56,7 +56,7 @@ def _value(node: str, key: str, given: Parameters) -> object:
 
 
 def _exists(node: str, key: str) -> bool:
-    """Tell whether a node has a parameter; plug-ins bring theirs with them, by a name."""
+    """Return whether a node has a parameter; plug-ins bring theirs with them, by a name."""
     return key in KNOWN[node] or key.split(".")[0] in {"FollowPath", "general_goal_checker"}
 
 

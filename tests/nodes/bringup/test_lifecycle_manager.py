@@ -171,7 +171,7 @@ def test_a_node_that_refuses_to_rest_does_not_keep_the_others_up(
     assert not system.is_active()
 
 
-def test_commands_that_come_while_one_is_under_way_wait_their_turn(
+def test_commands_that_come_while_one_runs_wait_their_turn(
     managed: Callable[..., Managed],
 ) -> None:
     system = managed()

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from scripts.reference import FOLDER, parameters, topics
 
-CURE = "run: python -m scripts.reference"
+REMEDY = "run: python -m scripts.reference"
 
 
 def test_the_page_of_parameters_is_current() -> None:
-    assert (FOLDER / "parameters.md").read_text(encoding="utf-8") == parameters.page(), CURE
+    assert (FOLDER / "parameters.md").read_text(encoding="utf-8") == parameters.page(), REMEDY
 
 
 def test_the_page_of_topics_is_current() -> None:
-    assert (FOLDER / "topics.md").read_text(encoding="utf-8") == topics.page(), CURE
+    assert (FOLDER / "topics.md").read_text(encoding="utf-8") == topics.page(), REMEDY

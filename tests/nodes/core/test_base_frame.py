@@ -1,4 +1,4 @@
-"""A base frame that does not exist is said within seconds, with what is there and the cure."""
+"""A base frame that does not exist is said within seconds, with what is there and the remedy."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ WRONG: dict[str, dict[str, Any]] = {
     ],
     ids=["slam", "amcl", "costmap"],
 )
-def test_a_wrong_base_frame_is_said_with_its_cure(
+def test_a_wrong_base_frame_is_said_with_its_remedy(
     stack: Callable[..., LockStep],
     group: Group,
     node: str,
@@ -40,9 +40,9 @@ def test_a_wrong_base_frame_is_said_with_its_cure(
     robot = stack(group, parameters=WRONG)
     robot.run(4.0)
     said = [line for line in capfd.readouterr().err.splitlines() if "chassis" in line]
-    told = [line for line in said if f"[{node}" in line or f".{node}]" in line]
-    assert f"set {parameter}: base_footprint" in told[0]
-    assert sum(f"set {parameter}" in line for line in told) == 1
+    lines = [line for line in said if f"[{node}" in line or f".{node}]" in line]
+    assert f"set {parameter}: base_footprint" in lines[0]
+    assert sum(f"set {parameter}" in line for line in lines) == 1
 
 
 def test_a_right_one_is_not_spoken_of(

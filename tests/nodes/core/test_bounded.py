@@ -37,8 +37,8 @@ class ReadingNode(GoalNode):
     DEFAULT_NAME = "reading"
 
     def configure(self) -> None:
-        self.heard: list[Any] = []
-        self.subscribe(Path, "path", self.heard.append, qos.DEFAULT)
+        self.received: list[Any] = []
+        self.subscribe(Path, "path", self.received.append, qos.DEFAULT)
         self.serve(IsPathValid, "is_path_valid", self._on_path)
         self.server = self.keep(GoalServer(self, FollowPath, "follow_path"))
 
@@ -58,21 +58,21 @@ def test_messages_of_lists_alone_are_known() -> None:
     assert not any(map(is_of_lists, (Odometry, OccupancyGrid, PointCloud2, String)))
 
 
-def test_a_topic_s_message_is_not_even_read_and_the_next_is_heard(
+def test_a_topic_s_message_is_not_even_read_and_the_next_is_received(
     bench: RosBench, node: ReadingNode
 ) -> None:
     publisher = bench.node.create_publisher(Path, "path", qos.DEFAULT)
     bench.process.drain()
     publisher.publish(Path(poses=[PoseStamped()] * 100_000))
-    begun = time.process_time()
+    start = time.process_time()
     bench.process.drain()
-    assert time.process_time() - begun < 0.2
-    assert not node.heard
+    assert time.process_time() - start < 0.2
+    assert not node.received
     ((_, source), tally) = next(iter(bench.process.guard.tallies.items()))
     assert (source, tally.kind) == ("path", "refused")
     assert tally.reason.endswith(f"bytes of lists; at most {rules.LISTED} are valid")
     bench.publish(Path, "path", Path(poses=LONG.poses[1:]))
-    assert [len(path.poses) for path in node.heard] == [rules.POSES]
+    assert [len(path.poses) for path in node.received] == [rules.POSES]
 
 
 def test_a_request_is_answered_as_failed(bench: RosBench, node: ReadingNode) -> None:

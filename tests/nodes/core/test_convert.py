@@ -31,8 +31,8 @@ def sent(message: Any, kind: type) -> Any:
 @pytest.mark.parametrize("pose", [SE2(2, -1, 0), SE2(2.5, -1.25, 0.5)])
 def test_a_pose_and_a_transform_arrive_as_they_were(pose: SE2) -> None:
     found = se2_from_pose(sent(pose_msg(pose), Pose))
-    told = sent(transform_msg(pose, "map", "odom", 1.0), TransformStamped)
-    for one in (found, se2_from_transform(told.transform)):
+    transform = sent(transform_msg(pose, "map", "odom", 1.0), TransformStamped)
+    for one in (found, se2_from_transform(transform.transform)):
         assert one.array() == pytest.approx(pose.array())
 
 

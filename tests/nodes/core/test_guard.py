@@ -1,4 +1,4 @@
-"""Claims: what a callback raises ends there: told, counted, answered, and the node goes on."""
+"""Claims: what a callback raises ends there: logged, counted, answered; the node keeps running."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ CLIENT_SENDS = (0, 1, 2, 9, 42, 255)  # transitions that are unknown, or not all
 class FragileConfig:
     """Parameters of the node under test."""
 
-    limit: float = param(10.0, "Greatest value that it bears.", minimum=0.0, maximum=100.0)
+    limit: float = param(10.0, "Greatest value that it takes.", minimum=0.0, maximum=100.0)
 
 
 class FragileNode(GoalNode):
@@ -38,13 +38,13 @@ class FragileNode(GoalNode):
     DEFAULT_NAME = "fragile"
     broken = ""  # where it raises
 
-    def _break(self, place: str) -> None:
-        if self.broken == place:
-            raise ZeroDivisionError(f"in {place}")
+    def _break(self, step: str) -> None:
+        if self.broken == step:
+            raise ZeroDivisionError(f"in {step}")
 
     def configure(self) -> None:
         self._break("configure")
-        self.heard: list[float] = []
+        self.received: list[float] = []
         self.ticks = 0
         self.subscribe(Float64, "in", self._on_value, qos.DEFAULT)
         self.every(0.1, self._tick)
@@ -71,7 +71,7 @@ class FragileNode(GoalNode):
         self._break("on_time_jump")
 
     def _on_value(self, message: Any) -> None:
-        self.heard.append(1.0 / message.data)
+        self.received.append(1.0 / message.data)
 
     def _on_set(self, request: Any, response: Any) -> Any:
         self._break("set")
@@ -98,7 +98,7 @@ def counts(bench: RosBench) -> dict[str, int]:
 def test_a_message_that_breaks_a_callback_is_dropped(bench: RosBench, node: FragileNode) -> None:
     for value in (0.0, 0.0, 2.0):
         bench.publish(Float64, "in", Float64(data=value))
-    assert node.heard == [0.5]
+    assert node.received == [0.5]
     assert counts(bench) == {"in": 2}
 
 
@@ -142,7 +142,9 @@ def test_a_node_that_cannot_take_a_value_keeps_the_one_before(
     assert node.config.limit == node.get_parameter("limit").value == 10.0
 
 
-def test_a_task_that_raises_ends_the_goals_and_goes_on(bench: RosBench, node: FragileNode) -> None:
+def test_a_task_that_raises_ends_the_goals_and_runs_again(
+    bench: RosBench, node: FragileNode
+) -> None:
     outcomes = sent(bench, node)
     node.broken = "tick"
     bench.advance(0.3)
@@ -167,9 +169,9 @@ def sent(bench: RosBench, node: FragileNode) -> list[GoalOutcome]:
     return outcomes
 
 
-@pytest.mark.parametrize("place", ["admit", "on_goal", "on_cancel"])
-def test_a_goal_that_breaks_its_server_ends(bench: RosBench, node: FragileNode, place: str) -> None:
-    node.broken = place
+@pytest.mark.parametrize("step", ["admit", "on_goal", "on_cancel"])
+def test_a_goal_that_breaks_its_server_ends(bench: RosBench, node: FragileNode, step: str) -> None:
+    node.broken = step
     (outcome,) = sent(bench, node)
     assert not outcome.succeeded
     node.broken = ""
@@ -202,19 +204,19 @@ def test_a_clock_set_back_reaches_every_node(bench: RosBench, node: FragileNode)
     assert other.get_clock().now().nanoseconds == 20_000_000
 
 
-def test_a_task_of_rclpy_that_raises_is_told(bench: RosBench) -> None:
+def test_a_task_of_rclpy_that_raises_is_counted(bench: RosBench) -> None:
     bench.process.executor.create_task(lambda: 1 / 0)
     bench.process.drain()
     assert counts(bench) == {"executor": 1}
 
 
-def test_what_goes_wrong_again_is_told_once_a_minute(
+def test_what_goes_wrong_again_is_logged_once_a_minute(
     bench: RosBench, node: FragileNode, capfd: pytest.CaptureFixture[str]
 ) -> None:
     node.broken = "tick"
     bench.advance(90.0)
-    told = [line for line in capfd.readouterr().err.splitlines() if "tick failed" in line]
-    assert len(told) == 2
+    logged = [line for line in capfd.readouterr().err.splitlines() if "tick failed" in line]
+    assert len(logged) == 2
     assert counts(bench)["tick"] > 800
 
 

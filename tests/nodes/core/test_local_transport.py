@@ -35,8 +35,8 @@ def either(request: pytest.FixtureRequest) -> Iterator[RosBench]:
         yield bench
 
 
-def _noting(heard: list[str], name: str) -> Callable[[Any], None]:
-    return lambda message: heard.append(name + message.data)
+def _noting(received: list[str], name: str) -> Callable[[Any], None]:
+    return lambda message: received.append(name + message.data)
 
 
 def texts(messages: list[Any]) -> list[str]:
@@ -44,25 +44,25 @@ def texts(messages: list[Any]) -> list[str]:
 
 
 def test_messages_come_in_the_order_of_publication_over_all_topics(either: RosBench) -> None:
-    heard: list[str] = []
+    received: list[str] = []
     outs = {}
     for name in ("b", "a"):
         outs[name] = either.node.create_publisher(String, name, 10)
-        either.node.create_subscription(String, name, _noting(heard, name), 10)
+        either.node.create_subscription(String, name, _noting(received, name), 10)
     either.process.drain()
     for name, data in (("a", "1"), ("b", "2"), ("a", "3"), ("b", "4")):
         outs[name].publish(String(data=data))
-    assert heard == []
+    assert received == []
     either.process.drain()
-    assert heard == ["a1", "b2", "a3", "b4"]
+    assert received == ["a1", "b2", "a3", "b4"]
 
 
 def test_what_a_callback_publishes_comes_behind_what_waits(either: RosBench) -> None:
-    heard: list[str] = []
+    received: list[str] = []
     out = either.node.create_publisher(String, "out", 10)
 
     def answer(message: Any) -> None:
-        heard.append(message.data)
+        received.append(message.data)
         if len(message.data) == 1:
             out.publish(String(data=message.data + "!"))
 
@@ -71,30 +71,30 @@ def test_what_a_callback_publishes_comes_behind_what_waits(either: RosBench) -> 
     for data in "xyz":
         out.publish(String(data=data))
     either.process.drain()
-    assert heard == ["x", "y", "z", "x!", "y!", "z!"]
+    assert received == ["x", "y", "z", "x!", "y!", "z!"]
 
 
 @pytest.mark.parametrize("depth", [1, 3])
 def test_of_more_than_its_depth_a_subscription_keeps_the_last(either: RosBench, depth: int) -> None:
-    heard: list[Any] = []
+    received: list[Any] = []
     out = either.node.create_publisher(String, "out", QoSProfile(depth=10))
-    either.node.create_subscription(String, "out", heard.append, QoSProfile(depth=depth))
+    either.node.create_subscription(String, "out", received.append, QoSProfile(depth=depth))
     either.process.drain()
     for number in range(6):
         out.publish(String(data=str(number)))
     either.process.drain()
-    assert texts(heard) == [str(number) for number in range(6 - depth, 6)]
+    assert texts(received) == [str(number) for number in range(6 - depth, 6)]
 
 
 def test_a_subscription_that_keeps_all_loses_nothing(bench: RosBench) -> None:
-    heard: list[Any] = []
+    received: list[Any] = []
     everything = QoSProfile(history=HistoryPolicy.KEEP_ALL, depth=1)
     out = bench.node.create_publisher(String, "out", QoSProfile(depth=1))
-    bench.node.create_subscription(String, "out", heard.append, everything)
+    bench.node.create_subscription(String, "out", received.append, everything)
     for number in range(2000):
         out.publish(String(data=str(number)))
     bench.process.drain()
-    assert len(heard) == 2000
+    assert len(received) == 2000
 
 
 def test_what_is_latched_comes_to_whoever_is_late(bench: RosBench) -> None:
@@ -107,7 +107,7 @@ def test_what_is_latched_comes_to_whoever_is_late(bench: RosBench) -> None:
 
 
 @pytest.mark.parametrize(
-    ("offer", "request_", "heard"),
+    ("offer", "request_", "received"),
     [
         ((RELIABLE, VOLATILE), (RELIABLE, VOLATILE), True),
         ((RELIABLE, VOLATILE), (BEST_EFFORT, VOLATILE), True),
@@ -117,7 +117,7 @@ def test_what_is_latched_comes_to_whoever_is_late(bench: RosBench) -> None:
     ],
 )
 def test_who_asks_for_more_than_is_offered_hears_nothing(
-    either: RosBench, offer: Any, request_: Any, heard: bool
+    either: RosBench, offer: Any, request_: Any, received: bool
 ) -> None:
     profiles = [
         QoSProfile(depth=5, reliability=reliability, durability=durability)
@@ -127,7 +127,7 @@ def test_who_asks_for_more_than_is_offered_hears_nothing(
     messages = either.collect(String, "out", profiles[1])
     out.publish(String(data="-"))
     either.process.drain()
-    assert out.get_subscription_count() == len(messages) == int(heard)
+    assert out.get_subscription_count() == len(messages) == int(received)
 
 
 def test_numbers_arrive_as_the_wire_holds_them(either: RosBench) -> None:
@@ -141,13 +141,13 @@ def test_numbers_arrive_as_the_wire_holds_them(either: RosBench) -> None:
 
 
 def test_a_publisher_may_use_its_message_again(either: RosBench) -> None:
-    heard = either.collect(Odometry, "odom")
+    received = either.collect(Odometry, "odom")
     message = Odometry()
     for x in (1.0, 2.0):
         message.pose.pose.position.x = message.pose.covariance[0] = x
         either.publish(Odometry, "odom", message)
-    assert [m.pose.pose.position.x for m in heard] == [1.0, 2.0]
-    assert [m.pose.covariance[0] for m in heard] == [1.0, 2.0]
+    assert [m.pose.pose.position.x for m in received] == [1.0, 2.0]
+    assert [m.pose.covariance[0] for m in received] == [1.0, 2.0]
 
 
 def test_a_reader_that_changes_a_message_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -183,13 +183,13 @@ def test_a_client_s_message_is_judged_once_and_refused_by_all(
 
 def test_a_destroyed_end_neither_sends_nor_hears(bench: RosBench) -> None:
     out = bench.node.create_publisher(String, "out", 10)
-    heard: list[Any] = []
-    ear = bench.node.create_subscription(String, "out", heard.append, 10)
+    received: list[Any] = []
+    ear = bench.node.create_subscription(String, "out", received.append, 10)
     out.publish(String(data="never delivered"))
     bench.node.destroy_subscription(ear)
     out.publish(String(data="to nobody"))
     bench.process.drain()
-    assert heard == []
+    assert received == []
     assert out.get_subscription_count() == 0
     bench.node.destroy_publisher(out)
     with pytest.raises(InvalidHandle, match="the publisher of '/out' is destroyed"):
@@ -205,9 +205,9 @@ def test_what_is_no_message_or_no_name_is_refused(bench: RosBench) -> None:
 
 
 def test_ends_of_two_types_do_not_meet(bench: RosBench) -> None:
-    heard = bench.collect(Twist, "out")
+    received = bench.collect(Twist, "out")
     bench.publish(String, "out", String(data="-"))
-    assert heard == []
+    assert received == []
 
 
 def test_the_graph_names_the_ends_of_a_topic(bench: RosBench) -> None:
@@ -251,7 +251,7 @@ def test_requests_are_answered_in_their_order(either: RosBench) -> None:
     assert [future.result().message for future in futures] == ["0", "1", "2"]
 
 
-def test_lifecycle_and_its_services_go_the_same_way(either: RosBench) -> None:
+def test_lifecycle_and_its_services_take_the_same_transport(either: RosBench) -> None:
     node = EchoNode(either.process)
     either.process.drain()
     change = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CONFIGURE))
@@ -293,7 +293,7 @@ def test_a_coroutine_goes_on_when_what_it_waits_for_has_come(either: RosBench) -
     assert task.result() == Trigger.Response()
 
 
-def test_nodes_and_clients_of_the_middleware_are_refused_with_the_cure(bench: RosBench) -> None:
+def test_nodes_and_clients_of_the_middleware_are_refused_with_the_remedy(bench: RosBench) -> None:
     other = Node("other", context=bench.process.context)
     with pytest.raises(TransportError, match=r"'other' is .* LockStep\(transport='dds'\)"):
         bench.process.executor.add_node(other)

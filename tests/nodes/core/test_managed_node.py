@@ -45,13 +45,13 @@ def twist(speed: float) -> Twist:
 
 
 def test_delivers_only_while_active(bench: RosBench, node: EchoNode) -> None:
-    heard = bench.collect(Twist, "out")
+    received = bench.collect(Twist, "out")
     bench.publish(Twist, "in", twist(1.0))
     node.trigger_deactivate()
     bench.publish(Twist, "in", twist(2.0))
     node.trigger_activate()
     bench.publish(Twist, "in", twist(3.0))
-    assert speeds(heard) == [2.0, 6.0]
+    assert speeds(received) == [2.0, 6.0]
 
 
 def test_periodic_tasks_follow_ros_time(bench: RosBench, node: EchoNode) -> None:
@@ -65,18 +65,18 @@ def test_lifecycle_can_be_run_through_twice(bench: RosBench, node: EchoNode) -> 
     for step in ("deactivate", "cleanup", "configure", "activate"):
         getattr(node, f"trigger_{step}")()
         bench.process.drain()
-    heard = bench.collect(Twist, "out")
+    received = bench.collect(Twist, "out")
     bench.publish(Twist, "in", twist(1.0))
-    assert speeds(heard) == [2.0]
+    assert speeds(received) == [2.0]
     state = bench.call(GetState, "echo/get_state", GetState.Request())
     assert state.current_state.label == "active"
 
 
 def test_transitions_are_published(bench: RosBench, node: EchoNode) -> None:
-    heard = bench.collect(TransitionEvent, "echo/transition_event")
+    received = bench.collect(TransitionEvent, "echo/transition_event")
     node.trigger_deactivate()
     bench.process.drain()
-    labels = [(each.start_state.label, each.goal_state.label) for each in heard]
+    labels = [(each.start_state.label, each.goal_state.label) for each in received]
     assert labels == [("active", "deactivating"), ("deactivating", "inactive")]
 
 
@@ -183,9 +183,7 @@ def test_cancelling_ends_what_the_newest_goal_did_not_replace(
     assert node.server.cancel_requested
 
 
-def test_a_goal_that_yields_never_takes_the_place_of_another(
-    bench: RosBench, node: EchoNode
-) -> None:
+def test_a_goal_that_yields_never_replaces_another(bench: RosBench, node: EchoNode) -> None:
     first, second = Client(bench, node), Client(bench, node)
     first.send()
     second.client.send(Wait.Goal(), second.outcomes.append, yields=True)
@@ -239,7 +237,7 @@ def test_a_goal_s_result_outlives_its_node(bench: RosBench, node: EchoNode) -> N
     assert result.error_msg == "the end at 0.00 s"
 
 
-def test_a_client_may_go_while_answers_are_on_their_way(bench: RosBench, node: EchoNode) -> None:
+def test_a_client_may_go_while_answers_are_coming(bench: RosBench, node: EchoNode) -> None:
     for step in ("nothing", "cancel", "succeed"):
         client = Client(bench, EchoNode(bench.process, name=step))
         client.send()

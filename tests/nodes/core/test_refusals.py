@@ -46,8 +46,8 @@ class OpenNode(GoalNode):
     trusted = False
 
     def configure(self) -> None:
-        self.heard: list[Any] = []
-        self.subscribe(Odometry, "odom", self.heard.append, qos.DEFAULT)
+        self.received: list[Any] = []
+        self.subscribe(Odometry, "odom", self.received.append, qos.DEFAULT)
         self.serve(LoadMap, "load_map", lambda request, response: response)
         self.serve(IsPathValid, "is_path_valid", lambda request, response: response)
         self.server = self.keep(GoalServer(self, FollowPath, "follow_path", unknown=100))
@@ -134,7 +134,7 @@ def test_a_measurement_from_the_future_is_refused_and_a_goal_s_stamp_is_not() ->
 def test_a_node_hears_only_what_it_can_use(bench: RosBench, node: OpenNode) -> None:
     bench.publish(Odometry, "odom", changed(Odometry(), "pose.pose.position.x", math.nan))
     bench.publish(Odometry, "odom", Odometry())
-    assert len(node.heard) == 1
+    assert len(node.received) == 1
     tally = bench.process.guard.tallies[("/open", "odom")]
     assert (tally.kind, tally.count) == ("refused", 1)
     assert tally.reason == "pose.pose.position.x: nan is not finite"
@@ -168,14 +168,14 @@ def test_a_goal_that_cannot_be_used_is_aborted_with_the_reason(
     assert node.server.goal is None
 
 
-def test_what_is_refused_is_told_on_diagnostics(bench: RosBench, node: OpenNode) -> None:
-    heard = bench.collect(DiagnosticArray, "/diagnostics")
+def test_what_is_refused_is_reported_on_diagnostics(bench: RosBench, node: OpenNode) -> None:
+    received = bench.collect(DiagnosticArray, "/diagnostics")
     bench.advance(8.0)
     bench.publish(Odometry, "odom", changed(Odometry(), "pose.pose.position.x", math.nan))
     bench.advance(1.0)
     before, after = (
         {status.name: status for status in array.status}["/open: messages"]
-        for array in (heard[0], heard[-1])
+        for array in (received[0], received[-1])
     )
     assert (before.level, before.message) == (DiagnosticStatus.OK, "all could be used")
     assert (after.level, after.message) == (
@@ -186,7 +186,7 @@ def test_what_is_refused_is_told_on_diagnostics(bench: RosBench, node: OpenNode)
         ("odom refused", "1")
     ]
     bench.advance(12.0)
-    last = {status.name: status for status in heard[-1].status}["/open: messages"]
+    last = {status.name: status for status in received[-1].status}["/open: messages"]
     assert last.level == DiagnosticStatus.OK
     assert len(last.values) == 1
 

@@ -242,7 +242,7 @@ def test_a_bad_goal_of_the_same_kind_stops_the_robot(robot: PlayedRobot) -> None
         (lambda robot: spin(robot, math.inf), 700),
     ],
 )
-def test_what_makes_no_sense_is_not_begun(robot: PlayedRobot, send: Any, code: int) -> None:
+def test_what_makes_no_sense_is_not_started(robot: PlayedRobot, send: Any, code: int) -> None:
     goal = send(robot)
     robot.run_until_done(goal, 0.2)
     assert_failed(goal, code)

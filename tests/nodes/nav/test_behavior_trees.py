@@ -160,9 +160,9 @@ def test_a_tree_that_replans_only_where_the_path_is_not_free(
     robot.run_until_done(goal, 30.0)
     assert goal.status == SUCCEEDED
     changes = [change for message in log for change in message.event_log]
-    begun = [c.node_name for c in changes if c.current_status == "RUNNING"]
-    assert begun.count("ComputePathToPose") == 1
-    assert begun.count("IsPathValid") > 3
+    running = [c.node_name for c in changes if c.current_status == "RUNNING"]
+    assert running.count("ComputePathToPose") == 1
+    assert running.count("IsPathValid") > 3
 
 
 @pytest.mark.parametrize(

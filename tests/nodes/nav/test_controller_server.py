@@ -209,7 +209,7 @@ def test_a_costmap_that_rests_stops_the_robot(robot: PlayedRobot) -> None:
     assert_failed(refused, Result.CONTROLLER_TIMED_OUT)
 
 
-def test_a_costmap_that_has_just_begun_is_waited_for() -> None:
+def test_a_costmap_that_has_just_started_is_waited_for() -> None:
     robot = started(LOCAL_COSTMAP, CONTROLLER_SERVER, settle=0.04)
     goal = follow(robot, path((0.5, 0.0)))
     robot.run_until_done(goal, 5.0)

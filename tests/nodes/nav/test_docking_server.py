@@ -74,8 +74,8 @@ def test_it_docks_by_name_and_undocks(robot: PlayedRobot) -> None:
 
 
 def test_it_docks_by_pose_where_the_robot_stands_near(robot: PlayedRobot) -> None:
-    place = pose_stamped(SE2(0.7, 0.05, 0.0), "map", 0.0)
-    goal = dock_at(robot, place, "simple_non_charging_dock", navigate_to_staging_pose=False)
+    pose = pose_stamped(SE2(0.7, 0.05, 0.0), "map", 0.0)
+    goal = dock_at(robot, pose, "simple_non_charging_dock", navigate_to_staging_pose=False)
     robot.run_until_done(goal, 60.0)
     assert goal.status == SUCCEEDED
     assert robot.pose.distance(SE2(0.7, 0.05)) < 0.02
@@ -119,8 +119,8 @@ def test_what_is_no_dock_is_refused(
 
 
 def test_a_staging_pose_in_the_wall_fails(robot: PlayedRobot) -> None:
-    place = pose_stamped(SE2(20.0, 0.0, 0.0), "map", 0.0)
-    goal = dock_at(robot, place, "simple_charging_dock")
+    pose = pose_stamped(SE2(20.0, 0.0, 0.0), "map", 0.0)
+    goal = dock_at(robot, pose, "simple_charging_dock")
     robot.run_until_done(goal, 60.0)
     assert_failed_to_stage(goal)
 

@@ -222,7 +222,7 @@ def test_a_robot_that_sees_only_ahead_turns_round_before_it_is_done(
     assert len(exploration.navigator.turns) == 1
 
 
-def test_what_it_waits_for_is_said_with_its_cure(exploration: Exploration) -> None:
+def test_what_it_waits_for_is_said_with_its_remedy(exploration: Exploration) -> None:
     explorer = exploration.robot.nodes["explorer"]
     assert "no map has come on 'map': is" in explorer.waits_for
     exploration.hide((2.0, 5.5))
@@ -234,7 +234,7 @@ def test_what_it_waits_for_is_said_with_its_cure(exploration: Exploration) -> No
     assert "nobody serves 'navigate_to_pose': is" in explorer.waits_for
 
 
-def test_a_wrong_base_frame_is_said_with_its_cure() -> None:
+def test_a_wrong_base_frame_is_said_with_its_remedy() -> None:
     robot = PlayedRobot({"explorer": {"robot_base_frame": "chassis"}})
     try:
         FakeNavigator(robot.bench.process).trigger_configure()

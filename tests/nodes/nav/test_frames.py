@@ -34,7 +34,7 @@ CHAIN = (("map", "odom"), ("odom", "robot_footprint"))
         (1.8e9, CHAIN, "robot_footprint", "start this node with use_sim_time:=true"),
     ],
 )
-def test_a_pose_that_is_not_known_names_the_cure(
+def test_a_pose_that_is_not_known_names_the_remedy(
     now: float, edges: tuple[tuple[str, str], ...], base: str, said: str
 ) -> None:
     with pytest.raises(TransformError, match=said):

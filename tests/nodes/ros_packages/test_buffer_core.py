@@ -35,7 +35,7 @@ def at(stamp: float) -> Time:
 
 @pytest.fixture
 def core() -> BufferCore:
-    """A robot that turned left on its way, with a lidar 0.5 m ahead of its base."""
+    """A robot that turned left as it drove, with a lidar 0.5 m ahead of its base."""
     core = BufferCore()
     core.set_transform(transform("odom", "base", 1.0, 0.0, 0.0))
     core.set_transform(transform("odom", "base", 2.0, 1.0, math.pi / 2.0))
@@ -57,7 +57,7 @@ def test_between_two_stamps_it_interpolates(core: BufferCore) -> None:
     assert 2.0 * math.atan2(found.rotation.z, found.rotation.w) == pytest.approx(math.pi / 4.0)
 
 
-def test_the_other_way_is_the_inverse(core: BufferCore) -> None:
+def test_backwards_is_the_inverse(core: BufferCore) -> None:
     t = core.lookup_transform_core("lidar", "odom", at(2.0)).transform.translation
     assert (t.x, t.y) == pytest.approx((-0.5, 1.0))
 
@@ -88,7 +88,7 @@ def test_outside_what_is_known_is_said_as_tf2_does(
         core.lookup_transform_core("odom", "lidar", at(stamp))
 
 
-def test_unknown_and_unconnected_frames_are_told_apart(core: BufferCore) -> None:
+def test_unknown_and_unconnected_frames_are_distinguished(core: BufferCore) -> None:
     core.set_transform(transform("there", "thing", 1.0))
     with pytest.raises(LookupException, match='"map" passed to lookupTransform argument target'):
         core.lookup_transform_core("map", "base", Time())

@@ -32,12 +32,12 @@ def random_map(seed: int) -> tuple[Cells, NDArray[np.int64]]:
     return data, free[rng.integers(len(free), size=2)]
 
 
-def price_along(way: NDArray[np.float64], data: Cells) -> float:
+def cost_along(path: NDArray[np.float64], data: Cells) -> float:
     """Return what a path costs that is looked at every eighth of a cell."""
     parts = np.linspace(0.0, 1.0, 5)[:-1, None, None]
-    points = (way[:-1] + parts * np.diff(way, axis=0)).reshape(-1, 2)
+    points = (path[:-1] + parts * np.diff(path, axis=0)).reshape(-1, 2)
     costs = np.minimum(COSTS[data[tuple(np.floor(points + 0.5).astype(int).T)]], 252.0)
-    lengths = np.hypot(*np.diff(way, axis=0).T)
+    lengths = np.hypot(*np.diff(path, axis=0).T)
     return float((np.tile(lengths / len(parts), len(parts)) * costs).sum())
 
 
@@ -59,17 +59,17 @@ def test_a_wave_is_that_of_the_formula(seed: int) -> None:
 
 
 def test_paths_cost_what_those_of_the_formula_cost() -> None:
-    prices = []
+    ratios_of_cost = []
     for seed in range(60):
         data, (start, goal) = random_map(seed)
         seeds, end = np.array([[*start, 0.0]]), (int(goal[0]), int(goal[1]))
         plain = plain_potential(data, COSTS, seeds).astype(np.float32)
         if np.isfinite(plain[end]) and np.hypot(*(start - goal)) > 20.0:
-            ways = [descend(found, end) for found in (spread(data, COSTS, seeds, end), plain)]
-            prices.append(price_along(ways[0], data) / price_along(ways[1], data))
-    assert len(prices) > 20
-    assert np.mean(prices) < 1.003
-    assert max(prices) < 1.03
+            paths = [descend(found, end) for found in (spread(data, COSTS, seeds, end), plain)]
+            ratios_of_cost.append(cost_along(paths[0], data) / cost_along(paths[1], data))
+    assert len(ratios_of_cost) > 20
+    assert np.mean(ratios_of_cost) < 1.003
+    assert max(ratios_of_cost) < 1.03
 
 
 def test_several_seeds_keep_what_they_cost() -> None:

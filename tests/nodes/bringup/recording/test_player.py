@@ -70,10 +70,12 @@ def test_the_same_bytes_arrive_that_were_recorded(tmp_path: Path, bench: RosBenc
 def test_topics_take_new_names_and_the_clock_runs(tmp_path: Path, bench: RosBench) -> None:
     bag = record(bench, tmp_path / "bag")
     with closing(RosBench(transport="dds")) as other:
-        heard = other.collect(String, "/renamed")
+        received = other.collect(String, "/renamed")
         clock = other.collect(Clock, "/clock", qos.CLOCK)
         play(other, bag, remap={"/often": "/renamed"}, clock=True)
-        assert [message.data for message in heard] == [f"message {number}" for number in range(5)]
+        assert [message.data for message in received] == [
+            f"message {number}" for number in range(5)
+        ]
         stamps = [message.clock.sec * 1_000_000_000 + message.clock.nanosec for message in clock]
         assert stamps == [message.time for message in bag.messages()]
 

@@ -76,7 +76,7 @@ def test_topics_that_appear_later_are_found_and_hidden_ones_left(
     assert deserialize_message(message.data, String).data == "heard"
 
 
-def test_a_subscription_gives_way_to_a_weaker_publisher(tmp_path: Path, bench: RosBench) -> None:
+def test_a_subscription_yields_to_a_weaker_publisher(tmp_path: Path, bench: RosBench) -> None:
     weak = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
     with closing(record(bench, tmp_path / "bag")) as recorder:
         bench.publish(String, "/mixed", String(data="one"))

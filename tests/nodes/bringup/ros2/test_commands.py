@@ -1,4 +1,4 @@
-"""What the commands print and how they end, on the stand-in's graph; numbers are masked."""
+"""Commands print and end as ros2cli's, on the stand-in's graph; numbers are masked."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands that go on until they are interrupted, each a process of its own."""
+"""Commands that run until they are interrupted, each a process of its own."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LINES = {
 
 
 @pytest.mark.parametrize("line", LINES)
-def test_goes_on_until_interrupted(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_runs_until_interrupted(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in ENVIRONMENT.items():
         monkeypatch.setenv(name, value)
     with Lines("-m", "bringup.ros2.main", *line.split()) as process:

@@ -1,4 +1,4 @@
-"""What `ros2 run` runs: their arguments and their files."""
+"""Programs that `ros2 run` runs: their arguments and their files."""
 
 from __future__ import annotations
 

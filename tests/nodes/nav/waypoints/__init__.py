@@ -1,1 +1,1 @@
-"""What is done at each waypoint."""
+"""Tasks at waypoints."""
