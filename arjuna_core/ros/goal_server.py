@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from action_msgs.msg import GoalStatus
@@ -11,6 +11,7 @@ from rclpy.action.server import ServerGoalHandle
 from unique_identifier_msgs.msg import UUID
 
 from arjuna_core.config import param
+from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
 from arjuna_core.ros.local.actions import LocalActionServer
 from arjuna_core.ros.node import ManagedNode
@@ -33,6 +34,31 @@ def retire(node: Any, waitable: Any, destroy: Callable[[], None], turns: int = 8
         return
     node.remove_waitable(waitable)
     node.executor.create_task(destroy)
+
+
+class GoalError(ArjunaError):
+    """A goal cannot be reached.
+
+    Args:
+        code: The action's error code.
+        reason: Why.
+    """
+
+    def __init__(self, code: int, reason: str) -> None:
+        super().__init__(reason)
+        self.code = int(code)
+
+
+def chosen(kind: str, name: str, names: Sequence[str], code: int) -> str:
+    """Return the plug-in that a goal names, the first where it names none.
+
+    Raises:
+        GoalError: There is none of that name.
+    """
+    if name not in ("", *names):
+        message = f"{kind} '{name}' does not exist; valid: {', '.join(names)}"
+        raise GoalError(code, message)
+    return name or names[0]
 
 
 _OFF_THE_TICKS = 1e-6
@@ -192,11 +218,11 @@ class GoalServer:
     def _failed(self, reason: str, *handle: ServerGoalHandle) -> None:
         self.abort_all(f"the node failed: {reason}")
 
-    def explained(self, reason: str) -> Any:
-        """Return a result that says why a goal failed, with the action's code for the unknown."""
+    def explained(self, reason: str, code: int | None = None, **fields: Any) -> Any:
+        """Return a result that says why a goal failed; without a code it is the unknown's."""
         result = self._action_type.Result
-        code = getattr(result, "UNKNOWN", self._unknown)
-        answer = result(error_code=code)
+        unknown = getattr(result, "UNKNOWN", self._unknown)
+        answer = result(error_code=unknown if code is None else code, **fields)
         if hasattr(answer, "error_msg"):  # the routes' actions have none
             answer.error_msg = reason
         if hasattr(answer, "success"):
@@ -206,9 +232,8 @@ class GoalServer:
     def _invalid(self, problem: str) -> Any:
         """Return a result that says what cannot be used of a goal, with the action's code."""
         result = self.explained(problem)
-        if hasattr(result, "error_code"):
-            code = self._invalid_code or invalid_code(result, result.error_code)
-            result.error_code = code
+        if hasattr(result, "error_code"):  # simulate_steps has another field for it
+            result.error_code = self._invalid_code or invalid_code(result, result.error_code)
         return result
 
     def _replaced(self) -> Any:
@@ -255,8 +280,15 @@ class GoalServer:
             handle, self._pending = self._pending, None
             self._end(handle, result, _ABORTED)
 
-    def abort_newest(self, result: Any) -> None:
-        """End the goal that waits, or else the running one, as aborted."""
+    def fail(self, error: GoalError, **fields: Any) -> None:
+        """End the goal that waits, or else the running one, as aborted with a code and a reason.
+
+        Args:
+            error: The code and the reason.
+            fields: More fields of the action's result.
+        """
+        self._node.get_logger().warning(f"{self._name}: goal aborted: {error}")
+        result = self.explained(str(error), error.code, **fields)
         (self.abort_pending if self.preempt_requested else self.abort)(result)
 
     def abort_all(self, reason: str = "the node was deactivated") -> None:

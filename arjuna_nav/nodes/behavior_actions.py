@@ -41,9 +41,7 @@ class BehaviorAction:
     unknown: int = 0
 
     def error_code(self, status: BehaviorStatus) -> int:
-        """Return the action's code for how it ended; one that it does not name is unknown."""
-        if status is BehaviorStatus.SUCCEEDED:
-            return 0
+        """Return the action's code for how it failed; one that it does not name is unknown."""
         codes = self.type.Result
         return int(getattr(codes, status.name, getattr(codes, "UNKNOWN", self.unknown)))
 

@@ -11,7 +11,7 @@ from std_msgs.msg import Empty
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, seconds
-from arjuna_core.ros.goal_server import GoalNode, result_timeout
+from arjuna_core.ros.goal_server import GoalError, GoalNode, result_timeout
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.ros.velocity import VelocityOutput, subscribe_velocity
 from arjuna_core.se2 import IDENTITY, SE2
@@ -207,14 +207,10 @@ class BehaviorServerNode(GoalNode):
 
     def _conclude(self, kind: str, result: BehaviorResult, since: float) -> None:
         """Send the client its goal's result."""
-        action = self._actions[kind]
-        answer = action.type.Result(
-            total_elapsed_time=duration_msg(self.now - since),
-            error_code=action.error_code(result.status),
-            error_msg=result.message,
-        )
+        elapsed = duration_msg(self.now - since)
+        action, server = self._actions[kind], self._servers[kind]
         if result.status is BehaviorStatus.SUCCEEDED:
-            self._servers[kind].succeed(answer)
-            return
-        self.get_logger().warning(f"{kind} failed: {result.status.name}: {result.message}")
-        self._servers[kind].abort(answer)
+            server.succeed(action.type.Result(total_elapsed_time=elapsed))
+        else:
+            error = GoalError(action.error_code(result.status), result.message)
+            server.fail(error, total_elapsed_time=elapsed)

@@ -20,12 +20,12 @@ from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, pose_stamped, seconds, velocity_from_twist
 from arjuna_core.ros.goal_client import GoalClient
-from arjuna_core.ros.goal_server import GoalServer, result_timeout
+from arjuna_core.ros.goal_server import GoalError, GoalServer, result_timeout
 from arjuna_core.se2 import SE2
 from arjuna_core.timing import Periodic
 from arjuna_core.twist import STILL
 from arjuna_nav.navigator import Ending, Finish, Navigator, NavigatorConfig
-from arjuna_nav.nodes.goals.admission import Admission, RefusedGoalError, error_code
+from arjuna_nav.nodes.goals.admission import Admission, error_code
 from arjuna_nav.nodes.goals.memory import GoalMemory, ResumingNode
 from arjuna_nav.nodes.trees.clients import TreeClients
 from arjuna_nav.nodes.trees.loading import TreeChoice, log_msg
@@ -172,9 +172,8 @@ class BtNavigatorNode(ResumingNode):
             return
         try:
             goals = self._admission.goals(kind, server.newest, preempts)
-        except RefusedGoalError as refused:
-            self.get_logger().error(f"{kind}: goal aborted: {refused}")
-            server.abort_newest(refused.result(_ACTIONS[kind]))
+        except GoalError as refused:
+            server.fail(refused)
             return
         if goals is None:
             return

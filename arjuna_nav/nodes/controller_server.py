@@ -14,15 +14,14 @@ from nav_msgs.msg import Odometry, Path
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
-from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import header, path_msg, poses_from_path, velocity_from_twist
-from arjuna_core.ros.goal_server import GoalNode, GoalServer, result_timeout
+from arjuna_core.ros.convert import header, path_msg, velocity_from_twist
+from arjuna_core.ros.goal_server import GoalError, GoalNode, chosen, result_timeout
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.ros.velocity import VelocityOutput
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
-from arjuna_nav.controllers import ControlStatus, PathError
+from arjuna_nav.controllers import ControlStatus
 from arjuna_nav.controllers.follower import (
     Chosen,
     FollowerConfig,
@@ -32,7 +31,7 @@ from arjuna_nav.controllers.follower import (
 )
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.nodes.costmap.node import CostmapNode
-from arjuna_nav.nodes.frames import robot_pose
+from arjuna_nav.nodes.frames import poses_of, robot_pose
 
 
 @dataclass(frozen=True)
@@ -64,14 +63,6 @@ class ControllerServerConfig(FollowerConfig):
     )
 
 
-class _NotKnownError(ArjunaError):
-    """The robot's pose or the costmap is not known."""
-
-    def __init__(self, code: ControlStatus, reason: str) -> None:
-        super().__init__(reason)
-        self.code = code
-
-
 class ControllerServerNode(GoalNode):
     """Drives along the path of its goal at `controller_frequency`."""
 
@@ -96,15 +87,8 @@ class ControllerServerNode(GoalNode):
         self._plan_out = self.publisher(Path, "received_global_plan", qos.LATEST)
         self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.DEFAULT)
         self.subscribe(SpeedLimit, config.speed_limit_topic, self._on_speed_limit, qos.DEFAULT)
-        self._server = self.keep(
-            GoalServer(
-                self,
-                FollowPath,
-                "follow_path",
-                self._on_goal,
-                on_cancel=self._on_cancel,
-                result_timeout=self.config.action_server_result_timeout,
-            )
+        self._server = self.offer(
+            FollowPath, "follow_path", self._on_goal, on_cancel=self._on_cancel
         )
         self.every(1.0 / config.controller_frequency, self._control)
 
@@ -141,24 +125,38 @@ class ControllerServerNode(GoalNode):
 
     def _on_goal(self) -> None:
         replaced = self._server.preempt_requested
-        goal = self._server.accept_pending() if replaced else self._server.goal
-        refusal = self._refusal(goal)
-        if refusal is not None:
-            self._end(FollowResult.failed(*refusal))
+        goal = self._server.take_newest()
+        try:
+            plugins, poses = self._checked(goal)
+        except GoalError as error:
+            self._end(error)
             return
         self._frame = goal.path.header.frame_id.lstrip("/")
         if self._plan_out.get_subscription_count():
             self._plan_out.publish(goal.path)
-        self._take(poses_from_path(goal.path), self._chosen(goal), replaced)
+        self._take(poses, plugins, replaced)
 
-    def _chosen(self, goal: Any) -> Chosen:
-        """Return the plug-ins that a goal names, the first of each kind where it names none."""
+    def _checked(self, goal: Any) -> tuple[Chosen, NDArray[np.float64]]:
+        """Return the plug-ins and the path of a goal.
+
+        Raises:
+            GoalError: It cannot be followed.
+        """
         config: ControllerServerConfig = self.config
-        return Chosen(
-            goal.controller_id or config.controller_plugins[0],
-            goal.goal_checker_id or config.goal_checker_plugins[0],
-            goal.progress_checker_id or config.progress_checker_plugins[0],
+        invalid, unknown = ControlStatus.INVALID_CONTROLLER, ControlStatus.UNKNOWN
+        plugins = Chosen(
+            chosen("controller", goal.controller_id, config.controller_plugins, invalid),
+            chosen("goal checker", goal.goal_checker_id, config.goal_checker_plugins, unknown),
+            chosen(
+                "progress checker",
+                goal.progress_checker_id,
+                config.progress_checker_plugins,
+                unknown,
+            ),
         )
+        if not self._costmap.active:
+            raise GoalError(ControlStatus.CONTROLLER_TIMED_OUT, self._costmap.why_not_current())
+        return plugins, poses_of(goal.path, ControlStatus.INVALID_PATH)
 
     def _take(self, poses: NDArray[np.float64], chosen: Chosen, replaced: bool) -> None:
         """Follow a path; one that replaces another keeps what was reached and the progress."""
@@ -179,35 +177,19 @@ class ControllerServerNode(GoalNode):
             self._output.stop()
             self._server.cancel(FollowPath.Result())
 
-    def _refusal(self, goal: Any) -> tuple[ControlStatus, str] | None:
-        """Say why a goal cannot be followed, or None."""
-        if goal.controller_id not in ("", *self.config.controller_plugins):
-            valid = ", ".join(self.config.controller_plugins)
-            message = f"controller '{goal.controller_id}' does not exist; valid: {valid}"
-            return ControlStatus.INVALID_CONTROLLER, message
-        for kind, asked, valid in (
-            ("goal checker", goal.goal_checker_id, self.config.goal_checker_plugins),
-            ("progress checker", goal.progress_checker_id, self.config.progress_checker_plugins),
-        ):
-            if asked not in ("", *valid):
-                message = f"{kind} '{asked}' does not exist; valid: {', '.join(valid)}"
-                return ControlStatus.UNKNOWN, message
-        if not self._costmap.active:
-            return ControlStatus.CONTROLLER_TIMED_OUT, self._costmap.why_not_current()
-        try:
-            if not len(poses_from_path(goal.path)):
-                raise PathError("the path has 0 poses, at least 1 is needed")
-        except ValueError as error:
-            return ControlStatus.INVALID_PATH, str(error)
-        return None
-
     def _control(self) -> None:
         self._on_cancel()
         if self._server.goal is None or self._follower is None:
             return
-        result = self._follow(self._follower)
-        if result.state is not FollowState.RUNNING:
-            self._end(result)
+        try:
+            result = self._follow(self._follower)
+            if result.state is FollowState.FAILED:
+                raise GoalError(result.error, result.message)
+        except GoalError as error:
+            self._end(error)
+            return
+        if result.state is FollowState.SUCCEEDED:
+            self._end()
             return
         self._output.publish(result.velocity)
         self._publish_carrot(self._follower.carrot)
@@ -237,12 +219,12 @@ class ControllerServerNode(GoalNode):
         """Ask the follower; at rest while the pose or the costmap is missing for a short time."""
         try:
             pose, placed = self._surroundings()
-        except _NotKnownError as error:
+        except GoalError:
             self._unknown_since = min(self._unknown_since, self.now)
             tolerance, waited = self.config.failure_tolerance, self.now - self._unknown_since
             if tolerance < 0.0 or waited <= max(tolerance, self.config.costmap_update_timeout):
                 return FollowResult(FollowState.RUNNING)
-            return FollowResult.failed(error.code, str(error))
+            raise
         self._unknown_since = math.inf
         return follower.tick(pose, self._velocity, placed, self.now)
 
@@ -250,7 +232,7 @@ class ControllerServerNode(GoalNode):
         """Return the robot's pose and the costmap in the path's frame.
 
         Raises:
-            _NotKnownError: One of them is not known, or too old.
+            GoalError: One of them is not known, or too old.
         """
         config, frame = self._costmap.config, self._frame
         try:
@@ -259,19 +241,17 @@ class ControllerServerNode(GoalNode):
             T_path_costmap = self.transforms.lookup(frame, config.global_frame)
         except TransformError as error:
             message = f"the robot's pose is not known: {error}"
-            raise _NotKnownError(ControlStatus.TF_ERROR, message) from error
+            raise GoalError(ControlStatus.TF_ERROR, message) from error
         costmap = self._costmap.current(self.config.costmap_update_timeout)
         if costmap is None:
             message = self._costmap.why_not_current()
-            raise _NotKnownError(ControlStatus.CONTROLLER_TIMED_OUT, message)
+            raise GoalError(ControlStatus.CONTROLLER_TIMED_OUT, message)
         return pose, costmap.seen_from(T_path_costmap)
 
-    def _end(self, result: FollowResult) -> None:
+    def _end(self, error: GoalError | None = None) -> None:
         if self.config.publish_zero_velocity:
             self._output.stop()
-        message = FollowPath.Result(error_code=int(result.error), error_msg=result.message)
-        if result.state is FollowState.SUCCEEDED:
-            self._server.succeed(message)
-            return
-        self.get_logger().warning(f"following failed: {result.message}")
-        self._server.abort(message)
+        if error is None:
+            self._server.succeed(FollowPath.Result())
+        else:
+            self._server.fail(error)

@@ -1,10 +1,14 @@
-"""The robot's pose, and poses of other frames."""
+"""The robot's pose, and the poses of messages."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from arjuna_core.ros.convert import se2_from_pose
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.ros.convert import poses_from_path, se2_from_pose
+from arjuna_core.ros.goal_server import GoalError
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
@@ -45,3 +49,18 @@ def pose_in(node: ManagedNode, frame: str, message: Any) -> SE2:
     except ValueError as error:
         raise TransformError(f"invalid pose: {error}") from error
     return pose if source == frame else node.transforms.lookup(frame, source) @ pose
+
+
+def poses_of(path: Any, code: int) -> NDArray[np.float64]:
+    """Return the poses `(N, 3)` of a goal's path, in its own frame.
+
+    Raises:
+        GoalError: It has none, or one that is invalid; with this code.
+    """
+    try:
+        poses = poses_from_path(path)
+    except ValueError as error:
+        raise GoalError(code, str(error)) from error
+    if not len(poses):
+        raise GoalError(code, "the path has 0 poses, at least 1 is needed")
+    return poses

@@ -15,15 +15,20 @@ from numpy.typing import NDArray
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, path_msg, poses_from_path
-from arjuna_core.ros.goal_server import GoalNode, GoalServer, result_timeout
+from arjuna_core.ros.goal_server import (
+    GoalError,
+    GoalNode,
+    GoalServer,
+    chosen,
+    result_timeout,
+)
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import pose_in
-from arjuna_nav.planners import Planner, PlanResult, PlanStatus, plan_through
+from arjuna_nav.planners import Planner, PlanStatus, plan_through
 from arjuna_nav.planners.base import PLANNERS
 
 _ACTIONS: dict[str, Any] = {
@@ -79,8 +84,7 @@ class PlannerServerNode(GoalNode):
             self._planners.clear()
 
     def _planner(self, name: str) -> Planner:
-        """Return a planner, the first where none is named, for the robot's present outline."""
-        name = name or self.config.planner_plugins[0]
+        """Return a planner for the robot's present outline."""
         footprint = self._costmap.layered.footprint
         made = self._planners.get(name)
         if made is None or made[0] is not footprint:
@@ -101,58 +105,56 @@ class PlannerServerNode(GoalNode):
 
     def _try(self, name: str, server: GoalServer) -> None:
         """Answer a goal, unless the costmap may still become current."""
-        goal: Any = server.goal
-        action = _ACTIONS[name]
-        is_through = action is ComputePathThroughPoses
-        stops, result = goal.goals if is_through else [goal.goal], action.Result()
+        result = _ACTIONS[name].Result()
         if server.cancel_requested:
             server.cancel(result)
             return
-        timeout = self.config.costmap_update_timeout
-        costmap = self._costmap.current(timeout)
-        plan = self._refusal(goal, stops)
         waited = self.now - self._asked_at[name]
-        if plan is None and costmap is None and waited <= timeout:
-            return
-        plan = plan or self._plan(goal, stops, costmap)
         result.planning_time = duration_msg(waited)
-        if plan.status is PlanStatus.SUCCEEDED:
-            result.path = path_msg(plan.path, self._costmap.config.global_frame, self.now)
+        try:
+            path = self._plan(server.goal, waited)
+        except GoalError as error:
+            server.fail(error, planning_time=result.planning_time)
+            return
+        if path is not None:
+            result.path = path_msg(path, self._costmap.config.global_frame, self.now)
             self._out.publish(result.path)
             server.succeed(result)
-            return
-        self.get_logger().warning(f"no path: {plan.message}")
-        result.error_code, result.error_msg = plan.status.code(is_through), plan.message
-        if not stops:
-            result.error_code = ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
-        server.abort(result)
 
-    def _refusal(self, goal: Any, stops: list[Any]) -> PlanResult | None:
-        """Return why nothing is planned whatever the costmap says, or None."""
-        if goal.planner_id not in ("", *self.config.planner_plugins):
-            valid = ", ".join(self.config.planner_plugins)
-            message = f"planner '{goal.planner_id}' does not exist; valid: {valid}"
-            return PlanResult.failed(PlanStatus.INVALID_PLANNER, message)
-        if not stops:
-            return PlanResult.failed(
-                PlanStatus.NO_VALID_PATH, "0 goals were given, at least 1 is needed"
-            )
-        return None
+    def _plan(self, goal: Any, waited: float) -> NDArray[np.float64] | None:
+        """Return the path of a goal, None while the costmap may still become current.
 
-    def _plan(self, goal: Any, stops: list[Any], costmap: Costmap | None) -> PlanResult:
-        """Plan leg by leg through the stops."""
+        Args:
+            goal: A goal of either action.
+            waited: How long it has waited [s].
+
+        Raises:
+            GoalError: There is no path.
+        """
+        through = isinstance(goal, ComputePathThroughPoses.Goal)
+        stops = goal.goals if through else [goal.goal]
+        unknown, names = PlanStatus.INVALID_PLANNER.code(through), self.config.planner_plugins
+        planner = chosen("planner", goal.planner_id, names, unknown)
+        if not stops:
+            code = ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
+            raise GoalError(code, "0 goals were given, at least 1 is needed")
+        costmap = self._costmap.current(self.config.costmap_update_timeout)
         if costmap is None:
-            return PlanResult.failed(PlanStatus.TIMEOUT, self._costmap.why_not_current())
+            if waited <= self.config.costmap_update_timeout:
+                return None
+            raise GoalError(PlanStatus.TIMEOUT.code(through), self._costmap.why_not_current())
+        frame = self._costmap.config.global_frame
         try:
-            frame = self._costmap.config.global_frame
-            start = (
-                pose_in(self, frame, goal.start) if goal.use_start else self._costmap.robot_pose()
-            )
+            here = self._costmap.robot_pose
+            start = pose_in(self, frame, goal.start) if goal.use_start else here()
             ends = [pose_in(self, frame, stop) for stop in stops]
         except TransformError as error:
-            return PlanResult.failed(PlanStatus.TF_ERROR, str(error))
+            raise GoalError(PlanStatus.TF_ERROR.code(through), str(error)) from error
         outline = self._costmap.layered.footprint
-        return plan_through(self._planner(goal.planner_id), costmap, start, ends, outline)
+        plan = plan_through(self._planner(planner), costmap, start, ends, outline)
+        if plan.status is not PlanStatus.SUCCEEDED:
+            raise GoalError(plan.status.code(through), plan.message)
+        return plan.path
 
     def _on_is_path_valid(self, request: Any, response: Any) -> Any:
         """Answer for the part of a path that is still ahead of the robot."""

@@ -15,11 +15,11 @@ from nav_msgs.msg import Path as PathMsg
 from std_srvs.srv import Trigger
 
 from arjuna_core.config import param
-from arjuna_core.errors import ArjunaError, InputFileError
+from arjuna_core.errors import InputFileError
 from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, header, path_msg
-from arjuna_core.ros.goal_server import GoalNode, GoalServer
+from arjuna_core.ros.goal_server import GoalError, GoalNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_nav.nodes.frames import pose_in, robot_pose
 from arjuna_nav.routes.graph import Graph, read_graph
@@ -58,19 +58,6 @@ class RouteServerConfig:
     max_prune_dist_from_edge: float = param(
         8.0, "How far from an edge that holds.", unit="m", minimum=0.0
     )
-
-
-class RouteError(ArjunaError):
-    """There is no route.
-
-    Args:
-        code: The actions' error code.
-        reason: Why.
-    """
-
-    def __init__(self, code: int, reason: str) -> None:
-        super().__init__(reason)
-        self.code = code
 
 
 class RouteServerNode(GoalNode):
@@ -138,8 +125,8 @@ class RouteServerNode(GoalNode):
     def _on_goal(self) -> None:
         try:
             route = self._route(self._once.take_newest())
-        except RouteError as error:
-            self._refuse(self._once, error)
+        except GoalError as error:
+            self._once.fail(error)
             return
         path, message = self._messages(route)
         self._once.succeed(_Codes(planning_time=duration_msg(0.0), path=path, route=message))
@@ -149,25 +136,19 @@ class RouteServerNode(GoalNode):
         self._tracked, self._began = None, self.now
         try:
             self._follow(self._route(goal), rerouted=False)
-        except RouteError as error:
-            self._refuse(self._tracking, error)
-
-    def _refuse(self, server: GoalServer, error: RouteError) -> None:
-        self.get_logger().warning(f"no route: {error}")
-        answer = server.explained(str(error))
-        answer.error_code = error.code
-        server.abort(answer)
+        except GoalError as error:
+            self._tracking.fail(error)
 
     def _route(self, goal: Any) -> Route:
         """Return the route that a goal asks for.
 
         Raises:
-            RouteError: There is none.
+            GoalError: There is none.
         """
         graph, config, frame = self._graph, self.config, self.config.route_frame
         if graph is None:
             reason = "no graph is loaded; valid: graph_filepath or route_server/set_route_graph"
-            raise RouteError(_Codes.NO_VALID_GRAPH, reason)
+            raise GoalError(_Codes.NO_VALID_GRAPH, reason)
         start = end = None
         if goal.use_poses:
             try:
@@ -178,7 +159,7 @@ class RouteServerNode(GoalNode):
                 )
                 there = pose_in(self, frame, goal.goal)
             except TransformError as error:
-                raise RouteError(_Codes.TF_ERROR, str(error)) from error
+                raise GoalError(_Codes.TF_ERROR, str(error)) from error
             start, end = (here.x, here.y), (there.x, there.y)
         ends = (
             goal.start_id if start is None else graph.nearest(*start),
@@ -186,12 +167,10 @@ class RouteServerNode(GoalNode):
         )
         missing = [node for node in ends if node not in graph.nodes]
         if missing:
-            raise RouteError(
-                _Codes.INDETERMINANT_NODES_ON_GRAPH, f"the graph has no node {missing}"
-            )
+            raise GoalError(_Codes.INDETERMINANT_NODES_ON_GRAPH, f"the graph has no node {missing}")
         route = find_route(graph, *ends, self._costs)
         if route is None:
-            raise RouteError(_Codes.NO_VALID_ROUTE, f"no route from node {ends[0]} to {ends[1]}")
+            raise GoalError(_Codes.NO_VALID_ROUTE, f"no route from node {ends[0]} to {ends[1]}")
         least, off = config.min_prune_distance_from_start, config.max_prune_dist_from_edge
         return pruned(route, graph, start, end if config.prune_goal else None, least, off)
 
@@ -199,7 +178,7 @@ class RouteServerNode(GoalNode):
         """Track a route from now on."""
         config, graph = self.config, self._graph
         if graph is None:
-            raise RouteError(_Codes.NO_VALID_GRAPH, "no graph is loaded")
+            raise GoalError(_Codes.NO_VALID_GRAPH, "no graph is loaded")
         radii = config.radius_to_achieve_node, config.boundary_radius_to_achieve_node
         self._tracked = Tracker(route, graph, *radii), route, route.nodes[-1]
         self._publish_progress(rerouted)
@@ -214,7 +193,7 @@ class RouteServerNode(GoalNode):
         if found is None:
             self.halt()
             reason = f"no other route from node {first} to {goal}"
-            self._refuse(self._tracking, RouteError(_Codes.NO_VALID_ROUTE, reason))
+            self._tracking.fail(GoalError(_Codes.NO_VALID_ROUTE, reason))
         elif found.nodes != route.nodes[-len(found.nodes) :]:
             self._follow(found, rerouted=True)
 
@@ -235,7 +214,7 @@ class RouteServerNode(GoalNode):
             pose = robot_pose(self, frame, base, self.config.transform_tolerance)
         except TransformError as error:
             self.halt()
-            self._refuse(server, RouteError(_Codes.TF_ERROR, str(error)))
+            server.fail(GoalError(_Codes.TF_ERROR, str(error)))
             return
         if tracker.update(pose.x, pose.y):
             self._publish_progress(rerouted=False)
@@ -263,7 +242,7 @@ class RouteServerNode(GoalNode):
         """Return a route's path, which is published, and its message."""
         graph, frame = self._graph, self.config.route_frame
         if graph is None:
-            raise RouteError(_Codes.NO_VALID_GRAPH, "no graph is loaded")
+            raise GoalError(_Codes.NO_VALID_GRAPH, "no graph is loaded")
         path = path_msg(path_along(route, graph, self.config.path_density), frame, self.now)
         self._out.publish(path)
         at = {node: Point(x=graph.nodes[node][0], y=graph.nodes[node][1]) for node in route.nodes}

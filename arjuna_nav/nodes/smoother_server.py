@@ -5,17 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from nav2_msgs.action import SmoothPath
 from nav_msgs.msg import Path
+from numpy.typing import NDArray
 
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import path_msg, poses_from_path
-from arjuna_core.ros.goal_server import GoalNode, result_timeout
+from arjuna_core.ros.convert import path_msg
+from arjuna_core.ros.goal_server import GoalError, GoalNode, chosen, result_timeout
 from arjuna_core.ros.tf import TransformError
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.nodes.costmap.node import CostmapNode
+from arjuna_nav.nodes.frames import poses_of
 from arjuna_nav.smoothers.base import SMOOTHERS, Smoother, SmoothResult, SmoothStatus
 
 
@@ -44,52 +47,50 @@ class SmootherServerNode(GoalNode):
 
     def _on_goal(self) -> None:
         goal: Any = self._server.goal
-        smoothed = self._smooth(goal)
-        result = SmoothPath.Result(error_msg=smoothed.message)
-        # a pass that would touch an obstacle was undone: what came before it is a good path
-        if smoothed.status in (SmoothStatus.SUCCEEDED, SmoothStatus.FAILED_TO_SMOOTH_PATH):
-            result.path = path_msg(smoothed.path, goal.path.header.frame_id, self.now)
-            result.was_completed = smoothed.status is SmoothStatus.SUCCEEDED
-            self._out.publish(result.path)
-            self._server.succeed(result)
+        try:
+            smoothed = self._smooth(goal)
+        except GoalError as error:
+            self._server.fail(error)
             return
-        self.get_logger().warning(f"not smoothed: {smoothed.message}")
-        result.error_code = int(smoothed.status)
-        self._server.abort(result)
+        result = SmoothPath.Result(error_msg=smoothed.message)
+        result.path = path_msg(smoothed.path, goal.path.header.frame_id, self.now)
+        result.was_completed = smoothed.status is SmoothStatus.SUCCEEDED
+        self._out.publish(result.path)
+        self._server.succeed(result)
 
     def _smooth(self, goal: Any) -> SmoothResult:
-        """Return the smoothed path of a goal, or why there is none."""
-        if goal.smoother_id not in ("", *self.config.smoother_plugins):
-            valid = ", ".join(self.config.smoother_plugins)
-            message = f"smoother '{goal.smoother_id}' does not exist; valid: {valid}"
-            return SmoothResult.failed(SmoothStatus.INVALID_SMOOTHER, message)
-        if not goal.path.poses:
-            return SmoothResult.failed(
-                SmoothStatus.INVALID_PATH, "the path has 0 poses, at least 1 is needed"
-            )
+        """Return the smoothed path of a goal.
+
+        Raises:
+            GoalError: There is none.
+        """
+        names = self.config.smoother_plugins
+        name = chosen("smoother", goal.smoother_id, names, SmoothStatus.INVALID_SMOOTHER)
+        path = poses_of(goal.path, SmoothStatus.INVALID_PATH)
         try:
-            path = poses_from_path(goal.path)
-            costmap = self._seen_from(goal.path.header.frame_id.lstrip("/"))
-        except (TransformError, ValueError) as error:
-            return SmoothResult.failed(SmoothStatus.INVALID_PATH, str(error))
+            T_path_costmap = self.transforms.lookup(
+                goal.path.header.frame_id.lstrip("/"), self._costmap.config.global_frame
+            )
+        except TransformError as error:
+            raise GoalError(SmoothStatus.INVALID_PATH, str(error)) from error
+        costmap = self._costmap.current(self.config.costmap_update_timeout)
         if costmap is None:
-            return SmoothResult.failed(SmoothStatus.UNKNOWN, self._costmap.why_not_current())
-        name = goal.smoother_id or self.config.smoother_plugins[0]
+            raise GoalError(SmoothStatus.UNKNOWN, self._costmap.why_not_current())
+        costmap = costmap.seen_from(T_path_costmap)
         smoother: Smoother = SMOOTHERS.make(getattr(self.config, name))
         smoothed = smoother.smooth(path, costmap)
-        return self._checked(smoothed, costmap) if goal.check_for_collisions else smoothed
+        # a pass that would touch an obstacle was undone: what came before it is a good path
+        if smoothed.status not in (SmoothStatus.SUCCEEDED, SmoothStatus.FAILED_TO_SMOOTH_PATH):
+            raise GoalError(smoothed.status, smoothed.message)
+        if goal.check_for_collisions:
+            self._check(smoothed.path, costmap)
+        return smoothed
 
-    def _seen_from(self, frame: str) -> Costmap | None:
-        """Return the costmap placed in the path's frame, or None if it is not current."""
-        T_path_costmap = self.transforms.lookup(frame, self._costmap.config.global_frame)
-        costmap = self._costmap.current(self.config.costmap_update_timeout)
-        return None if costmap is None else costmap.seen_from(T_path_costmap)
-
-    def _checked(self, smoothed: SmoothResult, costmap: Costmap) -> SmoothResult:
-        """Return a smoothed path, or where the robot on it would collide."""
-        hit = first_collision(costmap, self._costmap.layered.footprint, smoothed.path)
-        if hit is None:
-            return smoothed
-        x, y = smoothed.path[hit, :2]
-        message = f"the robot would collide at ({x:.2f}, {y:.2f}), pose {hit} of the smoothed path"
-        return SmoothResult.failed(SmoothStatus.SMOOTHED_PATH_IN_COLLISION, message)
+    def _check(self, path: NDArray[np.float64], costmap: Costmap) -> None:
+        """Refuse a path on which the robot would collide."""
+        hit = first_collision(costmap, self._costmap.layered.footprint, path)
+        if hit is not None:
+            x, y = path[hit, :2]
+            where = f"({x:.2f}, {y:.2f}), pose {hit} of the smoothed path"
+            message = f"the robot would collide at {where}"
+            raise GoalError(SmoothStatus.SMOOTHED_PATH_IN_COLLISION, message)

@@ -10,10 +10,9 @@ from nav2_msgs.action import FollowGPSWaypoints, FollowWaypoints, NavigateToPose
 from nav2_msgs.msg import MissedWaypoint
 
 from arjuna_core.config import param, plugin_names
-from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
-from arjuna_core.ros.goal_server import GoalServer, result_timeout
+from arjuna_core.ros.goal_server import GoalError, GoalServer, result_timeout
 from arjuna_core.timing import Periodic
 from arjuna_nav.nodes.goals.memory import GoalMemory, ResumingNode
 from arjuna_nav.nodes.gps.anchor import GpsAnchor, GpsConfig, GpsError
@@ -23,10 +22,6 @@ _UNKNOWN = FollowWaypoints.Result.UNKNOWN
 _TASK_FAILED = FollowWaypoints.Result.TASK_EXECUTOR_FAILED
 _GPS = "follow_gps_waypoints"
 _ACTIONS = {"follow_waypoints": FollowWaypoints, _GPS: FollowGPSWaypoints}
-
-
-class WaypointError(ArjunaError):
-    """A list of waypoints cannot be driven."""
 
 
 @dataclass(frozen=True)
@@ -98,8 +93,8 @@ class WaypointFollowerNode(ResumingNode):
         goal: Any = server.newest
         try:
             poses = self._poses_of(kind, goal)
-        except WaypointError as error:
-            self._refuse(server, str(error))
+        except GoalError as error:
+            server.fail(error)
             return
         if kind != self._kind and self._server.goal is not None:
             self._fail(f"replaced by {kind} at {self.now:.2f} s")
@@ -109,22 +104,17 @@ class WaypointFollowerNode(ResumingNode):
         self._missed, self._arrived, self._at_task = [], False, False
         self._drive()
 
-    def _refuse(self, server: GoalServer, message: str) -> None:
-        self.get_logger().error(f"a list of waypoints is refused: {message}")
-        server.abort_newest(server.explained(message))
-
     def _poses_of(self, kind: str, goal: Any) -> list[Any]:
         """Return the poses of a list.
 
         Raises:
-            WaypointError: It cannot be driven.
+            GoalError: It cannot be driven.
         """
         poses = self._gps_poses(goal) if kind == _GPS else list(goal.poses)
         if goal.goal_index < len(poses):
             return poses
-        raise WaypointError(
-            f"there is no waypoint {goal.goal_index}: {len(poses)} poses were given"
-        )
+        message = f"there is no waypoint {goal.goal_index}: {len(poses)} poses were given"
+        raise GoalError(_UNKNOWN, message)
 
     def _gps_poses(self, goal: Any) -> list[Any]:
         frame = self.config.global_frame_id
@@ -133,7 +123,8 @@ class WaypointFollowerNode(ResumingNode):
             try:
                 poses.append(pose_stamped(self._gps.pose(each), frame, self.now))
             except GpsError as error:
-                raise WaypointError(f"waypoint {k} of {len(goal.gps_poses)}: {error}") from error
+                message = f"waypoint {k} of {len(goal.gps_poses)}: {error}"
+                raise GoalError(_UNKNOWN, message) from error
         return poses
 
     def _drive(self) -> None:

@@ -42,11 +42,6 @@ class SmoothResult:
     path: NDArray[np.float64]
     message: str = ""
 
-    @staticmethod
-    def failed(status: SmoothStatus, message: str) -> SmoothResult:
-        """Return a result without path."""
-        return SmoothResult(status, np.empty((0, 3)), message)
-
 
 class Smoother(Protocol):
     """Smooths a path; made of its `Config`, the dataclass of its parameters."""

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from arjuna_core.config import param, plugin_names
-from arjuna_core.errors import ArjunaError, ConfigError
+from arjuna_core.errors import ConfigError
 from arjuna_core.files.maps_folder import path_in_folder
 from arjuna_core.ros.convert import se2_from_pose
-from arjuna_core.ros.goal_server import GoalServer
+from arjuna_core.ros.goal_server import GoalError, GoalServer
 from arjuna_core.se2 import SE2
 from arjuna_nav.docking.database import (
     DOCKS,
@@ -42,14 +42,6 @@ class DockingServerConfig(DockingConfig):
     costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
     cmd_vel_topic: str = param("cmd_vel", "Topic of what to drive.", read_only=True)
     enable_stamped_cmd_vel: bool = param(False, "Whether cmd_vel is TwistStamped.", read_only=True)
-
-
-class RefusedError(ArjunaError):
-    """An order that cannot be carried out."""
-
-    def __init__(self, error: DockingError, message: str) -> None:
-        super().__init__(message)
-        self.error = error
 
 
 class DockBook:
@@ -99,32 +91,32 @@ class DockBook:
             frame: The frame of a pose that names none.
 
         Raises:
-            RefusedError: There is no such dock, or its pose is none.
+            GoalError: There is no such dock, or its pose is none.
         """
         if goal.use_dock_id:
             if goal.dock_id in self._docks:
                 return self._docks[goal.dock_id]
             valid = ", ".join(self._docks) or "none"
             message = f"there is no dock '{goal.dock_id}'; valid: {valid}"
-            raise RefusedError(DockingError.DOCK_NOT_IN_DB, message)
+            raise GoalError(DockingError.DOCK_NOT_IN_DB, message)
         frame = goal.dock_pose.header.frame_id.lstrip("/") or frame
         try:
             return DockInstance(goal.dock_type, frame, se2_from_pose(goal.dock_pose.pose))
         except ValueError as error:
-            raise RefusedError(DockingError.DOCK_NOT_VALID, f"invalid pose: {error}") from error
+            raise GoalError(DockingError.DOCK_NOT_VALID, f"invalid pose: {error}") from error
 
     def kind(self, name: str) -> tuple[str, DockType]:
         """Return a kind of docks and its name, the only one where none is named.
 
         Raises:
-            RefusedError: There is none of that name.
+            GoalError: There is none of that name.
         """
         if not name and len(self.types) == 1:
             name = next(iter(self.types))
         if name not in self.types:
             valid = ", ".join(self.types)
             message = f"there is no dock type '{name}'; valid: {valid}"
-            raise RefusedError(DockingError.DOCK_NOT_VALID, message)
+            raise GoalError(DockingError.DOCK_NOT_VALID, message)
         return name, self.types[name]
 
 

@@ -13,7 +13,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, pose_stamped
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
-from arjuna_core.ros.goal_server import GoalNode, GoalServer
+from arjuna_core.ros.goal_server import GoalError, GoalNode, GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.ros.velocity import VelocityOutput
 from arjuna_core.se2 import SE2
@@ -27,7 +27,7 @@ from arjuna_nav.docking.docking import (
     Undocking,
 )
 from arjuna_nav.nodes.costmap.node import CostmapNode
-from arjuna_nav.nodes.docking.book import DockBook, DockingServerConfig, Order, RefusedError
+from arjuna_nav.nodes.docking.book import DockBook, DockingServerConfig, Order
 from arjuna_nav.nodes.docking.senses import DockSensors
 from arjuna_nav.nodes.frames import robot_pose
 
@@ -56,22 +56,18 @@ class DockingServerNode(GoalNode):
         self._dock_out = self.publisher(PoseStamped, "dock_pose", qos.LATEST)
         self._staging_out = self.publisher(PoseStamped, "staging_pose", qos.LATEST)
         self._navigator = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
-        self._servers = {name: self._offer(name) for name in _ACTIONS}
-        self.serve(ReloadDockDatabase, f"{self.get_name()}/reload_database", self._on_reload)
-        self.every(1.0 / config.controller_frequency, self._tick)
-
-    def _offer(self, name: str) -> GoalServer:
-        server: GoalServer = self.keep(
-            GoalServer(
-                self,
-                _ACTIONS[name],
+        self._servers = {
+            name: self.offer(
+                action,
                 name,
                 partial(self._on_goal, name),
                 on_cancel=self._check_cancelled,
                 unknown=DockingError.UNKNOWN,
             )
-        )
-        return server
+            for name, action in _ACTIONS.items()
+        }
+        self.serve(ReloadDockDatabase, f"{self.get_name()}/reload_database", self._on_reload)
+        self.every(1.0 / config.controller_frequency, self._tick)
 
     def on_config(self, config: DockingServerConfig) -> None:
         """Use new parameters of dock types from the next order on."""
@@ -110,12 +106,11 @@ class DockingServerNode(GoalNode):
             if before.server is not server:
                 reason = f"replaced by {name} at {self.now:.2f} s"
                 before.server.abort(before.server.explained(reason))
-        goal = server.accept_pending() if server.preempt_requested else server.goal
+        goal = server.take_newest()
         try:
             self._order = (self._dock if name == "dock_robot" else self._undock)(server, goal)
-        except RefusedError as refusal:
-            self.get_logger().error(f"{name}: goal aborted: {refusal}")
-            server.abort(_result(_ACTIONS[name], refusal.error, str(refusal)))
+        except GoalError as error:
+            server.fail(error)
 
     def _dock(self, server: GoalServer, goal: Any) -> Order:
         dock = self._book.dock(goal, self.config.fixed_frame)
@@ -145,7 +140,7 @@ class DockingServerNode(GoalNode):
         if order is not None and order.server.cancel_requested:
             self._stop(order)
             self._order = None
-            order.server.cancel(_result(order.action, DockingError.NONE, "", success=False))
+            order.server.cancel(order.action.Result(success=False))
 
     def _tick(self) -> None:
         self._check_cancelled()
@@ -240,17 +235,11 @@ class DockingServerNode(GoalNode):
     def _end(self, order: Order, error: DockingError, message: str) -> None:
         self._stop(order)
         self._order = None
-        result = _result(order.action, error, message, success=error is DockingError.NONE)
-        if isinstance(order.core, Docking):
-            result.num_retries = order.core.retries
+        docking = isinstance(order.core, Docking)
+        fields = {"num_retries": order.core.retries} if isinstance(order.core, Docking) else {}
         if error is DockingError.NONE:
             pose = self.transforms.try_lookup(self.config.fixed_frame, self.config.base_frame)
-            self._docked_at = pose if isinstance(order.core, Docking) else None
-            order.server.succeed(result)
+            self._docked_at = pose if docking else None
+            order.server.succeed(order.action.Result(success=True, **fields))
         else:
-            self.get_logger().error(f"{order.action.__name__} failed: {message}")
-            order.server.abort(result)
-
-
-def _result(action: Any, error: DockingError, message: str, success: bool = False) -> Any:
-    return action.Result(success=success, error_code=int(error), error_msg=message)
+            order.server.fail(GoalError(error, message), **fields)

@@ -7,7 +7,7 @@ from typing import Any
 
 from nav2_msgs.action import ComputePathThroughPoses
 
-from arjuna_core.errors import ArjunaError
+from arjuna_core.ros.goal_server import GoalError
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
@@ -17,30 +17,8 @@ from arjuna_nav.nodes.trees.loading import TreeChoice
 from arjuna_nav.planners import PlanStatus
 from arjuna_nav.trees.exchange import Answer
 
-_MAY_CHANGE = {
-    PlanStatus.UNKNOWN,
-    PlanStatus.NO_VALID_PATH,
-    PlanStatus.TF_ERROR,
-    PlanStatus.TIMEOUT,
-}
+_MAY_CHANGE = {PlanStatus[name] for name in ("UNKNOWN", "NO_VALID_PATH", "TF_ERROR", "TIMEOUT")}
 """Errors of a plan that recoveries or time may mend."""
-
-
-class RefusedGoalError(ArjunaError):
-    """A goal cannot be driven to.
-
-    Args:
-        code: The action's error code.
-        reason: What cannot be.
-    """
-
-    def __init__(self, code: int, reason: str) -> None:
-        super().__init__(reason)
-        self._code = code
-
-    def result(self, action: Any) -> Any:
-        """Return the action's result that says so."""
-        return action.Result(error_code=self._code, error_msg=str(self))
 
 
 class Admission:
@@ -95,18 +73,18 @@ class Admission:
             preempts: Whether it is to replace the one that runs.
 
         Raises:
-            RefusedGoalError: It cannot be driven to.
+            GoalError: It cannot be driven to.
         """
         poses = [goal.pose] if kind == "navigate_to_pose" else goal.poses
         if not poses:
             code = ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
-            raise RefusedGoalError(code, "0 poses were given, at least 1 is needed")
+            raise GoalError(code, "0 poses were given, at least 1 is needed")
         goals = self._placed(kind, poses)
         if goals is None:
             return None
         problem = self._trees.choose(kind, goal.behavior_tree, preempts)
         if problem:
-            raise RefusedGoalError(0, problem)
+            raise GoalError(0, problem)
         return goals if not preempts or self._is_reachable(kind, goals) else None
 
     def _placed(self, kind: str, poses: list[Any]) -> tuple[SE2, ...] | None:
@@ -131,7 +109,7 @@ class Admission:
         waited = self._node.now - since
         if waited >= patience:
             problem = f"{error} (waited for {waited:.2f} s)"
-            raise RefusedGoalError(error_code(kind, PlanStatus.TF_ERROR), problem) from error
+            raise GoalError(error_code(kind, PlanStatus.TF_ERROR), problem) from error
 
     def _is_reachable(self, kind: str, goals: tuple[SE2, ...]) -> bool:
         """Return whether the goals may be driven to; false while the plan has not come."""
@@ -149,7 +127,7 @@ class Admission:
         status = PlanStatus.of_code(self._plan.code)
         if self._plan.succeeded or status is None or status in _MAY_CHANGE:
             return True
-        raise RefusedGoalError(error_code(kind, status), self._plan.message)
+        raise GoalError(error_code(kind, status), self._plan.message)
 
 
 def error_code(kind: str, code: int) -> int:

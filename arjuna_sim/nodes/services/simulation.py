@@ -56,7 +56,7 @@ class StepAction(GoalServer):
         self._done = 0
         node.keep(self)
 
-    def explained(self, reason: str) -> Any:
+    def explained(self, reason: str, code: int | None = None, **fields: Any) -> Any:
         """Return a result that says why a goal failed."""
         error = RequestError(Result.RESULT_OPERATION_FAILED, reason)
         return SimulateSteps.Result(result=error.result)
