@@ -7,33 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from action_msgs.msg import GoalStatus
-from rclpy.action import ActionClient
 
-from arjuna_core.ros import qos
-from arjuna_core.ros.goal_server import YIELDING, retire
-from arjuna_core.ros.local.actions import LocalActionClient
+from arjuna_core.ros.actions import action_client
+from arjuna_core.ros.goal_server import YIELDING
 from arjuna_core.ros.node import ManagedNode
-
-
-class _SettlingActionClient(ActionClient):
-    """An action client that may be destroyed while answers are pending."""
-
-    def destroy(self) -> None:
-        """Leave the graph once pending events were handled."""
-        retire(self._node, self, self._client_handle.destroy_when_not_in_use)
-
-
-def _action_client(node: ManagedNode, action_type: Any, name: str) -> Any:
-    if node.transport is not None:
-        return LocalActionClient(node, action_type, name)
-    return _SettlingActionClient(
-        node,
-        action_type,
-        name,
-        goal_service_qos_profile=qos.SERVICES,
-        result_service_qos_profile=qos.SERVICES,
-        cancel_service_qos_profile=qos.SERVICES,
-    )
 
 
 @dataclass(frozen=True)
@@ -61,7 +38,7 @@ class GoalClient:
     def __init__(self, node: ManagedNode, action_type: Any, name: str) -> None:
         self.name = name
         self._node = node
-        self._client = _action_client(node, action_type, name)
+        self._client = action_client(node, action_type, name)
         self._running: dict[int, Any] = {}
         self._sequence = self._cancelled_up_to = 0
         self._destroyed = False

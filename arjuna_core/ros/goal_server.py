@@ -6,34 +6,18 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from action_msgs.msg import GoalStatus
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action import CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from unique_identifier_msgs.msg import UUID
 
 from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
-from arjuna_core.ros import qos
-from arjuna_core.ros.local.actions import LocalActionServer
+from arjuna_core.ros.actions import action_server
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.reports import invalid_code
 
 _SUCCEEDED, _ABORTED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED
 _CANCELED = GoalStatus.STATUS_CANCELED
-_ENDS = {_SUCCEEDED: "succeed", _ABORTED: "abort", _CANCELED: "canceled"}
-
-
-def retire(node: Any, waitable: Any, destroy: Callable[[], None], turns: int = 8) -> None:
-    """Take an action's end out of the executor some turns from now, then destroy it.
-
-    rclpy's EventsExecutor crashes the process (it drops a Python reference without the interpreter
-    lock) where an event of a waitable comes between its removal and the executor's next turn.
-    Eight turns cover a cancellation, its answer, the result, and their echoes.
-    """
-    if turns:
-        node.executor.create_task(retire, node, waitable, destroy, turns - 1)
-        return
-    node.remove_waitable(waitable)
-    node.executor.create_task(destroy)
 
 
 class GoalError(ArjunaError):
@@ -61,41 +45,8 @@ def chosen(kind: str, name: str, names: Sequence[str], code: int) -> str:
     return name or names[0]
 
 
-_OFF_THE_TICKS = 1e-6
-"""rcl's expiry never ends in lock-step where a result is exactly as old as it may be [s]."""
 YIELDING = UUID(uuid=list(b"arjuna: it yields"[:16]))
 """The id of a goal that never preempts another."""
-
-
-class _DeferredActionServer(ActionServer):
-    """An action server whose goals stay executing until `finish`.
-
-    rclpy runs a goal inside its execute callback; a goal that lasts would have to block there.
-    """
-
-    def notify_execute(self, goal_handle: Any, execute_callback: Any) -> None:
-        """Leave the goal executing."""
-
-    def finish(self, handle: ServerGoalHandle, status: int, result: Any) -> None:
-        """End a goal in a final state and send its result.
-
-        It goes at once: rclpy would send it from a task, and a node that shuts down has destroyed
-        its server by then.
-        """
-        getattr(handle, _ENDS[status])()
-        response = self._action_type.Impl.GetResultService.Response(
-            status=handle.status, result=result
-        )
-        self._result_futures[bytes(handle.goal_id.uuid)].set_result(response)
-
-    def destroy(self) -> None:
-        """Leave the graph once pending events were handled."""
-        retire(self._node, self, self._destroy_handles)
-
-    def _destroy_handles(self) -> None:
-        for handle in self._goal_handles.values():
-            handle.destroy()
-        self._handle.destroy_when_not_in_use()
 
 
 class GoalServer:
@@ -136,19 +87,14 @@ class GoalServer:
         self._destroyed = False
         self._current: ServerGoalHandle | None = None
         self._pending: ServerGoalHandle | None = None
-        server: Any = _DeferredActionServer if node.transport is None else LocalActionServer
-        self._server = server(
+        self._server = action_server(
             node,
             action_type,
             name,
-            execute_callback=lambda handle: None,
-            goal_callback=node.guarded(name, self._on_request, self._refused),
+            goal_callback=node.guarded(name, self._on_request, lambda *why: GoalResponse.REJECT),
             handle_accepted_callback=node.guarded(name, self._on_accepted, self._failed),
             cancel_callback=self._on_cancel_request,
-            goal_service_qos_profile=qos.SERVICES,
-            result_service_qos_profile=qos.SERVICES,
-            cancel_service_qos_profile=qos.SERVICES,
-            result_timeout=result_timeout + _OFF_THE_TICKS,
+            result_timeout=result_timeout,
         )
 
     @property
@@ -211,9 +157,6 @@ class GoalServer:
             self._pending = handle
         if self._on_goal is not None:
             self._on_goal()
-
-    def _refused(self, reason: str, goal: Any) -> GoalResponse:
-        return GoalResponse.REJECT
 
     def _failed(self, reason: str, *handle: ServerGoalHandle) -> None:
         self.abort_all(f"the node failed: {reason}")

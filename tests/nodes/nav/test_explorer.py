@@ -49,8 +49,7 @@ class FakeNavigator(ManagedNode):
         return "by order" if self.refuses else None
 
     def _on_goal(self) -> None:
-        goal = self.server.accept_pending() if self.server.preempt_requested else self.server.goal
-        self.goals.append(se2_from_pose(goal.pose.pose))
+        self.goals.append(se2_from_pose(self.server.take_newest().pose.pose))
 
     def _on_spin(self) -> None:
         self.turns.append(self.spinner.goal.target_yaw)
