@@ -249,7 +249,6 @@ class Docking:
         return DockingStep()
 
     def _retry(self, failure: _FailedError, now: float) -> DockingStep:
-        """Drive back and try again, or give up where that is what failed."""
         spent = self.retries >= self._config.max_retries
         if spent or self.phase is DockingPhase.RETRY:
             return DockingStep(ended=failure.error, message=str(failure))

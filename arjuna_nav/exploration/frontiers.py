@@ -119,7 +119,6 @@ def _nearest(free: NDArray[np.bool_], start: tuple[int, int], reach: float) -> t
 
 
 def _rule_out(travel: NDArray[np.float64], grid: OccupancyGrid, goal: SE2, radius: float) -> None:
-    """Make the cells round a goal tried before unreachable."""
     rows, columns = np.ogrid[: grid.frame.height, : grid.frame.width]
     row, column = grid.frame.to_cell(goal.x, goal.y)
     travel[(rows - row) ** 2 + (columns - column) ** 2 < (radius / grid.frame.resolution) ** 2] = (

@@ -56,8 +56,6 @@ class BehaviorServerConfig(BehaviorConfig):
 
 
 class _Run(NamedTuple):
-    """A behaviour that runs since a time [s]."""
-
     kind: str
     behavior: Behavior
     since: float
@@ -117,7 +115,6 @@ class BehaviorServerNode(GoalNode):
             teleop.finish()
 
     def _start(self, kind: str) -> None:
-        """Begin a behaviour; whichever ran before is aborted."""
         if self._running is not None and self._running.kind != kind:
             message = f"ended by a new {kind} at {self.now:.2f} s"
             self._end(BehaviorResult(BehaviorStatus.UNKNOWN, message=message))
@@ -141,7 +138,6 @@ class BehaviorServerNode(GoalNode):
         return None
 
     def _behavior(self, kind: str, goal: Any) -> Behavior:
-        """Return the behaviour that a goal asks for."""
         action = self._actions[kind]
         if not action.moves:
             return action.make(goal)
@@ -162,7 +158,6 @@ class BehaviorServerNode(GoalNode):
         self._servers[self._running.kind].feedback(action.feedback(result.progress))
 
     def _check_cancelled(self) -> None:
-        """Stop the robot at once where the goal that runs was cancelled."""
         run = self._running
         if run is None or not self._servers[run.kind].cancel_requested:
             return
@@ -206,7 +201,6 @@ class BehaviorServerNode(GoalNode):
         self._conclude(kind, result, since)
 
     def _conclude(self, kind: str, result: BehaviorResult, since: float) -> None:
-        """Send the client its goal's result."""
         elapsed = duration_msg(self.now - since)
         action, server = self._actions[kind], self._servers[kind]
         if result.status is BehaviorStatus.SUCCEEDED:

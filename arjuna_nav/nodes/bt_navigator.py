@@ -144,7 +144,6 @@ class BtNavigatorNode(ResumingNode):
         self._own.send(NavigateToPose.Goal(pose=message), lambda outcome: None)
 
     def _admit(self, kind: str, goal: Any) -> str | None:
-        """Return why a goal is rejected."""
         other = self._busy_with()
         return None if other in (None, kind) else f"{other} is running"
 

@@ -117,7 +117,6 @@ class ControllerServerNode(GoalNode):
             self._limit(self._follower)
 
     def _limit(self, follower: PathFollower) -> None:
-        """Hold a follower to the newest limit."""
         limit = self._speed_limit.speed_limit
         if self._speed_limit.percentage:
             limit *= follower.desired_speed / 100.0
@@ -172,7 +171,6 @@ class ControllerServerNode(GoalNode):
         self._follower.start(poses, self.now)
 
     def _on_cancel(self) -> None:
-        """Stop the robot at once where the goal followed was cancelled."""
         if self._server.cancel_requested:
             self._output.stop()
             self._server.cancel(FollowPath.Result())
@@ -199,7 +197,6 @@ class ControllerServerNode(GoalNode):
         )
 
     def _publish_carrot(self, carrot: SE2 | None) -> None:
-        """Show what the controller aims at."""
         if carrot is None or self._carrot_out.get_subscription_count() == 0:
             return
         stamp = header(self._costmap.config.robot_base_frame, self.now)

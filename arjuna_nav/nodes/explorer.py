@@ -117,7 +117,6 @@ class ExplorerNode(ManagedNode):
             self._finish_if_patient()
 
     def _is_in_unknown(self, T_map_base: SE2) -> bool:
-        """Return whether the map is unknown at the robot's cell."""
         assert self._grid is not None
         cell = self._grid.frame.to_cell(T_map_base.x, T_map_base.y)
         return not (self._grid.frame.contains(*cell) and self._grid.free()[cell])
@@ -132,11 +131,9 @@ class ExplorerNode(ManagedNode):
         self._publish("exploring: looking round")
 
     def _on_turned(self, outcome: GoalOutcome) -> None:
-        """Look at the map again, however the turn ended."""
         self._turning = False
 
     def _is_useful(self, goal: SE2) -> bool:
-        """Return whether the frontier of a goal is still there."""
         assert self._grid is not None
         config = self.config.exploration
         reach = config.view_distance + config.frontier_shift

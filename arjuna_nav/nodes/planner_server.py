@@ -84,7 +84,6 @@ class PlannerServerNode(GoalNode):
             self._planners.clear()
 
     def _planner(self, name: str) -> Planner:
-        """Return a planner for the robot's present outline."""
         footprint = self._costmap.layered.footprint
         made = self._planners.get(name)
         if made is None or made[0] is not footprint:
@@ -98,7 +97,6 @@ class PlannerServerNode(GoalNode):
         self._attempt_plans()
 
     def _attempt_plans(self) -> None:
-        """Plan for the goals that wait, if the costmap allows it."""
         for name, server in self._servers.items():
             if server.goal is not None:
                 self._try(name, server)

@@ -175,7 +175,6 @@ class RouteServerNode(GoalNode):
         return pruned(route, graph, start, end if config.prune_goal else None, least, off)
 
     def _follow(self, route: Route, rerouted: bool) -> None:
-        """Track a route from now on."""
         config, graph = self.config, self._graph
         if graph is None:
             raise GoalError(_Codes.NO_VALID_GRAPH, "no graph is loaded")
@@ -184,7 +183,6 @@ class RouteServerNode(GoalNode):
         self._publish_progress(rerouted)
 
     def _reroute(self) -> None:
-        """Look for another route from the node that comes next."""
         if self._tracked is None or self._graph is None:
             return
         tracker, route, goal = self._tracked
@@ -227,7 +225,6 @@ class RouteServerNode(GoalNode):
         return ComputeAndTrackRoute.Result(execution_duration=duration)
 
     def _publish_progress(self, rerouted: bool) -> None:
-        """Send the progress on the route that is tracked."""
         if self._tracked is None:
             return
         tracker, route, _ = self._tracked

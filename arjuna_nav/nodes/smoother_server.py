@@ -87,7 +87,6 @@ class SmootherServerNode(GoalNode):
         return smoothed
 
     def _check(self, path: NDArray[np.float64], costmap: Costmap) -> None:
-        """Refuse a path on which the robot would collide."""
         hit = first_collision(costmap, self._costmap.layered.footprint, path)
         if hit is not None:
             x, y = path[hit, :2]

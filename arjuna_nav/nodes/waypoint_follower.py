@@ -182,7 +182,6 @@ class WaypointFollowerNode(ResumingNode):
             self._continue()
 
     def _run_task(self) -> None:
-        """Continue the task of the waypoint that is reached."""
         done = self._task.tick(self.now)
         if done is None:
             return
@@ -193,7 +192,6 @@ class WaypointFollowerNode(ResumingNode):
             self._miss(_TASK_FAILED, f"{self._task_name}: {self._task.problem}")
 
     def _continue(self) -> None:
-        """Drive to the next waypoint, begin another round, or be done."""
         self._index += 1
         if self._index == len(self._poses):
             if not self._loops_left:
@@ -205,7 +203,6 @@ class WaypointFollowerNode(ResumingNode):
         self._drive()
 
     def _check_cancelled(self) -> None:
-        """Stop driving at once where the list that runs was cancelled."""
         if self._server.cancel_requested:
             self._navigator.cancel()
             self._server.cancel(self._result())

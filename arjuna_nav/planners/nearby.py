@@ -71,7 +71,6 @@ def nearby_first(
 
 
 def _part(costmap: Costmap, window: Window) -> Costmap:
-    """Return a window of a costmap as a costmap of its own."""
     frame, data = costmap.frame, np.ascontiguousarray(costmap.data[window])
     corner = SE2(window[1].start * frame.resolution, window[0].start * frame.resolution)
     frame = replace(frame, width=data.shape[1], height=data.shape[0], origin=frame.origin @ corner)

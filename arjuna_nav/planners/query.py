@@ -170,7 +170,6 @@ def _with_ends(
 
 
 def _count_near(points: NDArray[np.float64], end: NDArray[np.float64], radius: float) -> int:
-    """Return how many points at the beginning lie within a radius of the end."""
     for count, (x, y) in enumerate(points):
         if (x - end[0]) * (x - end[0]) + (y - end[1]) * (y - end[1]) > radius**2:
             return count

@@ -89,7 +89,6 @@ class Smac2D:
         return smoothed(found, costmap, self._config.smoother)
 
     def _plan(self, costmap: Costmap, costs: NDArray[np.float32], start: SE2, goal: SE2) -> Plan:
-        """Return a plan before it is smoothed."""
         config = self._config
         query = ask(config, costmap, start, goal, config.use_final_approach_orientation)
         if isinstance(query, PlanResult):
@@ -190,7 +189,6 @@ def _a_star(
 
 @njit(cache=True)
 def _octile(row: int, column: int, goal: tuple[int, int]) -> float:
-    """Return the octile distance to the goal [cells]."""
     d_r, d_c = abs(row - goal[0]), abs(column - goal[1])
     return max(d_r, d_c) + (math.sqrt(2.0) - 1.0) * min(d_r, d_c)
 

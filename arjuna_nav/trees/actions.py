@@ -121,8 +121,6 @@ SELECTORS: dict[str, type[TreeNode]] = {
 
 
 class _OfPaths(TreeNode):
-    """Makes a path of others."""
-
     _sources: tuple[Any, ...] = ()
     _made: Any = None
 

@@ -56,7 +56,6 @@ class Asking(TreeNode):
         return self._ask() if self.RENEWS and self._is_outdated() else Status.RUNNING
 
     def _ask(self) -> Status:
-        """Ask the server, in place of what was asked before."""
         self._asked = self._request()
         server = self._server_name() or self.SERVER
         self._key = self.tree.ask(self.KIND, server, self._asked, self.FEEDBACK)
@@ -101,7 +100,6 @@ class Asking(TreeNode):
             self._cancelled = True
 
     def _take(self, answer: Answer) -> Status:
-        """Write the answer, and end."""
         self._write(answer.values, answer.succeeded)
         return Status.SUCCESS if answer.succeeded else Status.FAILURE
 

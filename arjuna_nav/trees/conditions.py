@@ -81,8 +81,6 @@ _HELPS = {
 
 
 class _Simple(Condition):
-    """A condition that a function of the node answers."""
-
     ANSWER: ClassVar[Callable[[Any], bool]]
 
     def _holds(self) -> bool:
@@ -135,7 +133,6 @@ class GoalUpdated(Condition):
         return self._remembers() and self._seen != before
 
     def _remembers(self) -> bool:
-        """Return whether it was asked before."""
         return self.status is not Status.IDLE
 
 

@@ -147,8 +147,6 @@ class ParallelAll(Control):
 
 
 class _Choosing(Control):
-    """Runs one of its children."""
-
     _chosen = 0
 
     def _run(self, index: int) -> Status:

@@ -33,8 +33,6 @@ GOAL_UPDATE = "goal_update"
 
 
 class _Mapped(Decorator):
-    """Answers something else than its child."""
-
     ANSWERS: ClassVar[dict[Status, Status]]
 
     def _tick(self) -> Status:
@@ -102,7 +100,6 @@ class RunOnce(Decorator):
         return status
 
     def _later(self, status: Status) -> Status:
-        """Return the answer from the next tick on."""
         return status
 
 
@@ -236,11 +233,9 @@ class _Gate(Decorator):
         return status
 
     def _restart(self) -> None:
-        """Begin to wait for the next time."""
         raise NotImplementedError
 
     def _is_due(self) -> bool:
-        """Return whether the child is to be ticked again."""
         raise NotImplementedError
 
 
@@ -257,7 +252,6 @@ class RateController(_Gate):
         return (self.tree.state.now - self._since) * self._rate() >= 1.0
 
     def _rate(self) -> float:
-        """Return the greatest rate [Hz]."""
         return float(self.hz)
 
 

@@ -252,7 +252,6 @@ class Condition(TreeNode):
         return Status.SUCCESS if self._holds() else Status.FAILURE
 
     def _holds(self) -> bool:
-        """Return whether the condition is met."""
         raise NotImplementedError
 
 

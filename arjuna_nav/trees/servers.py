@@ -178,8 +178,6 @@ _CLEARING: dict[str, dict[str, Port]] = {
 
 
 class _Recovering(Service):
-    """A service that is a recovery."""
-
     is_recovery = Port(TRUTH, True)
 
 

@@ -156,8 +156,6 @@ class _Trees:
 
 
 class _Builder:
-    """Builds the nodes of a tree."""
-
     def __init__(self, where: str, trees: Mapping[str, Any]) -> None:
         self._where = where
         self._trees = trees
@@ -176,7 +174,6 @@ class _Builder:
     def _node(
         self, element: Any, board: Blackboard, inside: tuple[str, ...], depth: int
     ) -> TreeNode:
-        """Build an element's node and all below it."""
         self._count += 1
         if self._count > _MAX_NODES or depth > _MAX_DEPTH:
             raise self._error(f"over {_MAX_NODES} nodes, or deeper than {_MAX_DEPTH}")
