@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -177,34 +178,13 @@ def test_the_configurations_defaults_are_the_numbers_of_nav2s_tree() -> None:
     assert config.outage_patience == 30.0
 
 
-def test_recovers_as_its_configuration_says() -> None:
-    config = NavigatorConfig(0.5, 3, 0.7, 2.0, 0.4, 0.1)
-    script = Script(config=config)
-    script.tick()
-    script.fail_to_plan()
-    script.tick(clear_local=True)
-    script.tick(clear_global=True)
-    assert script.fail_to_plan() == ["Spin"]
-    assert dict(script.asked["Spin"]) == {"target_yaw": 0.7, "time_allowance": 10.0}
-    script.tick(Spin=True)
-    assert script.fail_to_plan() == ["Wait"]
-    assert dict(script.asked["Wait"]) == {"time": 2.0}
-    script.tick(Wait=True)
-    script.fail_to_plan()
-    assert script.end is not None
-
-
-def test_backs_up_as_its_configuration_says() -> None:
-    script = Script(config=NavigatorConfig(backup_dist=0.4, backup_speed=0.1))
-    script.tick()
-    script.fail_to_plan()
-    script.tick(clear_local=True)
-    script.tick(clear_global=True)
-    script.fail_to_plan()
-    script.tick(Spin=BLOCKED)
-    assert script.tick(Wait=BLOCKED) == ["BackUp"]
-    expected = {"target": 0.4, "speed": 0.1, "time_allowance": 10.0}
-    assert dict(script.asked["BackUp"]) == expected
+def test_the_tree_takes_its_numbers_from_the_configuration(script: Script) -> None:
+    text = (shipped_file("behavior_trees") / "navigate_to_pose.xml").read_text(encoding="utf-8")
+    ports = {"replanning_frequency": "hz", "outage_patience": "patience"}
+    ports["passed_goal_radius"] = "radius"
+    for field in fields(NavigatorConfig):
+        assert f' {ports.get(field.name, field.name)}="{{{field.name}}}"' in text
+        assert script.entry(field.name) == getattr(NavigatorConfig(), field.name)
 
 
 def test_a_failing_recovery_is_followed_by_the_next(script: Script) -> None:

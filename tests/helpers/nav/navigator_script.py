@@ -45,6 +45,7 @@ class Script:
     Attributes:
         asked: The fields of the newest request by its short name.
         end: The end of navigation.
+        entry: Returns an entry of the tree's blackboard.
     """
 
     def __init__(
@@ -55,6 +56,7 @@ class Script:
     ) -> None:
         codes = ("compute_path_error_code", "follow_path_error_code")
         made = read_tree(shipped_file("behavior_trees") / tree)
+        self.entry = made.blackboard.get
         self.navigator = Navigator(made, config or NavigatorConfig(), codes, goals, start=0.0)
         self.now = 0.0
         self.asked: dict[str, Mapping[str, Any]] = {}

@@ -26,6 +26,8 @@ from tests.helpers.nav.navigator_goals import (
 )
 from tests.nav.worlds import block
 
+BAD = [(SE2(9.0, 0.0), 204), (IN_BOX, 206), (stamped(GOAL, "moon"), 202), (broken(), 202)]
+
 
 def message_of(diagnostics: DiagnosticArray, node: str) -> str:
     """Return a node's diagnostic message."""
@@ -34,15 +36,7 @@ def message_of(diagnostics: DiagnosticArray, node: str) -> str:
     )
 
 
-@pytest.mark.parametrize(
-    ("goal", "code"),
-    [
-        (SE2(9.0, 0.0), 204),
-        (IN_BOX, 206),
-        (stamped(GOAL, "moon"), 202),
-        (broken(), 202),
-    ],
-)
+@pytest.mark.parametrize(("goal", "code"), BAD)
 def test_what_no_recovery_mends_fails_at_once(
     robot: PlayedRobot, goal: SE2 | PoseStamped, code: int
 ) -> None:
@@ -52,10 +46,7 @@ def test_what_no_recovery_mends_fails_at_once(
     assert_stopped_for_good(robot)
 
 
-@pytest.mark.parametrize(
-    ("goal", "code"),
-    [(SE2(9.0, 0.0), 204), (IN_BOX, 206), (stamped(GOAL, "moon"), 202), (broken(), 202)],
-)
+@pytest.mark.parametrize(("goal", "code"), BAD)
 def test_a_bad_goal_leaves_the_running_one_alone(
     robot: PlayedRobot, goal: SE2 | PoseStamped, code: int
 ) -> None:

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.action import NavigateToPose
 from nav2_msgs.msg import CollisionMonitorState
 from nav2_msgs.srv import Toggle
@@ -25,7 +21,6 @@ from tests.helpers.nav.monitored import drive
 from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
 from tests.nav.worlds import block
 
-pytestmark = pytest.mark.ros
 State = CollisionMonitorState
 
 
@@ -36,13 +31,6 @@ def made(**parameters: Any) -> PlayedRobot:
     robot.bring_up(LOCAL_COSTMAP, COLLISION_MONITOR)
     robot.run(0.5)
     return robot
-
-
-@pytest.fixture
-def robot() -> Iterator[PlayedRobot]:
-    robot = made()
-    yield robot
-    robot.close()
 
 
 def states(robot: PlayedRobot) -> list[Any]:
@@ -90,7 +78,6 @@ def test_what_was_seen_is_moved_with_the_robot() -> None:
     nearest = 1.2 - robot.pose.x - 0.25
     assert robot.command.x == pytest.approx(0.4 * min(nearest / 0.4 / 1.2, 1.0), abs=0.05)
     assert robot.command.x < 0.38
-    robot.close()
 
 
 def test_it_can_be_switched_off_and_on(robot: PlayedRobot) -> None:
@@ -160,7 +147,6 @@ def test_a_robot_without_a_scanner_is_not_held() -> None:
     robot.run(0.5)
     drive(robot, 0.2, 0.2)
     assert robot.command.x == pytest.approx(0.2)
-    robot.close()
 
 
 def test_a_goal_is_reached_through_the_whole_chain() -> None:
@@ -178,4 +164,3 @@ def test_a_goal_is_reached_through_the_whole_chain() -> None:
     assert max(b - a for a, b in itertools.pairwise(speeds)) <= 2.5 / 20.0 + 1e-9
     robot.run(1.0)
     assert robot.command == STILL
-    robot.close()

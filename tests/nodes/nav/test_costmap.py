@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import Point32, Polygon, PolygonStamped
 from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.msg import Costmap as CostmapMsg
@@ -42,14 +38,7 @@ from tests.helpers.nav.costmaps import (
 from tests.helpers.nav.navigation import PlayedRobot
 from tests.nav.worlds import empty_grid
 
-pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def robot() -> Iterator[PlayedRobot]:
-    robot = beside_a_box()
-    yield robot
-    robot.close()
+made = beside_a_box
 
 
 @pytest.mark.parametrize("name", [GLOBAL, LOCAL])
@@ -211,7 +200,6 @@ def test_a_scanner_that_falls_silent_makes_the_costmap_outdated() -> None:
     robot.sees = True
     robot.run(0.3)
     assert node.current(0.3) is not None
-    robot.close()
 
 
 def updates(robot: PlayedRobot, name: str) -> tuple[list[Any], list[Any]]:
@@ -243,17 +231,14 @@ def test_what_changes_is_published_by_itself(robot: PlayedRobot) -> None:
 
 def test_the_whole_is_published_for_whoever_is_new_where_that_is_asked_for() -> None:
     robot = PlayedRobot({f"{GLOBAL}/{GLOBAL}": {"always_send_full_costmap": False}})
-    try:
-        robot.bring_up(GLOBAL_COSTMAP)
-        robot.send_map(robot.world)
-        robot.run(3.2)
-        grids = robot.bench.latched(OccupancyGridMsg, f"/{GLOBAL}/costmap")
-        robot.run(5.0)
-        stamps = [seconds(grid.header.stamp) for grid in grids]
-        assert 1 <= len(stamps) <= 2, "the latched one, and one of now"
-        assert stamps[-1] > 3.0
-        robot.send_map(empty_grid(14.0, 13.0, SE2(-7.0, -6.0)))
-        robot.run(1.2)
-        assert grids[-1].info.width == 280
-    finally:
-        robot.close()
+    robot.bring_up(GLOBAL_COSTMAP)
+    robot.send_map(robot.world)
+    robot.run(3.2)
+    grids = robot.bench.latched(OccupancyGridMsg, f"/{GLOBAL}/costmap")
+    robot.run(5.0)
+    stamps = [seconds(grid.header.stamp) for grid in grids]
+    assert 1 <= len(stamps) <= 2, "the latched one, and one of now"
+    assert stamps[-1] > 3.0
+    robot.send_map(empty_grid(14.0, 13.0, SE2(-7.0, -6.0)))
+    robot.run(1.2)
+    assert grids[-1].info.width == 280

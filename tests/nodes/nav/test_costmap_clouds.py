@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import array
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from nav2_msgs.msg import VoxelGrid
 from sensor_msgs.msg import PointCloud2, PointField
@@ -21,13 +17,11 @@ from bringup.stack import LOCAL_COSTMAP
 from tests.helpers.nav.costmaps import FREE, LETHAL, LOCAL, cost
 from tests.helpers.nav.navigation import PlayedRobot
 
-pytestmark = pytest.mark.ros
 HEIGHT, TABLE = 0.5, 0.7  # of the camera and of a table [m]
 FIELDS = [PointField(name=n, offset=4 * k, datatype=7, count=1) for k, n in enumerate("xyz")]
 
 
-@pytest.fixture
-def robot() -> Iterator[PlayedRobot]:
+def made() -> PlayedRobot:
     sources = {
         "voxel_layer.cloud.topic": "/camera/points",
         "voxel_layer.min_obstacle_height": 0.1,
@@ -43,8 +37,7 @@ def robot() -> Iterator[PlayedRobot]:
     robot.bring_up(LOCAL_COSTMAP)
     robot.send_map()
     robot.run(1.0)
-    yield robot
-    robot.close()
+    return robot
 
 
 def see(robot: PlayedRobot, ahead: float, height: float, **layout: int) -> None:

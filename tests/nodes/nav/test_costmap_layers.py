@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import array
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.msg import Costmap as CostmapMsg
@@ -32,22 +27,17 @@ from bringup.stack import LOCAL_COSTMAP
 from tests.helpers.nav.costmaps import FREE, LETHAL, LOCAL, cost, costmap_from_msg
 from tests.helpers.nav.navigation import PlayedRobot
 
-pytestmark = pytest.mark.ros
 FRAMES = {"global_frame": "odom", "robot_base_frame": "base_link"}
 WINDOW = {"rolling_window": True, "width": 6, "height": 6, "resolution": 0.05}
 
 
-@contextmanager
-def costmap(**layers: Any) -> Iterator[PlayedRobot]:
+def costmap(**layers: Any) -> PlayedRobot:
     """Bring up a local costmap that has nothing of the shipped one."""
     values = {**FRAMES, **WINDOW, "update_frequency": 10.0, **layers}
     robot = PlayedRobot({f"{LOCAL}/{LOCAL}": values}, shipped=False)
     robot.sees = False
-    try:
-        robot.bring_up(LOCAL_COSTMAP)
-        yield robot
-    finally:
-        robot.close()
+    robot.bring_up(LOCAL_COSTMAP)
+    return robot
 
 
 def mount(robot: PlayedRobot, name: str, x: float, z: float, pitch: float, yaw: float) -> None:
@@ -84,25 +74,25 @@ def test_two_lidars_see_what_is_before_and_behind(cls: str) -> None:
         "front": {**LIDAR, "expected_update_rate": 1.0},
         "rear": LIDAR,
     }
-    with costmap(plugins=["seen"], seen=layer) as robot:
-        mount(robot, "front", 0.2, 0.3, 0.0, 0.0)
-        mount(robot, "rear", -0.2, 0.3, 0.0, math.pi)
-        robot.run(0.5)
+    robot = costmap(plugins=["seen"], seen=layer)
+    mount(robot, "front", 0.2, 0.3, 0.0, 0.0)
+    mount(robot, "rear", -0.2, 0.3, 0.0, math.pi)
+    robot.run(0.5)
 
-        def ahead_and_behind() -> tuple[float, float]:
-            return cost(robot, LOCAL, 1.22, 0.02), cost(robot, LOCAL, -1.22, 0.02)
+    def ahead_and_behind() -> tuple[float, float]:
+        return cost(robot, LOCAL, 1.22, 0.02), cost(robot, LOCAL, -1.22, 0.02)
 
-        scan(robot, "front", 1.02)
-        assert ahead_and_behind() == (LETHAL, FREE)
+    scan(robot, "front", 1.02)
+    assert ahead_and_behind() == (LETHAL, FREE)
+    scan(robot, "rear", 1.02)
+    assert ahead_and_behind() == (LETHAL, LETHAL)
+    scan(robot, "front", 2.0)
+    assert ahead_and_behind() == (FREE, LETHAL)
+    node = robot.nodes[f"{LOCAL}/{LOCAL}"]
+    assert node.scan_topic == "/front"
+    for _ in range(4):
         scan(robot, "rear", 1.02)
-        assert ahead_and_behind() == (LETHAL, LETHAL)
-        scan(robot, "front", 2.0)
-        assert ahead_and_behind() == (FREE, LETHAL)
-        node = robot.nodes[f"{LOCAL}/{LOCAL}"]
-        assert node.scan_topic == "/front"
-        for _ in range(4):
-            scan(robot, "rear", 1.02)
-        assert "no scan on /front for" in node.why_not_current()
+    assert "no scan on /front for" in node.why_not_current()
 
 
 @pytest.mark.parametrize("cls", ["ObstacleLayer", "VoxelLayer"])
@@ -112,13 +102,13 @@ def test_a_lidar_that_leans_forward_sees_low_things(cls: str) -> None:
         "observation_sources": "front",
         "front": {**LIDAR, "min_obstacle_height": 0.05},
     }
-    with costmap(plugins=["seen"], seen=layer) as robot:
-        mount(robot, "front", 0.0, 0.6, math.radians(30.0), 0.0)
-        robot.run(0.5)
-        scan(robot, "front", 1.2)  # on the floor
-        assert cost(robot, LOCAL, 1.04, 0.02) == FREE
-        scan(robot, "front", 1.0)
-        assert cost(robot, LOCAL, 0.87, 0.02) == LETHAL
+    robot = costmap(plugins=["seen"], seen=layer)
+    mount(robot, "front", 0.0, 0.6, math.radians(30.0), 0.0)
+    robot.run(0.5)
+    scan(robot, "front", 1.2)  # on the floor
+    assert cost(robot, LOCAL, 1.04, 0.02) == FREE
+    scan(robot, "front", 1.0)
+    assert cost(robot, LOCAL, 0.87, 0.02) == LETHAL
 
 
 def send(robot: PlayedRobot, topic: str, grid: OccupancyGrid, frame: str) -> None:
@@ -134,46 +124,46 @@ def wall(low: float) -> OccupancyGrid:
 
 def test_a_map_lies_in_a_window_that_rolls_in_odom() -> None:
     layer = {"subscribe_to_updates": True, "map_topic": "plan"}
-    with costmap(plugins=["static_layer"], static_layer=layer) as robot:
-        node = robot.nodes[f"{LOCAL}/{LOCAL}"]
-        robot.run(0.5)
-        assert "no map has come on /plan" in node.why_not_current()
-        send(robot, "/plan", wall(1.0), "plan_frame")
-        robot.run(0.3)
-        assert "plan_frame" in node.why_not_current()
-        there = TFMessage(transforms=[transform_msg(SE2(0.5, 0.0), "map", "plan_frame", 0.0)])
-        robot.bench.publish(TFMessage, "/tf_static", there, qos.TF_STATIC)
-        robot.run(0.3)
-        assert node.current(0.3) is not None
-        assert [cost(robot, LOCAL, x, 0.0) for x in (1.42, 1.58)] == [FREE, LETHAL]
-        part = OccupancyGridUpdate(x=100, y=100, width=20, height=2)
-        part.data = array.array("b", [100] * 40)
-        robot.bench.publish(OccupancyGridUpdate, "/plan_updates", part, qos.DEFAULT)
-        part = OccupancyGridUpdate(x=0, y=0, width=9, height=9, data=array.array("b", [100]))
-        robot.bench.publish(OccupancyGridUpdate, "/plan_updates", part, qos.DEFAULT)
-        robot.run(0.3)
-        assert [cost(robot, LOCAL, x, 0.02) for x in (0.48, 0.52, 1.48)] == [FREE, LETHAL, LETHAL]
+    robot = costmap(plugins=["static_layer"], static_layer=layer)
+    node = robot.nodes[f"{LOCAL}/{LOCAL}"]
+    robot.run(0.5)
+    assert "no map has come on /plan" in node.why_not_current()
+    send(robot, "/plan", wall(1.0), "plan_frame")
+    robot.run(0.3)
+    assert "plan_frame" in node.why_not_current()
+    there = TFMessage(transforms=[transform_msg(SE2(0.5, 0.0), "map", "plan_frame", 0.0)])
+    robot.bench.publish(TFMessage, "/tf_static", there, qos.TF_STATIC)
+    robot.run(0.3)
+    assert node.current(0.3) is not None
+    assert [cost(robot, LOCAL, x, 0.0) for x in (1.42, 1.58)] == [FREE, LETHAL]
+    part = OccupancyGridUpdate(x=100, y=100, width=20, height=2)
+    part.data = array.array("b", [100] * 40)
+    robot.bench.publish(OccupancyGridUpdate, "/plan_updates", part, qos.DEFAULT)
+    part = OccupancyGridUpdate(x=0, y=0, width=9, height=9, data=array.array("b", [100]))
+    robot.bench.publish(OccupancyGridUpdate, "/plan_updates", part, qos.DEFAULT)
+    robot.run(0.3)
+    assert [cost(robot, LOCAL, x, 0.02) for x in (0.48, 0.52, 1.48)] == [FREE, LETHAL, LETHAL]
 
 
 def test_what_a_single_layer_holds_is_published() -> None:
     layer = {"observation_sources": "front", "front": LIDAR}
     layers = {"plugins": ["static_layer", "obstacle_layer"], "obstacle_layer": layer}
-    with costmap(**layers) as robot:
-        mount(robot, "front", 0.0, 0.3, 0.0, 0.0)
-        grids = {
-            name: robot.bench.collect(CostmapMsg, f"/{LOCAL}/{name}_raw")
-            for name in ("static_layer", "obstacle_layer")
-        }
-        shown = robot.bench.collect(OccupancyGridMsg, f"/{LOCAL}/obstacle_layer")
-        send(robot, "/map", wall(2.0), "odom")
-        robot.run(0.5)
-        scan(robot, "front", 1.02)
-        robot.run(1.2)
-        mapped, seen = (costmap_from_msg(messages[-1]) for messages in grids.values())
-        assert [seen.cost_at(x, 0.02) for x in (1.02, 2.02)] == [LETHAL, FREE]
-        assert [mapped.cost_at(x, 0.02) for x in (1.02, 2.02)] == [FREE, LETHAL]
-        assert grids["obstacle_layer"][-1].metadata.layer == "obstacle_layer"
-        assert np.count_nonzero(shown[-1].data) == (seen.data == LETHAL).sum()
+    robot = costmap(**layers)
+    mount(robot, "front", 0.0, 0.3, 0.0, 0.0)
+    grids = {
+        name: robot.bench.collect(CostmapMsg, f"/{LOCAL}/{name}_raw")
+        for name in ("static_layer", "obstacle_layer")
+    }
+    shown = robot.bench.collect(OccupancyGridMsg, f"/{LOCAL}/obstacle_layer")
+    send(robot, "/map", wall(2.0), "odom")
+    robot.run(0.5)
+    scan(robot, "front", 1.02)
+    robot.run(1.2)
+    mapped, seen = (costmap_from_msg(messages[-1]) for messages in grids.values())
+    assert [seen.cost_at(x, 0.02) for x in (1.02, 2.02)] == [LETHAL, FREE]
+    assert [mapped.cost_at(x, 0.02) for x in (1.02, 2.02)] == [FREE, LETHAL]
+    assert grids["obstacle_layer"][-1].metadata.layer == "obstacle_layer"
+    assert np.count_nonzero(shown[-1].data) == (seen.data == LETHAL).sum()
 
 
 ZONES = {"plugin": "nav2_costmap_2d::KeepoutFilter", "filter_info_topic": "zone_info"}
@@ -188,26 +178,26 @@ def inform(robot: PlayedRobot, topic: str, kind: int, mask: str, *weights: float
 
 def test_zones_and_speeds_come_by_masks_whose_topics_infos_name() -> None:
     layers = {"filters": ["zones", "speeds"], "zones": ZONES, "speeds": SPEEDS}
-    with costmap(plugins=["inflation_layer"], **layers) as robot:
-        limits = robot.bench.collect(SpeedLimit, "/speed_limit")
-        robot.run(0.3)
-        inform(robot, "/zone_info", 0, "/zones")
-        inform(robot, "/speed_info", 1, "/speeds", 100.0, -1.0)
-        robot.run(0.3)
-        send(robot, "/zones", wall(1.0), "map")
-        slow = OccupancyGrid(wall(0.0).frame, np.full((200, 200), 60, np.int8))
-        send(robot, "/speeds", slow, "odom")
-        robot.run(0.3)
-        assert [cost(robot, LOCAL, x, 0.02) for x in (0.98, 1.02)] == [FREE, LETHAL]
-        assert [(limit.percentage, limit.speed_limit) for limit in limits] == [(True, 40.0)]
+    robot = costmap(plugins=["inflation_layer"], **layers)
+    limits = robot.bench.collect(SpeedLimit, "/speed_limit")
+    robot.run(0.3)
+    inform(robot, "/zone_info", 0, "/zones")
+    inform(robot, "/speed_info", 1, "/speeds", 100.0, -1.0)
+    robot.run(0.3)
+    send(robot, "/zones", wall(1.0), "map")
+    slow = OccupancyGrid(wall(0.0).frame, np.full((200, 200), 60, np.int8))
+    send(robot, "/speeds", slow, "odom")
+    robot.run(0.3)
+    assert [cost(robot, LOCAL, x, 0.02) for x in (0.98, 1.02)] == [FREE, LETHAL]
+    assert [(limit.percentage, limit.speed_limit) for limit in limits] == [(True, 40.0)]
 
-        parameter = Parameter("inflation_layer.inflation_radius", value=0.3).to_parameter_msg()
-        name = f"/{LOCAL}/{LOCAL}/set_parameters"
-        robot.bench.call(SetParameters, name, SetParameters.Request(parameters=[parameter]))
+    parameter = Parameter("inflation_layer.inflation_radius", value=0.3).to_parameter_msg()
+    name = f"/{LOCAL}/{LOCAL}/set_parameters"
+    robot.bench.call(SetParameters, name, SetParameters.Request(parameters=[parameter]))
+    robot.run(0.3)
+    assert cost(robot, LOCAL, 1.02, 0.02) == LETHAL, "what was built again keeps its mask"
+    for on, expected in ((False, FREE), (True, LETHAL)):
+        toggle = f"/{LOCAL}/zones/toggle_filter"
+        assert robot.bench.call(SetBool, toggle, SetBool.Request(data=on)).success
         robot.run(0.3)
-        assert cost(robot, LOCAL, 1.02, 0.02) == LETHAL, "what was built again keeps its mask"
-        for on, expected in ((False, FREE), (True, LETHAL)):
-            toggle = f"/{LOCAL}/zones/toggle_filter"
-            assert robot.bench.call(SetBool, toggle, SetBool.Request(data=on)).success
-            robot.run(0.3)
-            assert cost(robot, LOCAL, 1.02, 0.02) == expected
+        assert cost(robot, LOCAL, 1.02, 0.02) == expected

@@ -3,11 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-
-import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
 
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from sensor_msgs.msg import Range
@@ -19,11 +14,8 @@ from bringup.stack import LOCAL_COSTMAP
 from tests.helpers.nav.costmaps import FREE, LETHAL, LOCAL, cost
 from tests.helpers.nav.navigation import PlayedRobot
 
-pytestmark = pytest.mark.ros
 
-
-@pytest.fixture
-def robot() -> Iterator[PlayedRobot]:
+def made() -> PlayedRobot:
     layer = {
         "plugins": ["range_layer", "inflation_layer"],
         "range_layer.topics": ["/sonar"],
@@ -38,8 +30,7 @@ def robot() -> Iterator[PlayedRobot]:
     robot.bring_up(LOCAL_COSTMAP)
     robot.send_map()
     robot.run(0.6)
-    yield robot
-    robot.close()
+    return robot
 
 
 def hear(robot: PlayedRobot, distance: float, field_of_view: float = 0.3) -> None:

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.srv import (
     ClearCostmapAroundPose,
     ClearCostmapAroundRobot,
@@ -30,14 +27,7 @@ from tests.helpers.nav.costmaps import (
 )
 from tests.helpers.nav.navigation import PlayedRobot
 
-pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def robot() -> Iterator[PlayedRobot]:
-    robot = beside_a_box()
-    yield robot
-    robot.close()
+made = beside_a_box
 
 
 def everything(robot: PlayedRobot, name: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -90,10 +89,8 @@ class Exploration:
 
 
 @pytest.fixture
-def exploration() -> Iterator[Exploration]:
-    exploration = Exploration()
-    yield exploration
-    exploration.robot.close()
+def exploration() -> Exploration:
+    return Exploration()
 
 
 def test_the_robot_is_sent_to_see_a_frontier(exploration: Exploration) -> None:
@@ -235,15 +232,12 @@ def test_what_it_waits_for_is_said_with_its_remedy(exploration: Exploration) -> 
 
 def test_a_wrong_base_frame_is_said_with_its_remedy() -> None:
     robot = PlayedRobot({"explorer": {"robot_base_frame": "chassis"}})
-    try:
-        FakeNavigator(robot.bench.process).trigger_configure()
-        robot.bring_up(EXPLORER)
-        robot.send_map(room())
-        robot.run(0.2)
-        assert robot.nodes["explorer"].waits_for == (
-            "robot_base_frame is 'chassis', a frame that does not exist:"
-            " 'map' carries 'base_footprint'; set robot_base_frame: base_footprint,"
-            " or start it with --base-frame base_footprint"
-        )
-    finally:
-        robot.close()
+    FakeNavigator(robot.bench.process).trigger_configure()
+    robot.bring_up(EXPLORER)
+    robot.send_map(room())
+    robot.run(0.2)
+    assert robot.nodes["explorer"].waits_for == (
+        "robot_base_frame is 'chassis', a frame that does not exist:"
+        " 'map' carries 'base_footprint'; set robot_base_frame: base_footprint,"
+        " or start it with --base-frame base_footprint"
+    )

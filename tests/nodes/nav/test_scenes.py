@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from tests.helpers.nav import scenes
-
-pytestmark = pytest.mark.ros
 
 
 @pytest.mark.parametrize("seed", [4, 16])

@@ -9,9 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import LaserScan, Range
 
@@ -28,7 +25,6 @@ from arjuna_nav.nodes.costmap.sensors import (
 )
 from tests.helpers.nav.monitored import cloud
 
-pytestmark = pytest.mark.ros
 BASE_HEIGHT = 0.1
 ANGLES = np.linspace(-2.0, 2.0, 9)
 

@@ -7,9 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from sensor_msgs.msg import CameraInfo, Image
 
 from arjuna_core.ros import qos
@@ -17,8 +14,6 @@ from arjuna_core.ros.convert import time_msg
 from arjuna_sim.devices.camera import Camera, CameraError, Shot
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start_sim
-
-pytestmark = pytest.mark.ros
 
 
 def test_camera_publishes_only_for_who_looks(

@@ -8,9 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rclpy.lifecycle import TransitionCallbackReturn
@@ -32,8 +29,6 @@ from tests.helpers.ros import TICK, RosBench
 from tests.nodes.sim.running import run, start, start_sim
 from tests.sim.builders import edited
 from tests.sim.drive_cases import mecanum
-
-pytestmark = pytest.mark.ros
 
 
 def _wheels(now: float, v: float, w: float) -> Odometry:

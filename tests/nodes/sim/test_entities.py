@@ -6,9 +6,6 @@ import math
 import time
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Twist, Vector3
 from sensor_msgs.msg import LaserScan
@@ -35,8 +32,6 @@ from arjuna_core.ros import qos
 from arjuna_sim.model.entities import Category
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import OK, names, run, spawn, start_in, state
-
-pytestmark = pytest.mark.ros
 
 
 def test_box_is_spawned_seen_moved_and_deleted(bench: RosBench) -> None:

@@ -19,7 +19,6 @@ from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start_sim
 from tests.sim.robot_cases import RobotMaker
 
-pytestmark = pytest.mark.ros
 MESSAGE = """
 from sensor_msgs.msg import Temperature
 from arjuna_sim.devices.sensors.thermometer import ThermometerSettings

@@ -7,9 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
@@ -25,7 +22,6 @@ from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import OK, names, run, spawn, start_sim, state
 
-pytestmark = pytest.mark.ros
 CODES = SpawnEntity.Response
 ROOT = Path(__file__).resolve().parents[3]
 WORLD = str(ROOT / "worlds" / "empty.world")

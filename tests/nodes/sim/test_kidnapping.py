@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from simulation_interfaces.msg import Result
 from simulation_interfaces.srv import (
     GetEntityState,
@@ -18,8 +15,6 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.model.robot import SOLO
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start_sim
-
-pytestmark = pytest.mark.ros
 
 
 def test_kidnap_by_set_entity_state_shows_in_truth_and_scan_only(bench: RosBench) -> None:

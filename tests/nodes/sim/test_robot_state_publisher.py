@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
@@ -15,8 +12,6 @@ from arjuna_core.ros import qos
 from arjuna_sim.nodes.robot_state_publisher import RobotStatePublisherNode
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start, start_sim
-
-pytestmark = pytest.mark.ros
 
 
 def test_description_and_fixed_frames_are_latched(bench: RosBench) -> None:

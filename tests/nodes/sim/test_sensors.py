@@ -7,9 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import PointStamped
 from sensor_msgs.msg import (
     CameraInfo,
@@ -32,8 +29,6 @@ from arjuna_sim.nodes.robot_state_publisher import RobotStatePublisherNode
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start, start_sim
 from tests.sim.robot_cases import RobotMaker
-
-pytestmark = pytest.mark.ros
 
 BEAMS = """<ray><scan><horizontal><samples>60</samples></horizontal>{}</scan></ray>"""
 ROWS = "<vertical><samples>4</samples><max_angle>0.2</max_angle></vertical>"

@@ -9,9 +9,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.lifecycle import TransitionCallbackReturn
@@ -27,8 +24,6 @@ from arjuna_sim.nodes.robot_state_publisher import RobotStatePublisherNode
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import SUCCESS, run, start_sim
-
-pytestmark = pytest.mark.ros
 
 
 def test_a_tick_moves_the_clock_of_the_whole_process(bench: RosBench) -> None:

@@ -6,9 +6,6 @@ import math
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from sensor_msgs.msg import LaserScan
 from simulation_interfaces.msg import (
     Resource,
@@ -27,7 +24,6 @@ from arjuna_core.ros import qos
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import OK, names, run, spawn, start_in, state
 
-pytestmark = pytest.mark.ros
 CODES = SpawnEntity.Response
 CRATE = """<sdf version="1.7"><model name="crate"><static>true</static><link name="l">
 <collision name="c"><geometry><box><size>0.4 0.4 0.4</size></box></geometry></collision>

@@ -5,9 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rclpy.lifecycle import TransitionCallbackReturn
@@ -21,8 +18,6 @@ from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start_sim
-
-pytestmark = pytest.mark.ros
 
 
 def _robot(folder: Path, *edits: tuple[str, str]) -> str:

@@ -8,16 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.twist import Velocity
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.sim import SimNode
 from arjuna_sim.physics import viewer
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import spawn, start_sim
-
-pytestmark = pytest.mark.ros
 
 
 class Window:

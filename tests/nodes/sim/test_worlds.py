@@ -6,9 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from simulation_interfaces.msg import Resource, Result, SimulationState, SimulatorFeatures
 from simulation_interfaces.srv import (
     GetAvailableWorlds,
@@ -26,7 +23,6 @@ from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import OK, names, run, spawn, start_sim
 
-pytestmark = pytest.mark.ros
 STATE = SimulationState
 SCOPE = ResetSimulation.Request
 CODES = LoadWorld.Response

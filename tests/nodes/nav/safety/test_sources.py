@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import array
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import Point32, Polygon, PolygonStamped
 from nav2_msgs.msg import CollisionDetectorState
 from rcl_interfaces.srv import SetParameters
@@ -26,14 +22,10 @@ from arjuna_core.twist import STILL
 from arjuna_nav.nodes.safety.detector import CollisionDetectorNode
 from tests.helpers.nav.monitored import KINDS, RADIUS, Monitored, cloud, drive
 
-pytestmark = pytest.mark.ros
-
 
 @pytest.fixture(params=KINDS)
-def scene(request: pytest.FixtureRequest) -> Iterator[Monitored]:
-    scene = Monitored(request.param)
-    yield scene
-    scene.robot.close()
+def scene(request: pytest.FixtureRequest) -> Monitored:
+    return Monitored(request.param)
 
 
 def test_what_it_alone_sees_stops_the_robot(scene: Monitored) -> None:
@@ -59,7 +51,6 @@ def test_of_any_age_or_switched_off_it_holds_nobody(values: dict[str, Any]) -> N
     scene = Monitored("scan", **values)
     drive(scene.robot, 0.2, 1.0)
     assert scene.robot.command.x == pytest.approx(0.2)
-    scene.robot.close()
 
 
 def test_all_of_several_sources_count() -> None:
@@ -78,7 +69,6 @@ def test_all_of_several_sources_count() -> None:
         near = [] if points[0][2] > 0.5 else [pytest.approx(points[0][:2], abs=0.05)]
         assert [(p.x, p.y) for p in low.points] == near
         assert not high.points
-    scene.robot.close()
 
 
 @pytest.mark.parametrize(("height", "stops"), [(0.2, True), (0.9, False), (None, True)])
@@ -96,7 +86,6 @@ def test_heights_may_come_in_a_field_of_the_cloud(height: float | None, stops: b
         scene.robot.bench.publish(PointCloud2, "/own", message, qos.DEFAULT)
         drive(scene.robot, 0.01, 0.1)
     assert (scene.robot.command == STILL) is stops, "without the field nothing is seen"
-    scene.robot.close()
 
 
 @pytest.mark.parametrize(("correction", "stops"), [(True, True), (False, False)])
@@ -109,7 +98,6 @@ def test_what_was_seen_is_moved_with_the_robot_if_that_is_asked(
     assert scene.robot.command.x == pytest.approx(0.01)
     drive(scene.robot, 0.3, 1.0)  # it is not seen again, and 0.3 m nearer in the end
     assert (scene.robot.command == STILL) is stops
-    scene.robot.close()
 
 
 @pytest.mark.parametrize("parameter", ["Stop.enabled", "it.enabled"])
@@ -124,7 +112,6 @@ def test_zones_and_sources_are_switched_while_it_runs(parameter: str) -> None:
         scene.say()
         drive(scene.robot, 0.1, 0.04)
         assert scene.robot.command.x == pytest.approx(v)
-    scene.robot.close()
 
 
 def test_a_transform_that_is_too_old_blinds_it() -> None:
@@ -136,7 +123,6 @@ def test_a_transform_that_is_too_old_blinds_it() -> None:
         scene.say()
         drive(scene.robot, 0.1, 0.04)
         assert scene.robot.command.x == pytest.approx(v)
-    scene.robot.close()
 
 
 @pytest.mark.parametrize("frame", ["base_link", "odom"])
@@ -157,7 +143,6 @@ def test_a_zones_shape_may_come_by_a_topic(frame: str) -> None:
     robot.bench.publish(PolygonStamped, "/shape", shape, qos.DEFAULT)
     scene.drive(0.01, 0.2)
     assert robot.command == STILL
-    robot.close()
 
 
 def test_a_circles_radius_may_come_by_a_topic_and_outlines_are_shown() -> None:
@@ -172,7 +157,6 @@ def test_a_circles_radius_may_come_by_a_topic_and_outlines_are_shown() -> None:
         assert scene.robot.command.x == pytest.approx(v)
         assert shown[-1].header.frame_id == "base_link"
         assert max(p.x for p in shown[-1].polygon.points) == pytest.approx(radius)
-    scene.robot.close()
 
 
 def test_the_published_footprint_is_what_approaches() -> None:
@@ -187,7 +171,6 @@ def test_the_published_footprint_is_what_approaches() -> None:
     drive(scene.robot, 0.2, 0.04)
     # the outline of 0.25 m and its padding of 0.03 m: 0.1 m at 0.02 m a step
     assert 0.2 * 0.35 / 2.0 <= scene.robot.command.x <= 0.2 * 0.55 / 2.0
-    scene.robot.close()
 
 
 def test_the_detector_says_in_which_zones_something_is() -> None:
@@ -205,4 +188,3 @@ def test_the_detector_says_in_which_zones_something_is() -> None:
         scene.drive(0.0, 0.4)
         assert list(states[-1].polygons) == ["near", "far"]
         assert list(states[-1].detections) == expected
-    robot.close()
