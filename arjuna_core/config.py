@@ -15,6 +15,7 @@ from arjuna_core.plugins import config_class_for, type_hints
 T = TypeVar("T")
 __all__ = [
     "SEED_MAX",
+    "NoParameters",
     "ParamInfo",
     "check",
     "dotted",
@@ -25,6 +26,11 @@ __all__ = [
     "param",
     "plugin_names",
 ]
+
+
+@dataclasses.dataclass(frozen=True)
+class NoParameters:
+    """A configuration without parameters."""
 
 
 def flatten(config: Any, prefix: str = "") -> dict[str, Any]:

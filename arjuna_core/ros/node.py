@@ -9,6 +9,7 @@ from typing import Any, ClassVar, TypeVar
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
+from arjuna_core.config import NoParameters
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.health.guarded import Guarded
 from arjuna_core.ros.local.lifecycle import LIFECYCLE_SERVICES, AnnouncedStates
@@ -40,7 +41,7 @@ class ManagedNode(Guarded, LifecycleNode):
     """
 
     trusted = True
-    Config: ClassVar[type[Any]]
+    Config: ClassVar[type[Any]] = NoParameters
     DEFAULT_NAME: ClassVar[str]
 
     def __init__(

@@ -8,15 +8,11 @@ from typing import Any, ClassVar
 
 from nav2_msgs import action
 
+from arjuna_core.config import NoParameters
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_nav.behaviors.base import Behavior, BehaviorStatus, InvalidGoalError
 from arjuna_nav.behaviors.motions import AssistedTeleop, DriveOnHeading, Spin, Wait
-
-
-@dataclass(frozen=True)
-class NoParameters:
-    """A behaviour's own parameters: all of them stand at behavior_server."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +28,7 @@ class BehaviorAction:
         unknown: Error code of an unknown failure, where the action itself names none.
     """
 
-    Config: ClassVar[type[Any]] = NoParameters
+    Config: ClassVar[type[Any]] = NoParameters  # all of them stand at behavior_server
 
     type: Any
     make: Callable[..., Behavior]

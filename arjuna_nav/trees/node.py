@@ -54,14 +54,7 @@ class Maker:
 
 
 class TreeNode:
-    """One node.
-
-    Args:
-        maker: Its parts.
-
-    Raises:
-        TreeError: A port's text can be no value of it.
-    """
+    """One node of its parts; a port's text that can be no value of it raises TreeError."""
 
     PORTS: ClassVar[dict[str, Port]] = {}
     """The ports by their names: each attribute of the class that is a Port."""
@@ -94,7 +87,6 @@ class TreeNode:
             self._bind(name, port)
 
     def _bind(self, name: str, port: Port) -> None:
-        """Look up once where a port's value is."""
         text = self._texts.get(name)
         key = entry(text) if text is not None else None
         if key is not None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import pytest
@@ -16,15 +15,9 @@ from bringup.client.session import POLL, ClientError, Session
 from tests.helpers.ros import RosBench
 
 
-@dataclass(frozen=True)
-class NoConfig:
-    """No parameters."""
-
-
 class Server(GoalNode):
     """Takes goals: `forgets` of them are lost, the next is reached after `takes` [s]."""
 
-    Config = NoConfig
     DEFAULT_NAME = "server"
     forgets, takes, restarts_after, admits = 0, 0.0, 5.0, True
 

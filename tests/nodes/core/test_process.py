@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import pytest
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
@@ -18,15 +16,9 @@ from tests.helpers.ros import TICK, RosBench
 STALL = 25  # ticks, 0.5 s
 
 
-@dataclass(frozen=True)
-class NoConfig:
-    """No parameters."""
-
-
 class WatchNode(ManagedNode):
     """Notes the time and the age of the newest transform, each period."""
 
-    Config = NoConfig
     DEFAULT_NAME = "watch"
 
     def configure(self) -> None:

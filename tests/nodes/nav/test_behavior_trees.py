@@ -144,24 +144,14 @@ def test_a_tree_of_ones_own(robot: PlayedRobot, tmp_path: Path) -> None:
     assert goal.feedback[-1].number_of_recoveries in (2, 3)  # the last is over at once
 
 
-def test_a_tree_that_replans_only_where_the_path_is_not_free(
-    robot: PlayedRobot, tmp_path: Path
-) -> None:
-    """The shape of Nav2's navigate_w_replanning_only_if_path_becomes_invalid."""
-    name = tree(
-        tmp_path,
-        '<PipelineSequence><RateController hz="2.0"><Fallback><ReactiveSequence>'
-        '<Inverter><PathExpiringTimer seconds="10" path="{path}"/></Inverter>'
-        '<Inverter><GlobalUpdatedGoal/></Inverter><IsPathValid path="{path}"/></ReactiveSequence>'
-        f'{PLAN}</Fallback></RateController><FollowPath path="{{path}}"/></PipelineSequence>',
-    )
+def test_a_tree_of_nav2s_replans_only_where_the_path_is_not_free(robot: PlayedRobot) -> None:
     log = robot.bench.collect(BehaviorTreeLog, "behavior_tree_log")
-    goal = go(robot, GOAL, name)
-    robot.run_until_done(goal, 30.0)
-    assert goal.status == SUCCEEDED
+    go(robot, GOAL, "navigate_w_replanning_only_if_path_becomes_invalid.xml")
+    robot.run(4.0)
     changes = [change for message in log for change in message.event_log]
     running = [c.node_name for c in changes if c.current_status == "RUNNING"]
-    assert running.count("ComputePathToPose") == 1
+    plans = {c.uid for c in changes if c.node_name == "ComputePathToPose"}
+    assert running.count("ComputePathToPose") == len(plans)
     assert running.count("IsPathValid") > 3
 
 

@@ -205,16 +205,6 @@ def test_a_pose_that_is_lost_stops_the_robot_until_it_is_known(
     assert "could be used" in message_of(diagnostics[-1], "/bt_navigator")
 
 
-def test_a_pose_that_stays_lost_ends_the_goal_with_the_reason() -> None:
-    robot = made(outage_patience=3.0)
-    goal = go(robot, SE2(3.0, 1.0))
-    drive(robot)
-    robot.localized = False
-    robot.run_until_done(goal, 8.0)
-    assert_failed(goal, 207)
-    assert_stopped_for_good(robot)
-
-
 @pytest.mark.parametrize("seconds", [1.0, 5.0])
 def test_a_dead_scanner_stops_the_robot_until_it_is_well(
     robot: PlayedRobot, seconds: float

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,15 +22,9 @@ BLACKLIST_RADIUS = 0.5
 PATIENCE = 3.0
 
 
-@dataclass(frozen=True)
-class FakeConfig:
-    """The fake navigator has no parameters."""
-
-
 class FakeNavigator(ManagedNode):
     """Takes goals and ends them as the test says."""
 
-    Config = FakeConfig
     DEFAULT_NAME = "bt_navigator"
     refuses = False
 
@@ -70,10 +63,7 @@ class Exploration:
         self.robot.run(0.1)
 
     def make_navigator(self) -> FakeNavigator:
-        navigator = FakeNavigator(self.robot.bench.process)
-        navigator.trigger_configure()
-        navigator.trigger_activate()
-        self.robot.bench.process.drain()
+        navigator: FakeNavigator = self.robot.bench.activated(FakeNavigator)
         return navigator
 
     def hide(self, *xs: tuple[float, float]) -> None:
@@ -82,6 +72,11 @@ class Exploration:
         for low, high in xs:
             self.map.data[:, round((low + 5.5) / 0.05) : round((high + 5.5) / 0.05)] = -1
         self.robot.send_map(self.map)
+
+    def look_for(self, *xs: tuple[float, float]) -> None:
+        """Hide a part of the map and let the explorer look at it once."""
+        self.hide(*xs)
+        self.robot.run(1.2)
 
     @property
     def said(self) -> str:
@@ -94,8 +89,7 @@ def exploration() -> Exploration:
 
 
 def test_the_robot_is_sent_to_see_a_frontier(exploration: Exploration) -> None:
-    exploration.hide((2.0, 5.5))
-    exploration.robot.run(1.2)
+    exploration.look_for((2.0, 5.5))
     (goal,) = exploration.navigator.goals
     assert 1.0 <= goal.x < 2.0
     row, column = exploration.map.frame.to_cell(goal.x, goal.y)
@@ -111,17 +105,14 @@ def test_a_goal_is_kept_while_its_frontier_is_unseen(exploration: Exploration) -
 
 
 def test_a_frontier_that_was_seen_in_passing_is_not_driven_to(exploration: Exploration) -> None:
-    exploration.hide((2.0, 5.5))
-    exploration.robot.run(1.2)
-    exploration.hide((-5.5, -2.0))
-    exploration.robot.run(1.2)
+    exploration.look_for((2.0, 5.5))
+    exploration.look_for((-5.5, -2.0))
     first, second = exploration.navigator.goals
     assert first.x > 0.0 > second.x
 
 
 def test_it_is_done_once_nothing_is_unknown(exploration: Exploration) -> None:
-    exploration.hide((2.0, 5.5))
-    exploration.robot.run(1.2)
+    exploration.look_for((2.0, 5.5))
     exploration.hide()
     exploration.navigator.end(reached=True)
     exploration.robot.run(PATIENCE - 0.5)
@@ -158,8 +149,7 @@ def test_a_refused_goal_is_asked_again(exploration: Exploration) -> None:
 
 
 def test_deactivation_cancels_the_goal_and_activation_continues(exploration: Exploration) -> None:
-    exploration.hide((2.0, 5.5))
-    exploration.robot.run(1.2)
+    exploration.look_for((2.0, 5.5))
     exploration.robot.transition("explorer", "deactivate")
     assert exploration.navigator.server.cancel_requested
     exploration.navigator.server.cancel(NavigateToPose.Result())
@@ -176,14 +166,12 @@ def test_activation_after_the_end_begins_again(exploration: Exploration) -> None
     assert exploration.said.startswith("done")
     exploration.robot.transition("explorer", "deactivate")
     exploration.robot.transition("explorer", "activate")
-    exploration.hide((2.0, 5.5))
-    exploration.robot.run(1.2)
+    exploration.look_for((2.0, 5.5))
     assert len(exploration.navigator.goals) == 1
 
 
 def test_a_navigator_that_dies_and_comes_back_is_asked_again(exploration: Exploration) -> None:
-    exploration.hide((2.0, 5.5))
-    exploration.robot.run(1.2)
+    exploration.look_for((2.0, 5.5))
     exploration.navigator.trigger_shutdown()  # without a word on its goal
     exploration.robot.run(2.0)
     navigator = exploration.make_navigator()

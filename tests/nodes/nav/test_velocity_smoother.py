@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
 from geometry_msgs.msg import Twist
-from nav2_msgs.action import DriveOnHeading
 
-from arjuna_core.ros.convert import duration_msg
 from arjuna_core.twist import STILL
-from bringup.stack import BEHAVIOR_SERVER, LOCAL_COSTMAP, VELOCITY_SMOOTHER
-from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot, started
+from bringup.stack import VELOCITY_SMOOTHER
+from tests.helpers.nav.navigation import PlayedRobot, started
 
 SMOOTHER = {
     "cmd_vel_out_topic": "cmd_vel",
@@ -20,9 +16,7 @@ SMOOTHER = {
 
 
 def made() -> PlayedRobot:
-    nodes, topic = (LOCAL_COSTMAP, BEHAVIOR_SERVER, VELOCITY_SMOOTHER), "cmd_vel_nav"
-    behaviors = {"cmd_vel_topic": topic}
-    return started(*nodes, settle=0.5, velocity_smoother=SMOOTHER, behavior_server=behaviors)
+    return started(VELOCITY_SMOOTHER, settle=0.5, velocity_smoother=SMOOTHER)
 
 
 def command(robot: PlayedRobot, v: float) -> None:
@@ -44,25 +38,6 @@ def test_a_command_is_followed_smoothly_until_it_ceases(robot: PlayedRobot) -> N
     robot.forget()
     robot.run(1.0)
     assert not robot.commands
-
-
-def test_a_behavior_drives_through_it(robot: PlayedRobot) -> None:
-    request = DriveOnHeading.Goal(speed=0.2, time_allowance=duration_msg(10.0))
-    request.target.x = 0.5
-    goal = robot.send(DriveOnHeading, "drive_on_heading", request)
-    robot.run_until_done(goal, 5.0)
-    robot.run(0.5)
-    assert goal.status == SUCCEEDED
-    assert robot.pose.x == pytest.approx(0.5, abs=0.05)
-    assert robot.command == STILL
-
-
-def test_commands_that_are_no_numbers_are_ignored(robot: PlayedRobot) -> None:
-    command(robot, 0.3)
-    robot.run(0.5)
-    command(robot, math.nan)
-    robot.run(0.2)
-    assert robot.command.x == pytest.approx(0.3)
 
 
 def test_a_stop_is_passed_on_without_time_passing(robot: PlayedRobot) -> None:
