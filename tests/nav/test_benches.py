@@ -16,10 +16,13 @@ import numpy as np
 import pytest
 
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.maps import load_map
+from arjuna_core.grid import OCCUPIED
 from arjuna_core.se2 import SE2
 from tests.bench import barn, goals, planner
 from tests.helpers.nav.barn import CELL, START, load_worlds, make_worlds
 from tests.helpers.nav.drives import FreeSpace
+from tests.helpers.nav.furnished import make_room
 from tests.helpers.nav.navfn_maps import COURSES
 from tests.nav.worlds import block, empty_grid
 
@@ -146,6 +149,26 @@ def test_navfn_is_timed_beside_its_arrays_in_c(monkeypatch: pytest.MonkeyPatch) 
     assert list(found) == list(courses)
     for row in found.values():
         assert row["m"] == pytest.approx(row["arrays_m"], rel=0.02)
+
+
+def test_one_seed_makes_one_furnished_room_of_which_the_lidar_sees_a_part(tmp_path: Path) -> None:
+    rooms = []
+    for name in ("a", "b"):
+        folder = tmp_path / name
+        folder.mkdir()
+        rooms.append(make_room(folder, np.random.default_rng(3)))
+    assert rooms[0].world.read_bytes() == rooms[1].world.read_bytes()
+    seen = load_map(rooms[0].seen).data == OCCUPIED
+    whole = load_map(rooms[0].whole).data == OCCUPIED
+    assert not (seen & ~whole).any()
+    assert whole.sum() > 1.3 * seen.sum()
+
+
+def test_a_furnished_rooms_map_lies_where_the_room_does(tmp_path: Path) -> None:
+    grid = load_map(make_room(tmp_path, np.random.default_rng(3)).seen)
+    walls = np.flatnonzero((grid.data == OCCUPIED).mean(axis=0) > 0.5)
+    x = grid.frame.to_points(np.column_stack((walls, walls)))[:, 0]
+    np.testing.assert_allclose(x, (-5.025, -4.975, 4.975, 5.025))
 
 
 @pytest.mark.ros

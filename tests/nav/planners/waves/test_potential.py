@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from arjuna_nav.planners.waves.corridor import corridors
 from arjuna_nav.planners.waves.descent import descend
 from arjuna_nav.planners.waves.potential import reachable, spread, traversal_costs
-from tests.helpers.nav.navfn_maps import inflated, maze
+from tests.helpers.nav.navfn_maps import inflated
 from tests.helpers.nav.plain_wave import plain_potential
 
 Cells = NDArray[np.uint8]
@@ -80,25 +79,3 @@ def test_several_seeds_keep_what_they_cost() -> None:
     np.testing.assert_allclose(found, plain, rtol=0.03)
     assert found[35, 35] == 900.0
     assert found[5, 5] == 0.0
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_a_corridor_says_that_no_path_is_where_none_is(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    data = np.zeros((300, 300), np.uint8)
-    at = int(rng.integers(100, 180))
-    data[at : at + int(rng.integers(1, 12))] = 254
-    if seed % 2:
-        data[at : at + 12, 40:43] = 0
-    start, goal = (10, 10), (290, 290)
-    open_ = bool(reachable(data, COSTS, np.array([[*start, 0.0]]))[goal])
-    assert open_ == bool(seed % 2)
-    if corridors(data, COSTS, start, goal, 0.0) is None:
-        assert not open_
-    data[goal] = 254
-    assert corridors(data, COSTS, start, goal, 0.0) is None
-
-
-def test_walls_too_thin_for_the_coarse_grid_make_no_corridor() -> None:
-    data = maze(300, 4, 1, 0)
-    assert corridors(data, COSTS, (2, 2), (292, 292), 0.0) == ()
