@@ -29,6 +29,11 @@ class DockConfig:
         if len(self.pose) not in (0, 3):
             raise ConfigError(f"'pose' has {len(self.pose)} numbers; valid: [x, y, heading]")
 
+    @property
+    def docked(self) -> SE2:
+        """The robot's docked pose, in `frame`."""
+        return SE2(*self.pose)
+
 
 class Dock:
     """One dock as an entry of the list `docks`."""
@@ -43,37 +48,19 @@ _DOCK = "opennav_docking::Dock"
 DOCKS = PluginTypes("dock", {_DOCK: "arjuna_nav.docking.database:Dock"}, _DOCK)
 
 
-@dataclass(frozen=True)
-class DockInstance:
-    """A dock's kind and pose.
-
-    Attributes:
-        type: Its kind; empty where there is one kind only.
-        frame: Frame of its pose.
-        pose: The robot's docked pose.
-    """
-
-    type: str
-    frame: str
-    pose: SE2
-
-
-def dock_instances(configs: Mapping[str, Any]) -> dict[str, DockInstance]:
-    """Return docks by name from their configs.
+def placed(docks: Mapping[str, DockConfig]) -> dict[str, DockConfig]:
+    """Return docks by name, each of which has a pose.
 
     Raises:
-        ConfigError: A dock has no pose.
+        ConfigError: A dock has none.
     """
-    lost = [name for name, config in configs.items() if not config.pose]
+    lost = [name for name, dock in docks.items() if not dock.pose]
     if lost:
         raise ConfigError(*(f"'{name}.pose' is missing; valid: [x, y, heading]" for name in lost))
-    return {
-        name: DockInstance(config.type, config.frame, SE2(*config.pose))
-        for name, config in configs.items()
-    }
+    return dict(docks)
 
 
-def read_docks(path: str | Path, warn: Callable[[str], None]) -> dict[str, DockInstance]:
+def read_docks(path: str | Path, warn: Callable[[str], None]) -> dict[str, DockConfig]:
     """Read a file of docks, `docks: {name: {type, frame, pose, id}}`.
 
     Args:
@@ -90,14 +77,14 @@ def read_docks(path: str | Path, warn: Callable[[str], None]) -> dict[str, DockI
     ):
         raise InputFileError(path, "expected 'docks: {name: {type, frame, pose}}'")
     try:
-        return dock_instances(
+        return placed(
             {str(k): load(DockConfig, v, f"{path}: {k}", warn) for k, v in entries.items()}
         )
     except ConfigError as error:
         raise InputFileError(path, "; ".join(error.problems)) from error
 
 
-def unknown_types(docks: Mapping[str, DockInstance], types: Iterable[str]) -> list[str]:
+def unknown_types(docks: Mapping[str, DockConfig], types: Iterable[str]) -> list[str]:
     """Return a sentence for each dock of a kind that is not among those there are."""
     valid = list(types)
     return [

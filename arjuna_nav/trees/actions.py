@@ -53,14 +53,9 @@ class Sleep(TreeNode):
     """Runs for a while, then succeeds."""
 
     msec = Port(NUMBER)
-    _since = 0.0
 
     def _tick(self) -> Status:
-        now = self.tree.state.now
-        if self.status is not Status.RUNNING:
-            self._since = now
-        over = (now - self._since) * 1000.0 >= self.msec
-        return Status.SUCCESS if over else Status.RUNNING
+        return Status.SUCCESS if self.elapsed >= self.msec else Status.RUNNING
 
 
 class RemovePassedGoals(TreeNode):

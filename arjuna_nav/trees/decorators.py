@@ -113,41 +113,25 @@ class SingleTrigger(RunOnce):
         self._answer = None
 
 
-class _Timed(Decorator):
-    """A node that counts from its first tick."""
-
-    _since = 0.0
-
-    def _tick(self) -> Status:
-        now = self.tree.state.now
-        if self._before is not Status.RUNNING:
-            self._since = now
-        return self._timed((now - self._since) * 1000.0)
-
-    def _timed(self, elapsed: float) -> Status:
-        """Do the node's work; `elapsed` is the time since its first tick [ms]."""
-        raise NotImplementedError
-
-
-class Timeout(_Timed):
+class Timeout(Decorator):
     """Fails where the child runs for too long."""
 
     msec = Port(NUMBER)
 
-    def _timed(self, elapsed: float) -> Status:
-        if elapsed < self.msec:
+    def _tick(self) -> Status:
+        if self.elapsed < self.msec:
             return self.child.execute()
         self.child.reset()
         return Status.FAILURE
 
 
-class Delay(_Timed):
+class Delay(Decorator):
     """Ticks the child after a while."""
 
     delay_msec = Port(NUMBER)
 
-    def _timed(self, elapsed: float) -> Status:
-        return Status.RUNNING if elapsed < self.delay_msec else self.child.execute()
+    def _tick(self) -> Status:
+        return Status.RUNNING if self.elapsed < self.delay_msec else self.child.execute()
 
 
 class Precondition(Decorator):

@@ -60,6 +60,7 @@ class TreeNode:
     """The ports by their names: each attribute of the class that is a Port."""
     CHILDREN: ClassVar[tuple[int, float]] = (0, 0)
     """Least and greatest number of children."""
+    _run_since = 0.0
     _before = Status.IDLE
     """The status of a node with children before this tick."""
 
@@ -100,6 +101,8 @@ class TreeNode:
         """Tick the node, unless its conditions decide, and keep its status."""
         status = self._decided() if self._guarded else None
         if status is None:
+            if self.status is not Status.RUNNING:
+                self._run_since = self.tree.state.now
             if self.children:
                 self._before = self.status
                 if self._before is not Status.RUNNING:
@@ -111,6 +114,11 @@ class TreeNode:
             if status in statuses:
                 script.run(self.board)
         return status
+
+    @property
+    def elapsed(self) -> float:
+        """Time since the first tick of this run [ms]."""
+        return (self.tree.state.now - self._run_since) * 1000.0
 
     def _decided(self) -> Status | None:
         """Return the status that the conditions give the node, None where it is ticked."""

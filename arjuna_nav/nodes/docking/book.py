@@ -14,8 +14,8 @@ from arjuna_core.ros.goal_server import GoalError, GoalServer
 from arjuna_core.se2 import SE2
 from arjuna_nav.docking.database import (
     DOCKS,
-    DockInstance,
-    dock_instances,
+    DockConfig,
+    placed,
     read_docks,
     unknown_types,
 )
@@ -63,7 +63,7 @@ class DockBook:
             self._docks = self._checked(read_docks(config.dock_database, warn))
         else:
             named = {name: getattr(config, name) for name in config.docks}
-            self._docks = self._checked(dock_instances(named))
+            self._docks = self._checked(placed(named))
 
     def judge_by(self, config: DockingServerConfig) -> None:
         """Take the kinds' parameters."""
@@ -77,13 +77,13 @@ class DockBook:
         """
         self._docks = self._checked(read_docks(path_in_folder(folder, filepath), self._warn))
 
-    def _checked(self, docks: dict[str, DockInstance]) -> dict[str, DockInstance]:
+    def _checked(self, docks: dict[str, DockConfig]) -> dict[str, DockConfig]:
         problems = unknown_types(docks, self.types)
         if problems:
             raise ConfigError(*problems)
         return docks
 
-    def dock(self, goal: Any, frame: str) -> DockInstance:
+    def dock(self, goal: Any, frame: str) -> DockConfig:
         """Return the dock that a goal of dock_robot names or describes.
 
         Args:
@@ -101,7 +101,9 @@ class DockBook:
             raise GoalError(DockingError.DOCK_NOT_IN_DB, message)
         frame = goal.dock_pose.header.frame_id.lstrip("/") or frame
         try:
-            return DockInstance(goal.dock_type, frame, se2_from_pose(goal.dock_pose.pose))
+            return DockConfig(
+                goal.dock_type, frame, tuple(se2_from_pose(goal.dock_pose.pose).array())
+            )
         except ValueError as error:
             raise GoalError(DockingError.DOCK_NOT_VALID, f"invalid pose: {error}") from error
 
@@ -143,7 +145,7 @@ class Order:
     type: str
     core: Docking | Undocking
     since: float
-    dock: DockInstance | None = None
+    dock: DockConfig | None = None
     nominal: SE2 | None = None
     staged: bool | None = None
     lost_since: float | None = None

@@ -173,7 +173,7 @@ class DockingServerNode(GoalNode):
             return self._asked(order, pose, last, costmap)
         if order.nominal is None or order.core.phase in _BEFORE_APPROACH:  # type: ignore[union-attr]
             T_fixed_dock = self.transforms.lookup(config.fixed_frame, order.dock.frame)
-            order.nominal = T_fixed_dock @ order.dock.pose
+            order.nominal = T_fixed_dock @ order.dock.docked
         seen = order.kind.config.use_external_detection_pose
         dock = self._sensors.detected(order.kind.config) if seen else order.nominal
         if dock is not None:
@@ -219,7 +219,7 @@ class DockingServerNode(GoalNode):
 
     def _drive_to_staging_pose(self, order: Order) -> None:
         assert order.dock is not None
-        staging = order.kind.staging_pose(order.dock.pose)
+        staging = order.kind.staging_pose(order.dock.docked)
         goal = pose_stamped(staging, order.dock.frame, self.now)
         self._staging_out.publish(goal)
 

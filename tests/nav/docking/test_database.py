@@ -18,7 +18,7 @@ def test_docks_are_read_from_a_file(tmp_path: Path) -> None:
     warned: list[str] = []
     docks = read_docks(file, warned.append)
     assert warned == [f"{file}: home: unknown parameter 'typ'; the nearest is 'type'"]
-    assert docks["home"].pose == SE2(1.0, 2.0, 0.5)
+    assert docks["home"].docked == SE2(1.0, 2.0, 0.5)
     assert unknown_types(docks, ["a", "b"]) == []
     assert "valid: b" in unknown_types(docks, ["b"])[0]
     assert DOCKS.resolve("opennav_docking::Dock").Config().frame == "map"
