@@ -46,7 +46,7 @@ def test_a_curve_ends_at_its_pose(reverse: bool) -> None:
         assert reverse or curve[1].min() >= 0.0
 
 
-def test_a_curve_is_as_long_the_other_way_and_shorter_with_reverse() -> None:
+def test_a_curve_is_as_long_backwards_and_shorter_with_reverse() -> None:
     for pose in POSES:
         back = SE2(*pose).inverse().array()
         assert length(back, True) == pytest.approx(length(pose, True), abs=1e-6)
@@ -78,16 +78,16 @@ def test_pieces_end_in_another_cell_at_the_heading_that_they_say(reverse: bool) 
             )
 
 
-def test_a_way_through_a_large_map_is_as_good_as_any() -> None:
+def test_a_path_through_a_large_map_is_as_good_as_any() -> None:
     costmap = Costmap(GridFrame(0.05, 300, 300), np.zeros((300, 300), np.uint8))
     for row in range(60, 300, 60):
         costmap.data[row : row + 4] = 254
         costmap.data[row : row + 4, (row * 7) % 240 : (row * 7) % 240 + 40] = 0
     start, goal = SE2(1.0, 1.0, -2.0), SE2(14.0, 14.0, 1.0)
     result = make("smac hybrid", motion_model_for_search="DUBIN").plan(costmap, start, goal)
-    shortest_way = make("theta*").plan(costmap, start, goal)
+    shortest_path = make("theta*").plan(costmap, start, goal)
     assert result.status is PlanStatus.SUCCEEDED, result.message
-    assert paths.length(result.path) <= 1.08 * paths.length(shortest_way.path)
+    assert paths.length(result.path) <= 1.08 * paths.length(shortest_path.path)
     assert first_collision(costmap, Footprint.circle(0.25), result.path) is None
 
 
@@ -104,7 +104,7 @@ def test_a_path_between_the_headings_of_the_search_turns_no_more_than_it_must(
     assert paths.length(result.path) < 9.15
 
 
-def test_the_dearer_costs_are_the_farther_it_keeps_away() -> None:
+def test_the_higher_costs_weigh_the_farther_it_keeps_away() -> None:
     grid = empty_grid(8.0, 6.0)
     block(grid, 3.5, 2.0, 1.0, 1.2)
     costmap = costmap_of(grid, inflation_radius=1.2)
@@ -184,7 +184,7 @@ def test_plans_wherever_the_grid_lies(origin: SE2) -> None:
     np.testing.assert_allclose(ahead.array(), (4.0, 2.0, 1.0), atol=1e-9)
 
 
-def test_the_limit_of_poses_is_told() -> None:
+def test_the_limit_of_poses_is_reported() -> None:
     planner = make("smac hybrid", max_iterations=3)
     result = planner.plan(costmap_of(room()), SE2(-4.0, -4.0), SE2(4.0, 4.0))
     assert result.status is PlanStatus.TIMEOUT

@@ -127,22 +127,23 @@ def test_says_what_is_wrong_with_a_file(
 def test_pieces_cost_their_length_more_where_they_bend_or_go_back_and_spins_their_own() -> None:
     lattice, (back, bent, change, spin) = generated(4.0), (3.0, 1.5, 0.5, 7.0)
     moves = laid_out(lattice, 0.0, True, (back, bent, change, spin))
-    told = []
+    moves_seen = []
     for heading in range(16):
         for k in range(moves.first[heading], moves.first[heading + 1]):
             poses = moves.poses[moves.begins[k] : moves.begins[k + 1]]
             end, side = poses[-1], int(moves.sides[k])
             angle = moves.angles[heading]
             ahead = float(end[0] * math.cos(angle) + end[1] * math.sin(angle))
-            told.append((ahead, side, float(moves.costs[k]), float(moves.changes[k])))
+            moves_seen.append((ahead, side, float(moves.costs[k]), float(moves.changes[k])))
     lengths = sorted(one.length for one in lattice.primitives)
-    driven = [one for one in told if one[0] != 0.0]
-    ways = [cost / (bent if side else 1.0) for _, side, cost, _ in driven]
-    ways = [
-        way / (back if ahead < 0.0 else 1.0) for way, (ahead, *_) in zip(ways, driven, strict=True)
+    driven = [one for one in moves_seen if one[0] != 0.0]
+    paths = [cost / (bent if side else 1.0) for _, side, cost, _ in driven]
+    paths = [
+        path / (back if ahead < 0.0 else 1.0)
+        for path, (ahead, *_) in zip(paths, driven, strict=True)
     ]
     there_and_back = sorted(length for length in lengths if length > 0.0 for _ in range(2))
-    assert sorted(ways) == pytest.approx(there_and_back)
-    for way, (ahead, _, _, changed) in zip(ways, driven, strict=True):
-        assert changed == pytest.approx(change * way * (back if ahead < 0.0 else 1.0))
-    assert [one[2:] for one in told if one[0] == 0.0] == [(spin, 0.0)] * 32
+    assert sorted(paths) == pytest.approx(there_and_back)
+    for path, (ahead, _, _, changed) in zip(paths, driven, strict=True):
+        assert changed == pytest.approx(change * path * (back if ahead < 0.0 else 1.0))
+    assert [one[2:] for one in moves_seen if one[0] == 0.0] == [(spin, 0.0)] * 32
