@@ -113,9 +113,12 @@ def test_what_cannot_be_planned_fails_with_its_code(
     assert_failed(through(robot, *stops, **fields), code + 100)
 
 
-def test_no_poses_to_go_through_are_an_error(robot: PlayedRobot) -> None:
+def test_no_poses_to_go_through_are_an_error_in_the_log_too(
+    robot: PlayedRobot, capfd: pytest.CaptureFixture[str]
+) -> None:
     robot.run(1.0)
     assert_failed(through(robot), ResultThrough.NO_VIAPOINTS_GIVEN)
+    assert "compute_path_through_poses: goal aborted: 0 goals were" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize(
