@@ -93,28 +93,24 @@ def search(
         The poses reached, the last row before the direct curve to the goal, the poses of that
         curve, and how many poses were expanded; the row is -1 where the goal was not reached.
 
-    Source: what is left weighs a little more than it is, as in weighted A* (Pohl 1970): the path
-        found costs at most so much more than the best. It weighs the more the longer the search
-        takes: on a map of many bends (`bench planner --scenarios`, random512-35) a greater
-        weight finds a path as good much sooner. No pose is expanded twice, which keeps that bound
-        (Likhachev, Gordon and Thrun, ARA*, NIPS 2003). Where it turns on the spot, the cheapest
-        rest counts, not the first that is free.
+    Source: what is left weighs a little more than it is, as in weighted A* (Pohl 1970), the more
+        the longer it takes (`bench planner --scenarios`, random512-35: as good, much sooner): the
+        path costs at most so much more than the best, though no pose is expanded twice (Likhachev,
+        Gordon and Thrun, ARA*, NIPS 2003). With turns on the spot the cheapest direct rest counts.
     """
     nodes, (height, width) = new_table(start), terrain.data.shape
     index = indexed(height, width, len(moves.angles))
     most = np.max(moves.first[1:] - moves.first[:-1])
     queue = [(0.0, np.int64(0))]
     count, looked, until_direct = np.int64(1), 0, 0.0  # a plain 1 has what takes it compiled twice
-    best, last, rest = np.inf, np.int64(-1), np.empty((0, 3))
-    weight = rules.heuristic_weight
+    best, last, rest, weight = np.inf, np.int64(-1), np.empty((0, 3)), rules.heuristic_weight
     while len(queue) > 0 and looked < rules.limit:
         key, row = heapq.heappop(queue)
         if best <= weight * key:
             break
         if nodes.done[row]:
             continue
-        nodes.done[row], looked = True, looked + 1
-        pose = nodes.poses[row]
+        nodes.done[row], looked, pose = True, looked + 1, nodes.poses[row]
         distance = math.hypot(pose[0] - goal[0], pose[1] - goal[1])
         until_direct -= 1.0
         if until_direct <= 0.0 and distance <= rules.direct_length:
