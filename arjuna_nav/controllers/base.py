@@ -57,7 +57,8 @@ class Controller(Protocol):
     """Follows a path. Pose, path and costmap are of one frame; see `Costmap.seen_from`.
 
     A class of controllers has `Config`, the dataclass of its parameters, and is made of
-    `(config, footprint, xy_goal_tolerance [m], period [s])`.
+    `(config, footprint, xy_goal_tolerance [m], period [s])`. One of a robot that cannot turn on the
+    spot has `turns_on_the_spot = False`: then neither final approach nor escape take over from it.
 
     Attributes:
         speed_limit: Greatest forward speed from now on [m/s]; inf for none.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -138,8 +138,11 @@ class PathFollower:
             getattr(config, self.chosen.progress_checker)
         )
         self._controller = self._make_controller()
-        self._approach = FinalApproach(config.arrival, config.tracker, footprint)
-        self._escape = Escape(config.escape, config.tracker, footprint, body or footprint)
+        turns = getattr(self._controller, "turns_on_the_spot", True)  # approach and escape do
+        arrival = replace(config.arrival, enabled=config.arrival.enabled and turns)
+        escape = replace(config.escape, enabled=config.escape.enabled and turns)
+        self._approach = FinalApproach(arrival, config.tracker, footprint)
+        self._escape = Escape(escape, config.tracker, footprint, body or footprint)
         self._end: SE2 | None = None
         self._failing_since: float | None = None
         self._escape_tried = self._path_changed = False

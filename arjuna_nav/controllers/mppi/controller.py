@@ -57,6 +57,7 @@ class Mppi:
         )
         self._optimizer = Optimizer(config)
         self._last = STILL
+        self.turns_on_the_spot = config.motion_model != "Ackermann"
         self.speed_limit = math.inf
         self.carrot: SE2 | None = None
 

@@ -56,6 +56,12 @@ class Scripted:
         return self.answer
 
 
+class Steered(Scripted):
+    """A controller of a robot that cannot turn on the spot."""
+
+    turns_on_the_spot = False
+
+
 class Followed:
     """A path that is followed by the script."""
 
@@ -206,3 +212,14 @@ def test_the_goal_is_driven_into_if_that_is_wanted() -> None:
     assert result.velocity != ON
     assert result.distance == pytest.approx(0.2)
     assert followed.tick(0.0, SE2(4.995, 2.0)).state is FollowState.SUCCEEDED
+
+
+def test_nothing_takes_over_from_the_controller_of_a_robot_that_cannot_turn_on_the_spot() -> None:
+    own = {"arrival.enabled": True, "escape.enabled": True}
+    near = SE2(4.8, 2.0)
+    for kind, takes_over in (("Scripted", True), ("Steered", False)):
+        followed = Followed(END, **own, **{"FollowPath.plugin": f"{__name__}:{kind}"})
+        assert (followed.tick(0.0, near).velocity != ON) is takes_over
+        followed = Followed(**own, **{"FollowPath.plugin": f"{__name__}:{kind}"})
+        followed.script.answer = BLOCKED
+        assert (followed.tick(0.0).velocity != STILL) is takes_over
