@@ -215,11 +215,12 @@ def test_the_goal_is_driven_into_if_that_is_wanted() -> None:
 
 
 def test_nothing_takes_over_from_the_controller_of_a_robot_that_cannot_turn_on_the_spot() -> None:
-    own = {"arrival.enabled": True, "escape.enabled": True}
-    near = SE2(4.8, 2.0)
+    own: dict[str, Any] = {"arrival.enabled": True, "escape.enabled": True}
+    near = SE2(4.0, 2.0)
     for kind, takes_over in (("Scripted", True), ("Steered", False)):
-        followed = Followed(END, **own, **{"FollowPath.plugin": f"{__name__}:{kind}"})
+        own["FollowPath.plugin"] = f"{__name__}:{kind}"
+        followed = Followed(END, **own)
         assert (followed.tick(0.0, near).velocity != ON) is takes_over
-        followed = Followed(**own, **{"FollowPath.plugin": f"{__name__}:{kind}"})
+        followed = Followed(**own)
         followed.script.answer = BLOCKED
         assert (followed.tick(0.0).velocity != STILL) is takes_over
