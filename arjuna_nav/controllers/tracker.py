@@ -161,7 +161,9 @@ class Tracker:
         config, side = self._config, float(piece.direction)
         felt = pose @ SE2.exp(np.array([velocity.x, 0.0, velocity.yaw_rate]) * config.latency)
         if not self.runs_out:
-            left = side * (felt.inverse() @ piece.end).x
+            beyond = piece.poses[paths.nearest(piece.poses, felt) + 1 :]
+            # In a bend the end lies aside or behind: there the length along it counts.
+            left = max(side * (felt.inverse() @ piece.end).x, paths.length(beyond))
             speed = min(speed, max(braking_speed(left, config.deceleration, 0.0), config.min_speed))
         seen = felt.inverse() @ _ahead(piece, felt, config.lookahead(speed))
         curvature = side * curvature_into(SE2(side * seen.x, side * seen.y, seen.theta))

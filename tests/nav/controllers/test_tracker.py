@@ -82,6 +82,17 @@ def test_it_brakes_to_the_end_from_where_the_command_is_felt(
     assert command.yaw_rate == pytest.approx(0.0, abs=1e-9)
 
 
+def test_it_does_not_brake_in_a_bend_whose_end_lies_behind() -> None:
+    angles = np.linspace(0.0, 1.25 * math.pi, 60)
+    bend = np.column_stack((0.5 * np.sin(angles), 0.5 - 0.5 * np.cos(angles), angles))
+    end = SE2.from_array(bend[-1])
+    tracker = tracking(np.vstack((bend, line(0.1, -1.0, end)[1:])))
+    command = commanded(tracker, SE2.from_array(bend[8]))
+    assert command.x == pytest.approx(0.3)
+    command = commanded(tracker, SE2.from_array(bend[-4]))
+    assert 0.04 < command.x < 0.3
+
+
 def test_what_runs_out_ends_without_a_stop() -> None:
     assert commanded(tracking(line(1.0), through=True), AT @ SE2(0.95)).x == 0.3
     back = tracking(line(1.0, -1.0), through=True)
