@@ -89,7 +89,7 @@ def test_it_does_not_brake_in_a_bend_whose_end_lies_behind() -> None:
     tracker = tracking(np.vstack((bend, line(0.1, -1.0, end)[1:])))
     command = commanded(tracker, SE2.from_array(bend[8]))
     assert command.x == pytest.approx(0.3)
-    command = commanded(tracker, SE2.from_array(bend[-4]))
+    command = commanded(tracker, SE2.from_array(bend[-2]))
     assert 0.04 < command.x < 0.3
 
 
