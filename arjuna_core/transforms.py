@@ -6,6 +6,7 @@ Source: Foote, tf: The transform library, 2013.
 from __future__ import annotations
 
 import bisect
+import math
 from collections.abc import Mapping, Sequence
 from typing import Generic, TypeVar
 
@@ -47,6 +48,7 @@ class Edge(Generic[T]):
 
     def __init__(self, parent: str, static: bool) -> None:
         self.parent, self.static = parent, static
+        self.received = -math.inf  # when, by the clock of who receives
         self.stamps: list[float] = []
         self.transforms: list[T] = []
 
@@ -93,11 +95,14 @@ class TransformTree(Generic[T]):
         duration: Time of which transforms are kept; its unit is that of all stamps.
         jump: A stamp that lies so far behind its frame's newest is of another run, which does not
             mix with this one: what moves is forgotten.
+        living: How long after its last transform a frame that moves keeps its parent; see `admit`.
     """
 
-    def __init__(self, identity: T, duration: float = 30.0, jump: float = 1.0) -> None:
+    def __init__(
+        self, identity: T, duration: float = 30.0, jump: float = 1.0, living: float = 5.0
+    ) -> None:
         self._identity: T = identity
-        self._duration, self._jump = duration, jump
+        self._duration, self._jump, self._living = duration, jump, living
         self._edges: dict[str, Edge[T]] = {}
 
     @property
@@ -106,16 +111,56 @@ class TransformTree(Generic[T]):
         return self._edges
 
     def clear(self) -> None:
-        """Forget every transform that is not static."""
+        """Forget every transform that is not static; those that are may get another parent."""
         self._edges = {child: edge for child, edge in self._edges.items() if edge.static}
+        for edge in self._edges.values():
+            edge.received = -math.inf
+
+    def admit(self, parent: str, child: str, static: bool, now: float) -> str:
+        """Return why a frame may not get a parent now, or "" and let go of what is in its way.
+
+        A living frame keeps its parent, and living frames are closed to no loop: one that is
+        static, or of which a transform was `received` lately.
+        """
+        edge = self._edges.get(child)
+        if edge is not None and (edge.parent, edge.static) == (parent, static):
+            return ""
+        if edge is not None and self._lives(edge, now):
+            if edge.parent != parent:
+                return f"'{child}' has the parent '{edge.parent}', so not '{parent}' too"
+            kinds = ("static", "one that moves") if edge.static else ("one that moves", "static")
+            return f"'{child}' in '{parent}' is {kinds[0]}, so not {kinds[1]} too"
+        above: list[str] = self.chain(parent)
+        if child not in above:
+            return ""
+        between: list[str] = above[: above.index(child)]
+        gone = [frame for frame in between if not self._lives(self._edges[frame], now)]
+        if not gone:
+            return f"frames would form a loop: {' -> '.join([child, *above[: len(between) + 1]])}"
+        for frame in gone:
+            del self._edges[frame]
+        return ""
+
+    def _lives(self, edge: Edge[T], now: float) -> bool:
+        if edge.static:
+            return edge.received > -math.inf
+        return -self._jump <= now - edge.received <= self._living
 
     def insert(
-        self, parent: str, child: str, stamp: float, transform: T, static: bool = False
+        self,
+        parent: str,
+        child: str,
+        stamp: float,
+        transform: T,
+        static: bool = False,
+        *,
+        received: float = -math.inf,
     ) -> bool:
         """Add `T_parent_child`; a child with a new parent forgets the old one.
 
         Args:
             static: Whether it holds for all time.
+            received: When it came; see `admit`.
 
         Returns:
             False where it is older than what is kept.
@@ -126,6 +171,7 @@ class TransformTree(Generic[T]):
             edge = None
         if edge is None or edge.parent != parent or edge.static != static:
             edge = self._edges[child] = Edge(parent, static)
+        edge.received = received
         return edge.insert(stamp, transform, self._duration)
 
     def knows(self, frame: str) -> bool:
@@ -219,6 +265,8 @@ class TransformBuffer(TransformTree[SE2]):
         transform: SE2,
         static: bool = False,
         mount: Pose3 | None = None,
+        *,
+        received: float = -math.inf,
     ) -> bool:
         """Add `T_parent_child`; see `TransformTree.insert`.
 
@@ -228,7 +276,7 @@ class TransformBuffer(TransformTree[SE2]):
         self._mounts.pop(child, None)
         if mount is not None:
             self._mounts[child] = mount
-        return super().insert(parent, child, stamp, transform, static)
+        return super().insert(parent, child, stamp, transform, static, received=received)
 
     def base_below(self, fixed: str) -> str | None:
         """Return the frame that moves in a fixed frame and carries something: the robot's base.

@@ -20,7 +20,8 @@ __all__ = ["TransformBuffer", "TransformError", "TransformListener"]
 class TransformListener:
     """Feeds a buffer from tf and tf_static of a node's namespace, which is the robot's.
 
-    Transforms that cannot be used are refused and counted, each by itself.
+    Transforms that cannot be used, or contradict those of living frames, are refused and counted,
+    each by itself.
     """
 
     def __init__(self, node: GuardedNode, buffer: TransformBuffer) -> None:
@@ -40,17 +41,20 @@ class TransformListener:
     def _insert(self, message: Any, static: bool) -> None:
         transport, guard = (getattr(self._node, name, None) for name in ("transport", "guard"))
         trusted = transport is not None and transport.trusted
+        now = self._node.get_clock().now().nanoseconds / 1e9
         for item in message.transforms:
+            parent, child = item.header.frame_id.lstrip("/"), item.child_frame_id.lstrip("/")
             problem = None if trusted else transform_problem(item)
-            if problem is not None:
+            if problem := problem or self._buffer.admit(parent, child, static, now):
                 if guard is not None:  # a client's plain node has none
                     guard.refused(self._node, "a transform", problem)
                 continue
             self._buffer.insert(
-                item.header.frame_id.lstrip("/"),
-                item.child_frame_id.lstrip("/"),
+                parent,
+                child,
                 seconds(item.header.stamp),
                 se2_from_transform(item.transform),
                 static,
                 pose3_from_transform(item.transform),
+                received=now,
             )

@@ -141,3 +141,56 @@ def test_a_turn_is_interpolated_along_the_shorter_arc() -> None:
     buffer.insert("odom", "base", 0.0, SE2(0.0, 0.0, 3.0))
     buffer.insert("odom", "base", 1.0, SE2(0.0, 0.0, -3.0))
     assert abs(buffer.lookup("odom", "base", 0.5).theta) == pytest.approx(math.pi)
+
+
+FRAMES = ["map", "odom", "base", "lidar", "camera", "other"]
+
+
+def receive(
+    buffer: TransformBuffer, parent: str, child: str, now: float, static: bool = False
+) -> str:
+    """Insert as a listener does, and return why it does not."""
+    refusal = buffer.admit(parent, child, static, now)
+    if not refusal:
+        buffer.insert(parent, child, now, SE2(1.0), static, received=now)
+    return refusal
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_what_contradicts_living_frames_is_refused_whatever_comes(seed: int) -> None:
+    rng, buffer = np.random.default_rng(seed), TransformBuffer()
+    for tick in range(20):
+        now = 0.1 * tick
+        if tick == 0:
+            assert not receive(buffer, "base", "lidar", now, static=True)
+        for parent, child in (("map", "odom"), ("odom", "base")):
+            assert not receive(buffer, parent, child, now)
+        parent, child = rng.choice(FRAMES, 2)
+        refusal = receive(buffer, parent, child, now, static=bool(rng.integers(2)))
+        true = {("map", "odom"), ("odom", "base"), ("base", "lidar")}
+        if refusal:
+            assert parent in refusal
+            assert child in refusal
+        elif (parent, child) not in true:
+            assert child in ("camera", "other", "map")
+        assert buffer.lookup("map", "lidar").x == pytest.approx(3.0)
+
+
+def test_a_frame_that_is_silent_gets_another_parent_and_makes_room_for_a_loop() -> None:
+    buffer = TransformBuffer()
+    assert not receive(buffer, "map", "odom", 0.0)
+    assert "'odom' has the parent 'map', so not 'other' too" in receive(
+        buffer, "other", "odom", 5.0
+    )
+    assert "form a loop: map -> odom -> map" in receive(buffer, "odom", "map", 5.0)
+    assert not receive(buffer, "other", "odom", 5.1)
+    assert not receive(buffer, "odom", "other", 10.2)
+    assert buffer.lookup("odom", "other") == SE2(1.0)
+
+
+def test_of_another_run_even_static_frames_get_another_parent() -> None:
+    buffer = TransformBuffer()
+    receive(buffer, "base", "lidar", 50.0, static=True)
+    assert receive(buffer, "mast", "lidar", 90.0, static=True)
+    buffer.clear()
+    assert not receive(buffer, "mast", "lidar", 0.0, static=True)

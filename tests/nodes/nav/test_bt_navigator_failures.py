@@ -7,7 +7,10 @@ import math
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
+from tf2_msgs.msg import TFMessage
 
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import transform_msg
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from tests.helpers.nav.navigation import CANCELED, SUCCEEDED, PlayedRobot, assert_failed
@@ -266,3 +269,16 @@ def test_poses_that_cannot_be_passed_fail_with_codes_of_their_own(robot: PlayedR
     robot.run_until_done(goal, 0.5)
     assert_failed(goal, 302)
     assert robot.command == STILL
+
+
+def test_transforms_that_contradict_living_ones_end_no_goal(robot: PlayedRobot) -> None:
+    diagnostics = robot.bench.collect(DiagnosticArray, "/diagnostics")
+    for parent, child in (("elsewhere", "odom"), ("map", "base_link"), ("odom", "map")):
+        message = TFMessage(transforms=[transform_msg(SE2(9.0), parent, child, robot.now)])
+        robot.bench.publish(TFMessage, "/tf", message, qos.TF)
+        robot.run(0.1)
+    goal = go(robot, SE2(2.0, 1.0))
+    robot.run_until_done(goal, 60.0)
+    assert goal.status == SUCCEEDED
+    said = " ".join(f"{s.message} {s.values}" for each in diagnostics for s in each.status)
+    assert "frames would form a loop: map -> odom -> map" in said
