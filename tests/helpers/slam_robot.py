@@ -25,6 +25,8 @@ LOG = drive(seed=8, laps=0.3)
 class Robot:
     """The rest of the robot: transforms and scans of a drive through the room."""
 
+    base = "base_footprint"  # its frame
+
     def __init__(self, bench: RosBench) -> None:
         self.bench = bench
         self.k = 0
@@ -35,7 +37,7 @@ class Robot:
         self.poses = bench.collect(PoseWithCovarianceStamped, "/pose")
         self.transforms: list[Any] = []
         bench.node.create_subscription(TFMessage, "/tf", self._on_tf, qos.TF)
-        mount = transform_msg(SE2(), "base_footprint", "lidar_link", 0.0)
+        mount = transform_msg(SE2(), self.base, "lidar_link", 0.0)
         bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[mount]), qos.TF_STATIC)
 
     def _on_tf(self, message: Any) -> None:
@@ -57,7 +59,7 @@ class Robot:
         self.k += 1
 
     def send_odometry(self) -> None:
-        transform = transform_msg(self.odometry, "odom", "base_footprint", self.now)
+        transform = transform_msg(self.odometry, "odom", self.base, self.now)
         self.bench.publish(TFMessage, "/tf", TFMessage(transforms=[transform]), qos.TF)
 
     def scan(self) -> Any:

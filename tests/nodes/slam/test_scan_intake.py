@@ -17,11 +17,9 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
-from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import grid_msg, se2_from_pose, transform_msg
-from arjuna_core.se2 import SE2
+from arjuna_core.ros.convert import grid_msg, se2_from_pose
 from arjuna_slam.nodes.amcl import AmclNode
 from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
 from tests.helpers.ros import RosBench
@@ -84,15 +82,11 @@ def test_where_scans_come_nothing_is_reported(robot: Robot, logged: Logged) -> N
 class _BaseLink(Robot):
     """A robot whose odometry moves `base_link`."""
 
-    def send_odometry(self) -> None:
-        transform = transform_msg(self.odometry, "odom", "base_link", self.now)
-        self.bench.publish(TFMessage, "/tf", TFMessage(transforms=[transform]), qos.TF)
+    base = "base_link"
 
 
 def test_the_base_that_is_there_is_used_and_reported_once(bench: RosBench, logged: Logged) -> None:
     robot = _BaseLink(bench)
-    mount = transform_msg(SE2(), "base_link", "lidar_link", 0.0)
-    bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[mount]), qos.TF_STATIC)
     started(robot)
     robot.drive(45)
     assert robot.maps
@@ -108,8 +102,6 @@ def test_the_base_that_is_there_is_used_and_reported_once(bench: RosBench, logge
 
 def test_amcl_finds_its_base_too(bench: RosBench, logged: Logged) -> None:
     robot = _BaseLink(bench)
-    mount = transform_msg(SE2(), "base_link", "lidar_link", 0.0)
-    bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[mount]), qos.TF_STATIC)
     mapper = activated(bench, SlamToolboxNode, base_frame="base_link", minimum_time_interval=0.0)
     robot.drive(50)
     grid = mapper.slam.map()
