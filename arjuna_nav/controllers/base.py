@@ -125,7 +125,7 @@ class TrackedPath:
 
     @property
     def part(self) -> NDArray[np.float64]:
-        """What is ahead up to the next inversion, `(N, 3) float64`."""
+        """The poses ahead up to the next inversion, `(N, 3) float64`."""
         return self._path[self._index : self._end]
 
     @property

@@ -60,7 +60,7 @@ class Driving:
 
     @property
     def velocity(self) -> Velocity:
-        """What to drive."""
+        """The velocity to drive."""
         x, y, turn = self.shares.x, self.shares.y, self.shares.yaw_rate
         return Velocity(x * self.speed, y=y * self.speed, yaw_rate=turn * self.turn)
 

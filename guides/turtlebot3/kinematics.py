@@ -12,17 +12,17 @@ Pose = tuple[float, float, float]
 def moved(pose: Pose, left: float, right: float, baseline: float = BASELINE) -> Pose:
     """Return the pose after the wheels have rolled `left` and `right` [m], as if in a line."""
     x, y, theta = pose
-    way, turn = (left + right) / 2.0, (right - left) / baseline
-    return x + way * math.cos(theta), y + way * math.sin(theta), theta + turn
+    path, turn = (left + right) / 2.0, (right - left) / baseline
+    return x + path * math.cos(theta), y + path * math.sin(theta), theta + turn
 
 
 def moved_on_arc(pose: Pose, left: float, right: float, baseline: float = BASELINE) -> Pose:
     """Return the pose after the same on an arc of a circle, which it really is."""
     x, y, theta = pose
-    way, turn = (left + right) / 2.0, (right - left) / baseline
+    path, turn = (left + right) / 2.0, (right - left) / baseline
     if abs(turn) < 1e-9:
         return moved(pose, left, right, baseline)
-    radius = way / turn
+    radius = path / turn
     dx = radius * (math.sin(theta + turn) - math.sin(theta))
     dy = radius * (math.cos(theta) - math.cos(theta + turn))
     return x + dx, y + dy, theta + turn
@@ -34,7 +34,7 @@ def main() -> None:
     steps = 100
     pose: Pose = (0.0, 0.0, 0.0)
     for _ in range(steps):
-        pose = moved(pose, *(way / steps for way in rolled))
+        pose = moved(pose, *(path / steps for path in rolled))
     rows = (("one step in a line", moved((0.0, 0.0, 0.0), *rolled)), ("a hundred", pose))
     for name, (x, y, theta) in (*rows, ("the arc", moved_on_arc((0.0, 0.0, 0.0), *rolled))):
         print(f"{name:20} x={x:.3f} y={y:.3f} theta={math.degrees(theta):.1f} deg")  # noqa: T201

@@ -35,9 +35,9 @@ class SimplePose(Node):
 
     def on_odometry(self, message: Odometry) -> None:
         """Take the next step."""
-        place, q = message.pose.pose.position, message.pose.pose.orientation
+        position, q = message.pose.pose.position, message.pose.pose.orientation
         theta = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-        dx, dy = self.goal[0] - place.x, self.goal[1] - place.y
+        dx, dy = self.goal[0] - position.x, self.goal[1] - position.y
         self.rho = math.hypot(dx, dy)
         self.get_logger().info(f"Distance to goal= {self.rho:.2f}m", throttle_duration_sec=1.0)
         if self.rho > self.tolerance:

@@ -69,5 +69,5 @@ class Oscillation:
 
     @property
     def allowed(self) -> tuple[tuple[bool, bool], tuple[bool, bool], tuple[bool, bool]]:
-        """Whether negative and positive values are allowed: forward, to the left, of turning."""
+        """Flags: negative and positive values are allowed; forward, to the left, of turning."""
         return self._v.allowed(), self._side.allowed(), self._w.allowed()

@@ -131,7 +131,7 @@ class DeadbandConfig(CriticConfig):
 
 @dataclass(frozen=True)
 class AckermannConfig:
-    """What a robot with steered wheels can do."""
+    """Limits of a robot with steered wheels."""
 
     min_turning_r: float = param(0.2, "Least turning radius.", unit="m", minimum=0.0)
 

@@ -61,7 +61,7 @@ class GoalSender(Node):
         handle.get_result_async().add_done_callback(self.on_result)
 
     def on_result(self, future: Any) -> None:
-        """Go on, whatever came of it."""
+        """Send the next goal, however this one ended."""
         reached = future.result().status == GoalStatus.STATUS_SUCCEEDED
         text = "reached!" if reached else f"failed: {future.result().result.error_msg}"
         self.get_logger().info(f"Goal {self.number} {text}")

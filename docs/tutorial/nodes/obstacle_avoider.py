@@ -1,6 +1,6 @@
-"""An emergency stop: slower from 0.70 m before an obstacle, no further than 0.35 m.
+"""An emergency stop: slower from 0.70 m before an obstacle, no closer than 0.35 m.
 
-Commands come on /cmd_vel_raw and go on to /cmd_vel: a node that only publishes zeros beside the
+Commands of /cmd_vel_raw are passed to /cmd_vel: a node that only publishes zeros beside the
 driver's commands would lose to them half of the time.
 """
 
@@ -40,7 +40,7 @@ def limited(forward: float, near: float) -> float:
 
 
 class ObstacleAvoider(Node):
-    """Hands commands on, as fast as the way ahead allows; says on /emergency_stop when it stops."""
+    """Passes commands as fast as the space ahead allows; says on /emergency_stop when it stops."""
 
     def __init__(self) -> None:
         super().__init__("obstacle_avoider")
@@ -52,7 +52,7 @@ class ObstacleAvoider(Node):
         self.get_logger().info("watching /scan, commands on /cmd_vel_raw")
 
     def on_scan(self, scan: LaserScan) -> None:
-        """Look ahead; say it where that changes whether the robot may go on."""
+        """Look ahead; say when that changes whether the robot may drive."""
         self.near = nearest_ahead(scan)
         if (self.near < STOP + 0.02) != self.stopped:
             self.stopped = not self.stopped

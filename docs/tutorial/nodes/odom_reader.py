@@ -19,11 +19,11 @@ class OdomReader(Node):
 
     def on_odometry(self, message: Odometry) -> None:
         """Print one."""
-        place, q = message.pose.pose.position, message.pose.pose.orientation
+        position, q = message.pose.pose.position, message.pose.pose.orientation
         yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
         speed = message.twist.twist
         self.get_logger().info(
-            f"x={place.x:.2f} y={place.y:.2f} yaw={math.degrees(yaw):.1f} deg"
+            f"x={position.x:.2f} y={position.y:.2f} yaw={math.degrees(yaw):.1f} deg"
             f" vx={speed.linear.x:.2f} wz={speed.angular.z:.2f}",
             throttle_duration_sec=0.5,
         )

@@ -9,7 +9,7 @@ from tf2_ros import Buffer, TransformException, TransformListener
 
 
 class TFListener(Node):
-    """Looks each second; until all frames have been heard of there is none."""
+    """Looks each second; there is no transform before all frames were received."""
 
     def __init__(self) -> None:
         super().__init__("tf_listener")
@@ -25,8 +25,10 @@ class TFListener(Node):
         except TransformException as error:
             self.get_logger().warning(f"TF not available: {error}")
             return
-        place = t.transform.translation
-        self.get_logger().info(f"Laser at odom: x={place.x:.2f} y={place.y:.2f} z={place.z:.2f}")
+        position = t.transform.translation
+        self.get_logger().info(
+            f"Laser at odom: x={position.x:.2f} y={position.y:.2f} z={position.z:.2f}"
+        )
 
 
 def main() -> None:
