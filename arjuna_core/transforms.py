@@ -117,7 +117,7 @@ class TransformTree(Generic[T]):
             edge.received = -math.inf
 
     def admit(self, parent: str, child: str, static: bool, now: float) -> str:
-        """Return why a frame may not get a parent now, or "" and let go of what is in its way.
+        """Return why a frame may not get a parent now; "" where it may, dead rivals removed.
 
         A living frame keeps its parent, and living frames are closed to no loop: one that is
         static, or of which a transform was `received` lately.
