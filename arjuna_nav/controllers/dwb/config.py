@@ -115,9 +115,9 @@ class DwbConfig:
     decel_lim_theta: float = param(
         -3.2, "Change of the yaw rate to zero.", unit="rad/s^2", maximum=0.0
     )
-    vx_samples: int = param(20, "Speeds tried.", minimum=1, maximum=10_000)
-    vy_samples: int = param(5, "Speeds to the left tried.", minimum=1, maximum=10_000)
-    vtheta_samples: int = param(20, "Yaw rates tried.", minimum=1, maximum=10_000)
+    vx_samples: int = param(20, "Speeds tried, two at least.", minimum=0, maximum=10_000)
+    vy_samples: int = param(5, "Speeds to the left tried, two at least.", minimum=0, maximum=10_000)
+    vtheta_samples: int = param(20, "Yaw rates tried, two at least.", minimum=0, maximum=10_000)
     sim_time: float = param(1.7, "Time simulated.", unit="s", minimum=0.01)
     trajectory_generator_name: str = param(
         "dwb_plugins::StandardTrajectoryGenerator",

@@ -219,8 +219,8 @@ class Dwb:
 
 
 def _spaced(low: float, high: float, count: int) -> NDArray[np.float64]:
-    """Return values from low to high, and zero where it lies between them."""
-    values = np.linspace(low, high, count) if low < high else np.array([low])
+    """Return values from low to high, two at least, and zero where it lies between them."""
+    values = np.linspace(low, high, max(count, 2)) if low < high else np.array([low])
     if low < 0.0 < high and 0.0 not in values:
         values = np.sort(np.append(values, 0.0))
     return values

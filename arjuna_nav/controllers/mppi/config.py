@@ -152,12 +152,12 @@ class MppiConfig:
     wz_max: float = param(1.9, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
     ax_max: float = param(3.0, "Acceleration.", unit="m/s^2", minimum=0.01)
     ax_min: float = param(-3.0, "Deceleration, below 0; of either sign.", unit="m/s^2")
-    ay_max: float = param(3.0, "Acceleration to the left, of Omni.", unit="m/s^2", minimum=0.01)
+    ay_max: float = param(3.0, "Acceleration to the left, of Omni.", unit="m/s^2", minimum=0.0)
     ay_min: float = param(-3.0, "Acceleration to the right, below 0.", unit="m/s^2")
     az_max: float = param(3.5, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
     vx_std: float = param(0.2, "Deviation of the speeds tried.", unit="m/s", minimum=1e-3)
     vy_std: float = param(
-        0.2, "Deviation of the speeds sideways, of Omni.", unit="m/s", minimum=1e-3
+        0.2, "Deviation of the speeds sideways, of Omni.", unit="m/s", minimum=0.0
     )
     wz_std: float = param(0.4, "Deviation of the yaw rates tried.", unit="rad/s", minimum=1e-3)
     noise_time: float = param(

@@ -64,7 +64,7 @@ def steps_to(columns: range) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Case:
-    """A robot on its way; the pose is in the grid [m]."""
+    """A moving robot; the pose is in the grid [m]."""
 
     config: DwbConfig
     pose: SE2
@@ -175,7 +175,7 @@ class Case:
         return total
 
     def _turning_score(self, speed: float, poses: list[SE2]) -> float:
-        """Return what turning to the goal's heading costs where its place is reached."""
+        """Return what turning to the goal's heading costs where its position is reached."""
         c = self.config
         if "RotateToGoal" not in c.critics:
             return 0.0
@@ -286,6 +286,15 @@ def test_says_that_every_trajectory_collides_and_from_where() -> None:
     where = ORIGIN @ SE2(1.65, 2.55)
     said = f"collision ahead at every one of 14 velocities from ({where.x:.2f}, {where.y:.2f})"
     assert result.message == said
+
+
+def test_of_fewer_samples_than_two_it_takes_two() -> None:
+    config = DwbConfig(vx_samples=0, vy_samples=0, vtheta_samples=1, linear_granularity=0.05)
+    dwb = Dwb(config, Footprint.circle(0.1), TOLERANCE, PERIOD)
+    dwb.set_path(made_path())
+    result = dwb.compute(ORIGIN @ SE2(1.65, 2.55), STILL, COSTMAP, 0.0)
+    # 0 and the greatest speed by -1, 0 and 1 rad/s, but for standing
+    assert "every one of 5 velocities" in result.message
 
 
 BACK, FORTH, STRAFE_RIGHT, STRAFE_LEFT, RIGHT, LEFT = range(6)
