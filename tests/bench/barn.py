@@ -35,7 +35,7 @@ class Run:
     Attributes:
         time: Until the goal was reached [s], None where it was not.
         touched: What was touched, which ends the run.
-        length: The way driven [m].
+        length: Length of the driven path [m].
         ended_at: The time of the end, however it ended [s].
         why: What navigation says where it gave up.
     """
@@ -142,7 +142,7 @@ def _line(world: BarnWorld, one: Run) -> str:
     where = f" at {world.name}: {', '.join(one.touched)}" if one.touched else ""
     return (
         f"{world.name:10} {how} {one.ended_at:6.1f} s  score {world.score(one.time):.3f}"
-        f"  way {one.length:5.1f} of {world.optimal:4.1f} m{where} {one.why}"
+        f"  path {one.length:5.1f} of {world.optimal:4.1f} m{where} {one.why}"
     )
 
 

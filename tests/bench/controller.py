@@ -90,11 +90,11 @@ def _in_turn(library: ctypes.CDLL, batch: int, commands: int) -> dict[str, float
             robot.pose = SE2.from_array(path[0])
             controller.set_path(path)
             peer.set_path(path)
-        begun = time.process_time()
+        started = time.process_time()
         command = controller.compute(robot.pose, robot.velocity, costmap, k * 0.05).velocity
         between = time.process_time()
         other = peer.compute(robot.pose, robot.velocity, costmap)
-        spent.append((between - begun, time.process_time() - between))
+        spent.append((between - started, time.process_time() - between))
         assert other is not None, "the peer sees a collision"
         off = max(off, abs(command.x - other.x), abs(command.yaw_rate - other.yaw_rate))
         robot.drive(command)

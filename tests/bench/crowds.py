@@ -60,11 +60,11 @@ def _through(people: int, seed: int) -> list[Play]:
     quarter = np.array(_CORNERS)
     half = np.vstack((quarter, quarter[::-1] * (-1.0, 1.0)))
     body = Body(np.vstack((half, -half)), 0.25, 0.03)
-    rng, pose, begun = np.random.default_rng(seed), crowd.start, 0.0
+    rng, pose, started = np.random.default_rng(seed), crowd.start, 0.0
     drives: list[Play] = []
     for goal in crowd.goals:
-        walk, limit = crowd.since(begun), _TIMEOUT + _TIMEOUT_PER_METRE * pose.distance(goal)
+        walk, limit = crowd.since(started), _TIMEOUT + _TIMEOUT_PER_METRE * pose.distance(goal)
         drive = Play(crowd.walls, crowd.grid, pose, goal, body, rng, people=walk).run(limit)
-        pose, begun = drive.robot.pose, begun + drive.time
+        pose, started = drive.robot.pose, started + drive.time
         drives.append(drive)
     return drives

@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     Returns:
         Of each width how many doors were `passed`, of all `count`, `touches`, and the mean time
-        of those passed [s]; `no_way_out`, how often navigation said so.
+        of those passed [s]; `start_blocked`, how often the start was enclosed.
     """
     result = {}
     for width in arguments.widths:
@@ -82,7 +82,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             "count": len(passages),
             "touches": sum(len(one.touched) for one in passages),
             "time_s": float(np.mean(passed)) if passed else float("nan"),
-            "no_way_out": sum("no way out" in one.why for one in passages),
+            "start_blocked": sum("no way out" in one.why for one in passages),
         }
         print(f"{width:.2f} m: {result[f'{width:.2f}']}", flush=True)
     return result

@@ -27,7 +27,7 @@ from tests.helpers.nav.faults import BLIND, SURVIVED, TOLERATED, Trial
 _TRIALS = {**BLIND, **TOLERATED, **SURVIVED}
 _GOALS = (SE2(1.5, 1.0, 0.5), SE2(3.0, 1.2, 0.0), SE2(1.0, -1.0, 1.5))
 _TICK, _STILL = 0.02, 0.001  # [s], [m] a tick
-_UNDER_WAY = 2.0  # until the fault begins, at the earliest [s]
+_DELAY_MIN = 2.0  # until the fault begins, at the earliest [s]
 _PATIENCE = 90.0  # until a goal has ended [s]
 _REACHED = 0.3  # [m]
 
@@ -130,7 +130,7 @@ def _driven(robot: LockStep, trial: Trial, rng: np.random.Generator, lasts: floa
     sent = client.send_goal_async(NavigateToPose.Goal(pose=pose_stamped(goal, "map", 0.0)))
     robot.run_until(sent.done, 5.0, "an answer")
     result = sent.result().get_result_async()
-    robot.run(_UNDER_WAY + float(rng.uniform(0.0, 1.0)))
+    robot.run(_DELAY_MIN + float(rng.uniform(0.0, 1.0)))
     faults.put(trial.topic, trial.fault)
     moved = 0
     for tick in range(round(lasts / _TICK)):

@@ -33,9 +33,9 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         fuzzers = []
         for reader in READERS:
-            place = Path(folder) / reader.name.replace(" ", "_")
-            place.mkdir()
-            fuzzers.append(Fuzzer(reader, place, arguments.seed))
+            directory = Path(folder) / reader.name.replace(" ", "_")
+            directory.mkdir()
+            fuzzers.append(Fuzzer(reader, directory, arguments.seed))
         end, count = time.monotonic() + arguments.seconds, 0
         for fuzzer in itertools.cycle(fuzzers):
             if time.monotonic() >= end:

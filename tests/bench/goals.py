@@ -22,7 +22,7 @@ from tests.helpers.nav.furnished import make_room
 from tests.helpers.nav.inhabited import boxes_in, settle, with_boxes
 
 _CLEARANCE = 0.5  # from a goal to the nearest wall: there is room to turn [m]
-_SHORTEST = 1.0  # a goal nearer than that says nothing of the way [m]
+_SHORTEST = 1.0  # a goal nearer than that says nothing of the path [m]
 _TIMEOUT_PER_METRE, _TIMEOUT = 15.0, 60.0  # [s]
 _REST = 0.5  # until the robot stands still [s]
 
@@ -33,11 +33,11 @@ class Arrival:
 
     Attributes:
         succeeded: Whether navigation said so.
-        off_m: From the goal's place, by the truth [m].
+        off_m: From the goal's position, by the truth [m].
         off_rad: From the goal's heading [rad].
-        believed_m: From the goal's place, by what the robot believes [m].
-        length: The way driven [m].
-        shortest: The way there was [m].
+        believed_m: From the goal's position, by what the robot believes [m].
+        length: Length of the driven path [m].
+        shortest: Length of the shortest path [m].
         time: It took [s].
         touches: Contacts that began, with people by the robot's own doing.
         met: Contacts with people, whoever walked, and with what they push the robot against.
@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--truth",
         type=Path,
         metavar="FILE",
-        help="a map of all that the robot could touch, for goals and shortest ways (the map)",
+        help="a map of all that the robot could touch, for goals and shortest paths (the map)",
     )
     parser.add_argument(
         "--furnished",
@@ -70,10 +70,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="in a room made up by the seed, much of it below and above the lidar's plane",
     )
     parser.add_argument("--boxes", type=int, default=0, help="that the map does not have (0)")
-    parser.add_argument("--people", type=int, default=0, help="who walk to and fro, each a way (0)")
+    parser.add_argument(
+        "--people", type=int, default=0, help="who walk to and fro, each along a line (0)"
+    )
     parser.add_argument("--count", type=int, default=20, help="how many goals (%(default)s)")
     parser.add_argument(
-        "--radius", type=float, default=0.2, help="of the robot, for the shortest way [m]"
+        "--radius", type=float, default=0.2, help="of the robot, for the shortest path [m]"
     )
     parser.set_defaults(log_level="error", command="demo", slam=False)
 
@@ -81,16 +83,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Drive to one goal after the other.
 
-    The shortest way is the one that a robot of `--radius` could drive among all that it could
-    touch, be it on the robot's map or not: who does not know pays for finding out, and no way is
+    The shortest path is the one that a robot of `--radius` could drive among all that it could
+    touch, be it on the robot's map or not: who does not know pays for finding out, and no path is
     asked for that leads through what the map lacks. Its inscribed radius is less than what the
     costmaps keep free, so that the ratio holds the room that a robot leaves beside it too.
 
     Returns:
         `succeeded` of `count`, `touches`, of people by the robot's own doing, how often it `met`
         people at all, `arrival_p95_m` and `arrival_p95_rad` by the truth,
-        `believed_p95_m` by the robot's own word, `path_ratio` to the shortest way (see above),
-        `speed_ratio` to the desired speed and `time_per_metre_s` of the shortest way, of the
+        `believed_p95_m` by the robot's own word, `path_ratio` to the shortest path (see above),
+        `speed_ratio` to the desired speed and `time_per_metre_s` of the shortest path, of the
         goals reached.
     """
     from rclpy.logging import LoggingSeverity, set_logger_level
@@ -165,7 +167,7 @@ def _one(robot: Any, goals: Any, goal: SE2, shortest: float) -> Arrival:
 def _line(number: int, goal: SE2, one: Arrival) -> str:
     return (
         f"{number:4} ({goal.x:6.2f}, {goal.y:6.2f}) {'reached' if one.succeeded else 'FAILED '}"
-        f"{one.time:7.1f} s  way {one.length:6.2f} of {one.shortest:6.2f} m"
+        f"{one.time:7.1f} s  path {one.length:6.2f} of {one.shortest:6.2f} m"
         f"  off {one.off_m:.3f} m {one.off_rad:.3f} rad (believed {one.believed_m:.3f} m)"
         f"  touches {one.touches} met {one.met}"
     )

@@ -27,7 +27,7 @@ _START = np.diag([0.1**2, 0.1**2, 0.1**2])
 _SETTLING = 10  # scans after the start that do not count
 _DIVERGED, _DIVERGED_HEADING = 0.5, 0.5  # [m, rad]
 _RIGHT, _RIGHT_HEADING = 0.1, 0.1
-_GLOBAL_TIME, _GLOBAL_WAY = 10.0, 2.0
+_GLOBAL_TIME, _GLOBAL_DISTANCE = 10.0, 2.0
 _NOTICED, _RECOVERED = 3.0, 10.0
 _PERIOD = 0.1
 _AFAR = 1.0  # a kidnap goes at least so far [m]
@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     Returns:
         `tracking_rmse_m`, `tracking_rmse_rad` and `tracking_p99_m` of the skid-steer robot's own
-        odometry with nothing in its way, in the worst world; `global_success` and
+        odometry on a free path, in the worst world; `global_success` and
         `kidnap_success`, 0..1; and `rows`, one a world and case.
     """
     config = load(AmclConfig, dict(_pair(text) for text in arguments.set))
@@ -147,7 +147,7 @@ class _Follower:
     estimate: Estimate | None = None
 
     def feed(self, step: Step) -> tuple[float, float, float]:
-        """Take in a scan; return the errors of place [m] and heading [rad], and the quality."""
+        """Take in a scan; return the errors of position [m] and heading [rad], and the quality."""
         estimate = self.belief.update(step.odometry, step.scan)
         if estimate is not None:
             self.estimate = estimate
@@ -220,12 +220,12 @@ def _global_start(
     start = int(rng.integers(max(1, len(drive) - round(_GLOBAL_TIME / _PERIOD))))
     follower = _Follower(ParticleFilter(config, world.map, rng))
     follower.belief.globalize()
-    way, first, wrong = 0.0, math.inf, False
+    driven, first, wrong = 0.0, math.inf, False
     good = False
     for k, step in enumerate(drive[start : start + round(_GLOBAL_TIME / _PERIOD)]):
         if k:
-            way += step.truth.distance(drive[start + k - 1].truth)
-        if way > _GLOBAL_WAY:
+            driven += step.truth.distance(drive[start + k - 1].truth)
+        if driven > _GLOBAL_DISTANCE:
             break
         errors = follower.feed(step)
         good = follower.sure and _right(errors)

@@ -41,9 +41,9 @@ class Trial:
         size_m: Of it.
         length_m: Of the drive.
         scans: Of the drive.
-        loops: Stretches that see places again.
-        found: Those of them of which most places agree.
-        pairs: Near places, each seen twice.
+        loops: Stretches that return to an area.
+        found: Those of them of which most positions agree.
+        pairs: Near positions, each seen twice.
         agree: Share of them that agree with the truth within 0.15 m.
         closures: Loop edges left in the graph.
         wrong: Those of them that are off by more than three deviations of what they claim.
@@ -103,10 +103,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     Returns:
         `trials`, one a drive with the fields of `Trial`; of all together `agree` (share of near
-        places that agree), `agree_worst`, `wrong`, `loops`, `found` and `ate_m` (median).
+        positions that agree), `agree_worst`, `wrong`, `loops`, `found` and `ate_m` (median).
     """
     print(
-        "seed kind                size     way  scans  loops found  agree  closures wrong     ATE"
+        "seed kind                size  length  scans  loops found  agree  closures wrong     ATE"
         "     CPU"
     )
     trials = []
@@ -125,8 +125,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         "ate_m": float(np.median([trial.ate_m for trial in trials])),
     }
     print(
-        f"{100.0 * result['agree']:.2f} % of near places agree, {100.0 * agree.min():.2f} % in the "
-        f"worst; {result['found']} of {result['loops']} loops found, "
+        f"{100.0 * result['agree']:.2f} % of near positions agree, {100.0 * agree.min():.2f} % in "
+        f"the worst; {result['found']} of {result['loops']} loops found, "
         f"{result['wrong']} closures wrong"
     )
     return result
@@ -139,9 +139,9 @@ def _trials(arguments: argparse.Namespace) -> Iterator[Trial]:
         for seed in seeds:
             yield attempt(seed, arguments.largest, arguments.length, drift, arguments.kind)
     for path in arguments.log:
-        places = thinned(corrected(path, as_is=arguments.corrected))
+        poses = thinned(corrected(path, as_is=arguments.corrected))
         for seed in seeds:
-            yield measure(seed, path.name.partition(".")[0], None, drifting(places, seed, drift))
+            yield measure(seed, path.name.partition(".")[0], None, drifting(poses, seed, drift))
 
 
 def _row(t: Trial) -> str:
@@ -207,7 +207,7 @@ def case(
     """Return the kind of a building, the building and a drive through it."""
     kind, walls = building(seed, largest, kind)
     rng = np.random.default_rng([seed, 3])
-    way = min(max(rng.uniform(2.0, 5.0) * walls.length, _LENGTH_MIN), _LENGTH_MAX, length)
+    length = min(max(rng.uniform(2.0, 5.0) * walls.length, _LENGTH_MIN), _LENGTH_MAX, length)
     lidar = LIDARS[int(rng.integers(len(LIDARS)))]
     spacing = float(rng.choice(_SPACINGS))
-    return kind, walls, drive(walls, seed, way, spacing, lidar, drift)
+    return kind, walls, drive(walls, seed, length, spacing, lidar, drift)

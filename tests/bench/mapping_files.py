@@ -127,7 +127,7 @@ class _Drive:
         from arjuna_core.ros import qos
 
         self._robot, self._twist = robot, Twist
-        self._way_free, self._ticks, self.maps = True, 0, 0
+        self._path_free, self._ticks, self.maps = True, 0, 0
         self._origin = SE2()
         self._map: Any = None
         self._truths: list[tuple[float, SE2]] = []
@@ -154,15 +154,15 @@ class _Drive:
         angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
         ahead = np.abs(np.remainder(angles + math.pi, 2.0 * math.pi) - math.pi) < _AHEAD
         seen = ahead & (ranges > message.range_min)
-        self._way_free = not (ranges[seen] < _NEAR).any()
+        self._path_free = not (ranges[seen] < _NEAR).any()
 
     def tick(self) -> None:
         """Command a velocity now and then, and note where the robot truly is."""
         self._ticks += 1
         if self._ticks % _COMMAND_TICKS == 1:
             command = self._twist()
-            command.linear.x = _SPEED if self._way_free else 0.0
-            command.angular.z = 0.0 if self._way_free else _TURN
+            command.linear.x = _SPEED if self._path_free else 0.0
+            command.angular.z = 0.0 if self._path_free else _TURN
             self._commands.publish(command)
         self._truths.append((self._robot.now, self._robot.sim.last.truth.pose))
 

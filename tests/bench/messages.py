@@ -27,12 +27,12 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Send random messages to robots in lock-step, a process and a seed for each session.
 
     Returns:
-        `sent`, `died` (sessions whose process ended), `hung` (messages over a second of a core's
-        time, or sessions that did not end), `goals_missed` (of those that followed), `failed`
-        (exceptions that callbacks raised, by node and source), `refused` and `peak_mb`.
+        `sent`, `died` (sessions whose process ended), `timed_out` (messages over a second of a
+        core's time, or sessions that did not end), `goals_missed` (of those that followed),
+        `failed` (exceptions that callbacks raised, by node and source), `refused` and `peak_mb`.
     """
-    total: dict[str, Any] = {"sent": 0, "sessions": 0, "died": [], "hung": [], "goals_missed": []}
-    total |= {"failed": {}, "refused": 0, "peak_mb": 0.0}
+    total: dict[str, Any] = {"sent": 0, "sessions": 0, "died": [], "timed_out": []}
+    total |= {"goals_missed": [], "failed": {}, "refused": 0, "peak_mb": 0.0}
     while total["sent"] < arguments.count:
         number = total["sessions"]
         stack, seed = STACKS[number % len(STACKS)], arguments.seed + number
@@ -42,10 +42,11 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         total["sessions"] += 1
         total["sent"] += count
         print(
-            f"{total['sent']:6d} sent, {len(total['died'])} died, {len(total['hung'])} hung, "
-            f"{len(total['goals_missed'])} goals missed, {len(total['failed'])} sources failed"
+            f"{total['sent']:6d} sent, {len(total['died'])} died, {len(total['timed_out'])} "
+            f"timed out, {len(total['goals_missed'])} goals missed, "
+            f"{len(total['failed'])} sources failed"
         )
-    print(json.dumps({key: total[key] for key in ("died", "hung", "failed")}, indent=2))
+    print(json.dumps({key: total[key] for key in ("died", "timed_out", "failed")}, indent=2))
     return total
 
 
@@ -65,14 +66,14 @@ def _session(total: dict[str, Any], stack: str, seed: int, count: int, folder: P
             check=False,
         )
     except subprocess.TimeoutExpired:
-        total["hung"].append(f"{session}: {_last(folder)}")
+        total["timed_out"].append(f"{session}: {_last(folder)}")
         return
     if done.returncode != 0:
         end = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
         total["died"].append(f"{session}: {_last(folder)}: exit {done.returncode}: {end}")
         return
     outcome = json.loads((folder / "outcome.json").read_text(encoding="utf-8"))
-    total["hung"] += [f"{session}: {what}" for what in outcome["hung"]]
+    total["timed_out"] += [f"{session}: {what}" for what in outcome["timed_out"]]
     if not outcome["goal_after"]:
         total["goals_missed"].append(session)
     for where, tally in outcome["failed"].items():

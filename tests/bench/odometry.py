@@ -59,7 +59,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     Returns:
         By robot the worst of its squares: of `nominal`, `calibrated` and `fused` odometry the error
-        of the place at the end, by the way, and of the heading [deg]; fused is None without an IMU.
+        of the position at the end, per distance driven, and of the heading [deg]; fused is None
+        without an IMU.
     """
     path = SearchPath.of(arguments.package_path)
     found = {}
@@ -114,21 +115,21 @@ def _worst(
 def _square(
     robot: RobotModel, config: SimulatorConfig, seed: int, sideways: bool
 ) -> dict[str, tuple[float, float]]:
-    """Return the errors by the way, and of the heading [deg], at a square's end."""
+    """Return the errors per distance driven, and of the heading [deg], at a square's end."""
     sim = Simulation(solo(robot), level(), config, np.random.default_rng(seed))
     filter_ = FusedOdometry(FusedOdometryConfig())
     start = sim.robot.truth().pose
-    way = 0.0
+    driven = 0.0
     for command, seconds in _legs(robot, config, sideways):
         for _ in range(round(seconds / config.tick)):
             before = sim.robot.truth().pose
             seen = sim.drive(command)
-            way += before.distance(seen.truth.pose)
+            driven += before.distance(seen.truth.pose)
             _fuse(filter_, seen, config.tick)
     truth = start.inverse() @ seen.truth.pose
-    errors = {"wheels": _error(seen.odometry.T_odom_base, truth, way)}
+    errors = {"wheels": _error(seen.odometry.T_odom_base, truth, driven)}
     if robot.settings.first(ImuSettings) is not None:
-        errors["fused"] = _error(filter_.estimate.T_odom_base, truth, way)
+        errors["fused"] = _error(filter_.estimate.T_odom_base, truth, driven)
     return errors
 
 
@@ -161,6 +162,6 @@ def _fuse(filter_: FusedOdometry, seen: Observation, dt: float) -> None:
         filter_.gyro(float(up @ seen.imu.angular_velocity), seen.imu.angular_variance)
 
 
-def _error(estimate: SE2, truth: SE2, way: float) -> tuple[float, float]:
+def _error(estimate: SE2, truth: SE2, driven: float) -> tuple[float, float]:
     off = abs(math.degrees(wrap(estimate.theta - truth.theta)))
-    return estimate.distance(truth) / way, off
+    return estimate.distance(truth) / driven, off

@@ -90,7 +90,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _generated(count: int) -> dict[str, RobotModel]:
-    """Return robots of all sizes, and those of files written in all ways."""
+    """Return robots of all sizes, and those of files written in every form."""
     robots = {c.name: c.robot() for c in chassis(count // 2)}
     with tempfile.TemporaryDirectory() as folder:
         for i, file in enumerate(robot_files(count - count // 2)):

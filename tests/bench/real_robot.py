@@ -26,7 +26,7 @@ from tests.helpers.real_robot import OPTIONS, free_poses
 
 _ACTIVE = "Managed nodes are active"
 _START, _GOAL = 60.0, 90.0  # [s] at most
-_TOLD = "at "  # how the drivers' line with the true pose begins
+_POSE_PREFIX = "at "  # how the drivers' line with the true pose begins
 _OF_GOALS = "navigate_to_pose: goal "  # received, and ended
 _SAMPLES = 200  # goals drawn, more than are driven
 
@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Map, save, localize and drive to random places all the while.
+    """Map, save, localize and drive to random goals all the while.
 
     Returns:
         `mapping` and `localized`, each with `goals` and `reached`, the greatest `position_m` and
@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         Lines("-m", "tests.helpers.real_robot", str(arguments.seed)) as drivers,
     ):
         world = str(Path(folder) / "map")
-        drivers.wait_for(_TOLD)
+        drivers.wait_for(_POSE_PREFIX)
         with _robot("--slam") as robot:
             mapping = _driven(robot, drivers, goals, half)
             _done("save-map", world)
@@ -113,7 +113,7 @@ def _said(robot: Lines) -> dict[str, list[str]]:
 
 def _true_pose(drivers: Lines) -> SE2:
     """Return the robot's true pose: the second line from now on."""
-    for count in (1, 2):  # the first takes what was told before
-        told = drivers.wait_for(_TOLD, len(drivers.matching(_TOLD)) + count)
-    x, y, theta = map(float, told[-1].split()[1:])
+    for count in (1, 2):  # the first takes what was printed before
+        lines = drivers.wait_for(_POSE_PREFIX, len(drivers.matching(_POSE_PREFIX)) + count)
+    x, y, theta = map(float, lines[-1].split()[1:])
     return SE2(x, y, theta)

@@ -19,7 +19,7 @@ from arjuna_sim.simulation import Simulation, solo
 from tests.slam.slam_room import Log, room
 from tests.slam.trials import SCENARIOS, Figures, measure, room_log, spoil
 
-_WAY = (
+_WAYPOINTS = (
     *((1.5, 2.0), (-0.3, 2.2), (-3.0, 1.5), (-3.5, -1.0), (-0.5, -2.0)),
     *((1.2, -1.5), (1.3, 1.0), (0.0, 0.0), (1.5, 2.0), (-0.3, 2.2)),
 )
@@ -105,15 +105,15 @@ def _simulated(seed: int, spawn: SE2) -> tuple[Log, NDArray[np.float64]]:
         np.random.default_rng(seed),
     )
     log: Log = []
-    way = list(_WAY)
+    waypoints = list(_WAYPOINTS)
     for _ in range(_TICKS_MAX):
-        command = _towards(simulator.robot.truth().pose, way[0]) if log else Velocity()
+        command = _towards(simulator.robot.truth().pose, waypoints[0]) if log else Velocity()
         seen = simulator.drive(command)
         if seen.scan is not None:
             log.append((seen.scan, seen.odometry.T_odom_base, seen.truth.pose))
-        if math.hypot(seen.truth.pose.x - way[0][0], seen.truth.pose.y - way[0][1]) < _REACHED:
-            way.pop(0)
-        if not way:
+        if seen.truth.pose.distance(SE2(*waypoints[0])) < _REACHED:
+            waypoints.pop(0)
+        if not waypoints:
             break
     return log, simulator.robot.surfaces()
 

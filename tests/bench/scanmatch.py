@@ -171,9 +171,9 @@ def _karto() -> Callable[[_Case], SE2]:
             scan.angle_min, last, scan.angle_increment, scan.range_min, scan.range_max,
             SlamConfig().max_laser_range, "laser",
         )  # fmt: skip
-        place = karto.Pose2(sensor.x, sensor.y, sensor.theta)
+        sensor_pose = karto.Pose2(sensor.x, sensor.y, sensor.theta)
         ranges = np.where(np.isfinite(scan.ranges), scan.ranges, scan.range_max).tolist()
-        return karto.LocalizedRangeScan(laser, ranges, place, place, number, scan.stamp)
+        return karto.LocalizedRangeScan(laser, ranges, sensor_pose, sensor_pose, number, scan.stamp)
 
     def match(case: _Case) -> SE2:
         references = [localized(scan, pose, k) for k, (scan, pose) in enumerate(case.references)]

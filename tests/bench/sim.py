@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     Returns:
         `core_real_time_factor` and `ros_real_time_factor` (None without rclpy) of the shipped robot
-        in the shipped room, `mujoco_real_time_factor` of MuJoCo alone on the same model and way,
+        in the shipped room, `mujoco_real_time_factor` of MuJoCo alone on the same model and path,
         and the core's factor `by_beams` and `by_boxes`, among 100 boxes that can be pushed and
         among 30 actors.
     """
@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     print(f"simulated per real second on one core; {_SENSORS}")
     core, alone = paired_factors(simulator(ROOM), seconds)
     _show("without ROS", core)
-    _show("mj_step alone, same way", alone)
+    _show("mj_step alone, same path", alone)
     ros = _ros_factor(seconds) if importlib.util.find_spec("rclpy") else None
     if ros is None:
         print("through ROS       skipped: rclpy is not installed")
@@ -150,7 +150,7 @@ def _with_beams(count: int, folder: Path) -> Simulation:
 
 
 def _with_actors(count: int, folder: Path) -> Simulation:
-    """Let people walk to and fro beside the robot's way."""
+    """Let people walk to and fro beside the robot's path."""
     actors = "".join(
         f"<actor name='a{i}'><script><trajectory id='0' type='walk'>"
         f"<waypoint><time>0</time><pose>3 {0.7 * i - 10} 0 0 0 0</pose></waypoint>"
@@ -164,8 +164,8 @@ def _with_actors(count: int, folder: Path) -> Simulation:
 def _with_boxes(count: int, folder: Path, pushable: bool = False) -> Simulation:
     """Put boxes on a square grid of 1.5 m around the start, which stays free."""
     side = math.ceil(math.sqrt(count + 9))
-    places = [(i - side // 2, j - side // 2) for i in range(side) for j in range(side)]
-    free = [place for place in places if max(abs(place[0]), abs(place[1])) > 1][:count]
+    cells = [(i - side // 2, j - side // 2) for i in range(side) for j in range(side)]
+    free = [cell for cell in cells if max(abs(cell[0]), abs(cell[1])) > 1][:count]
     models = "".join(_box(i, 1.5 * x, 1.5 * y, not pushable) for i, (x, y) in enumerate(free))
     return simulator(_written(folder / f"{count}_boxes.world", models))
 

@@ -110,20 +110,20 @@ def _rows(functions: int) -> Iterator[tuple[str, float, str, float | None]]:
         yield f"{command} --help", _help(command), "CPU s", None
     room = str(shipped_file("maps/arjuna_room.yaml"))
     for words in (("sim",), ("nav", "--map", room), ("slam",)):
-        begun = time.monotonic()
+        start_time = time.monotonic()
         with started(*words):
-            yield f"{words[0]} to active", time.monotonic() - begun, "s", None
+            yield f"{words[0]} to active", time.monotonic() - start_time, "s", None
     yield from _kernels()
 
 
 def _demo(alone: float, functions: int) -> Iterator[tuple[str, float, str, float | None]]:
     with TemporaryDirectory() as folder:
         chosen = parse(["demo", "--seed", "0", "--out", folder, "--log-level", "error"])
-        begun, spent = time.monotonic(), time.process_time()
+        start_time, spent = time.monotonic(), time.process_time()
         with Samples() as samples:
             if chosen.run(chosen) != 0:
                 raise ArjunaError("the demo failed; see above")
-        cpu, wall = time.process_time() - spent, time.monotonic() - begun
+        cpu, wall = time.process_time() - spent, time.monotonic() - start_time
         simulated = json.loads((Path(folder) / "report.json").read_text())["sim_time_s"]
     yield "demo", simulated / wall, "x real time", 10.0
     yield "demo, CPU", cpu, "s", None
@@ -149,11 +149,11 @@ def _delivery(transport: Transport) -> float:
         node.create_subscription(Odometry, "bench", received.append, qos.DEFAULT)
         publisher, message = node.create_publisher(Odometry, "bench", qos.DEFAULT), Odometry()
         process.drain()
-        begun = time.process_time()
+        start_time = time.process_time()
         for _ in range(_DELIVERIES):
             publisher.publish(message)
             process.drain()
-        spent = time.process_time() - begun
+        spent = time.process_time() - start_time
         node.destroy_node()
     assert len(received) == _DELIVERIES, f"{len(received)} of {_DELIVERIES} arrived"
     return spent / _DELIVERIES
@@ -243,10 +243,11 @@ def _drive(on_start: Callable[[], None]) -> tuple[float, int]:
     with closing(LockStep(merged(shipped_parameters(), placed(SE2()), on_map))) as robot:
         robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)
         robot.run(1.0)
-        begun = robot.now
+        start_time = robot.now
         on_start()
         spent = _cpu(lambda: Goals(robot).navigate(SE2(2.0, -1.5, 1.0), 60.0))
-        return spent / (robot.now - begun), round((robot.now - begun) / robot.sim.config.tick)
+        passed = robot.now - start_time
+        return spent / passed, round(passed / robot.sim.config.tick)
 
 
 _COUNTED: dict[str, Callable[[], float]] = {

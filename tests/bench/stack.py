@@ -51,12 +51,12 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """
     os.environ["ROS_DOMAIN_ID"] = str(arguments.domain_id)
     with started("sim"):
-        begun = time.monotonic()
+        start_time = time.monotonic()
         with (
             started("nav", "--map", str(shipped_file("maps/arjuna_room.yaml"))),
             closing(Connection("bench_stack")) as session,
         ):
-            result: dict[str, Any] = {"active_s": time.monotonic() - begun}
+            result: dict[str, Any] = {"active_s": time.monotonic() - start_time}
             session.pause(_SETTLE)
             with _usage(result, "idle"):
                 session.pause(arguments.seconds)
@@ -82,9 +82,9 @@ def started(*words: str) -> Iterator[None]:
 @contextmanager
 def _usage(result: dict[str, Any], name: str) -> Iterator[None]:
     """Note what each process takes of a core meanwhile."""
-    before, begun = {h.group: h.cpu_time for h in _hosts()}, time.monotonic()
+    before, start_time = {h.group: h.cpu_time for h in _hosts()}, time.monotonic()
     yield
-    passed = time.monotonic() - begun
+    passed = time.monotonic() - start_time
     result[name] = {h.group: round((h.cpu_time - before[h.group]) / passed, 3) for h in _hosts()}
 
 

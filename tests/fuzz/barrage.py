@@ -31,7 +31,7 @@ from bringup.stack import (
 )
 from tests.fuzz.messages import Filler, Target, drawn, filled, found, profile
 
-HUNG = 1.0
+MESSAGE_TIME_MAX = 1.0
 """How much of a core's time one message may take [s]."""
 GOAL = SE2(1.5, 1.0, 0.5)
 _TICK_EVERY = 4  # messages
@@ -72,7 +72,7 @@ class Barrage:
         self._log = log
         self._publishers: dict[str, Any] = {}
         self._clients: dict[str, Any] = {}
-        self.hung: list[str] = []
+        self.timed_out: list[str] = []
         self.robot.start(SIM_GROUP, *self._groups)
         self.robot.run(1.0)
         self._goals = Goals(self.robot)
@@ -121,20 +121,22 @@ class Barrage:
         compiled: list[float] = []
         with event.install_timer("numba:compile", compiled.append):
             spent = self._spent(target, data, number)
-        if spent > HUNG and compiled:  # which happens once on a machine: it is sent again
+        if (
+            spent > MESSAGE_TIME_MAX and compiled
+        ):  # which happens once on a machine: it is sent again
             spent = self._spent(target, data, number)
-        if spent > HUNG:
-            self.hung.append(f"{target.name}: {spent:.1f} s")
+        if spent > MESSAGE_TIME_MAX:
+            self.timed_out.append(f"{target.name}: {spent:.1f} s")
 
     def _spent(self, target: Target, data: Any, number: int) -> float:
         """Return what a message, and every few of them a tick, take of a core's time [s]."""
         self._send(target, data)
-        begun = time.process_time()
+        started = time.process_time()
         self.robot.process.drain()
         if number % _TICK_EVERY == 0:
             self._play()
             self.robot.step()
-        return time.process_time() - begun
+        return time.process_time() - started
 
     def _made(self, target: Target) -> Any:
         owner = self.robot.nodes.get(target.name.rsplit("/", 1)[0].lstrip("/"))
@@ -219,7 +221,7 @@ def main() -> int:
         barrage.mend()
         outcome = {
             "targets": len(barrage.targets),
-            "hung": barrage.hung,
+            "timed_out": barrage.timed_out,
             "goal_before": reached_before,
             "goal_after": barrage.reaches_a_goal(),
             "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,

@@ -52,8 +52,8 @@ TAG = re.compile(rb"<(\w+)[^<>]*/>|<(\w+)[^<>]*>[^<]*</\2>")
 
 def _flip(text: bytes, rng: np.random.Generator) -> bytes:
     changed = bytearray(text)
-    for place in rng.integers(len(text), size=rng.integers(1, 6)):
-        changed[place] = rng.integers(256)
+    for index in rng.integers(len(text), size=rng.integers(1, 6)):
+        changed[index] = rng.integers(256)
     return bytes(changed)
 
 
@@ -263,17 +263,17 @@ class Fuzzer:
         """Read the file after a few changes; return what was wrong with that."""
         data = self.reader.mend(mutated(self._good, self._rng, 4))
         self._path.write_bytes(data)
-        begun = time.process_time()
+        started = time.process_time()
         problem = ""
         try:
             self.reader.read(self._path)
         except self.reader.error as error:
             problem = "an error of many lines" if "\n" in str(error) else ""
         except Exception as error:  # noqa: BLE001 - what is looked for
-            place = traceback.extract_tb(error.__traceback__)[-1]
-            where = f"{Path(place.filename).name}:{place.lineno}"
+            frame = traceback.extract_tb(error.__traceback__)[-1]
+            where = f"{Path(frame.filename).name}:{frame.lineno}"
             problem = f"{type(error).__name__} at {where}: {str(error)[:200]}"
-        spent = time.process_time() - begun
+        spent = time.process_time() - started
         if spent > SLOW:
             problem = f"took {spent:.1f} s"
         return Finding(self.reader.name, problem, data) if problem else None

@@ -189,20 +189,21 @@ def test_action_of_every_package_runs_to_its_result(bench: Bench) -> None:
             handle.succeed()
             return result
 
-        heard: list[Any] = []
+        received: list[Any] = []
         name = f"action_{number}"
         server = ActionServer(bench.node, action, name, execute)
         client = ActionClient(bench.node, action, name)
         bench.spin_until(client.server_is_ready, f"server of {action}")
         handle = bench.result(
-            client.send_goal_async(goal, feedback_callback=heard.append), f"acceptance by {action}"
+            client.send_goal_async(goal, feedback_callback=received.append),
+            f"acceptance by {action}",
         )
         assert handle.accepted
         answer = bench.result(handle.get_result_async(), f"result of {action}")
         assert answer.status == GoalStatus.STATUS_SUCCEEDED
         assert answer.result == result
         assert asked == [goal]
-        bench.spin_until(lambda: heard, f"feedback of {action}")  # noqa: B023 - spun here
-        assert heard[0].feedback == feedback
+        bench.spin_until(lambda: received, f"feedback of {action}")  # noqa: B023 - spun here
+        assert received[0].feedback == feedback
         client.destroy()
         server.destroy()

@@ -10,7 +10,7 @@ from scripts.reference import FOLDER, commands, messages
 from scripts.reference.commands import _of
 from scripts.reference.messages import _errors, _said
 
-CURE = "run: python -m scripts.reference"
+REMEDY = "run: python -m scripts.reference"
 _SOURCE = '''
 class ArjunaError(Exception): ...
 class Broken(ArjunaError): ...
@@ -32,11 +32,11 @@ def check():
 
 
 def test_the_page_of_commands_is_current() -> None:
-    assert (FOLDER / "commands.md").read_text(encoding="utf-8") == commands.page(), CURE
+    assert (FOLDER / "commands.md").read_text(encoding="utf-8") == commands.page(), REMEDY
 
 
 def test_the_page_of_messages_is_current() -> None:
-    assert (FOLDER / "messages.md").read_text(encoding="utf-8") == messages.page(), CURE
+    assert (FOLDER / "messages.md").read_text(encoding="utf-8") == messages.page(), REMEDY
 
 
 def test_every_command_has_its_section() -> None:
@@ -44,7 +44,7 @@ def test_every_command_has_its_section() -> None:
     assert all(f"### `{name}`\n" in text for group in COMMANDS.values() for name in group)
 
 
-def test_options_and_actions_are_told_with_their_values() -> None:
+def test_options_and_actions_are_listed_with_their_values() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("file", nargs="?", help="what to read")
     parser.add_argument("-o", "--out", metavar="FOLDER", default="x", help="where (%(default)s)")

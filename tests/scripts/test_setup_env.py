@@ -77,7 +77,7 @@ def test_a_stamp_without_its_python_does_not_hold(checkout: Path) -> None:
     assert not setup_env.stamp_holds("packages", "a")
 
 
-def test_a_changed_definition_builds_the_messages_anew_and_nothing_else(checkout: Path) -> None:
+def test_a_changed_definition_builds_the_messages_again_and_nothing_else(checkout: Path) -> None:
     packages, messages, ours, _ = setup_env.keys()
     (setup_env.MESSAGES / "nav2_msgs" / "msg" / "Costmap.msg").write_text("int8[] data\n")
     assert setup_env.keys()[0] == packages
@@ -85,14 +85,14 @@ def test_a_changed_definition_builds_the_messages_anew_and_nothing_else(checkout
     assert setup_env.keys()[2] == ours
 
 
-def test_a_new_linter_does_not_build_the_messages_anew(checkout: Path) -> None:
+def test_a_new_linter_does_not_build_the_messages_again(checkout: Path) -> None:
     packages, messages, _, _ = setup_env.keys()
     setup_env.LOCK.write_text("numpy==2.4.6\nruff==0.17.7\n")
     assert setup_env.keys()[0] != packages
     assert setup_env.keys()[1] == messages
 
 
-def test_another_extra_installs_nothing_else_anew(checkout: Path) -> None:
+def test_another_extra_installs_nothing_else_again(checkout: Path) -> None:
     before = setup_env.keys(), setup_env.extra_key("view")
     tune = setup_env.extra_key("tune")
     setup_env.LOCK.write_text(setup_env.LOCK.read_text().replace("optuna==5", "optuna==6"))
@@ -100,7 +100,7 @@ def test_another_extra_installs_nothing_else_anew(checkout: Path) -> None:
     assert setup_env.extra_key("tune") != tune
 
 
-def test_a_module_with_numba_compiles_the_kernels_anew(checkout: Path) -> None:
+def test_a_module_with_numba_compiles_the_kernels_again(checkout: Path) -> None:
     module = checkout / "arjuna_nav" / "navfn.py"
     module.parent.mkdir()
     module.write_text("from numba import njit\n")

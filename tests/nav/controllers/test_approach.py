@@ -214,7 +214,7 @@ def test_turns_to_a_goal_that_lies_aside_and_then_drives(bearing: float) -> None
 def test_without_room_it_leaves_the_rest_to_the_controller() -> None:
     asked, pose, closed = Asked(), before(0.4), blocked_behind(3.15)
     assert asked(pose, costmap=closed) is None
-    assert asked(pose) is not None, "what was in the way has gone"
+    assert asked(pose) is not None, "what blocked it has gone"
     assert asked(pose, costmap=closed, within=True) is None
     assert asked(pose, within=True) is None, "what is tolerated was enough"
     asked.approach.reset()
@@ -259,7 +259,7 @@ def test_it_goes_no_faster_than_the_limit_and_never_far_past_the_goal() -> None:
 @pytest.mark.parametrize("heading", [2.9, -2.9])
 def test_what_turning_on_the_spot_moves_it_along_the_heading_is_driven_back(heading: float) -> None:
     class Lopsided(Unicycle):
-        """Turns about a place ahead of its own."""
+        """Turns about a point ahead of its own centre."""
 
         def drive(self, command: Velocity) -> None:
             super().drive(command)
@@ -272,7 +272,7 @@ def test_what_turning_on_the_spot_moves_it_along_the_heading_is_driven_back(head
     assert off(robot, goal)[1] < 0.03
 
 
-def test_pushed_away_in_its_last_turn_it_leaves_the_way_back_to_the_controller() -> None:
+def test_pushed_away_in_its_last_turn_it_leaves_the_return_to_the_controller() -> None:
     asked = Asked(SE2(3.0, 2.0, 2.0))
     turning = asked(SE2(3.0, 2.0), within=True)
     assert turning is not None
@@ -284,7 +284,7 @@ def test_pushed_away_in_its_last_turn_it_leaves_the_way_back_to_the_controller()
 
 
 def test_pushed_away_after_it_was_over_it_approaches_again() -> None:
-    asked, held = Asked(), SE2(2.9, 2.0)  # somebody stands in its way
+    asked, held = Asked(), SE2(2.9, 2.0)  # somebody blocks its path
     assert asked(held, 0.0, within=True) is not None
     assert asked(held, 3.0, within=True) is None
     assert asked(held, 3.1, within=True) is None, "what is tolerated was enough"
@@ -292,7 +292,7 @@ def test_pushed_away_after_it_was_over_it_approaches_again() -> None:
     assert asked(SE2(2.6, 2.0), 8.0) is not None
 
 
-def test_its_patience_counts_from_when_the_way_is_free_again() -> None:
+def test_its_patience_counts_from_when_the_path_is_free_again() -> None:
     asked, pose = Asked(), before(0.4)
     assert asked(pose, 0.0, heading=False) is not None
     assert asked(pose, 0.1, blocked_behind(3.15), heading=False) is None

@@ -32,7 +32,7 @@ ORIGINS = [SE2(), SE2(5.0, -3.0, 0.8)]
 
 
 def dead_end(origin: SE2) -> tuple[Costmap, SE2]:
-    """Return a corridor too narrow to turn in, and a pose that looks to its closed end."""
+    """Return a corridor too narrow to turn in, and a pose that faces its closed end."""
     grid: OccupancyGrid = empty_grid(4.0, 3.0, origin)
     block(grid, 1.5, 0.0, 2.5, 1.25)
     block(grid, 1.5, 1.75, 2.5, 1.25)
@@ -104,7 +104,7 @@ def test_finds_none_where_there_is_none_and_waits_for_what_comes_up() -> None:
 
 @pytest.mark.parametrize("origin", ORIGINS)
 @pytest.mark.parametrize(("gap", "waits"), [(0.2, True), (1.2, False)])
-def test_what_moves_in_the_way_is_waited_for_and_not_driven_round(
+def test_what_moves_across_the_path_is_waited_for_and_not_driven_round(
     gap: float, waits: bool, origin: SE2
 ) -> None:
     grid = empty_grid(5.0, 3.0, origin)
@@ -177,7 +177,7 @@ def driven(escape: Escape, costmap: Costmap, pose: SE2 = AT, speed: float = math
     raise AssertionError("it does not end")
 
 
-def test_it_leads_beyond_what_is_in_the_way_and_no_farther_than_it_reaches() -> None:
+def test_it_leads_beyond_what_blocks_it_and_no_farther_than_it_reaches() -> None:
     escape = made()
     assert escape.begin(AT, AHEAD, BOX)
     assert 2.9 < driven(escape, BOX)[-1].x < 4.6
@@ -223,7 +223,7 @@ def test_it_leads_to_a_path_near_its_end(aside: float, near: bool) -> None:
 
 
 def test_it_drives_in_the_frame_in_which_the_costmap_is_kept() -> None:
-    """A place on a map jumps: what it drives has not moved for that."""
+    """The pose on a map jumps: the driven path has not moved for that."""
     escape, jump = made(), SE2(0.3, -0.2, 0.1)
     assert escape.begin(AT, AHEAD, BOX)
     before = escape.compute(AT, STILL, AHEAD, BOX, 0.0)

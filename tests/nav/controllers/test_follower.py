@@ -182,10 +182,10 @@ LOOP = polyline([(5.0, 2.0), (1.0, 2.0), (1.0, 3.0), (5.0, 2.1)], 0.0)
         (END, SE2(4.8, 2.0, 0.1), True),
         (END, SE2(4.7, 2.0, 0.1), False),
         (END, SE2(4.8, 2.0, 0.3), False),
-        (LOOP, SE2(5.0, 2.0, 0.0), False),  # the end is near, but the way is long
+        (LOOP, SE2(5.0, 2.0, 0.0), False),  # the end is near, but the path is long
     ],
 )
-def test_it_ends_at_the_end_of_the_way(path: NDArray[np.float64], pose: SE2, ends: bool) -> None:
+def test_it_ends_at_the_end_of_the_path(path: NDArray[np.float64], pose: SE2, ends: bool) -> None:
     followed = Followed(path)
     expected = FollowState.SUCCEEDED if ends else FollowState.RUNNING
     assert followed.tick(0.0, pose).state is expected
@@ -195,7 +195,7 @@ def test_it_ends_at_the_end_of_the_way(path: NDArray[np.float64], pose: SE2, end
     ("change", "still_there"),
     [(lambda f: f.change(END), True), (lambda f: f.change(END[:-2]), False)],
 )
-def test_a_place_once_reached_is_left_for_another_goal(
+def test_a_position_once_reached_is_left_for_another_goal(
     change: Callable[[PathFollower], None], still_there: bool
 ) -> None:
     followed = Followed(END)

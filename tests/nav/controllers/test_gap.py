@@ -136,10 +136,10 @@ def test_leaves_a_door_alone_that_is_too_narrow() -> None:
 OUTLINE = Footprint.polygon(ROBOT.corners)
 
 
-def begun_before(
+def escape_at_gap(
     *beyond: tuple[float, float, float, float], start: SE2 = START
 ) -> tuple[Escape, Costmap]:
-    """Return an escape begun before a gap, behind which blocks stand, `x, y, width, height`."""
+    """Return an escape started before a gap, behind which blocks stand, `x, y, width, height`."""
     grid = empty_grid(5.0, 4.0)
     for one in ((2.0, 0.0, 0.2, 1.75), (2.0, 2.25, 0.2, 1.75), *beyond):
         block(grid, *one)
@@ -163,14 +163,14 @@ def drive(
 
 
 def test_a_controller_takes_over_once_the_gap_is_behind() -> None:
-    escape, costmap = begun_before((2.2, 1.65, 1.6, 0.1))  # a wall beside what follows
+    escape, costmap = escape_at_gap((2.2, 1.65, 1.6, 0.1))  # a wall beside what follows
     end = drive(escape, costmap, lambda pose: escape.can_hand_over(pose, PATH, costmap))
     assert escape.active
     assert 2.0 < end.x < 2.7
 
 
 def test_does_not_return_to_a_gap_that_it_is_through() -> None:
-    escape, costmap = begun_before((2.95, 1.6, 0.2, 0.8))
+    escape, costmap = escape_at_gap((2.95, 1.6, 0.2, 0.8))
     end = drive(escape, costmap, lambda pose: pose.x > 2.5 and abs(pose.theta) > 0.5)
     assert not escape.active
     assert end.x > 2.4
@@ -179,7 +179,7 @@ def test_does_not_return_to_a_gap_that_it_is_through() -> None:
 
 @pytest.mark.parametrize("start", [SE2(1.5, 1.95, -0.1), SE2(1.55, 2.0, 0.1)])
 def test_steers_onto_the_line_instead_of_turning_to_line_up(start: SE2) -> None:
-    escape, costmap = begun_before(start=start)
+    escape, costmap = escape_at_gap(start=start)
     end = drive(escape, costmap, lambda pose: pose.x > 2.2 or abs(pose.theta) > 0.4, start)
     assert end.x > 2.2
 
@@ -187,7 +187,7 @@ def test_steers_onto_the_line_instead_of_turning_to_line_up(start: SE2) -> None:
 def test_a_gap_is_driven_more_slowly_the_less_room_it_leaves() -> None:
     speeds = []
     for width in (0.41, 0.5, 0.6):
-        escape = begun_before()[0]
+        escape = escape_at_gap()[0]
         escape._gap = Gap(SE2(2.1, 2.0), width, -0.1, 0.1)
         speeds.append(escape._speed)
     assert speeds == sorted(speeds)

@@ -135,9 +135,9 @@ def test_in_an_open_loop_a_turn_goes_on_from_what_was_commanded() -> None:
             assert asked(controller, SE2(0.0, 0.0, -1.5)).velocity.yaw_rate == pytest.approx(rate)
 
 
-def test_it_may_turn_as_the_paths_pose_looks() -> None:
+def test_it_may_turn_to_the_heading_of_the_paths_pose() -> None:
     aside = X_AXIS + np.array([0.0, 0.0, -1.2])
-    for looks, first in ((False, 0.0), (True, -0.075)):
-        controller = shim(use_path_orientations=looks, max_angular_accel=1.5)
+    for oriented, first in ((False, 0.0), (True, -0.075)):
+        controller = shim(use_path_orientations=oriented, max_angular_accel=1.5)
         controller.set_path(aside)
         assert asked(controller, SE2()).velocity.yaw_rate == pytest.approx(first)

@@ -39,7 +39,7 @@ def with_a_gap(width: float) -> OccupancyGrid:
     return grid
 
 
-def test_costs_tell_the_clearance_they_were_made_of() -> None:
+def test_costs_encode_the_clearance_they_were_made_of() -> None:
     room = clearances(5.0)
     for beyond in (0.02, 0.1, 0.3):
         assert room[cost_at_distance(0.25 + beyond, 0.25, 5.0)] == pytest.approx(beyond, abs=0.01)

@@ -46,9 +46,9 @@ def corridor(origin: SE2, width: float = 0.45) -> OccupancyGrid:
     return grid
 
 
-def is_driven_straight(way: NDArray[np.float64]) -> bool:
+def is_driven_straight(path: NDArray[np.float64]) -> bool:
     """Return whether each pose lies where the one before can drive: nowhere it slides sideways."""
-    steps, middle = np.diff(way[:, :2], axis=0), 0.5 * (way[1:, 2] + way[:-1, 2])
+    steps, middle = np.diff(path[:, :2], axis=0), 0.5 * (path[1:, 2] + path[:-1, 2])
     across = steps[:, 1] * np.cos(middle) - steps[:, 0] * np.sin(middle)
     return bool(np.abs(across).max() < 0.01)
 
@@ -57,27 +57,27 @@ def is_driven_straight(way: NDArray[np.float64]) -> bool:
 def test_a_dead_end_too_narrow_to_turn_in_is_left_backwards(origin: SE2) -> None:
     costmap = costs(corridor(origin))
     start, end = origin @ SE2(3.0, 1.5, 0.0), origin @ SE2(0.5, 2.2, math.pi / 2.0)
-    way = find_path(start, end, costmap, LONG, DRIVE)
-    assert first_collision(costmap, LONG, way) is None
-    assert is_driven_straight(way)
-    np.testing.assert_allclose(way[0], start.array(), atol=1e-9)
-    assert SE2.from_array(way[-1]).distance(end) < 1e-6
-    inside = (origin.inverse().apply(way[:, :2])[:, 0] > 1.5).nonzero()[0]
-    assert abs(way[inside, 2] - start.theta).max() < 0.2, "it turned in the corridor"
+    path = find_path(start, end, costmap, LONG, DRIVE)
+    assert first_collision(costmap, LONG, path) is None
+    assert is_driven_straight(path)
+    np.testing.assert_allclose(path[0], start.array(), atol=1e-9)
+    assert SE2.from_array(path[-1]).distance(end) < 1e-6
+    inside = (origin.inverse().apply(path[:, :2])[:, 0] > 1.5).nonzero()[0]
+    assert abs(path[inside, 2] - start.theta).max() < 0.2, "it turned in the corridor"
 
 
 @pytest.mark.parametrize("back", [0.08, 0.12, 0.4])
 def test_a_short_stretch_is_driven_back_rather_than_by_two_half_turns(back: float) -> None:
     costmap = costs(empty_grid(4.0, 3.0))
-    way = find_path(SE2(2.0, 1.5, 0.3), SE2(2.0, 1.5, 0.3) @ SE2(-back), costmap, LONG, DRIVE)
-    assert np.abs(way[:, 2] - 0.3).max() < 1e-6
-    assert path_cost(way, DRIVE) == pytest.approx(2.0 * back, abs=0.01)
+    path = find_path(SE2(2.0, 1.5, 0.3), SE2(2.0, 1.5, 0.3) @ SE2(-back), costmap, LONG, DRIVE)
+    assert np.abs(path[:, 2] - 0.3).max() < 1e-6
+    assert path_cost(path, DRIVE) == pytest.approx(2.0 * back, abs=0.01)
 
 
-def test_there_is_no_way_through_what_is_too_narrow() -> None:
+def test_there_is_no_path_through_what_is_too_narrow() -> None:
     costmap = costs(corridor(SE2(), width=0.2))
-    way = find_path(SE2(0.5, 1.5, 0.0), SE2(3.0, 1.5, 0.0), costmap, LONG, DRIVE)
-    assert way.shape == (0, 3)
+    path = find_path(SE2(0.5, 1.5, 0.0), SE2(3.0, 1.5, 0.0), costmap, LONG, DRIVE)
+    assert path.shape == (0, 3)
 
 
 def test_what_collides_already_is_left_away_from_the_obstacle() -> None:
@@ -85,22 +85,22 @@ def test_what_collides_already_is_left_away_from_the_obstacle() -> None:
     block(grid, 2.25, 1.0, 0.3, 1.0)
     costmap, start = costs(grid), SE2(2.0, 1.5, 0.0)
     assert first_collision(costmap, LONG, start.array()[None, :]) == 0
-    way = find_path(start, SE2(1.0, 1.5, math.pi), costmap, LONG, DRIVE)
-    assert len(way) > 1
-    assert first_collision(costmap, LONG, way) is None
+    path = find_path(start, SE2(1.0, 1.5, math.pi), costmap, LONG, DRIVE)
+    assert len(path) > 1
+    assert first_collision(costmap, LONG, path) is None
 
 
-def test_a_way_of_a_long_outline_is_looked_for_quickly() -> None:
-    """Once it has left its place, how near it comes to obstacles is not looked for."""
+def test_a_path_of_a_long_outline_is_searched_quickly() -> None:
+    """Once it has left its start, its distance from obstacles is not searched."""
     tail = np.array([[0.5, 0.2], [-15.0, 0.2], [-15.0, -0.2], [0.5, -0.2]])
     grid = empty_grid(30.0, 30.0)
     for k in range(0, 30, 2):
         block(grid, float(k), float(k), 0.1, 0.1)
     costmap, outline = costmap_of(grid, footprint=str(tail.tolist())), Footprint.polygon(tail)
     find_path(SE2(1.0, 5.0, 0.0), SE2(2.0, 5.0, 0.0), costmap, LONG, DRIVE)  # compiles
-    begun = time.process_time()
+    started = time.process_time()
     find_path(SE2(1.0, 1.0, 0.0), SE2(2.0, 1.5, 0.0), costmap, outline, DRIVE)
-    assert time.process_time() - begun < 10.0
+    assert time.process_time() - started < 10.0
 
 
 def staircase() -> OccupancyGrid:
@@ -113,7 +113,7 @@ def staircase() -> OccupancyGrid:
     return grid
 
 
-def test_a_circles_path_gives_way_to_one_of_the_outline() -> None:
+def test_a_circles_path_is_replaced_by_one_of_the_outline() -> None:
     costmap, start, goal = costs(staircase()), SE2(1.0, 2.5), SE2(5.0, 2.5)
     planner = make("navfn", LONG)
     circle = plan_through(planner, costmap, start, [goal])
@@ -156,15 +156,15 @@ def plan_by(planner: Planned, costmap: Costmap, footprint: Footprint = LONG) -> 
     return plan_for_outline(planner, costmap, SE2(0.5, 1.5), SE2(3.0, 1.5), footprint)
 
 
-def test_where_the_outline_has_no_way_its_place_is_closed_and_another_asked_for() -> None:
+def test_where_the_outline_has_no_path_its_position_is_closed_and_another_asked_for() -> None:
     costmap, planner = costs(corridor(SE2(), width=0.2)), Planned(FOUND)
     before = costmap.data.copy()
     assert plan_by(planner, costmap) is FOUND, "nothing else does"
     np.testing.assert_array_equal(costmap.data, before, "the planner's own costs are")
     assert len(planner.costs) == 1 + 6
-    place = first_blocked(THROUGH, costmap, LONG)
-    assert place is not None
-    row, column = costmap.frame.to_cell(float(place[0]), float(place[1]))
+    blocked = first_blocked(THROUGH, costmap, LONG)
+    assert blocked is not None
+    row, column = costmap.frame.to_cell(float(blocked[0]), float(blocked[1]))
     rows, columns = np.ogrid[: costmap.data.shape[0], : costmap.data.shape[1]]
     disc = (rows - row) ** 2 + (columns - column) ** 2 <= 9  # 3 cells
     closed = np.where(disc & (before < 253), 253, before)
@@ -172,7 +172,7 @@ def test_where_the_outline_has_no_way_its_place_is_closed_and_another_asked_for(
         np.testing.assert_array_equal(later, closed)
 
 
-def test_another_way_that_the_outline_can_follow_is_taken_and_the_search_ends_where_none_is() -> (
+def test_another_path_that_the_outline_can_follow_is_taken_and_the_search_ends_where_none_is() -> (
     None
 ):
     costmap = costs(corridor(SE2(), width=0.2))

@@ -82,9 +82,9 @@ AT = made_scene().path[16, :2].astype(float)
 """The pose six beyond the farthest that is reached."""
 
 
-def angle_to_it(poses: Rollouts, both_ways: bool) -> Floats:
+def angle_to_it(poses: Rollouts, both_directions: bool) -> Floats:
     off = wrapped(np.arctan2(AT[1] - poses.y[-1], AT[0] - poses.x[-1]) - poses.yaw[-1])
-    return np.minimum(off, math.pi - off) if both_ways else off
+    return np.minimum(off, math.pi - off) if both_directions else off
 
 
 @pytest.mark.parametrize(
@@ -162,7 +162,7 @@ def angle_to_it(poses: Rollouts, both_ways: bool) -> Floats:
                 R,
                 made_scene(),
             ),
-            2.2 * angle_to_it(R, both_ways=False),
+            2.2 * angle_to_it(R, both_directions=False),
         ),
         (
             path_angle(
@@ -175,7 +175,7 @@ def angle_to_it(poses: Rollouts, both_ways: bool) -> Floats:
                 R,
                 made_scene(),
             ),
-            angle_to_it(R, both_ways=True),
+            angle_to_it(R, both_directions=True),
         ),
     ],
 )
@@ -221,22 +221,22 @@ def test_the_path_is_followed_to_the_next_free_pose_and_no_further_than_its_end(
 
 
 @pytest.mark.parametrize(
-    ("bearing", "forwards", "both_ways"),
+    ("bearing", "forwards", "both_directions"),
     [(0.4, False, False), (0.6, True, True), (-0.6, True, True), (3.0, True, False)],
 )
 def test_the_angle_counts_where_the_path_leads_away(
-    bearing: float, forwards: bool, both_ways: bool
+    bearing: float, forwards: bool, both_directions: bool
 ) -> None:
     path = np.zeros((30, 3), np.float32)
     path[-1, :2] = math.cos(bearing), math.sin(bearing)
     scene = made_scene(path=path, furthest=28)
-    for mode, counts in ((0, forwards), (1, both_ways)):
+    for mode, counts in ((0, forwards), (1, both_directions)):
         config = PathAngleConfig(max_angle_to_furthest=0.5, mode=mode)
         assert (path_angle(config, R, scene) is not None) is counts
 
 
 @pytest.mark.parametrize(
-    ("bearing", "looks", "counts"),
+    ("bearing", "heading", "counts"),
     [
         (0.2, 0.0, False),
         (0.2, math.pi, True),
@@ -245,28 +245,28 @@ def test_the_angle_counts_where_the_path_leads_away(
         (1.2, 1.0, True),
     ],
 )
-def test_by_mode_2_a_pose_behind_may_be_backed_to_where_it_looks_as_the_robot(
-    bearing: float, looks: float, counts: bool
+def test_by_mode_2_a_pose_behind_may_be_backed_towards_its_heading_as_the_robot(
+    bearing: float, heading: float, counts: bool
 ) -> None:
-    """By hand: a pose behind that looks ahead is reached by backing, one that looks back is not.
+    """By hand: a pose behind that faces ahead is reached by backing, one that faces back is not.
 
     (3.0, 0.0): the bearing and the pose's heading part by over a right angle, so it is turned about
     to -0.14 rad, which is within 0.5; (3.0, 3.1): they agree, and 3.0 rad are not.
     """
     path = np.zeros((30, 3), np.float32)
-    path[-1] = math.cos(bearing), math.sin(bearing), looks
+    path[-1] = math.cos(bearing), math.sin(bearing), heading
     scene, config = (
         made_scene(path=path, furthest=28),
         PathAngleConfig(max_angle_to_furthest=0.5, mode=2, cost_weight=2.0),
     )
-    against = abs(wrap(bearing - looks)) > 0.5 * math.pi
+    against = abs(wrap(bearing - heading)) > 0.5 * math.pi
     off = abs(wrap(bearing + (math.pi if against else 0.0)))
     assert (off >= 0.5) is counts, "the case is worked out wrong"
     costs = path_angle(config, R, scene)
     assert (costs is not None) is counts
     if costs is not None:
         sight = np.arctan2(path[-1, 1] - R.y[-1], path[-1, 0] - R.x[-1]).astype(np.float64)
-        turned = np.where(wrapped(sight - looks) > 0.5 * math.pi, sight + math.pi, sight)
+        turned = np.where(wrapped(sight - heading) > 0.5 * math.pi, sight + math.pi, sight)
         assert costs == pytest.approx(2.0 * wrapped(turned - R.yaw[-1]), rel=1e-4, abs=1e-4)
 
 
@@ -286,8 +286,8 @@ def mean_gap(b: int, scene: Scene, step: int) -> float:
     """Return a rollout's mean distance from the pose of the path that is as far along."""
     along = np.append(0.0, np.cumsum(np.hypot(*np.diff(scene.path[:, :2], axis=0).T)))
     points = np.column_stack((R.x[::step, b], R.y[::step, b]))
-    ways = np.cumsum(np.hypot(*np.diff(points, axis=0).T))
-    nearest = [int(np.abs(along - way).argmin()) for way in ways]
+    driven = np.cumsum(np.hypot(*np.diff(points, axis=0).T))
+    nearest = [int(np.abs(along - distance).argmin()) for distance in driven]
     gaps = [
         math.dist(point, scene.path[i, :2])
         for point, i in zip(points[1:], nearest, strict=True)
@@ -316,8 +316,8 @@ def test_alignment_counts_once_enough_of_the_path_is_reached_and_free() -> None:
 
 
 def cells_of(b: int, grid: Grid) -> list[tuple[int, int]]:
-    places = np.column_stack((R.x[:, b], R.y[:, b])).astype(np.float64)
-    at = SE2(grid.x, grid.y, grid.theta).apply(grid.scale * places)
+    centres = np.column_stack((R.x[:, b], R.y[:, b])).astype(np.float64)
+    at = SE2(grid.x, grid.y, grid.theta).apply(grid.scale * centres)
     return [(math.floor(y), math.floor(x)) for x, y in at]
 
 
@@ -355,16 +355,16 @@ def test_costs_are_averaged_and_collisions_cost_their_own(distance: float, step:
     assert not blocked
 
 
-@pytest.mark.parametrize("told", [0.0, 11.0])
+@pytest.mark.parametrize("scaling", [0.0, 11.0])
 @pytest.mark.parametrize("distance", [0.5, 0.51])
-def test_obstacles_repel_by_the_distance_that_costs_tell(distance: float, told: float) -> None:
+def test_obstacles_repel_by_the_distance_that_costs_encode(distance: float, scaling: float) -> None:
     config = ObstaclesConfig(
         repulsion_weight=1.5, critical_weight=20.0, collision_cost=1e3, near_goal_distance=0.5
     )
-    scene = made_scene(goal_distance=distance)._replace(clearances=clearances(told))
+    scene = made_scene(goal_distance=distance)._replace(clearances=clearances(scaling))
     table = np.zeros(256)
     for cost in range(1, 255):  # cost = 252 exp(-k d) beyond the inscribed radius
-        away = math.log(252.0 / cost) / (told or 3.0)
+        away = math.log(252.0 / cost) / (scaling or 3.0)
         table[cost] = 20.0 * max(0.1 - away, 0.0)
         table[cost] += 1.5 * max(0.1 + 0.25 - away, 0.0) * (distance > 0.5)
     sums, hit = summed(table, scene, 1)
@@ -386,7 +386,7 @@ def test_all_collide_where_the_outline_counts_and_has_no_room(consider: bool) ->
 
 def test_alignment_may_count_headings_a_radian_as_a_metre() -> None:
     scene = made_scene()
-    plain, looks = (
+    plain, oriented = (
         PathAlignConfig(
             cost_weight=1.0,
             offset_from_furthest=10,
@@ -395,11 +395,11 @@ def test_alignment_may_count_headings_a_radian_as_a_metre() -> None:
         )
         for with_headings in (False, True)
     )
-    gaps, both = path_align(plain, R, scene), path_align(looks, R, scene)
+    gaps, both = path_align(plain, R, scene), path_align(oriented, R, scene)
     assert gaps is not None
     assert both is not None
     along = np.append(0.0, np.cumsum(np.hypot(*np.diff(scene.path[:, :2], axis=0).T)))
     driven = np.hypot(R.x[-1] - R.x[0], R.y[-1] - R.y[0])
-    at = [int(np.abs(along - way).argmin()) for way in driven]
+    at = [int(np.abs(along - distance).argmin()) for distance in driven]
     off = wrapped(R.yaw[-1] - scene.path[at, 2])
     assert both == pytest.approx(np.hypot(gaps, off), rel=1e-4)

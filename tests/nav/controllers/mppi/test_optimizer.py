@@ -128,7 +128,7 @@ def test_the_controls_keep_within_the_limits() -> None:
     assert (optimizer.controls[1].min(), optimizer.controls[1].max()) == pytest.approx((-0.3, 0.3))
 
 
-def test_it_goes_no_further_where_all_collide_and_forgets_when_told() -> None:
+def test_it_goes_no_further_where_all_collide_and_forgets_when_reset() -> None:
     config, costs = made_config(iteration_count=3), np.arange(BATCH)
     optimizer, rounds = Optimizer(config), []
 
@@ -143,9 +143,9 @@ def test_it_goes_no_further_where_all_collide_and_forgets_when_told() -> None:
     assert len(rounds) == 5
     optimizer.reset()
     optimizer.improve(STILL, FREE, judged(costs))
-    anew = Optimizer(config)
-    anew.improve(STILL, FREE, judged(costs))
-    assert optimizer.controls.tolist() == anew.controls.tolist()
+    fresh = Optimizer(config)
+    fresh.improve(STILL, FREE, judged(costs))
+    assert optimizer.controls.tolist() == fresh.controls.tolist()
 
 
 def test_noise_of_its_own_for_each_command_is_a_part_of_thrice_as_much() -> None:

@@ -105,7 +105,7 @@ def test_the_lookahead_grows_with_the_speed_between_its_bounds(
     ("cost", "room"),
     [(0, math.inf), (1, math.inf), (126, 0.25 + math.log(2.0) / 3.0), (252, 0.25), (254, math.inf)],
 )
-def test_near_obstacles_the_speed_is_as_the_distance_that_the_cost_tells(
+def test_near_obstacles_the_speed_is_by_the_distance_that_the_cost_encodes(
     cost: int, room: float
 ) -> None:
     speed = 0.5 * min(0.8 * room / 0.6, 1.0)
@@ -114,7 +114,7 @@ def test_near_obstacles_the_speed_is_as_the_distance_that_the_cost_tells(
     ).velocity.x == pytest.approx(speed)
 
 
-def test_the_distance_is_the_one_that_the_costmap_tells_where_it_does() -> None:
+def test_the_distance_is_the_costmaps_own_where_it_has_one() -> None:
     steep = replace(flat(126), clearances=clearances(40.0))  # not the 3.0 of the controller
     driven = Asked(use_collision_detection=False)(SE2(1.0), costmap=steep).velocity
     assert driven.x == pytest.approx(0.5 * (0.25 + math.log(2.0) / 40.0) / 0.6)
