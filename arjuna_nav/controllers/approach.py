@@ -204,15 +204,9 @@ class FinalApproach:
             return line
         return np.vstack((_turn(pose, sight), line[1:]))
 
-    def _felt(self, pose: SE2, velocity: Velocity) -> SE2:
-        """Return where the robot is when it feels a command."""
-        return pose @ SE2.exp(
-            np.array([velocity.x, 0.0, velocity.yaw_rate]) * self._tracking.latency
-        )
-
     def _planned_end(self, pose: SE2, goal: SE2, velocity: Velocity) -> SE2:
         """Return the end of a curve: with the goal's heading, or with a part of the turn to it."""
-        felt, most = self._felt(pose, velocity), self._config.curve_angle
+        felt, most = self._tracking.felt(pose, velocity), self._config.curve_angle
         sight = math.atan2(goal.y - felt.y, goal.x - felt.x)
         turn = min(max(wrap(goal.theta - sight), -most), most)
         return SE2(goal.x, goal.y, sight + turn)
@@ -222,7 +216,7 @@ class FinalApproach:
     ) -> NDArray[np.float64] | None:
         """Return the curve to a pose, None where there is no room all along it."""
         config, spacing = self._config, costmap.frame.resolution
-        felt = self._felt(pose, velocity)
+        felt = self._tracking.felt(pose, velocity)
         law = np.array([config.curve_gain, config.curve_gain, 0.0, 1.0])
         limits = np.array([0.0, speed, speed, self._tracking.max_angular_velocity])
         seen, _, _ = approach((felt.inverse() @ end).array(), law, limits, spacing)

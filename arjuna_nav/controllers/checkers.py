@@ -144,16 +144,49 @@ def is_there(pose: SE2, goal: SE2, tolerance: float, was_there: bool, pushed: fl
 
 
 @dataclass(frozen=True)
-class GoalConfig:
-    """Parameters of the goal checker, by Nav2's names."""
+class PositionGoalConfig:
+    """Parameters of the position goal checker, by Nav2's names."""
 
     xy_goal_tolerance: float = param(0.25, "Distance from the goal.", unit="m", minimum=0.0)
-    yaw_goal_tolerance: float = param(0.25, "Angle from the goal's.", unit="rad", minimum=0.0)
     stateful: bool = param(True, "Whether the position, once reached, counts as reached.")
+
+
+class PositionGoalChecker:
+    """Says whether the position is within its tolerance, whatever the heading.
+
+    Args:
+        config: Tolerance.
+
+    Source: nav2_controller, PositionGoalChecker.
+    """
+
+    Config: ClassVar[type[Any]] = PositionGoalConfig
+
+    def __init__(self, config: PositionGoalConfig) -> None:
+        self.xy_tolerance = config.xy_goal_tolerance
+        self._stateful = config.stateful
+        self._reached = False
+
+    def reset(self) -> None:
+        """Forget that the position was reached."""
+        self._reached = False
+
+    def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
+        """Return whether the robot has arrived; both poses are of one frame."""
+        there = is_there(pose, goal, self.xy_tolerance, self._reached)
+        self._reached = there and self._stateful
+        return there
+
+
+@dataclass(frozen=True)
+class GoalConfig(PositionGoalConfig):
+    """Parameters of the goal checker, by Nav2's names."""
+
+    yaw_goal_tolerance: float = param(0.25, "Angle from the goal's.", unit="rad", minimum=0.0)
     symmetric_yaw_tolerance: bool = param(False, "Whether the robot may arrive backwards.")
 
 
-class SimpleGoalChecker:
+class SimpleGoalChecker(PositionGoalChecker):
     """Says whether position and heading are within their tolerances.
 
     Args:
@@ -165,25 +198,20 @@ class SimpleGoalChecker:
     Config: ClassVar[type[Any]] = GoalConfig
 
     def __init__(self, config: GoalConfig) -> None:
-        self._config = config
-        self.xy_tolerance = config.xy_goal_tolerance
-        self._position_reached = False
-
-    def reset(self) -> None:
-        """Forget that the position was reached."""
-        self._position_reached = False
+        super().__init__(config)
+        self._yaw_tolerance, self._symmetric = (
+            config.yaw_goal_tolerance,
+            config.symmetric_yaw_tolerance,
+        )
 
     def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
         """Return whether the robot has arrived; both poses are of one frame."""
-        config = self._config
-        there = is_there(pose, goal, config.xy_goal_tolerance, self._position_reached)
-        self._position_reached = there and config.stateful
-        if not there:
+        if not super().reached(pose, goal, velocity):
             return False
         off = abs(wrap(goal.theta - pose.theta))
-        if self._config.symmetric_yaw_tolerance:
+        if self._symmetric:
             off = min(off, math.pi - off)
-        return off <= self._config.yaw_goal_tolerance
+        return off <= self._yaw_tolerance
 
 
 @dataclass(frozen=True)
@@ -217,38 +245,3 @@ class StoppedGoalChecker(SimpleGoalChecker):
         """Return whether the robot has arrived and stands; both poses are of one frame."""
         stands = velocity.speed <= self._v_max and abs(velocity.yaw_rate) <= self._w_max
         return super().reached(pose, goal, velocity) and stands
-
-
-@dataclass(frozen=True)
-class PositionGoalConfig:
-    """Parameters of the position goal checker, by Nav2's names."""
-
-    xy_goal_tolerance: float = param(0.25, "Distance from the goal.", unit="m", minimum=0.0)
-    stateful: bool = param(True, "Whether the position, once reached, counts as reached.")
-
-
-class PositionGoalChecker:
-    """Says whether the position is within its tolerance, whatever the heading.
-
-    Args:
-        config: Tolerance.
-
-    Source: nav2_controller, PositionGoalChecker.
-    """
-
-    Config: ClassVar[type[Any]] = PositionGoalConfig
-
-    def __init__(self, config: PositionGoalConfig) -> None:
-        self.xy_tolerance = config.xy_goal_tolerance
-        self._stateful = config.stateful
-        self._reached = False
-
-    def reset(self) -> None:
-        """Forget that the position was reached."""
-        self._reached = False
-
-    def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
-        """Return whether the robot has arrived; both poses are of one frame."""
-        there = is_there(pose, goal, self.xy_tolerance, self._reached)
-        self._reached = there and self._stateful
-        return there

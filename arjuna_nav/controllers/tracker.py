@@ -50,6 +50,10 @@ class TrackerConfig:
         0.05, "The same before a stretch, on which steering does the rest.", unit="rad", minimum=0.0
     )
 
+    def felt(self, pose: SE2, velocity: Velocity) -> SE2:
+        """Return where a robot at a pose is when it feels a command."""
+        return pose @ SE2.exp(np.array([velocity.x, 0.0, velocity.yaw_rate]) * self.latency)
+
     def lookahead(self, speed: float) -> float:
         """Return the distance of the pose that is steered to at a speed [m]."""
         return max(self.lookahead_time * speed, self.min_lookahead)
@@ -159,13 +163,14 @@ class Tracker:
     def _along(self, piece: Piece, pose: SE2, velocity: Velocity, speed: float) -> Velocity:
         """Return what drives along a stretch, slower where it bends by more than it may turn."""
         config, side = self._config, float(piece.direction)
-        felt = pose @ SE2.exp(np.array([velocity.x, 0.0, velocity.yaw_rate]) * config.latency)
+        felt = config.felt(pose, velocity)
+        here = paths.nearest(piece.poses, felt)
         if not self.runs_out:
-            beyond = piece.poses[paths.nearest(piece.poses, felt) + 1 :]
             # In a bend the end lies aside or behind: there the length along it counts.
-            left = max(side * (felt.inverse() @ piece.end).x, paths.length(beyond))
+            along = paths.length(piece.poses[here + 1 :])
+            left = max(side * (felt.inverse() @ piece.end).x, along)
             speed = min(speed, max(braking_speed(left, config.deceleration, 0.0), config.min_speed))
-        seen = felt.inverse() @ _ahead(piece, felt, config.lookahead(speed))
+        seen = felt.inverse() @ _ahead(piece, here, felt, config.lookahead(speed))
         curvature = side * curvature_into(SE2(side * seen.x, side * seen.y, seen.theta))
         bend = max(abs(curvature), 1e-9)
         fastest = min(
@@ -194,11 +199,9 @@ class Tracker:
         return math.copysign(max(config.min_angular_velocity, fast), angle)
 
 
-def _ahead(piece: Piece, pose: SE2, lookahead: float) -> SE2:
+def _ahead(piece: Piece, here: int, pose: SE2, lookahead: float) -> SE2:
     """Return the pose of a stretch, or of its straight continuation, a lookahead away."""
-    gaps = np.hypot(piece.poses[:, 0] - pose.x, piece.poses[:, 1] - pose.y)
-    here = int(np.argmin(gaps))
-    beyond = np.flatnonzero(gaps[here:] >= lookahead)
+    beyond = np.flatnonzero(paths.distances(piece.poses[here:], pose) >= lookahead)
     if not len(beyond):
         left = max(piece.direction * (pose.inverse() @ piece.end).x, 0.0)
         return piece.end @ SE2(piece.direction * max(lookahead - left, 0.0), 0.0)

@@ -89,7 +89,7 @@ class Approach:
         if inside(outline, points) >= self._least:
             return 0.0
         vx, vy, x, y, time = velocity.x, velocity.y, 0.0, 0.0, 0.0
-        reach = outline.circumscribed_radius + math.hypot(vx, vy) * (kept + step)
+        reach = outline.circumscribed_radius + velocity.speed * (kept + step)
         points = points[np.hypot(*points.T) <= reach + 1e-9]
         turn, theta = velocity.yaw_rate * step, 0.0
         while time <= kept and len(points) >= self._least:
@@ -112,7 +112,7 @@ class Approach:
         """
         zone = self._config
         duration, step = zone.time_before_collision, zone.simulation_time_step
-        reach = footprint.circumscribed_radius + math.hypot(velocity.x, velocity.y) * duration
+        reach = footprint.circumscribed_radius + velocity.speed * duration
         near = points[np.hypot(*points.T) <= reach]
         if len(near) < self._least:
             return 1.0
@@ -132,7 +132,7 @@ class Approach:
         zone, radius = self._config, outline.circumscribed_radius
         time, room = zone.moving_time, zone.moving_clearance
         swing = min(abs(velocity.yaw_rate) * time * radius, radius - outline.inscribed_radius)
-        reach = time * (sight.speeds + math.hypot(velocity.x, velocity.y)) + swing
+        reach = time * (sight.speeds + velocity.speed) + swing
         gaps, away = outline.gaps(sight.points)
         near = gaps <= reach + room
         if not near.any():
@@ -170,7 +170,7 @@ class Approach:
         vx, vy, turning = velocity.x, velocity.y, abs(velocity.yaw_rate)
         closing = away @ (vx, vy) + turning * radius
         meets = closing > 0.0
-        stops = max(math.hypot(vx, vy) / zone.deceleration, turning / zone.angular_deceleration)
+        stops = max(velocity.speed / zone.deceleration, turning / zone.angular_deceleration)
         if not meets.any() or stops < 1e-3:  # a robot that is at rest in a millisecond stands
             return 1.0
         speeds, closing = speeds[meets], closing[meets]

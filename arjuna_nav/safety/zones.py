@@ -168,7 +168,7 @@ class Zone:
         if self.action is Action.SLOWDOWN:
             return float(self._config.slowdown_ratio)
         limits = (
-            (self._config.linear_limit, math.hypot(velocity.x, velocity.y)),
+            (self._config.linear_limit, velocity.speed),
             (self._config.angular_limit, abs(velocity.yaw_rate)),
         )
         return min(limit / value if value > limit else 1.0 for limit, value in limits)
@@ -201,7 +201,7 @@ class VelocityPartConfig:
 
         Source: nav2_collision_monitor, VelocityPolygon::isInRange.
         """
-        speed = math.hypot(velocity.x, velocity.y) if holonomic else velocity.x
+        speed = velocity.speed if holonomic else velocity.x
         fits = self.linear_min <= speed <= self.linear_max
         fits = fits and self.theta_min <= velocity.yaw_rate <= self.theta_max
         if not (fits and holonomic):

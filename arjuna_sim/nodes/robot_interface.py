@@ -7,6 +7,7 @@ from typing import Any
 from geometry_msgs.msg import Twist, TwistStamped
 
 from arjuna_core.ros import qos
+from arjuna_core.ros.convert import velocity_from_twist
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.sensors.camera import CameraSettings
@@ -87,7 +88,7 @@ class RobotInterface:
         self._on_twist(message.twist)
 
     def _on_twist(self, message: Any) -> None:
-        command = Velocity(message.linear.x, y=message.linear.y, yaw_rate=message.angular.z)
+        command = velocity_from_twist(message)
         if command.is_finite:
             self._command = command
         else:

@@ -51,7 +51,10 @@ def test_a_position_once_reached_stays_reached_where_stateful() -> None:
 
 @pytest.mark.parametrize(
     "checker",
-    [SimpleGoalChecker(GoalConfig(0.2, 3.2)), PositionGoalChecker(PositionGoalConfig(0.2))],
+    [
+        SimpleGoalChecker(GoalConfig(0.2, yaw_goal_tolerance=3.2)),
+        PositionGoalChecker(PositionGoalConfig(0.2)),
+    ],
 )
 def test_who_was_pushed_away_from_a_goal_has_not_arrived(
     checker: SimpleGoalChecker | PositionGoalChecker,

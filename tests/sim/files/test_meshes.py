@@ -141,33 +141,6 @@ def test_search_path_finds_packages_and_keeps_inside_them(tmp_path: Path) -> Non
     assert SearchPath.of([tmp_path]).find(beside, "package://../secret.stl") is None
 
 
-SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
-VERTEX = "<input semantic='VERTEX' source='#v' offset='0'/>"
-
-
-def file(faces: str, nodes: str, numbers: str = "", library: str = "") -> bytes:
-    """Return a file of one square in faces of some form, placed by nodes."""
-    numbers = numbers or " ".join(str(value) for value in SQUARE.ravel())
-    count = len(numbers.split())
-    params = "".join(f"<param name='{name}' type='float'/>" for name in "XYZ")
-    return f"""<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-<asset/><library_geometries><geometry id="g" name="plate"><mesh>
-<source id="p"><float_array id="a" count="{count}">{numbers}</float_array><technique_common>
-<accessor source="#a" count="{count // 3}" stride="3">{params}</accessor>
-</technique_common></source>
-<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-{faces.format(input=VERTEX)}</mesh></geometry></library_geometries>
-<library_nodes>{library}</library_nodes>
-<library_visual_scenes><visual_scene id="s">{nodes}</visual_scene></library_visual_scenes>
-</COLLADA>""".encode()
-
-
-def node(
-    positions: str = "", inside: str = "<instance_geometry url='#g'/>", name: str = "n"
-) -> str:
-    return f"<node id='{name}' name='{name}'>{positions}{inside}</node>"
-
-
 SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 2.0]])
 CORNERS = "\n".join(f"v {x} {y} {z}" for x, y, z in SQUARE)
 FAN = SQUARE[[[0, 1, 2], [0, 2, 3]]]
