@@ -50,10 +50,7 @@ class PluginTypes:
         if ":" not in name.replace("::", ""):
             hint = nearest(canonical(name), self.types)
             raise ConfigError(f"no {self.what} '{name}'; {hint} Or module:Class of your own")
-        cls = _imported(name)
-        if not dataclasses.is_dataclass(getattr(cls, "Config", None)):
-            raise ConfigError(f"{self.what} '{name}' has no dataclass Config of its parameters")
-        return cls
+        return _imported(name)
 
     def make(self, config: Any, *arguments: Any) -> Any:
         """Make a plug-in of its parameters, as `load` made them, and what its kind takes."""
@@ -63,11 +60,13 @@ class PluginTypes:
         """Return the dataclass of a class's parameters, given their dotted values.
 
         Raises:
-            ConfigError: There is no such class.
+            ConfigError: There is no such class, or it has none.
         """
         cls = self.resolve(name)
         shape = getattr(cls, "config_for", None)
-        config: type[Any] = cls.Config if shape is None else shape(values)
+        config: type[Any] | None = getattr(cls, "Config", None) if shape is None else shape(values)
+        if not dataclasses.is_dataclass(config):
+            raise ConfigError(f"{self.what} '{name}' has no dataclass Config of its parameters")
         return config
 
 

@@ -1,4 +1,4 @@
-"""Node bt_navigator: navigate_to_pose and navigate_through_poses."""
+"""Node bt_navigator: navigate_to_pose, navigate_through_poses, and actions of one's own."""
 
 from __future__ import annotations
 
@@ -8,15 +8,11 @@ from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
-from nav2_msgs.action import (
-    ComputePathToPose,
-    NavigateThroughPoses,
-    NavigateToPose,
-)
+from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav2_msgs.msg import BehaviorTreeLog
 from nav_msgs.msg import Odometry
 
-from arjuna_core.config import param
+from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, pose_stamped, seconds, velocity_from_twist
 from arjuna_core.ros.goal_client import GoalClient
@@ -27,13 +23,14 @@ from arjuna_core.twist import STILL
 from arjuna_nav.navigator import Ending, Finish, Navigator, NavigatorConfig
 from arjuna_nav.nodes.goals.admission import Admission, error_code
 from arjuna_nav.nodes.goals.memory import GoalMemory, ResumingNode
+from arjuna_nav.nodes.goals.navigators import NAVIGATORS, GoalNavigator, filled
 from arjuna_nav.nodes.trees.clients import TreeClients
 from arjuna_nav.nodes.trees.loading import TreeChoice, log_msg
 from arjuna_nav.trees.exchange import TreeState
+from arjuna_nav.trees.xml_file import with_own_nodes
 
 _INVALID = ComputePathToPose.Result.TF_ERROR
 """The planner's code of a goal that cannot be used; navigation's actions name none."""
-_ACTIONS = {"navigate_to_pose": NavigateToPose, "navigate_through_poses": NavigateThroughPoses}
 
 
 @dataclass(frozen=True)
@@ -57,6 +54,9 @@ class BtNavigatorConfig(NavigatorConfig):
     wait_for_service_timeout: int = param(
         1000, "How long to wait for a server, and for a service's answer.", unit="ms", minimum=0
     )
+    navigators: tuple[str, ...] = plugin_names(
+        tuple(NAVIGATORS.by_name), "The navigators, an action each.", NAVIGATORS
+    )
     default_nav_to_pose_bt_xml: str = param(
         "navigate_to_pose.xml",
         "Behavior tree of goals that name none; empty: that one.",
@@ -68,6 +68,11 @@ class BtNavigatorConfig(NavigatorConfig):
         "The same for goals through poses.",
         nav2="navigate_through_poses_w_replanning_and_recovery.xml",
         path=True,
+    )
+    plugin_lib_names: tuple[str, ...] = param(
+        (),
+        "Python modules with nodes of trees of one's own; Nav2's libraries are built in.",
+        read_only=True,
     )
     bt_folder: str = param(".", "Folder of the behavior trees that goals may name.", path=True)
     error_code_names: tuple[str, ...] = param(
@@ -89,28 +94,35 @@ class BtNavigatorNode(ResumingNode):
         """Create the actions and their clients."""
         config = self.config
         self._navigator: Navigator | None = None
-        self._kind = ""
         self._velocity, self._measured_at, self._started_at = STILL, 0.0, 0.0
         self._new_goals: tuple[SE2, ...] | None = None
         self._feedback_due = Periodic(1.0 / config.feedback_rate)
         self._requests = TreeClients(self, config)
         self._log_out = self.publisher(BehaviorTreeLog, "behavior_tree_log", qos.DEFAULT)
-        defaults = config.default_nav_to_pose_bt_xml, config.default_nav_through_poses_bt_xml
-        self._trees = TreeChoice(dict(zip(_ACTIONS, defaults, strict=True)), config.bt_folder)
+        made = [NAVIGATORS.make(getattr(config, name)) for name in config.navigators]
+        self._kinds: dict[str, GoalNavigator] = {kind.name: kind for kind in made}
+        self._kind = made[0]
+        nodes, problems = with_own_nodes(config.plugin_lib_names)
+        for problem in problems:
+            self.get_logger().warning(f"plugin_lib_names: {problem}")
+        defaults = {name: kind.default_tree(config) for name, kind in self._kinds.items()}
+        self._trees = TreeChoice(defaults, config.bt_folder, nodes)
         self._requests.listen(self._trees.topics)
         self._servers: dict[str, GoalServer] = {
-            kind: self.offer(
-                action,
-                kind,
+            name: self.offer(
+                kind.action,
+                name,
                 self._on_goal,
-                admit=partial(self._admit, kind),
+                admit=partial(self._admit, name),
                 on_cancel=self._work,
                 invalid=_INVALID,
             )
-            for kind, action in _ACTIONS.items()
+            for name, kind in self._kinds.items()
         }
         self._admission = Admission(self, self._requests, self._trees, self._consider)
-        self.memory = GoalMemory(self, config.resume_file, _ACTIONS)
+        self.memory = GoalMemory(
+            self, config.resume_file, {name: kind.action for name, kind in self._kinds.items()}
+        )
         self._own = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
         for topic in ("goal_pose", "/move_base_simple/goal"):
             self.subscribe(PoseStamped, topic, self._on_goal_pose, qos.DEFAULT)
@@ -157,17 +169,17 @@ class BtNavigatorNode(ResumingNode):
 
     def _consider(self) -> None:
         """Begin with the goal that waits, refuse it alone, or let it wait."""
-        kind = self._busy_with()
-        if kind is None:
+        name = self._busy_with()
+        if name is None:
             return
-        server = self._servers[kind]
+        kind, server = self._kinds[name], self._servers[name]
         if self._navigator is not None and not server.preempt_requested:
             return
         if self._navigator is None and server.preempt_requested:
             server.accept_pending()
         preempts = server.preempt_requested
         if not preempts and server.cancel_requested:
-            server.cancel(_ACTIONS[kind].Result())
+            server.cancel(kind.action.Result())
             return
         try:
             goals = self._admission.goals(kind, server.newest, preempts)
@@ -176,9 +188,11 @@ class BtNavigatorNode(ResumingNode):
             return
         if goals is None:
             return
-        self.get_logger().info(f"{kind}: {_described(goals)} received")
+        self.get_logger().info(f"{name}: {_described(goals)} received")
         self._started_at, self._kind = self.now, kind
-        self.memory.keep(kind, server.newest)
+        self.memory.keep(name, server.newest)
+        for entry, value in kind.entries(server.newest).items():
+            self._trees.tree.blackboard.set(entry, value)
         if preempts:
             server.accept_pending()
             self._new_goals = goals
@@ -204,7 +218,9 @@ class BtNavigatorNode(ResumingNode):
         pose = self.transforms.try_lookup(*frames)
         state = self._requests.state(pose, self._velocity, self._measured_at)
         goals, self._new_goals = self._new_goals, None
-        requests, end = navigator.tick(state, goals, self._servers[self._kind].cancel_requested)
+        requests, end = navigator.tick(
+            state, goals, self._servers[self._kind.name].cancel_requested
+        )
         for request in requests:
             self._requests.carry_out(request)
         if end is not None:
@@ -217,35 +233,35 @@ class BtNavigatorNode(ResumingNode):
     def _give_feedback(self, state: TreeState) -> None:
         if self._navigator is None or not self._feedback_due.due(self.now):
             return
-        progress = self._navigator.feedback(state)
-        message = _ACTIONS[self._kind].Feedback(
+        progress, pose = self._navigator.feedback(state), {}
+        if state.pose is not None:
+            pose["current_pose"] = pose_stamped(state.pose, self.config.global_frame, self.now)
+        message = filled(
+            self._kind.action.Feedback,
             navigation_time=duration_msg(progress.navigation_time),
             estimated_time_remaining=duration_msg(progress.estimated_time_remaining),
             number_of_recoveries=progress.number_of_recoveries,
             distance_remaining=progress.distance_remaining,
+            number_of_poses_remaining=progress.number_of_poses_remaining,
+            **pose,
         )
-        if state.pose is not None:
-            message.current_pose = pose_stamped(state.pose, self.config.global_frame, self.now)
-        if self._kind == "navigate_through_poses":
-            message.number_of_poses_remaining = progress.number_of_poses_remaining
-        self._servers[self._kind].feedback(message)
+        self._servers[self._kind.name].feedback(message)
 
     def _finish(self, finish: Finish) -> None:
         self._navigator = None
         self.memory.forget()
         self._requests.stop()
-        result = _ACTIONS[self._kind].Result(
-            error_code=error_code(self._kind, finish.error_code), error_msg=finish.error_msg
-        )
-        server, took = self._servers[self._kind], f"after {self.now - self._started_at:.1f} s"
+        name, took = self._kind.name, f"after {self.now - self._started_at:.1f} s"
+        code, server = error_code(self._kind, finish.error_code), self._servers[name]
+        result = filled(self._kind.action.Result, error_code=code, error_msg=finish.error_msg)
         if finish.ending is Ending.CANCELED:
-            self.get_logger().info(f"{self._kind}: goal canceled {took}")
+            self.get_logger().info(f"{name}: goal canceled {took}")
             server.cancel(result)
         elif finish.ending is Ending.SUCCEEDED:
-            self.get_logger().info(f"{self._kind}: goal succeeded {took}")
+            self.get_logger().info(f"{name}: goal succeeded {took}")
             server.succeed(result)
         else:
-            self.get_logger().error(f"{self._kind}: goal aborted {took}: {finish.error_msg}")
+            self.get_logger().error(f"{name}: goal aborted {took}: {finish.error_msg}")
             server.abort(result)
 
 

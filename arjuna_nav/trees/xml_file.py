@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import importlib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from defusedxml import DefusedXmlException
@@ -20,15 +22,20 @@ from arjuna_nav.trees.node import SCRIPTED, Decorator, Maker, Status, Tree, Tree
 from arjuna_nav.trees.ports import entry
 from arjuna_nav.trees.script import Script
 
-_MODULES = (controls, decorators, conditions, actions, servers, replanning)
-NODES: dict[str, type[TreeNode]] = {
-    **{
+
+def nodes_in(*modules: ModuleType) -> dict[str, type[TreeNode]]:
+    """Return the nodes that modules define, by name: their public classes."""
+    return {
         name: cls
-        for module in _MODULES
+        for module in modules
         for name, cls in vars(module).items()
         if isinstance(cls, type) and issubclass(cls, TreeNode) and cls.__module__ == module.__name__
         if not name.startswith("_")
-    },
+    }
+
+
+NODES: Mapping[str, type[TreeNode]] = {
+    **nodes_in(controls, decorators, conditions, actions, servers, replanning),
     **controls.SWITCHES,
     **decorators.MAPPED,
     **decorators.COUNTED,
@@ -40,8 +47,7 @@ NODES: dict[str, type[TreeNode]] = {
     "AsyncFallback": controls.Fallback,
     "SequenceStar": controls.SequenceWithMemory,
 }
-"""The nodes that a tree may have, by the names of BehaviorTree.CPP and Nav2: each public class of
-the modules above, and those that they make of tables."""
+"""The nodes that a tree may have, by the names of BehaviorTree.CPP and Nav2."""
 _MAX_SIZE, _MAX_NODES, _MAX_DEPTH, _MAX_FILES = 1_000_000, 2000, 100, 20
 _BY_ID = ("Action", "Condition", "Control", "Decorator")
 _SUBTREES = ("SubTree", "SubTreePlus")
@@ -55,13 +61,33 @@ class SubTree(Decorator):
         return self.child.execute()
 
 
-def read_tree(path: Path) -> Tree:
+def with_own_nodes(modules: Iterable[str]) -> tuple[Mapping[str, type[TreeNode]], list[str]]:
+    """Return the nodes that a tree may have with those of a user's modules, by name.
+
+    Args:
+        modules: Names of Python modules. Nav2's libraries, `nav2_...`, are built in.
+
+    Returns:
+        The nodes, and why modules are left out.
+    """
+    nodes, problems = dict(NODES), []
+    for name in modules:
+        if name.startswith("nav2_"):
+            continue
+        try:
+            nodes |= nodes_in(importlib.import_module(name))
+        except (ImportError, ValueError) as error:
+            problems.append(f"'{name}' is no Python module with nodes of trees: {error}")
+    return nodes, problems
+
+
+def read_tree(path: Path, nodes: Mapping[str, type[TreeNode]] = NODES) -> Tree:
     """Read a file.
 
     Raises:
         TreeError: It cannot be read, or is no tree that can be run.
     """
-    return build_tree(_read(path), str(path), path.parent)
+    return build_tree(_read(path), str(path), path.parent, nodes)
 
 
 def _read(path: Path) -> bytes:
@@ -71,13 +97,19 @@ def _read(path: Path) -> bytes:
         raise TreeError(str(error)) from error
 
 
-def build_tree(text: str | bytes, where: str, folder: Path = Path()) -> Tree:
+def build_tree(
+    text: str | bytes,
+    where: str,
+    folder: Path = Path(),
+    nodes: Mapping[str, type[TreeNode]] = NODES,
+) -> Tree:
     """Build a tree from its XML.
 
     Args:
         text: The XML.
         where: The file's name in errors.
         folder: What it includes lies there, or below.
+        nodes: Those that it may have.
 
     Raises:
         TreeError: It is no tree that can be run; the message names the node and what is valid.
@@ -85,7 +117,7 @@ def build_tree(text: str | bytes, where: str, folder: Path = Path()) -> Tree:
     document = _document(text, where)
     trees = _Trees(where)
     trees.add(document, where, folder)
-    return _Builder(where, trees.named).build(trees.main(document))
+    return _Builder(where, trees.named, nodes).build(trees.main(document))
 
 
 def _document(text: str | bytes, where: str) -> Any:
@@ -156,9 +188,12 @@ class _Trees:
 
 
 class _Builder:
-    def __init__(self, where: str, trees: Mapping[str, Any]) -> None:
+    def __init__(
+        self, where: str, trees: Mapping[str, Any], nodes: Mapping[str, type[TreeNode]]
+    ) -> None:
         self._where = where
         self._trees = trees
+        self._nodes = nodes
         self._tree = Tree()
         self._count = 0
 
@@ -190,9 +225,10 @@ class _Builder:
             own, child = self._subtree(kind, texts, board, inside, depth)
             parts = Maker(name, uid, {}, (child,), own, self._tree, scripts)
             return SubTree(parts)
-        cls = NODES.get(kind)
+        cls = self._nodes.get(kind)
         if cls is None:
-            raise self._error(f"there is no node '{kind}'; {nearest(kind, [*NODES, 'SubTree'])}")
+            hint = nearest(kind, [*self._nodes, "SubTree"])
+            raise self._error(f"there is no node '{kind}'; {hint}")
         self._check(shown, cls, texts, len(element))
         children = tuple(self._node(child, board, inside, depth + 1) for child in element)
         try:

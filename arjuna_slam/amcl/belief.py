@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.clusters import Cluster, find_clusters, to_bins
-from arjuna_slam.amcl.config import AmclConfig
+from arjuna_slam.amcl.config import MOTION_MODELS, AmclConfig
 from arjuna_slam.amcl.estimate import Hypothesis
-from arjuna_slam.amcl.motion import MODELS
+from arjuna_slam.amcl.motion import MotionModel
 from arjuna_slam.matching.map_field import MapField
 
 
@@ -91,7 +91,7 @@ class Belief:
 
     def __init__(self, config: AmclConfig, field: MapField, rng: np.random.Generator) -> None:
         self._config, self._field, self._rng = config, field, rng
-        self._motion = MODELS[config.robot_model_type]
+        self._motion: MotionModel = MOTION_MODELS.resolve(config.robot_model_type)
         self._updates = 0
         self._rank_of: Ints | None = None  # of each particle's cluster, when known
         self._tied = np.zeros(0, bool)  # which clusters the last scan fit alike

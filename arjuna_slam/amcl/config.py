@@ -7,11 +7,20 @@ from typing import Any
 
 from arjuna_core.config import SEED_MAX, param
 from arjuna_core.errors import ConfigError
+from arjuna_core.plugins import PluginTypes
 
 DIFFERENTIAL = "nav2_amcl::DifferentialMotionModel"
 OMNIDIRECTIONAL = "nav2_amcl::OmniMotionModel"
 SKID_STEER = "arjuna::SkidSteerMotionModel"
-MOTION_MODELS = (DIFFERENTIAL, OMNIDIRECTIONAL, SKID_STEER)
+MOTION_MODELS = PluginTypes(
+    "motion model",
+    {
+        DIFFERENTIAL: "arjuna_slam.amcl.motion:differential",
+        OMNIDIRECTIONAL: "arjuna_slam.amcl.motion:omnidirectional",
+        SKID_STEER: "arjuna_slam.amcl.motion:skid_steer",
+    },
+    DIFFERENTIAL,
+)
 PARTICLES_MAX = 100_000  # an update of as many takes a second
 SENSOR_MODELS = ("likelihood_field", "likelihood_field_prob", "beam")
 
@@ -21,7 +30,8 @@ class AmclConfig:
     """Parameters of the particle filter.
 
     Raises:
-        ConfigError: The least number of particles exceeds the greatest.
+        ConfigError: The least number of particles exceeds the greatest, or there is no such
+            motion model.
     """
 
     alpha1: float = param(0.2, "Rotation noise from rotation.", minimum=0.0)
@@ -31,7 +41,9 @@ class AmclConfig:
     alpha5: float = param(
         0.2, "Sideways noise, from translation (omni) or turning (skid-steer).", minimum=0.0
     )
-    robot_model_type: str = param(DIFFERENTIAL, "Motion model.", choices=MOTION_MODELS)
+    robot_model_type: str = param(
+        DIFFERENTIAL, f"Motion model: {', '.join(MOTION_MODELS.types)}, or module:function."
+    )
     min_particles: int = param(500, "Least number of particles.", minimum=1, maximum=PARTICLES_MAX)
     max_particles: int = param(
         2000, "Greatest number of particles.", minimum=1, maximum=PARTICLES_MAX
@@ -120,6 +132,7 @@ class AmclConfig:
                 f"min_particles ({self.min_particles}) must not exceed "
                 f"max_particles ({self.max_particles})"
             )
+        MOTION_MODELS.resolve(self.robot_model_type)
 
 
 ALWAYS, NEVER, AUTO = "always", "never", "auto"

@@ -9,7 +9,7 @@ import numpy as np
 
 from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2, wrap
-from arjuna_slam.amcl.config import DIFFERENTIAL, OMNIDIRECTIONAL, SKID_STEER, AmclConfig
+from arjuna_slam.amcl.config import AmclConfig
 
 
 class MotionModel(Protocol):
@@ -83,13 +83,6 @@ def skid_steer(
     along, across, angles = _draws((delta.x, delta.y, angle), variances, len(particles), rng)
     heading = particles[:, 2]
     return _moved(particles, *_rotated(along, across, heading), heading + angles)
-
-
-MODELS: dict[str, MotionModel] = {
-    DIFFERENTIAL: differential,
-    OMNIDIRECTIONAL: omnidirectional,
-    SKID_STEER: skid_steer,
-}
 
 
 def _draws(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from nav2_msgs.action import ComputePathThroughPoses
@@ -12,6 +12,7 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_nav.nodes.frames import pose_in, robot_pose
+from arjuna_nav.nodes.goals.navigators import GoalNavigator
 from arjuna_nav.nodes.trees.clients import TreeClients
 from arjuna_nav.nodes.trees.loading import TreeChoice
 from arjuna_nav.planners import PlanStatus
@@ -64,54 +65,57 @@ class Admission:
         self.problem = ""
         self._trial = self._plan = None
 
-    def goals(self, kind: str, goal: Any, preempts: bool) -> tuple[SE2, ...] | None:
+    def goals(self, navigator: GoalNavigator, goal: Any, preempts: bool) -> tuple[SE2, ...] | None:
         """Return the poses of the newest goal in the global frame, None while it must wait.
 
         Args:
-            kind: Its action.
+            navigator: Of its action.
             goal: Its request.
             preempts: Whether it is to replace the one that runs.
 
         Raises:
             GoalError: It cannot be driven to.
         """
-        poses = [goal.pose] if kind == "navigate_to_pose" else goal.poses
+        poses = navigator.poses(goal)
         if not poses:
             code = ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
             raise GoalError(code, "0 poses were given, at least 1 is needed")
-        goals = self._placed(kind, poses)
+        goals = self._placed(navigator, poses)
         if goals is None:
             return None
-        problem = self._trees.choose(kind, goal.behavior_tree, preempts)
+        asked = getattr(goal, "behavior_tree", "")
+        problem = self._trees.choose(navigator.name, asked, preempts)
         if problem:
             raise GoalError(0, problem)
-        return goals if not preempts or self._is_reachable(kind, goals) else None
+        return goals if not preempts or self._is_reachable(navigator, goals) else None
 
-    def _placed(self, kind: str, poses: list[Any]) -> tuple[SE2, ...] | None:
+    def _placed(self, navigator: GoalNavigator, poses: Sequence[Any]) -> tuple[SE2, ...] | None:
         """Return poses in the global frame, None while that or the robot's pose may still come."""
         config = self._node.config
         frame, tolerance = config.global_frame, config.transform_tolerance
         try:
             robot_pose(self._node, frame, config.robot_base_frame, tolerance)
         except TransformError as error:
-            self._wait(kind, error, self._came, self._patience)
+            self._wait(navigator, error, self._came, self._patience)
             self._lost_at, self.problem = self._node.now, str(error)
             return None
         self.problem = ""
         try:
             return tuple(pose_in(self._node, frame, pose) for pose in poses)
         except TransformError as error:
-            self._wait(kind, error, self._lost_at, tolerance)
+            self._wait(navigator, error, self._lost_at, tolerance)
             return None
 
-    def _wait(self, kind: str, error: TransformError, since: float, patience: float) -> None:
+    def _wait(
+        self, navigator: GoalNavigator, error: TransformError, since: float, patience: float
+    ) -> None:
         """Return while there is patience [s] with a transform, refuse the goal after that."""
         waited = self._node.now - since
         if waited >= patience:
             problem = f"{error} (waited for {waited:.2f} s)"
-            raise GoalError(error_code(kind, PlanStatus.TF_ERROR), problem) from error
+            raise GoalError(error_code(navigator, PlanStatus.TF_ERROR), problem) from error
 
-    def _is_reachable(self, kind: str, goals: tuple[SE2, ...]) -> bool:
+    def _is_reachable(self, navigator: GoalNavigator, goals: tuple[SE2, ...]) -> bool:
         """Return whether the goals may be driven to; false while the plan has not come."""
         if self._trial is None:
             self._trial = trial = object()
@@ -127,10 +131,9 @@ class Admission:
         status = PlanStatus.of_code(self._plan.code)
         if self._plan.succeeded or status is None or status in _MAY_CHANGE:
             return True
-        raise GoalError(error_code(kind, status), self._plan.message)
+        raise GoalError(error_code(navigator, status), self._plan.message)
 
 
-def error_code(kind: str, code: int) -> int:
+def error_code(navigator: GoalNavigator, code: int) -> int:
     """Return an error code; planning's count from 300 where it is through poses."""
-    through = kind == "navigate_through_poses"
-    return PlanStatus(code).code(through) if code in list(PlanStatus) else code
+    return PlanStatus(code).code(navigator.through) if code in list(PlanStatus) else code

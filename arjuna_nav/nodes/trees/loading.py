@@ -13,7 +13,7 @@ from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.convert import time_msg
 from arjuna_nav.trees.blackboard import TreeError
 from arjuna_nav.trees.exchange import StatusChange
-from arjuna_nav.trees.node import Tree
+from arjuna_nav.trees.node import Tree, TreeNode
 from arjuna_nav.trees.xml_file import read_tree
 
 
@@ -23,6 +23,7 @@ class TreeChoice:
     Args:
         defaults: By kind of goals, the tree of those that name none; empty: Arjuna's.
         folder: Of the trees that goals may name.
+        nodes: Those that a tree may have.
 
     Attributes:
         tree: The tree chosen.
@@ -32,8 +33,11 @@ class TreeChoice:
         TreeError: A default tree cannot be run.
     """
 
-    def __init__(self, defaults: Mapping[str, str], folder: str) -> None:
+    def __init__(
+        self, defaults: Mapping[str, str], folder: str, nodes: Mapping[str, type[TreeNode]]
+    ) -> None:
         self._name = ""
+        self._nodes = nodes
         self._defaults = {kind: name or f"{kind}.xml" for kind, name in defaults.items()}
         self._folder = folder
         trees = [self._default(kind) for kind in self._defaults]
@@ -55,7 +59,7 @@ class TreeChoice:
             same = name == self._name
             return "" if same else f"'{self._name}' drives the goal that runs, not '{name}'"
         try:
-            self.tree = _asked_tree(asked, self._folder) if asked else self._default(kind)
+            self.tree = self._asked(asked, self._folder) if asked else self._default(kind)
         except TreeError as error:
             return str(error)
         self._name = name
@@ -70,30 +74,31 @@ class TreeChoice:
         name = self._defaults[kind]
         own = name == f"{kind}.xml"  # whatever lies in the working folder by that name
         path = shipped_file("behavior_trees") / name if own else Path(name)
-        return read_tree(path) if path.is_file() else _asked_tree(name, ".")
-
-
-def _asked_tree(name: str, folder: str) -> Tree:
-    """Return the tree that a goal names: a file in the folder, or a shipped one by its name.
-
-    Raises:
-        TreeError: There is no such file, or it holds no tree that can be run.
-    """
-    shipped = shipped_file("behavior_trees")
-    try:
-        path = path_in_folder(folder, name)
         if path.is_file():
-            return read_tree(path)
-    except MapsFolderError:
-        pass  # a path on another machine may end in the name of a shipped tree
-    own = shipped / Path(name).name
-    if own.suffix == ".xml" and own.is_file():
-        return read_tree(own)
-    valid = ", ".join(sorted(each.name for each in shipped.glob("*.xml")))
-    raise TreeError(
-        f"there is no behavior tree '{name}' in the folder '{folder}' (parameter 'bt_folder'); "
-        f"valid: a file there, or {valid}"
-    )
+            return read_tree(path, self._nodes)
+        return self._asked(name, ".")
+
+    def _asked(self, name: str, folder: str) -> Tree:
+        """Return the tree that a goal names: a file in the folder, or a shipped one by its name.
+
+        Raises:
+            TreeError: There is no such file, or it holds no tree that can be run.
+        """
+        shipped = shipped_file("behavior_trees")
+        try:
+            path = path_in_folder(folder, name)
+            if path.is_file():
+                return read_tree(path, self._nodes)
+        except MapsFolderError:
+            pass  # a path on another machine may end in the name of a shipped tree
+        own = shipped / Path(name).name
+        if own.suffix == ".xml" and own.is_file():
+            return read_tree(own, self._nodes)
+        valid = ", ".join(sorted(each.name for each in shipped.glob("*.xml")))
+        raise TreeError(
+            f"there is no behavior tree '{name}' in the folder '{folder}' (parameter 'bt_folder'); "
+            f"valid: a file there, or {valid}"
+        )
 
 
 def log_msg(changes: Sequence[StatusChange], now: float) -> Any:

@@ -63,7 +63,7 @@ def tracked(seed: int, config: AmclConfig = DEFAULTS) -> Run:
     ("motion", "sensor", "seed"),
     [
         (motion, sensor, seed)
-        for motion in MOTION_MODELS
+        for motion in MOTION_MODELS.types
         for sensor in SENSOR_MODELS
         for seed in range(3)
     ],

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.arrays import Floats
+from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import IDENTITY, SE2, wrap
 from arjuna_slam.amcl.config import (
     DIFFERENTIAL,
@@ -16,7 +17,7 @@ from arjuna_slam.amcl.config import (
     SKID_STEER,
     AmclConfig,
 )
-from arjuna_slam.amcl.motion import MODELS, differential, omnidirectional
+from arjuna_slam.amcl.motion import MotionModel, differential, omnidirectional
 
 COUNT = 100_000
 A1, A2, A3, A4, A5 = 0.02, 0.03, 0.04, 0.05, 0.06
@@ -32,7 +33,8 @@ def assert_distributed(samples: Floats, mean: float, deviation: float) -> None:
 def draws(name: str, delta: SE2, start: SE2 = IDENTITY) -> Floats:
     particles = np.tile(start.array(), (COUNT, 1))
     config = AmclConfig(alpha1=A1, alpha2=A2, alpha3=A3, alpha4=A4, alpha5=A5)
-    return MODELS[name](config, particles, delta, np.random.default_rng(5))
+    model: MotionModel = MOTION_MODELS.resolve(name)
+    return model(config, particles, delta, np.random.default_rng(5))
 
 
 @pytest.mark.parametrize("start", [SE2(), SE2(2.0, -1.0, 2.5)])
@@ -78,17 +80,18 @@ def test_skid_steer_errs_across_when_it_turns_and_not_when_it_drives() -> None:
     assert np.abs(straight[:, 1]).max() < 1e-9
 
 
-@pytest.mark.parametrize("name", MOTION_MODELS)
+@pytest.mark.parametrize("name", MOTION_MODELS.types)
 def test_every_model_without_noise_composes(name: str) -> None:
     config = AmclConfig(alpha1=0.0, alpha2=0.0, alpha3=0.0, alpha4=0.0, alpha5=0.0)
     start, delta = SE2(1.0, 2.0, 3.0), SE2(0.3, -0.2, 0.5)
     particles = np.tile(start.array(), (3, 1))
-    moved = MODELS[name](config, particles, delta, np.random.default_rng(0))
+    moved = MOTION_MODELS.resolve(name)(config, particles, delta, np.random.default_rng(0))
     np.testing.assert_allclose(moved, np.tile((start @ delta).array(), (3, 1)), atol=1e-12)
     np.testing.assert_array_equal(particles, np.tile(start.array(), (3, 1)))  # not in place
 
 
 def test_models_are_chosen_by_nav2s_names() -> None:
-    assert set(MODELS) == set(MOTION_MODELS)
-    assert MODELS[AmclConfig().robot_model_type] is differential
-    assert MODELS["nav2_amcl::OmniMotionModel"] is omnidirectional
+    assert MOTION_MODELS.resolve(AmclConfig().robot_model_type) is differential
+    assert MOTION_MODELS.resolve("nav2_amcl::OmniMotionModel") is omnidirectional
+    with pytest.raises(ConfigError, match="no motion model 'omni'"):
+        AmclConfig(robot_model_type="omni")
