@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -22,6 +23,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if _HERE in item.path.parents:
             item.add_marker(pytest.mark.ros)
+
+
+@pytest.fixture
+def own_plugins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder with the modules of docs/plugins.md, which can be imported."""
+    from tests.helpers.nav.plugins_page import write_modules
+
+    monkeypatch.syspath_prepend(str(tmp_path))
+    names = write_modules(tmp_path)
+    yield tmp_path
+    for name in names:
+        sys.modules.pop(name, None)
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Plug-ins of the servers: several at once, a user's own, chosen by the goal or on a topic."""
+"""Plug-ins of the servers: several at once, chosen by the goal or on a topic."""
 
 from __future__ import annotations
 
@@ -24,13 +24,12 @@ from bringup.stack import (
 )
 from tests.helpers.nav.controllers import PARAMETERS
 from tests.helpers.nav.navigation import SUCCEEDED, Goal, PlayedRobot, started
-from tests.helpers.nav.own_plugins import CRAWLER, STRAIGHT
 from tests.nav.worlds import polyline
 
 CONTROLLERS: dict[str, Any] = {
     "controller_plugins": ["FollowPath", "Crawl", *(f"c{k}" for k in range(len(PARAMETERS)))],
-    "Crawl.plugin": CRAWLER,
-    "Crawl.speed": 0.07,
+    "Crawl.plugin": "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
+    "Crawl.desired_linear_vel": 0.07,
     "goal_checker_plugins": ["general_goal_checker", "standing", "anyhow"],
     "standing.plugin": "nav2_controller::StoppedGoalChecker",
     "anyhow.plugin": "nav2_controller/PositionGoalChecker",
@@ -44,10 +43,8 @@ CONTROLLERS: dict[str, Any] = {
     },
 }
 PLANNERS: dict[str, Any] = {
-    "planner_plugins": ["GridBased", "Theta", "Line"],
+    "planner_plugins": ["GridBased", "Theta"],
     "Theta.plugin": "nav2_theta_star_planner/ThetaStarPlanner",
-    "Line.plugin": STRAIGHT,
-    "Line.points": 7,
 }
 SMOOTHERS: dict[str, Any] = {
     "smoother_plugins": ["simple_smoother", "once"],
@@ -75,7 +72,7 @@ def test_every_controller_follows_in_the_server(controlled: PlayedRobot, k: int)
     assert controlled.pose.distance(SE2(1.2, 0.0)) < 0.16
 
 
-def test_a_user_s_own_controller_is_chosen_by_the_goal(controlled: PlayedRobot) -> None:
+def test_a_controller_is_chosen_by_the_goal(controlled: PlayedRobot) -> None:
     follow(controlled, controller_id="Crawl")
     controlled.run(1.0)
     assert controlled.command.x == pytest.approx(0.07)
@@ -85,12 +82,14 @@ def test_a_user_s_own_controller_is_chosen_by_the_goal(controlled: PlayedRobot) 
 
 
 def test_its_parameters_are_the_node_s(controlled: PlayedRobot) -> None:
-    request = GetParameters.Request(names=["Crawl.speed", "Crawl.plugin", "controller_plugins"])
+    request = GetParameters.Request(
+        names=["Crawl.desired_linear_vel", "Crawl.plugin", "controller_plugins"]
+    )
     values = controlled.bench.call(
         GetParameters, "/controller_server/get_parameters", request
     ).values
     assert values[0].double_value == 0.07
-    assert values[1].string_value == CRAWLER
+    assert values[1].string_value == CONTROLLERS["Crawl.plugin"]
     assert list(values[2].string_array_value) == CONTROLLERS["controller_plugins"]
 
 
@@ -121,12 +120,12 @@ def plan(robot: PlayedRobot, name: str) -> Any:
 
 def test_planners_and_smoothers_are_chosen_by_the_goal(planning: PlayedRobot) -> None:
     lengths = {}
-    for name in ("", "GridBased", "Theta", "Line"):
+    for name in ("", "GridBased", "Theta"):
         points = poses_from_path(plan(planning, name))[:, :2]
         lengths[name] = len(points), float(np.hypot(*np.diff(points, axis=0).T).sum())
     assert lengths[""] == lengths["GridBased"]
-    assert lengths["Line"][0] == 7
-    assert lengths["Line"][1] < lengths["Theta"][1] < lengths["GridBased"][1] + 0.2
+    assert lengths["Theta"][0] != lengths["GridBased"][0]
+    assert lengths["Theta"][1] < lengths["GridBased"][1] + 0.2
     smoothed = []
     for name in ("once", "simple_smoother"):
         request = SmoothPath.Goal(path=plan(planning, ""), smoother_id=name)
@@ -141,11 +140,13 @@ def test_a_selector_topic_chooses_for_the_navigator() -> None:
     robot.bring_up(*NAVIGATION_GROUP.nodes)
     robot.send_map()
     plans = robot.bench.collect(Path, "/plan")
-    for topic, name in (("/controller_selector", "Crawl"), ("/planner_selector", "Line")):
+    for topic, name in (("/controller_selector", "Crawl"), ("/planner_selector", "Theta")):
         robot.bench.publish(String, topic, String(data=name), qos.LATCHED)
     robot.run(1.0)
-    goal = NavigateToPose.Goal(pose=pose_stamped(SE2(1.5, 0.0), "map", 0.0))
+    counts = [len(plan(robot, name).poses) for name in ("Theta", "GridBased")]
+    plans.clear()
+    goal = NavigateToPose.Goal(pose=pose_stamped(SE2(4.0, 1.0), "map", 0.0))
     robot.send(NavigateToPose, "navigate_to_pose", goal)
     robot.run(2.0)
     assert robot.command.x == pytest.approx(0.07)
-    assert len(plans[-1].poses) == 7
+    assert len(plans[0].poses) == counts[0] != counts[1]

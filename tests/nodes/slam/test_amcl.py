@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -29,6 +31,12 @@ def test_without_an_initial_pose_it_finds_itself_in_the_map(room: Room) -> None:
     assert turned < 0.03
     assert room.qualities[-1].quality > 0.9
     assert room.poses[-1].header.frame_id == "map"
+
+
+def test_a_motion_model_of_one_s_own(room: Room, own_plugins: Path) -> None:
+    started(room, robot_model_type="my_motion:sure")
+    room.drive(5)
+    assert room.error[0] < 0.06
 
 
 def test_a_map_that_comes_late_is_used(room: Room) -> None:
