@@ -32,6 +32,13 @@ class ApproachConfig:
         0.25, "Distance from the pose at which to slow down.", unit="m", minimum=0.01
     )
     use_collision_detection: bool = param(True, "Whether to stop before obstacles.")
+    costmap_topic: str = param("local_costmap/costmap_raw", "Costs that show them.", read_only=True)
+    footprint_topic: str = param(
+        "local_costmap/published_footprint", "Outline that may not meet them.", read_only=True
+    )
+    transform_tolerance: float = param(
+        0.1, "How old the transforms to costs and outline may be.", unit="s", minimum=0.0
+    )
     projection_time: float = param(5.0, "How far ahead to look.", unit="s", minimum=0.01)
     simulation_time_step: float = param(0.1, "Step of that look.", unit="s", minimum=0.01)
     dock_collision_threshold: float = param(
@@ -50,7 +57,7 @@ def towards(
     backward: bool,
     dock: SE2,
     costmap: Costmap | None,
-    footprint: Footprint,
+    footprint: Footprint | None,
 ) -> Velocity:
     """Return what to drive towards a pose; all poses are of one frame.
 
@@ -61,12 +68,12 @@ def towards(
         backward: Whether to drive backwards.
         dock: What stands near it belongs to the dock and is no obstacle.
         costmap: Obstacles, of the same frame; None lets all pass.
-        footprint: The robot.
+        footprint: The robot; None where nothing counts as obstacle.
 
     Raises:
         BlockedError: The path there meets an obstacle.
     """
-    if config.use_collision_detection and costmap is not None:
+    if config.use_collision_detection and costmap is not None and footprint is not None:
         ahead = foreseen(config, pose, target, backward)
         near = np.hypot(ahead[:, 0] - dock.x, ahead[:, 1] - dock.y)
         ahead = ahead[near > config.dock_collision_threshold]

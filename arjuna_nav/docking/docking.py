@@ -131,7 +131,7 @@ class Docking:
     Args:
         config: When to wait, to try again, to give up.
         kind: The dock's kind.
-        footprint: The robot.
+        footprint: The robot; None where nothing counts as obstacle.
         navigate: Whether to drive to the staging pose first.
         max_staging_time: How long that may take [s].
 
@@ -144,7 +144,7 @@ class Docking:
         self,
         config: DockingConfig,
         kind: DockType,
-        footprint: Footprint,
+        footprint: Footprint | None,
         navigate: bool,
         max_staging_time: float,
     ) -> None:
@@ -274,7 +274,7 @@ class Undocking:
     Args:
         config: Tolerances and limits.
         kind: The dock's kind.
-        footprint: The robot.
+        footprint: The robot; None where nothing counts as obstacle.
         max_time: How long it may take [s].
         docked: Whether the robot is known to have docked; else contact or current must show it.
     """
@@ -283,7 +283,7 @@ class Undocking:
         self,
         config: DockingConfig,
         kind: DockType,
-        footprint: Footprint,
+        footprint: Footprint | None,
         max_time: float,
         docked: bool = False,
     ) -> None:

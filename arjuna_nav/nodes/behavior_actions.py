@@ -25,6 +25,7 @@ class BehaviorAction:
             footprint and the time allowance.
         feedback: Makes the feedback from the behaviour's progress.
         moves: Whether it drives, so that it needs the robot's pose and a costmap.
+        area: The costmap that it needs, `local` or `global`.
         unknown: Error code of an unknown failure, where the action itself names none.
     """
 
@@ -34,6 +35,7 @@ class BehaviorAction:
     make: Callable[..., Behavior]
     feedback: Callable[[float], Any]
     moves: bool = True
+    area: str = "local"
     unknown: int = 0
 
     def error_code(self, status: BehaviorStatus) -> int:

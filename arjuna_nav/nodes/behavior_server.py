@@ -14,7 +14,7 @@ from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_core.ros.goal_server import GoalError, GoalNode, result_timeout
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.ros.velocity import VelocityOutput, subscribe_velocity
-from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.se2 import IDENTITY
 from arjuna_core.twist import Velocity
 from arjuna_nav.behaviors.base import (
     Behavior,
@@ -25,7 +25,7 @@ from arjuna_nav.behaviors.base import (
 )
 from arjuna_nav.behaviors.motions import AssistedTeleop
 from arjuna_nav.nodes.behavior_actions import BEHAVIORS, DEFAULT_BEHAVIORS, BehaviorAction
-from arjuna_nav.nodes.costmap.node import CostmapNode
+from arjuna_nav.nodes.costmap.reader import CostmapReader
 from arjuna_nav.nodes.frames import robot_pose
 
 
@@ -40,7 +40,22 @@ class BehaviorServerConfig(BehaviorConfig):
         10.0, "Commands a second.", unit="Hz", minimum=0.1, read_only=True
     )
     action_server_result_timeout: float = result_timeout(10.0)
+    local_costmap_topic: str = param(
+        "local_costmap/costmap_raw", "Costs to move in.", read_only=True
+    )
+    local_footprint_topic: str = param(
+        "local_costmap/published_footprint", "Outline to move there.", read_only=True
+    )
+    global_costmap_topic: str = param(
+        "global_costmap/costmap_raw",
+        "Costs of behaviours of one's own that move in the whole map.",
+        read_only=True,
+    )
+    global_footprint_topic: str = param(
+        "global_costmap/published_footprint", "Outline to move there.", read_only=True
+    )
     local_frame: str = param("", "Frame to move in; empty: the local costmap's.", read_only=True)
+    global_frame: str = param("", "The same in the whole map.", read_only=True)
     robot_base_frame: str = param("", "Frame of the robot; empty: that too.", read_only=True)
     transform_tolerance: float = param(
         0.1, "How old the robot's pose may be.", unit="s", minimum=0.0
@@ -70,7 +85,6 @@ class BehaviorServerNode(GoalNode):
     def configure(self) -> None:
         """Create the actions."""
         config = self.config
-        self._costmap: CostmapNode = self.process.find("local_costmap/local_costmap")
         self._running: _Run | None = None
         self._output = VelocityOutput(
             self, config.enable_stamped_cmd_vel, topic=config.cmd_vel_topic
@@ -79,6 +93,7 @@ class BehaviorServerNode(GoalNode):
             kind: BEHAVIORS.resolve(getattr(config, kind).plugin)
             for kind in config.behavior_plugins
         }
+        self._costmaps = self._read_costmaps(config)
         self._servers = {
             kind: self.offer(
                 action.type,
@@ -93,6 +108,20 @@ class BehaviorServerNode(GoalNode):
         subscribe_velocity(self, teleop, stamped, self._on_teleop)
         self.subscribe(Empty, "preempt_teleop", self._on_preempt_teleop, qos.DEFAULT)
         self.every(1.0 / config.cycle_frequency, self._cycle)
+
+    def _read_costmaps(self, config: BehaviorServerConfig) -> dict[str, CostmapReader]:
+        """Return the costmaps that the behaviours move in, by `local` and `global`."""
+        needed = {action.area for action in self._actions.values() if action.moves}
+        return {
+            area: CostmapReader(
+                self,
+                getattr(config, f"{area}_costmap_topic"),
+                getattr(config, f"{area}_footprint_topic"),
+                config.robot_base_frame,
+                config.transform_tolerance,
+            )
+            for area in sorted(needed)
+        }
 
     def halt(self) -> None:
         """Stop the robot where a behaviour moves it."""
@@ -127,11 +156,14 @@ class BehaviorServerNode(GoalNode):
 
     def _begin(self, kind: str, goal: Any) -> BehaviorResult | None:
         """Run the behaviour that a goal asks for, or return why it is not run."""
-        if self._actions[kind].moves and not self._costmap.active:
-            message = self._costmap.why_not_current()
+        action = self._actions[kind]
+        if action.moves and not self._costmaps[action.area].active:
+            message = self._costmaps[action.area].why_not_current()
             return BehaviorResult(BehaviorStatus.UNKNOWN, message=message)
         try:
             behavior = self._behavior(kind, goal)
+        except TransformError as error:
+            return BehaviorResult(BehaviorStatus.TF_ERROR, message=str(error))
         except InvalidGoalError as error:
             return BehaviorResult(BehaviorStatus.INVALID_INPUT, message=str(error))
         self._running = _Run(kind, behavior, self.now)
@@ -141,7 +173,7 @@ class BehaviorServerNode(GoalNode):
         action = self._actions[kind]
         if not action.moves:
             return action.make(goal)
-        footprint = self._costmap.layered.footprint
+        footprint = self._costmaps[action.area].footprint()
         return action.make(goal, self.config, footprint, seconds(goal.time_allowance))
 
     def _cycle(self) -> None:
@@ -169,28 +201,17 @@ class BehaviorServerNode(GoalNode):
     def _tick(self, action: BehaviorAction, behavior: Behavior) -> BehaviorResult:
         if not action.moves:  # stands still: it needs to know nothing
             return behavior.tick(IDENTITY, None, self.now)
+        near, config = self._costmaps[action.area], self.config
+        frame = getattr(config, f"{action.area}_frame") or near.frame
         try:
-            pose, T_local_costmap = self._poses()
+            pose = robot_pose(self, frame, near.base_frame, config.transform_tolerance)
+            costmap = near.current(config.costmap_update_timeout, frame)
         except TransformError as error:
             message = f"the robot's pose is not known: {error}"
             return BehaviorResult(BehaviorStatus.TF_ERROR, message=message)
-        costmap = self._costmap.current(self.config.costmap_update_timeout)
         if costmap is None:
-            message = self._costmap.why_not_current()
-            return BehaviorResult(BehaviorStatus.UNKNOWN, message=message)
-        return behavior.tick(pose, costmap.seen_from(T_local_costmap), self.now)
-
-    def _poses(self) -> tuple[SE2, SE2]:
-        """Return the robot's pose in the local frame, and that of the costmap's frame.
-
-        Raises:
-            TransformError: One is not known, or older than `transform_tolerance`.
-        """
-        config, near = self.config, self._costmap.config
-        frame, base = config.local_frame or near.global_frame, config.robot_base_frame
-        pose = robot_pose(self, frame, base or near.robot_base_frame, config.transform_tolerance)
-        other = frame != near.global_frame
-        return pose, self.transforms.lookup(frame, near.global_frame) if other else IDENTITY
+            return BehaviorResult(BehaviorStatus.UNKNOWN, message=near.why_not_current())
+        return behavior.tick(pose, costmap, self.now)
 
     def _end(self, result: BehaviorResult) -> None:
         assert self._running is not None

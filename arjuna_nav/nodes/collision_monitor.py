@@ -41,7 +41,7 @@ class CollisionMonitorNode(ManagedNode):
     def configure(self) -> None:
         """Create the monitor and its interfaces."""
         config = self.config
-        self._watch = Watch(self, self.process.find("local_costmap/local_costmap"))
+        self._watch = Watch(self)
         self._enabled = config.enabled
         self._published = Verdict(STILL)
         self._moved_at = 0.0

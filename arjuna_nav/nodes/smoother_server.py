@@ -17,7 +17,7 @@ from arjuna_core.ros.goal_server import GoalError, GoalNode, chosen, result_time
 from arjuna_core.ros.tf import TransformError
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
-from arjuna_nav.nodes.costmap.node import CostmapNode
+from arjuna_nav.nodes.costmap.reader import CostmapReader
 from arjuna_nav.nodes.frames import poses_of
 from arjuna_nav.smoothers.base import SMOOTHERS, Smoother, SmoothResult, SmoothStatus
 
@@ -31,6 +31,14 @@ class SmootherServerConfig:
     )
     action_server_result_timeout: float = result_timeout(10.0)
     costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
+    costmap_topic: str = param("global_costmap/costmap_raw", "Costs to keep off.", read_only=True)
+    footprint_topic: str = param(
+        "global_costmap/published_footprint", "Outline that may not collide.", read_only=True
+    )
+    robot_base_frame: str = param("base_link", "Frame of the outline.", read_only=True)
+    transform_tolerance: float = param(
+        0.1, "How old the transforms to costs and outline may be.", unit="s", minimum=0.0
+    )
 
 
 class SmootherServerNode(GoalNode):
@@ -41,7 +49,14 @@ class SmootherServerNode(GoalNode):
 
     def configure(self) -> None:
         """Create the smoother and its interfaces."""
-        self._costmap: CostmapNode = self.process.find("global_costmap/global_costmap")
+        config = self.config
+        self._costmap = CostmapReader(
+            self,
+            config.costmap_topic,
+            config.footprint_topic,
+            config.robot_base_frame,
+            config.transform_tolerance,
+        )
         self._out = self.publisher(Path, "plan_smoothed", qos.LATEST)
         self._server = self.offer(SmoothPath, "smooth_path", self._on_goal)
 
@@ -67,16 +82,13 @@ class SmootherServerNode(GoalNode):
         names = self.config.smoother_plugins
         name = chosen("smoother", goal.smoother_id, names, SmoothStatus.INVALID_SMOOTHER)
         path = poses_of(goal.path, SmoothStatus.INVALID_PATH)
+        timeout, frame = self.config.costmap_update_timeout, goal.path.header.frame_id.lstrip("/")
         try:
-            T_path_costmap = self.transforms.lookup(
-                goal.path.header.frame_id.lstrip("/"), self._costmap.config.global_frame
-            )
+            costmap = self._costmap.current(timeout, frame)
         except TransformError as error:
             raise GoalError(SmoothStatus.INVALID_PATH, str(error)) from error
-        costmap = self._costmap.current(self.config.costmap_update_timeout)
         if costmap is None:
             raise GoalError(SmoothStatus.UNKNOWN, self._costmap.why_not_current())
-        costmap = costmap.seen_from(T_path_costmap)
         smoother: Smoother = SMOOTHERS.make(getattr(self.config, name))
         smoothed = smoother.smooth(path, costmap)
         # a pass that would touch an obstacle was undone: what came before it is a good path
@@ -87,7 +99,11 @@ class SmootherServerNode(GoalNode):
         return smoothed
 
     def _check(self, path: NDArray[np.float64], costmap: Costmap) -> None:
-        hit = first_collision(costmap, self._costmap.layered.footprint, path)
+        try:
+            footprint = self._costmap.footprint()
+        except TransformError as error:
+            raise GoalError(SmoothStatus.UNKNOWN, str(error)) from error
+        hit = first_collision(costmap, footprint, path)
         if hit is not None:
             x, y = path[hit, :2]
             where = f"({x:.2f}, {y:.2f}), pose {hit} of the smoothed path"

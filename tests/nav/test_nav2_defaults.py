@@ -47,7 +47,8 @@ DIFFERS = {
     **{f"dwb_core::DWBLocalPlanner.{key}": STANDS for key in
        ("max_vel_x", "max_speed_xy", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "decel_lim_x",
         "decel_lim_theta")},
-    **{f"behavior_server.{key}": FRAME for key in ("local_frame", "robot_base_frame")},
+    **{f"behavior_server.{key}": FRAME for key in
+       ("local_frame", "global_frame", "robot_base_frame")},
     **{f"{node}.{key}": FRAME for node in ("collision_monitor", "collision_detector")
        for key in ("base_frame_id", "odom_frame_id")},
 }  # fmt: skip
@@ -82,7 +83,7 @@ def same(a: Any, b: Any) -> bool:
 def test_defaults_are_nav2s(section: str) -> None:
     mine = ours(section)
     shared = {key: value for key, value in NAV2[section].items() if key in mine}
-    assert shared or section == "smoother_server", "it has none of Nav2's parameters"
+    assert shared, "it has none of Nav2's parameters"
     differing = {k: (mine[k], v) for k, v in shared.items() if not same(v, mine[k])}
     differing = {k: v for k, v in differing.items() if f"{section}.{k}" not in DIFFERS}
     assert not differing, "ours, Nav2's"

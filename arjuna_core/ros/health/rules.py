@@ -113,13 +113,21 @@ def cloud_problem(cloud: Any) -> str | None:
 
 def grid_problem(grid: Any) -> str | None:
     """Return why a map cannot be."""
-    info = grid.info
-    resolution, cells = round(float(info.resolution), 6), info.width * info.height
+    return _cells_problem(grid.info.resolution, grid.info.width, grid.info.height, grid.data)
+
+
+def costmap_problem(costmap: Any) -> str | None:
+    """Return why a costmap cannot be."""
+    data = costmap.metadata
+    return _cells_problem(data.resolution, data.size_x, data.size_y, costmap.data)
+
+
+def _cells_problem(resolution: float, width: int, height: int, data: Any) -> str | None:
+    resolution, cells = round(float(resolution), 6), width * height
     if not FINEST <= resolution <= COARSEST:
         return f"cells of {resolution} m; valid: {FINEST} to {COARSEST}"
-    if not 1 <= cells <= CELLS or cells != len(grid.data):
-        size = f"{info.width} x {info.height}"
-        return f"{len(grid.data)} cells for {size}; valid: as many, 1 to {CELLS}"
+    if not 1 <= cells <= CELLS or cells != len(data):
+        return f"{len(data)} cells for {width} x {height}; valid: as many, 1 to {CELLS}"
     return None
 
 
@@ -169,6 +177,7 @@ RULES: dict[str, Callable[[Any], str | None]] = {
     "LaserScan": scan_problem,
     "Range": range_problem,
     "OccupancyGrid": grid_problem,
+    "Costmap": costmap_problem,
     "PointCloud2": cloud_problem,
     "Imu": imu_problem,
     "PoseWithCovariance": covariance_problem,

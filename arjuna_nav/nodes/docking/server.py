@@ -18,6 +18,7 @@ from arjuna_core.ros.tf import TransformError
 from arjuna_core.ros.velocity import VelocityOutput
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.docking.docking import (
     Docking,
     DockingError,
@@ -26,7 +27,7 @@ from arjuna_nav.docking.docking import (
     DockingStep,
     Undocking,
 )
-from arjuna_nav.nodes.costmap.node import CostmapNode
+from arjuna_nav.nodes.costmap.reader import CostmapReader
 from arjuna_nav.nodes.docking.book import DockBook, DockingServerConfig, Order
 from arjuna_nav.nodes.docking.senses import DockSensors
 from arjuna_nav.nodes.frames import robot_pose
@@ -48,7 +49,14 @@ class DockingServerNode(GoalNode):
         self._order: Order | None = None
         self._last: tuple[str, SE2] | None = None
         self._docked_at: SE2 | None = None
-        self._costmap: CostmapNode = self.process.find("local_costmap/local_costmap")
+        controller = config.controller
+        self._costmap = CostmapReader(
+            self,
+            controller.costmap_topic,
+            controller.footprint_topic,
+            config.base_frame,
+            controller.transform_tolerance,
+        )
         self._sensors = DockSensors(self, config.fixed_frame)
         self._output = VelocityOutput(
             self, config.enable_stamped_cmd_vel, config.base_frame, config.cmd_vel_topic
@@ -116,7 +124,7 @@ class DockingServerNode(GoalNode):
         dock = self._book.dock(goal, self.config.fixed_frame)
         name, kind = self._book.kind(dock.type)
         self._sensors.forget()
-        footprint = self._costmap.layered.footprint
+        footprint = self._footprint()
         navigate, limit = goal.navigate_to_staging_pose, goal.max_staging_time
         core = Docking(self.config, kind, footprint, navigate, limit)
         return Order(server, DockRobot, kind, name, core, self.now, dock)
@@ -124,9 +132,22 @@ class DockingServerNode(GoalNode):
     def _undock(self, server: GoalServer, goal: Any) -> Order:
         last = self._last[0] if self._last is not None else ""
         name, kind = self._book.kind(goal.dock_type or last)
-        limit, footprint = goal.max_undocking_time, self._costmap.layered.footprint
-        core = Undocking(self.config, kind, footprint, limit, self._is_still_docked())
+        limit, docked = goal.max_undocking_time, self._is_still_docked()
+        core = Undocking(self.config, kind, self._footprint(), limit, docked)
         return Order(server, UndockRobot, kind, name, core, self.now)
+
+    def _footprint(self) -> Footprint | None:
+        """Return the robot's outline where obstacles count.
+
+        Raises:
+            GoalError: It is not known.
+        """
+        if not self.config.controller.use_collision_detection:
+            return None
+        try:
+            return self._costmap.footprint()
+        except TransformError as error:
+            raise GoalError(DockingError.FAILED_TO_CONTROL, str(error)) from error
 
     def _is_still_docked(self) -> bool:
         """Return whether the robot has not moved since it docked."""
@@ -163,11 +184,12 @@ class DockingServerNode(GoalNode):
         """Ask the order what to do, in the fixed frame."""
         config: DockingServerConfig = self.config
         pose = robot_pose(self, config.fixed_frame, config.base_frame, config.transform_tolerance)
-        costmap = self._current_costmap()
-        if costmap is None and config.controller.use_collision_detection:
-            return DockingStep(
-                ended=DockingError.FAILED_TO_CONTROL, message=self._costmap.why_not_current()
-            )
+        costmap = None
+        if config.controller.use_collision_detection:
+            costmap = self._costmap.current(config.costmap_update_timeout, config.fixed_frame)
+            if costmap is None:
+                message = self._costmap.why_not_current()
+                return DockingStep(ended=DockingError.FAILED_TO_CONTROL, message=message)
         if order.dock is None:
             last = None if self._last is None else self._last[1]
             return self._asked(order, pose, last, costmap)
@@ -192,13 +214,6 @@ class DockingServerNode(GoalNode):
             return order.core.tick(state)
         assert order.nominal is not None
         return order.core.tick(state, order.nominal)
-
-    def _current_costmap(self) -> Costmap | None:
-        costmap = self._costmap.current(self.config.costmap_update_timeout)
-        if costmap is None:
-            return None
-        frame = self._costmap.config.global_frame
-        return costmap.seen_from(self.transforms.lookup(self.config.fixed_frame, frame))
 
     def _carry_out(self, order: Order, step: DockingStep) -> None:
         if step.ended is not None:

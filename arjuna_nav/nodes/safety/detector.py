@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from nav2_msgs.msg import CollisionDetectorState
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.process import MissingNodeError
 from arjuna_core.twist import STILL
 from arjuna_nav.nodes.safety.watch import Watch, WatchConfig
 from arjuna_nav.safety.sight import Sight
@@ -34,12 +32,7 @@ class CollisionDetectorNode(ManagedNode):
 
     def configure(self) -> None:
         """Create the zones and the output."""
-        near: Any | None = None
-        try:
-            near = self.process.find("local_costmap/local_costmap")
-        except MissingNodeError:
-            self.get_logger().info("there is no local costmap here: frames are base_link and odom")
-        self._watch = Watch(self, near)
+        self._watch = Watch(self)
         self._state = self.publisher(CollisionDetectorState, "collision_detector_state", qos.LATEST)
         self.every(1.0 / self.config.frequency, self._publish)
 

@@ -20,7 +20,7 @@ from arjuna_core.ros.tf import TransformError
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.nodes.costmap.messages import points_from_polygon, points_marker, polygon_msg
-from arjuna_nav.nodes.costmap.node import CostmapNode
+from arjuna_nav.nodes.costmap.reader import costmap_in_process
 from arjuna_nav.nodes.costmap.sensors import WatchFrames
 from arjuna_nav.nodes.safety.sources import SOURCES, ScanSource, Source
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
@@ -77,18 +77,15 @@ class Watch:
 
     Args:
         node: The node; in its `configure`.
-        near: The local costmap; None where none is in this process.
 
     Attributes:
         monitor: The zones.
         sources: By name.
-
-    Raises:
-        ConfigError: A zone needs the local costmap's outline, and there is none.
     """
 
-    def __init__(self, node: ManagedNode, near: CostmapNode | None) -> None:
-        self._node, self._near = node, near
+    def __init__(self, node: ManagedNode) -> None:
+        self._node, self._near = node, costmap_in_process(node, "local_costmap/costmap_raw")
+        near = self._near
         config: WatchConfig = node.config
         self.base = config.base_frame_id or (near.config.robot_base_frame if near else "base_link")
         odom = config.odom_frame_id or (near.config.global_frame if near else "odom")
@@ -123,11 +120,8 @@ class Watch:
         if isinstance(zone, CircleConfig):
             kind = Float32
         elif zone.action_type == "approach":
-            topic = zone.footprint_topic
-            if not topic and self._near is None:
-                raise ConfigError(
-                    f"'{name}.footprint_topic' is empty, and no local costmap is here"
-                )
+            elsewhere = "" if self._near else "local_costmap/published_footprint"
+            topic = zone.footprint_topic or elsewhere
         latched = zone.polygon_subscribe_transient_local
         if topic:
             node.subscribe(kind, topic, take, qos.LATCHED if latched else qos.DEFAULT)
@@ -149,7 +143,7 @@ class Watch:
     def footprint(self) -> Footprint:
         """Return the robot's outline without its padding."""
         if self._near is None:
-            return Footprint.circle(1e-3)  # no zone asks for it, or there would be a costmap
+            return Footprint.circle(1e-3)  # as with Nav2, a zone is empty until its shape comes
         return self._near.layered.footprint.without(self._near.config.footprint_padding)
 
     def silent(self) -> str:

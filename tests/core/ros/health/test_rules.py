@@ -11,6 +11,7 @@ import pytest
 from arjuna_core.ros.health import rules
 from arjuna_core.ros.health.rules import (
     cloud_problem,
+    costmap_problem,
     covariance_problem,
     grid_problem,
     imu_problem,
@@ -44,6 +45,11 @@ def scan(**changed: Any) -> Any:
 def grid(resolution: float = 0.05, width: int = 4, height: int = 3, cells: int = 12) -> Any:
     info = SimpleNamespace(resolution=resolution, width=width, height=height)
     return SimpleNamespace(info=info, data=range(cells))
+
+
+def costmap(cells: int) -> Any:
+    metadata = SimpleNamespace(resolution=0.05, size_x=4, size_y=3)
+    return SimpleNamespace(metadata=metadata, data=range(cells))
 
 
 def transform(x: float = 1.0, turn: Any = None, **changed: Any) -> Any:
@@ -100,6 +106,7 @@ BOUNDS = [
         grid(0.1, rules.CELLS, 1, rules.CELLS),
         grid(0.1, rules.CELLS + 1, 1, rules.CELLS + 1),
     ),
+    (costmap_problem, costmap(12), costmap(11)),
     (pose_problem, position(x=rules.FARTHEST), position(x=1.01 * rules.FARTHEST)),
     (pose_problem, position(y=-rules.FARTHEST), position(y=-1.01 * rules.FARTHEST)),
     (pose_problem, position(z=-rules.FARTHEST), position(z=-1.01 * rules.FARTHEST)),
