@@ -8,15 +8,25 @@ from pathlib import Path
 
 
 class ArjunaError(Exception):
-    """Root of every error that Arjuna raises on purpose."""
+    """Root of every error that Arjuna raises on purpose; its message has 500 characters at most."""
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(shortened(message, 500))
 
 
 class ConfigError(ArjunaError, ValueError):
-    """Parameters are unknown, of the wrong type or outside their bounds."""
+    """Parameters are unknown, of the wrong type or outside their bounds: a line each."""
 
     def __init__(self, *problems: str) -> None:
-        self.problems = problems
-        super().__init__("\n".join(problems))
+        self.problems = tuple(shortened(problem, 500) for problem in problems)
+        Exception.__init__(self, "\n".join(self.problems))
+
+
+def shortened(text: str, most: int) -> str:
+    """Return a text, without its middle where it has more characters than it may."""
+    dots = " ... "
+    tail = (most - len(dots)) // 3
+    return text if len(text) <= most else text[: most - len(dots) - tail] + dots + text[-tail:]
 
 
 class InputFileError(ArjunaError):
@@ -29,10 +39,12 @@ class InputFileError(ArjunaError):
 
     def __init__(self, path: str | Path, problem: str, location: str | None = None) -> None:
         self.path = Path(path)
-        problem = " ".join(problem.split())  # what is quoted of a broken file may hold lines
-        self.problem = problem
-        self.location = location
-        super().__init__(f"{path}: {location}: {problem}" if location else f"{path}: {problem}")
+        # What is quoted of a broken file may hold lines, and be of any length.
+        self.location = location and shortened(" ".join(location.split()), 60)
+        where = f"{shortened(' '.join(str(path).split()), 200)}: "
+        where += f"{self.location}: " if self.location else ""
+        self.problem = shortened(" ".join(problem.split()), 500 - len(where))
+        super().__init__(where + self.problem)
 
 
 class MapError(InputFileError):

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.shipped import shipped_file
-from arjuna_core.files.whole_file import read_bytes
 from arjuna_core.pose3 import ORIGIN
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig

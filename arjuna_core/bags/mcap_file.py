@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
+import os
 import struct
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -17,15 +18,24 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.reader import make_reader
-from mcap.records import Channel, Chunk, ChunkIndex, Footer, Message, Metadata, Schema
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    Footer,
+    Message,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+)
 from mcap.stream_reader import breakup_chunk
-from mcap.summary import Summary
 
 from arjuna_core.bags import topic as topics
 from arjuna_core.bags.metadata import BagFile, reason_of
-from arjuna_core.bags.topic import BagMessage, TopicInfo
+from arjuna_core.bags.topic import MESSAGE_MAX, BagMessage, TopicInfo
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.input_file import open_file
 
 LOSS_RECORD = "arjuna_lost_messages"
 """Name of the mcap metadata record that counts by topic the messages that never arrived."""
@@ -35,14 +45,19 @@ _DAMAGE = (
     *(McapError, zstandard.ZstdError, ValueError, RuntimeError, KeyError, struct.error),
     *(EOFError, MemoryError, OverflowError),
 )
+_RECORD_MAX = MESSAGE_MAX + (1 << 20)  # [bytes]; recorders write chunks of about 1 MiB
+_END = struct.Struct("<B8xQ12x8s")  # the footer: opcode, where the summary begins; magic
 _HEAD = struct.Struct("<BQ")  # opcode and length of a record; mcap.dev/spec
 _SINGLE: dict[int, Callable[..., Any]] = {
     Opcode.SCHEMA: Schema.read,
     Opcode.CHANNEL: Channel.read,
     Opcode.METADATA: Metadata.read,
     Opcode.FOOTER: Footer.read,
+    Opcode.STATISTICS: Statistics.read,
+    Opcode.CHUNK_INDEX: ChunkIndex.read,
+    Opcode.METADATA_INDEX: MetadataIndex.read,
 }
-_Record = Schema | Channel | Message | Metadata | Footer
+_Record = Schema | Channel | Message | Metadata | Footer | Statistics | ChunkIndex | MetadataIndex
 
 
 class McapFile(BagFile):
@@ -56,44 +71,57 @@ class McapFile(BagFile):
         self._schemas: dict[int, Schema] = {}
         self._unordered: list[ChunkIndex] = []
         with self._open() as file:
-            summary = _summary(file)
+            summary = self._summary(file)
         if summary is None:
             self._count()
         else:
-            self._take_summary(summary)
+            self._take_summary(*summary)
         return ""
 
+    def _summary(self, file: BinaryIO) -> tuple[Statistics, list[_Record]] | None:
+        """Return the records at a file's end; None where they, or the statistics, are missing."""
+        end = file.seek(0, os.SEEK_END) - _END.size
+        file.seek(max(0, end))
+        kind, start, magic = _END.unpack(file.read().rjust(_END.size))
+        # A recording of 100 GB has some 10 MB of them.
+        if kind != Opcode.FOOTER or magic != _MAGIC or not 0 < end - start <= _RECORD_MAX:
+            return None
+        file.seek(start)
+        found: list[_Record] = []
+        while file.tell() < end:
+            records = self._next(file, 0)
+            if records is None or self.problems or any(isinstance(r, Message) for r in records):
+                self.problems = []  # they are noted as all is read
+                return None
+            found += records
+        statistics = next((each for each in found if isinstance(each, Statistics)), None)
+        is_indexed = any(isinstance(each, ChunkIndex) for each in found)
+        return (statistics, found) if statistics and is_indexed else None
+
     def _open(self) -> BinaryIO:
-        try:
-            file = self.path.open("rb")
-        except OSError as error:
-            problem = f"cannot be read: {error.strerror or error}"
-            raise InputFileError(self.path, problem) from error
+        file = open_file(self.path)
         if file.read(len(_MAGIC)) == _MAGIC:
             return file
         file.close()
         raise InputFileError(self.path, "is no mcap recording: it does not begin as one")
 
-    def _take_summary(self, summary: Summary) -> None:
-        for schema in summary.schemas.values():
-            self._learn(schema)
-        for channel in summary.channels.values():
-            self._learn(channel)
-        statistics = summary.statistics
-        assert statistics is not None
+    def _take_summary(self, statistics: Statistics, records: list[_Record]) -> None:
+        for record in sorted(records, key=lambda each: isinstance(each, Channel)):
+            self._learn(record)
         for key, count in statistics.channel_message_counts.items():
             if key in self._channels:
                 self.entry.counts[self._channels[key].name] += count
         self.entry.start = statistics.message_start_time
         self.entry.end = statistics.message_end_time
-        chunks = sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset)
+        known = {each.chunk_start_offset: each for each in records if isinstance(each, ChunkIndex)}
+        chunks = [known[offset] for offset in sorted(known)]
         if any(b.message_start_time < a.message_end_time for a, b in itertools.pairwise(chunks)):
             self._unordered = sorted(chunks, key=lambda chunk: chunk.message_start_time)
         with self._open() as file:
-            for index in summary.metadata_indexes:
-                file.seek(index.offset)
-                for record in self._next(file, 0) or ():
-                    self._learn(record)
+            for record in records:
+                if isinstance(record, MetadataIndex):
+                    for each in self._at(file, record.offset):
+                        self._learn(each)
 
     def _count(self) -> None:
         for record in self._read(0):
@@ -111,7 +139,7 @@ class McapFile(BagFile):
     def _read(self, start: int) -> Iterator[_Record]:
         """Yield records in the file's order; a chunk's messages in the order of their time."""
         with self._open() as file:
-            size, end, record = self.path.stat().st_size, 0, None
+            size, end, record = os.fstat(file.fileno()).st_size, 0, None
             while not isinstance(record, Footer) and (found := self._next(file, start)) is not None:
                 end, self.share = file.tell(), file.tell() / size
                 for record in found:
@@ -123,19 +151,31 @@ class McapFile(BagFile):
     def _merged(self, start: int) -> Iterator[_Record]:
         """Yield the messages of chunks that overlap in time; held are those that overlap."""
         held: list[tuple[int, int, Message]] = []
+        size, most = 0, 1 << 25  # [bytes]
         order = itertools.count()
         with self._open() as file:
             for number, chunk in enumerate(self._unordered):
-                while held and held[0][0] < chunk.message_start_time:
+                while held and (held[0][0] < chunk.message_start_time or size > most):
+                    if held[0][0] >= chunk.message_start_time:
+                        self._note(f"more than {most} bytes overlap in time: not all are in order")
+                    size -= len(held[0][2].data)
                     yield heapq.heappop(held)[2]
-                file.seek(chunk.chunk_start_offset)
-                for record in self._next(file, start) or ():
+                for record in self._at(file, chunk.chunk_start_offset, start):
                     self._learn(record)
                     if isinstance(record, Message):
                         heapq.heappush(held, (record.log_time, next(order), record))
+                        size += len(record.data)
                 self.share = (number + 1) / len(self._unordered)
         while held:
             yield heapq.heappop(held)[2]
+
+    def _at(self, file: BinaryIO, offset: int, start: int = 0) -> list[_Record]:
+        """Return what the record at an offset holds, which may lie anywhere."""
+        if not 0 <= offset < os.fstat(file.fileno()).st_size:
+            self._note(f"its index names byte {offset}, which it does not have")
+            return []
+        file.seek(offset)
+        return self._next(file, start) or []
 
     def _next(self, file: BinaryIO, start: int) -> list[_Record] | None:
         """Return what the next whole record holds, None where there is none."""
@@ -144,9 +184,13 @@ class McapFile(BagFile):
         if len(head) < _HEAD.size:
             return None
         kind, length = _HEAD.unpack(head)
-        # At most 1 GiB: recorders write chunks of about 1 MiB.
-        if length > min(self.path.stat().st_size - file.tell(), 1 << 30):
+        # No record has the kind 0; holes in a file read as such.
+        if kind == 0 or length > os.fstat(file.fileno()).st_size - file.tell():
             return None
+        if length > _RECORD_MAX:
+            file.seek(length, os.SEEK_CUR)
+            self._note(f"at byte {offset}: a record of {length} bytes; read are {_RECORD_MAX}")
+            return []
         content = file.read(length)
         try:
             stream = ReadDataStream(BytesIO(content))
@@ -182,16 +226,6 @@ class McapFile(BagFile):
         )
 
 
-def _summary(file: BinaryIO) -> Summary | None:
-    """Return the summary at a file's end, None where it is missing or has no statistics."""
-    file.seek(0)
-    try:
-        summary = make_reader(file).get_summary()
-    except (*_DAMAGE, OSError):  # it seeks a footer in front of a short file's beginning
-        return None
-    return summary if summary and summary.statistics and summary.chunk_indexes else None
-
-
 def _chunk_records(chunk: Chunk, start: int) -> list[_Record]:
     records = breakup_chunk(_unpacked(chunk), validate_crc=True)
     rest: list[_Record] = [each for each in records if isinstance(each, Channel | Schema)]
@@ -208,9 +242,8 @@ def _unpacked(chunk: Chunk) -> Chunk:
         ValueError: It is larger than it says, or than any chunk should be.
     """
     size = chunk.uncompressed_size
-    # At most 256 MiB: recorders write chunks of about 1 MiB.
-    if size > 1 << 28:
-        raise ValueError(f"a chunk of {size} bytes")
+    if size > _RECORD_MAX:
+        raise ValueError(f"a chunk of {size} bytes; read are {_RECORD_MAX}")
     if chunk.compression == "zstd":
         packed: Any = zstandard.ZstdDecompressor().stream_reader(BytesIO(chunk.data))
     elif chunk.compression == "lz4":

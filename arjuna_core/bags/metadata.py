@@ -13,7 +13,7 @@ import yaml
 
 from arjuna_core.bags.topic import BagMessage, TopicInfo
 from arjuna_core.errors import InputFileError
-from arjuna_core.files.yaml_file import plain
+from arjuna_core.files.yaml_file import read_yaml
 
 METADATA = "metadata.yaml"
 
@@ -101,7 +101,7 @@ class BagFile(ABC):
 
     def _note(self, problem: str) -> None:
         text = f"{self.path.name}: {problem}"
-        if text not in self.problems:
+        if text not in self.problems and len(self.problems) < 100:
             self.problems.append(text)
 
 
@@ -120,10 +120,10 @@ def read_metadata(folder: Path) -> dict[str, Any] | None:
     if not path.is_file():
         return None
     try:
-        found = plain(path.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+        found = read_yaml(path)["rosbag2_bagfile_information"]
         names = [Path(name).name for name in found["relative_file_paths"]]
         return {**found, "relative_file_paths": names}
-    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError) as error:
+    except (ValueError, LookupError, TypeError) as error:
         raise InputFileError(path, f"is no metadata of rosbag2: {error}") from error
 
 

@@ -14,8 +14,9 @@ from arjuna_core.bags.mcap_file import McapFile
 from arjuna_core.bags.metadata import BagFile, FileEntry, read_metadata
 from arjuna_core.bags.ros1_file import Ros1File
 from arjuna_core.bags.sqlite_file import SqliteFile
-from arjuna_core.bags.topic import BagMessage, TopicInfo
+from arjuna_core.bags.topic import MESSAGE_MAX, BagMessage, TopicInfo
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.input_file import check_growth, open_file
 
 PACKED = ".zstd"
 """The suffix of compressed files: rosbag2 has no other compression."""
@@ -29,7 +30,6 @@ SUFFIXES = tuple(_KINDS)
 """Suffixes of files that can be read."""
 
 _VALID = f"valid: a file of {', '.join(SUFFIXES)}, or a folder of such files"
-_MESSAGE_MAX = 1 << 28  # [bytes]
 
 
 class Bag:
@@ -74,9 +74,10 @@ class Bag:
         self._folder = self._folder or TemporaryDirectory(prefix="recording_")
         copy = Path(self._folder.name, file.stem)
         try:
-            with file.open("rb") as source, copy.open("wb") as target:
+            with open_file(file) as source, copy.open("wb") as target:
                 for part in zstandard.ZstdDecompressor().read_to_iter(source):
                     target.write(part)
+                    check_growth(file, source.tell(), target.tell(), 1 << 28)
                     # Unpacking leaves 1 GiB of the disk free.
                     if shutil.disk_usage(copy).free < 1 << 30:
                         raise InputFileError(file, "cannot be unpacked: the disk is full")
@@ -146,9 +147,9 @@ class Bag:
         if not self._messages_packed:
             return data
         try:
-            if zstandard.frame_content_size(data) > _MESSAGE_MAX:
-                raise ValueError(f"a message of more than {_MESSAGE_MAX} bytes")
-            return zstandard.decompress(data, max_output_size=_MESSAGE_MAX)
+            if zstandard.frame_content_size(data) > MESSAGE_MAX:
+                raise ValueError(f"a message of more than {MESSAGE_MAX} bytes")
+            return zstandard.decompress(data, max_output_size=MESSAGE_MAX)
         except zstandard.ZstdError as error:
             raise ValueError(f"a message cannot be unpacked: {error}") from error
 

@@ -9,6 +9,7 @@ import bz2
 import struct
 from collections.abc import Callable, Iterator
 from io import BytesIO
+from pathlib import Path
 
 import lz4.frame
 from rosbags.rosbag1 import Reader, ReaderError
@@ -24,6 +25,7 @@ from rosbags.rosbag1.reader import (
 
 from arjuna_core.bags.metadata import BagFile, reason_of
 from arjuna_core.bags.topic import ROS1, BagMessage, TopicInfo
+from arjuna_core.files.input_file import open_file
 
 _DAMAGE = (
     *(ReaderError, OSError, ValueError, RuntimeError, KeyError, IndexError, AssertionError),
@@ -70,11 +72,13 @@ class _Reader(Reader):
     damage = ""
 
     def open(self) -> None:
+        path = Path(str(self.path))
+        open_file(path).close()  # the library opens it again, once it is known to be a file
         try:
             super().open()
         except _DAMAGE as error:
             self.damage = reason_of(error)
-            self.bio = self.path.open("rb")
+            self.bio = open_file(path)
             self.indexes, self.chunk_infos = {}, []
             if self.bio.readline() != b"#ROSBAG V2.0\n":
                 self.close()

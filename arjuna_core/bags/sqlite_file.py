@@ -8,7 +8,9 @@ Source: the schema of rosbag2_storage_sqlite3, versions 1 to 4.
 
 from __future__ import annotations
 
+import os
 import sqlite3
+import sys
 from array import array
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -17,7 +19,8 @@ import numpy as np
 
 from arjuna_core.bags import topic as topics
 from arjuna_core.bags.metadata import BagFile
-from arjuna_core.bags.topic import BagMessage, TopicInfo
+from arjuna_core.bags.topic import MESSAGE_MAX, BagMessage, TopicInfo
+from arjuna_core.files.input_file import open_file
 
 _TABLES = "SELECT name FROM sqlite_schema WHERE type = 'table' AND rootpage > 0"
 _COLUMNS = (
@@ -30,8 +33,14 @@ _DEFINITIONS = (
 )
 _INDEX = (
     "SELECT id, topic_id, timestamp FROM messages WHERE typeof(data) = 'blob' "
+    "AND length(data) <= ? "
     "AND typeof(id) || typeof(topic_id) || typeof(timestamp) = 'integerintegerinteger' ORDER BY id"
 )
+_COMPUTED = (
+    "SELECT 1 FROM sqlite_schema AS t, pragma_table_xinfo(t.name) AS c "
+    "WHERE t.name IN ('topics', 'messages', 'message_definitions') AND c.hidden > 0"
+)
+_BESIDE = ("-wal", "-shm", "-journal")
 _DATA = "SELECT data FROM messages WHERE id = ?"
 
 
@@ -62,13 +71,19 @@ class SqliteFile(BagFile):
 
     def _open(self) -> sqlite3.Connection:
         """Open the file, and the log of what was written last where it lies beside it."""
-        log = self.path.with_name(self.path.name + "-wal")
-        mode = "mode=ro" if log.exists() else "immutable=1"
+        wal, *others = (self.path.with_name(self.path.name + end) for end in _BESIDE)
+        for file in (self.path, *(each for each in (wal, *others) if os.path.lexists(each))):
+            open_file(file).close()  # SQLite opens it again, once it is known to be a file
+        mode = "mode=ro" if wal.exists() else "immutable=1"
         database = sqlite3.connect(f"{self.path.absolute().as_uri()}?{mode}", uri=True)
+        if sys.version_info >= (3, 11):
+            database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MESSAGE_MAX)
         try:
             database.execute("PRAGMA writable_schema = ON")  # else no file with pages missing opens
             if missing := {"topics", "messages"} - _tables(database):
                 raise sqlite3.DatabaseError(f"no table {' or '.join(sorted(missing))}")
+            if database.execute(_COMPUTED).fetchone():  # by expressions that could run for ever
+                raise sqlite3.DatabaseError("a table has columns that are computed")
         except sqlite3.Error:
             database.close()
             raise
@@ -105,7 +120,7 @@ def _index(database: sqlite3.Connection) -> tuple[np.ndarray, str]:
     """Return number, topic and time [ns] of each message, (n, 3) int64, and what ended it."""
     rows, damage = array("q"), ""
     try:
-        for row in database.execute(_INDEX):
+        for row in database.execute(_INDEX, (MESSAGE_MAX,)):
             rows.extend(row)
     except sqlite3.Error as error:
         damage = str(error)

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from arjuna_core.files.yaml_file import plain
+
 ROS1, ROS2 = "ros1", "cdr"
 """Encodings of messages that can be decoded."""
 
@@ -62,6 +64,10 @@ class TopicInfo:
     encoding: str = ROS2
 
 
+MESSAGE_MAX = 1 << 26
+"""How large a message may be [bytes]: a map of 8000 x 8000 cells."""
+
+
 class BagMessage(NamedTuple):
     """A recorded message.
 
@@ -82,7 +88,7 @@ def dump(profiles: Iterable[TopicQos]) -> str:
 def parse(profiles: str) -> tuple[TopicQos, ...]:
     """Return the profiles in a recording's text; unreadable ones are left out."""
     try:
-        found = yaml.safe_load(profiles)
+        found = plain(profiles)
     except yaml.YAMLError:
         return ()
     if not isinstance(found, list):

@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from arjuna_core.errors import MapError
+from arjuna_core.files.input_file import open_file
 from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN
 
 MODES = ("trinary", "scale", "raw")
+_KINDS = ("PPM", "PNG", "BMP", "JPEG", "TIFF", "GIF", "WEBP")  # none that runs another program
 _CELLS_MAX = 100_000_000  # 500 m x 500 m at 5 cm: more is a mistake or an attack
 
 
@@ -44,33 +46,37 @@ class MapOptions:
 MAP_SAVER = MapOptions()
 
 
-def read_image(path: Path) -> tuple[NDArray[np.float64], Any]:
-    """Return shade and alpha of an image's pixels, `(height, width) float64` 0..255, top row first.
+def read_image(path: Path) -> tuple[NDArray[np.uint8], Any]:
+    """Return shade and alpha of an image's pixels, `(height, width) uint8`, top row first.
 
     Alpha is None where the image has none.
 
     Raises:
-        MapError: It is no image, or too large.
-        FileNotFoundError: There is no such file.
+        MapError: It is missing, no image, or too large.
     """
     try:
-        with Image.open(path) as image:
+        with open_file(path, MapError, 1 << 29) as file, Image.open(file, formats=_KINDS) as image:
             if image.width * image.height > _CELLS_MAX:
                 raise MapError(path, f"has over {_CELLS_MAX} pixels")
             has_alpha = "A" in image.getbands()
-            pixels = np.asarray(image.convert("LA" if has_alpha else "L"), dtype=np.float64)
-    except FileNotFoundError:
-        raise
+            pixels = np.asarray(image.convert("LA" if has_alpha else "L"))
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise MapError(path, f"is no readable PGM or PNG image: {error}") from error
     return (pixels[..., 0], pixels[..., 1]) if has_alpha else (pixels, None)
 
 
-def occupancy_of(shade: NDArray[np.float64], alpha: Any, options: MapOptions) -> NDArray[np.int8]:
+def occupancy_of(shade: NDArray[np.uint8], alpha: Any, options: MapOptions) -> NDArray[np.int8]:
     """Return the occupancy that shades stand for, `(height, width) int8`.
 
     Source: map_server: raw keeps the value, the others compare the darkness with thresholds.
     """
+    cells = _occupancy_by_shade(np.arange(256.0), options)[shade]
+    if options.mode == "scale" and alpha is not None:
+        cells[alpha < 255] = UNKNOWN
+    return cells
+
+
+def _occupancy_by_shade(shade: NDArray[np.float64], options: MapOptions) -> NDArray[np.int8]:
     if options.mode == "raw":
         return np.where(shade <= OCCUPIED, shade, UNKNOWN).astype(np.int8)
     occupancy = shade / 255.0 if options.negate else 1.0 - shade / 255.0
@@ -79,10 +85,7 @@ def occupancy_of(shade: NDArray[np.float64], alpha: Any, options: MapOptions) ->
         span = options.occupied_thresh - options.free_thresh
         between = np.rint((occupancy - options.free_thresh) / span * OCCUPIED)
     occupied, free = occupancy > options.occupied_thresh, occupancy < options.free_thresh
-    cells = np.select([occupied, free], [OCCUPIED, FREE], between).astype(np.int8)
-    if options.mode == "scale" and alpha is not None:
-        cells[alpha < 255] = UNKNOWN
-    return cells
+    return np.select([occupied, free], [OCCUPIED, FREE], between).astype(np.int8)
 
 
 def encoded(data: NDArray[np.int8], options: MapOptions, image_format: str) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import yaml
 
 from arjuna_core.errors import MapError, closest
+from arjuna_core.files.input_file import head_of
 from arjuna_core.files.map_image import (
     MAP_SAVER,
     MODES,
@@ -18,7 +20,7 @@ from arjuna_core.files.map_image import (
     occupancy_of,
     read_image,
 )
-from arjuna_core.files.whole_file import head_of, write_atomically
+from arjuna_core.files.whole_file import write_atomically
 from arjuna_core.files.yaml_file import read_yaml
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
@@ -47,10 +49,9 @@ def load_map(
     header = _read_header(path, warn)
     options = _options(path, header)
     image = path.parent / _image_name(path, header)
-    try:
-        shade, alpha = read_image(image)
-    except FileNotFoundError as error:
-        raise MapError(path, f"image {image} does not exist", "image") from error
+    if not os.path.exists(image):  # noqa: PTH110 - Path.exists raises where a name is too long
+        raise MapError(path, f"image {image} does not exist", "image")
+    shade, alpha = read_image(image)
     frame = GridFrame(
         _positive(path, header, "resolution"), shade.shape[1], shade.shape[0], _origin(path, header)
     )
@@ -201,7 +202,7 @@ def _map_in(path: Path) -> dict[str, Any] | None:
 
 def _is_pgm(path: Path) -> bool:
     """Return whether a file is an image of maps; a kill may have left it without a header."""
-    return head_of(path, 2) in (b"P2", b"P5")
+    return head_of(path, 2, MapError) in (b"P2", b"P5")
 
 
 def _header_text(header: Mapping[str, Any]) -> bytes:

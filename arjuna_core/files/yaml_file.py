@@ -8,13 +8,34 @@ from typing import Any
 
 import yaml
 
-from arjuna_core.errors import InputFileError
-from arjuna_core.files.whole_file import read_bytes
+from arjuna_core.errors import InputFileError, shortened
+from arjuna_core.files.input_file import read_text
 
-_LARGEST = 2**20  # [bytes]
 _DEEPEST = 50
 _MOST = 200_000  # values, those that aliases stand for too
-_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_SAFE: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_TAG = "tag:yaml.org,2002:"
+
+
+class _Loader(_SAFE):
+    """Makes values of the kinds that ROS' own files have; a date is the text that it is."""
+
+    yaml_constructors = {  # noqa: RUF012 - as PyYAML has it
+        tag: make
+        for tag, make in _SAFE.yaml_constructors.items()
+        if tag not in {f"{_TAG}{kind}" for kind in ("binary", "omap", "pairs", "set")}
+    }
+
+    def construct_integer(self, node: yaml.ScalarNode) -> int:
+        """Return a whole number of 64 bits, as ROS has them."""
+        number = int(self.construct_yaml_int(node))
+        if not -(2**63) <= number < 2**64:
+            raise ValueError(f"{shortened(node.value, 40)}, a whole number of more than 64 bits")
+        return number
+
+
+_Loader.add_constructor(f"{_TAG}int", _Loader.construct_integer)
+_Loader.add_constructor(f"{_TAG}timestamp", _SAFE.construct_scalar)
 
 
 def read_yaml(path: Path, error: type[InputFileError] = InputFileError) -> Any:
@@ -24,16 +45,14 @@ def read_yaml(path: Path, error: type[InputFileError] = InputFileError) -> Any:
         InputFileError: It cannot be read or is no YAML; of the kind given as `error`.
     """
     try:
-        return plain(read_bytes(path, _LARGEST, error).decode("utf-8"))
-    except UnicodeDecodeError as reason:
-        raise error(path, "is no UTF-8 text") from reason
+        return plain(read_text(path, error=error))
     except yaml.YAMLError as reason:
         raise error(path, *_described(reason)) from reason
 
 
 def read_nodes(path: Path) -> yaml.Node | None:
     """Return the nodes of a YAML file that `read_yaml` reads, each with its line."""
-    return yaml.compose(read_bytes(path, _LARGEST, InputFileError).decode("utf-8"), Loader=_LOADER)
+    return yaml.compose(read_text(path), Loader=_Loader)
 
 
 def plain(text: str) -> Any:
@@ -43,10 +62,10 @@ def plain(text: str) -> Any:
         yaml.YAMLError: It is no YAML, is nested too deeply, grows too large by its aliases, or
             holds a value that cannot be.
     """
-    _check_growth(yaml.parse(text, Loader=_LOADER))
+    _check_growth(yaml.parse(text, Loader=_Loader))
     try:
-        return yaml.load(text, Loader=_LOADER)  # noqa: S506 - a safe one
-    except (ValueError, OverflowError) as error:  # as of the date 2000-99-99
+        return yaml.load(text, Loader=_Loader)  # noqa: S506 - a safe one
+    except (ValueError, LookupError, OverflowError) as error:  # as of `!!int x` and `!!bool x`
         raise yaml.YAMLError(f"holds a value that cannot be: {error}") from error
 
 

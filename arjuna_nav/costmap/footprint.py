@@ -10,6 +10,7 @@ import yaml
 from numpy.typing import NDArray
 
 from arjuna_core.errors import ConfigError
+from arjuna_core.files.yaml_file import plain
 from arjuna_core.ros.health.rules import OUTLINE
 from arjuna_core.se2 import SE2
 
@@ -74,7 +75,7 @@ class Footprint:
             ConfigError: The text is no list of three or more corners.
         """
         try:
-            corners = yaml.safe_load(text) or []
+            corners = plain(text) or []
             array = np.array(corners, dtype=np.float64)
         except (yaml.YAMLError, ValueError, TypeError) as error:
             problem = f"footprint {text!r} is invalid; valid: '[[x, y], [x, y], [x, y], ...]'"

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from arjuna_core.errors import InputFileError
-from arjuna_core.files.whole_file import read_json
+from arjuna_core.files.input_file import read_json
 
 Point = tuple[float, float]
 _IDS = 65536  # as many as nav2_msgs can number

@@ -9,13 +9,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from defusedxml import DefusedXmlException
-from defusedxml.ElementTree import ParseError, fromstring
-
 from arjuna_core.errors import InputFileError, nearest
+from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
 from arjuna_core.files.shipped import shipped_file
-from arjuna_core.files.whole_file import read_bytes
+from arjuna_core.files.xml_text import parse_xml
 from arjuna_nav.trees import actions, conditions, controls, decorators, replanning, servers
 from arjuna_nav.trees.blackboard import Blackboard, TreeError
 from arjuna_nav.trees.node import SCRIPTED, Decorator, Maker, Status, Tree, TreeNode
@@ -122,9 +120,9 @@ def build_tree(
 
 def _document(text: str | bytes, where: str) -> Any:
     try:
-        document = fromstring(text, forbid_dtd=True)
-    except (ParseError, DefusedXmlException, ValueError, RecursionError) as error:
-        raise TreeError(f"{where}: no XML, or one with a DTD: {error}") from error
+        document = parse_xml(where, text.encode() if isinstance(text, str) else text)
+    except InputFileError as error:
+        raise TreeError(str(error)) from error
     if document.tag != "root":
         raise TreeError(f"{where}: the outermost element is <{document.tag}>; valid: <root>")
     return document

@@ -9,18 +9,18 @@ from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import (  # parsing is defusedxml's
     Element,
-    ParseError,
     SubElement,
     register_namespace,
     tostring,
 )
 
 import numpy as np
-from defusedxml import DefusedXmlException
 from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
-from arjuna_sim.files.xml_file import XmlFile, parse_xml
+from arjuna_core.files.input_file import read_bytes
+from arjuna_core.files.xml_text import parse_xml
+from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.convex_pieces import surface
 from arjuna_sim.model.geometry.shapes import Kind, Mesh, Shape
 from arjuna_sim.model.notes import NoteKind
@@ -118,15 +118,9 @@ def read_mesh(path: Path, part: str = "") -> NDArray[np.float64]:
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         raise MeshError(path, f"has the form '{suffix}'; valid: {', '.join(MESH_SUFFIXES)}")
+    content = read_bytes(path, _BYTES_MAX, MeshError)
     try:
-        size = path.stat().st_size
-        if size > _BYTES_MAX:
-            raise MeshError(path, f"has {size} bytes; at most {_BYTES_MAX} are read")
-        content = path.read_bytes()
-    except OSError as error:
-        raise MeshError(path, f"cannot be read: {error.strerror}") from error
-    try:
-        prepared = {".stl": _stl, ".obj": _obj, ".dae": _collada}[suffix](content, part)
+        prepared = {".stl": _stl, ".obj": _obj, ".dae": _collada}[suffix](path, content, part)
         triangles = _loaded(prepared, suffix) if prepared else np.zeros((0, 3, 3))
     except IndexError as error:
         raise MeshError(
@@ -170,7 +164,7 @@ def _loaded(content: bytes, suffix: str) -> NDArray[np.float64]:
     return triangles * (float(units.partition(" * ")[0]) if " * " in units else 1.0)
 
 
-def _stl(content: bytes, part: str) -> bytes:
+def _stl(path: Path, content: bytes, part: str) -> bytes:
     """Return STL without what follows its last face; text is known by its size or beginning."""
     if part:
         return b""
@@ -192,7 +186,7 @@ def _text(content: bytes) -> str:
     return content.decode("utf-8", "replace")
 
 
-def _obj(content: bytes, part: str) -> bytes:
+def _obj(path: Path, content: bytes, part: str) -> bytes:
     """Return Wavefront OBJ with the faces of an object or group alone, and without materials.
 
     Faces count from the first corner: trimesh takes those that count back from the last of all.
@@ -216,19 +210,14 @@ def _obj(content: bytes, part: str) -> bytes:
     return "\n".join(kept).encode() if has_faces else b""
 
 
-def _collada(content: bytes, part: str) -> bytes:
+def _collada(path: Path, content: bytes, part: str) -> bytes:
     """Return COLLADA that was parsed safely, with the geometries of a part alone.
 
     Source: Khronos, COLLADA 1.4.1 specification, chapter 10 (scenes).
     """
     if len(content) > _TEXT_MAX:
         raise ValueError(f"it has {len(content)} bytes; valid: up to {_TEXT_MAX}")
-    try:
-        root = parse_xml(content)
-    except ParseError as error:
-        raise ValueError(f"line {error.position[0]}: broken XML: {error.msg}") from error
-    except DefusedXmlException as error:
-        raise ValueError(f"declares a DTD or entities ({type(error).__name__})") from error
+    root = parse_xml(path, content, MeshError)
     space = root.tag[: root.tag.rfind("}") + 1]
     nodes = {node.get("id", ""): node for node in root.iter(f"{space}node")}
     geometries = list(root.iter(f"{space}geometry"))

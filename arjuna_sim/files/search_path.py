@@ -10,6 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
+from arjuna_core.errors import InputFileError
+from arjuna_core.files.input_file import head_of
+
 _VARIABLES = ("GZ_FUEL_CACHE_PATH", "IGN_FUEL_CACHE_PATH")
 _HOMES = (Path("~/.gz/fuel"), Path("~/.ignition/fuel"))
 _API = re.compile(r"[^/]+/1\.0/([^/]+)/models/([^/]+)(?:/(\d+|tip))?(?:/files)?(?:/(.*))?")
@@ -257,10 +260,9 @@ def _manifest(folder: Path) -> str:
 
 def _text(path: Path) -> str:
     try:
-        with path.open("rb") as file:
-            # A hostile manifest may be large: its first 100 kB are read.
-            return file.read(100_000).decode("utf-8", "replace")
-    except OSError:
+        # A hostile manifest may be large: its first 100 kB are read.
+        return head_of(path, 100_000).decode("utf-8", "replace")
+    except InputFileError:
         return ""
 
 

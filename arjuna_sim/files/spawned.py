@@ -10,13 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from arjuna_core.errors import InputFileError, RobotError, WorldError
+from arjuna_core.files.input_file import read_bytes
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.library import Fault, Library, ResourceError, sent_text
 from arjuna_sim.files.robots.robot_file import names_drive, robot_of_text
 from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.xacro_file import Expanded
-from arjuna_sim.files.xml_file import XmlFile, root_tag
+from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile, root_tag
 from arjuna_sim.model.entities import (
     Category,
     Entity,
@@ -94,9 +95,9 @@ def _content(uri: str, text: str, library: Library) -> tuple[Path, str]:
         return library.folder / "resource_string", text
     path = library.find(uri.strip(), (".sdf", ".urdf"))
     try:
-        return path, path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise ResourceError(Fault.FORBIDDEN, f"'{uri}' cannot be read: {error.strerror}") from error
+        return path, read_bytes(path, BYTES_MAX).decode("utf-8", "replace")
+    except InputFileError as error:
+        raise ResourceError(Fault.FORBIDDEN, f"'{uri}' {error.problem}") from error
 
 
 def _primitive(kind: str, sizes: str | None, mass: str | None) -> Entity:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import MapError, RobotError, WorldError
+from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.maps import load_map
-from arjuna_core.files.whole_file import read_bytes
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2

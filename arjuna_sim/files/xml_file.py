@@ -5,105 +5,26 @@ from __future__ import annotations
 import math
 import re
 from pathlib import Path
-from xml.etree.ElementTree import Element, ParseError, TreeBuilder  # parsing is defusedxml's
-
-from defusedxml import DefusedXmlException
-from defusedxml.ElementTree import DefusedXMLParser
+from xml.etree.ElementTree import Element  # a type alone
 
 from arjuna_core.errors import InputFileError
-from arjuna_core.files.whole_file import read_bytes
+from arjuna_core.files.input_file import read_bytes
+from arjuna_core.files.xml_text import parse_xml
 from arjuna_sim.files import before_sdf
 from arjuna_sim.files.search_path import EscapeError, SearchPath
 from arjuna_sim.model.geometry.shapes import Mesh, Terrain
 from arjuna_sim.model.notes import Note, NoteKind
 
-# Bounds on hostile files: what still loads within 2 s and 500 MB (tests/fuzz/test_models.py).
-_ELEMENTS_MAX = 300_000
-_DEPTH_MAX = 100
-_PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
-_DECLARED = re.compile(rb"xmlns:([A-Za-z_][\w.-]*)\s*=")
-_ROOT = re.compile(rb"<[A-Za-z_][\w.-]*")
-_OPENS, _CLOSES = b"<!--", b"-->"
-_WESTERN = "cp1252"  # in which files are written that are not in UTF-8 and do not say so
 BYTES_MAX = 20_000_000  # a hostile file still loads within 2 s and 500 MB
 _TEXT_MAX = 1000
 _SIZE_MAX = 1e5  # [m]
 _POSITION_MAX = 1e6  # [m]
 
 
-class _Builder(TreeBuilder):
-    def __init__(self) -> None:
-        super().__init__()
-        self._count = self._depth = 0
-
-    def start(self, tag: str, attributes: dict[str, str], /) -> Element:
-        self._count += 1
-        self._depth += 1
-        if self._count > _ELEMENTS_MAX or self._depth > _DEPTH_MAX:
-            problem = f"it has more than {_ELEMENTS_MAX} elements, or more than {_DEPTH_MAX} nested"
-            raise ValueError(problem)
-        return super().start(tag, attributes)
-
-    def end(self, tag: str, /) -> Element:
-        self._depth -= 1
-        return super().end(tag)
-
-
-def parse_xml(text: bytes) -> Element:
-    """Parse plain XML: no DTD, no entities, no more elements than any robot or world has.
-
-    As for Gazebo's own parser a prefix that nobody declares stands for itself, blanks may stand
-    before the declaration, a comment may hold two dashes, and letters need not be UTF-8.
-
-    Raises:
-        ParseError: It is broken.
-        DefusedXmlException: It declares a DTD or entities.
-        ValueError: It is too large, or its encoding is unknown.
-    """
-    try:
-        return _parse(text)
-    except ParseError:
-        mended = _declared(_in_utf8(_without_comments(text)))
-    return _parse(mended)
-
-
-def _parse(text: bytes) -> Element:
-    parser = DefusedXMLParser(target=_Builder(), forbid_dtd=True)
-    parser.feed(text.lstrip() if text.lstrip().startswith(b"<?xml") else text)
-    root: Element = parser.close()
-    return root
-
-
-def _without_comments(text: bytes) -> bytes:
-    pieces, at = [], 0
-    while (start := text.find(_OPENS, at)) >= 0:
-        end = text.find(_CLOSES, start + len(_OPENS))
-        if end < 0:
-            break
-        pieces.append(text[at:start] + b"\n" * text.count(b"\n", start, end))
-        at = end + len(_CLOSES)
-    return b"".join((*pieces, text[at:]))
-
-
 def root_tag(text: bytes) -> str:
     """Return whether a text holds `sdf` or `robot`, by whichever tag is first; "" for neither."""
     root = re.search(rb"<\s*(sdf|robot)\b", text)
     return root.group(1).decode() if root is not None else ""
-
-
-def _in_utf8(text: bytes) -> bytes:
-    """Return a text in UTF-8 that was in nothing that it says."""
-    try:
-        text.decode("utf-8")
-    except UnicodeDecodeError:
-        return text.decode(_WESTERN, "replace").encode("utf-8")
-    return text
-
-
-def _declared(text: bytes) -> bytes:
-    prefixes = sorted(set(_PREFIX.findall(text)) - set(_DECLARED.findall(text)))
-    declared = b"".join(b" xmlns:%b='%b'" % (prefix, prefix) for prefix in prefixes[:20])
-    return _ROOT.sub(lambda found: found.group() + declared, text, count=1)
 
 
 class XmlFile:
@@ -137,16 +58,7 @@ class XmlFile:
         self.notes: dict[Note, None] = {}
 
     def _parse(self, tag: str) -> Element:
-        try:
-            root = parse_xml(self.text)
-        except ParseError as error:
-            line = f"line {error.position[0]}"
-            raise self.error(self.path, f"is broken XML: {error.msg}", line) from error
-        except DefusedXmlException as error:
-            problem = f"declares a DTD or entities ({type(error).__name__}); plain XML is valid"
-            raise self.error(self.path, problem) from error
-        except (ValueError, LookupError) as error:
-            raise self.error(self.path, f"is no readable XML: {error}") from error
+        root = parse_xml(self.path, self.text, self.error)
         if len(root.get("name", "")) > _TEXT_MAX:
             raise self.error(self.path, f"has a name of more than {_TEXT_MAX} characters")
         if root.tag == before_sdf.ROOT and tag == "sdf":

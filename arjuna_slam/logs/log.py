@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import bz2
-import gzip
-import lzma
 import math
-import zlib
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, BinaryIO, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from arjuna_core.arrays import Floats
 from arjuna_core.bags.reader import PACKED, SUFFIXES
-from arjuna_core.errors import InputFileError
+from arjuna_core.errors import InputFileError, shortened
+from arjuna_core.files.input_file import UNPACKERS, UNPACKING, open_file, read_lines
 from arjuna_core.ros.health.rules import GREATEST
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
@@ -24,7 +21,7 @@ from arjuna_slam.logs.recording import Recording, RecordingTopics
 
 _RANGE_MAX = 80.0  # readings at the scanner's maximum mean no return
 
-COMPRESSED = (".xz", ".gz", ".bz2")
+COMPRESSED = tuple(UNPACKERS)
 """Suffixes of compressed logs."""
 _CARMEN = (".clf", ".log")
 
@@ -34,6 +31,7 @@ class CarmenLog:
 
     Attributes:
         problems: What was passed over.
+        progress: Share (0..1) of the log that has been read.
 
     Raises:
         InputFileError: It cannot be read.
@@ -42,16 +40,9 @@ class CarmenLog:
     def __init__(self, path: Path) -> None:
         self.problems: list[str] = []
         self._path = path
-        self._read = 0
-        try:
-            self._size = max(1, path.stat().st_size)
-        except OSError as error:
-            raise InputFileError(path, f"cannot be read: {error.strerror}") from error
-
-    @property
-    def progress(self) -> float:
-        """Share (0..1) of the log that has been read."""
-        return self._read / self._size
+        self.progress = 0.0
+        self._idle = 0  # lines since the last scan
+        open_file(path).close()  # raises early
 
     def __iter__(self) -> Iterator[tuple[Scan, SE2]]:
         """Yield scans and odometry.
@@ -63,6 +54,7 @@ class CarmenLog:
         bad: list[str] = []
         for entry in read_carmen(self._lines(), problems=bad):
             given += 1
+            self._idle = 0
             yield entry
         if given == 0:
             reason = (bad + self.problems + ["no line begins with FLASER or ROBOTLASER1"])[0]
@@ -72,20 +64,14 @@ class CarmenLog:
 
     def _lines(self) -> Iterator[str]:
         try:
-            with self._path.open("rb") as raw, _unpacked(raw, self._path.suffix.lower()) as text:
-                for line in text:
-                    self._read = raw.tell()
-                    yield line.decode("ascii", "replace")
-        except (OSError, EOFError, lzma.LZMAError, zlib.error) as error:
+            for line, share in read_lines(self._path):
+                self.progress = share
+                self._idle += 1
+                if self._idle > 1_000_000:
+                    raise InputFileError(self._path, "has over a million lines without a scan")
+                yield line.decode("ascii", "replace")
+        except UNPACKING as error:
             self.problems.append(f"damaged or cut short ({error}); read up to there")
-
-
-def _unpacked(raw: BinaryIO, suffix: str) -> Any:
-    if suffix == ".xz":
-        return lzma.open(raw)
-    if suffix == ".gz":
-        return gzip.open(raw)
-    return bz2.open(raw) if suffix == ".bz2" else raw
 
 
 def read_carmen(
@@ -109,7 +95,8 @@ def read_carmen(
         except ValueError as error:
             if problems is None:
                 raise ValueError(f"line {number}: {error}") from error
-            problems.append(f"line {number}: {error}")
+            kept = len(problems) < 1000  # of a broken file the first are enough
+            problems.append(f"line {number}: {shortened(str(error), 200)}" if kept else "")
             continue
         if T_base_sensor is None:
             T_base_sensor = _mount(odometry.inverse() @ laser)

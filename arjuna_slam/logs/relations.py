@@ -5,6 +5,7 @@ Source: Kuemmerle et al., On measuring the accuracy of SLAM algorithms, 2009.
 
 from __future__ import annotations
 
+import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,7 @@ import numpy as np
 
 from arjuna_core.arrays import Floats
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.input_file import read_text
 from arjuna_core.se2 import SE2, wrap
 
 
@@ -23,8 +25,8 @@ def read_relations(path: Path) -> Floats:
         InputFileError: It cannot be read as such.
     """
     try:
-        relations = np.loadtxt(path, ndmin=2)
-    except (OSError, ValueError) as error:
+        relations = np.loadtxt(io.StringIO(read_text(path, 20_000_000)), ndmin=2)
+    except ValueError as error:
         raise InputFileError(path, f"cannot be read as relations: {error}") from error
     if relations.shape[1] != 8:
         problem = f"has {relations.shape[1]} columns; valid: t1 t2 x y z roll pitch yaw"

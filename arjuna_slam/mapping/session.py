@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from arjuna_core.arrays import Floats
 from arjuna_core.errors import InputFileError
-from arjuna_core.files.whole_file import head_of, read_bytes, write_atomically
+from arjuna_core.files.input_file import head_of, open_file, read_bytes
+from arjuna_core.files.whole_file import write_atomically
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
@@ -86,7 +87,7 @@ def save_session(path: Path, session: Session) -> None:
     data = _encode(session)
 
     def read_back(part: Path) -> None:
-        if part.read_bytes() != data:
+        if read_bytes(part, len(data), SessionFileError) != data:
             raise SessionFileError(path, "does not read back as it was written; the disk may fail")
         _check(path, _read_arrays(path, data))
 
@@ -104,13 +105,15 @@ def load_session(path: Path) -> Session:
         SessionFileError: It is missing, damaged, foreign or inconsistent.
     """
     largest = 2**31  # [bytes]
+    with open_file(path, SessionFileError) as file:
+        _check_kind(path, file.read(64))  # before all of it is read
     return _decode(path, read_bytes(path, largest, SessionFileError))
 
 
 def _check_replaced(path: Path) -> None:
     """Refuse to write over a file that no session was written to."""
     size = 64  # [bytes] that distinguish a session from other files
-    head = head_of(path, size)
+    head = head_of(path, size, SessionFileError)
     ours = head.startswith(_FIRST_VERSION) or (head.startswith(b"PK") and b"poses.npy" in head)
     if head and not ours:
         problem = "is there and no pose graph of Arjuna's: it is not overwritten"
@@ -163,7 +166,7 @@ def _decode(path: Path, data: bytes) -> Session:
     return _from_arrays(arrays)
 
 
-def _read_arrays(path: Path, data: bytes) -> Arrays:
+def _check_kind(path: Path, data: bytes) -> None:
     if data.startswith(_FIRST_VERSION):
         raise SessionFileError(path, f"is of version 1, an earlier Arjuna's; valid: {_VERSION}")
     if not data.startswith(b"PK"):
@@ -171,6 +174,10 @@ def _read_arrays(path: Path, data: bytes) -> Arrays:
         if data[:40].find(b"serialization::archive") >= 0:
             problem += "; the archives that slam_toolbox writes cannot be read"
         raise SessionFileError(path, problem)
+
+
+def _read_arrays(path: Path, data: bytes) -> Arrays:
+    _check_kind(path, data)
     body = data[:-_DIGEST]
     if hashlib.sha256(body).digest() != data[-_DIGEST:]:
         raise SessionFileError(path, "is damaged or cut short: its checksum does not fit")

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from arjuna_core.errors import InputFileError
+from arjuna_core.files.input_file import read_json
 from arjuna_core.files.whole_file import write_atomically
 
 _FILE = "outcome.json"
@@ -72,6 +74,6 @@ def write_outcome(folder: Path, outcome: Outcome) -> None:
 def read_outcome(folder: Path) -> Outcome | None:
     """Return the outcome of a run's folder; None where it has not ended."""
     try:
-        return Outcome(**json.loads((folder / _FILE).read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError):
+        return Outcome(**read_json(folder / _FILE))
+    except (InputFileError, TypeError):
         return None

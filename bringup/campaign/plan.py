@@ -107,6 +107,9 @@ def _campaign(path: Path, content: dict[str, Any]) -> Campaign:
         raise ValueError("'success' is a mapping of a result's keys")
     if not isinstance(timeout, int | float) or not timeout > 0:
         raise ValueError("'timeout' is a number of seconds above 0")
+    measures = content.get("measures", [])
+    if not isinstance(measures, list):
+        raise ValueError("'measures' is a list of a result's keys")
     command = tuple(shlex.split(str(content["command"])))
     if not any(FOLDER in word for word in command):
         raise ValueError(f"'command' says nowhere where its results go; write {FOLDER} for it")
@@ -116,7 +119,7 @@ def _campaign(path: Path, content: dict[str, Any]) -> Campaign:
         str(content["result"]),
         factors_of(content.get("factors", {})),
         content["success"],
-        tuple(map(str, content.get("measures", ()))),
+        tuple(map(str, measures)),
         float(timeout),
     )
 

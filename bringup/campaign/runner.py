@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from arjuna_core.config import dotted
+from arjuna_core.errors import InputFileError
+from arjuna_core.files.input_file import read_json, read_text
 from arjuna_core.files.whole_file import write_atomically
 from bringup.campaign.outcome import Outcome, figures_of, judged, read_outcome, write_outcome
 from bringup.campaign.plan import Campaign, CampaignError, Run
@@ -88,9 +90,8 @@ class _Started:
 
     def _judged(self, code: int, passed: float) -> Outcome:
         try:
-            text = (self._folder / self._campaign.result).read_text(encoding="utf-8")
-            result = json.loads(text)
-        except (OSError, ValueError):
+            result = read_json(self._folder / self._campaign.result)
+        except InputFileError:
             return self._outcome(f"{describe_exit(code)}, no result; {self._last}", passed)
         flat = dotted(result) if isinstance(result, dict) else {}
         reason = judged(flat, self._campaign.success)
@@ -184,5 +185,5 @@ def _claim(folder: Path, campaign: Campaign) -> None:
     path = folder / _CLAIM
     if not path.exists():
         write_atomically(path, text.encode())
-    elif path.read_text(encoding="utf-8") != text:
+    elif read_text(path) != text:
         raise CampaignError(folder, "has the runs of another campaign; valid: a new folder")

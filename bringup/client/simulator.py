@@ -24,6 +24,8 @@ from simulation_interfaces.srv import (
     StepSimulation,
 )
 
+from arjuna_core.errors import InputFileError
+from arjuna_core.files.input_file import read_text
 from arjuna_core.ros.convert import quaternion, yaw
 from bringup.client.session import ClientError, Connection
 
@@ -149,9 +151,9 @@ def resource_of(what: str) -> Resource:
     if "://" in what or not path.is_file():
         return Resource(uri=what)
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise SimulatorError(f"{path}: cannot be read: {error}") from error
+        text = read_text(path, 20_000_000)
+    except InputFileError as error:
+        raise SimulatorError(str(error)) from error
     return Resource(uri=str(path.resolve())) if "<mesh" in text else Resource(resource_string=text)
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.input_file import read_text
 
 _HEADING = re.compile(r"^## (.+)$")
 _FENCE = re.compile(r"^```(\w*)$")
@@ -69,10 +70,7 @@ def load_page(path: Path) -> Page:
     Raises:
         InputFileError: It cannot be read, or no command stands in it.
     """
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except OSError as error:
-        raise InputFileError(path, f"cannot be read: {error.strerror}") from error
+    lines = read_text(path).splitlines()
     title = next((line[2:] for line in lines if line.startswith("# ")), path.stem)
     sections = tuple(section for section in _sections(lines) if section.commands)
     if not sections:

@@ -23,6 +23,7 @@ from optuna.distributions import (
 from optuna.storages import JournalStorage
 from optuna.storages.journal import JournalFileBackend
 
+from arjuna_core.files.input_file import open_file
 from bringup.campaign.outcome import Outcome
 from bringup.campaign.plan import CampaignError
 from bringup.tuning.plan import Tuning
@@ -59,6 +60,8 @@ class Study:
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         self._tuning = tuning
         path = folder / FILE
+        if path.exists():
+            open_file(path, CampaignError, 1 << 30).close()  # Optuna opens it again
         try:
             self._study = optuna.create_study(
                 storage=JournalStorage(JournalFileBackend(str(path))),

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from arjuna_core.errors import InputFileError
-from arjuna_core.files.whole_file import read_bytes
+from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.yaml_file import read_yaml
 
 _MOVE_BASE = "/move_base/"  # below which ROS 1 publishes what has no such place here

@@ -2,33 +2,55 @@
 
 from __future__ import annotations
 
+import bz2
+import gzip
 import hashlib
+import lzma
 import re
+import shutil
 import time
 import traceback
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import yaml
 
 from arjuna_core.bags.reader import Bag
-from arjuna_core.errors import ArjunaError, InputFileError, MapError
+from arjuna_core.errors import ArjunaError, InputFileError, MapError, RobotError, WorldError
 from arjuna_core.files.map_image import MapOptions
 from arjuna_core.files.maps import load_map, save_map
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_nav.docking.database import read_docks
 from arjuna_nav.planners.hybrid import primitives
 from arjuna_nav.routes.graph import read_graph
+from arjuna_nav.trees.blackboard import TreeError
+from arjuna_nav.trees.xml_file import read_tree
+from arjuna_sim.files.meshes import MeshError, read_mesh
+from arjuna_sim.files.robots.robot_file import load_robot
+from arjuna_sim.files.sdf.solids import read_heights
+from arjuna_sim.files.world_file import load_world
 from arjuna_slam.logs.log import open_log
 from arjuna_slam.logs.recording import RecordingTopics
+from arjuna_slam.logs.relations import read_relations
 from arjuna_slam.mapping.session import SessionFileError, load_session
+from bringup.campaign.plan import load_campaign
 from bringup.client.waypoints import load_waypoints
+from bringup.lessons.page import load_page
 from bringup.parameters.files import load_parameters
+from bringup.parameters.foreign.conversion import converted
+from bringup.parameters.foreign.launch_file import LaunchFile
+from bringup.tuning.plan import load_tuning
+from bringup.tuning.space import Known, known_parameters
+from bringup.viewing.drawing import visual_model
+from bringup.viewing.drawing.visual_model import VisualError
+from bringup.viewing.rviz_file import read_rviz
 from tests.core.bags.recordings import (
     ODOMETRY,
     SCAN,
@@ -96,6 +118,52 @@ def mutated(text: bytes, rng: np.random.Generator, most: int = 3) -> bytes:
 
 SLOW = 2.0
 """How long a file of some kilobytes may take a core [s]."""
+LONGEST = 500
+"""How many characters an error may have."""
+CORPUS = Path(__file__).parent / "corpus"
+_OUTER = """<?xml version="1.0"?>
+<launch>
+  <arg name="particles" default="80"/>
+  <arg name="laser" value="robot/$(arg particles)"/>
+  <node pkg="map_server" type="map_server" name="map_server" args="/home/me/map.yaml"/>
+  <node pkg="amcl" type="amcl" name="localizer" args="scan:=/laser _kld_err:=0.02">
+    <remap from="scan" to="robot/laser/scan"/>
+    <param name="max_particles" value="$(arg particles)"/>
+    <param name="~kld_err" type="double" value="0.01"/>
+    <rosparam>odom_alpha1: 0.2</rosparam>
+  </node>
+  <include file="$(dirname)/inner.launch"><arg name="speed" value="0.3"/></include>
+  <include file="inner.launch" pass_all_args="true"/>
+</launch>
+"""
+_INNER = """<launch>
+  <arg name="speed" default="0.9"/>
+  <group ns="robot1" unless="false">
+    <node pkg="move_base" type="move_base" name="move_base">
+      <rosparam file="$(dirname)/common.yaml" command="load" ns="global_costmap"/>
+      <rosparam subst_value="true">DWAPlannerROS: {max_vel_x: $(arg speed)}</rosparam>
+      <param name="DWAPlannerROS/acc_lim_x" value="1.5" if="$(optenv SLOW 1)"/>
+    </node>
+  </group>
+</launch>
+"""
+_WARNINGS: deque[str] = deque(maxlen=1)
+_DOCKS = "docks:\n  home: {type: simple, frame: map, pose: [1.0, 2.0, 0.5], id: a}\n"
+_RVIZ = """Visualization Manager:
+  Displays:
+    - {Class: rviz_default_plugins/LaserScan, Enabled: true, Topic: {Depth: 5, Value: /scan}}
+    - Class: rviz_common/Group
+      Enabled: true
+      Displays:
+        - {Class: rviz_default_plugins/Map, Enabled: true, Topic: {Value: /local_costmap/costmap}}
+  Global Options: {Fixed Frame: odom}
+"""
+_RELATIONS = "1.0 2.0 0.1 0.2 0.0 0.0 0.0 0.05\n2.0 3.5 0.1 -0.2 0.0 0.0 0.0 -0.05\n"
+_PAGE = "# Title\n\n## Part\n\nwords\n\n```sh\npython -m bringup sim --seed 1\n```\n"
+_DRAWN = (
+    '<robot name="r"><link name="l"><visual><geometry><mesh filename="{}"/></geometry></visual>'
+    "</link></robot>"
+)
 _DIGEST = hashlib.sha256().digest_size
 
 
@@ -205,17 +273,102 @@ def _recorded(folder: Path) -> Path:
     return write(folder / "run.mcap", log_entries())
 
 
+def _packed_log(suffix: str, pack: Callable[[bytes], bytes]) -> Callable[[Path], Path]:
+    def made(folder: Path) -> Path:
+        path = folder / f"room.clf{suffix}"
+        path.write_bytes(pack(_carmen(folder).read_bytes()))
+        return path
+
+    return made
+
+
+def _mixed(folder: Path) -> Path:
+    """Write an mcap file of small packed chunks that overlap in time."""
+    entries = log_entries()
+    return write(folder / "run.mcap", [*entries[1::2], *entries[::2]], chunk=400)
+
+
+def _packed_bag(folder: Path) -> Path:
+    return next(write_humble(folder / "bag", log_entries(), "MCAP", "FILE").glob("*.zstd"))
+
+
+def _metadata(folder: Path) -> Path:
+    return write_humble(folder / "bag", log_entries()) / "metadata.yaml"
+
+
+def _text(name: str, content: str) -> Callable[[Path], Path]:
+    def made(folder: Path) -> Path:
+        path = folder / name
+        path.write_text(content, encoding="utf-8")
+        return path
+
+    return made
+
+
+def _shipped(name: str) -> Callable[[Path], Path]:
+    return _text(Path(name).name, shipped_file(name).read_text(encoding="utf-8"))
+
+
+def _from_corpus(name: str) -> Callable[[Path], Path]:
+    return lambda folder: Path(shutil.copytree(CORPUS, folder, dirs_exist_ok=True), name)
+
+
+def _launch(folder: Path) -> Path:
+    (folder / "inner.launch").write_text(_INNER, encoding="utf-8")
+    (folder / "common.yaml").write_text("{robot_radius: 0.2}", encoding="utf-8")
+    return _text("outer.launch", _OUTER)(folder)
+
+
+def _drawn(path: Path) -> None:
+    visual_model.read(_DRAWN.format(path), Path)
+
+
+@cache
+def _parameters_now() -> Known:
+    return known_parameters([])
+
+
 READERS = (
     Reader("map YAML", load_map, MapError, _map),
     Reader("map PGM", lambda path: load_map(path.with_suffix(".yaml")), MapError, _image("pgm")),
     Reader("map PNG", lambda path: load_map(path.with_suffix(".yaml")), MapError, _image("png")),
     Reader("parameters", lambda path: load_parameters([path]), InputFileError, _parameters),
+    Reader("foreign parameters", converted, InputFileError, _parameters),
+    Reader("launch", LaunchFile, InputFileError, _launch),
+    Reader("campaign", load_campaign, InputFileError, _shipped("campaigns/goals.yaml")),
+    Reader(
+        "tuning",
+        lambda path: load_tuning(path, lambda _: _parameters_now()),
+        InputFileError,
+        _shipped("campaigns/tuning/race_track.yaml"),
+    ),
     Reader("waypoints", load_waypoints, InputFileError, _waypoints),
+    Reader(
+        "docks",
+        lambda path: read_docks(path, _WARNINGS.append),
+        InputFileError,
+        _text("docks.yaml", _DOCKS),
+    ),
     Reader("route graph", lambda path: read_graph(path, "map"), InputFileError, routes.written),
     Reader("lattice", primitives.read, InputFileError, lattices.written),
+    Reader(
+        "tree",
+        read_tree,
+        TreeError,
+        _shipped("behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml"),
+    ),
+    Reader("RViz", read_rviz, InputFileError, _text("view.rviz", _RVIZ)),
+    Reader("relations", read_relations, InputFileError, _text("a.relations", _RELATIONS)),
+    Reader("page", load_page, InputFileError, _text("page.md", _PAGE)),
     Reader("CARMEN", _drained, InputFileError, _carmen),
+    Reader("CARMEN gz", _drained, InputFileError, _packed_log(".gz", gzip.compress)),
+    Reader("CARMEN xz", _drained, InputFileError, _packed_log(".xz", lzma.compress)),
+    Reader("CARMEN bz2", _drained, InputFileError, _packed_log(".bz2", bz2.compress)),
     Reader("mcap as log", _drained, InputFileError, _recorded),
     Reader("mcap as bag", _bag, InputFileError, _recorded),
+    Reader("mcap that overlaps", _bag, InputFileError, _mixed),
+    Reader("mcap packed", _bag, InputFileError, _packed_bag),
+    Reader("bag metadata", lambda path: _bag(path.parent), InputFileError, _metadata),
     Reader("db3 as log", _drained, InputFileError, _db3),
     Reader("db3 as bag", _bag, InputFileError, _db3),
     Reader(
@@ -225,7 +378,18 @@ READERS = (
         lambda folder: write_ros1(folder / "run.bag", log_entries()),
     ),
     Reader("session", load_session, SessionFileError, _session, _signed),
+    Reader("URDF", load_robot, RobotError, _from_corpus("robot.urdf")),
+    Reader("xacro", load_robot, RobotError, _from_corpus("macros.xacro")),
+    Reader("world", load_world, WorldError, _from_corpus("world.world")),
+    Reader("map as world", load_world, WorldError, _from_corpus("hall.yaml")),
+    Reader("mesh stl", read_mesh, MeshError, _from_corpus("cube.stl")),
+    Reader("mesh obj", read_mesh, MeshError, _from_corpus("wheel.obj")),
+    Reader("mesh dae", read_mesh, MeshError, _from_corpus("room.dae")),
+    Reader("drawn mesh obj", _drawn, VisualError, _from_corpus("wheel.obj")),
+    Reader("drawn mesh dae", _drawn, VisualError, _from_corpus("room.dae")),
+    Reader("terrain", read_heights, WorldError, _image("png")),
 )
+"""Every reader of files that a user or a client may name."""
 
 
 @dataclass(frozen=True)
@@ -268,7 +432,8 @@ class Fuzzer:
         try:
             self.reader.read(self._path)
         except self.reader.error as error:
-            problem = "an error of many lines" if "\n" in str(error) else ""
+            is_long = "\n" in str(error) or len(str(error)) > LONGEST
+            problem = "an error of many lines or letters" if is_long else ""
         except Exception as error:  # noqa: BLE001 - what is looked for
             frame = traceback.extract_tb(error.__traceback__)[-1]
             where = f"{Path(frame.filename).name}:{frame.lineno}"

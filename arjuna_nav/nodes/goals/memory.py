@@ -8,6 +8,7 @@ from typing import Any
 
 from rclpy.serialization import deserialize_message, serialize_message
 
+from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.whole_file import write_atomically
 from arjuna_core.ros.goal_client import GoalClient
 from arjuna_core.ros.goal_server import GoalNode
@@ -52,7 +53,7 @@ class GoalMemory:
         """Look for a goal that did not end; `resume`, called again and again, sends it."""
         if self._file is None or not self._file.is_file():
             return
-        first, _, data = self._file.read_bytes().partition(b"\n")
+        first, _, data = read_bytes(self._file, 1 << 24).partition(b"\n")
         name = first.decode(errors="replace")
         if name in self._actions:
             self._left = name, deserialize_message(data, self._actions[name].Goal)

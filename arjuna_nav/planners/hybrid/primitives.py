@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
-from arjuna_core.files.whole_file import read_json
+from arjuna_core.files.input_file import read_json
 from arjuna_core.se2 import wrap
 from arjuna_nav.planners.hybrid.moves import STEP, Moves
 

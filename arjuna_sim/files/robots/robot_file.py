@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from arjuna_core.errors import RobotError
-from arjuna_core.files.whole_file import read_bytes
+from arjuna_core.files.input_file import read_bytes
 from arjuna_sim.files.robots.completion import (
     bound_inertias,
     complete_masses,

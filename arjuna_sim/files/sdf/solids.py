@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from arjuna_core.errors import WorldError
+from arjuna_core.files.input_file import open_file
 
 _CORNERS_MAX = 1000
 _LEAST = 1e-12  # [m^2]
@@ -124,7 +125,8 @@ def read_heights(path: Path) -> NDArray[np.float64]:
         WorldError: It is no such picture, or is too large.
     """
     try:
-        with Image.open(path, formats=("PNG", "JPEG", "TIFF", "BMP")) as image:
+        kinds = ("PNG", "JPEG", "TIFF", "BMP")
+        with open_file(path, WorldError, 1 << 27) as file, Image.open(file, formats=kinds) as image:
             if image.width * image.height > _PIXELS_MAX or min(image.size) < 2:
                 size = f"{image.width} x {image.height}"
                 problem = f"is {size}; valid: 2 pixels a side to {_PIXELS_MAX} pixels in all"

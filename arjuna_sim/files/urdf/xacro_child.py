@@ -15,7 +15,6 @@ import io
 import json
 import re
 import resource
-import stat
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -25,6 +24,7 @@ import xacro
 from defusedxml import DefusedXmlException, ElementTree, minidom
 from xacro import XacroException
 
+from arjuna_core.files.input_file import read_text
 from arjuna_sim.files.search_path import SearchPath, home_folder
 from arjuna_sim.model.notes import NoteKind
 
@@ -117,14 +117,14 @@ class Expansion:
         path, *above = (Path(file).resolve() for file in (name, *reversed(xacro.filestack)))
         if path != above[0]:
             self._confine(name)
-            return io.StringIO(_read(path))
+            return io.StringIO(read_text(path, _FILE_BYTES))
         if path in above[1:]:
             raise XacroException(f"'{name}' includes itself")
         if len(above) > 1 and not path.exists():
             self._is_incomplete = True
             self._note(f"include: '{name}' does not exist, so it is left out")
             return io.StringIO("<robot/>")
-        return io.StringIO(self._bridged(_read(path)))
+        return io.StringIO(self._bridged(read_text(path, _FILE_BYTES)))
 
     def _confine(self, name: str) -> None:
         """Refuse a file of values that lies neither around the robot nor in a package."""
@@ -151,17 +151,6 @@ class Expansion:
         bridged = str(document.toxml())
         document.unlink()  # else its cycles hold the memory while xacro parses again
         return bridged
-
-
-def _read(path: Path) -> str:
-    """Return the text of a plain file of a sane size, never of a device or a pipe."""
-    try:
-        status = path.stat()
-        if not stat.S_ISREG(status.st_mode) or status.st_size > _FILE_BYTES:
-            raise XacroException(f"is no file of at most {_FILE_BYTES} bytes: {path}")
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise XacroException(f"{error.strerror}: {path}") from error
 
 
 def _limit(kind: int, value: int) -> None:

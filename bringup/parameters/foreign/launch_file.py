@@ -11,14 +11,13 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
+from xml.etree.ElementTree import Element  # a type alone
 
 import yaml
-from defusedxml import DefusedXmlException
-from defusedxml.ElementTree import ParseError, fromstring
 
 from arjuna_core.errors import InputFileError
-from arjuna_core.files.whole_file import head_of, read_bytes
+from arjuna_core.files.input_file import head_of, read_bytes
+from arjuna_core.files.xml_text import parse_xml
 from arjuna_core.files.yaml_file import plain, read_yaml
 from bringup.parameters.foreign.ros1_names import SECTIONS
 
@@ -52,7 +51,7 @@ def is_launch_file(path: Path) -> bool:
     """Return whether a file is XML, not YAML."""
     try:
         return head_of(path, _LARGEST).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
-    except OSError:
+    except InputFileError:  # its reader says so
         return False
 
 
@@ -77,11 +76,7 @@ class _Reading:
         self._take_all(root, ())
 
     def _root(self) -> Element:
-        try:
-            root: Element = fromstring(read_bytes(self._path, _LARGEST), forbid_dtd=True)
-        except (ParseError, DefusedXmlException, ValueError) as error:
-            raise InputFileError(self._path, f"is no XML: {error}") from error
-        return root
+        return parse_xml(self._path, read_bytes(self._path, _LARGEST))
 
     def _take_all(self, parent: Element, inside: tuple[str, ...]) -> None:
         for child in parent:
@@ -164,7 +159,7 @@ class _Reading:
 
     def _named_file(self, element: Element) -> Path:
         path = self._path.parent / self._value(element, "file")
-        if not path.is_file():
+        if not os.path.isfile(path):  # noqa: PTH113 - Path.is_file raises where a name is too long
             raise _Unknown(f"there is no file {path}")
         return path
 

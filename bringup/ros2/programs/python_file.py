@@ -7,6 +7,8 @@ import runpy
 import sys
 from pathlib import Path
 
+from arjuna_core.errors import InputFileError
+from arjuna_core.files.input_file import read_text
 from bringup.ros2.errors import Ros2Error
 
 _DEFINES = (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
@@ -19,10 +21,10 @@ def run_file(path: Path, words: list[str]) -> None:
         words: The program's own words and ROS's, which rclpy reads from `sys.argv`.
     """
     try:
-        tree = ast.parse(path.read_text(encoding="utf-8"), str(path))
-    except OSError as error:
-        raise Ros2Error(f"{path}: cannot be read: {error.strerror}") from error
-    except (SyntaxError, ValueError) as error:
+        tree = ast.parse(read_text(path), str(path))
+    except InputFileError as error:
+        raise Ros2Error(str(error)) from error
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         raise Ros2Error(f"{path}: is no Python: {error}") from error
     wants_main = has_uncalled_main(tree)
     if not wants_main and only_defines(tree):

@@ -9,6 +9,8 @@ from ament_index_python import get_package_prefix, get_packages_with_prefixes
 from ament_index_python.packages import PackageNotFoundError
 from defusedxml import ElementTree
 
+from arjuna_core.files.input_file import read_bytes
+from arjuna_core.files.xml_text import parse_xml
 from arjuna_core.ros.context import add_environment_to_ament_index
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import PROGRAMS
@@ -43,7 +45,7 @@ def xml(arguments: argparse.Namespace) -> None:
     path = _prefix(arguments.package_name) / "share" / arguments.package_name / "package.xml"
     if not path.is_file():
         raise Ros2Error("Package xml manifest not found")
-    root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
+    root = parse_xml(path, read_bytes(path, 2**20))
     if arguments.tag is None:
         print(ElementTree.tostring(root, encoding="unicode"))
         return

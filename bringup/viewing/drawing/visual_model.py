@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,15 +12,35 @@ from typing import Any
 import numpy as np
 import trimesh
 import yourdfpy
+from collada.common import DaeError
 from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import ParseError, fromstring
 from numpy.typing import NDArray
 
-from arjuna_core.errors import ArjunaError
+from arjuna_core.errors import ArjunaError, InputFileError
+from arjuna_core.files.input_file import open_file
 
 FindMesh = Callable[[str], Path | None]
 """Returns the file that a mesh's URI names, or None."""
+_LARGEST = 60_000_000  # [bytes] of a mesh or a texture
+_BROKEN = (
+    *(OSError, ValueError, TypeError, LookupError, AttributeError, SyntaxError, OverflowError),
+    *(ArjunaError, DaeError, struct.error),
+)
 _GREY = (0.6, 0.6, 0.65, 1.0)
+
+
+class _Beside(trimesh.resolvers.FilePathResolver):
+    """Finds the materials and textures of a mesh, those that the one door opens."""
+
+    def absolute(self, name: str) -> Path:
+        path = super().absolute(name)
+        try:
+            if path.exists():
+                open_file(path, largest=_LARGEST).close()
+        except InputFileError as error:
+            raise ValueError(str(error)) from error
+        return path
 
 
 def mesh_finder() -> FindMesh:
@@ -69,7 +90,7 @@ def read(description: str, find_mesh: FindMesh, longest: int = 10_000_000) -> Vi
         for visual in link.visuals:
             try:
                 meshes += _meshes(visual, colours, find_mesh)
-            except (OSError, ValueError, TypeError, LookupError, AttributeError) as error:
+            except _BROKEN as error:
                 notes.append(f"{link.name}: {error}")
         if meshes:
             glbs[link.name] = bytes(trimesh.Scene(meshes).export(file_type="glb"))
@@ -130,7 +151,9 @@ def _loaded(shape: Any, find_mesh: FindMesh) -> list[trimesh.Trimesh]:
     path = find_mesh(shape.filename)
     if path is None:
         raise ValueError(f"'{shape.filename}' is not found; --package-path adds folders")
-    scene = trimesh.load_scene(str(path))
+    with open_file(path, largest=_LARGEST) as file:
+        kind, beside = path.suffix[1:].lower(), _Beside(str(path))
+        scene = trimesh.load_scene(file, file_type=kind, resolver=beside)
     meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh)]
     if not meshes:
         raise ValueError(f"'{shape.filename}' holds no triangles")

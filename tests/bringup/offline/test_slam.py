@@ -47,7 +47,7 @@ def test_a_log_becomes_map_trajectory_report_and_picture(
     ("name", "options", "problem"),
     [
         ("no.clf", [], "no.clf: does not exist"),
-        ("room.clf", ["--relations", "no.relations"], "cannot be read as relations"),
+        ("room.clf", ["--relations", "no.relations"], "no.relations: cannot be read: No such"),
         ("room.clf", ["--out", "room.clf/out"], "cannot be written: Not a directory"),
         ("room.clf", ["--params", "no.yaml"], "no.yaml"),
     ],

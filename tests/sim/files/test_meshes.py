@@ -72,7 +72,7 @@ def test_collada_is_in_metres_placed_by_nodes_and_keeps_its_axes(tmp_path: Path)
     [
         ("a.stl", b"solid nothing\nendsolid", "has no triangles"),
         ("a.stl", _binary_stl(np.full((1, 3, 3), np.nan)), "must be finite"),
-        ("a.dae", b"<COLLADA><asset>", "line 1: broken XML"),
+        ("a.dae", b"<COLLADA><asset>", "line 1: is broken XML"),
         ("a.dae", b"<!DOCTYPE a [<!ENTITY b 'c'>]><COLLADA/>", "declares a DTD or entities"),
     ],
 )

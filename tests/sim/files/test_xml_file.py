@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from arjuna_core.errors import WorldError
-from arjuna_sim.files.xml_file import _DEPTH_MAX, XmlFile, parse_xml
+from arjuna_core.errors import InputFileError, WorldError
+from arjuna_core.files.xml_text import _DEPTH_MAX, parse_xml
+from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import Note, NoteKind
 
 
@@ -108,8 +109,8 @@ def nested(depth: int) -> bytes:
 
 
 def test_elements_are_nested_so_deep_and_no_deeper() -> None:
-    assert len(list(parse_xml(nested(_DEPTH_MAX)).iter())) == _DEPTH_MAX
+    assert len(list(parse_xml("f", nested(_DEPTH_MAX)).iter())) == _DEPTH_MAX
     side_by_side = b"<r>" + nested(_DEPTH_MAX - 1) * 2 + b"</r>"
-    assert len(parse_xml(side_by_side)) == 2
-    with pytest.raises(ValueError, match=f"or more than {_DEPTH_MAX} nested"):
-        parse_xml(nested(_DEPTH_MAX + 1))
+    assert len(parse_xml("f", side_by_side)) == 2
+    with pytest.raises(InputFileError, match=f"or more than {_DEPTH_MAX} nested"):
+        parse_xml("f", nested(_DEPTH_MAX + 1))

@@ -151,7 +151,8 @@ def test_a_disk_that_returns_other_bytes_is_noticed_and_the_old_file_stays(
     session: Session, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = file.read_bytes()
-    monkeypatch.setattr(Path, "read_bytes", lambda path: whole[:-1] + bytes([whole[-1] ^ 1]))
+    changed = whole[:-1] + bytes([whole[-1] ^ 1])
+    monkeypatch.setattr("arjuna_slam.mapping.session.read_bytes", lambda path, *_: changed)
     with pytest.raises(SessionFileError, match="does not read back"):
         save_session(file, session)
     monkeypatch.undo()

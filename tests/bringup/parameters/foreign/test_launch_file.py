@@ -107,9 +107,9 @@ def test_the_environment_is_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("<launch>", "is no XML"),
+        ("<launch>", "is broken XML"),
         ("<robot/>", "is XML of <robot>; valid: <launch>"),
-        ('<!DOCTYPE x [<!ENTITY a "b">]><launch/>', "is no XML"),
+        ('<!DOCTYPE x [<!ENTITY a "b">]><launch/>', "declares a DTD or entities"),
         ('<launch><include file="$(dirname)/a.launch"/></launch>', "is included 10 files deep"),
         ('<launch><node type="amcl"><rosparam>[</rosparam></node></launch>', "that is no YAML"),
         ('<launch><node type="amcl"><rosparam>3</rosparam></node></launch>', "names and values"),

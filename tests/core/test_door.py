@@ -1,0 +1,117 @@
+"""Claims: files are opened for reading by one function, `open_file`, and nowhere else."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("arjuna", "arjuna_core", "arjuna_sim", "arjuna_slam", "arjuna_nav", "bringup")
+FOLDERS = (*PACKAGES, "ros_packages")
+DOOR = "arjuna_core/files/input_file.py"
+MODULES = {
+    "bz2", "configparser", "fileinput", "gzip", "io", "linecache", "lzma", "mmap", "os", "pickle",
+    "runpy", "shelve", "shutil", "sqlite3", "tarfile", "tokenize", "tomllib", "zipfile",
+    "ElementTree", "Image", "MjModel", "MjSpec", "np", "pd", "pq", "trimesh", "xacro", "yourdfpy",
+}  # fmt: skip
+"""Modules and classes that open files by name."""
+OPENERS = {
+    "open", "open_code", "FileIO", "copy", "copy2", "copyfile", "copytree", "fromfile",
+    "from_file", "from_xml_path", "genfromtxt", "getline", "getlines", "input", "iterparse",
+    "load_mesh", "load_path", "load_scene", "loadtxt", "memmap", "mmap", "parse", "read_csv",
+    "read_parquet", "read_table", "run_path", "connect", "TarFile", "ZipFile",
+}  # fmt: skip
+"""Their functions that do so."""
+METHODS = {"open", "read_text", "read_bytes"}
+"""Those of a path."""
+NAMES = {"open", "AnyReader", "JournalFileBackend"}
+"""Names that open files without a module before them."""
+KNOWN = {
+    # A file object or bytes that the door gave.
+    "arjuna_core/files/map_image.py: Image.open": "of an open file",
+    "arjuna_sim/files/sdf/solids.py: Image.open": "of an open file",
+    "arjuna_sim/files/meshes.py: trimesh.load_scene": "of bytes",
+    "arjuna_slam/logs/relations.py: np.loadtxt": "of text",
+    "arjuna_slam/mapping/session.py: zipfile.ZipFile": "of bytes",
+    "bringup/viewing/drawing/visual_model.py: trimesh.load_scene": "of an open file",
+    "arjuna_core/bags/mcap_file.py: frame.open": "of bytes",
+    "arjuna_core/bags/ros1_file.py: frame.open": "of bytes",
+    # Libraries that open what the door has opened before.
+    "arjuna_core/bags/ros1_file.py: super().open": "checked in `open`",
+    "arjuna_core/bags/sqlite_file.py: sqlite3.connect": "checked in `_open`",
+    "bringup/tuning/study.py: JournalFileBackend": "checked before",
+    "bringup/ros2/programs/python_file.py: runpy.run_path": "runs what the user names as a program",
+    "arjuna_sim/files/urdf/xacro_child.py: xacro.open": "takes the place of xacro's own",
+    # Folders, for their names to be forced to disk.
+    "arjuna_core/files/whole_file.py: os.open": "a folder",
+    "bringup/ros2/main.py: os.open": "/dev/null",
+    # The kernel's files.
+    "bringup/doctor/machine.py: .read_text": "/proc",
+    "bringup/doctor/machine.py: .read_bytes": "/proc",
+    "bringup/processes/fork.py: .read_text": "/proc",
+    "bringup/processes/health.py: .read_text": "/proc",
+    "bringup/ros2/discovery.py: _TABLE.read_text": "/proc",
+    "bringup/processes/child.py: lock.open": "locks of /dev/shm, which are not read",
+    # What is installed with us.
+    "bringup/commands/__init__.py: path.open": "the commands' own files",
+    "bringup/recording/message_definitions.py: .read_text": "definitions of installed messages",
+    "bringup/ros2/types.py: .read_text": "definitions of installed messages",
+    # No file at all.
+    "bringup/viewing/rerun/show.py: output.open": "whether a viewer is open",
+    "bringup/viewing/rerun/output.py: self.open": "whether a viewer is open",
+    "arjuna_nav/planners/guide.py: one.open": "an array of open cells",
+    "arjuna_nav/planners/navfn.py: one.open": "an array of open cells",
+    "arjuna_nav/planners/waves/corridor.py: coarse.open": "an array of open cells",
+    "arjuna_nav/planners/waves/corridor.py: within.open": "an array of open cells",
+}
+"""What opens files all the same or only looks so, each with its reason."""
+
+
+def opened(source: str) -> Iterator[str]:
+    """Yield what in a source opens files for reading."""
+    tree = ast.parse(source)
+    writes = {call.func for call in ast.walk(tree) if isinstance(call, ast.Call) and written(call)}
+    for node in ast.walk(tree):
+        if node in writes:
+            continue
+        if isinstance(node, ast.Name) and node.id in NAMES and isinstance(node.ctx, ast.Load):
+            yield node.id
+        elif isinstance(node, ast.Attribute):
+            owner = ast.unparse(node.value).rpartition(".")[2]
+            if node.attr in METHODS or (owner in MODULES and node.attr in OPENERS):
+                yield f"{owner if owner.isidentifier() or 'super' in owner else ''}.{node.attr}"
+        elif isinstance(node, ast.ImportFrom) and node.module in MODULES:
+            yield from (f"{node.module}.{n.name}" for n in node.names if n.name in OPENERS)
+
+
+def written(call: ast.Call) -> bool:
+    """Return whether a call opens a file to write it."""
+    first = isinstance(call.func, ast.Name)  # open(path, mode), or path.open(mode)
+    modes = [*call.args[int(first) : int(first) + 1], *(k.value for k in call.keywords)]
+    texts = [mode.value for mode in modes if isinstance(mode, ast.Constant)]
+    return any(isinstance(text, str) and text.strip("bt+") in ("w", "x", "a") for text in texts)
+
+
+def test_files_are_opened_by_the_one_door() -> None:
+    found = {
+        f"{path.relative_to(ROOT)}: {what}"
+        for folder in FOLDERS
+        for path in (ROOT / folder).rglob("*.py")
+        if str(path.relative_to(ROOT)) != DOOR
+        for what in opened(path.read_text(encoding="utf-8"))
+    }
+    assert sorted(found - KNOWN.keys()) == []
+    assert sorted(KNOWN.keys() - found) == [], "the list names what is no longer there"
+
+
+def test_every_kind_of_opening_is_found() -> None:
+    sources = (
+        "open(p)", "open(p, 'rb')", "Path(p).open()", "p.open('r')", "p.read_text()",
+        "gzip.open(p)", "lzma.open", "sqlite3.connect(p)", "np.loadtxt(p)",
+        "PIL.Image.open(p)", "os.open(p, 0)", "zipfile.ZipFile(p)", "ElementTree.parse(p)",
+        "from gzip import open", "map(open, p)",
+        "Path.read_bytes(p)", "shutil.copyfile(p, q)", "mujoco.MjModel.from_xml_path(p)",
+    )  # fmt: skip
+    assert [source for source in sources if not list(opened(source))] == []
+    assert not list(opened("open(p, 'w')\np.open('xb')\nopen_file(p)\nnp.array(p)"))
