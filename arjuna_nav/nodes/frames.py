@@ -38,12 +38,14 @@ def robot_pose(node: ManagedNode, frame: str, base: str, tolerance: float) -> SE
 
 
 def pose_in(node: ManagedNode, frame: str, message: Any) -> SE2:
-    """Return a PoseStamped message's pose in a frame; an empty frame_id means that frame.
+    """Return a PoseStamped message's pose in a frame.
 
     Raises:
-        TransformError: The frames are not connected, or the pose is none.
+        TransformError: It names no frame, the frames are not connected, or the pose is none.
     """
-    source = message.header.frame_id.lstrip("/") or frame
+    source = message.header.frame_id.lstrip("/")
+    if not source:
+        raise TransformError(f"the pose's frame_id is empty; valid: '{frame}', or one it has")
     try:
         pose = se2_from_pose(message.pose)
     except ValueError as error:

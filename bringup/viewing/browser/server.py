@@ -7,15 +7,25 @@ import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
+from http import HTTPStatus
 from ipaddress import ip_address
+from typing import Any
 
 import rich
 import viser
 from websockets.asyncio import server as websocket_server
+from websockets.http11 import Response
 
 from arjuna_core.errors import ArjunaError
 
 _OF_THIS_MACHINE = re.compile(r"https?://(localhost|127\.\d+\.\d+\.\d+|\[::1\])(:\d+)?")
+
+
+_POLICY = (
+    "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; connect-src 'self' ws: wss: data:"
+    " blob:; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'"
+)
+"""What the page may load and who may show it in a frame: itself alone."""
 
 
 class ServerError(ArjunaError):
@@ -56,13 +66,28 @@ def _to_own_pages(address: str) -> Iterator[None]:
     """Let a server that begins on the loopback refuse the sockets of other sites' pages.
 
     A browser lets any page connect to this machine and says only whose page it is. viser does not
-    ask, and hands on no option to: so what it serves with is given one while it begins.
+    ask, and hands on no option to: so what it serves with is given some while it begins.
     """
-    serve = websocket_server.serve
-    if ip_address(address).is_loopback:
-        origins = [None, _OF_THIS_MACHINE]  # None: no browser
-        websocket_server.serve = partial(serve, origins=origins)  # type: ignore[assignment,misc]
+    serve, own = websocket_server.serve, ip_address(address).is_loopback
+    options: dict[str, Any] = {"process_response": partial(_answered, own)}
+    if own:
+        options["origins"] = [None, _OF_THIS_MACHINE]  # None: no browser
+    websocket_server.serve = partial(serve, **options)  # type: ignore[assignment,misc]
     try:
         yield
     finally:
         websocket_server.serve = serve  # type: ignore[misc]
+
+
+def _answered(own: bool, connection: Any, request: Any, response: Response) -> Response:
+    """Return a response with the page's policy; refuse names that lead here from elsewhere.
+
+    A site whose name is given this machine's address later has its pages here otherwise, as its own
+    (DNS rebinding).
+    """
+    host = request.headers.get("Host", "")
+    if own and not _OF_THIS_MACHINE.fullmatch(f"http://{host}"):
+        refused: Response = connection.respond(HTTPStatus.FORBIDDEN, "valid: 127.0.0.1, localhost")
+        return refused
+    response.headers["Content-Security-Policy"] = _POLICY
+    return response

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import rerun as rr
+import rerun_cli
 
 from arjuna_core.errors import ArjunaError
 
@@ -91,7 +92,7 @@ def _start_viewer(port: int, web: bool, show: Callable[[str], None]) -> subproce
             "there is no display for rerun's window; valid: --web for a browser,"
             " --save FILE.rrd for a file"
         )
-    program = str(Path(sys.executable).with_name("rerun"))
+    program = str(Path(rerun_cli.__file__).with_name("rerun"))  # the script only starts it
     command = [program, "--bind", _HOST, "--port", str(port), "--server-memory-limit", _MEMORY]
     page = _free_port()
     if web:

@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 
+from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
 from arjuna_core.transforms import TransformBuffer, TransformError
-from arjuna_nav.nodes.frames import robot_pose
+from arjuna_nav.nodes.frames import pose_in, robot_pose
 
 
 def _node(now: float, *edges: tuple[str, str]) -> Any:
@@ -43,3 +44,8 @@ def test_a_pose_that_is_not_known_names_the_remedy(
 
 def test_a_pose_that_is_known_is_returned() -> None:
     assert robot_pose(_node(10.1, *CHAIN), "map", "robot_footprint", 0.3) == SE2(2.0, 0.0)
+
+
+def test_a_pose_without_a_frame_is_refused() -> None:
+    with pytest.raises(TransformError, match=r"frame_id is empty; valid: 'map'"):
+        pose_in(_node(10.0), "map", pose_stamped(SE2(1.0, 0.0), "", 10.0))

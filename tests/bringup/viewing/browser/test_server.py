@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from http.client import HTTPConnection, HTTPResponse
+
 import pytest
 
 pytest.importorskip("viser", reason="no viewer here")
@@ -31,6 +33,30 @@ def test_a_page_of_another_site_cannot_connect(server: viser.ViserServer, origin
 @pytest.mark.parametrize("origin", [None, "http://localhost:8080", "http://127.0.0.1:8081"])
 def test_a_page_of_this_machine_can(server: viser.ViserServer, origin: str | None) -> None:
     open_from(server, origin)
+
+
+def fetched(server: viser.ViserServer, host: str) -> HTTPResponse:
+    connection = HTTPConnection("127.0.0.1", server.get_port(), timeout=10.0)
+    connection.request("GET", "/", headers={"Host": host})
+    return connection.getresponse()
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost:8080", "[::1]:8080"])
+def test_the_page_has_a_policy(server: viser.ViserServer, host: str) -> None:
+    response = fetched(server, host)
+    assert response.status == 200
+    policy = response.headers["Content-Security-Policy"]
+    assert "frame-ancestors 'self'" in policy
+    assert "object-src 'none'" in policy
+
+
+@pytest.mark.parametrize("host", ["robot.example.com", "127.0.0.1.example.com", "localhost@x", ""])
+def test_a_name_that_leads_here_from_elsewhere_is_refused(
+    server: viser.ViserServer, host: str
+) -> None:
+    response = fetched(server, host)
+    assert response.status == 403
+    assert b"valid: 127.0.0.1, localhost" in response.read()
 
 
 def test_no_browser_can_publish_the_robot(server: viser.ViserServer) -> None:
