@@ -2,30 +2,36 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from geometry_msgs.msg import Point
 from nav2_msgs.action import ComputeAndTrackRoute, ComputeRoute
 from nav2_msgs.msg import Route as RouteMsg
 from nav2_msgs.msg import RouteEdge, RouteNode
-from nav2_msgs.srv import DynamicEdges, SetRouteGraph
+from nav2_msgs.srv import SetRouteGraph
 from nav_msgs.msg import Path as PathMsg
-from std_srvs.srv import Trigger
 
-from arjuna_core.config import param
-from arjuna_core.errors import InputFileError
+from arjuna_core.config import param, plugin_names
+from arjuna_core.errors import ArjunaError, InputFileError
 from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, header, path_msg
-from arjuna_core.ros.goal_server import GoalError, GoalNode
+from arjuna_core.ros.goal_server import GoalError
 from arjuna_core.ros.tf import TransformError
+from arjuna_core.se2 import SE2
 from arjuna_nav.nodes.frames import pose_in, robot_pose
-from arjuna_nav.routes.graph import Graph, read_graph
-from arjuna_nav.routes.route import CLOSED, Route, Tracker, find_route, path_along, pruned
+from arjuna_nav.nodes.routes.host import RouteHost
+from arjuna_nav.nodes.routes.plugins import OPERATIONS, SCORERS
+from arjuna_nav.routes.graph import Edge, Graph, Node, read_graph
+from arjuna_nav.routes.operations import RouteEvent, RouteOperation, perform
+from arjuna_nav.routes.route import Route, Tracker, find_route, path_along, pruned
+from arjuna_nav.routes.scorers import RouteRequest, RouteScorer, edge_cost
 
-_Codes = ComputeRoute.Result
+_Codes = ComputeAndTrackRoute.Result  # ComputeRoute's and one of operations
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -34,6 +40,15 @@ class RouteServerConfig:
 
     graph_filepath: str = param(
         "", "The graph, a GeoJSON file; empty: set by a service.", path=True
+    )
+    edge_cost_functions: tuple[str, ...] = plugin_names(
+        ("DistanceScorer", "DynamicEdgesScorer"), "Scorers of edges.", SCORERS
+    )
+    operations: tuple[str, ...] = plugin_names(
+        ("AdjustSpeedLimit", "ReroutingService"), "Operations on a tracked route.", OPERATIONS
+    )
+    aggregate_blocked_ids: bool = param(
+        False, "Whether edges that operations found blocked stay so until the goal ends."
     )
     graphs_folder: str = param(".", "Folder that set_route_graph may read from.", path=True)
     route_frame: str = param("map", "Frame of the graph.", read_only=True)
@@ -60,30 +75,47 @@ class RouteServerConfig:
     )
 
 
-class RouteServerNode(GoalNode):
+@dataclass(frozen=True)
+class _Tracked:
+    """A route that is tracked, and what was asked for."""
+
+    request: RouteRequest
+    route: Route
+    tracker: Tracker
+
+
+class RouteServerNode(RouteHost):
     """Answers a route at once; one that is tracked ends at its last node."""
 
     Config = RouteServerConfig
     DEFAULT_NAME = "route_server"
 
     def configure(self) -> None:
-        """Read the graph and create the interfaces."""
+        """Read the graph, make the plug-ins and create the interfaces."""
         config = self.config
-        self._graph: Graph | None = None
+        self.graph = None
         if config.graph_filepath:
-            self._graph = read_graph(Path(config.graph_filepath), config.route_frame)
-        self._costs: dict[int, float] = {}
-        self._tracked: tuple[Tracker, Route, int] | None = None
+            self.graph = read_graph(Path(config.graph_filepath), config.route_frame)
+        self._tracked: _Tracked | None = None
         self._began = 0.0
+        self._scorers: list[RouteScorer] = [
+            SCORERS.make(getattr(config, name), name, self) for name in config.edge_cost_functions
+        ]
+        self._operations: dict[str, RouteOperation] = {
+            name: OPERATIONS.make(getattr(config, name), name, self) for name in config.operations
+        }
         self._out = self.publisher(PathMsg, "plan", qos.LATEST)
         self._once = self.offer(ComputeRoute, "compute_route", self._on_goal)
         self._tracking = self.offer(
             ComputeAndTrackRoute, "compute_and_track_route", self._on_track, on_cancel=self._track
         )
         self.serve(SetRouteGraph, "route_server/set_route_graph", self._on_graph)
-        self.serve(DynamicEdges, "route_server/DynamicEdgesScorer/adjust_edges", self._on_edges)
-        self.serve(Trigger, "route_server/ReroutingService/reroute", self._on_reroute)
         self.every(1.0 / config.tracker_update_rate, self._track)
+
+    @property
+    def tracking(self) -> bool:
+        """True while a route is tracked."""
+        return self._tracked is not None
 
     def halt(self) -> None:
         """Track no more."""
@@ -92,108 +124,127 @@ class RouteServerNode(GoalNode):
     def _on_graph(self, request: Any, response: Any) -> Any:
         try:
             path = path_in_folder(self.config.graphs_folder, request.graph_filepath)
-            self._graph = read_graph(path, self.config.route_frame)
+            self.graph = read_graph(path, self.config.route_frame)
         except (InputFileError, MapsFolderError) as error:
             self.get_logger().error(str(error))
             return response
-        self._costs.clear()
         response.success = True
-        return response
-
-    def _on_edges(self, request: Any, response: Any) -> Any:
-        numbers = {*request.closed_edges, *request.opened_edges}
-        numbers |= {one.edgeid for one in request.adjust_edges}
-        known = self._graph.edges if self._graph is not None else {}
-        missing = sorted(numbers - set(known))
-        if missing or any(not one.cost >= 0.0 for one in request.adjust_edges):
-            self.get_logger().error(f"edges not adjusted: no edges {missing}, or a cost below 0")
-            return response
-        self._costs.update(dict.fromkeys(request.closed_edges, CLOSED))
-        for number in request.opened_edges:
-            self._costs.pop(number, None)
-        self._costs.update({one.edgeid: float(one.cost) for one in request.adjust_edges})
-        response.success = True
-        return response
-
-    def _on_reroute(self, request: Any, response: Any) -> Any:
-        response.success = self._tracked is not None
-        response.message = "" if response.success else "no route is tracked"
-        if response.success:
-            self._reroute()
         return response
 
     def _on_goal(self) -> None:
         try:
-            route = self._route(self._once.take_newest())
+            route, _ = self._find(self._request(self._once.take_newest()))
         except GoalError as error:
             self._once.fail(error)
             return
         path, message = self._messages(route)
-        self._once.succeed(_Codes(planning_time=duration_msg(0.0), path=path, route=message))
+        self._once.succeed(
+            ComputeRoute.Result(planning_time=duration_msg(0.0), path=path, route=message)
+        )
 
     def _on_track(self) -> None:
         goal = self._tracking.take_newest()
         self._tracked, self._began = None, self.now
+        self._take_recheck()
         try:
-            self._follow(self._route(goal), rerouted=False)
+            request = self._request(goal)
+            route, _ = self._find(request)
         except GoalError as error:
             self._tracking.fail(error)
+            return
+        self._follow(route, request)
 
-    def _route(self, goal: Any) -> Route:
-        """Return the route that a goal asks for.
+    def _request(self, goal: Any) -> RouteRequest:
+        """Return what a goal asks for.
+
+        Raises:
+            GoalError: It cannot be used.
+        """
+        graph, frame = self._loaded(), self.config.route_frame
+        if not goal.use_poses:
+            request = RouteRequest(goal.start_id, goal.goal_id)
+        else:
+            try:
+                start = pose_in(self, frame, goal.start) if goal.use_start else self._pose()
+                end = pose_in(self, frame, goal.goal)
+            except TransformError as error:
+                raise GoalError(_Codes.TF_ERROR, str(error)) from error
+            ends = graph.nearest(start.x, start.y), graph.nearest(end.x, end.y)
+            request = RouteRequest(*ends, start, end)
+        return request
+
+    def _loaded(self) -> Graph:
+        if self.graph is None:
+            reason = "no graph is loaded; valid: graph_filepath or route_server/set_route_graph"
+            raise GoalError(_Codes.NO_VALID_GRAPH, reason)
+        return self.graph
+
+    def _pose(self) -> SE2:
+        config = self.config
+        frames = config.route_frame, config.base_frame
+        try:
+            return robot_pose(self, *frames, config.transform_tolerance)
+        except TransformError as error:
+            raise GoalError(_Codes.TF_ERROR, str(error)) from error
+
+    def _of_plugins(self, code: int, work: Callable[[], T]) -> T:
+        """Return what work with plug-ins returns; what they raise, fails the goal with a code.
+
+        Raises:
+            GoalError: They raised.
+        """
+
+        def run() -> T | GoalError:
+            try:
+                return work()
+            except ArjunaError as error:
+                return GoalError(code, str(error))
+
+        done = self.guarded("plug-ins", run, lambda reason: GoalError(code, reason))()
+        if isinstance(done, GoalError):
+            raise done
+        return done  # type: ignore[no-any-return]
+
+    def _find(self, request: RouteRequest, edge: Edge | None = None) -> tuple[Route, Edge | None]:
+        """Return the route that is asked for, and the edge to its first node where the robot is.
+
+        Args:
+            request: What is asked for.
+            edge: The edge that the robot drives already.
 
         Raises:
             GoalError: There is none.
         """
-        graph, config, frame = self._graph, self.config, self.config.route_frame
-        if graph is None:
-            reason = "no graph is loaded; valid: graph_filepath or route_server/set_route_graph"
-            raise GoalError(_Codes.NO_VALID_GRAPH, reason)
-        start = end = None
-        if goal.use_poses:
-            try:
-                here = (
-                    pose_in(self, frame, goal.start)
-                    if goal.use_start
-                    else robot_pose(self, frame, config.base_frame, self.config.transform_tolerance)
-                )
-                there = pose_in(self, frame, goal.goal)
-            except TransformError as error:
-                raise GoalError(_Codes.TF_ERROR, str(error)) from error
-            start, end = (here.x, here.y), (there.x, there.y)
-        ends = (
-            goal.start_id if start is None else graph.nearest(*start),
-            goal.goal_id if end is None else graph.nearest(*end),
-        )
-        missing = [node for node in ends if node not in graph.nodes]
-        if missing:
+        graph, config = self._loaded(), self.config
+        ends = request.start_node, request.goal_node
+        if missing := [node for node in ends if node not in graph.nodes]:
             raise GoalError(_Codes.INDETERMINANT_NODES_ON_GRAPH, f"the graph has no node {missing}")
-        route = find_route(graph, *ends, self._costs)
+
+        def cost(one: Edge) -> float | None:
+            return edge_cost(self._scorers, one, request)
+
+        route = self._of_plugins(
+            _Codes.INVALID_EDGE_SCORER_USE, lambda: find_route(graph, *ends, cost)
+        )
         if route is None:
             raise GoalError(_Codes.NO_VALID_ROUTE, f"no route from node {ends[0]} to {ends[1]}")
+        start, goal = (
+            None if one is None else (one.x, one.y) for one in (request.start, request.goal)
+        )
+        if edge is not None and route.edges[:1] == (edge,):
+            route, start = route.without_first(), None
+        else:
+            edge = None
         least, off = config.min_prune_distance_from_start, config.max_prune_dist_from_edge
-        return pruned(route, graph, start, end if config.prune_goal else None, least, off)
+        return pruned(route, start, goal if config.prune_goal else None, least, off), edge
 
-    def _follow(self, route: Route, rerouted: bool) -> None:
-        config, graph = self.config, self._graph
-        if graph is None:
-            raise GoalError(_Codes.NO_VALID_GRAPH, "no graph is loaded")
+    def _follow(
+        self, route: Route, request: RouteRequest, edge: Edge | None = None, rerouted: bool = False
+    ) -> None:
+        config = self.config
         radii = config.radius_to_achieve_node, config.boundary_radius_to_achieve_node
-        self._tracked = Tracker(route, graph, *radii), route, route.nodes[-1]
-        self._publish_progress(rerouted)
-
-    def _reroute(self) -> None:
-        if self._tracked is None or self._graph is None:
-            return
-        tracker, route, goal = self._tracked
-        first = tracker.next_node if tracker.next_node is not None else goal
-        found = find_route(self._graph, first, goal, self._costs)
-        if found is None:
-            self.halt()
-            reason = f"no other route from node {first} to {goal}"
-            self._tracking.fail(GoalError(_Codes.NO_VALID_ROUTE, reason))
-        elif found.nodes != route.nodes[-len(found.nodes) :]:
-            self._follow(found, rerouted=True)
+        self._tracked = _Tracked(request, route, Tracker(route, *radii, edge))
+        self._publish_progress(self._tracked, rerouted=rerouted)
 
     def _track(self) -> None:
         server = self._tracking
@@ -203,49 +254,89 @@ class RouteServerNode(GoalNode):
             self.halt()
             server.cancel(self._ended())
             return
-        tracker = self._tracked[0]
-        if any(self._costs.get(edge.id) == CLOSED for edge in tracker.ahead):
-            self._reroute()
-            return
-        frame, base = self.config.route_frame, self.config.base_frame
         try:
-            pose = robot_pose(self, frame, base, self.config.transform_tolerance)
-        except TransformError as error:
+            self._advance(self._tracked, self._pose())
+        except GoalError as error:
             self.halt()
-            server.fail(GoalError(_Codes.TF_ERROR, str(error)))
-            return
-        if tracker.update(pose.x, pose.y):
-            self._publish_progress(rerouted=False)
-        if tracker.done:
-            self.halt()
-            server.succeed(self._ended())
+            server.fail(error)
 
     def _ended(self) -> Any:
         duration = duration_msg(self.now - self._began)
         return ComputeAndTrackRoute.Result(execution_duration=duration)
 
-    def _publish_progress(self, rerouted: bool) -> None:
-        if self._tracked is None:
+    def _advance(self, tracked: _Tracked, pose: SE2) -> None:
+        """Look where the robot is on its route, and do what is due there.
+
+        Raises:
+            GoalError: An operation has failed, or there is no other route.
+        """
+        tracker = tracked.tracker
+        if self._take_recheck() and self._is_closed(tracked):
+            self._reroute(tracked, pose, frozenset())
             return
-        tracker, route, _ = self._tracked
-        path, message = self._messages(route)
+        moved = tracker.update(pose.x, pose.y)
+        passed = (tracker.last_node, tracker.edge, tracker.edge_before) if moved else ()
+        event = RouteEvent(self.now, self._began, pose, tracker.edge, tracker.ahead, *passed)
+        names, result = self._of_plugins(
+            _Codes.OPERATION_FAILED, lambda: perform(self._operations, event)
+        )
+        if moved or names:
+            self._publish_progress(tracked, names)
+        if tracker.done and not result.pending:
+            self.halt()
+            self._tracking.succeed(self._ended())
+        elif result.reroute and not tracker.done:
+            self._reroute(tracked, pose, result.blocked)
+
+    def _is_closed(self, tracked: _Tracked) -> bool:
+        """Return whether an edge ahead has been closed."""
+
+        def closed() -> bool:
+            ahead, request = tracked.tracker.ahead, tracked.request
+            return any(edge_cost(self._scorers, one, request) is None for one in ahead)
+
+        return self._of_plugins(_Codes.INVALID_EDGE_SCORER_USE, closed)
+
+    def _reroute(self, tracked: _Tracked, pose: SE2, blocked: frozenset[int]) -> None:
+        """Follow the cheapest route from the last node on, if it is another.
+
+        Source: nav2_route, RouteTracker and GoalIntentExtractor::overrideStart.
+        """
+        tracker, request = tracked.tracker, tracked.request
+        first = tracker.last_node or tracked.route.start
+        if self.config.aggregate_blocked_ids:
+            blocked |= request.blocked
+        request = replace(request, start=pose, start_node=first.id, blocked=blocked)
+        route, edge = self._find(request, tracker.edge)
+        ahead = tracker.edge, tracker.next_node, tracker.ahead
+        if (edge, route.start, route.edges) != ahead:
+            self._follow(route, request, edge, rerouted=True)
+
+    def _publish_progress(
+        self, tracked: _Tracked, operations: Sequence[str] = (), rerouted: bool = False
+    ) -> None:
+        tracker = tracked.tracker
+        path, message = self._messages(tracked.route)
         feedback = ComputeAndTrackRoute.Feedback(route=message, path=path, rerouted=rerouted)
-        feedback.last_node_id = tracker.last_node or 0
-        feedback.next_node_id = tracker.next_node or 0
-        feedback.current_edge_id = tracker.edge.id if tracker.edge is not None else 0
+        feedback.operations_triggered = list(operations)
+        last, following, edge = tracker.last_node, tracker.next_node, tracker.edge
+        feedback.last_node_id = last.id if last is not None else 0
+        feedback.next_node_id = following.id if following is not None else 0
+        feedback.current_edge_id = edge.id if edge is not None else 0
         self._tracking.feedback(feedback)
 
     def _messages(self, route: Route) -> tuple[Any, Any]:
         """Return a route's path, which is published, and its message."""
-        graph, frame = self._graph, self.config.route_frame
-        if graph is None:
-            raise GoalError(_Codes.NO_VALID_GRAPH, "no graph is loaded")
-        path = path_msg(path_along(route, graph, self.config.path_density), frame, self.now)
+        frame = self.config.route_frame
+        path = path_msg(path_along(route, self.config.path_density), frame, self.now)
         self._out.publish(path)
-        at = {node: Point(x=graph.nodes[node][0], y=graph.nodes[node][1]) for node in route.nodes}
         message = RouteMsg(header=header(frame, self.now), route_cost=route.cost)
-        message.nodes = [RouteNode(nodeid=node, position=at[node]) for node in route.nodes]
+        message.nodes = [RouteNode(nodeid=one.id, position=_at(one)) for one in route.nodes]
         message.edges = [
-            RouteEdge(edgeid=one.id, start=at[one.start], end=at[one.end]) for one in route.edges
+            RouteEdge(edgeid=one.id, start=_at(one.start), end=_at(one.end)) for one in route.edges
         ]
         return path, message
+
+
+def _at(node: Node) -> Point:
+    return Point(x=node.x, y=node.y)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,51 +14,78 @@ from arjuna_core.files.input_file import read_json
 Point = tuple[float, float]
 _IDS = 65536  # as many as nav2_msgs can number
 _SHAPES = {"Point", "LineString", "MultiLineString"}
+_TRIGGERS = ("NODE", "ON_ENTER", "ON_EXIT")
 
 
 @dataclass(frozen=True)
-class Edge:
-    """A directed edge from a node to another.
+class GraphOperation:
+    """An operation that a node or an edge asks for.
 
     Attributes:
-        id: Its number.
-        start: Number of the node it leaves.
-        end: Number of the node it comes to.
-        cost: As given, None where it follows from its length.
-        length: [m]
-        speed_limit: The share of its speed at which the robot drives here.
-        penalty: Added to that.
+        type: Name of the plug-in that performs it.
+        trigger: `NODE` where a node is passed, `ON_ENTER` and `ON_EXIT` of an edge.
+        metadata: For the plug-in.
+    """
+
+    type: str
+    trigger: str
+    metadata: Mapping[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """A node at a point [m]; plug-ins read its metadata and may write there."""
+
+    id: int
+    x: float
+    y: float
+    metadata: dict[str, Any] = field(default_factory=dict)
+    operations: tuple[GraphOperation, ...] = ()
+
+    @property
+    def point(self) -> Point:
+        """Its position [m]."""
+        return self.x, self.y
+
+
+@dataclass(frozen=True, eq=False)
+class Edge:
+    """A directed edge from a node to another; plug-ins read its metadata and may write there.
+
+    Attributes:
+        cost: As given in the file, None where it is not.
+        overridable: Whether scorers set the cost in place of the given one.
     """
 
     id: int
-    start: int
-    end: int
-    cost: float | None
-    length: float
-    speed_limit: float = 1.0
-    penalty: float = 0.0
+    start: Node
+    end: Node
+    cost: float | None = None
+    overridable: bool = True
+    metadata: dict[str, Any] = field(default_factory=dict)
+    operations: tuple[GraphOperation, ...] = ()
 
     @property
-    def total_cost(self) -> float:
-        """The given cost, or the length by the speed's share, and the penalty.
+    def length(self) -> float:
+        """Its length [m]."""
+        return math.dist(self.start.point, self.end.point)
 
-        Source: nav2_route's DistanceScorer and PenaltyScorer.
-        """
-        if self.cost is not None:
-            return self.cost
-        return self.length / self.speed_limit + self.penalty
+    @property
+    def heading(self) -> float:
+        """Its direction [rad]."""
+        return math.atan2(self.end.y - self.start.y, self.end.x - self.start.x)
 
 
 @dataclass(frozen=True)
 class Graph:
-    """Nodes by number `(x, y)` [m], and edges by number."""
+    """Nodes and edges by number."""
 
-    nodes: dict[int, Point]
+    nodes: dict[int, Node]
     edges: dict[int, Edge]
 
     def nearest(self, x: float, y: float) -> int:
         """Return the number of the node nearest to a point."""
-        return min(self.nodes, key=lambda k: (math.dist(self.nodes[k], (x, y)), k))
+        return min(self.nodes, key=lambda k: (math.dist(self.nodes[k].point, (x, y)), k))
 
 
 def read_graph(path: Path, frame: str) -> Graph:
@@ -83,30 +111,41 @@ def _reason(error: Exception) -> str:
     return f"{error} is missing" if isinstance(error, KeyError) else str(error)
 
 
-def _node(about: dict[str, Any], one: dict[str, Any], frame: str) -> tuple[int, Point]:
+def _node(about: dict[str, Any], one: dict[str, Any], frame: str) -> tuple[int, Node]:
     number = _number(about["id"], "node")
     if about.get("frame", frame) != frame:
         raise ValueError(f"node {number} lies in '{about['frame']}'; valid: '{frame}'")
     x, y = (float(value) for value in one["geometry"]["coordinates"][:2])
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError(f"node {number} lies at ({x}, {y})")
-    return number, (x, y)
+    return number, Node(number, x, y, *_about(about, f"node {number}"))
 
 
-def _edge(about: dict[str, Any], nodes: dict[int, Point]) -> Edge:
+def _edge(about: dict[str, Any], nodes: dict[int, Node]) -> Edge:
     number = _number(about["id"], "edge")
     ends = int(about["startid"]), int(about["endid"])
     for end in ends:
         if end not in nodes:
             raise ValueError(f"edge {number} joins node {end}, which does not exist")
-    fixed = about.get("cost") if not about.get("overridable", True) else None
-    more = about.get("metadata", {})
-    limit, penalty = float(more.get("speed_limit", 1.0)), float(more.get("penalty", 0.0))
-    cost = None if fixed is None else float(fixed)
-    if not 0.0 < limit <= 1.0 or not penalty >= 0.0 or (cost is not None and not cost >= 0.0):
-        problem = f"speed_limit {limit:g}, penalty {penalty:g}, cost {cost}"
-        raise ValueError(f"edge {number} has {problem}; valid: 0 < speed_limit <= 1, others >= 0")
-    return Edge(number, *ends, cost, math.dist(nodes[ends[0]], nodes[ends[1]]), limit, penalty)
+    cost = None if about.get("cost") is None else float(about["cost"])
+    if cost is not None and not cost >= 0.0:
+        raise ValueError(f"edge {number} has cost {cost:g}; valid: at least 0")
+    more = _about(about, f"edge {number}")
+    joined = nodes[ends[0]], nodes[ends[1]]
+    return Edge(number, *joined, cost, bool(about.get("overridable", True)), *more)
+
+
+def _about(about: dict[str, Any], what: str) -> tuple[dict[str, Any], tuple[GraphOperation, ...]]:
+    """Return the metadata and the operations of a node or an edge."""
+    given = about.get("operations") or {}
+    operations = []
+    for one in given.values() if isinstance(given, dict) else given:
+        kind, trigger = str(one["type"]), one["trigger"]
+        if trigger not in _TRIGGERS:
+            text = f"{what} has operation '{kind}' with trigger '{trigger}'"
+            raise ValueError(f"{text}; valid: {', '.join(_TRIGGERS)}")
+        operations.append(GraphOperation(kind, trigger, dict(one.get("metadata") or {})))
+    return dict(about.get("metadata") or {}), tuple(operations)
 
 
 def _number(value: Any, what: str) -> int:

@@ -5,73 +5,87 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_nav.routes.graph import Edge, Graph, Point
-
-CLOSED = math.inf
-"""The cost of an edge that is closed."""
+from arjuna_nav.routes.graph import Edge, Graph, Node, Point
 
 
 @dataclass(frozen=True)
 class Route:
-    """A sequence of nodes.
+    """A sequence of edges from a node on; without any it ends there.
 
     Attributes:
-        nodes: Numbers of the nodes, at least one.
-        edges: The edges between them.
-        cost: What they cost together.
+        costs: The cost of each edge.
     """
 
-    nodes: tuple[int, ...]
-    edges: tuple[Edge, ...]
-    cost: float
+    start: Node
+    edges: tuple[Edge, ...] = ()
+    costs: tuple[float, ...] = ()
+
+    @property
+    def nodes(self) -> tuple[Node, ...]:
+        """The nodes, at least one."""
+        return self.start, *(edge.end for edge in self.edges)
+
+    @property
+    def cost(self) -> float:
+        """The cost of all edges."""
+        return sum(self.costs)
+
+    def without_first(self) -> Route:
+        """Return the rest of the route behind its first edge."""
+        return Route(self.edges[0].end, self.edges[1:], self.costs[1:])
 
 
 def find_route(
-    graph: Graph, start: int, goal: int, costs: Mapping[int, float] | None = None
+    graph: Graph, start: int, goal: int, cost: Callable[[Edge], float | None]
 ) -> Route | None:
     """Return the cheapest route between two nodes, None where there is none.
 
+    Args:
+        graph: The graph.
+        start: Number of the first node.
+        goal: Number of the last.
+        cost: Returns what an edge costs, at least 0; None where it is closed.
+
     Source: Dijkstra, A note on two problems in connexion with graphs, 1959.
     """
-    costs = costs or {}
-    leaving: dict[int, list[tuple[Edge, float]]] = {}
+    leaving: dict[int, list[Edge]] = {}
     for edge in graph.edges.values():
-        leaving.setdefault(edge.start, []).append((edge, costs.get(edge.id, edge.total_cost)))
-    before: dict[int, Edge] = {}
+        leaving.setdefault(edge.start.id, []).append(edge)
+    before: dict[int, tuple[Edge, float]] = {}
     best, queue, done = {start: 0.0}, [(0.0, start)], set[int]()
     while queue:
-        cost, node = heapq.heappop(queue)
+        so_far, node = heapq.heappop(queue)
         if node == goal:
-            return _back(before, start, goal, cost)
+            return _back(before, graph.nodes[start], graph.nodes[goal])
         if node in done:
             continue
         done.add(node)
-        for edge, own in leaving.get(node, ()):
-            value = cost + own
-            if value < best.get(edge.end, math.inf):
-                best[edge.end], before[edge.end] = value, edge
-                heapq.heappush(queue, (value, edge.end))
+        for edge in leaving.get(node, ()):
+            own = cost(edge)
+            if own is not None and so_far + own < best.get(edge.end.id, math.inf):
+                best[edge.end.id], before[edge.end.id] = so_far + own, (edge, own)
+                heapq.heappush(queue, (so_far + own, edge.end.id))
     return None
 
 
-def _back(before: dict[int, Edge], start: int, goal: int, cost: float) -> Route:
-    edges: list[Edge] = []
+def _back(before: dict[int, tuple[Edge, float]], start: Node, goal: Node) -> Route:
+    steps: list[tuple[Edge, float]] = []
     node = goal
-    while node != start:
-        edges.append(before[node])
-        node = before[node].start
-    edges.reverse()
-    return Route((start, *(edge.end for edge in edges)), tuple(edges), cost)
+    while node is not start:
+        steps.append(before[node.id])
+        node = steps[-1][0].start
+    steps.reverse()
+    return Route(start, tuple(edge for edge, _ in steps), tuple(cost for _, cost in steps))
 
 
 def pruned(
-    route: Route, graph: Graph, start: Point | None, goal: Point | None, least: float, off: float
+    route: Route, start: Point | None, goal: Point | None, least: float, off: float
 ) -> Route:
     """Return a route without the ends at which it would lead back.
 
@@ -80,7 +94,6 @@ def pruned(
 
     Args:
         route: The route.
-        graph: Of the route.
         start: Where the robot stands; None to keep the first node.
         goal: Where it is to come; None to keep the last.
         least: How far along an edge counts as along it [m].
@@ -89,36 +102,29 @@ def pruned(
     Source: nav2_route, GoalIntentExtractor::pruneStartandGoal.
     """
     if start is not None and route.edges:
-        along, beside = _on(graph, route.edges[0], start)
+        along, beside = along_edge(route.edges[0], start)
         if along >= least and beside <= off:
-            route = _without(route, 0)
+            route = route.without_first()
     if goal is not None and route.edges:
-        edge = route.edges[-1]
-        along, beside = _on(graph, edge, goal)
-        if along <= edge.length - least and beside <= off:
-            route = _without(route, -1)
+        along, beside = along_edge(route.edges[-1], goal)
+        if along <= route.edges[-1].length - least and beside <= off:
+            route = replace(route, edges=route.edges[:-1], costs=route.costs[:-1])
     return route
 
 
-def _without(route: Route, end: int) -> Route:
-    kept = slice(1, None) if end == 0 else slice(None, -1)
-    cost = route.cost - route.edges[end].total_cost
-    return replace(route, nodes=route.nodes[kept], edges=route.edges[kept], cost=max(cost, 0.0))
-
-
-def _on(graph: Graph, edge: Edge, point: Point) -> tuple[float, float]:
+def along_edge(edge: Edge, point: Point) -> tuple[float, float]:
     """Return how far along an edge a point lies, and how far beside it [m]."""
-    first, last = np.array(graph.nodes[edge.start]), np.array(graph.nodes[edge.end])
+    first, last = np.array(edge.start.point), np.array(edge.end.point)
     if edge.length == 0.0:
-        return 0.0, math.dist(point, graph.nodes[edge.start])
+        return 0.0, math.dist(point, edge.start.point)
     unit = (last - first) / edge.length
     along = float(np.clip((np.array(point) - first) @ unit, 0.0, edge.length))
     return along, float(np.hypot(*(np.array(point) - first - along * unit)))
 
 
-def path_along(route: Route, graph: Graph, spacing: float) -> NDArray[np.float64]:
+def path_along(route: Route, spacing: float) -> NDArray[np.float64]:
     """Return poses `(N, 3)` [m, m, rad] along a route, at most a spacing apart [m]."""
-    corners = np.array([graph.nodes[node] for node in route.nodes])
+    corners = np.array([node.point for node in route.nodes])
     pieces = [corners[:1]]
     for a, b in itertools.pairwise(corners):
         count = max(math.ceil(float(np.hypot(*(b - a))) / spacing - 1e-9), 1)
@@ -134,60 +140,69 @@ class Tracker:
 
     Args:
         route: The route.
-        graph: Of the route.
         radius: How near to a node the robot passes it [m].
         end_radius: How near to the last node it has come there [m].
+        edge: The edge to the route's first node where the robot is on it already.
 
     Source: nav2_route, RouteTracker: a node is passed within the radius where the line across the
         route, midway between the edges that meet there, is.
     """
 
-    def __init__(self, route: Route, graph: Graph, radius: float, end_radius: float) -> None:
-        self._route = route
-        self._graph = graph
+    def __init__(
+        self, route: Route, radius: float, end_radius: float, edge: Edge | None = None
+    ) -> None:
+        self._nodes = route.nodes
+        self._edges = (edge, *route.edges, None)  # before each node, and behind the last
         self._radius, self._end_radius = radius, end_radius
         self._passed = 0
 
     @property
-    def last_node(self) -> int | None:
+    def last_node(self) -> Node | None:
         """The node that was passed last, None before the first."""
-        return self._route.nodes[self._passed - 1] if self._passed else None
+        edge = self._edges[0]
+        before = edge.start if edge is not None else None
+        return self._nodes[self._passed - 1] if self._passed else before
 
     @property
-    def next_node(self) -> int | None:
+    def next_node(self) -> Node | None:
         """The node to come to next, None at the end."""
-        return None if self.done else self._route.nodes[self._passed]
+        return None if self.done else self._nodes[self._passed]
 
     @property
     def edge(self) -> Edge | None:
         """The edge that is driven, None before the first node and at the end."""
-        return self._route.edges[self._passed - 1] if self._passed > 0 and not self.done else None
+        return self._edges[self._passed]
+
+    @property
+    def edge_before(self) -> Edge | None:
+        """The edge that led to the last node, if any."""
+        return self._edges[self._passed - 1] if self._passed else None
 
     @property
     def ahead(self) -> tuple[Edge, ...]:
         """The edges from the next node on."""
-        return self._route.edges[self._passed :]
+        return tuple(edge for edge in self._edges[self._passed + 1 :] if edge is not None)
 
     @property
     def done(self) -> bool:
         """True once the last node was reached."""
-        return self._passed == len(self._route.nodes)
+        return self._passed == len(self._nodes)
 
     def update(self, x: float, y: float) -> bool:
-        """Take note of where the robot is; return whether it has passed a node."""
-        before = self._passed
-        while not self.done and self._is_passed(x, y):
-            self._passed += 1
-        return self._passed > before
+        """Take note of where the robot is; return whether it has passed the next node."""
+        passed = not self.done and self._is_passed(x, y)
+        self._passed += passed
+        return passed
 
     def _is_passed(self, x: float, y: float) -> bool:
-        k, nodes = self._passed, self._route.nodes
-        here = np.array(self._graph.nodes[nodes[k]])
+        k, nodes = self._passed, self._nodes
+        here = np.array(nodes[k].point)
         off = np.array([x, y]) - here
         if k == len(nodes) - 1:
             return math.hypot(*off) <= self._end_radius
-        steps = [np.array(self._graph.nodes[nodes[k + 1]]) - here]
-        if k > 0:
-            steps.append(here - np.array(self._graph.nodes[nodes[k - 1]]))
+        steps = [np.array(nodes[k + 1].point) - here]
+        edge = self.edge
+        if edge is not None:
+            steps.append(here - np.array(edge.start.point))
         across = sum(step / max(math.hypot(*step), 1e-9) for step in steps)
         return math.hypot(*off) <= self._radius and float(off @ across) >= 0.0

@@ -37,7 +37,7 @@ class CostmapReader:
     Args:
         node: The server; in its `configure`.
         costmap_topic: Of nav2_msgs/Costmap; its updates come on the same name with `_updates`.
-        footprint_topic: Of the robot's outline, where the robot is at its stamp.
+        footprint_topic: Of the robot's outline, where the robot is at its stamp; empty for none.
         base_frame: The robot's frame; empty: that of a costmap of the process, else base_link.
         tolerance: How old the transforms used may be [s].
     """
@@ -52,12 +52,13 @@ class CostmapReader:
     ) -> None:
         self._node, self._tolerance = node, tolerance
         near, shape = (
-            costmap_in_process(node, topic, own)
+            costmap_in_process(node, topic, own) if topic else None
             for topic, own in ((costmap_topic, _COSTS), (footprint_topic, _OUTLINE))
         )
         self._costs: CostmapNode | _CostsByTopic = near or _CostsByTopic(node, costmap_topic)
         self.base_frame = base_frame or (near.config.robot_base_frame if near else "base_link")
-        outline = None if shape else _OutlineByTopic(node, footprint_topic, self.base_frame)
+        by_topic = footprint_topic and shape is None
+        outline = None if not by_topic else _OutlineByTopic(node, footprint_topic, self.base_frame)
         self._shape, self._outline = shape, outline
 
     @property

@@ -13,6 +13,7 @@ from arjuna_nav.costmap.layers.plugins import LAYERS
 from arjuna_nav.docking.dock_types import DOCK_TYPES
 from arjuna_nav.nodes.behavior_actions import BEHAVIORS
 from arjuna_nav.nodes.goals.navigators import NAVIGATORS
+from arjuna_nav.nodes.routes.plugins import OPERATIONS, SCORERS
 from arjuna_nav.nodes.safety.sources import SOURCES
 from arjuna_nav.nodes.waypoints.tasks import TASKS
 from arjuna_nav.planners.base import PLANNERS
@@ -31,6 +32,8 @@ LISTS = {
     "behavior_plugins": BEHAVIORS,
     "plugins": LAYERS,
     "waypoint_task_executor_plugin": TASKS,
+    "edge_cost_functions": SCORERS,
+    "operations": OPERATIONS,
     "navigators": NAVIGATORS,
     "dock_plugins": DOCK_TYPES,
     "robot_model_type": MOTION_MODELS,

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from nav2_msgs.action import (
+    ComputeAndTrackRoute,
     ComputePathToPose,
     FollowPath,
     FollowWaypoints,
@@ -24,9 +25,10 @@ from arjuna_core.ros.convert import grid_msg, path_msg, pose_stamped, poses_from
 from arjuna_core.se2 import SE2
 from bringup.parameters.files import Parameters, shipped_parameters
 from bringup.parameters.foreign.understanding import understand
-from bringup.stack import NAVIGATION_GROUP, all_nodes
-from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot, assert_failed
+from bringup.stack import NAVIGATION_GROUP, ROUTE_SERVER, all_nodes
+from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot, assert_failed, started
 from tests.helpers.nav.plugins_page import parameters
+from tests.helpers.nav.routes import square, written
 from tests.nav.worlds import polyline
 
 IS_EAST = """<root BTCPP_format="4"><BehaviorTree ID="Main">
@@ -118,6 +120,22 @@ def test_a_task_and_a_navigator(robot: PlayedRobot, capfd: pytest.CaptureFixture
     assert "hello from waypoint 0" in log
     assert "hello from waypoint 1" in log
     assert robot.nodes["bt_navigator"]._trees.tree.blackboard.get("loops") == 0
+
+
+def test_a_scorer_and_an_operation_of_routes(own_plugins: Path) -> None:
+    graph = square()
+    graph["features"][5]["properties"] = {"id": 1, "startid": 1, "endid": 2}
+    graph["features"][7]["properties"]["metadata"] = {"door_width": 0.9}
+    graph["features"][4]["properties"]["metadata"] = {"door_width": 0.7}
+    values = page(own_plugins)["route_server"]
+    values["graph_filepath"] = str(written(own_plugins, graph))
+    robot = started(ROUTE_SERVER, settle=0.2, route_server=values)
+    request = ComputeAndTrackRoute.Goal(start_id=0, goal_id=2)
+    goal = robot.send(ComputeAndTrackRoute, "compute_and_track_route", request)
+    robot.run(0.1)
+    assert goal.feedback[-1].route.route_cost == 11.0, "by the wide door; the narrow is closed"
+    robot.run(2.1)
+    assert goal.result.error_code == ComputeAndTrackRoute.Result.NO_VALID_ROUTE
 
 
 @pytest.mark.parametrize(("line", "succeeds"), [(-1.0, True), (1.0, False)])

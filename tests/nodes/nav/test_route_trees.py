@@ -34,7 +34,12 @@ TREE = """
 def robot(tmp_path: Path) -> PlayedRobot:
     (tmp_path / "route.xml").write_text(TREE, encoding="utf-8")
     tree = {"bt_folder": str(tmp_path)}
-    route = {"graph_filepath": str(written(tmp_path)), "radius_to_achieve_node": 0.5}
+    route = {
+        "graph_filepath": str(written(tmp_path)),
+        "radius_to_achieve_node": 0.5,
+        "edge_cost_functions": ["DistanceScorer", "CostmapScorer"],
+        "operations": ["AdjustSpeedLimit", "ReroutingService", "CollisionMonitor"],
+    }
     return started(*NAVIGATION_GROUP.nodes, bt_navigator=tree, route_server=route)
 
 

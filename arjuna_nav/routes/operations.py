@@ -1,0 +1,219 @@
+"""Operations while a route is driven: what they are given, what they ask for, those without ROS."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Protocol
+
+from arjuna_core.errors import ArjunaError
+from arjuna_core.se2 import SE2
+from arjuna_core.timing import Periodic
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.costmap.costmap import UNKNOWN
+from arjuna_nav.routes.graph import Edge, Node, Point
+from arjuna_nav.routes.route import along_edge
+from arjuna_nav.routes.scorers import (
+    check_resolution,
+    costmap_topic,
+    costs_on_line,
+    fixed,
+    max_cost,
+)
+
+
+class OperationError(ArjunaError):
+    """An operation has failed, and with it the goal."""
+
+
+@dataclass(frozen=True)
+class RouteEvent:
+    """A look at a robot on its route.
+
+    Attributes:
+        now: Time [s].
+        began: When its goal came [s].
+        pose: Where it is, in the graph's frame.
+        edge: The edge that it drives, None before the first node and at the end.
+        ahead: The edges from the next node on.
+        node: The node that it has just passed, None where it has passed none.
+        entered: The edge that it has just entered.
+        exited: The edge that it has just left.
+        called: Metadata with which the graph asks for this operation now; None where it does not.
+    """
+
+    now: float
+    began: float
+    pose: SE2
+    edge: Edge | None
+    ahead: tuple[Edge, ...]
+    node: Node | None = None
+    entered: Edge | None = None
+    exited: Edge | None = None
+    called: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True)
+class OperationResult:
+    """A note that an operation has done something.
+
+    Attributes:
+        reroute: Whether it asks for another route.
+        blocked: Numbers of edges that are closed to it.
+        pending: Whether the route cannot end yet.
+    """
+
+    reroute: bool = False
+    blocked: frozenset[int] = frozenset()
+    pending: bool = False
+
+
+class RouteOperation(Protocol):
+    """An operation; made of `(config, name, node)` in the node's `configure`.
+
+    A class has `Config`, the frozen dataclass of its parameters. The node is the route server.
+    """
+
+    def perform(self, event: RouteEvent) -> OperationResult | None:
+        """Do what is due, at each look at a route that is driven; it must not block.
+
+        Where the graph asks for it several times at once, it is called once for each.
+
+        Returns:
+            None where nothing was done; else the feedback names the operation.
+
+        Raises:
+            ArjunaError: It has failed; so does the goal.
+        """
+        ...
+
+
+def perform(
+    operations: Mapping[str, RouteOperation], event: RouteEvent
+) -> tuple[list[str], OperationResult]:
+    """Return the names of the operations that did something, and what they ask for together.
+
+    Raises:
+        ArjunaError: The graph asks for one that does not exist, or one has failed.
+    """
+    calls: dict[str, list[Mapping[str, Any]]] = {}
+    parts = ("NODE", event.node), ("ON_ENTER", event.entered), ("ON_EXIT", event.exited)
+    for trigger, part in parts:
+        for one in part.operations if part is not None else ():
+            if one.trigger == trigger:
+                calls.setdefault(one.type, []).append(one.metadata)
+    if missing := sorted(set(calls) - set(operations)):
+        listed = ", ".join(operations) or "none"
+        raise OperationError(f"the graph asks for operation {missing[0]}; operations: {listed}")
+    names, total = [], OperationResult()
+    for name, operation in operations.items():
+        for called in calls.get(name, (None,)):
+            result = operation.perform(replace(event, called=called))
+            if called is not None or (result is not None and not result.pending):
+                names.append(name)
+            if result is not None:
+                total = OperationResult(
+                    total.reroute or result.reroute,
+                    total.blocked | result.blocked,
+                    total.pending or result.pending,
+                )
+    return names, total
+
+
+@dataclass(frozen=True)
+class TimeMarkerConfig:
+    """Parameters of the notes of times."""
+
+    time_tag: str = fixed("abs_time_taken", "Metadata of edges: the time it took [s].")
+
+
+class TimeMarker:
+    """Notes in an edge's metadata how long the robot took for it, for the TimeScorer.
+
+    Source: nav2_route, TimeMarker.
+    """
+
+    Config: ClassVar[type[Any]] = TimeMarkerConfig
+
+    def __init__(self, config: Any, name: str, node: Any) -> None:
+        self._tag = config.time_tag
+        self._edge: Edge | None = None
+        self._since = 0.0
+
+    def perform(self, event: RouteEvent) -> OperationResult | None:
+        """Note the time of the edge that was left, if it was entered in the same drive."""
+        if event.node is None:
+            return None
+        left, entered_at = event.exited, self._since
+        whole = left is not None and left is self._edge and entered_at >= event.began
+        self._edge, self._since = event.entered, event.now
+        if left is None or not whole:
+            return None
+        left.metadata[self._tag] = event.now - entered_at
+        return OperationResult()
+
+
+@dataclass(frozen=True)
+class CollisionMonitorConfig:
+    """Parameters of the watch over the route ahead."""
+
+    costmap_topic: str = costmap_topic("local_costmap/costmap_raw")
+    rate: float = fixed(1.0, "How often the route is looked at.", unit="Hz", minimum=0.01)
+    max_cost: float = max_cost()
+    max_collision_dist: float = fixed(
+        5.0, "How far ahead; 0 or less: to the end.", unit="m", minimum=-1.0
+    )
+    check_resolution: int = check_resolution(1)
+    reroute_on_collision: bool = fixed(True, "Whether it asks for another route, else it fails.")
+
+
+class CollisionMonitor:
+    """Asks for another route where a costmap shows an obstacle on the edges ahead.
+
+    Source: nav2_route, CollisionMonitor: unknown cells do not block.
+    """
+
+    Config: ClassVar[type[Any]] = CollisionMonitorConfig
+
+    def __init__(self, config: Any, name: str, node: Any) -> None:
+        self._config = config
+        self._read: Callable[[], Costmap | None] = node.costmap(config.costmap_topic)
+        self._due = Periodic(1.0 / config.rate)
+
+    def perform(self, event: RouteEvent) -> OperationResult | None:
+        """Look along the edges ahead, at most as often as the rate says."""
+        if event.edge is None or not self._due.due(event.now):
+            return None
+        costmap, config = self._read(), self._config
+        if costmap is None:
+            raise OperationError(f"no costmap to see the route by on {config.costmap_topic}")
+        blocked = self._blocked(costmap, event)
+        if blocked is None:
+            return None
+        if not config.reroute_on_collision:
+            raise OperationError(f"edge {blocked} is blocked, and reroute_on_collision is false")
+        return OperationResult(reroute=True, blocked=frozenset({blocked}))
+
+    def _blocked(self, costmap: Costmap, event: RouteEvent) -> int | None:
+        """Return the number of the first edge with an obstacle; None where there is none."""
+        config = self._config
+        left = config.max_collision_dist if config.max_collision_dist > 0.0 else math.inf
+        for edge in (event.edge, *event.ahead):
+            if edge is None or left <= 0.0:
+                break
+            here = event.pose.x, event.pose.y
+            along = along_edge(edge, here)[0] if edge is event.edge else 0.0
+            until = min(edge.length, along + left)
+            ends = _point_on(edge, along), _point_on(edge, until)
+            costs, whole = costs_on_line(costmap, *ends, config.check_resolution)
+            if ((costs >= config.max_cost) & (costs != UNKNOWN)).any():
+                return edge.id
+            left = left - (until - along) if whole else 0.0
+        return None
+
+
+def _point_on(edge: Edge, along: float) -> Point:
+    ratio = along / max(edge.length, 1e-9)
+    start, end = edge.start, edge.end
+    return start.x + ratio * (end.x - start.x), start.y + ratio * (end.y - start.y)
