@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -117,7 +118,7 @@ def read_metadata(folder: Path) -> dict[str, Any] | None:
         InputFileError: It is no metadata of rosbag2.
     """
     path = folder / METADATA
-    if not path.is_file():
+    if not os.path.lexists(path):
         return None
     try:
         found = read_yaml(path)["rosbag2_bagfile_information"]

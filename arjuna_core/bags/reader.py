@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -160,7 +161,7 @@ def _files(path: Path, names: list[str] | None) -> list[Path]:
     Args:
         names: The files that its metadata lists.
     """
-    if not path.exists():
+    if not os.path.lexists(path):
         raise InputFileError(path, f"does not exist; {_VALID}")
     if names is not None:
         files = [path / name for name in names]

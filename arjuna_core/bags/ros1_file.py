@@ -8,8 +8,9 @@ from __future__ import annotations
 import bz2
 import struct
 from collections.abc import Callable, Iterator
-from io import BytesIO
+from io import BufferedReader, BytesIO
 from pathlib import Path
+from typing import BinaryIO, cast
 
 import lz4.frame
 from rosbags.rosbag1 import Reader, ReaderError
@@ -24,14 +25,14 @@ from rosbags.rosbag1.reader import (
 )
 
 from arjuna_core.bags.metadata import BagFile, reason_of
-from arjuna_core.bags.topic import ROS1, BagMessage, TopicInfo
+from arjuna_core.bags.topic import MESSAGE_MAX, ROS1, BagMessage, TopicInfo
 from arjuna_core.files.input_file import open_file
 
 _DAMAGE = (
     *(ReaderError, OSError, ValueError, RuntimeError, KeyError, IndexError, AssertionError),
     *(struct.error, EOFError, MemoryError, OverflowError),
 )
-_CHUNK_MAX = 1 << 28  # [bytes]; rosbag writes chunks of about 768 KiB
+_CHUNK_MAX = MESSAGE_MAX + (1 << 20)  # [bytes]; rosbag writes chunks of about 768 KiB
 
 
 class Ros1File(BagFile):
@@ -41,7 +42,7 @@ class Ros1File(BagFile):
     DAMAGE = _DAMAGE
 
     def _take_index(self) -> str:
-        self._reader = _Reader(self.path)
+        self._reader = _Reader(cast("Path", _Source(self.path)))
         with self._reader as bag:
             self.topics = {
                 c.topic: TopicInfo(c.topic, c.msgtype, c.msgdef.data, encoding=ROS1)
@@ -62,6 +63,31 @@ class Ros1File(BagFile):
                 yield BagMessage(self.topics[connection.topic], time, data)
 
 
+class _Records(BufferedReader):
+    """A bag's file, of which nothing larger than any record is read at once."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        if size is not None and size > _CHUNK_MAX:
+            raise ReaderError(f"a record of {size} bytes; read are {_CHUNK_MAX}")
+        return super().read(size)
+
+    def readline(self, size: int | None = -1, /) -> bytes:
+        return super().readline(64)  # the line that a bag begins with
+
+
+class _Source:
+    """A bag's path, as the library opens it."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def exists(self) -> bool:
+        return True
+
+    def open(self, mode: str) -> BinaryIO:
+        return _Records(open_file(self._path).detach())
+
+
 class _Reader(Reader):
     """Reads a bag by its index, or by one made of its chunks where it has none.
 
@@ -72,13 +98,11 @@ class _Reader(Reader):
     damage = ""
 
     def open(self) -> None:
-        path = Path(str(self.path))
-        open_file(path).close()  # the library opens it again, once it is known to be a file
         try:
             super().open()
         except _DAMAGE as error:
             self.damage = reason_of(error)
-            self.bio = open_file(path)
+            self.bio = self.path.open("rb")
             self.indexes, self.chunk_infos = {}, []
             if self.bio.readline() != b"#ROSBAG V2.0\n":
                 self.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bz2
 import gzip
+import io
 import json
 import lzma
 import os
@@ -11,19 +12,26 @@ import stat
 import time
 import zlib
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from arjuna_core.errors import InputFileError
 
-UNPACKERS: dict[str, Any] = {".xz": lzma.open, ".gz": gzip.open, ".bz2": bz2.open}
+UNPACKERS: dict[str, Any] = {
+    ".xz": partial(lzma.open, format=lzma.FORMAT_XZ),
+    ".gz": gzip.open,
+    ".bz2": bz2.open,
+}
 """What unpacks text, by the suffix of its file."""
 UNPACKING = (OSError, EOFError, lzma.LZMAError, zlib.error)
 """What is raised where packed text is damaged or cut short."""
 _Error = type[InputFileError]
 
 
-def open_file(path: Path, error: _Error = InputFileError, largest: int | None = None) -> BinaryIO:
+def open_file(
+    path: Path, error: _Error = InputFileError, largest: int | None = None
+) -> io.BufferedReader:
     """Return a regular file, open for reading; one that is read whole has a largest size [bytes].
 
     Raises:
@@ -43,6 +51,9 @@ def open_file(path: Path, error: _Error = InputFileError, largest: int | None = 
         _check_kind(path, status, error)
         if largest is not None and status.st_size > largest:
             raise error(path, f"has {status.st_size} bytes; at most {largest} are read")
+        on_disk = status.st_blocks * 512  # 0 where a file system does not say
+        if on_disk:
+            check_growth(path, on_disk, status.st_size, 1 << 30, error)
     except InputFileError:
         file.close()
         raise
@@ -148,8 +159,10 @@ def read_lines(path: Path, longest: int = 1 << 20) -> Iterator[tuple[bytes, floa
             yield line, raw.tell() / all_of_it
 
 
-def check_growth(path: Path, packed: int, size: int, always: int) -> None:
-    """Refuse data that unpack to far more than they were: files that are made to fill memory.
+def check_growth(
+    path: Path, packed: int, size: int, always: int, error: _Error = InputFileError
+) -> None:
+    """Refuse data that unpack to far more than they were: bombs, and files that are a hole.
 
     Args:
         packed: How large they were [bytes].
@@ -164,4 +177,4 @@ def check_growth(path: Path, packed: int, size: int, always: int) -> None:
         problem = (
             f"{packed} bytes of it unpack to {size} or more; valid: up to {most} times as many"
         )
-        raise InputFileError(path, problem)
+        raise error(path, problem)

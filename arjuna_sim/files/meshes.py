@@ -34,7 +34,10 @@ _FACES_MAX = 1_000_000
 _PLACED_MAX = 10_000  # geometries that COLLADA's nodes place
 _STL_HEADER, _STL_FACE = 84, 50  # bytes of binary STL
 _REACH_MAX = 1e5  # [m]
-_BROKEN = (ValueError, LookupError, AttributeError, TypeError, OverflowError, struct.error)
+_BROKEN = (
+    *(ValueError, LookupError, AttributeError, TypeError, OverflowError, struct.error),
+    *(RuntimeError, SyntaxError),  # a bare raise of pycollada's, and lxml's
+)
 """What readers raise where a file is broken."""
 
 

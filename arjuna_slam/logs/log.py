@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -67,8 +68,8 @@ class CarmenLog:
             for line, share in read_lines(self._path):
                 self.progress = share
                 self._idle += 1
-                if self._idle > 1_000_000:
-                    raise InputFileError(self._path, "has over a million lines without a scan")
+                if self._idle > 200_000:
+                    raise InputFileError(self._path, "has over 200 000 lines without a scan")
                 yield line.decode("ascii", "replace")
         except UNPACKING as error:
             self.problems.append(f"damaged or cut short ({error}); read up to there")
@@ -189,7 +190,7 @@ def open_log(path: Path, topics: RecordingTopics) -> Log:
     Raises:
         InputFileError: It does not exist or is of another kind.
     """
-    if not path.exists():
+    if not os.path.lexists(path):
         raise InputFileError(path, "does not exist")
     suffixes = [suffix.lower() for suffix in path.suffixes]
     unpacked = suffixes[:-1] if suffixes[-1:] == [PACKED] else suffixes

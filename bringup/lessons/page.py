@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import shlex
 from collections.abc import Iterator
@@ -82,7 +83,7 @@ def load_page(path: Path) -> Page:
 
 def _sections(lines: list[str]) -> Iterator[Section]:
     starts = [i for i, line in enumerate(lines) if _HEADING.match(line)]
-    for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):
+    for start, end in itertools.pairwise([*starts, len(lines)]):
         yield _section(lines[start][3:], lines[start + 1 : end])
 
 

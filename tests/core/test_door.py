@@ -38,7 +38,8 @@ KNOWN = {
     "arjuna_core/bags/mcap_file.py: frame.open": "of bytes",
     "arjuna_core/bags/ros1_file.py: frame.open": "of bytes",
     # Libraries that open what the door has opened before.
-    "arjuna_core/bags/ros1_file.py: super().open": "checked in `open`",
+    "arjuna_core/bags/ros1_file.py: super().open": "calls `_Source.open`",
+    "arjuna_core/bags/ros1_file.py: path.open": "is `_Source.open`",
     "arjuna_core/bags/sqlite_file.py: sqlite3.connect": "checked in `_open`",
     "bringup/tuning/study.py: JournalFileBackend": "checked before",
     "bringup/ros2/programs/python_file.py: runpy.run_path": "runs what the user names as a program",

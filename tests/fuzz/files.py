@@ -320,7 +320,9 @@ def _launch(folder: Path) -> Path:
 
 
 def _drawn(path: Path) -> None:
-    visual_model.read(_DRAWN.format(path), Path)
+    notes = visual_model.read(_DRAWN.format(path), Path).notes
+    if notes:  # which say what is not drawn
+        raise VisualError(notes[0])
 
 
 @cache

@@ -25,6 +25,7 @@ _LARGEST = 2**20  # [bytes] a bound on the memory that a foreign file can take
 _SUBSTITUTION = re.compile(r"\$\((\w+)\s*([^()]*)\)")
 # Among a node's arguments: a new name, a parameter (_), or what roslaunch itself means (__).
 _GIVEN = re.compile(r"^/?(?P<private>_*)(?P<name>\w+):=(?P<value>\S+)$")
+_FILES_MAX = 100
 _NO = ("false", "0")
 
 
@@ -44,6 +45,7 @@ class LaunchFile:
         self.document: dict[str, Any] = {}
         self.topics: dict[str, dict[str, str]] = {}
         self.notes: list[str] = []
+        self.files = 0
         _Reading(self, path, {}, ()).run()
 
 
@@ -70,6 +72,9 @@ class _Reading:
         """Read it; nesting of `deepest` files is refused: they include each other."""
         if len(self._above) >= deepest:
             raise InputFileError(self._path, f"is included {deepest} files deep")
+        self._into.files += 1
+        if self._into.files > _FILES_MAX:
+            raise InputFileError(self._path, f"is one of more than {_FILES_MAX} that are included")
         root = self._root()
         if root.tag != "launch":
             raise InputFileError(self._path, f"is XML of <{root.tag}>; valid: <launch>, or YAML")
@@ -142,7 +147,7 @@ class _Reading:
         if content is None:
             return
         if not isinstance(content, Mapping) and "param" not in element.attrib:
-            raise InputFileError(path, f"expected names and values, got {content!r}")
+            raise InputFileError(path, f"expected names and values, got {str(content)[:80]!r}")
         self._put(inside, content)
 
     def _include(self, element: Element) -> None:
@@ -165,6 +170,9 @@ class _Reading:
 
     def _put(self, inside: tuple[str, ...], value: Any) -> None:
         """Put a value, or a mapping of them, where it belongs; later ones win."""
+        deepest = 20
+        if len(inside) > deepest:
+            raise InputFileError(self._path, f"has a name of more than {deepest} parts")
         document = self._into.document
         for name in inside[:-1]:
             below = document.setdefault(name, {})
@@ -194,7 +202,17 @@ class _Reading:
         return self._replaced(element.get(attribute, ""))
 
     def _replaced(self, text: str) -> str:
-        return _SUBSTITUTION.sub(self._substitute, text)
+        longest, size = 100_000, len(text)  # a value may double with each argument
+
+        def counted(match: re.Match[str]) -> str:
+            nonlocal size
+            value = self._substitute(match)
+            size += len(value)
+            if size > longest + len(text):
+                raise InputFileError(self._path, f"has values of more than {longest} characters")
+            return value
+
+        return _SUBSTITUTION.sub(counted, text)
 
     def _substitute(self, match: re.Match[str]) -> str:
         kind, name = match[1], match[2].strip()

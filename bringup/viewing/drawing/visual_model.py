@@ -25,7 +25,7 @@ FindMesh = Callable[[str], Path | None]
 _LARGEST = 60_000_000  # [bytes] of a mesh or a texture
 _BROKEN = (
     *(OSError, ValueError, TypeError, LookupError, AttributeError, SyntaxError, OverflowError),
-    *(ArjunaError, DaeError, struct.error),
+    *(ArjunaError, DaeError, struct.error, RuntimeError),
 )
 _GREY = (0.6, 0.6, 0.65, 1.0)
 
