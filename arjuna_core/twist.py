@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import KW_ONLY, dataclass
 
 
@@ -37,3 +38,31 @@ class Velocity:
 
 
 STILL = Velocity()
+
+
+class RecentVelocities:
+    """The velocities that were measured within a duration [s], up to the newest.
+
+    Source: nav2_util, OdomSmoother.
+    """
+
+    def __init__(self, duration: float) -> None:
+        self._duration = duration
+        self._kept: deque[tuple[float, Velocity]] = deque()
+
+    def add(self, velocity: Velocity, stamp: float) -> None:
+        """Take the newest, measured at a time [s]; an earlier time is another run of time."""
+        if self._kept and stamp < self._kept[-1][0]:
+            self._kept.clear()
+        self._kept.append((stamp, velocity))
+        while stamp - self._kept[0][0] > self._duration:
+            self._kept.popleft()
+
+    def mean(self) -> Velocity:
+        """Return their mean; zero where there is none."""
+        kept = [velocity for _, velocity in self._kept]
+        if not kept:
+            return STILL
+        x, y = math.fsum(v.x for v in kept), math.fsum(v.y for v in kept)
+        yaw_rate = math.fsum(v.yaw_rate for v in kept)
+        return Velocity(x, y=y, yaw_rate=yaw_rate).scaled(1.0 / len(kept))

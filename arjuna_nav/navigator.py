@@ -68,6 +68,15 @@ class Finish:
 
 
 @dataclass(frozen=True)
+class EntryNames:
+    """The blackboard's entries of the goal, of all goals on the way to it, and of the path."""
+
+    goal: str = "goal"
+    goals: str = "goals"
+    path: str = "path"
+
+
+@dataclass(frozen=True)
 class Feedback:
     """The progress of navigation, as NavigateToPose's feedback has it.
 
@@ -90,12 +99,13 @@ class Navigator:
     """Drives to one goal, or through several to the last, by a tree.
 
     Args:
-        tree: The tree; its blackboard has `goal`, `goals`, the configuration's entries, and `path`
+        tree: The tree; its blackboard has the goals and the configuration's entries, and the path
             once there is one.
         config: Rates and amounts.
         error_code_names: Entries of the blackboard that hold error codes.
         goals: Poses to drive to, in map.
         start: Time at which the goal came [s].
+        names: What the entries of goals and path are called.
     """
 
     def __init__(
@@ -105,21 +115,22 @@ class Navigator:
         error_code_names: Sequence[str],
         goals: tuple[SE2, ...],
         start: float,
+        names: EntryNames = EntryNames(),
     ) -> None:
-        self._tree = tree
+        self._tree, self._names = tree, names
         self._board = tree.blackboard
         self._codes = tuple(error_code_names)
         self._start = start
         self._outdated = False
-        self._path = self._board.entry("path")
+        self._path = self._board.entry(names.path)
         self._followed: object = None
         for each in fields(NavigatorConfig):
             self._board.set(each.name, getattr(config, each.name))
         self._take_goals(goals)
 
     def _take_goals(self, goals: tuple[SE2, ...]) -> None:
-        self._board.set("goal", goals[-1])
-        self._board.set("goals", goals)
+        self._board.set(self._names.goal, goals[-1])
+        self._board.set(self._names.goals, goals)
         self._board.set(RECOVERIES, 0)
 
     def tick(
@@ -170,9 +181,9 @@ class Navigator:
         path, distance = self._path.value, 0.0
         if path is not None and len(path) and state.pose is not None:
             distance = paths.remaining(path, state.pose)
-        speed = state.velocity.speed
+        speed = state.mean_velocity.speed
         left = distance / speed if speed > 0.01 and distance > 0.1 else 0.0
-        recoveries, goals = self._board.get(RECOVERIES), self._board.get("goals")
+        recoveries, goals = self._board.get(RECOVERIES), self._board.get(self._names.goals)
         return Feedback(
             state.now - self._start, left, int(recoveries or 0), distance, len(goals or ())
         )

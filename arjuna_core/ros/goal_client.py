@@ -40,13 +40,19 @@ class GoalClient:
         self._node = node
         self._client = action_client(node, action_type, name)
         self._running: dict[int, Any] = {}
-        self._sequence = self._cancelled_up_to = 0
+        self._cancels: list[tuple[float, Any]] = []
+        self._sequence = self._cancelled_up_to = self._acknowledged = 0
         self._destroyed = False
 
     @property
     def ready(self) -> bool:
         """True where a server is there."""
         return bool(self._client.server_is_ready())
+
+    @property
+    def acknowledged(self) -> bool:
+        """True where the server has taken the newest goal, or refused it."""
+        return self._acknowledged == self._sequence
 
     def send(
         self,
@@ -89,12 +95,13 @@ class GoalClient:
     ) -> None:
         if self._destroyed:
             return
+        self._acknowledged = max(self._acknowledged, sequence)
         if not handle.accepted:
             outcome(GoalOutcome(False, GoalStatus.STATUS_UNKNOWN, None))
             return
         self._running[sequence] = handle
         if sequence <= self._cancelled_up_to:
-            handle.cancel_goal_async()
+            self._cancel(handle)
         future = handle.get_result_async()
         future.add_done_callback(
             self._guarded(
@@ -114,7 +121,16 @@ class GoalClient:
         self._cancelled_up_to = sequence
         for number, handle in self._running.items():
             if number <= sequence:
-                handle.cancel_goal_async()
+                self._cancel(handle)
+
+    def _cancel(self, handle: Any) -> None:
+        self._cancels.append((self._node.now, handle.cancel_goal_async()))
+
+    def take_late_cancels(self, limit: float) -> int:
+        """Return, once, how many cancels are not answered after a limit [s]."""
+        waiting = [each for each in self._cancels if not each[1].done()]
+        self._cancels = [each for each in waiting if self._node.now - each[0] <= limit]
+        return len(waiting) - len(self._cancels)
 
     def destroy(self) -> None:
         """Leave the graph; no outcome is reported any more."""

@@ -9,7 +9,7 @@ from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.node import Node
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import header, velocity_from_twist
+from arjuna_core.ros.convert import header, seconds, velocity_from_twist
 from arjuna_core.ros.messages import maker
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.twist import STILL, Velocity
@@ -25,13 +25,22 @@ def listeners(node: Node, topic: str) -> list[str]:
 
 
 def subscribe_velocity(
-    node: ManagedNode, topic: str, stamped: bool, callback: Callable[[Velocity], None]
+    node: ManagedNode,
+    topic: str,
+    stamped: bool,
+    callback: Callable[[Velocity], None],
+    on_stamp: Callable[[float], None] = lambda stamp: None,
 ) -> None:
-    """Subscribe to commands, in a node's `configure`; one that is not finite is ignored."""
+    """Subscribe to commands, in a node's `configure`; one that is not finite is ignored.
+
+    Args:
+        on_stamp: Called before `callback` with the command's stamp, or the time it came [s].
+    """
 
     def take(message: Any) -> None:
         velocity = velocity_from_twist(message.twist if stamped else message)
         if velocity.is_finite:
+            on_stamp(seconds(message.header.stamp) if stamped else node.now)
             callback(velocity)
         else:
             node.get_logger().error(
@@ -67,12 +76,13 @@ class VelocityOutput:
         )
         self._publisher = make(kind, topic, profile)
 
-    def publish(self, velocity: Velocity) -> None:
-        """Publish one velocity."""
+    def publish(self, velocity: Velocity, stamp: float | None = None) -> None:
+        """Publish one velocity, stamped with a time [s], now if None is given."""
         twist = _twist(float(velocity.x), float(velocity.y), float(velocity.yaw_rate))
         if self._stamped:
-            now = self._node.get_clock().now().nanoseconds / 1e9
-            twist = TwistStamped(header=header(self._frame, now), twist=twist)
+            if stamp is None:
+                stamp = self._node.get_clock().now().nanoseconds / 1e9
+            twist = TwistStamped(header=header(self._frame, stamp), twist=twist)
         self._publisher.publish(twist)
 
     def stop(self) -> None:

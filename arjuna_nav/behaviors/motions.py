@@ -6,7 +6,9 @@ Source: nav2_behaviors: Spin, DriveOnHeading and BackUp, AssistedTeleop, Wait.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
+from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.behaviors.base import (
@@ -55,8 +57,25 @@ class Spin(TimedBehavior):
         return self._unless_it_collides(velocity, self._remaining() / rate, pose, costmap)
 
 
+@dataclass(frozen=True)
+class DriveConfig:
+    """Parameters of one straight drive, by the names of Nav2 after Jazzy; Jazzy has no ramp."""
+
+    acceleration_limit: float = param(
+        0.0, "How fast it gains speed; 0: at once.", unit="m/s^2", minimum=0.0
+    )
+    deceleration_limit: float = param(
+        0.0, "How fast it loses speed before the end, below 0; 0: at once.", unit="m/s^2", maximum=0
+    )
+    minimum_speed: float = param(
+        0.0, "Least speed, whatever the goal and the limits say.", unit="m/s", minimum=0.0
+    )
+
+
 class DriveOnHeading(TimedBehavior):
     """Drives straight for a distance [m] at a speed [m/s]; both negative drive back.
+
+    Source: nav2_behaviors, DriveOnHeading::onCycleUpdate.
 
     Raises:
         InvalidGoalError: Distance and speed have two signs, or one is 0 or not finite.
@@ -69,6 +88,7 @@ class DriveOnHeading(TimedBehavior):
         config: BehaviorConfig,
         footprint: Footprint,
         time_allowance: float,
+        ramp: DriveConfig | None = None,
     ) -> None:
         super().__init__(config, footprint, time_allowance)
         if not 0.0 < distance * speed < math.inf:
@@ -76,6 +96,8 @@ class DriveOnHeading(TimedBehavior):
             raise InvalidGoalError(f"{pair} must have one sign and be finite")
         self._distance = abs(distance)
         self._speed = speed
+        self._ramp = ramp or DriveConfig()
+        self._driven, self._driven_at = 0.0, math.inf  # last speed and its time
         self._start: SE2 | None = None
 
     def _is_done(self, pose: SE2, elapsed: float) -> bool:
@@ -84,8 +106,22 @@ class DriveOnHeading(TimedBehavior):
         return self._progress >= self._distance
 
     def _drive(self, pose: SE2, costmap: Costmap, now: float) -> BehaviorResult:
-        time_left = (self._distance - self._progress) / abs(self._speed)
-        return self._unless_it_collides(Velocity(self._speed), time_left, pose, costmap)
+        left, speed = self._distance - self._progress, self._ramped(now)
+        velocity = Velocity(math.copysign(speed, self._speed))
+        time_left = left / speed if speed else 0.0
+        return self._unless_it_collides(velocity, time_left, pose, costmap)
+
+    def _ramped(self, now: float) -> float:
+        """Return the speed within the limits of the ramp."""
+        ramp, speed = self._ramp, abs(self._speed)
+        if ramp.acceleration_limit:
+            since = max(now - self._driven_at, 0.0)
+            speed = min(speed, self._driven + ramp.acceleration_limit * since)
+        if ramp.deceleration_limit:
+            left = self._distance - self._progress
+            speed = min(speed, braking_speed(left, -ramp.deceleration_limit, 0.0))
+        self._driven, self._driven_at = max(speed, ramp.minimum_speed), now
+        return self._driven
 
 
 class AssistedTeleop(TimedBehavior):

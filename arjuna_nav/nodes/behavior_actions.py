@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from nav2_msgs import action
 
@@ -12,7 +12,13 @@ from arjuna_core.config import NoParameters
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_nav.behaviors.base import Behavior, BehaviorStatus, InvalidGoalError
-from arjuna_nav.behaviors.motions import AssistedTeleop, DriveOnHeading, Spin, Wait
+from arjuna_nav.behaviors.motions import (
+    AssistedTeleop,
+    DriveConfig,
+    DriveOnHeading,
+    Spin,
+    Wait,
+)
 
 
 @dataclass(frozen=True)
@@ -22,14 +28,13 @@ class BehaviorAction:
     Attributes:
         type: The action.
         make: Makes the behaviour from a goal; of one that moves, also from the parameters, the
-            footprint and the time allowance.
+            footprint and the time allowance, and its own parameters if it has any.
         feedback: Makes the feedback from the behaviour's progress.
         moves: Whether it drives, so that it needs the robot's pose and a costmap.
         area: The costmap that it needs, `local` or `global`.
         unknown: Error code of an unknown failure, where the action itself names none.
+        Config: Its own parameters; those of all behaviours stand at behavior_server.
     """
-
-    Config: ClassVar[type[Any]] = NoParameters  # all of them stand at behavior_server
 
     type: Any
     make: Callable[..., Behavior]
@@ -37,6 +42,7 @@ class BehaviorAction:
     moves: bool = True
     area: str = "local"
     unknown: int = 0
+    Config: type[Any] = NoParameters
 
     def error_code(self, status: BehaviorStatus) -> int:
         """Return the action's code for how it failed; one that it does not name is unknown."""
@@ -61,11 +67,13 @@ BACKUP = BehaviorAction(
         -abs(_along_x(goal.target)), -abs(goal.speed), *rest
     ),
     lambda distance: action.BackUp.Feedback(distance_traveled=distance),
+    Config=DriveConfig,
 )
 DRIVE_ON_HEADING = BehaviorAction(
     action.DriveOnHeading,
     lambda goal, *rest: DriveOnHeading(_along_x(goal.target), goal.speed, *rest),
     lambda distance: action.DriveOnHeading.Feedback(distance_traveled=distance),
+    Config=DriveConfig,
 )
 ASSISTED_TELEOP = BehaviorAction(
     action.AssistedTeleop,

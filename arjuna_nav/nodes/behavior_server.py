@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from std_msgs.msg import Empty
 
-from arjuna_core.config import param, plugin_names
+from arjuna_core.config import NoParameters, param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_core.ros.goal_server import GoalError, GoalNode, result_timeout
@@ -174,7 +174,8 @@ class BehaviorServerNode(GoalNode):
         if not action.moves:
             return action.make(goal)
         footprint = self._costmaps[action.area].footprint()
-        return action.make(goal, self.config, footprint, seconds(goal.time_allowance))
+        own = () if action.Config is NoParameters else (getattr(self.config, kind),)
+        return action.make(goal, self.config, footprint, seconds(goal.time_allowance), *own)
 
     def _cycle(self) -> None:
         self._check_cancelled()

@@ -19,8 +19,8 @@ from arjuna_core.ros.goal_client import GoalClient
 from arjuna_core.ros.goal_server import GoalError, GoalServer, result_timeout
 from arjuna_core.se2 import SE2
 from arjuna_core.timing import Periodic
-from arjuna_core.twist import STILL
-from arjuna_nav.navigator import Ending, Finish, Navigator, NavigatorConfig
+from arjuna_core.twist import STILL, RecentVelocities
+from arjuna_nav.navigator import Ending, EntryNames, Finish, Navigator, NavigatorConfig
 from arjuna_nav.nodes.goals.admission import Admission, error_code
 from arjuna_nav.nodes.goals.memory import GoalMemory, ResumingNode
 from arjuna_nav.nodes.goals.navigators import NAVIGATORS, GoalNavigator, filled
@@ -52,7 +52,25 @@ class BtNavigatorConfig(NavigatorConfig):
         10.0, "Most feedbacks a second.", unit="Hz", minimum=0.1, read_only=True
     )
     wait_for_service_timeout: int = param(
-        1000, "How long to wait for a server, and for a service's answer.", unit="ms", minimum=0
+        1000, "How long to wait for a server to be there.", unit="ms", minimum=0
+    )
+    default_server_timeout: int = param(
+        1000,
+        "How long an action may take to accept a goal, and a service to answer, where a tree's "
+        "server_timeout says nothing; looked at every 0.2 s.",
+        unit="ms",
+        minimum=0,
+        nav2=20,
+    )
+    default_cancel_timeout: int = param(
+        1000, "After which a cancel without an answer is logged.", unit="ms", minimum=0, nav2=20
+    )
+    filter_duration: float = param(
+        0.3,
+        "Time over which SpeedController and the time left take the mean velocity.",
+        unit="s",
+        minimum=0.0,
+        read_only=True,
     )
     navigators: tuple[str, ...] = plugin_names(
         tuple(NAVIGATORS.by_name), "The navigators, an action each.", NAVIGATORS
@@ -75,10 +93,25 @@ class BtNavigatorConfig(NavigatorConfig):
         read_only=True,
     )
     bt_folder: str = param(".", "Folder of the behavior trees that goals may name.", path=True)
+    bt_search_directories: tuple[str, ...] = param(
+        (), "Further folders of trees that goals or parameters may name.", path=True
+    )
+    always_reload_bt_xml: bool = param(
+        True,
+        "Whether a tree is read again for each goal; else where another drove before.",
+        read_only=True,
+        nav2=False,
+    )
     error_code_names: tuple[str, ...] = param(
         ("compute_path_error_code", "follow_path_error_code"),
         "Entries of a tree's blackboard that hold error codes; the lowest is a failed goal's.",
     )
+    error_code_name_prefixes: tuple[str, ...] = param(
+        (), "Further such entries, without their ending '_error_code', as Nav2 after Jazzy."
+    )
+    goal_blackboard_id: str = param("goal", "Entry of the goal.", read_only=True)
+    goals_blackboard_id: str = param("goals", "Entry of the goals up to it.", read_only=True)
+    path_blackboard_id: str = param("path", "Entry of the path to it.", read_only=True)
     resume_file: str = param(
         "", "Keeps the goal under way, to resume it after a crash; empty: no.", path=True
     )
@@ -95,6 +128,7 @@ class BtNavigatorNode(ResumingNode):
         config = self.config
         self._navigator: Navigator | None = None
         self._velocity, self._measured_at, self._started_at = STILL, 0.0, 0.0
+        self._recent = RecentVelocities(config.filter_duration)
         self._new_goals: tuple[SE2, ...] | None = None
         self._feedback_due = Periodic(1.0 / config.feedback_rate)
         self._requests = TreeClients(self, config)
@@ -106,7 +140,8 @@ class BtNavigatorNode(ResumingNode):
         for problem in problems:
             self.get_logger().warning(f"plugin_lib_names: {problem}")
         defaults = {name: kind.default_tree(config) for name, kind in self._kinds.items()}
-        self._trees = TreeChoice(defaults, config.bt_folder, nodes)
+        folders = config.bt_folder, *config.bt_search_directories
+        self._trees = TreeChoice(defaults, folders, nodes, config.always_reload_bt_xml)
         self._requests.listen(self._trees.topics)
         self._servers: dict[str, GoalServer] = {
             name: self.offer(
@@ -151,6 +186,7 @@ class BtNavigatorNode(ResumingNode):
     def _on_odometry(self, message: Any) -> None:
         self._velocity = velocity_from_twist(message.twist.twist)
         self._measured_at = seconds(message.header.stamp)
+        self._recent.add(self._velocity, self._measured_at)
 
     def _on_goal_pose(self, message: Any) -> None:
         self._own.send(NavigateToPose.Goal(pose=message), lambda outcome: None)
@@ -203,7 +239,10 @@ class BtNavigatorNode(ResumingNode):
     def _made_navigator(self, goals: tuple[SE2, ...]) -> Navigator:
         tree, config = self._trees.tree, self.config
         self._requests.listen(tree.topics)
-        return Navigator(tree, config, config.error_code_names, goals, self.now)
+        names = config.goal_blackboard_id, config.goals_blackboard_id, config.path_blackboard_id
+        further = map("{}_error_code".format, config.error_code_name_prefixes)
+        codes = *config.error_code_names, *further
+        return Navigator(tree, config, codes, goals, self.now, EntryNames(*names))
 
     def _work(self) -> None:
         self.memory.resume()
@@ -216,7 +255,8 @@ class BtNavigatorNode(ResumingNode):
             return
         frames = self.config.global_frame, self.config.robot_base_frame
         pose = self.transforms.try_lookup(*frames)
-        state = self._requests.state(pose, self._velocity, self._measured_at)
+        mean = self._recent.mean()
+        state = self._requests.state(pose, self._velocity, self._measured_at, mean)
         goals, self._new_goals = self._new_goals, None
         requests, end = navigator.tick(
             state, goals, self._servers[self._kind.name].cancel_requested

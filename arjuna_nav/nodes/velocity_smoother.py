@@ -9,10 +9,10 @@ from nav_msgs.msg import Odometry
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import velocity_from_twist
+from arjuna_core.ros.convert import seconds, velocity_from_twist
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.velocity import VelocityOutput, subscribe_velocity
-from arjuna_core.twist import Velocity
+from arjuna_core.twist import RecentVelocities, Velocity
 from arjuna_nav.safety.velocity_smoother import SmoothingConfig, VelocitySmoother
 
 
@@ -23,6 +23,12 @@ class VelocitySmootherConfig(SmoothingConfig):
     cmd_vel_in_topic: str = param("cmd_vel_nav", "Topic of the commands.", read_only=True)
     cmd_vel_out_topic: str = param("cmd_vel_smoothed", "Topic of what to drive.", read_only=True)
     odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
+    odom_duration: float = param(
+        0.1, "Time over which the measured velocity is a mean.", unit="s", minimum=0.0
+    )
+    stamp_smoothed_velocity_with_smoothing_time: bool = param(
+        False, "Whether a TwistStamped has the time of smoothing, not the last command's."
+    )
     enable_stamped_cmd_vel: bool = param(False, "Whether both are TwistStamped.", read_only=True)
 
 
@@ -40,10 +46,11 @@ class VelocitySmootherNode(ManagedNode):
         """Create the smoother and its topics."""
         config = self.config
         self._smoother = VelocitySmoother(config)
-        self._measured = Velocity()
+        self._recent = RecentVelocities(config.odom_duration)
+        self._stamp = 0.0
         stamped = config.enable_stamped_cmd_vel
         self._output = VelocityOutput(self, stamped, topic=config.cmd_vel_out_topic)
-        subscribe_velocity(self, config.cmd_vel_in_topic, stamped, self._on_command)
+        subscribe_velocity(self, config.cmd_vel_in_topic, stamped, self._on_command, self._on_stamp)
         if config.feedback == "CLOSED_LOOP":
             self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
         self._smoothing = self.guarded("carry_on", self._smooth_if_due)
@@ -66,13 +73,18 @@ class VelocitySmootherNode(ManagedNode):
     def on_config(self, config: VelocitySmootherConfig) -> None:
         """Smooth by the new parameters, from rest."""
         self._smoother = VelocitySmoother(config)
+        self._recent = RecentVelocities(config.odom_duration)
+
+    def _on_stamp(self, stamp: float) -> None:
+        self._stamp = stamp
 
     def _on_command(self, velocity: Velocity) -> None:
         self._smoother.take(velocity, self.now)
         self._smooth()
 
     def _on_odometry(self, message: Any) -> None:
-        self._measured = velocity_from_twist(message.twist.twist)
+        stamp = seconds(message.header.stamp)
+        self._recent.add(velocity_from_twist(message.twist.twist), stamp)
 
     def _carry_on(self) -> None:
         """Continue the last command, unless one comes just now."""
@@ -83,6 +95,9 @@ class VelocitySmootherNode(ManagedNode):
             self._smooth()
 
     def _smooth(self) -> None:
-        velocity = self._smoother.tick(self._measured, self.now)
-        if velocity is not None:
-            self._output.publish(velocity)
+        velocity = self._smoother.tick(self._recent.mean(), self.now)
+        if velocity is None:
+            return
+        holds = self._smoother.has_command(self.now)
+        own = self.config.stamp_smoothed_velocity_with_smoothing_time or not holds
+        self._output.publish(velocity, self.now if own else self._stamp)

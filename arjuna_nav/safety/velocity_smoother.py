@@ -85,7 +85,7 @@ class VelocitySmoother:
             now: Time [s].
         """
         config, command = self._config, self._command
-        if now - self._commanded_at > config.velocity_timeout:
+        if not self.has_command(now):
             if self._last == STILL or self._resting:
                 self._resting = True
                 return None
@@ -97,6 +97,10 @@ class VelocitySmoother:
         current = measured if config.feedback == "CLOSED_LOOP" else self._before
         self._last, self._last_at = self._step(current, command, period), now
         return self._without_deadband(self._last)
+
+    def has_command(self, now: float) -> bool:
+        """Return whether the last command holds at a time [s]."""
+        return now - self._commanded_at <= self._config.velocity_timeout
 
     def is_due(self, now: float) -> bool:
         """Return whether a velocity is due although no command came."""

@@ -58,7 +58,8 @@ class Asking(TreeNode):
     def _ask(self) -> Status:
         self._asked = self._request()
         server = self._server_name() or self.SERVER
-        self._key = self.tree.ask(self.KIND, server, self._asked, self.FEEDBACK)
+        timeout = float(self.server_timeout) / 1000.0  # [ms] in XML
+        self._key = self.tree.ask(self.KIND, server, self._asked, self.FEEDBACK, timeout)
         return Status.RUNNING
 
     def _server_name(self) -> str:

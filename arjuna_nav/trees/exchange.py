@@ -16,7 +16,8 @@ class Ask:
     """A request to a server of an action or service `kind`; its answer comes under the same key.
 
     The fields are plain values by nav2_msgs' names: poses as SE2, paths `(N, 3) float64`,
-    durations [s].
+    durations [s]. An action takes the goal, and a service answers, within the timeout [s], that
+    of all servers if 0.
     """
 
     key: int
@@ -24,6 +25,7 @@ class Ask:
     server: str
     fields: Mapping[str, Any]
     feedback: bool = False
+    timeout: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,7 @@ class TreeState:
         moved_goal: The newest pose on the topic goal_update since the goal came.
         batteries: By their topics.
         connected: Returns whether a transform is known from the second frame to the first.
+        mean_velocity: Of the robot over `filter_duration`.
     """
 
     now: float
@@ -93,6 +96,7 @@ class TreeState:
     moved_goal: SE2 | None = None
     batteries: Mapping[str, Battery] = field(default_factory=dict)
     connected: Callable[[str, str], bool] = lambda parent, child: False
+    mean_velocity: Velocity = STILL
 
 
 @dataclass(frozen=True)

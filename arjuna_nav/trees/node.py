@@ -277,10 +277,17 @@ class Tree:
         self._changes: list[StatusChange] = []
         self._last_key = 0
 
-    def ask(self, kind: str, server: str, fields: Mapping[str, Any], feedback: bool = False) -> int:
+    def ask(
+        self,
+        kind: str,
+        server: str,
+        fields: Mapping[str, Any],
+        feedback: bool = False,
+        timeout: float = 0.0,
+    ) -> int:
         """Ask a server; return the key of its answer, and of its feedback where that is wanted."""
         self._last_key += 1
-        self._commands.append(Ask(self._last_key, kind, server, fields, feedback))
+        self._commands.append(Ask(self._last_key, kind, server, fields, feedback, timeout))
         return self._last_key
 
     def withdraw(self, key: int) -> None:

@@ -79,20 +79,30 @@ def with_own_nodes(modules: Iterable[str]) -> tuple[Mapping[str, type[TreeNode]]
     return nodes, problems
 
 
-def read_tree(path: Path, nodes: Mapping[str, type[TreeNode]] = NODES) -> Tree:
+def read_tree(
+    path: Path,
+    nodes: Mapping[str, type[TreeNode]] = NODES,
+    contents: dict[Path, bytes] | None = None,
+) -> Tree:
     """Read a file.
+
+    Args:
+        contents: Of files that are not read again; those that are read are added.
 
     Raises:
         TreeError: It cannot be read, or is no tree that can be run.
     """
-    return build_tree(_read(path), str(path), path.parent, nodes)
+    contents = {} if contents is None else contents
+    return build_tree(_read(path, contents), str(path), path.parent, nodes, contents)
 
 
-def _read(path: Path) -> bytes:
-    try:
-        return read_bytes(path, _MAX_SIZE)
-    except InputFileError as error:
-        raise TreeError(str(error)) from error
+def _read(path: Path, contents: dict[Path, bytes]) -> bytes:
+    if path not in contents:
+        try:
+            contents[path] = read_bytes(path, _MAX_SIZE)
+        except InputFileError as error:
+            raise TreeError(str(error)) from error
+    return contents[path]
 
 
 def build_tree(
@@ -100,6 +110,7 @@ def build_tree(
     where: str,
     folder: Path = Path(),
     nodes: Mapping[str, type[TreeNode]] = NODES,
+    contents: dict[Path, bytes] | None = None,
 ) -> Tree:
     """Build a tree from its XML.
 
@@ -108,12 +119,13 @@ def build_tree(
         where: The file's name in errors.
         folder: What it includes lies there, or below.
         nodes: Those that it may have.
+        contents: Of files that are not read again.
 
     Raises:
         TreeError: It is no tree that can be run; the message names the node and what is valid.
     """
     document = _document(text, where)
-    trees = _Trees(where)
+    trees = _Trees(where, {} if contents is None else contents)
     trees.add(document, where, folder)
     return _Builder(where, trees.named, nodes).build(trees.main(document))
 
@@ -133,6 +145,7 @@ class _Trees:
     """The trees of a file and of those that it includes, by name."""
 
     where: str
+    contents: dict[Path, bytes]
     named: dict[str, Any] = field(default_factory=dict)
     files_of: dict[str, str] = field(default_factory=dict)
     own: list[str] = field(default_factory=list)
@@ -171,7 +184,7 @@ class _Trees:
         self.files.add(path)
         if len(self.files) > _MAX_FILES:
             raise TreeError(f"{where}: over {_MAX_FILES} files are included")
-        self.add(_document(_read(path), str(path)), str(path), path.parent)
+        self.add(_document(_read(path, self.contents), str(path)), str(path), path.parent)
 
     def main(self, document: Any) -> str:
         """Return the name of the tree to run."""

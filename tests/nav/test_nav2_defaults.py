@@ -42,6 +42,7 @@ NODES = {
     "waypoint_follower": "waypoint_follower:WaypointFollowerConfig",
 }
 STANDS = "Nav2's DWB stands where a file names no limits: it would be no default but a trap"
+PATIENT = "servers in Python may take longer to answer"
 FRAME = "frames are the robot's own where a file names none"
 DIFFERS = {
     **{f"dwb_core::DWBLocalPlanner.{key}": STANDS for key in
@@ -49,6 +50,9 @@ DIFFERS = {
         "decel_lim_theta")},
     **{f"behavior_server.{key}": FRAME for key in
        ("local_frame", "global_frame", "robot_base_frame")},
+    **{f"bt_navigator.{key}": PATIENT for key in
+       ("default_server_timeout", "default_cancel_timeout")},
+    "bt_navigator.always_reload_bt_xml": "a tree that is being written is driven as it stands",
     **{f"{node}.{key}": FRAME for node in ("collision_monitor", "collision_detector")
        for key in ("base_frame_id", "odom_frame_id")},
 }  # fmt: skip

@@ -41,6 +41,7 @@ class _Request:
         client: The client of its server.
         take: Called with the answer.
         sent: Whether it was sent.
+        late: How many looks found it unanswered for too long.
     """
 
     ask: Ask
@@ -48,6 +49,7 @@ class _Request:
     client: Any
     take: Callable[[Answer], None]
     sent: bool = False
+    late: int = 0
 
 
 class TreeClients:
@@ -72,6 +74,7 @@ class TreeClients:
         self._moved_goal: SE2 | None = None
         self._look = Periodic(look_period)
         self._trials = 0
+        node.every(look_period, self._look_after_cancels)
 
     def listen(self, topics: set[Topic]) -> None:
         """Listen to the topics of a tree; what moved an older goal is over."""
@@ -100,13 +103,16 @@ class TreeClients:
         except TransformError as error:
             self._node.get_logger().warning(f"{GOAL_UPDATE} ignored: {error}")
 
-    def state(self, pose: SE2 | None, velocity: Velocity, measured_at: float) -> TreeState:
+    def state(
+        self, pose: SE2 | None, velocity: Velocity, measured_at: float, mean: Velocity
+    ) -> TreeState:
         """Return the state of a tree's tick, with each answer and feedback once.
 
         Args:
             pose: Of the robot, None where it is not known.
             velocity: Of the robot.
             measured_at: When it had that velocity [s].
+            mean: Its mean velocity.
         """
         if self._look.due(self._node.now):
             for key, request in list(self._open.items()):
@@ -124,6 +130,7 @@ class TreeClients:
             self._moved_goal,
             self._batteries,
             self._connected,
+            mean,
         )
 
     def _connected(self, parent: str, child: str) -> bool:
@@ -196,11 +203,27 @@ class TreeClients:
             request.sent, request.since = True, self._node.now
             (self._send_goal if is_action else self._call)(key, request)
             return
-        limit = self._config.wait_for_service_timeout / 1000.0
-        silent = self._node.now - request.since > limit
-        if silent and not (ready and is_action):
-            problem = "did not answer" if ready else "is not there"
+        waits = request.sent and ready  # for the goal to be taken, or for an answer
+        if waits and is_action and client.acknowledged:
+            return
+        config, own = self._config, waits * ask.timeout
+        common = config.default_server_timeout if waits else config.wait_for_service_timeout
+        limit = own or common / 1000.0
+        request.late += self._node.now - request.since > limit
+        # At the first look an answer may wait in the executor, behind what took long.
+        if request.late > waits:
+            problem = "did not answer" if waits else "is not there"
+            if waits and is_action:
+                client.cancel()
             self._fail(key, f"{ask.server} {problem} within {limit:g} s at {self._node.now:.2f} s")
+
+    def _look_after_cancels(self) -> None:
+        """Say which servers did not answer when a goal of theirs was cancelled."""
+        limit = self._config.default_cancel_timeout / 1000.0
+        for client in self._clients.values():
+            if isinstance(client, GoalClient) and client.take_late_cancels(limit):
+                text = f"{client.name}: a cancel was not answered within {limit:g} s"
+                self._node.get_logger().error(text)
 
     def _send_goal(self, key: int, request: _Request) -> None:
         ask, frame = request.ask, self._config.global_frame

@@ -22,8 +22,9 @@ class TreeChoice:
 
     Args:
         defaults: By kind of goals, the tree of those that name none; empty: Arjuna's.
-        folder: Of the trees that goals may name.
+        folders: Of the trees that goals may name; parameters may name those of all but the first.
         nodes: Those that a tree may have.
+        reload: Whether files are read again for each goal, or where another tree drove before.
 
     Attributes:
         tree: The tree chosen.
@@ -34,12 +35,16 @@ class TreeChoice:
     """
 
     def __init__(
-        self, defaults: Mapping[str, str], folder: str, nodes: Mapping[str, type[TreeNode]]
+        self,
+        defaults: Mapping[str, str],
+        folders: Sequence[str],
+        nodes: Mapping[str, type[TreeNode]],
+        reload: bool,
     ) -> None:
-        self._name = ""
-        self._nodes = nodes
+        self._name, self._nodes, self._reload = "", nodes, reload
+        self._contents: dict[Path, bytes] = {}
         self._defaults = {kind: name or f"{kind}.xml" for kind, name in defaults.items()}
-        self._folder = folder
+        self._folders = folders
         trees = [self._default(kind) for kind in self._defaults]
         self.tree = trees[0]
         self.topics = set().union(*(tree.topics for tree in trees))
@@ -58,8 +63,10 @@ class TreeChoice:
         if preempts:
             same = name == self._name
             return "" if same else f"'{self._name}' drives the goal that runs, not '{name}'"
+        if self._reload or name != self._name:
+            self._contents.clear()
         try:
-            self.tree = self._asked(asked, self._folder) if asked else self._default(kind)
+            self.tree = self._asked(asked, self._folders) if asked else self._default(kind)
         except TreeError as error:
             return str(error)
         self._name = name
@@ -74,30 +81,32 @@ class TreeChoice:
         name = self._defaults[kind]
         own = name == f"{kind}.xml"  # whatever lies in the working folder by that name
         path = shipped_file("behavior_trees") / name if own else Path(name)
-        if path.is_file():
-            return read_tree(path, self._nodes)
-        return self._asked(name, ".")
+        return self._read(path) if path.is_file() else self._asked(name, (".", *self._folders[1:]))
 
-    def _asked(self, name: str, folder: str) -> Tree:
-        """Return the tree that a goal names: a file in the folder, or a shipped one by its name.
+    def _read(self, path: Path) -> Tree:
+        return read_tree(path, self._nodes, self._contents)
+
+    def _asked(self, name: str, folders: Sequence[str]) -> Tree:
+        """Return the tree of a name: a file in a folder, or a shipped one by its name.
 
         Raises:
             TreeError: There is no such file, or it holds no tree that can be run.
         """
-        shipped = shipped_file("behavior_trees")
-        try:
-            path = path_in_folder(folder, name)
+        for each in folders:
+            try:
+                path = path_in_folder(each, name)
+            except MapsFolderError:
+                continue  # a path on another machine may end in the name of a shipped tree
             if path.is_file():
-                return read_tree(path, self._nodes)
-        except MapsFolderError:
-            pass  # a path on another machine may end in the name of a shipped tree
+                return self._read(path)
+        shipped = shipped_file("behavior_trees")
         own = shipped / Path(name).name
         if own.suffix == ".xml" and own.is_file():
-            return read_tree(own, self._nodes)
+            return self._read(own)
         valid = ", ".join(sorted(each.name for each in shipped.glob("*.xml")))
         raise TreeError(
-            f"there is no behavior tree '{name}' in the folder '{folder}' (parameter 'bt_folder'); "
-            f"valid: a file there, or {valid}"
+            f"there is no behavior tree '{name}' in the folder '{folders[0]}' (parameter "
+            f"'bt_folder'); valid: a file there, or {valid}"
         )
 
 

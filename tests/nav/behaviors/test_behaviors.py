@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import pytest
 
@@ -15,7 +16,7 @@ from arjuna_nav.behaviors.base import (
     BehaviorStatus,
     InvalidGoalError,
 )
-from arjuna_nav.behaviors.motions import DriveOnHeading, Spin, Wait
+from arjuna_nav.behaviors.motions import DriveConfig, DriveOnHeading, Spin, Wait
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid
@@ -84,6 +85,35 @@ def test_drives_and_backs_up_the_distance(distance: float, speed: float) -> None
         assert result.status is BehaviorStatus.SUCCEEDED
         assert moved.x == pytest.approx(sign * distance, abs=0.1 * speed + 0.01)
         assert result.progress == pytest.approx(distance, abs=0.1 * speed + 0.01)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("ramp", "expected"),
+    [
+        ({}, lambda k, left: 0.3),
+        ({"acceleration_limit": 0.5}, lambda k, left: min(0.05 * k, 0.3)),
+        ({"deceleration_limit": -0.2}, lambda k, left: min(math.sqrt(0.4 * left), 0.3)),
+        (
+            {"acceleration_limit": 0.5, "minimum_speed": 0.12},
+            lambda k, left: min(0.12 + 0.05 * k, 0.3),
+        ),
+        ({"minimum_speed": 0.4}, lambda k, left: 0.4),
+    ],
+)
+def test_a_drive_gains_and_loses_speed_within_its_limits(
+    sign: float, ramp: dict[str, float], expected: Callable[[int, float], float]
+) -> None:
+    limits = DriveConfig(**ramp)
+    drive = DriveOnHeading(0.6 * sign, 0.3 * sign, CONFIG, CIRCLE, 0.0, limits)
+    costmap, x = costmap_of(empty_grid(6.0, 6.0)), 0.0
+    for k in range(100):
+        result = drive.tick(SE2(3.0 + sign * x, 3.0), costmap, 0.1 * k)
+        if result.status is not BehaviorStatus.RUNNING:
+            break
+        assert result.velocity.x == pytest.approx(sign * expected(k, 0.6 - x))
+        x += 0.1 * abs(result.velocity.x)
+    assert result.status is BehaviorStatus.SUCCEEDED
 
 
 def test_backing_up_stops_before_a_wall() -> None:

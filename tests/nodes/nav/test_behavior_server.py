@@ -63,6 +63,15 @@ def test_backup_drives_back_the_distance(robot: PlayedRobot) -> None:
     assert robot.command == STILL
 
 
+@pytest.mark.parametrize("kind", ["drive_on_heading", "backup"])
+def test_a_drive_has_limits_of_its_own(kind: str) -> None:
+    values = {f"{kind}.minimum_speed": 0.22}
+    robot = started(LOCAL_COSTMAP, BEHAVIOR_SERVER, settle=0.5, behavior_server=values)
+    (drive if kind == "drive_on_heading" else backup)(robot, 0.5, 0.1)
+    robot.run(0.3)
+    assert abs(robot.command.x) == pytest.approx(0.22)
+
+
 @pytest.mark.parametrize(("distance", "speed"), [(0.5, 0.25), (-0.4, -0.2)])
 def test_drive_on_heading_drives_ahead_and_back(
     robot: PlayedRobot, distance: float, speed: float

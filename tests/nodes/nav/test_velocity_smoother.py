@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
 
+from arjuna_core.ros.convert import header, seconds, time_msg
 from arjuna_core.twist import STILL
 from bringup.stack import VELOCITY_SMOOTHER
 from tests.helpers.nav.navigation import PlayedRobot, started
@@ -59,3 +61,36 @@ def test_the_robot_is_stopped_at_once(robot: PlayedRobot, how: str) -> None:
     robot.forget()
     robot.bench.advance(1.0)
     assert not robot.commands
+
+
+@pytest.mark.parametrize(("duration", "first"), [(0.0, 0.325), (1.0, 0.225)])
+def test_what_is_measured_is_a_mean_over_a_duration(duration: float, first: float) -> None:
+    values = {**SMOOTHER, "feedback": "CLOSED_LOOP", "odom_duration": duration}
+    robot = started(VELOCITY_SMOOTHER, settle=0.5, velocity_smoother=values)
+    for x in (0.0, 0.2):  # the robot's own odometry says that it stands
+        odometry = Odometry()
+        odometry.header.stamp = time_msg(robot.now + 5.0 + x)
+        odometry.twist.twist.linear.x = x
+        robot.bench.publish(Odometry, "/odom", odometry)
+    command(robot, 0.5)
+    assert robot.command.x == pytest.approx(first)
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_stamps_are_the_commands_or_those_of_smoothing(own: bool) -> None:
+    values = {
+        **SMOOTHER,
+        "enable_stamped_cmd_vel": True,
+        "cmd_vel_out_topic": "smoothed",
+        "stamp_smoothed_velocity_with_smoothing_time": own,
+    }
+    robot = started(VELOCITY_SMOOTHER, settle=0.5, velocity_smoother=values)
+    smoothed = robot.bench.collect(TwistStamped, "/smoothed")
+    message = TwistStamped(header=header("base_link", 0.3))
+    message.twist.linear.x = 0.3
+    robot.bench.publish(TwistStamped, "/cmd_vel_nav", message)
+    robot.run(2.0)
+    stamps = [seconds(each.header.stamp) for each in smoothed]
+    assert (0.3 in stamps) is not own
+    assert stamps[0] == pytest.approx(0.5 if own else 0.3)
+    assert stamps[-1] > 1.5  # nobody commands any more
