@@ -23,7 +23,7 @@ from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.model.geometry.walls import enclosure_of, surfaces
 from arjuna_sim.model.robot import RobotModel, inscribed_radius
-from arjuna_sim.model.settings import SensorSettings
+from arjuna_sim.model.settings import DriveKind, SensorSettings
 from arjuna_sim.physics.placing import Placer
 from arjuna_sim.physics.robot_motion import JointStates, RobotMotion, Truth
 from arjuna_sim.physics.stage import Stage
@@ -80,7 +80,8 @@ class DrivenRobot:
         self._motion = RobotMotion(stage, name, model.moving_joints)
         self._placer = Placer(stage, name)
         self._base = base_of(model, config.drive)
-        self._drive, self._wheels = Drive(self._limits()), WheelSpeeds(model, self._base)
+        steers = model.drive.kind is DriveKind.STEERED
+        self._drive, self._wheels = Drive(self._limits(), steers), WheelSpeeds(model, self._base)
         self.setpoint = Velocity()
         self._cameras: dict[str, Camera] = {}
         self._spawn_notes: tuple[str, ...] = ()

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from arjuna_core.files.shipped import shipped_file
+from arjuna_sim.devices.driving.bases import SteeredBase
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.urdf.xacro_file import split
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.robot import RobotModel, footprint
+from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.world import World
 
 _BASES = {"base_footprint", "base_link"}
@@ -42,15 +46,43 @@ def names_of(robot: RobotModel) -> dict[str, str]:
     return found
 
 
+class Steering(NamedTuple):
+    """What a steered robot can do.
+
+    Attributes:
+        radius: Of its tightest bend [m].
+        axle: Where its unsteered wheels are along x, in a frame [m].
+    """
+
+    radius: float
+    axle: float
+
+
+def steering_of(robot: RobotModel, frame: str) -> Steering | None:
+    """Return what a steered robot can do; None of a robot that turns on the spot.
+
+    Args:
+        frame: As in `footprint_of`.
+    """
+    if robot.drive.kind is not DriveKind.STEERED:
+        return None
+    base = SteeredBase.of(robot.urdf, robot.drive)
+    origin = robot.urdf.T_root(_link(robot, frame)).position
+    return Steering(base.turning_radius, base.axle - origin[0])
+
+
 def footprint_of(robot: RobotModel, frame: str) -> str:
     """Return a robot's outline as the costmaps' `footprint`; "" where it has none.
 
     Args:
         frame: The costmaps' `robot_base_frame`; the root link where it is none of the robot's.
     """
-    link = frame if frame in robot.urdf.links else robot.urdf.root
-    outline = footprint(robot, link)
+    outline = footprint(robot, _link(robot, frame))
     return str(outline.tolist()) if len(outline) else ""
+
+
+def _link(robot: RobotModel, frame: str) -> str:
+    return frame if frame in robot.urdf.links else robot.urdf.root
 
 
 def named_world(path: str) -> World:

@@ -73,6 +73,13 @@ class BehaviorConfig:
         1.0, "Time teleoperation looks ahead, and a command of it holds.", unit="s", minimum=0.01
     )
     simulation_time_step: float = param(0.1, "Step of that prediction.", unit="s", minimum=0.01)
+    min_turning_radius: float = param(
+        0.0,
+        "Radius of the tightest bend of a steered robot, for which `spin` fails; 0: it turns on"
+        " the spot.",
+        unit="m",
+        minimum=0.0,
+    )
 
 
 class TimedBehavior(abc.ABC):

@@ -28,7 +28,7 @@ class Spin(TimedBehavior):
     """Turns on the spot by an angle [rad], positive to the left.
 
     Raises:
-        InvalidGoalError: The angle is not finite.
+        InvalidGoalError: The angle is not finite, or the robot is steered.
     """
 
     def __init__(
@@ -37,6 +37,9 @@ class Spin(TimedBehavior):
         super().__init__(config, footprint, time_allowance)
         if not math.isfinite(target_yaw):
             raise InvalidGoalError(f"target_yaw {target_yaw} is not finite")
+        if config.min_turning_radius > 0.0:
+            bend = f"it bends by min_turning_radius = {config.min_turning_radius:g} m at the least"
+            raise InvalidGoalError(f"the robot cannot turn on the spot: {bend}")
         self._target = target_yaw
         self._last_yaw: float | None = None
 

@@ -17,6 +17,8 @@ from arjuna_nav.controllers.tracker import Tracker, TrackerConfig
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners import path as paths
+from arjuna_nav.planners.outline import Drive, find_path
 
 
 @dataclass(frozen=True)
@@ -70,32 +72,65 @@ class ApproachConfig:
         minimum=0.0,
     )
     patience: float = param(2.0, "How long it may get no nearer.", unit="s", minimum=0.0)
+    attempts: int = param(
+        3, "Number of curves into one goal of a steered robot, which cannot turn there.", minimum=1
+    )
+    max_iterations: int = param(
+        5000, "Greatest number of poses of the search for such a curve round obstacles.", minimum=1
+    )
 
 
 class FinalApproach:
     """Takes over from any controller on the last, straight stretch of a path.
 
     It plans a trajectory that ends exactly at the goal and drives it, as long as it is free. Where
-    it gets no nearer, or has no room, it ends, and the goal's tolerance counts.
+    it gets no nearer, or has no room, it ends, and the goal's tolerance counts. A steered robot
+    drives a curve of Reeds and Shepp's, searched round obstacles where need be, and another one
+    where it has not arrived by it.
 
     Args:
         config: Parameters.
         tracking: How trajectories are driven.
         footprint: The robot.
+        radius: Of its tightest bend; 0 where it turns on the spot [m].
 
     Source: the curve is Park and Kuipers, A smooth control law for graceful motion of differential
         wheeled mobile robots in 2D environment, ICRA 2011.
     """
 
     def __init__(
-        self, config: ApproachConfig, tracking: TrackerConfig, footprint: Footprint
+        self,
+        config: ApproachConfig,
+        tracking: TrackerConfig,
+        footprint: Footprint,
+        radius: float = 0.0,
     ) -> None:
         self._config, self._tracking, self._footprint = config, tracking, footprint
-        self._tracker = Tracker(tracking, config.blend_distance)
+        self._tracker = Tracker(tracking, config.blend_distance, radius)
+        planned = radius * tracking.steering_reserve
+        self._drive = Drive(back=1.0, direct=math.inf, limit=config.max_iterations, radius=planned)
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin with a goal."""
+        self._attempts, self._failed_at = 0, -math.inf
         self.reset()
 
+    def retry(self) -> bool:
+        """Return whether a steered robot that has not arrived is to drive another curve."""
+        again = self._over and self._drive.radius > 0.0
+        again = again and self._attempts < self._config.attempts
+        if again:
+            self.reset()
+        return again
+
+    def steers(self, left: float, speed: float) -> bool:
+        """Return whether a steered robot's curve is due with so much of its path left [m]."""
+        due = bool(self._tracker.pieces) or left <= self._config.curve_time * speed
+        return self._config.enabled and self._drive.radius > 0.0 and due
+
     def reset(self) -> None:
-        """Begin again: the goal is another, or the robot was carried away."""
+        """Begin again: the robot was carried away."""
         self._tracker.reset()
         self._over = self._corrected = False
         self._best, self._best_at = (math.inf, math.inf), -math.inf
@@ -131,12 +166,23 @@ class FinalApproach:
         if not self._config.enabled or self._over:
             return None
         if not self._tracker.pieces:
-            trajectory = self._planned(pose, goal, velocity, costmap, left, speed, within, heading)
+            if self._drive.radius > 0.0:
+                trajectory = self._steered(pose, goal, velocity, costmap, now, left, speed)
+            else:
+                trajectory = self._planned(
+                    pose, goal, velocity, costmap, left, speed, within, heading
+                )
             if trajectory is None:
                 self._over = within
                 return None
             self._tracker.follow(trajectory)
+        before = len(self._tracker.pieces)
         command = self._tracker.compute(pose, velocity, speed)
+        if len(self._tracker.pieces) < before and self._turned_off(pose):
+            trajectory = self._steered(pose, goal, velocity, costmap, now, left, speed)
+            if trajectory is not None:
+                self._tracker.follow(trajectory)
+                command = self._tracker.compute(pose, velocity, speed)
         if command is None and heading and self._corrects(pose, goal):
             command = self._tracker.compute(pose, velocity, speed)
         ends = command is None or self._stalls(pose, now)
@@ -149,6 +195,13 @@ class FinalApproach:
     def _is_blocked(self, pose: SE2, costmap: Costmap) -> bool:
         rest = self._tracker.rest(pose, math.inf)
         return first_collision(costmap, self._footprint, rest) is not None
+
+    def _turned_off(self, pose: SE2) -> bool:
+        """Return whether a steered robot begins a stretch with another heading than planned."""
+        if not self._tracker.pieces or not self._drive.radius > 0.0:
+            return False
+        off = abs(wrap(self._tracker.pieces[0].start.theta - pose.theta))
+        return self._attempts < self._config.attempts and off > self._tracking.yaw_tolerance
 
     def _is_displaced(self, pose: SE2, goal: SE2) -> bool:
         """Return whether the robot was carried away from its trajectory or from the goal."""
@@ -191,6 +244,29 @@ class FinalApproach:
         turn = _turn(SE2.from_array(found[-1]), goal.theta)
         free = first_collision(costmap, self._footprint, turn) is None
         return np.vstack((found, turn[1:])) if free or len(found) == 1 else found
+
+    def _steered(
+        self,
+        pose: SE2,
+        goal: SE2,
+        velocity: Velocity,
+        costmap: Costmap,
+        now: float,
+        left: float,
+        speed: float,
+    ) -> NDArray[np.float64] | None:
+        """Return a steered robot's curve into the goal, if one is due and free."""
+        corners = costmap.frame.to_cells(self._footprint.at(goal))
+        due = self.steers(left, speed) and costmap.frame.inside(corners).all()
+        if not due or now - self._failed_at < self._config.patience:
+            return None
+        felt = self._tracking.felt(pose, velocity)
+        found = find_path(felt, goal, costmap, self._footprint, self._drive)
+        if len(found) < 2:
+            self._failed_at = now
+            return None
+        self._attempts += 1
+        return found
 
     def _straight(self, pose: SE2, goal: SE2) -> NDArray[np.float64]:
         """Return the line to the goal, behind a turn on the spot where the goal lies aside."""
@@ -244,7 +320,11 @@ class FinalApproach:
         """Return whether it has got no nearer for too long."""
         piece = self._tracker.pieces[0]
         off = abs(wrap(piece.end.theta - pose.theta)) * self._footprint.circumscribed_radius
-        left = len(self._tracker.pieces), pose.distance(piece.end) if piece.direction else off
+        if self._drive.radius > 0.0:  # on a bend of more than half a turn the end comes nearer late
+            rest = paths.length(self._tracker.rest(pose, math.inf))
+        else:
+            rest = pose.distance(piece.end) if piece.direction else off
+        left = len(self._tracker.pieces), rest
         if left[0] < self._best[0] or left[1] < self._best[1] - 1e-3:
             self._best, self._best_at = left, now
         return now - self._best_at > self._config.patience

@@ -57,8 +57,9 @@ class Controller(Protocol):
     """Follows a path. Pose, path and costmap are of one frame; see `Costmap.seen_from`.
 
     A class of controllers has `Config`, the dataclass of its parameters, and is made of
-    `(config, footprint, xy_goal_tolerance [m], period [s])`. One of a robot that cannot turn on the
-    spot has `turns_on_the_spot = False`: then neither final approach nor escape take over from it.
+    `(config, footprint, xy_goal_tolerance [m], period [s])`. One that never turns on the spot has
+    `turning_radius`, of the tightest bend [m], or inf where it knows none: by that final approach
+    and escape plan; where nothing says a radius, they do not take over from it.
 
     Attributes:
         speed_limit: Greatest forward speed from now on [m/s]; inf for none.

@@ -18,7 +18,8 @@ from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import collides, first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
-from arjuna_nav.planners.outline import Drive, find_path, first_blocked, path_cost, straight_out
+from arjuna_nav.planners.escape import lead_out
+from arjuna_nav.planners.outline import Drive, find_path, first_blocked, path_cost
 
 
 @dataclass(frozen=True)
@@ -80,13 +81,19 @@ class Escape:
         tracking: How trajectories are driven.
         footprint: The robot, with padding.
         body: Without.
+        radius: Of the robot's tightest bend; 0 where it turns on the spot [m].
     """
 
     def __init__(
-        self, config: EscapeConfig, tracking: TrackerConfig, footprint: Footprint, body: Footprint
+        self,
+        config: EscapeConfig,
+        tracking: TrackerConfig,
+        footprint: Footprint,
+        body: Footprint,
+        radius: float = 0.0,
     ) -> None:
         self._config, self._tracking, self._footprint = config, tracking, footprint
-        self._tracker = Tracker(tracking)
+        self._tracker, self._radius = Tracker(tracking, radius=radius), radius
         self._outline = body.scaled(1.0 + config.gap_margin / body.inscribed_radius).points
         (self._rear, right), (self._front, left) = (
             self._outline.min(axis=0),
@@ -96,6 +103,11 @@ class Escape:
         self._half, self._middle = 0.5 * (left - right), 0.5 * (left + right)
         turn = 2.0 * config.max_speed / tracking.max_angular_velocity  # by its time, with the stops
         self._drive = Drive(turn, 0.3 * turn, back=2.0, limit=config.max_iterations)
+        self._sharpest = tracking.max_angular_velocity / config.max_speed
+        if radius > 0.0:
+            planned = radius * tracking.steering_reserve
+            self._drive = self._drive._replace(direct=config.reach, radius=planned)
+            self._sharpest = min(self._sharpest, 1.0 / planned)
         self.reset()
 
     @property
@@ -123,7 +135,7 @@ class Escape:
         """Drive straight off what the robot touches; return whether it can."""
         self.reset()
         T_own = costmap.T_frame_own.inverse()
-        poses = straight_out(T_own @ pose, costmap.seen_from(T_own), self._footprint)
+        poses = lead_out(T_own @ pose, costmap.seen_from(T_own), self._footprint, self._radius)
         if self._config.enabled and len(poses) > 1:
             self._tracker.follow(poses)
         return self.active
@@ -197,6 +209,8 @@ class Escape:
             return False
         ahead = paths.ahead(path, pose)
         near = ahead[paths.along(ahead) <= 2.0 * config.rejoin_distance]
+        if self._radius > 0.0:  # its path's headings are those that it drives with, back as well
+            return first_collision(costmap, self._footprint, near) is None
         return first_blocked(near, costmap, self._footprint) is None
 
     def _can_turn(self, pose: SE2, costmap: Costmap) -> bool:
@@ -283,18 +297,17 @@ class Escape:
     def _steered(self, gap: Gap, pose: SE2) -> NDArray[np.float64]:
         """Return the poses onto a gap's line and along it until the robot is through."""
         line = gap.line @ SE2(0.0, -self._middle)
-        sharpest = self._tracking.max_angular_velocity / self._config.max_speed
         end = gap.last - self._rear
         seen = (line.inverse() @ pose).array()
         lookahead = self._tracking.lookahead(self._speed)
-        poses = steered_onto(seen, lookahead, sharpest, end, 0.02)
+        poses = steered_onto(seen, lookahead, self._sharpest, end, 0.02)
         return np.column_stack((line.apply(poses[:, :2]), poses[:, 2] + line.theta))
 
     def _around(
         self, pose: SE2, path: NDArray[np.float64], costmap: Costmap
     ) -> NDArray[np.float64] | None:
         """Return the cheapest trajectory to the path ahead; else off what the robot touches."""
-        lead, least = straight_out(pose, costmap, self._footprint), math.inf
+        lead, least = lead_out(pose, costmap, self._footprint, self._radius), math.inf
         best = lead if len(lead) > 1 else None
         for target, along in self._targets(path, costmap):
             found = find_path(pose, target, costmap, self._footprint, self._drive)
@@ -313,7 +326,8 @@ class Escape:
                 np.searchsorted(along, max(along[i] - self._footprint.circumscribed_radius, 0.0))
             )
             dx, dy = path[i, :2] - path[before, :2]
-            yaw = math.atan2(dy, dx) if i > before else float(path[i, 2])
+            along_path = i > before and self._radius == 0.0
+            yaw = math.atan2(dy, dx) if along_path else float(path[i, 2])
             target = SE2(float(path[i, 0]), float(path[i, 1]), yaw)
             if not collides(costmap, self._footprint, target):
                 yield target, float(along[i])

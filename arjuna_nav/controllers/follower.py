@@ -17,13 +17,15 @@ from arjuna_nav.controllers.approach import ApproachConfig, FinalApproach
 from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus
 from arjuna_nav.controllers.checkers import GoalChecker, ProgressChecker
 from arjuna_nav.controllers.escape import Escape, EscapeConfig
+from arjuna_nav.controllers.motion import rollout, steered
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
 from arjuna_nav.controllers.speed_limits import ForesightConfig, allowed_speed
 from arjuna_nav.controllers.tracker import TrackerConfig
 from arjuna_nav.costmap import Costmap
-from arjuna_nav.costmap.collision import collides
+from arjuna_nav.costmap.collision import collides, first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
+from arjuna_nav.planners.base import too_tight
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,12 @@ class FollowerConfig:
         unit="m",
         minimum=0.0,
         nav2=0.0,
+    )
+    min_turning_radius: float = param(
+        0.0,
+        "Radius of the robot's tightest bend, as its file says; 0: it turns on the spot.",
+        unit="m",
+        minimum=0.0,
     )
     foresight: ForesightConfig = field(default_factory=ForesightConfig)
     arrival: ApproachConfig = field(default_factory=ApproachConfig)
@@ -101,6 +109,17 @@ class Chosen(NamedTuple):
     progress_checker: str
 
 
+def turning_radius(robot: float, controller: Controller) -> float:
+    """Return the tightest bend's radius that holds [m]; 0 for none, inf where it is not known.
+
+    Args:
+        robot: The robot's [m], 0 where it is not known or it turns on the spot.
+        controller: One that never turns on the spot has a radius, or inf where it knows none.
+    """
+    own = float(getattr(controller, "turning_radius", 0.0))
+    return max(robot, own) if math.isfinite(own) else robot or own
+
+
 class PathFollower:
     """Runs a controller until the goal checker says that the robot has arrived.
 
@@ -113,6 +132,7 @@ class PathFollower:
     Attributes:
         chosen: The plug-ins.
         speed_limit: Greatest forward speed from now on [m/s]; inf for none.
+        warning: Why the robot cannot drive as the controller wants; "" where it can.
 
     Source: nav2_controller, ControllerServer::computeControl.
     """
@@ -138,11 +158,15 @@ class PathFollower:
             getattr(config, self.chosen.progress_checker)
         )
         self._controller = self._make_controller()
-        turns = getattr(self._controller, "turns_on_the_spot", True)  # approach and escape do
-        arrival = replace(config.arrival, enabled=config.arrival.enabled and turns)
-        escape = replace(config.escape, enabled=config.escape.enabled and turns)
-        self._approach = FinalApproach(arrival, config.tracker, footprint)
-        self._escape = Escape(escape, config.tracker, footprint, body or footprint)
+        name, robot = self.chosen.controller, config.min_turning_radius
+        self.warning = too_tight(f"controller {name}", self._controller, robot)
+        radius = turning_radius(robot, self._controller)
+        known = math.isfinite(radius)  # else no trajectory could be planned
+        arrival = replace(config.arrival, enabled=config.arrival.enabled and known)
+        escape = replace(config.escape, enabled=config.escape.enabled and known)
+        self._radius = radius if known else 0.0
+        self._approach = FinalApproach(arrival, config.tracker, footprint, self._radius)
+        self._escape = Escape(escape, config.tracker, footprint, body or footprint, self._radius)
         self._end: SE2 | None = None
         self._failing_since: float | None = None
         self._escape_tried = self._path_changed = False
@@ -168,7 +192,7 @@ class PathFollower:
         """Follow a path from now [s] on, as a new task."""
         self._progress.reset()
         self._goal.reset()
-        self._approach.reset()
+        self._approach.begin()
         self._escape.reset()
         self._failing_since, self._escape_tried = None, False
         self._controller = self._make_controller()  # the last goal's arrival is not this one's
@@ -185,7 +209,7 @@ class PathFollower:
         end = SE2.from_array(path[-1])
         if self._end is not None and self._end.distance(end) > 1e-3:
             self._goal.reset()
-            self._approach.reset()
+            self._approach.begin()
         self._end = end
 
     def tick(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> FollowResult:
@@ -202,7 +226,10 @@ class PathFollower:
                 ControlStatus.FAILED_TO_MAKE_PROGRESS, self._progress.failure_message()
             )
         distance = paths.length(self._controller.path)
-        if not self._escape.active and paths.ends_here(self._controller.path, pose):
+        speed = min(self.desired_speed, self.speed_limit)
+        if not self._escape.active and (
+            paths.ends_here(self._controller.path, pose) or self._approach.steers(distance, speed)
+        ):
             arriving = self._arrive(pose, velocity, costmap, now, distance)
             if arriving is not None and not self._scrapes(arriving, pose, costmap):
                 self._failing_since = None
@@ -210,9 +237,10 @@ class PathFollower:
                 return FollowResult(FollowState.RUNNING, arriving, distance=distance)
             if arriving is None and self._goal.reached(pose, self._end, velocity):
                 return FollowResult(FollowState.SUCCEEDED)
-        wanted = min(self.desired_speed, self.speed_limit)
+            if arriving is None and self._approach.retry():
+                return FollowResult(FollowState.RUNNING, STILL, distance=distance)
         path = self._controller.path
-        slower = allowed_speed(self._config.foresight, path, pose, costmap, wanted)
+        slower = allowed_speed(self._config.foresight, path, pose, costmap, speed)
         self._controller.speed_limit = min(slower, self.speed_limit)
         control = self._control(pose, velocity, costmap, now)
         distance = paths.length(self._controller.path)
@@ -249,7 +277,7 @@ class PathFollower:
                 command = self._hand_over_if_faster(command, pose, velocity, costmap, now)
             if command is not None:
                 return ControlResult(ControlStatus.SUCCEEDED, command)
-        control = self._controller.compute(pose, velocity, costmap, now)
+        control = self._driven(pose, velocity, costmap, now)
         if self._scrapes(control.velocity, pose, costmap) and escape.leave_contact(pose, costmap):
             command = escape.compute(pose, velocity, path, costmap, now, self.speed_limit)
             return control if command is None else ControlResult(ControlStatus.SUCCEEDED, command)
@@ -260,8 +288,10 @@ class PathFollower:
         reach = self._footprint.circumscribed_radius + self._config.moving_obstacle_distance
         if costmap.moves_within(pose.x, pose.y, reach):
             return ControlResult(ControlStatus.SUCCEEDED, STILL, control.message)
-        if self._escape_tried or self._brakes(velocity):
+        if self._escape_tried or not self._config.escape.enabled:
             return control
+        if self._brakes(velocity):  # the escape begins at rest
+            return ControlResult(ControlStatus.SUCCEEDED, STILL, control.message)
         self._escape_tried = True  # once: the next tick's search would find no more
         if escape.begin(pose, path, costmap):
             command = escape.compute(pose, velocity, path, costmap, now, self.speed_limit)
@@ -269,11 +299,27 @@ class PathFollower:
                 return ControlResult(ControlStatus.SUCCEEDED, command)
         return control
 
+    def _driven(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
+        """Return what the controller wants, on an arc that a steered robot can drive and is free.
+
+        It is looked at for collisions as far ahead as an escape is.
+        """
+        control = self._controller.compute(pose, velocity, costmap, now)
+        command = steered(control.velocity, self._radius)
+        if command is control.velocity:
+            return control
+        arc = rollout(pose, command, self._config.escape.horizon, costmap.frame.resolution)
+        hit = first_collision(costmap, self._footprint, arc)
+        if hit is None:
+            return replace(control, velocity=command)
+        where = f"({arc[hit, 0]:.2f}, {arc[hit, 1]:.2f}) on the tightest bend"
+        return ControlResult(ControlStatus.NO_VALID_CONTROL, message=f"collision ahead at {where}")
+
     def _hand_over_if_faster(
         self, command: Velocity, pose: SE2, velocity: Velocity, costmap: Costmap, now: float
     ) -> Velocity:
         """Hand the rest over to the controller if that drives faster; return what to drive."""
-        control = self._controller.compute(pose, velocity, costmap, now)
+        control = self._driven(pose, velocity, costmap, now)
         if control.status is not ControlStatus.SUCCEEDED or control.velocity.x <= command.x:
             return command
         self._escape.reset()

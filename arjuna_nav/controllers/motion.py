@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -63,6 +63,13 @@ def _arc(
         poses[k, 1] = y + v * left + side * along
         poses[k, 2] = theta + 2.0 * half
     return poses
+
+
+def steered(velocity: Velocity, radius: float) -> Velocity:
+    """Return a velocity whose arc is no tighter than a radius [m]; 0 is none."""
+    if radius <= 0.0 or abs(velocity.yaw_rate) * radius <= abs(velocity.x):
+        return velocity
+    return replace(velocity, yaw_rate=math.copysign(abs(velocity.x) / radius, velocity.yaw_rate))
 
 
 def crossing(pose: SE2, before: SE2, after: SE2, distance: float) -> float:

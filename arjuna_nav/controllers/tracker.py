@@ -50,6 +50,12 @@ class TrackerConfig:
         0.05, "The same before a stretch, on which steering does the rest.", unit="rad", minimum=0.0
     )
 
+    steering_reserve: float = param(
+        1.1,
+        "Ratio of planned radii to the tightest bend of a steered robot: the rest corrects.",
+        minimum=1.0,
+    )
+
     def felt(self, pose: SE2, velocity: Velocity) -> SE2:
         """Return where a robot at a pose is when it feels a command."""
         return pose @ SE2.exp(np.array([velocity.x, 0.0, velocity.yaw_rate]) * self.latency)
@@ -82,6 +88,7 @@ class Tracker:
     Args:
         config: Parameters.
         blend: Distance before the end of a stretch at which the turn behind it begins [m].
+        radius: Of the robot's tightest bend; 0 where it turns on the spot [m].
 
     Attributes:
         pieces: What is left to drive, the present piece first.
@@ -93,8 +100,8 @@ class Tracker:
     Source: the braking profile v^2 = 2 a d, from where the robot will be when it feels the command.
     """
 
-    def __init__(self, config: TrackerConfig, blend: float = 0.0) -> None:
-        self._config, self._blend = config, blend
+    def __init__(self, config: TrackerConfig, blend: float = 0.0, radius: float = 0.0) -> None:
+        self._config, self._blend, self._radius = config, blend, radius
         self.reset()
 
     def reset(self) -> None:
@@ -172,6 +179,8 @@ class Tracker:
             speed = min(speed, max(braking_speed(left, config.deceleration, 0.0), config.min_speed))
         seen = felt.inverse() @ _ahead(piece, here, felt, config.lookahead(speed))
         curvature = side * curvature_into(SE2(side * seen.x, side * seen.y, seen.theta))
+        if self._radius > 0.0:
+            curvature = min(max(curvature, -1.0 / self._radius), 1.0 / self._radius)
         bend = max(abs(curvature), 1e-9)
         fastest = min(
             config.max_angular_velocity / bend, math.sqrt(config.lateral_acceleration / bend)

@@ -73,7 +73,7 @@ class ControllerServerNode(GoalNode):
         """Create the follower and its interfaces."""
         config: ControllerServerConfig = self.config
         self._follower: PathFollower | None = None
-        self._outdated = False
+        self._outdated, self._warned = False, ""
         self._costmap: CostmapNode = self.process.find("local_costmap/local_costmap")
         self._velocity = Velocity()
         self._speed_limit = SpeedLimit()
@@ -167,6 +167,9 @@ class ControllerServerNode(GoalNode):
         footprint = self._costmap.layered.footprint
         body = footprint.without(self._costmap.config.footprint_padding)
         self._follower = PathFollower(self.config, footprint, chosen, body)
+        if self._follower.warning and self._follower.warning != self._warned:
+            self.get_logger().warning(self._follower.warning)
+        self._warned = self._follower.warning
         self._limit(self._follower)
         self._follower.start(poses, self.now)
 

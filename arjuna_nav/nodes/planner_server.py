@@ -29,7 +29,7 @@ from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import pose_in
 from arjuna_nav.planners import Planner, PlanStatus, plan_through
-from arjuna_nav.planners.base import PLANNERS
+from arjuna_nav.planners.base import PLANNERS, too_tight
 
 _ACTIONS: dict[str, Any] = {
     "compute_path_to_pose": ComputePathToPose,
@@ -44,6 +44,13 @@ class PlannerServerConfig:
     planner_plugins: tuple[str, ...] = plugin_names(("GridBased",), "The planners.", PLANNERS)
     action_server_result_timeout: float = result_timeout(10.0)
     costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
+    min_turning_radius: float = param(
+        0.0,
+        "Radius of the tightest bend of a steered robot; 0: it turns on the spot. Planners keep to"
+        " one of their own: where that is less, it is logged.",
+        unit="m",
+        minimum=0.0,
+    )
     retry_period: float = param(
         0.1,
         "Time between two looks for a current costmap.",
@@ -89,6 +96,8 @@ class PlannerServerNode(GoalNode):
         if made is None or made[0] is not footprint:
             made = footprint, PLANNERS.make(getattr(self.config, name), footprint)
             self._planners[name] = made
+            if text := too_tight(f"planner {name}", made[1], self.config.min_turning_radius):
+                self.get_logger().warning(text)
         return made[1]
 
     def _on_goal(self, name: str) -> None:

@@ -67,12 +67,29 @@ class Planner(Protocol):
     """Finds a path on a costmap.
 
     A class of planners has `Config`, the dataclass of its parameters, and is made of
-    `(config, footprint)`.
+    `(config, footprint)`. One whose paths the outline can follow, driven ahead or back, has
+    `checks_outline = True`: they are taken as they are. One for steered robots has
+    `turning_radius`, of its tightest bend [m].
     """
 
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
         """Plan between two poses in the costmap's frame."""
         ...
+
+
+def too_tight(name: str, plugin: object, radius: float) -> str:
+    """Return what is to be said of a plug-in that bends tighter than a steered robot; "" for none.
+
+    Args:
+        name: What it is called.
+        plugin: A planner or controller, with `turning_radius` unless it turns on the spot [m].
+        radius: Of the robot's tightest bend; 0 where it turns on the spot [m].
+    """
+    own = float(getattr(plugin, "turning_radius", 0.0))
+    if own >= radius - 1e-3:
+        return ""
+    bends = f"bends by {own:g} m" if own else "turns on the spot"
+    return f"{name} {bends}, but the robot's tightest bend is {radius:g} m (min_turning_radius)"
 
 
 _HERE = "arjuna_nav.planners"

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import heapq
+import itertools
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_nav.costmap.costmap import LETHAL
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.collision import collides, first_collision
+from arjuna_nav.costmap.costmap import LETHAL, Costmap
+from arjuna_nav.costmap.footprint import Footprint
 
 _NEIGHBOURS = tuple((r, c) for r in (-1, 0, 1) for c in (-1, 0, 1) if (r, c) != (0, 0))
 
@@ -78,3 +82,39 @@ class Escape:
         while self._before[cells[-1]] != cells[-1]:
             cells.append(self._before[cells[-1]])
         return np.array(cells[-2::-1], dtype=np.float64).reshape(-1, 2)
+
+
+def lead_out(
+    pose: SE2,
+    costmap: Costmap,
+    footprint: Footprint,
+    radius: float = 0.0,
+    reach: float = 0.5,
+    step: float = 0.02,
+) -> NDArray[np.float64]:
+    """Return the poses `(N, 3)` straight off what the robot touches, its own first.
+
+    There is only its own where it touches nothing, or does not get off within the reach [m].
+
+    Args:
+        pose: The robot's.
+        costmap: The costs.
+        footprint: The outline.
+        radius: Of the tightest bend of a steered drive, which leaves in bends, too; else 0 [m].
+        reach: Greatest length [m].
+        step: Between two poses [m].
+    """
+    found = [pose.array()[None, :]]
+    if not collides(costmap, footprint, pose):
+        return found[0]
+    bends = (0.0, 1.0 / radius, -1.0 / radius) if radius > 0.0 else (0.0,)
+    for bend, side in itertools.product(bends, (step, -step)):
+        line = [pose]
+        while len(line) * step < reach and collides(costmap, footprint, line[-1]):
+            path = side * len(line)
+            line.append(pose @ SE2.exp(np.array([path, 0.0, path * bend])))
+        poses = np.array([each.array() for each in line])
+        free = not collides(costmap, footprint, line[-1])
+        if free and first_collision(costmap, footprint, poses) is None:
+            found.append(poses)
+    return min(found[1:] or found, key=len)

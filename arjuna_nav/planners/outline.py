@@ -11,19 +11,20 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap.collision import collides, collides_in_cells, first_collision
+from arjuna_nav.costmap.collision import collides_in_cells
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, MAX_NON_OBSTACLE, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.window import clipped
 from arjuna_nav.planners.base import Planner, PlanResult, PlanStatus
-from arjuna_nav.planners.hybrid.moves import STEP, Moves
+from arjuna_nav.planners.escape import lead_out
+from arjuna_nav.planners.hybrid.moves import STEP, Moves, arcs
 from arjuna_nav.planners.hybrid.search import Rules, Terrain, search
 from arjuna_nav.planners.hybrid.shortcuts import driven
 from arjuna_nav.planners.waves.potential import COST_FACTOR, NEUTRAL, spread, traversal_costs
 
 
 class Drive(NamedTuple):
-    """Motions of a differential drive, and their costs in metres driven ahead.
+    """Motions of a differential or a steered drive, and their costs in metres driven ahead.
 
     Attributes:
         turn: Of a turn by one radian on the spot [m/rad].
@@ -35,6 +36,7 @@ class Drive(NamedTuple):
         direct: Greatest distance over which the end is tried to be reached by a turn, a straight
             and a turn [m].
         limit: Greatest number of poses expanded.
+        radius: Of the tightest bend; 0 for a drive that turns on the spot [m].
     """
 
     turn: float = 1.0
@@ -45,6 +47,7 @@ class Drive(NamedTuple):
     stride: float = 1.5
     direct: float = 0.15
     limit: int = 2400
+    radius: float = 0.0
 
 
 def plan_for_outline(
@@ -75,7 +78,7 @@ def plan_for_outline(
     plan = planner.plan(costmap, start, goal)
     if plan.status is PlanStatus.NO_VALID_PATH:
         return _through_gaps(planner, costmap, start, goal, footprint) or plan
-    if plan.status is not PlanStatus.SUCCEEDED or footprint.circular:
+    if plan.status is not PlanStatus.SUCCEEDED or footprint.circular or _checks_outline(planner):
         return plan
     blocked = first_blocked(plan.path, costmap, footprint)
     if blocked is None:
@@ -92,6 +95,11 @@ def plan_for_outline(
         if blocked is None:
             return other
     return plan
+
+
+def _checks_outline(planner: Planner) -> bool:
+    """Return whether a planner's paths are free for the outline; they may be driven back."""
+    return bool(getattr(planner, "checks_outline", False))
 
 
 def _end_of(path: NDArray[np.float64]) -> SE2:
@@ -158,8 +166,8 @@ def find_path(
 ) -> NDArray[np.float64]:
     """Return the poses from one to another, `(N, 3)` [m, m, rad]; none where no path leads there.
 
-    It is driven ahead, straight or in bends, straight back, and by turns on the spot. A start that
-    collides is left straight ahead or back first.
+    It is driven ahead, straight or in bends, straight back, and by turns on the spot; by a steered
+    drive ahead and back, straight or in bends. A start that collides is left ahead or back first.
 
     Args:
         start: The robot's pose in the costmap's frame.
@@ -172,7 +180,7 @@ def find_path(
     cells = [frame.to_cell(one.x, one.y) for one in (start, end)]
     if not all(frame.contains(*cell) for cell in cells):
         return np.empty((0, 3))
-    lead = straight_out(start, costmap, footprint)
+    lead = lead_out(start, costmap, footprint, drive.radius)
     first, last = _in_cells(np.array([lead[-1], end.array()]), costmap)
     left = spread(costmap.data, costs, np.array([[*cells[1], 0.0]]))
     terrain = Terrain(
@@ -184,20 +192,28 @@ def find_path(
         True,
     )
     rules = _rules(drive, frame.resolution)
-    moves = _moves(first[2], drive, frame.resolution)
+    if drive.radius > 0.0:
+        factors = drive.back, drive.bend, 0.0
+        moves = arcs(first[2], drive.headings, rules.radius, True, factors)
+    else:
+        moves = _moves(first[2], drive, frame.resolution)
     nodes, row, curve, _ = search(first, last, terrain, rules, moves)
     if row < 0:
         return np.empty((0, 3))
     poses: NDArray[np.float64] = driven(nodes, row, curve, terrain, rules, moves)[0]
     poses[:, :2] = frame.origin.apply(poses[:, :2] * frame.resolution)
     poses[:, 2] += frame.origin.theta
-    return np.vstack((lead[:-1], poses))
+    found = np.vstack((lead[:-1], poses))
+    if drive.radius > 0.0:  # a step that leads nowhere would be a turn on the spot
+        found = found[np.append(True, np.hypot(*np.diff(found[:, :2], axis=0).T) > 1e-5)]
+    return found
 
 
 def _rules(drive: Drive, resolution: float) -> Rules:
     """Return the rules of a search whose lengths are in cells."""
+    steered = drive.radius > 0.0
     return Rules(
-        radius=1.0,
+        radius=max(drive.radius / resolution, 1.0),
         reverse=True,
         cost_penalty=(INSCRIBED - 1) * COST_FACTOR / NEUTRAL,
         straight=1.0,
@@ -207,32 +223,11 @@ def _rules(drive: Drive, resolution: float) -> Rules:
         direct_cost=float(INSCRIBED - 1),
         limit=drive.limit,
         heuristic_weight=1.0,
-        spins=True,
+        spins=not steered,
         turn=drive.turn / resolution,
         back=drive.back,
-        shortcuts=False,
+        shortcuts=steered,
     )
-
-
-def straight_out(
-    pose: SE2, costmap: Costmap, footprint: Footprint, reach: float = 0.5, step: float = 0.02
-) -> NDArray[np.float64]:
-    """Return the poses `(N, 3)` straight off what the robot touches, its own first.
-
-    There is only its own where it touches nothing, or does not get off within the reach [m].
-    """
-    found = [pose.array()[None, :]]
-    if not collides(costmap, footprint, pose):
-        return found[0]
-    for side in (step, -step):
-        line = [pose]
-        while len(line) * step < reach and collides(costmap, footprint, line[-1]):
-            line.append(pose @ SE2(side * len(line)))
-        poses = np.array([each.array() for each in line])
-        free = not collides(costmap, footprint, line[-1])
-        if free and first_collision(costmap, footprint, poses) is None:
-            found.append(poses)
-    return min(found[1:] or found, key=len)
 
 
 def _moves(first: float, drive: Drive, resolution: float) -> Moves:

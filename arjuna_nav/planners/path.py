@@ -35,6 +35,19 @@ def part_end(path: NDArray[np.float64], first: int = 0) -> int:
     return first + int(moves[inverted[0]]) + 2 if len(inverted) else len(path)
 
 
+def directions(path: NDArray[np.float64]) -> list[int]:
+    """Return how a path is driven, part by part: 1 ahead, -1 back by its poses' headings."""
+    steps, middle = np.diff(path[:, :2], axis=0), path[:-1, 2]
+    ahead = np.sign(steps[:, 0] * np.cos(middle) + steps[:, 1] * np.sin(middle))
+    found: list[int] = []
+    first = 0
+    while first < len(path) - 1:
+        end = part_end(path, first)
+        found.append(-1 if ahead[first : end - 1].sum() < 0.0 else 1)
+        first = end - 1
+    return found
+
+
 def distances(path: NDArray[np.float64], pose: SE2) -> NDArray[np.float64]:
     """Return the distance of each pose of a path from the robot, `(N,) float64` [m]."""
     result: NDArray[np.float64] = np.hypot(path[:, 0] - pose.x, path[:, 1] - pose.y)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.twist import STILL, Velocity
+from arjuna_nav.controllers.motion import steered
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,13 @@ class SmoothingConfig:
         (0.0, 0.0, 0.0), "Speeds below which the robot stands.", unit="m/s, rad/s"
     )
     velocity_timeout: float = param(1.0, "How long a command holds.", unit="s", minimum=0.0)
+    min_turning_radius: float = param(
+        0.0,
+        "Radius of the tightest bend of a steered robot, whose arcs are kept and no tighter; 0: it"
+        " turns on the spot.",
+        unit="m",
+        minimum=0.0,
+    )
 
     def __post_init__(self) -> None:
         for name, sign in (
@@ -109,6 +117,9 @@ class VelocitySmoother:
 
     def _step(self, current: Velocity, command: Velocity, period: float) -> Velocity:
         """Return the velocity a period [s] nearer to a command."""
+        radius = self._config.min_turning_radius
+        if radius > 0.0:  # between arcs ahead and back lies a stop: else it would bend tighter
+            command = steered(STILL if current.x * command.x < 0.0 else command, radius)
         before = _values(current)
         goals = [self._clamped(value, axis) for axis, value in enumerate(_values(command))]
         changes = [
@@ -116,7 +127,7 @@ class VelocitySmoother:
             for axis, (now, goal) in enumerate(zip(before, goals, strict=True))
         ]
         ratio = 1.0
-        if self._config.scale_velocities:
+        if self._config.scale_velocities or radius > 0.0:
             ratio = min(_allowed(*change) for change in changes)
         steps = [min(max(ratio * change, low), high) for change, low, high in changes]
         return _velocity([now + step for now, step in zip(before, steps, strict=True)])

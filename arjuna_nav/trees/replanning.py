@@ -42,8 +42,8 @@ class ReplanningController(Decorator):
 class IsPathPreferred(Condition):
     """Succeeds where the robot stays on its path although there is a new one, so as not to waver.
 
-    It fails where the new path is nearly the same or clearly shorter, where the robot has left
-    the old one, and where the old one leads to another goal.
+    It fails where the new path is nearly the same, driven ahead and back in the same parts, or
+    clearly shorter, where the robot has left the old one, and where that leads to another goal.
     """
 
     path = Port(PATH, None)
@@ -58,7 +58,9 @@ class IsPathPreferred(Condition):
             return False
         rest, most = paths.ahead(old, pose), self.same_way_deviation
         beside = pose.distance(SE2.from_array(rest[0]))
-        if beside > most or paths.deviation(new, rest) <= most:
+        same = paths.deviation(new, rest) <= most
+        # A steered robot that changes between ahead and back with each plan gets nowhere.
+        if beside > most or (same and paths.directions(new) == paths.directions(rest)):
             return False
         longest = self.shorter_ratio * (beside + paths.length(rest))
         return bool(paths.length(new) > longest)

@@ -20,7 +20,12 @@ from bringup.parameters.files import (
     sim_time_of,
 )
 from bringup.parameters.remarks import Remark
-from bringup.parameters.sources import is_fleet, of_options, of_simulated_robot
+from bringup.parameters.sources import (
+    is_fleet,
+    of_options,
+    of_simulated_robot,
+    steering_remarks,
+)
 from bringup.stack import (
     DEMO_GROUPS,
     DESCRIPTION_GROUP,
@@ -103,6 +108,9 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
         if not robot.get("robot") and ask:
             robot = _robot_of_simulator(namespace)
         parameters = merged(parameters, of_simulated_robot(parameters, robot, groups))
+        if NAVIGATION_GROUP in groups:
+            for line in steering_remarks(parameters, robot):
+                sys.stderr.write(f"{line}\n")
     parameters = merged(parameters, options)
     if {key for values in options.values() for key in values} - _PATHS and (
         problems := problems_of(parameters, specs)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +53,12 @@ ROBOT_NAMES: dict[str, dict[str, str]] = {
 _OUTLINES = {**dict.fromkeys(_COSTMAPS, ""), "explorer": "costmap."}
 """The nodes with a costmap, and what stands before its parameters."""
 _OUTLINE = ("footprint", "robot_radius")
+STEERED, RADIUS = (
+    ("planner_server", "controller_server", "behavior_server", "velocity_smoother"),
+    "min_turning_radius",
+)
+"""The nodes that plan and drive by the tightest bend of a steered robot, and their parameter."""
+_AXLE_OFF = 0.02  # so far from its axle a base moves along its heading all the same [m]
 _ROBOT_NODES = ("sim", "robot_state_publisher")
 _OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
     "world": (("sim",), "world"),
@@ -221,12 +227,12 @@ def with_base_frame(given: Parameters, below: Parameters) -> Parameters:
 def of_simulated_robot(
     parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group]
 ) -> Parameters:
-    """Return a robot's names and its outline, but for those that parameter files say otherwise.
+    """Return a robot's names, outline and tightest bend, unless parameter files say otherwise.
 
     Raises:
         ArjunaError: The robot's file cannot be used.
     """
-    from arjuna_sim.inputs import footprint_of, named_robot, names_of
+    from arjuna_sim.inputs import footprint_of, named_robot, names_of, steering_of
 
     if not sim.get("robot") or Path(sim["robot"]) == shipped_file("urdf/arjuna.urdf"):
         return {}  # the shipped parameters are of that one
@@ -250,4 +256,35 @@ def of_simulated_robot(
         if not any(is_set(node, f"{prefix}{key}") for key in _OUTLINE):
             outline = footprint_of(robot, frame)
             own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
+    frame = merged(parameters, own).get(_COSTMAPS[0], {}).get("robot_base_frame") or "base_link"
+    steering = steering_of(robot, frame)
+    radius = round(steering.radius, 4) if steering is not None else 0.0
+    for node in STEERED:
+        if radius and not is_set(node, RADIUS):
+            own = merged(own, {node: {RADIUS: radius}})
     return own
+
+
+def steering_remarks(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[str]:
+    """Give what parameters say of a simulated robot's steering and its file does not.
+
+    Raises:
+        ArjunaError: The robot's file cannot be used.
+    """
+    from arjuna_sim.inputs import named_robot, steering_of
+
+    robot = named_robot(sim.get("robot") or "", sim.get("robot_arguments", ""))
+    frame = parameters.get(_COSTMAPS[0], {}).get("robot_base_frame") or "base_link"
+    steering = steering_of(robot, frame)
+    for node in STEERED:
+        said = parameters.get(node, {}).get(RADIUS, 0.0)
+        if steering is None and said:
+            yield f"{node}: {RADIUS}: {said:g} m, but the robot's file has no steering: it turns"
+        elif steering is not None and said < steering.radius - 1e-3:
+            bend = f"the robot's file allows bends of {steering.radius:.3g} m"
+            yield f"{node}: {RADIUS}: {said:g} m is tighter than {bend}"
+    if steering is not None and abs(steering.axle) > _AXLE_OFF:
+        yield (
+            f"local_costmap: robot_base_frame: '{frame}' is {-steering.axle:.2f} m before the axle"
+            " that does not steer: planned bends are those of the axle, name a frame there"
+        )

@@ -41,6 +41,7 @@ class Arrival:
         time: It took [s].
         touches: Contacts that began, with people by the robot's own doing.
         met: Contacts with people, whoever walked, and with what they push the robot against.
+        curvature: Greatest that was commanded or driven [1/m].
     """
 
     succeeded: bool
@@ -52,6 +53,7 @@ class Arrival:
     time: float
     touches: int
     met: int
+    curvature: float
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -90,10 +92,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     Returns:
         `succeeded` of `count`, `touches`, of people by the robot's own doing, how often it `met`
-        people at all, `arrival_p95_m` and `arrival_p95_rad` by the truth,
-        `believed_p95_m` by the robot's own word, `path_ratio` to the shortest path (see above),
-        `speed_ratio` to the desired speed and `time_per_metre_s` of the shortest path, of the
-        goals reached.
+        people at all, `curvature_max` [1/m] commanded or driven, `arrival_p95_m` and
+        `arrival_p95_rad` by the truth, `believed_p95_m` by the robot's own word, `path_ratio` to
+        the shortest path (see above), `speed_ratio` to the desired speed and `time_per_metre_s`
+        of the shortest path, of the goals reached.
     """
     from rclpy.logging import LoggingSeverity, set_logger_level
 
@@ -161,6 +163,7 @@ def _one(robot: Any, goals: Any, goal: SE2, shortest: float) -> Arrival:
         time,
         drive.touches,
         drive.hits,
+        drive.curvature,
     )
 
 
@@ -169,7 +172,7 @@ def _line(number: int, goal: SE2, one: Arrival) -> str:
         f"{number:4} ({goal.x:6.2f}, {goal.y:6.2f}) {'reached' if one.succeeded else 'FAILED '}"
         f"{one.time:7.1f} s  path {one.length:6.2f} of {one.shortest:6.2f} m"
         f"  off {one.off_m:.3f} m {one.off_rad:.3f} rad (believed {one.believed_m:.3f} m)"
-        f"  touches {one.touches} met {one.met}"
+        f"  touches {one.touches} met {one.met} curvature {one.curvature:.3f} 1/m"
     )
 
 
@@ -187,6 +190,7 @@ def _figures(arrivals: list[Arrival], speed: float) -> dict[str, Any]:
         "count": len(arrivals),
         "touches": sum(one.touches for one in arrivals),
         "met": sum(one.met for one in arrivals),
+        "curvature_max": max((one.curvature for one in arrivals), default=0.0),
         "arrival_p95_m": p95([one.off_m for one in reached]),
         "arrival_p95_rad": p95([one.off_rad for one in reached]),
         "believed_p95_m": p95([one.believed_m for one in reached]),

@@ -97,6 +97,7 @@ class Unicycle:
         delay: Time from a command to its effect, in periods.
         acceleration: How fast its speed changes [m/s^2].
         angular_acceleration: How fast its turn rate changes [rad/s^2].
+        steered: Whether it turns only as it rolls, by the arc that was commanded.
         trace: Every pose it had.
     """
 
@@ -106,6 +107,7 @@ class Unicycle:
     delay: int = 1
     acceleration: float = 1.0
     angular_acceleration: float = 1.5
+    steered: bool = False
     trace: list[SE2] = field(default_factory=list)
     _queue: deque[Velocity] = field(default_factory=deque)
 
@@ -118,6 +120,8 @@ class Unicycle:
         w = self.velocity.yaw_rate + float(
             np.clip(target.yaw_rate - self.velocity.yaw_rate, -dw, dw)
         )
+        if self.steered:
+            w = v * target.yaw_rate / target.x if target.x else 0.0
         self.velocity = Velocity(v, yaw_rate=w)
         self.pose = self.pose @ SE2.exp(np.array([v, 0.0, w]) * self.period)
         self.trace.append(self.pose)

@@ -45,6 +45,7 @@ class Robot:
         limit: Of steering [rad].
         steering: The kind of its steering joints.
         files: Files beside it, by name.
+        middle: Where the box's middle is along x [m].
     """
 
     wheels: tuple[Wheel, ...]
@@ -54,14 +55,18 @@ class Robot:
     limit: float = 0.6
     steering: str = "revolute"
     files: dict[str, str] = field(default_factory=dict)
+    middle: float = 0.0
 
     def write(self, folder: Path, name: str = "made.urdf") -> Path:
         """Write its files; return the URDF."""
         for other, text in self.files.items():
             (folder / other).write_text(text, encoding="utf-8")
         path = folder / name
+        origin = f"<origin xyz='{self.middle} 0 0'/>" if self.middle else ""
+        inertial = INERTIAL.format(m=self.mass, i=0.02 * self.mass)
+        inertial = inertial.replace("<inertial>", f"<inertial>{origin}")
         body = (
-            f"<link name='base'>{INERTIAL.format(m=self.mass, i=0.02 * self.mass)}<collision>"
+            f"<link name='base'>{inertial}<collision>{origin}"
             "<geometry><box size='0.3 0.2 0.06'/></geometry></collision></link>"
         )
         wheels = "".join(map(self._wheel, self.wheels))
@@ -200,7 +205,14 @@ def omni(count: int, controlled: bool = False) -> Robot:
     return Robot(wheels, tag, files=files)
 
 
-def car(source: str, driven: str = "rear", steer: str = "revolute") -> Robot:
+def car(
+    source: str,
+    driven: str = "rear",
+    steer: str = "revolute",
+    *,
+    axle: float = -0.16,
+    limit: float = 0.5,
+) -> Robot:
     """Return a car.
 
     Args:
@@ -208,11 +220,13 @@ def car(source: str, driven: str = "rear", steer: str = "revolute") -> Robot:
             front wheel's steering mimics the other's.
         driven: Its driven wheels, `rear` or `all`.
         steer: The kind of its steering joints.
+        axle: Where its rear axle is; its box and its front axle stay before it [m].
+        limit: Of steering, where a plugin says one [rad].
     """
     follows = {"left": "", "right": "" if source else "front_left_wheel"}
     wheels = tuple(
         Wheel(f"{end}_{side}_wheel", x, y, steered=end == "front", follows=follows[side])
-        for end, x in (("front", 0.2), ("rear", -0.16))
+        for end, x in (("front", axle + 0.36), ("rear", axle))
         for side, y in (("left", 0.12), ("right", -0.12))
     )
     ends = ("front", "rear") if driven == "all" else ("rear",)
@@ -236,7 +250,8 @@ def car(source: str, driven: str = "rear", steer: str = "revolute") -> Robot:
         for side in ("left", "right")
     )
     file = "gz-sim-ackermann-steering-system" if source == "gz" else "libgazebo_ros_ackermann_drive"
-    return Robot(wheels, plugin(file, joints + "<steering_limit>0.5</steering_limit>"))
+    joints += f"<steering_limit>{limit}</steering_limit>"
+    return Robot(wheels, plugin(file, joints), limit=max(limit, 0.6), middle=axle + 0.16)
 
 
 def tricycle() -> Robot:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, TrackedPath
-from arjuna_nav.controllers.motion import rollout
+from arjuna_nav.controllers.motion import rollout, steered
 from arjuna_nav.controllers.mppi import critics, path_critics
 from arjuna_nav.controllers.mppi.config import MppiConfig
 from arjuna_nav.controllers.mppi.optimizer import Optimizer
@@ -57,7 +56,8 @@ class Mppi:
         )
         self._optimizer = Optimizer(config)
         self._last = STILL
-        self.turns_on_the_spot = config.motion_model != "Ackermann"
+        steered = config.motion_model == "Ackermann"
+        self.turning_radius = config.AckermannConstraints.min_turning_r if steered else 0.0
         self.speed_limit = math.inf
         self.carrot: SE2 | None = None
 
@@ -99,7 +99,7 @@ class Mppi:
         self._last = STILL
         for _ in range(1 + self._config.retry_attempt_limit):
             if self._optimizer.improve(velocity, limits, lambda r: self._judge(r, scene)):
-                command = self._steered(self._optimizer.advance(self._period), limits.radius)
+                command = steered(self._optimizer.advance(self._period), limits.radius)
                 return self._checked(command, pose, costmap)
             self._optimizer.reset()
         where = f"({pose.x:.2f}, {pose.y:.2f})"
@@ -113,7 +113,6 @@ class Mppi:
 
     def _limits(self) -> Limits:
         config = self._config
-        steered = config.motion_model == "Ackermann"
         return Limits(
             config.vx_min,
             min(config.vx_max, self.speed_limit),
@@ -124,13 +123,8 @@ class Mppi:
             min(config.vy_max, self.speed_limit),
             config.ay_max,
             abs(config.ay_min),
-            config.AckermannConstraints.min_turning_r if steered else 0.0,
+            self.turning_radius,
         )
-
-    def _steered(self, command: Velocity, radius: float) -> Velocity:
-        """Return a command whose circle is no less than a radius [m]."""
-        most = abs(command.x) / radius if radius > 0.0 else math.inf
-        return replace(command, yaw_rate=min(max(command.yaw_rate, -most), most))
 
     def _judge(self, rollouts: Rollouts, scene: Scene) -> tuple[Array, bool]:
         """Return each rollout's cost by all critics, and whether all collide."""

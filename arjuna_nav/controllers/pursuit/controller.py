@@ -56,7 +56,7 @@ class RegulatedPurePursuit:
         )
         self._arrived = self._turning = False
         self._last_w = 0.0
-        self.turns_on_the_spot = config.use_rotate_to_heading
+        self.turning_radius = 0.0 if config.use_rotate_to_heading else math.inf
         self.speed_limit = math.inf
         self.carrot: SE2 | None = None
 

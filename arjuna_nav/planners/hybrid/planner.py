@@ -14,6 +14,7 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult, PlanStatus
+from arjuna_nav.planners.escape import lead_out
 from arjuna_nav.planners.guide import guide
 from arjuna_nav.planners.hybrid.config import HybridConfig, PoseSearchConfig
 from arjuna_nav.planners.hybrid.moves import Moves, arcs
@@ -24,10 +25,13 @@ from arjuna_nav.planners.query import Cell, Query, ask
 from arjuna_nav.planners.waves.potential import NEUTRAL
 
 _ENDLESS = 2**62
+_LEAD = 0.5  # longest stretch off what the outline touches [m]
 
 
 class PoseSearch(abc.ABC):
     """Plans over poses: pieces that the robot can drive, and a direct curve to the goal."""
+
+    checks_outline = True
 
     def __init__(self, config: PoseSearchConfig, footprint: Footprint) -> None:
         self._config = config
@@ -37,16 +41,24 @@ class PoseSearch(abc.ABC):
         """Plan between two poses in the costmap's frame.
 
         Where the goal is blocked or cannot be reached, the path ends at the reachable pose nearest
-        to it within `tolerance`, with the goal's heading. A start within an obstacle's inscribed
-        radius is led out of there first, in a straight line from cell to cell.
+        to it within `tolerance`, with the goal's heading. A start whose outline touches something
+        is led off it first as the robot can drive, or where that is not possible and its centre
+        lies within the inscribed radius of an obstacle, in a straight line from cell to cell.
         """
-        return nearby_first(
-            lambda part: self._plan(part, start, goal),
+        config = self._config
+        radius, reach = config.minimum_turning_radius, min(_LEAD, config.escape_radius)
+        lead = lead_out(start, costmap, self._footprint, radius, reach)
+        begin = SE2.from_array(lead[-1])
+        result = nearby_first(
+            lambda part: self._plan(part, begin, goal),
             self._grid(costmap),
             self._costs(),
-            start,
+            begin,
             goal,
         )
+        if len(lead) == 1 or result.status is not PlanStatus.SUCCEEDED:
+            return result
+        return replace(result, path=np.vstack((lead[:-1], result.path)))
 
     def _plan(self, costmap: Costmap, start: SE2, goal: SE2) -> Plan:
         config = self._config
@@ -194,6 +206,7 @@ class Hybrid(PoseSearch):
     def __init__(self, config: HybridConfig, footprint: Footprint) -> None:
         super().__init__(config, footprint)
         self._model, self._bins = config.motion_model_for_search, config.angle_quantization_bins
+        self.turning_radius = config.minimum_turning_radius
 
     def _grid(self, costmap: Costmap) -> Costmap:
         """Return the costs in cells no larger than the tightest bend, or it could not be driven."""

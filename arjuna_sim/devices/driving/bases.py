@@ -181,6 +181,16 @@ class SteeredBase(Base):
         count = len(drive.wheels)
         return SteeredBase(wheels[:count], wheels[count:], pivots, signs, drive.steering_limit)
 
+    @property
+    def turning_radius(self) -> float:
+        """Radius of the tightest bend [m]."""
+        return 1.0 / self._bend
+
+    @property
+    def axle(self) -> float:
+        """Where along x the line lies about whose points it turns [m]."""
+        return self._axle
+
     def reachable(self, velocity: Velocity) -> Velocity:
         """Return a velocity whose bend the steering can do."""
         most = self._bend * abs(velocity.x)

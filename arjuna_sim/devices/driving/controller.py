@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from arjuna_core.errors import ArjunaError
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.drive import DriveConfig
-from arjuna_sim.model.settings import DriveSettings
+from arjuna_sim.model.settings import DriveKind, DriveSettings
 
 ASSUMED = 1.0
 """Period of a sender of whom one command is known: `ros2 topic pub`'s default [s]."""
@@ -132,7 +132,9 @@ def limited(config: DriveConfig, settings: DriveSettings, steady: float = math.i
     Args:
         steady: Greatest acceleration at which the robot neither slips nor tips [m/s^2].
     """
-    turn = 2.0 / settings.separation if settings.separation > 0.0 else math.inf
+    # A steered robot turns as it rolls: its turn rate has no traction of its own.
+    skids = settings.separation > 0.0 and settings.kind is not DriveKind.STEERED
+    turn = 2.0 / settings.separation if skids else math.inf
     linear, angular = config.max_linear_acceleration, config.max_angular_acceleration
     linear = min(linear or settings.max_acceleration or math.inf, steady)
     own = f"plugin '{settings.plugin}' of the robot's file"
@@ -173,10 +175,15 @@ class CommandError(ArjunaError, ValueError):
 
 
 class Drive:
-    """The base's controller: holds the last command and ramps towards it."""
+    """The base's controller: holds the last command and ramps towards it.
 
-    def __init__(self, limits: Limits) -> None:
-        self.limits = limits
+    Args:
+        limits: Of commands.
+        steers: Whether the speed ramps along the command's arc, to which the wheels are steered.
+    """
+
+    def __init__(self, limits: Limits, steers: bool = False) -> None:
+        self.limits, self._steers = limits, steers
         self._hold = CommandHold()
         self._cuts: dict[str, str] = {}
         self._said: set[str] = set()
@@ -186,6 +193,7 @@ class Drive:
         """Stand still, with no command."""
         self._target = Velocity()
         self._current = Velocity()
+        self._bend = 0.0
         self._hold.reset()
 
     def command(self, velocity: Velocity, now: float) -> None:
@@ -224,12 +232,15 @@ class Drive:
         # [s] Rounding of the times must not hold a command for one more tick.
         expired = now >= self._hold.ends(self._braking()) - 1e-9
         target = _STILL if expired else self._target
+        speed = _ramp(self._current.x, target.x, limits.linear_acceleration * dt)
+        rate = target.yaw_rate
+        if self._steers:
+            self._bend = target.yaw_rate / target.x if target.x != 0.0 else self._bend
+            rate = speed * self._bend
         self._current = Velocity(
-            _ramp(self._current.x, target.x, limits.linear_acceleration * dt),
+            speed,
             y=_ramp(self._current.y, target.y, limits.linear_acceleration * dt),
-            yaw_rate=_ramp(
-                self._current.yaw_rate, target.yaw_rate, limits.angular_acceleration * dt
-            ),
+            yaw_rate=_ramp(self._current.yaw_rate, rate, limits.angular_acceleration * dt),
         )
         return self._current
 

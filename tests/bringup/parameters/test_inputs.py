@@ -25,6 +25,7 @@ from bringup.stack import (
     SLAM_GROUP,
     WORLD_GROUP,
 )
+from tests.sim.drive_cases import car
 
 pytestmark = pytest.mark.ros
 
@@ -102,6 +103,37 @@ def test_standard_topics_are_no_names_of_the_robot(tmp_path: Path) -> None:
     amcl = gather(parse(given))["amcl"]
     assert "scan_topic" not in amcl
     assert amcl["base_frame_id"] == "robot_footprint"
+
+
+_RADII = ("planner_server", "controller_server", "behavior_server", "velocity_smoother")
+
+
+def test_a_steered_robots_tightest_bend_reaches_all_who_drive_by_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own = str(car("gz").write(tmp_path))
+    given = gather(parse(["demo", "--robot", own]))
+    assert {given[node]["min_turning_radius"] for node in _RADII} == {0.779}
+    assert "'base' is 0.16 m before the axle that does not steer" in capsys.readouterr().err
+    assert "min_turning_radius" not in gather(parse(["demo"]))["controller_server"]
+    assert not capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("robot", "word"),
+    [
+        ("tests/bench/car/car.urdf", "0.2 m is tighter than the robot's file allows"),
+        ("urdf/udacity_bot.xacro", "0.2 m, but the robot's file has no steering"),
+    ],
+)
+def test_a_file_that_says_otherwise_of_a_robots_steering_is_reported(
+    robot: str, word: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "tight.yaml"
+    file.write_text("behavior_server: {ros__parameters: {min_turning_radius: 0.2}}")
+    given = gather(parse(["demo", "--robot", robot, "--params", str(file)]))
+    assert given["behavior_server"]["min_turning_radius"] == 0.2
+    assert word in capsys.readouterr().err
 
 
 def test_the_demo_has_all_its_groups_with_slam_too() -> None:

@@ -24,6 +24,7 @@ from bringup.parameters.files import Parameters
 from tests.helpers.nav.people import AWAY, PUSHED, Meetings
 
 _BRAKED = 0.2  # after a command to stand a robot stands, and what turns its wheels is a push [s]
+_STRETCH = 0.1  # on less, the encoders' ticks say little of a bend [m]
 _SAMPLES = 4  # of a line of sight, a cell
 
 
@@ -36,6 +37,7 @@ class Drive:
     Attributes:
         length: The distance driven so far [m].
         touched: Names of what was touched, in order, people among them.
+        curvature: Greatest of the wheels' odometry and of what was commanded [1/m].
     """
 
     def __init__(self, robot: LockStep) -> None:
@@ -43,6 +45,7 @@ class Drive:
         self.length, self._contacts, self._pushed = 0.0, 0, 0
         self._pushed_at, self._commanded_at = -math.inf, -math.inf
         self.touched: list[str] = []
+        self.curvature, self._stretch, self._at = 0.0, (0.0, 0.0), robot.now
         self._pinned: dict[str, SE2] = {}
         self._before, self._last = frozenset(robot.sim.last.contacts), robot.sim.last
         simulator = robot.sim.simulator
@@ -80,6 +83,9 @@ class Drive:
             now if setpoint.x != 0.0 or setpoint.yaw_rate != 0.0 else self._commanded_at
         )
         moves = now - self._commanded_at <= _BRAKED
+        tick = now - self._at
+        self._bend(setpoint, last.odometry.v * tick, last.odometry.w * tick)
+        self._at = now
         wheels = Velocity(before.odometry.v, yaw_rate=before.odometry.w) if moves else STILL
         self._meetings.update(last.truth.pose, wheels, people)
         self._pushed_at = now if self._meetings.touching else self._pushed_at
@@ -89,6 +95,16 @@ class Drive:
             if name not in self._walkers:
                 self._count(name)
         self._last, self._before = last, contacts
+
+    def _bend(self, setpoint: Velocity, path: float, turn: float) -> None:
+        """Measure the curvature commanded, and driven over each stretch in one direction."""
+        if setpoint.x != 0.0:
+            self.curvature = max(self.curvature, abs(setpoint.yaw_rate / setpoint.x))
+        length, angle = self._stretch if path * self._stretch[0] > 0.0 else (0.0, 0.0)
+        self._stretch = length + path, angle + turn
+        if abs(self._stretch[0]) >= _STRETCH:
+            self.curvature = max(self.curvature, abs(self._stretch[1] / self._stretch[0]))
+            self._stretch = 0.0, 0.0
 
     def _count(self, name: str) -> None:
         """Count a contact with what stands: its own, or what somebody pushed it into."""

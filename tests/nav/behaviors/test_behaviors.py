@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
@@ -160,3 +161,9 @@ def test_waits_as_long_as_asked() -> None:
     assert wait.tick(SE2(), None, 14.9).status is BehaviorStatus.RUNNING
     assert wait.tick(SE2(), None, 15.0).status is BehaviorStatus.SUCCEEDED
     assert wait.tick(SE2(), None, 15.1).progress == 0.0
+
+
+def test_a_steered_robot_does_not_spin() -> None:
+    config = replace(CONFIG, min_turning_radius=0.6)
+    with pytest.raises(InvalidGoalError, match=r"cannot turn on the spot: it bends by .* 0\.6 m"):
+        Spin(1.57, config, CIRCLE, 10.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 from typing import Any
@@ -307,3 +308,58 @@ def test_who_gets_no_nearer_for_too_long_hands_over() -> None:
         assert asked(before(0.298), now) is not None
     assert asked(before(0.2975), 4.2) is None, "by less than a millimetre does not count"
     assert asked(before(0.2), 4.3) is None
+
+
+CAR = {
+    "FollowPath": {
+        "plugin": "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
+        "use_rotate_to_heading": False,
+        "allow_reversing": True,
+    },
+    "min_turning_radius": 0.5,
+}
+
+
+@pytest.mark.parametrize("delay", [1, 3])
+@pytest.mark.parametrize("start", [0.0, 1.0, 2.5])
+@pytest.mark.parametrize("heading", [0.0, 1.2, -2.0, 3.1])
+def test_a_steered_robot_arrives_on_bends_that_it_can_drive(
+    delay: int, start: float, heading: float
+) -> None:
+    robot = Unicycle(SE2(2.0, 2.5, start), delay=delay, steered=True)
+    goal = SE2(3.0, 2.7, heading)
+    assert drive(robot, goal, empty_grid(5.0, 5.0), **CAR).state is FollowState.SUCCEEDED
+    distance, angle = off(robot, goal)
+    assert distance < 0.03
+    assert angle < 0.25
+    steps = [a.inverse() @ b for a, b in itertools.pairwise(robot.trace)]
+    assert max(abs(step.theta) - abs(step.x) / 0.5 for step in steps) < 1e-4
+
+
+@pytest.mark.parametrize("room", [True, False])
+def test_a_steered_robots_curve_leads_round_obstacles_or_is_left_to_the_controller(
+    room: bool,
+) -> None:
+    grid = empty_grid(5.0, 5.0)
+    block(grid, 2.6, 2.4, 0.1, 0.2)
+    if not room:
+        block(grid, 3.4, 0.0, 0.2, 5.0)
+    costmap, start, goal = costmap_of(grid), SE2(1.6, 2.5), SE2(3.3, 2.5)
+    approach = FinalApproach(ApproachConfig(), TrackerConfig(), ROBOT, 0.5)
+    around: dict[str, Any] = {"left": 1.7, "speed": 0.5, "within": False, "heading": True}
+    command = approach.compute(start, goal, STILL, costmap, 0.0, **around)
+    assert (command is not None) is room
+    assert approach.steers(9.0, 0.5) is room
+    assert approach.steers(1.7, 0.5)
+
+
+def test_a_steered_robot_that_has_not_arrived_drives_as_many_curves_as_it_may() -> None:
+    config = ApproachConfig(attempts=2)
+    approach = FinalApproach(config, TrackerConfig(), ROBOT, 0.5)
+    around: dict[str, Any] = {"left": 1.0, "speed": 0.5, "within": True, "heading": True}
+    goal, costmap = SE2(3.0, 2.0), costmap_of(empty_grid(5.0, 4.0))
+    for again in (True, False):
+        assert approach.compute(SE2(2.0, 2.0), goal, STILL, costmap, 0.0, **around) is not None
+        beside = SE2(3.0, 2.2)  # as though it had slid there
+        assert approach.compute(beside, goal, STILL, costmap, 1.0, **around) is None
+        assert approach.retry() is again

@@ -302,3 +302,23 @@ def test_a_robot_that_was_pushed_off_its_trajectory_gets_another(strayed: SE2) -
     escape.compute(pose @ strayed, STILL, path, costmap, 0.05)
     assert escape._tracker.pieces[0].start.distance(pose @ strayed) < 1e-6
     assert escape._tracker.pieces[0].start.theta == pytest.approx(strayed.theta)
+
+
+@pytest.mark.parametrize("radius", [0.4, 0.8])
+def test_a_steered_robot_backs_out_of_a_dead_end_on_bends_that_it_can_drive(radius: float) -> None:
+    costmap, start = dead_end(SE2())
+    path = polyline([(2.3, 1.5), (0.8, 1.5), (0.8, 2.6)], math.pi / 2.0)
+    path[path[:, 1] < 1.6, 2] = 0.0  # driven back as far as the bend
+    escape = Escape(EscapeConfig(reach=1.5), TrackerConfig(), LONG, LONG, radius)
+    assert escape.begin(start, path, costmap)
+    robot = Unicycle(start, steered=True)
+    for k in range(400):
+        command = escape.compute(robot.pose, robot.velocity, path, costmap, k * robot.period)
+        if command is None:
+            break
+        assert abs(command.yaw_rate) <= abs(command.x) / radius + 1e-9
+        robot.drive(command)
+        assert not collides(costmap, LONG, robot.pose)
+    assert not escape.active
+    assert robot.pose.x < 1.85, "half a metre of the path at the least"
+    assert abs(robot.pose.theta) < 0.1, "as the path leads back"

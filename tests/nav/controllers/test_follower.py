@@ -18,7 +18,7 @@ from arjuna_nav.controllers import ControlResult, ControlStatus
 from arjuna_nav.controllers.follower import FollowerConfig, FollowResult, FollowState, PathFollower
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from tests.nav.worlds import costmap_of, empty_grid, polyline
+from tests.nav.worlds import block, costmap_of, empty_grid, polyline
 
 ROBOT = Footprint.circle(0.25)
 FREE = costmap_of(empty_grid(8.0, 4.0))
@@ -57,9 +57,15 @@ class Scripted:
 
 
 class Steered(Scripted):
-    """A controller of a robot that cannot turn on the spot."""
+    """A controller of a robot that cannot turn on the spot, whose radius it does not know."""
 
-    turns_on_the_spot = False
+    turning_radius = math.inf
+
+
+class Car(Scripted):
+    """A controller of a robot whose radius it knows."""
+
+    turning_radius = 0.6
 
 
 class Followed:
@@ -214,13 +220,57 @@ def test_the_goal_is_driven_into_if_that_is_wanted() -> None:
     assert followed.tick(0.0, SE2(4.995, 2.0)).state is FollowState.SUCCEEDED
 
 
-def test_nothing_takes_over_from_the_controller_of_a_robot_that_cannot_turn_on_the_spot() -> None:
+@pytest.mark.parametrize(
+    ("kind", "radius", "takes_over"),
+    [("Scripted", 0.0, True), ("Steered", 0.0, False), ("Steered", 0.6, True), ("Car", 0.0, True)],
+)
+def test_nothing_takes_over_from_the_controller_of_a_steered_robot_of_unknown_radius(
+    kind: str, radius: float, takes_over: bool
+) -> None:
     own: dict[str, Any] = {"arrival.enabled": True, "escape.enabled": True}
-    near = SE2(4.0, 2.0)
-    for kind, takes_over in (("Scripted", True), ("Steered", False)):
-        own["FollowPath.plugin"] = f"{__name__}:{kind}"
-        followed = Followed(END, **own)
-        assert (followed.tick(0.0, near).velocity != ON) is takes_over
-        followed = Followed(**own)
-        followed.script.answer = BLOCKED
-        assert (followed.tick(0.0).velocity != STILL) is takes_over
+    own |= {"FollowPath.plugin": f"{__name__}:{kind}", "min_turning_radius": radius}
+    followed = Followed(END, **own)
+    assert (followed.tick(0.0, SE2(4.0, 2.0)).velocity != ON) is takes_over
+    followed = Followed(**own)
+    followed.script.answer = BLOCKED
+    assert (followed.tick(0.0).velocity != STILL) is takes_over
+
+
+@pytest.mark.parametrize(
+    ("kind", "radius", "drives", "warns"),
+    [
+        ("Car", 0.5, 0.6, ""),
+        ("Car", 0.8, 0.8, "controller FollowPath bends by 0.6 m, but the robot's tightest bend is"),
+        ("Scripted", 0.5, 0.5, "controller FollowPath turns on the spot, but the robot's"),
+        ("Steered", 0.5, 0.5, ""),
+    ],
+)
+def test_no_controller_bends_tighter_than_the_robot_can(
+    kind: str, radius: float, drives: float, warns: str
+) -> None:
+    own: dict[str, Any] = {"FollowPath.plugin": f"{__name__}:{kind}"}
+    followed = Followed(**own, min_turning_radius=radius)
+    assert followed.follower.warning.startswith(warns)
+    assert bool(followed.follower.warning) is bool(warns)
+    followed.script.answer = ControlResult(ControlStatus.SUCCEEDED, Velocity(-0.3, yaw_rate=2.0))
+    assert followed.tick(0.0).velocity == Velocity(-0.3, yaw_rate=0.3 / drives)
+    followed.script.answer = ControlResult(ControlStatus.SUCCEEDED, Velocity(yaw_rate=2.0))
+    assert followed.tick(0.1).velocity == STILL
+
+
+def test_an_arc_that_was_widened_into_an_obstacle_is_not_driven() -> None:
+    grid = empty_grid(8.0, 4.0)
+    block(grid, 1.35, 1.0, 0.3, 2.0)
+    own: dict[str, Any] = {"FollowPath.plugin": f"{__name__}:Car"}
+    followed = Followed(**own)
+    followed.script.answer = ControlResult(ControlStatus.SUCCEEDED, Velocity(0.5, yaw_rate=3.0))
+    assert "on the tightest bend" in followed.tick(0.0, costmap=costmap_of(grid)).message
+
+
+def test_an_escape_begins_once_the_robot_has_braked() -> None:
+    own: dict[str, Any] = {"escape.enabled": True}
+    followed = Followed(**own)
+    followed.script.answer = BLOCKED
+    braking = followed.tick(0.0, velocity=Velocity(0.3))
+    assert (braking.state, braking.velocity) == (FollowState.RUNNING, STILL)
+    assert followed.tick(0.1).velocity != STILL

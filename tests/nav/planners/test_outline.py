@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap
-from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.collision import collides, first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import PlanResult, PlanStatus, plan_through
 from arjuna_nav.planners import path as paths
+from arjuna_nav.planners.escape import lead_out
 from arjuna_nav.planners.outline import (
     Drive,
     find_path,
@@ -88,6 +89,53 @@ def test_what_collides_already_is_left_away_from_the_obstacle() -> None:
     path = find_path(start, SE2(1.0, 1.5, math.pi), costmap, LONG, DRIVE)
     assert len(path) > 1
     assert first_collision(costmap, LONG, path) is None
+
+
+@pytest.mark.parametrize("radius", [0.4, 0.9])
+def test_a_steered_drive_never_turns_on_the_spot(radius: float) -> None:
+    costmap, steered = costs(corridor(SE2())), DRIVE._replace(radius=radius, direct=3.0)
+    path = find_path(SE2(3.0, 1.5), SE2(0.5, 2.2, math.pi / 2.0), costmap, LONG, steered)
+    assert first_collision(costmap, LONG, path) is None
+    steps = np.hypot(*np.diff(path[:, :2], axis=0).T)
+    assert steps.min() > 0.0
+    turns = np.abs((np.diff(path[:, 2]) + math.pi) % (2.0 * math.pi) - math.pi)
+    assert (turns <= 1.02 * steps / radius + 1e-6).all()
+    assert is_driven_straight(path)
+
+
+@pytest.mark.parametrize(("radius", "leaves"), [(0.0, False), (0.4, True)])
+def test_a_steered_drive_leaves_what_it_touches_in_a_bend_too(radius: float, leaves: bool) -> None:
+    grid = empty_grid(4.0, 3.0)
+    block(grid, 0.0, 1.65, 4.0, 0.1)
+    block(grid, 2.35, 1.0, 0.1, 0.7)
+    block(grid, 1.55, 1.3, 0.1, 0.4)
+    pose = SE2(2.0, 1.5, 0.05)
+    poses = lead_out(pose, costs(grid), LONG, radius)
+    assert (len(poses) > 1) is leaves
+    assert collides(costs(grid), LONG, pose)
+    assert collides(costs(grid), LONG, SE2.from_array(poses[-1])) is not leaves
+
+
+class Reverser:
+    """A planner whose path is driven back, its outline known to be free."""
+
+    checks_outline = True
+
+    def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
+        path = polyline([(start.x, start.y), (goal.x, goal.y)], 0.0)
+        path[:, 2] = start.theta
+        return PlanResult(PlanStatus.SUCCEEDED, path)
+
+
+def test_a_planner_that_checks_the_outline_is_not_corrected() -> None:
+    # Turned round, as though it drove ahead, the outline would touch the wall.
+    front = Footprint.polygon(np.array([[0.5, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.5, -0.1]]))
+    grid = empty_grid(4.0, 3.0)
+    block(grid, 0.5, 0.0, 0.1, 3.0)
+    costmap = costmap_of(grid, footprint=str(front.points.tolist()))
+    start, goal = SE2(2.0, 1.5), SE2(0.75, 1.5)
+    plan = plan_for_outline(Reverser(), costmap, start, goal, front)
+    assert (plan.path[:, 2] == 0.0).all()
 
 
 def test_a_path_of_a_long_outline_is_searched_quickly() -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2
 from arjuna_nav.planners import path as paths
+from tests.nav.worlds import polyline
 
 CORNER = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 4.0, 1.57], [3.0, 4.5, 1.57]])
 LOOP = np.array(
@@ -62,3 +65,14 @@ def test_two_paths_are_as_far_apart_as_the_worst_of_them() -> None:
     assert paths.deviation(straight, straight) == 0.0
     assert paths.deviation(bulged, straight) == pytest.approx(1.0, abs=0.02)
     assert paths.deviation(straight, bulged) < 0.7  # beside the bulge there is a way
+
+
+def test_a_path_is_driven_ahead_and_back_by_its_headings() -> None:
+    ahead = polyline([(0.0, 0.0), (1.0, 0.0)], 0.0)
+    back = polyline([(1.0, 0.0), (0.5, 0.0)], 0.0)
+    back[:, 2] = 0.0
+    turned = ahead + np.array([0.0, 0.0, math.pi])
+    assert paths.directions(ahead) == [1]
+    assert paths.directions(turned) == [-1]
+    assert paths.directions(np.vstack((ahead, back[1:]))) == [1, -1]
+    assert paths.directions(ahead[:1]) == []

@@ -164,3 +164,27 @@ def test_closed_loop_goes_out_from_what_is_measured() -> None:
 def test_limits_that_make_no_sense_are_refused(name: str, value: tuple[float, ...]) -> None:
     with pytest.raises(ConfigError, match=f"'{name}' is .* valid: \\[x, y, theta\\]"):
         load(SmoothingConfig, {name: value})
+
+
+@pytest.mark.parametrize(
+    ("first", "then"),
+    [
+        (Velocity(0.4, yaw_rate=0.6), STILL),
+        (Velocity(0.4, yaw_rate=0.6), Velocity(-0.4, yaw_rate=0.6)),
+        (Velocity(0.4, yaw_rate=-0.6), Velocity(0.2, yaw_rate=2.0)),
+        (STILL, Velocity(yaw_rate=1.0)),
+    ],
+)
+def test_a_steered_robot_is_never_made_to_bend_tighter_than_it_can(
+    first: Velocity, then: Velocity
+) -> None:
+    smoother = VelocitySmoother(load(SmoothingConfig, {**LIMITS, "min_turning_radius": 0.6}))
+    velocities = []
+    for k in range(30):
+        smoother.take(first if k < 12 else then, k * PERIOD)
+        velocities.append(smoother.tick(STILL, k * PERIOD))
+    speeds = said(velocities)
+    assert (np.abs(speeds[:, 1]) <= np.abs(speeds[:, 0]) / 0.6 + 1e-9).all()
+    assert speeds[11] == pytest.approx((first.x, first.yaw_rate))
+    most = min(abs(then.yaw_rate), abs(then.x) / 0.6)
+    assert speeds[-1] == pytest.approx((then.x, most))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -82,6 +84,15 @@ def test_a_path_is_left_for_one_that_is_clearly_shorter(length: int, preferred: 
     play = Play('<IsPathPreferred path="{path}" new_path="{new}"/>', new=DETOUR[: length + 1])
     play.tree.blackboard.set("path", STRAIGHT)
     assert play.tick() is preferred
+
+
+def test_a_path_is_kept_where_the_new_one_is_beside_it_but_driven_back() -> None:
+    beside = STRAIGHT + np.array([0.0, 0.1, 0.0])
+    for turned, preferred in ((0.0, FAILURE), (math.pi, SUCCESS)):
+        new = beside + np.array([0.0, 0.0, turned])
+        play = Play('<IsPathPreferred path="{path}" new_path="{new}"/>', new=new)
+        play.tree.blackboard.set("path", STRAIGHT)
+        assert play.tick() is preferred
 
 
 @pytest.mark.parametrize(("code", "status"), [(102, RUNNING), (307, RUNNING), (106, FAILURE)])

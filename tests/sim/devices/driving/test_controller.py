@@ -10,7 +10,7 @@ import pytest
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.drive import DriveConfig
 from arjuna_sim.devices.driving.controller import Drive, HoldLimits, limited
-from arjuna_sim.model.settings import DriveSettings
+from arjuna_sim.model.settings import DriveKind, DriveSettings
 
 _WHEELS = DriveSettings(("l",), ("r",), 0.0, 0.05, 1.0, 0.5, 0.05, plugin="p")
 
@@ -154,3 +154,15 @@ def test_time_out_is_the_parameters_else_that_of_the_robots_controllers() -> Non
     assert limited(DriveConfig(), own).hold == HoldLimits(0.25, is_fixed=True)
     config = DriveConfig(command_timeout=0.0, command_timeout_max=9.0)
     assert limited(config, own).hold == HoldLimits(0.0, 9.0)
+
+
+def test_a_steered_base_ramps_its_speed_along_the_commands_arc() -> None:
+    settings = replace(_WHEELS, separation=0.4, kind=DriveKind.STEERED)
+    drive = Drive(limited(DriveConfig(max_linear_acceleration=2.0), settings), steers=True)
+    drive.command(Velocity(0.3, yaw_rate=0.6), now=0.0)
+    ahead = [drive.velocity(0.1 * i, 0.1) for i in range(4)]
+    drive.command(Velocity(-0.3, yaw_rate=0.3), now=0.4)
+    back = [drive.velocity(0.4 + 0.1 * i, 0.1) for i in range(3)]
+    assert [v.yaw_rate / v.x for v in ahead] == pytest.approx([2.0] * 4)
+    assert all(v.yaw_rate == pytest.approx(-v.x, abs=1e-12) for v in back)
+    assert back[-1].x == pytest.approx(-0.3)
