@@ -68,8 +68,11 @@ def read_image(path: Path) -> tuple[NDArray[np.uint8], Any]:
 def occupancy_of(shade: NDArray[np.uint8], alpha: Any, options: MapOptions) -> NDArray[np.int8]:
     """Return the occupancy that shades stand for, `(height, width) int8`.
 
-    Source: map_server: raw keeps the value, the others compare the darkness with thresholds.
+    Source: map_server: raw keeps the value, the others compare the darkness with thresholds;
+        trinary takes alpha for a fourth colour.
     """
+    if options.mode == "trinary" and alpha is not None:
+        return _occupancy_by_shade((3.0 * shade + alpha) / 4.0, options)
     cells = _occupancy_by_shade(np.arange(256.0), options)[shade]
     if options.mode == "scale" and alpha is not None:
         cells[alpha < 255] = UNKNOWN

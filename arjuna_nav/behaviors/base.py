@@ -80,6 +80,12 @@ class BehaviorConfig:
         unit="m",
         minimum=0.0,
     )
+    teleop_by_last_free: bool = param(
+        True,
+        "Whether the last step that is free says how much slower teleoperation drives; else, as"
+        " Nav2, the first that collides.",
+        nav2=False,
+    )
 
 
 class TimedBehavior(abc.ABC):

@@ -164,8 +164,11 @@ class AssistedTeleop(TimedBehavior):
         hit = first_collision(costmap, self._footprint, arc)
         if hit is None:
             return 1.0
+        step = config.simulation_time_step / config.projection_time
         part = max(hit - 1, 0) / (len(arc) - 1)  # up to the last pose that is free
-        return part if part * config.projection_time > config.simulation_time_step else 0.0
+        if not config.teleop_by_last_free:
+            part = math.ceil(hit / (len(arc) - 1) / step - 1e-9) * step
+        return part if part > step + 1e-9 else 0.0
 
 
 class Wait:

@@ -149,6 +149,13 @@ class PositionGoalConfig:
 
     xy_goal_tolerance: float = param(0.25, "Distance from the goal.", unit="m", minimum=0.0)
     stateful: bool = param(True, "Whether the position, once reached, counts as reached.")
+    pushed_distance: float = param(
+        0.15,
+        "Distance beyond the tolerance from which it counts no more: the robot was pushed.",
+        unit="m",
+        minimum=0.0,
+        nav2=1e6,
+    )
 
 
 class PositionGoalChecker:
@@ -164,7 +171,7 @@ class PositionGoalChecker:
 
     def __init__(self, config: PositionGoalConfig) -> None:
         self.xy_tolerance = config.xy_goal_tolerance
-        self._stateful = config.stateful
+        self._stateful, self._pushed = config.stateful, config.pushed_distance
         self._reached = False
 
     def reset(self) -> None:
@@ -173,7 +180,7 @@ class PositionGoalChecker:
 
     def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
         """Return whether the robot has arrived; both poses are of one frame."""
-        there = is_there(pose, goal, self.xy_tolerance, self._reached)
+        there = is_there(pose, goal, self.xy_tolerance, self._reached, self._pushed)
         self._reached = there and self._stateful
         return there
 

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
+
+
+def gentle_turns() -> Any:
+    """Declare the parameter of the controllers that turn on the spot."""
+    text = (
+        "Whether turns on the spot brake early, and pure pursuit's end early, bend where there is"
+        " room and bound the yaw rate of bends too; as Nav2 they are as fast as can be braked."
+    )
+    return param(True, text, nav2=False)
 
 
 def rollout(
@@ -127,6 +138,7 @@ class Turning:
         gain: Yaw rate per angle left [1/s].
         rate_min: Yaw rate below which the wheels stick [rad/s].
         settled: Angle left below which the wheels may stick [rad].
+        gentle: Whether it brakes early and by the gain.
     """
 
     rate: float
@@ -135,17 +147,22 @@ class Turning:
     gain: float = 1.5
     rate_min: float = 0.1
     settled: float = 0.05
+    gentle: bool = True
 
     def towards(self, angle: float, last: float) -> float:
         """Return the yaw rate that turns by an angle and comes to rest there [rad/s].
 
         Args:
             angle: Left to turn [rad].
-            last: Yaw rate commanded last [rad/s].
+            last: Yaw rate commanded last, or measured [rad/s].
         """
+        change = self.acceleration * self.period
+        if not self.gentle:  # nav2_regulated_pure_pursuit_controller, rotateToHeading
+            rate = min(max(math.copysign(self.rate, angle), last - change), last + change)
+            most = braking_speed(abs(angle), self.acceleration, 0.0)
+            return rate if abs(rate) <= most else math.copysign(most, angle)
         brake = braking_speed(abs(angle), 0.5 * self.acceleration, 0.0)  # half: none overshoots
         rate = min(self.rate, brake, self.gain * abs(angle))
         if abs(angle) > self.settled:
             rate = max(rate, min(self.rate_min, self.rate))
-        change = self.acceleration * self.period
         return min(max(math.copysign(rate, angle), last - change), last + change)

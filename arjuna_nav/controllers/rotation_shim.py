@@ -23,7 +23,7 @@ from arjuna_nav.controllers.base import (
     ControlStatus,
     TrackedPath,
 )
-from arjuna_nav.controllers.motion import Turning, rollout
+from arjuna_nav.controllers.motion import Turning, gentle_turns, rollout
 from arjuna_nav.controllers.plugins import CONTROLLERS
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import Costmap
@@ -59,6 +59,7 @@ class RotationShimConfig:
         False, "Whether it turns as the path's pose looks, else towards that pose."
     )
     rotate_to_heading_once: bool = param(False, "Whether to turn for a new goal only.")
+    gentle_turns: bool = gentle_turns()
 
 
 class RotationShim:
@@ -94,7 +95,8 @@ class RotationShim:
         self._config = config
         self._footprint = footprint
         self._xy_goal_tolerance = xy_goal_tolerance
-        self._turn = Turning(config.rotate_to_heading_angular_vel, config.max_angular_accel, period)
+        limits = config.rotate_to_heading_angular_vel, config.max_angular_accel, period
+        self._turn = Turning(*limits, gentle=config.gentle_turns)
         make = CONTROLLERS.resolve(config.primary_controller)
         self._primary: Controller = make(config, footprint, xy_goal_tolerance, period)
         self._path = TrackedPath(2.5)

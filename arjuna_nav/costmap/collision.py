@@ -47,7 +47,8 @@ def first_collision(
     pose already collides, as after a sensor's error, poses that lie no nearer to the nearest lethal
     cell than the first are let pass until the motion is free: a robot can leave, but never press
     on. Where the centre itself lies on a lethal cell, or outside the grid, the motion
-    must lead out, to the nearest cell that is free for a centre: a turn on the spot does not.
+    must lead out, to the nearest cell that is free for a centre: a turn on the spot does not. A
+    costmap may let none pass (`leaves`).
 
     Args:
         costmap: Inflated costs.
@@ -56,6 +57,12 @@ def first_collision(
     """
     frame = costmap.frame
     T_grid_frame = frame.origin.inverse()
+    if (
+        not costmap.leaves
+        and len(poses) > 1
+        and collides(costmap, footprint, SE2.from_array(poses[0]))
+    ):
+        return 0
     index = _first_collision(
         costmap.data,
         _in_cells(poses, T_grid_frame.array(), frame.resolution),

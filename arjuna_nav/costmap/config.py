@@ -50,6 +50,12 @@ class CostmapConfig:
     robot_radius: float = param(0.1, "Radius of a circular robot.", unit="m", minimum=0.01)
     footprint: str = param("[]", "Corners [[x, y], ...] of a robot that is no circle.", unit="m")
     footprint_padding: float = param(0.01, "Added to the footprint.", unit="m", minimum=0.0)
+    leave_obstacles: bool = param(
+        True,
+        "Whether a robot that touches an obstacle may move away; as Nav2 does, each motion from"
+        " there collides.",
+        nav2=False,
+    )
     transform_tolerance: float = param(
         0.3, "Oldest transform of the robot that is used.", unit="s", minimum=0.0
     )

@@ -49,6 +49,7 @@ class Costmap:
             them; None where only the cells are known.
         moving: What moves: middles and radii in the grid, from its origin, `(K, 3)` [m].
         T_frame_own: Maps coordinates of the frame in which the layers keep the grid into `frame`'s.
+        leaves: Whether a motion that begins in a collision may lead out of it.
     """
 
     frame: GridFrame
@@ -59,6 +60,7 @@ class Costmap:
     hits: NDArray[np.uint32] | None = None
     moving: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
     T_frame_own: SE2 = IDENTITY
+    leaves: bool = True
 
     def __post_init__(self) -> None:
         if self.data.shape != self.frame.shape:

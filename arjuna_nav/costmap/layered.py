@@ -175,6 +175,7 @@ class LayeredCostmap:
             inflation.circumscribed_cost() if inflation and is_last else 0,
             inflation.clearances() if inflation else clearances(0.0),
             self._master.hits,
+            leaves=self._master.config.leave_obstacles,
         )
         self._changed, self._overlaid = whole(frame.shape), []
 

@@ -80,7 +80,8 @@ class VelocitySmootherNode(ManagedNode):
 
     def _on_command(self, velocity: Velocity) -> None:
         self._smoother.take(velocity, self.now)
-        self._smooth()
+        if self.config.smooth_at_once:
+            self._smooth()
 
     def _on_odometry(self, message: Any) -> None:
         stamp = seconds(message.header.stamp)

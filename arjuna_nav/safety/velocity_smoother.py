@@ -43,6 +43,11 @@ class SmoothingConfig:
         (0.0, 0.0, 0.0), "Speeds below which the robot stands.", unit="m/s, rad/s"
     )
     velocity_timeout: float = param(1.0, "How long a command holds.", unit="s", minimum=0.0)
+    smooth_at_once: bool = param(
+        True,
+        "Whether a command is smoothed as it comes; else, as Nav2, at smoothing_frequency alone.",
+        nav2=False,
+    )
     min_turning_radius: float = param(
         0.0,
         "Radius of the tightest bend of a steered robot, whose arcs are kept and no tighter; 0: it"
@@ -101,7 +106,8 @@ class VelocitySmoother:
         self._resting = False
         if now > self._last_at:
             self._before, self._before_at = self._last, self._last_at
-        period = min(now - self._before_at, 1.0 / config.smoothing_frequency)
+        period = 1.0 / config.smoothing_frequency
+        period = min(now - self._before_at, period) if config.smooth_at_once else period
         current = measured if config.feedback == "CLOSED_LOOP" else self._before
         self._last, self._last_at = self._step(current, command, period), now
         return self._without_deadband(self._last)
@@ -113,7 +119,8 @@ class VelocitySmoother:
     def is_due(self, now: float) -> bool:
         """Return whether a velocity is due although no command came."""
         # 1 us for the rounding of sums of ticks.
-        return now - self._last_at > 1.0 / self._config.smoothing_frequency - 1e-6
+        late = now - self._last_at > 1.0 / self._config.smoothing_frequency - 1e-6
+        return late or not self._config.smooth_at_once
 
     def _step(self, current: Velocity, command: Velocity, period: float) -> Velocity:
         """Return the velocity a period [s] nearer to a command."""

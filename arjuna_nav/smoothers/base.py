@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
@@ -11,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.plugins import PluginTypes
+from arjuna_core.se2 import wrap
 from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.planners import path as paths
 from arjuna_nav.planners.query import oriented
 from arjuna_nav.planners.relaxation import touches
 
@@ -57,26 +60,37 @@ def in_passes(
     passes: int,
     once: Callable[[NDArray[np.float64]], NDArray[np.float64]],
 ) -> SmoothResult:
-    """Smooth a path; a pass that would touch an obstacle is undone and ends it.
+    """Smooth a path part by part; a pass that would touch an obstacle is undone and ends its part.
 
     Args:
-        path: `(N, 3) float64`; both ends stay.
+        path: `(N, 3) float64`; its ends stay, and the poses where it changes its direction.
         costmap: Of the path's frame.
         passes: How many.
         once: Smooths points `(N, 2)` once.
+
+    Source: nav2_smoother, findDirectionalPathSegments and updateApproximatePathOrientations.
     """
     if path.ndim != 2 or path.shape[1] != 3 or not len(path):
         message = f"a path must be (N, 3) with N > 0, got {path.shape}"
         return SmoothResult(SmoothStatus.INVALID_PATH, path, message)
-    points: NDArray[np.float64] = np.ascontiguousarray(path[:, :2])
-    for _ in range(passes):
-        smoothed = once(points)
-        if touches(smoothed, costmap):
-            status = SmoothStatus.FAILED_TO_SMOOTH_PATH
-            message = "smoothing would touch an obstacle; the path is as it was before"
-            return SmoothResult(status, oriented(points, float(path[-1, 2])), message)
-        points = smoothed
-    return SmoothResult(SmoothStatus.SUCCEEDED, oriented(points, float(path[-1, 2])))
+    result, first, free = path.copy(), 0, True
+    while first < len(path) - 1:
+        end = paths.part_end(path, first)
+        points: NDArray[np.float64] = np.ascontiguousarray(path[first:end, :2])
+        for _ in range(passes):
+            smoothed = once(points)
+            if touches(smoothed, costmap):
+                free = False
+                break
+            points = smoothed
+        part = oriented(points, float(path[end - 1, 2]))
+        if math.cos(part[0, 2] - path[first, 2]) < 0.0:  # it is driven in reverse
+            part[:-1, 2] = wrap(part[:-1, 2] + math.pi)
+        result[first:end], first = part, end - 1
+    if free:
+        return SmoothResult(SmoothStatus.SUCCEEDED, result)
+    message = "smoothing would touch an obstacle; the path is as it was before"
+    return SmoothResult(SmoothStatus.FAILED_TO_SMOOTH_PATH, result, message)
 
 
 _SIMPLE = "nav2_smoother::SimpleSmoother"

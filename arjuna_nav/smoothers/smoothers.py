@@ -56,6 +56,11 @@ class SavitzkyGolayConfig:
 
     do_refinement: bool = param(True, "Whether to smooth the smoothed path again.")
     refinement_num: int = param(2, "How many times again.", minimum=0)
+    mirrored_ends: bool = param(
+        True,
+        "Whether the path is mirrored beyond an end; else, as Nav2, its end repeats.",
+        nav2=False,
+    )
 
 
 class SavitzkyGolaySmoother:
@@ -72,13 +77,17 @@ class SavitzkyGolaySmoother:
     def smooth(self, path: NDArray[np.float64], costmap: Costmap) -> SmoothResult:
         """Smooth a path; a pass that would touch an obstacle is undone and ends it."""
         passes = 1 + self._config.refinement_num * self._config.do_refinement
-        return in_passes(path, costmap, passes, _fitted)
+        mirrored = self._config.mirrored_ends
+        return in_passes(path, costmap, passes, lambda points: _fitted(points, mirrored))
 
 
-def _fitted(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return points `(N, 2)` on the quadratics of seven; beyond an end it is mirrored there."""
-    before = 2.0 * points[0] - points[_REACH:0:-1]
-    after = 2.0 * points[-1] - points[-2 : -2 - _REACH : -1]
+def _fitted(points: NDArray[np.float64], mirrored: bool) -> NDArray[np.float64]:
+    """Return points `(N, 2)` on quadratics of seven; beyond an end it is mirrored or repeats."""
+    before, after = points[_REACH:0:-1], points[-2 : -2 - _REACH : -1]
+    if mirrored:
+        before, after = 2.0 * points[0] - before, 2.0 * points[-1] - after
+    else:
+        before, after = points[:1].repeat(len(before), 0), points[-1:].repeat(len(after), 0)
     padded = np.vstack((before, points, after))
     if len(padded) < len(points) + 2 * _REACH:  # too short to be noisy
         unchanged: NDArray[np.float64] = points.copy()

@@ -89,10 +89,24 @@ class AmclConfig:
     )
 
     recovery_alpha_slow: float = param(
-        0.001, "Decay of the slow average likelihood; 0 injects no particles.", minimum=0, maximum=1
+        0.001,
+        "Decay of the slow average likelihood; 0 injects no particles.",
+        minimum=0,
+        maximum=1,
+        nav2=0.0,
     )
     recovery_alpha_fast: float = param(
-        0.1, "Decay of the fast average likelihood; 0 injects no particles.", minimum=0, maximum=1
+        0.1,
+        "Decay of the fast average likelihood; 0 injects no particles.",
+        minimum=0,
+        maximum=1,
+        nav2=0.0,
+    )
+    match_scans: bool = param(
+        True,
+        "Whether the pose is matched to each scan, between updates too; else it is the particles'"
+        " mean, and rests between updates.",
+        nav2=False,
     )
     agreement_distance: float = param(
         0.15, "Distance to an obstacle below which a beam agrees with the map.", unit="m", minimum=0
@@ -158,7 +172,11 @@ class AmclNodeConfig(AmclConfig):
     scan_topic: str = param("scan", "Topic of the scans.", read_only=True)
     map_topic: str = param("map", "Topic of the map.", read_only=True)
     transform_tolerance: float = param(
-        0.2, "How far ahead map -> odom is dated: more than a scan's period.", unit="s", minimum=0.0
+        0.2,
+        "How far ahead map -> odom is dated: more than a scan's period.",
+        unit="s",
+        minimum=0.0,
+        nav2=1.0,
     )
     tf_broadcast: bool = param(True, "Whether to broadcast map -> odom.")
     set_initial_pose: bool = param(False, "Whether to start at initial_pose.")

@@ -106,7 +106,7 @@ class ParticleFilter:
         view = ScanView.of(self._odometry.with_motion(scan, T_odom_base), self._config)
         self._odometry.advance(scan.stamp, T_odom_base)
         if not (self._track.due(T_odom_base, self._config) or force or self._recovery.wanted):
-            best = self._follow(T_odom_base, view)
+            best = self._follow(T_odom_base, view) if self._config.match_scans else None
             if best is None:
                 return None
         else:
@@ -139,12 +139,14 @@ class ParticleFilter:
     def _verify(self, T_odom_base: SE2, view: ScanView) -> Hypothesis:
         """Match each cluster to the scan, weigh clusters by all beams, return the heaviest."""
         clusters = self._belief.clusters()
-        followed = self._followed(T_odom_base, view)
+        matches = self._config.match_scans
+        followed = self._followed(T_odom_base, view) if matches else None
         found = [self._match(one, followed, view) for one in clusters]
         scores = np.array([score for _, score in found])
         behind = np.minimum(0.0, scores - scores.max() + _INDIFFERENT)
-        tied = (behind == 0.0) & (scores >= self._config.relocalize_agreement)
-        shares = self._belief.shift(np.exp(self._config.relocalize_evidence * behind), tied)
+        tied = (behind == 0.0) & (scores >= self._config.relocalize_agreement) & matches
+        evidence = self._config.relocalize_evidence * behind * matches
+        shares = self._belief.shift(np.exp(evidence), tied)
         k = int(np.argmax(shares))
         return Hypothesis(found[k][0], clusters[k].covariance, found[k][1], float(shares[k]))
 
@@ -159,8 +161,11 @@ class ParticleFilter:
             kept, score = followed, self._matcher.agreement(followed, view)
             if score >= excellent:
                 return kept, score
+        mean = SE2.from_array(cluster.mean)
+        if not self._config.match_scans:
+            return mean, self._matcher.agreement(mean, view)
         deviations = np.sqrt(cluster.covariance.diagonal())
-        pose, matched = self._matcher.best_near(SE2.from_array(cluster.mean), view, deviations)
+        pose, matched = self._matcher.best_near(mean, view, deviations)
         if kept is not None and score >= matched - _INDIFFERENT:
             return kept, score
         return pose, matched

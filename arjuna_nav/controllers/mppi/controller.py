@@ -35,7 +35,7 @@ class Mppi:
     Args:
         config: Parameters.
         footprint: The robot.
-        xy_goal_tolerance: Not used: its critics bring it to the goal itself.
+        xy_goal_tolerance: Where the twirling critic counts no more [m].
         period: Time between two calls [s].
 
     Source: nav2_mppi_controller.
@@ -48,7 +48,7 @@ class Mppi:
     ) -> None:
         self._config = config
         self._footprint = footprint
-        self._period = period
+        self._period, self._xy_goal_tolerance = period, xy_goal_tolerance
         self._path = TrackedPath(
             config.max_robot_pose_search_dist,
             inverts=config.enforce_path_inversion,
@@ -95,6 +95,7 @@ class Mppi:
             self._footprint.inscribed_radius,
             limits,
             self._config.model_dt,
+            self._xy_goal_tolerance,
         )
         self._last = STILL
         for _ in range(1 + self._config.retry_attempt_limit):

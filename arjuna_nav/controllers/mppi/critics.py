@@ -50,24 +50,23 @@ def prefer_forward(config: NearGoalConfig, rollouts: Rollouts, scene: Scene) -> 
 def constraint(config: CriticConfig, rollouts: Rollouts, scene: Scene) -> Array:
     """Return how long and how far each rollout's speed is beyond its limits.
 
-    Sideways, the speed of either direction counts, with the sign of the forward one.
+    The speed of either direction counts, with the sign of the forward one; the limit is that of
+    both, of a differential drive too.
 
     Source: nav2_mppi_controller, ConstraintCritic.
     """
     limits, speeds = scene.limits, rollouts.v
-    low, high = limits.v_min, limits.v_max
     if len(rollouts.side):
         speeds = np.copysign(np.hypot(rollouts.v, rollouts.side), rollouts.v)
-        low, high = (
-            math.copysign(math.hypot(low, limits.side_max), low),
-            math.hypot(high, limits.side_max),
-        )
-    excess = _beyond(speeds, low, high)
+    low = math.copysign(math.hypot(limits.v_min, limits.side_max), limits.v_min)
+    excess = _beyond(speeds, low, math.hypot(limits.v_max, limits.side_max))
     return weighed(excess, config.cost_weight * scene.dt)
 
 
-def twirling(config: CriticConfig, rollouts: Rollouts, scene: Scene) -> Array:
-    """Return each rollout's mean yaw rate."""
+def twirling(config: CriticConfig, rollouts: Rollouts, scene: Scene) -> Array | None:
+    """Return each rollout's mean yaw rate; None within the goal's tolerance."""
+    if scene.goal_distance <= scene.xy_goal_tolerance:
+        return None
     return weighed(_mean_size(rollouts.w), config.cost_weight)
 
 

@@ -54,6 +54,7 @@ class Scene(NamedTuple):
         inscribed_radius: The robot's [m].
         limits: What the drive can do.
         dt: Time of a step [s].
+        xy_goal_tolerance: Distance at which the position counts as reached [m].
     """
 
     path: Array
@@ -66,6 +67,7 @@ class Scene(NamedTuple):
     inscribed_radius: float
     limits: Limits
     dt: float
+    xy_goal_tolerance: float = 0.0
 
 
 def grid_seen(costmap: Costmap, footprint: Footprint, pose: SE2) -> Grid:

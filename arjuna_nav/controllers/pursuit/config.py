@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from arjuna_core.config import param
+from arjuna_nav.controllers.motion import gentle_turns
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,7 @@ class RegulatedPurePursuitConfig:
         minimum=0.0,
         nav2=math.pi,
     )
+    gentle_turns: bool = gentle_turns()
     same_goal_tolerance: float = param(
         0.1, "Distance between the ends of two paths to the same goal.", unit="m", minimum=0.0
     )

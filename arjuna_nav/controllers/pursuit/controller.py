@@ -86,9 +86,12 @@ class RegulatedPurePursuit:
         self._path.advance(pose)
         goal = self._path.goal
         stays = self._arrived and self._config.stateful
-        near = is_there(pose, goal, self._xy_goal_tolerance, stays)
+        pushed = 0.15 if self._config.gentle_turns else math.inf
+        near = is_there(pose, goal, self._xy_goal_tolerance, stays, pushed)
         self._arrived = near and (stays or paths.ends_here(self.path, pose))
-        if self._arrived:
+        gentle = self._config.gentle_turns
+        self._last_w = self._last_w if gentle else velocity.yaw_rate
+        if self._arrived and (gentle or self._config.use_rotate_to_heading):
             self.carrot = None
             command = Velocity(yaw_rate=self._turn(wrap(goal.theta - pose.theta)))
             return self._checked(command, pose, costmap, math.inf)
@@ -118,6 +121,8 @@ class RegulatedPurePursuit:
     def _turn_on(self, angle: float, side: float, pose: SE2, costmap: Costmap) -> ControlResult:
         """Return a turn, on the spot or, as soon as that gets on, on a bend that has room."""
         w, cost = self._turn(angle), costmap.cost_at(pose.x, pose.y)
+        if not self._config.gentle_turns:
+            return self._checked(Velocity(yaw_rate=w), pose, costmap, math.inf)
         room = 0.0 if cost is None else float(costmap.clearances[cost])
         v = side * min(self.desired_speed, self.speed_limit) * max(math.cos(angle), 0.0)
         if math.isfinite(room):  # a bend leads aside by its diameter
@@ -186,8 +191,9 @@ class RegulatedPurePursuit:
         )
 
     def _must_turn(self, angle: float) -> bool:
-        """Return whether to turn on the spot, once started down to half of that angle."""
-        limit = self._config.rotate_to_heading_min_angle * (0.5 if self._turning else 1.0)
+        """Return whether to turn on the spot, once started gently down to half of that angle."""
+        gently = self._turning and self._config.gentle_turns
+        limit = self._config.rotate_to_heading_min_angle * (0.5 if gently else 1.0)
         self._turning = self._config.use_rotate_to_heading and abs(angle) > limit
         return self._turning
 
@@ -201,6 +207,7 @@ class RegulatedPurePursuit:
             config.rotate_to_heading_gain,
             config.min_rotate_to_heading_angular_vel,
             config.rotate_to_heading_settled_angle,
+            config.gentle_turns,
         )
         return turning.towards(angle, self._last_w)
 
@@ -208,16 +215,15 @@ class RegulatedPurePursuit:
         """Return the velocity along the arc through the carrot, regulated."""
         config = self._config
         regulated_by = self._regulating(pose, carrot)
-        curvature = curvature_to(carrot.x, carrot.y)
-        regulating = curvature_to(regulated_by.x, regulated_by.y)
+        curvature = curvature_to(regulated_by.x, regulated_by.y)
         desired = config.desired_linear_vel
         speed = min(desired, self.speed_limit)
-        slower = self._in_bend(desired, regulating), self._near_obstacles(desired, pose, costmap)
+        slower = self._in_bend(desired, curvature), self._near_obstacles(desired, pose, costmap)
         regulated = min(speed, *slower)  # not one after the other: each says what it allows
         floor = min(config.regulated_linear_scaling_min_speed, speed)
         v = self._towards_goal(max(regulated, floor), pose)
         w_max = config.rotate_to_heading_angular_vel
-        if abs(v * curvature) > w_max:
+        if config.gentle_turns and abs(v * curvature) > w_max:
             v = w_max / abs(curvature)
         v *= self._side_of(carrot)
         return Velocity(v, yaw_rate=v * curvature)

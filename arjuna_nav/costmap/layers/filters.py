@@ -132,6 +132,12 @@ class KeepoutConfig(FilterConfig):
     lethal_override_cost: int = param(
         MAX_NON_OBSTACLE, "What a zone costs then.", minimum=0, maximum=MAX_NON_OBSTACLE
     )
+    worst_of_cell: bool = param(
+        True,
+        "Whether a zone counts in each cell that it reaches into; else, as Nav2, in those whose"
+        " middle it holds.",
+        nav2=False,
+    )
 
 
 class KeepoutFilter(CostmapFilter):
@@ -185,13 +191,16 @@ class KeepoutFilter(CostmapFilter):
             self._costs, self._made_of, self._placement = costs, (mask, overridden), None
 
     def _resample(self, T_global_mask: SE2) -> None:
-        """Read the mask's worst cost in each of the costmap's cells.
+        """Read the mask's worst cost in each of the costmap's cells, or that in their middles.
 
-        Nav2 reads it in their middles, so that a robot may enter a zone by half a cell.
+        In their middles a robot may enter a zone by half a cell.
         """
         assert self._mask is not None
         self._placement = Placement(self.master.frame, T_global_mask, self._mask.grid.frame)
-        self._shown = self._placement.read_worst(self._costs)
+        if self.config.worst_of_cell:
+            self._shown = self._placement.read_worst(self._costs)
+        else:
+            self._shown = self._placement.read(self._costs, outside=UNKNOWN)
 
 
 def _is_zone(costs: NDArray[np.uint8]) -> NDArray[np.bool_]:

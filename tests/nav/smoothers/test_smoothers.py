@@ -85,8 +85,9 @@ def test_refuses_what_is_no_path(smoother: Smoother) -> None:
 
 
 def noisy(count: int = 30) -> NDArray[np.float64]:
-    rng = np.random.default_rng(2)
-    return np.column_stack((rng.normal(2.0, 0.2, (count, 2)), np.zeros(count)))
+    """Return a path that does not turn back: it would be smoothed part by part."""
+    y = np.random.default_rng(2).normal(2.0, 0.03, count)
+    return np.column_stack((0.5 + 0.1 * np.arange(count), y, np.zeros(count)))
 
 
 def fitted(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -135,3 +136,17 @@ def test_it_ends_after_its_iterations_or_where_little_changes() -> None:
 
     assert off(max_its=1) > off(max_its=3) > off(max_its=10) > 1e-6 > off()
     assert off(tolerance=0.1) > 1e-4
+
+
+def test_a_path_is_smoothed_on_either_side_of_where_it_inverts(smoother: Smoother) -> None:
+    ahead = stairs()
+    back = ahead[-2::-1] + np.array([0.0, 0.02, 0.0]) * np.arange(1, len(ahead))[:, None]
+    path = np.vstack((ahead, back))
+    path[:, 2] = 0.4
+    smoothed = smoother.smooth(path, costmap_of(empty_grid(5.0, 5.0))).path
+    cusp = len(ahead) - 1
+    assert smoothed[cusp, :2].tolist() == path[cusp, :2].tolist()
+    alone = smoother.smooth(ahead, costmap_of(empty_grid(5.0, 5.0))).path
+    np.testing.assert_array_equal(smoothed[: cusp + 1, :2], alone[:, :2])
+    # forwards it looks along it, and in reverse as before
+    assert np.abs(smoothed[:, 2] - 0.4).max() < 0.9

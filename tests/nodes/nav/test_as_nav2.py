@@ -1,0 +1,68 @@
+"""With `--as-nav2` nodes do what Nav2's published sources say: waypoints, the smoother's rate."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from geometry_msgs.msg import Twist
+from nav2_msgs.action import FollowWaypoints
+
+from arjuna_core.ros.convert import pose_stamped
+from arjuna_core.se2 import SE2
+from bringup.parameters.sources import as_nav2
+from bringup.stack import NAVIGATION_GROUP, VELOCITY_SMOOTHER
+from tests.helpers.nav.navigation import ABORTED, SUCCEEDED, PlayedRobot, started
+
+A, B, OUTSIDE = SE2(0.4), SE2(0.8), SE2(9.0)
+
+
+def stock(**parameters: Any) -> PlayedRobot:
+    values: dict[str, Any] = as_nav2(parameters, NAVIGATION_GROUP.nodes, replaces=False)
+    return started(*NAVIGATION_GROUP.nodes, **values)
+
+
+# WaypointFollower::followWaypointsHandler: poses from goal_index on, number_of_loops rounds more, a
+# pose that fails is missed, and the end where stop_on_failure says so; the task after each arrival
+@pytest.mark.parametrize(
+    ("poses", "fields", "values", "status", "missed", "visited"),
+    [
+        ((A, B), {}, {}, SUCCEEDED, [], [0, 1]),
+        ((A, B), {"number_of_loops": 1}, {}, SUCCEEDED, [], [0, 1, 0, 1]),
+        ((A, B), {"goal_index": 1}, {}, SUCCEEDED, [], [1]),
+        ((OUTSIDE, A), {}, {"stop_on_failure": False}, SUCCEEDED, [0], [0, 1]),
+        ((OUTSIDE, A), {}, {"stop_on_failure": True}, ABORTED, [0], [0]),
+    ],
+)
+def test_waypoints(
+    poses: tuple[SE2, ...],
+    fields: dict[str, int],
+    values: dict[str, Any],
+    status: int,
+    missed: list[int],
+    visited: list[int],
+) -> None:
+    robot = stock(waypoint_follower=values)
+    stamped = [pose_stamped(pose, "map", 0.0) for pose in poses]
+    request = FollowWaypoints.Goal(poses=stamped, **fields)
+    goal = robot.send(FollowWaypoints, "follow_waypoints", request)
+    robot.run_until_done(goal, 60.0)
+    named = [each.current_waypoint for each in goal.feedback]
+    assert goal.status == status
+    assert [each.index for each in goal.result.missed_waypoints] == missed
+    assert [k for i, k in enumerate(named) if named[i - 1 : i] != [k]] == visited
+    if status == SUCCEEDED:  # within xy_goal_tolerance, and nothing drives on
+        assert 0.01 < robot.pose.distance(poses[-1]) <= 0.25
+
+
+def test_a_command_is_smoothed_at_the_smoothers_rate_alone() -> None:
+    given = {"velocity_smoother": {"cmd_vel_out_topic": "cmd_vel", "max_accel": [2.5, 0.0, 3.2]}}
+    values: dict[str, Any] = as_nav2(given, [VELOCITY_SMOOTHER], replaces=False)
+    robot = started(VELOCITY_SMOOTHER, settle=0.5, **values)
+    message = Twist()
+    message.linear.x = 0.4
+    robot.bench.publish(Twist, "/cmd_vel_nav", message)
+    assert not robot.commands  # smootherTimer has yet to run
+    robot.run(0.25)
+    # 2.5 / 20 = 0.125 a tick of 50 ms
+    assert [each.x for each in robot.commands[:4]] == pytest.approx([0.125, 0.25, 0.375, 0.4])
