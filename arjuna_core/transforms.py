@@ -6,12 +6,14 @@ Source: Foote, tf: The transform library, 2013.
 from __future__ import annotations
 
 import bisect
+import itertools
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from arjuna_core.errors import ArjunaError
-from arjuna_core.pose3 import Pose3
+from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.se2 import IDENTITY, SE2, is_upside_down
 
 LATEST = None
@@ -35,12 +37,17 @@ class ExtrapolationError(TransformError):
     """
 
     def __init__(self, edge: str, stamp: float, known: float) -> None:
+        super().__init__(edge, stamp, known)
+        self.stamp, self.known = stamp, known
+
+    def __str__(self) -> str:
+        """Return the message; it is raised often where a transform is waited for, seldom read."""
+        edge, stamp, known = self.args
         side = "oldest" if stamp < known else "newest"
-        super().__init__(
+        return (
             f"{edge} is asked for at {stamp:.3f} s, "
             f"its {side} is at {known:.3f} s ({abs(stamp - known):.3f} s off)"
         )
-        self.stamp, self.known = stamp, known
 
 
 class Edge(Generic[T]):
@@ -87,6 +94,33 @@ class Edge(Generic[T]):
         return self.transforms[index - 1].interpolate(self.transforms[index], ratio)
 
 
+@dataclass(frozen=True)
+class Branch(Generic[T]):
+    """The frames from one up to another above it, that one excluded.
+
+    Attributes:
+        fixed: Those at the lower end that are static in their parents.
+        T_top_frame: Their product; what follows goes in front.
+        rest: The others with their transforms, from below.
+    """
+
+    fixed: tuple[str, ...]
+    T_top_frame: T
+    rest: tuple[tuple[str, Edge[T]], ...]
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """All of them, from below."""
+        return self.fixed + tuple(child for child, _ in self.rest)
+
+    def at(self, stamp: float, early: float = 0.0, late: float = 0.0) -> T:
+        """Return the lowest frame's transform in the upper one; see `TransformTree.lookup`."""
+        result = self.T_top_frame
+        for child, edge in self.rest:
+            result = edge.at(child, stamp, early, late) @ result
+        return result
+
+
 class TransformTree(Generic[T]):
     """A tree of frames whose transforms change over time, interpolated in between.
 
@@ -104,6 +138,7 @@ class TransformTree(Generic[T]):
         self._identity: T = identity
         self._duration, self._jump, self._living = duration, jump, living
         self._edges: dict[str, Edge[T]] = {}
+        self._branches: dict[tuple[str, str], tuple[Branch[T], Branch[T]]] = {}
 
     @property
     def edges(self) -> Mapping[str, Edge[T]]:
@@ -113,6 +148,7 @@ class TransformTree(Generic[T]):
     def clear(self) -> None:
         """Forget every transform that is not static; those that are may get another parent."""
         self._edges = {child: edge for child, edge in self._edges.items() if edge.static}
+        self._branches.clear()
         for edge in self._edges.values():
             edge.received = -math.inf
 
@@ -139,6 +175,7 @@ class TransformTree(Generic[T]):
             return f"frames would form a loop: {' -> '.join([child, *above[: len(between) + 1]])}"
         for frame in gone:
             del self._edges[frame]
+        self._branches.clear()
         return ""
 
     def _lives(self, edge: Edge[T], now: float) -> bool:
@@ -171,6 +208,9 @@ class TransformTree(Generic[T]):
             edge = None
         if edge is None or edge.parent != parent or edge.static != static:
             edge = self._edges[child] = Edge(parent, static)
+            self._branches.clear()
+        elif static:
+            self._branches.clear()
         edge.received = received
         return edge.insert(stamp, transform, self._duration)
 
@@ -205,14 +245,28 @@ class TransformTree(Generic[T]):
         down = source_chain[: source_chain.index(common)]
         return up, down
 
+    def _between(self, target: str, source: str) -> tuple[Branch[T], Branch[T]]:
+        """Return the branches of two frames up to the first that both are below; they are kept."""
+        found = self._branches.get((target, source))
+        if found is None:
+            up, down = self._legs(target, source)
+            found = self._branches[target, source] = self._branch(up), self._branch(down)
+        return found
+
+    def _branch(self, frames: Sequence[str]) -> Branch[T]:
+        edges = tuple((frame, self._edges[frame]) for frame in frames)
+        count = sum(1 for _ in itertools.takewhile(lambda one: one[1].static, edges))
+        product = Branch((), self._identity, edges[:count]).at(0.0)
+        return Branch(tuple(frames[:count]), product, edges[count:])
+
     def latest_common(self, target: str, source: str) -> float:
         """Return the newest time at which `lookup(target, source)` is known; 0 if static.
 
         Raises:
             TransformError: The frames are not connected.
         """
-        up, down = self._legs(target, source)
-        stamps = [self._edges[f].stamps[-1] for f in up + down if not self._edges[f].static]
+        up, down = self._between(target, source)
+        stamps = [edge.stamps[-1] for _, edge in up.rest + down.rest if not edge.static]
         return min(stamps, default=0.0)
 
     def lookup(
@@ -233,14 +287,11 @@ class TransformTree(Generic[T]):
         Raises:
             TransformError: The frames are not connected, or the time is not covered.
         """
-        up, down = self._legs(target, source)
+        up, down = self._between(target, source)
         when = self.latest_common(target, source) if stamp is None else stamp
-        T_top_target = T_top_source = self._identity
-        for frame in up:
-            T_top_target = self._edges[frame].at(frame, when, early, late) @ T_top_target
-        for frame in down:
-            T_top_source = self._edges[frame].at(frame, when, early, late) @ T_top_source
-        return T_top_target.inverse() @ T_top_source
+        T_top_target = up.at(when, early, late)
+        T_top_source = down.at(when, early, late)
+        return T_top_target.inverse() @ T_top_source if up.frames else T_top_source
 
     def try_lookup(self, target: str, source: str, stamp: float | None = LATEST) -> T | None:
         """Return `lookup`, or None where it would raise."""
@@ -256,6 +307,7 @@ class TransformBuffer(TransformTree[SE2]):
     def __init__(self) -> None:
         super().__init__(IDENTITY)
         self._mounts: dict[str, Pose3] = {}
+        self._fixed_mounts: dict[tuple[str, ...], Pose3] = {}
 
     def insert(
         self,
@@ -273,6 +325,8 @@ class TransformBuffer(TransformTree[SE2]):
         Args:
             mount: The same transform in space; None for an upright one at no height.
         """
+        if static:
+            self._fixed_mounts.clear()
         self._mounts.pop(child, None)
         if mount is not None:
             self._mounts[child] = mount
@@ -310,8 +364,9 @@ class TransformBuffer(TransformTree[SE2]):
         Raises:
             TransformError: The frames are not connected.
         """
-        up, down = self._legs(target, source)
-        turns = [self._mounts[frame].quaternion for frame in up + down if frame in self._mounts]
+        up, down = self._between(target, source)
+        mounts = [self._mounts[one] for one in up.frames + down.frames if one in self._mounts]
+        turns = [mount.quaternion for mount in mounts]
         return sum(is_upside_down(x, y, z, w) for w, x, y, z in turns) % 2 == 1
 
     def mount(self, target: str, source: str) -> Pose3:
@@ -320,12 +375,21 @@ class TransformBuffer(TransformTree[SE2]):
         Raises:
             TransformError: The frames are not connected.
         """
-        up, down = self._legs(target, source)
-        return self._mounted(up).inverse() @ self._mounted(down)
+        up, down = self._between(target, source)
+        T_top_source = self._mounted(down)
+        return self._mounted(up).inverse() @ T_top_source if up.frames else T_top_source
 
-    def _mounted(self, frames: Sequence[str]) -> Pose3:
-        result = Pose3()
-        for frame in frames:
-            newest = self._edges[frame].transforms[-1]
-            result = self._mounts.get(frame, Pose3.from_se2(newest)) @ result
+    def _mounted(self, branch: Branch[SE2]) -> Pose3:
+        result = self._fixed_mounts.get(branch.fixed)
+        if result is None:
+            result = ORIGIN
+            for frame in branch.fixed:
+                result = self._mount_of(frame) @ result
+            self._fixed_mounts[branch.fixed] = result
+        for frame, _ in branch.rest:
+            result = self._mount_of(frame) @ result
         return result
+
+    def _mount_of(self, frame: str) -> Pose3:
+        mount = self._mounts.get(frame)
+        return Pose3.from_se2(self._edges[frame].transforms[-1]) if mount is None else mount

@@ -101,7 +101,7 @@ def _constructor(template: Any) -> Any:
             if isinstance(default, array.array | np.ndarray):
                 lines += ["    else:", f"        self._{field} = {_fresh(default, known)}"]
     head = f"def __init__({', '.join(arguments)}, check_fields=False, **unknown):"
-    return _compiled("__init__", [head, *lines], known)
+    return compiled("__init__", [head, *lines], known)
 
 
 def maker(cls: type[Any], *paths: str) -> Callable[..., Any]:
@@ -123,7 +123,7 @@ def maker(cls: type[Any], *paths: str) -> Callable[..., Any]:
     lines = [*_made(cls(), "m", "", names, known), "    return m"]
     if names:
         raise ValueError(f"{cls.__name__} has no {', '.join(names)}")
-    return _compiled("made", [head, *lines], known)  # type: ignore[no-any-return]
+    return compiled("made", [head, *lines], known)  # type: ignore[no-any-return]
 
 
 def _made(
@@ -184,7 +184,8 @@ def _parts_when_read(template: Any) -> Callable[[Any, str], Any]:
     return part
 
 
-def _compiled(name: str, lines: list[str], known: dict[str, Any]) -> Any:
+def compiled(name: str, lines: list[str], known: dict[str, Any]) -> Any:
+    """Return the function of a name that lines of source define, of the names known."""
     code = compile("\n".join(lines), "<message>", "exec")  # of the names of fields alone
     known["__name__"] = __name__
     exec(code, known)  # noqa: S102
@@ -201,7 +202,7 @@ def copier(cls: Any) -> Callable[[Any], Any]:
     """
     known: dict[str, Any] = {"new": object.__new__, "single": _single}
     lines = ["def copied(m0):", *_copied(cls, 0, known), "    return n0"]
-    return _compiled("copied", lines, known)  # type: ignore[no-any-return]
+    return compiled("copied", lines, known)  # type: ignore[no-any-return]
 
 
 def _copied(cls: type[Any], depth: int, known: dict[str, Any]) -> list[str]:
@@ -230,7 +231,7 @@ def handed_over(cls: Any, trusted: bool) -> Callable[[Any], Any]:
     if not trusted:
         return copier(cls)
     lines = ["def rounded(m):", *_rounded(cls, "m", 1), "    return m"]
-    return _compiled("rounded", lines, {"single": _single})  # type: ignore[no-any-return]
+    return compiled("rounded", lines, {"single": _single})  # type: ignore[no-any-return]
 
 
 def _single(number: float) -> float:

@@ -123,7 +123,7 @@ class Process:
         self.executor.add_node(self.node)
         self._diagnostics = Diagnostics(self.node, self.guard)
         self.transforms = TransformBuffer()
-        TransformListener(self.node, self.transforms)
+        TransformListener(self.node, self.transforms, lambda: self.now)
         if use_sim_time:
             self.node.create_subscription(Clock, "clock", self._on_clock, qos.CLOCK)
         else:

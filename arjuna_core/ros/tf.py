@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from tf2_msgs.msg import TFMessage
@@ -9,6 +10,7 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose3_from_transform, se2_from_transform, seconds
 from arjuna_core.ros.health.rules import transform_problem
+from arjuna_core.timing import NANOSECONDS
 from arjuna_core.transforms import TransformBuffer, TransformError
 
 if TYPE_CHECKING:
@@ -22,11 +24,19 @@ class TransformListener:
 
     Transforms that cannot be used, or contradict those of living frames, are refused and counted,
     each by itself.
+
+    Args:
+        node: Which subscribes.
+        buffer: What is fed.
+        now: Returns the time [s]; None for the node's clock.
     """
 
-    def __init__(self, node: GuardedNode, buffer: TransformBuffer) -> None:
+    def __init__(
+        self, node: GuardedNode, buffer: TransformBuffer, now: Callable[[], float] | None = None
+    ) -> None:
         self._node = node
         self._buffer = buffer
+        self._now = now or (lambda: node.get_clock().now().nanoseconds / NANOSECONDS)
         node.create_subscription(TFMessage, "tf", self._on_moving, qos.TF)
         node.create_subscription(
             TFMessage, "tf_static", self._on_static, qos.TF_STATIC_SUBSCRIPTION
@@ -41,7 +51,7 @@ class TransformListener:
     def _insert(self, message: Any, static: bool) -> None:
         transport, guard = (getattr(self._node, name, None) for name in ("transport", "guard"))
         trusted = transport is not None and transport.trusted
-        now = self._node.get_clock().now().nanoseconds / 1e9
+        now = self._now()
         for item in message.transforms:
             parent, child = item.header.frame_id.lstrip("/"), item.child_frame_id.lstrip("/")
             problem = None if trusted else transform_problem(item)

@@ -194,3 +194,19 @@ def test_of_another_run_even_static_frames_get_another_parent() -> None:
     assert receive(buffer, "mast", "lidar", 90.0, static=True)
     buffer.clear()
     assert not receive(buffer, "mast", "lidar", 0.0, static=True)
+
+
+def test_a_static_frame_that_is_set_or_moved_elsewhere_is_found_where_it_is_now() -> None:
+    buffer = robot()
+    assert buffer.lookup("odom", "lidar") == ODOM_BASE @ BASE_LIDAR
+    assert buffer.mount("base", "lidar").planar().x == pytest.approx(BASE_LIDAR.x)
+    buffer.insert("base", "lidar", 0.0, SE2(0.4), static=True)
+    assert buffer.lookup("odom", "lidar").x == (ODOM_BASE @ SE2(0.4)).x
+    assert buffer.mount("base", "lidar").position[0] == 0.4
+    buffer.clear()
+    buffer.insert("base", "lidar", 0.0, SE2(0.5), static=True)
+    assert buffer.lookup("base", "lidar").x == 0.5
+    with pytest.raises(TransformError, match="no transform connects 'odom' and 'lidar'"):
+        buffer.lookup("odom", "lidar")
+    buffer.insert("camera", "lidar", 0.0, SE2(0.5), static=True)
+    assert buffer.lookup("base", "lidar").x == pytest.approx(0.8)

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable
 from typing import Any
 
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.health.checks import problem_of
 from arjuna_core.ros.health.guard import Guard
 from arjuna_core.ros.health.rules import LISTED
 from arjuna_core.ros.local.doors import Doors
+from arjuna_core.ros.local.reading import reader
 from arjuna_core.ros.local.transport import Registry
 from arjuna_core.ros.messages import is_of_lists
 from arjuna_core.ros.reports import failed
-
-RMWError = rclpy_implementation.RMWError
 
 
 class Guarded(Doors):
@@ -66,23 +64,27 @@ class Guarded(Doors):
         self, msg_type: Any, topic: str, callback: Any, *options: Any, **named: Any
     ) -> Any:
         """Create a subscription; long messages of lists, an object an item, are not even read."""
-        bounded = self.transport is None and not named.get("raw") and is_of_lists(msg_type)
+        if self.transport is not None or named.get("raw"):
+            deliver = self.guarded(topic, callback)
+            return super().create_subscription(msg_type, topic, deliver, *options, **named)
+        most, message_of = LISTED if is_of_lists(msg_type) else math.inf, reader(msg_type)
 
         def read(data: bytes) -> None:
             problem = f"{len(data)} bytes of lists; at most {LISTED} are valid"
-            if len(data) <= LISTED:
+            if len(data) <= most:
                 try:
-                    message = deserialize_message(data, msg_type)
-                except RMWError:
-                    problem = f"{len(data)} bytes that are no {msg_type.__name__}"
+                    message = message_of(data)
+                except ValueError as error:
+                    problem = str(error)
                 else:
                     callback(message)
                     return
             self.guard.refused(self, topic, problem)
 
-        named["raw"] = bounded or named.get("raw", False)
-        deliver = self.guarded(topic, read if bounded else callback)
-        return super().create_subscription(msg_type, topic, deliver, *options, **named)
+        deliver = self.guarded(topic, read)
+        return super().create_subscription(
+            msg_type, topic, deliver, *options, **{**named, "raw": True}
+        )
 
     def create_service(
         self, srv_type: Any, srv_name: str, callback: Any, *options: Any, **named: Any

@@ -18,12 +18,12 @@ from rosidl_parser import definition
 
 from arjuna_core.ros.messages import fields_of, interface
 
-_CODES = {"boolean": "?", "octet": "c", "float": "f", "double": "d"} | {
+CODES = {"boolean": "?", "octet": "c", "float": "f", "double": "d"} | {
     f"{sign}int{bits}": code.upper() if sign else code
     for sign in ("", "u")
     for bits, code in ((8, "b"), (16, "h"), (32, "i"), (64, "q"))
 }
-_HEADER = b"\x00\x01\x00\x00"
+HEADER = b"\x00\x01\x00\x00"
 _GAPS = tuple(b"\x00" * size for size in range(8))
 _LENGTH = Struct("<I")
 _Step = Callable[[bytearray, Any], None]
@@ -31,7 +31,7 @@ _Step = Callable[[bytearray, Any], None]
 
 def to_cdr(message: Any) -> bytes:
     """Return a message's bytes, as a subscription gets them through the middleware."""
-    out = bytearray(_HEADER)
+    out = bytearray(HEADER)
     kind: Any = type(message)
     _write(out, message, _steps(kind))
     return bytes(out)
@@ -47,9 +47,9 @@ def _steps(cls: Any) -> tuple[_Step, ...]:
     """Return what writes a type: numbers that stand side by side by one step."""
     steps: list[_Step] = []
     run: list[tuple[str, str]] = []
-    for path, kind in _flat(cls, ""):
+    for path, kind in flat(cls, ""):
         if isinstance(kind, definition.BasicType):
-            run.append((path, _CODES[kind.typename]))
+            run.append((path, CODES[kind.typename]))
             continue
         steps += [_numbers(run)] if run else []
         steps.append(_nothing if kind is None else _field(attrgetter(path), kind))
@@ -57,13 +57,13 @@ def _steps(cls: Any) -> tuple[_Step, ...]:
     return (*steps, *([_numbers(run)] if run else []))
 
 
-def _flat(cls: type[Any], prefix: str) -> Iterator[tuple[str, Any]]:
+def flat(cls: type[Any], prefix: str) -> Iterator[tuple[str, Any]]:
     """Yield the paths and the types of all fields that are no messages; no type: an empty one's."""
     if not fields_of(cls):
         yield prefix, None
     for name, kind in fields_of(cls):
         if isinstance(kind, definition.NamespacedType):
-            yield from _flat(interface(kind), f"{prefix}_{name}.")
+            yield from flat(interface(kind), f"{prefix}_{name}.")
         else:
             yield f"{prefix}_{name}", kind
 
@@ -75,21 +75,21 @@ def _nothing(out: bytearray, message: Any) -> None:
 
 def _numbers(run: list[tuple[str, str]]) -> _Step:
     """Return what writes numbers side by side, wherever the first may begin."""
-    forms = [_form([code for _, code in run], start) for start in range(8)]
+    forms = [form([code for _, code in run], start) for start in range(8)]
     get = attrgetter(*(path for path, _ in run))
     if len(run) == 1:
         return lambda out, message: out.extend(forms[(len(out) - 4) & 7].pack(get(message)))
     return lambda out, message: out.extend(forms[(len(out) - 4) & 7].pack(*get(message)))
 
 
-def _form(codes: list[str], start: int) -> Struct:
+def form(codes: list[str], start: int) -> Struct:
     """Return the struct that packs numbers from an offset on, with the gaps between them."""
-    form, at = "<", start
+    text, at = "<", start
     for code in codes:
         size = Struct(f"<{code}").size
-        form += f"{-at % size}x{code}"
+        text += f"{-at % size}x{code}"
         at += -at % size + size
-    return Struct(form)
+    return Struct(text)
 
 
 def _field(get: Callable[[Any], Any], kind: Any) -> _Step:
@@ -127,7 +127,7 @@ def _items(item: Any) -> _Step:
                 _text(out, each)
 
         return write_texts
-    return _array(_CODES[item.typename])
+    return _array(CODES[item.typename])
 
 
 def _array(code: str) -> _Step:

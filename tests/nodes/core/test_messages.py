@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import struct
 from typing import Any
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Point, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from rcl_interfaces.msg import Log, SetParametersResult
 from rcl_interfaces.srv import SetParameters
 from rclpy.serialization import deserialize_message, serialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, LaserScan, PointCloud2
 from simulation_interfaces.srv import SpawnEntities
-from std_msgs.msg import Empty
+from std_msgs.msg import Empty, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from arjuna_core.ros.local.cdr import to_cdr
+from arjuna_core.ros.local.reading import reader
 from arjuna_core.ros.messages import copier, handed_over, maker, quicken
 from tests.fuzz import messages as fill
 
@@ -67,6 +71,38 @@ def test_its_bytes_are_those_of_the_middleware_but_for_the_gaps(
         assert len(ours) <= len(theirs)  # rclpy counts gaps before what is not there
         assert all(a == b for a, b in zip(theirs, ours, strict=False) if b != 0)
         assert to_cdr(message) == ours
+
+
+@pytest.mark.parametrize("cls", [*TYPES, Log, SetParametersResult], ids=lambda cls: cls.__name__)
+def test_what_is_read_of_bytes_is_what_rclpy_reads(cls: Any, filler: fill.Filler) -> None:
+    read = reader(cls)
+    for message in (cls(), *(filler.message(cls) for _ in range(8))):
+        for data in (serialize_message(message), to_cdr(message)):
+            assert parts(read(data)) == parts(deserialize_message(data, cls))
+            assert read(bytes(data)) is read(data), "the readers of a process share it"
+
+
+@pytest.mark.parametrize("cls", [Odometry, LaserScan, TFMessage, JointState, CameraInfo])
+def test_bytes_that_are_cut_short_or_not_of_this_world_are_no_message(
+    cls: Any, filler: fill.Filler
+) -> None:
+    data = to_cdr(filler.message(cls))
+    for end in (*range(0, len(data) - 1, 1 + len(data) // 50), len(data) - 1):
+        with pytest.raises(ValueError, match=f"{end} bytes that are no {cls.__name__}"):
+            reader(cls)(data[:end])
+    with pytest.raises(ValueError, match="that are no"):
+        reader(cls)(data[:4] + b"\xff" * (len(data) - 4))
+
+
+def test_another_byte_order_is_read_too() -> None:
+    data = b"\x00\x00\x00\x00" + struct.pack(">iI", 7, 9)
+    assert reader(Clock)(data).clock == Time(sec=7, nanosec=9)
+
+
+def test_a_text_ends_where_rclpy_ends_it() -> None:
+    for text in (b"odom\x00", b"od\x00om\x00", b"", b"\xff\x00", b"odom"):
+        data = b"\x00\x01\x00\x00" + struct.pack("<I", len(text)) + text
+        assert reader(String)(data).data == deserialize_message(data, String).data
 
 
 def rclpy_default(cls: Any, **given: Any) -> Any:
