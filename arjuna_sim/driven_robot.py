@@ -229,6 +229,11 @@ class DrivenRobot:
         self._odometry.reset()
         self.set_pose(self.spawn)
 
+    def resume(self, pose: SE2, odometry: SE2) -> None:
+        """Put it somewhere, its odometry at a pose."""
+        self._odometry.reset(pose=odometry)
+        self.set_pose(pose)
+
     def choose_spawn(self) -> None:
         """Start at the pose that was asked for, or nearest to it where it can stand."""
         wanted = self._wanted

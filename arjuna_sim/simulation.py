@@ -179,6 +179,18 @@ class Simulation:
         self.stage.rewind()
         self._return_to_start()
 
+    def resume(self, time: float, poses: Mapping[str, tuple[SE2, SE2]]) -> None:
+        """Go on at a time [s], robots at rest.
+
+        Args:
+            poses: By robot, where it stands and its odometry's pose; others are at their start.
+        """
+        self._ticks = round(time * 1e9 / self._tick)
+        self._lift_all()
+        for name, robot in self.robots.items():
+            pose, odometry = poses.get(name, (robot.spawn, IDENTITY))
+            robot.resume(pose, odometry)
+
     def load_world(self, world: World) -> None:
         """Replace the world and return to the start.
 

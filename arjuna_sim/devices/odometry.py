@@ -86,10 +86,10 @@ class Odometry:
         self._angle_per_tick = 2.0 * math.pi / config.ticks_per_revolution
         self.reset()
 
-    def reset(self, wheels: Sequence[float] = (0.0,)) -> None:
-        """Start again at the origin, with the encoders at angles [rad]; all at 0 by default."""
+    def reset(self, wheels: Sequence[float] = (0.0,), pose: SE2 = IDENTITY) -> None:
+        """Start again at a pose, with the encoders at angles [rad]; all at 0 by default."""
         self._ticks = self._to_ticks(wheels)
-        self._pose = IDENTITY
+        self._pose = pose
         self._covariance = np.zeros((3, 3))
 
     def update(

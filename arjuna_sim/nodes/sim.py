@@ -22,6 +22,7 @@ from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.fleet import Fleet, starts_of
 from arjuna_sim.nodes.robot_interface import RobotInterface
 from arjuna_sim.nodes.robot_topics import ContactTopic
+from arjuna_sim.nodes.run_memory import RunMemory
 from arjuna_sim.nodes.services.entities import EntityServices
 from arjuna_sim.nodes.services.known_entities import KnownEntities
 from arjuna_sim.nodes.services.simulation import SimulationServices, StepAction
@@ -56,8 +57,10 @@ class SimNode(ManagedNode):
         """Load robots and world, and create the topics and services."""
         config: SimConfig = self.config
         self.simulator = self._simulation(config)
-        for note in self.simulator.notes:
-            self.get_logger().warning(note)
+        self._memory = RunMemory(config.resume_file)
+        for note in (*self.simulator.notes, self._memory.resume(self.simulator)):
+            if note:
+                self.get_logger().warning(note)
         self.last: Observation | None = None
         self.state = SimulationState.STATE_PLAYING
         self.library = Library(config.resource_folder, SearchPath.of())
@@ -125,6 +128,7 @@ class SimNode(ManagedNode):
     def cleanup(self) -> None:
         """Drop the simulation."""
         self.last = self._viewer = None
+        self._memory.forget()
         del self.simulator
 
     def on_config(self, config: Any) -> None:
@@ -148,6 +152,7 @@ class SimNode(ManagedNode):
         self.publish_time()
         for name, robot in robots:
             robot.publish(seen[name], self.interactive)
+        self._memory.keep(self.simulator.time, seen)
 
     def _interfaces(self) -> list[tuple[str, RobotInterface]]:
         own = [] if self._own is None else [(SOLO, self._own)]

@@ -75,6 +75,9 @@ class SimConfig(SimulatorConfig):
         "Whether MuJoCo's own viewer shows the world, in real time and where there is a screen.",
         read_only=True,
     )
+    resume_file: str = param(
+        "", "Keeps time and poses, to go on there after a crash; empty: no.", path=True
+    )
     namespaces: tuple[str, ...] = param(
         (),
         "Namespaces of several robots, each with nodes, topics, /tf and /clock of its own below"

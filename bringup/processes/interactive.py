@@ -7,7 +7,7 @@ import json
 import sys
 import time
 from collections.abc import Sequence
-from contextlib import closing, nullcontext
+from contextlib import closing
 from datetime import datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,7 +20,7 @@ from bringup.processes.fork import in_fork, warm_up
 from bringup.processes.output import JsonOutput, StartUp, TextOutput
 from bringup.processes.run_log import RunLog
 from bringup.processes.supervisor import Supervisor
-from bringup.stack import BT_NAVIGATOR, SLAM_TOOLBOX, WAYPOINT_FOLLOWER, Group
+from bringup.stack import BT_NAVIGATOR, SIM, SLAM_TOOLBOX, WAYPOINT_FOLLOWER, Group
 
 
 def supervise(arguments: argparse.Namespace) -> int:
@@ -32,19 +32,19 @@ def supervise(arguments: argparse.Namespace) -> int:
     Raises:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
-    resume = vars(arguments).get("resume")
-    with TemporaryDirectory(prefix="arjuna-resume-") if resume else nullcontext() as folder:
+    with TemporaryDirectory(prefix="arjuna-resume-") as folder:
         # In a fork: it may import rclpy, which starts threads.
         parameters = in_fork(lambda: gather(arguments, ask=True))
-        if folder is not None:
-            parameters = merged(parameters, _resuming(Path(folder)))
+        resume = bool(vars(arguments).get("resume"))
+        parameters = merged(parameters, _resuming(Path(folder), resume))
         groups = groups_of(arguments)
         warm_up(groups)
         return _supervise(arguments, groups, json.dumps(parameters))
 
 
-def _resuming(folder: Path) -> Parameters:
-    nodes = BT_NAVIGATOR, WAYPOINT_FOLLOWER, SLAM_TOOLBOX
+def _resuming(folder: Path, goals: bool) -> Parameters:
+    """Return where nodes keep what they go on from after a crash: goals and maps if asked for."""
+    nodes = (SIM, *((BT_NAVIGATOR, WAYPOINT_FOLLOWER, SLAM_TOOLBOX) if goals else ()))
     return {spec.name: {"resume_file": str(folder / spec.name)} for spec in nodes}
 
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from geometry_msgs.msg import Twist, TwistStamped
+from geometry_msgs.msg import Twist, TwistStamped, Vector3
 from nav_msgs.msg import Odometry
 from rclpy.lifecycle import TransitionCallbackReturn
 from rosgraph_msgs.msg import Clock
@@ -17,6 +17,7 @@ from sensor_msgs.msg import Imu, JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.errors import ConfigError
+from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_sim.model.robot import SOLO
@@ -182,3 +183,32 @@ def test_inactive_simulator_stands_still(bench: RosBench) -> None:
     sim.trigger_deactivate()
     run(bench, sim, 5)
     assert sim.simulator.time == 0.04
+
+
+def test_a_simulator_goes_on_where_a_killed_one_was(bench: RosBench, tmp_path: Path) -> None:
+    kept = {"resume_file": str(tmp_path / "sim"), "robot": str(shipped_file("urdf/arjuna.urdf"))}
+    first = start_sim(bench, **kept)
+    bench.publish(Twist, "/cmd_vel", Twist(linear=Vector3(x=0.4), angular=Vector3(z=0.5)))
+    run(bench, first, 100)
+    clocks = bench.collect(Clock, "/clock", qos.LATEST)
+    second = start_sim(bench, **kept)  # the first one did not end: nothing told it to
+    run(bench, second, 1)
+    assert first.last is not None
+    assert second.last is not None
+    assert 2.0 < seconds(clocks[-1].clock) <= 2.0 + 0.1 + 0.02
+    assert second.last.truth.pose.distance(first.last.truth.pose) < 0.05
+    odometry = second.last.odometry.T_odom_base
+    assert odometry.distance(first.last.odometry.T_odom_base) < 0.05
+    assert odometry.x > 0.3
+
+
+def test_what_was_kept_and_cannot_be_read_is_said(
+    bench: RosBench, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "sim").write_text('{"time": 1.0}', encoding="utf-8")
+    sim = start_sim(bench, resume_file=str(tmp_path / "sim"))
+    assert sim.simulator.time == 0.0
+    assert "the run before cannot be continued: 'poses'" in capfd.readouterr().err
+    sim.trigger_deactivate()
+    sim.trigger_cleanup()
+    assert not (tmp_path / "sim").exists()

@@ -1,0 +1,63 @@
+"""The time and the robots' poses in a file: what replaces a killed simulator goes on there."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+from arjuna_core.errors import InputFileError
+from arjuna_core.files.input_file import read_json
+from arjuna_core.se2 import SE2
+from arjuna_core.timing import Periodic
+from arjuna_sim.driven_robot import Observation
+from arjuna_sim.simulation import Simulation
+
+
+class RunMemory:
+    """Keeps a run's time and poses.
+
+    Args:
+        file: Keeps them; empty: none are kept.
+        period: How often [s]. Time goes on so much later, so that it is never set back.
+    """
+
+    def __init__(self, file: str, period: float = 0.1) -> None:
+        self._file = Path(file) if file else None
+        self._period, self._due = period, Periodic(period)
+
+    def keep(self, now: float, seen: Mapping[str, Observation]) -> None:
+        """Write the time [s] and what was observed then, if that is due."""
+        if self._file is None or not self._due.due(now):
+            return
+        poses = {
+            name: [each.truth.pose.array().tolist(), each.odometry.T_odom_base.array().tolist()]
+            for name, each in seen.items()
+        }
+        part = self._file.with_suffix(".part")
+        part.write_text(json.dumps({"time": now, "poses": poses}), encoding="utf-8")
+        part.replace(self._file)
+
+    def forget(self) -> None:
+        """Keep nothing: the run has ended."""
+        if self._file is not None:
+            self._file.unlink(missing_ok=True)
+
+    def resume(self, simulation: Simulation) -> str:
+        """Let a simulation go on from what was kept; return a note, empty if nothing was."""
+        if self._file is None or not self._file.is_file():
+            return ""
+        try:
+            kept = read_json(self._file)
+            time = float(kept["time"]) + self._period
+            poses = {
+                name: (SE2(*map(float, pose)), SE2(*map(float, odometry)))
+                for name, (pose, odometry) in kept["poses"].items()
+            }
+        except (InputFileError, ValueError, KeyError, TypeError, AttributeError) as error:
+            return f"the run before cannot be continued: {error}"
+        simulation.resume(time, poses)
+        return (
+            f"goes on at {time:.2f} s, where the simulator before it ended: speeds, what was moved,"
+            " spawned or loaded, and the contacts counted are lost"
+        )
