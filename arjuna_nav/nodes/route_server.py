@@ -23,8 +23,7 @@ from arjuna_core.ros.goal_server import GoalError
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_nav.nodes.frames import pose_in, robot_pose
-from arjuna_nav.nodes.routes.host import RouteHost
-from arjuna_nav.nodes.routes.plugins import OPERATIONS, SCORERS
+from arjuna_nav.nodes.routes.plugins import OPERATIONS, SCORERS, RouteHost
 from arjuna_nav.routes.graph import Edge, Graph, Node, read_graph
 from arjuna_nav.routes.operations import RouteEvent, RouteOperation, perform
 from arjuna_nav.routes.route import Route, Tracker, find_route, path_along, pruned
@@ -75,15 +74,6 @@ class RouteServerConfig:
     )
 
 
-@dataclass(frozen=True)
-class _Tracked:
-    """A route that is tracked, and what was asked for."""
-
-    request: RouteRequest
-    route: Route
-    tracker: Tracker
-
-
 class RouteServerNode(RouteHost):
     """Answers a route at once; one that is tracked ends at its last node."""
 
@@ -93,10 +83,9 @@ class RouteServerNode(RouteHost):
     def configure(self) -> None:
         """Read the graph, make the plug-ins and create the interfaces."""
         config = self.config
-        self.graph = None
+        self.graph = self.tracker = None
         if config.graph_filepath:
             self.graph = read_graph(Path(config.graph_filepath), config.route_frame)
-        self._tracked: _Tracked | None = None
         self._began = 0.0
         self._scorers: list[RouteScorer] = [
             SCORERS.make(getattr(config, name), name, self) for name in config.edge_cost_functions
@@ -112,14 +101,9 @@ class RouteServerNode(RouteHost):
         self.serve(SetRouteGraph, "route_server/set_route_graph", self._on_graph)
         self.every(1.0 / config.tracker_update_rate, self._track)
 
-    @property
-    def tracking(self) -> bool:
-        """True while a route is tracked."""
-        return self._tracked is not None
-
     def halt(self) -> None:
         """Track no more."""
-        self._tracked = None
+        self.tracker, self._is_closed_ahead = None, False
 
     def _on_graph(self, request: Any, response: Any) -> Any:
         try:
@@ -138,21 +122,17 @@ class RouteServerNode(RouteHost):
             self._once.fail(error)
             return
         path, message = self._messages(route)
-        self._once.succeed(
-            ComputeRoute.Result(planning_time=duration_msg(0.0), path=path, route=message)
-        )
+        self._once.succeed(ComputeRoute.Result(path=path, route=message))
 
     def _on_track(self) -> None:
         goal = self._tracking.take_newest()
-        self._tracked, self._began = None, self.now
-        self._take_recheck()
+        self.halt()
+        self._began = self.now
         try:
             request = self._request(goal)
-            route, _ = self._find(request)
+            self._follow(request, *self._find(request))
         except GoalError as error:
             self._tracking.fail(error)
-            return
-        self._follow(route, request)
 
     def _request(self, goal: Any) -> RouteRequest:
         """Return what a goal asks for.
@@ -162,16 +142,15 @@ class RouteServerNode(RouteHost):
         """
         graph, frame = self._loaded(), self.config.route_frame
         if not goal.use_poses:
-            request = RouteRequest(goal.start_id, goal.goal_id)
-        else:
-            try:
-                start = pose_in(self, frame, goal.start) if goal.use_start else self._pose()
-                end = pose_in(self, frame, goal.goal)
-            except TransformError as error:
-                raise GoalError(_Codes.TF_ERROR, str(error)) from error
-            ends = graph.nearest(start.x, start.y), graph.nearest(end.x, end.y)
-            request = RouteRequest(*ends, start, end)
-        return request
+            return RouteRequest(goal.start_id, goal.goal_id)
+        try:
+            start = pose_in(self, frame, goal.start) if goal.use_start else self._pose()
+            end = pose_in(self, frame, goal.goal)
+        except TransformError as error:
+            raise GoalError(_Codes.TF_ERROR, str(error)) from error
+        return RouteRequest(
+            graph.nearest(start.x, start.y), graph.nearest(end.x, end.y), start, end
+        )
 
     def _loaded(self) -> Graph:
         if self.graph is None:
@@ -188,11 +167,7 @@ class RouteServerNode(RouteHost):
             raise GoalError(_Codes.TF_ERROR, str(error)) from error
 
     def _of_plugins(self, code: int, work: Callable[[], T]) -> T:
-        """Return what work with plug-ins returns; what they raise, fails the goal with a code.
-
-        Raises:
-            GoalError: They raised.
-        """
+        """Return what work with plug-ins returns; what they raise becomes a GoalError of a code."""
 
         def run() -> T | GoalError:
             try:
@@ -206,11 +181,7 @@ class RouteServerNode(RouteHost):
         return done  # type: ignore[no-any-return]
 
     def _find(self, request: RouteRequest, edge: Edge | None = None) -> tuple[Route, Edge | None]:
-        """Return the route that is asked for, and the edge to its first node where the robot is.
-
-        Args:
-            request: What is asked for.
-            edge: The edge that the robot drives already.
+        """Return the route that is asked for, and the edge to its first node if that is driven now.
 
         Raises:
             GoalError: There is none.
@@ -239,23 +210,23 @@ class RouteServerNode(RouteHost):
         return pruned(route, start, goal if config.prune_goal else None, least, off), edge
 
     def _follow(
-        self, route: Route, request: RouteRequest, edge: Edge | None = None, rerouted: bool = False
+        self, request: RouteRequest, route: Route, edge: Edge | None, rerouted: bool = False
     ) -> None:
         config = self.config
         radii = config.radius_to_achieve_node, config.boundary_radius_to_achieve_node
-        self._tracked = _Tracked(request, route, Tracker(route, *radii, edge))
-        self._publish_progress(self._tracked, rerouted=rerouted)
+        self._asked, self._route, self.tracker = request, route, Tracker(route, *radii, edge)
+        self._publish_progress(self.tracker, rerouted=rerouted)
 
     def _track(self) -> None:
         server = self._tracking
-        if server.goal is None or self._tracked is None:
+        if server.goal is None or self.tracker is None:
             return
         if server.cancel_requested:
             self.halt()
             server.cancel(self._ended())
             return
         try:
-            self._advance(self._tracked, self._pose())
+            self._advance(self.tracker, self._pose())
         except GoalError as error:
             self.halt()
             server.fail(error)
@@ -264,15 +235,15 @@ class RouteServerNode(RouteHost):
         duration = duration_msg(self.now - self._began)
         return ComputeAndTrackRoute.Result(execution_duration=duration)
 
-    def _advance(self, tracked: _Tracked, pose: SE2) -> None:
+    def _advance(self, tracker: Tracker, pose: SE2) -> None:
         """Look where the robot is on its route, and do what is due there.
 
         Raises:
             GoalError: An operation has failed, or there is no other route.
         """
-        tracker = tracked.tracker
-        if self._take_recheck() and self._is_closed(tracked):
-            self._reroute(tracked, pose, frozenset())
+        if self._is_closed_ahead:
+            self._is_closed_ahead = False
+            self._reroute(tracker, pose, frozenset())
             return
         moved = tracker.update(pose.x, pose.y)
         passed = (tracker.last_node, tracker.edge, tracker.edge_before) if moved else ()
@@ -281,42 +252,31 @@ class RouteServerNode(RouteHost):
             _Codes.OPERATION_FAILED, lambda: perform(self._operations, event)
         )
         if moved or names:
-            self._publish_progress(tracked, names)
+            self._publish_progress(tracker, names)
         if tracker.done and not result.pending:
             self.halt()
             self._tracking.succeed(self._ended())
         elif result.reroute and not tracker.done:
-            self._reroute(tracked, pose, result.blocked)
+            self._reroute(tracker, pose, result.blocked)
 
-    def _is_closed(self, tracked: _Tracked) -> bool:
-        """Return whether an edge ahead has been closed."""
-
-        def closed() -> bool:
-            ahead, request = tracked.tracker.ahead, tracked.request
-            return any(edge_cost(self._scorers, one, request) is None for one in ahead)
-
-        return self._of_plugins(_Codes.INVALID_EDGE_SCORER_USE, closed)
-
-    def _reroute(self, tracked: _Tracked, pose: SE2, blocked: frozenset[int]) -> None:
+    def _reroute(self, tracker: Tracker, pose: SE2, blocked: frozenset[int]) -> None:
         """Follow the cheapest route from the last node on, if it is another.
 
         Source: nav2_route, RouteTracker and GoalIntentExtractor::overrideStart.
         """
-        tracker, request = tracked.tracker, tracked.request
-        first = tracker.last_node or tracked.route.start
+        first = tracker.last_node or self._route.start
         if self.config.aggregate_blocked_ids:
-            blocked |= request.blocked
-        request = replace(request, start=pose, start_node=first.id, blocked=blocked)
-        route, edge = self._find(request, tracker.edge)
+            blocked |= self._asked.blocked
+        asked = replace(self._asked, start=pose, start_node=first.id, blocked=blocked)
+        route, edge = self._find(asked, tracker.edge)
         ahead = tracker.edge, tracker.next_node, tracker.ahead
         if (edge, route.start, route.edges) != ahead:
-            self._follow(route, request, edge, rerouted=True)
+            self._follow(asked, route, edge, rerouted=True)
 
     def _publish_progress(
-        self, tracked: _Tracked, operations: Sequence[str] = (), rerouted: bool = False
+        self, tracker: Tracker, operations: Sequence[str] = (), rerouted: bool = False
     ) -> None:
-        tracker = tracked.tracker
-        path, message = self._messages(tracked.route)
+        path, message = self._messages(self._route)
         feedback = ComputeAndTrackRoute.Feedback(route=message, path=path, rerouted=rerouted)
         feedback.operations_triggered = list(operations)
         last, following, edge = tracker.last_node, tracker.next_node, tracker.edge

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -65,7 +66,7 @@ class Edge:
     metadata: dict[str, Any] = field(default_factory=dict)
     operations: tuple[GraphOperation, ...] = ()
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Its length [m]."""
         return math.dist(self.start.point, self.end.point)

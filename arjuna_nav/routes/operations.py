@@ -1,26 +1,18 @@
-"""Operations while a route is driven: what they are given, what they ask for, those without ROS."""
+"""Operations while a route is driven: what they are given, what they ask for, those without ROS.
+
+Source: nav2_route's operations of the same names.
+"""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Protocol
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2
-from arjuna_core.timing import Periodic
-from arjuna_nav.costmap import Costmap
-from arjuna_nav.costmap.costmap import UNKNOWN
-from arjuna_nav.routes.graph import Edge, Node, Point
-from arjuna_nav.routes.route import along_edge
-from arjuna_nav.routes.scorers import (
-    check_resolution,
-    costmap_topic,
-    costs_on_line,
-    fixed,
-    max_cost,
-)
+from arjuna_nav.routes.graph import Edge, Node
+from arjuna_nav.routes.scorers import fixed
 
 
 class OperationError(ArjunaError):
@@ -129,10 +121,7 @@ class TimeMarkerConfig:
 
 
 class TimeMarker:
-    """Notes in an edge's metadata how long the robot took for it, for the TimeScorer.
-
-    Source: nav2_route, TimeMarker.
-    """
+    """Notes in an edge's metadata how long the robot took for it, for the TimeScorer."""
 
     Config: ClassVar[type[Any]] = TimeMarkerConfig
 
@@ -152,68 +141,3 @@ class TimeMarker:
             return None
         left.metadata[self._tag] = event.now - entered_at
         return OperationResult()
-
-
-@dataclass(frozen=True)
-class CollisionMonitorConfig:
-    """Parameters of the watch over the route ahead."""
-
-    costmap_topic: str = costmap_topic("local_costmap/costmap_raw")
-    rate: float = fixed(1.0, "How often the route is looked at.", unit="Hz", minimum=0.01)
-    max_cost: float = max_cost()
-    max_collision_dist: float = fixed(
-        5.0, "How far ahead; 0 or less: to the end.", unit="m", minimum=-1.0
-    )
-    check_resolution: int = check_resolution(1)
-    reroute_on_collision: bool = fixed(True, "Whether it asks for another route, else it fails.")
-
-
-class CollisionMonitor:
-    """Asks for another route where a costmap shows an obstacle on the edges ahead.
-
-    Source: nav2_route, CollisionMonitor: unknown cells do not block.
-    """
-
-    Config: ClassVar[type[Any]] = CollisionMonitorConfig
-
-    def __init__(self, config: Any, name: str, node: Any) -> None:
-        self._config = config
-        self._read: Callable[[], Costmap | None] = node.costmap(config.costmap_topic)
-        self._due = Periodic(1.0 / config.rate)
-
-    def perform(self, event: RouteEvent) -> OperationResult | None:
-        """Look along the edges ahead, at most as often as the rate says."""
-        if event.edge is None or not self._due.due(event.now):
-            return None
-        costmap, config = self._read(), self._config
-        if costmap is None:
-            raise OperationError(f"no costmap to see the route by on {config.costmap_topic}")
-        blocked = self._blocked(costmap, event)
-        if blocked is None:
-            return None
-        if not config.reroute_on_collision:
-            raise OperationError(f"edge {blocked} is blocked, and reroute_on_collision is false")
-        return OperationResult(reroute=True, blocked=frozenset({blocked}))
-
-    def _blocked(self, costmap: Costmap, event: RouteEvent) -> int | None:
-        """Return the number of the first edge with an obstacle; None where there is none."""
-        config = self._config
-        left = config.max_collision_dist if config.max_collision_dist > 0.0 else math.inf
-        for edge in (event.edge, *event.ahead):
-            if edge is None or left <= 0.0:
-                break
-            here = event.pose.x, event.pose.y
-            along = along_edge(edge, here)[0] if edge is event.edge else 0.0
-            until = min(edge.length, along + left)
-            ends = _point_on(edge, along), _point_on(edge, until)
-            costs, whole = costs_on_line(costmap, *ends, config.check_resolution)
-            if ((costs >= config.max_cost) & (costs != UNKNOWN)).any():
-                return edge.id
-            left = left - (until - along) if whole else 0.0
-        return None
-
-
-def _point_on(edge: Edge, along: float) -> Point:
-    ratio = along / max(edge.length, 1e-9)
-    start, end = edge.start, edge.end
-    return start.x + ratio * (end.x - start.x), start.y + ratio * (end.y - start.y)

@@ -67,7 +67,7 @@ def find_route(
             continue
         done.add(node)
         for edge in leaving.get(node, ()):
-            own = cost(edge)
+            own = None if edge.end.id in done else cost(edge)
             if own is not None and so_far + own < best.get(edge.end.id, math.inf):
                 best[edge.end.id], before[edge.end.id] = so_far + own, (edge, own)
                 heapq.heappush(queue, (so_far + own, edge.end.id))

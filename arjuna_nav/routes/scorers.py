@@ -1,24 +1,22 @@
-"""Scorers of edges: each adds to what an edge costs, or closes it."""
+"""Scorers of edges: each adds to what an edge costs, or closes it.
+
+Source: nav2_route's scorers of the same names.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import functools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
-
-import numpy as np
-from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError, ConfigError
 from arjuna_core.plugins import names_in
 from arjuna_core.se2 import SE2, wrap
-from arjuna_nav.costmap import Costmap
-from arjuna_nav.costmap.costmap import UNKNOWN
-from arjuna_nav.routes.graph import Edge, Point
+from arjuna_nav.routes.graph import Edge
 
 fixed = functools.partial(param, read_only=True)
 """Declares a parameter that is fixed once the node runs, as those of nav2_route's plug-ins are."""
@@ -51,8 +49,8 @@ class RouteScorer(Protocol):
     """Scores edges; made of `(config, name, node)` in the node's `configure`.
 
     A class has `Config`, the frozen dataclass of its parameters. The node is the route server: its
-    `costmap(topic)` returns what reads a costmap, its `costs_changed()` has a route that is tracked
-    checked for edges that have been closed.
+    `costmap(topic)` returns what reads a costmap; its `edges_closed(edges)` has a route that leads
+    over one of them left.
     """
 
     def score(self, edge: Edge, request: RouteRequest) -> float | None:
@@ -95,7 +93,9 @@ def number(edge: Edge, tag: str, default: float) -> float:
     Raises:
         ScorerError: It is none.
     """
-    value = edge.metadata.get(tag, default)
+    value = edge.metadata.get(tag)
+    if value is None:
+        return default
     if isinstance(value, bool) or not isinstance(value, (int, float)) or math.isnan(value):
         raise ScorerError(f"edge {edge.id} has {tag} {value!r}; valid: a number")
     return float(value)
@@ -116,57 +116,55 @@ def speed_share(edge: Edge, tag: str) -> float:
     return limit if limit <= 1.0 else limit / 100.0
 
 
-def _weight() -> Any:
-    return fixed(1.0, "Weight of this scorer's costs.", minimum=0.0)
-
-
 @dataclass(frozen=True)
-class DistanceConfig:
-    """Parameters of the score by length."""
+class WeightConfig:
+    """Parameters of any score."""
 
-    weight: float = _weight()
-    speed_tag: str = fixed("speed_limit", "Metadata of edges: share of the speed, or per cent.")
+    weight: float = fixed(1.0, "Weight of this scorer's costs.", minimum=0.0)
 
 
-class DistanceScorer:
-    """Scores the length, by the share of the speed at which the edge is driven.
+class Scorer:
+    """A scorer that needs its parameters alone."""
 
-    Source: nav2_route, DistanceScorer.
-    """
-
-    Config: ClassVar[type[Any]] = DistanceConfig
+    Config: ClassVar[type[Any]] = WeightConfig
 
     def __init__(self, config: Any, name: str, node: Any) -> None:
         self._config = config
 
+
+@dataclass(frozen=True)
+class DistanceConfig(WeightConfig):
+    """Parameters of the score by length."""
+
+    speed_tag: str = fixed("speed_limit", "Metadata of edges: share of the speed, or per cent.")
+
+
+class DistanceScorer(Scorer):
+    """Scores the length [m], by the share of the speed at which the edge is driven."""
+
+    Config = DistanceConfig
+
     def score(self, edge: Edge, request: RouteRequest) -> float:
-        """Return the length by the share of the speed [m]."""
+        """Return the score."""
         return float(self._config.weight * edge.length / speed_share(edge, self._config.speed_tag))
 
 
 @dataclass(frozen=True)
-class TimeConfig:
+class TimeConfig(WeightConfig):
     """Parameters of the score by time."""
 
-    weight: float = _weight()
     speed_tag: str = fixed("abs_speed_limit", "Metadata of edges: the speed there [m/s].")
     time_tag: str = fixed("abs_time_taken", "Metadata of edges: the time it took [s].")
     max_vel: float = fixed(0.5, "Speed where no other is given.", unit="m/s", minimum=0.01)
 
 
-class TimeScorer:
-    """Scores the time: what it took the last time, else the length by the speed.
+class TimeScorer(Scorer):
+    """Scores the time [s]: what it took the last time, else the length by the speed."""
 
-    Source: nav2_route, TimeScorer.
-    """
-
-    Config: ClassVar[type[Any]] = TimeConfig
-
-    def __init__(self, config: Any, name: str, node: Any) -> None:
-        self._config = config
+    Config = TimeConfig
 
     def score(self, edge: Edge, request: RouteRequest) -> float:
-        """Return the time [s]."""
+        """Return the score."""
         config = self._config
         taken, speed = number(edge, config.time_tag, 0.0), number(edge, config.speed_tag, 0.0)
         if taken <= 0.0:
@@ -175,34 +173,26 @@ class TimeScorer:
 
 
 @dataclass(frozen=True)
-class PenaltyConfig:
+class PenaltyConfig(WeightConfig):
     """Parameters of the score by penalty."""
 
-    weight: float = _weight()
     penalty_tag: str = fixed("penalty", "Metadata of edges: the penalty.")
 
 
-class PenaltyScorer:
-    """Scores the penalty in the metadata.
+class PenaltyScorer(Scorer):
+    """Scores the penalty in the metadata, 0 without one."""
 
-    Source: nav2_route, PenaltyScorer.
-    """
-
-    Config: ClassVar[type[Any]] = PenaltyConfig
-
-    def __init__(self, config: Any, name: str, node: Any) -> None:
-        self._config = config
+    Config = PenaltyConfig
 
     def score(self, edge: Edge, request: RouteRequest) -> float:
-        """Return the penalty, 0 without one."""
+        """Return the score."""
         return float(self._config.weight * number(edge, self._config.penalty_tag, 0.0))
 
 
 @dataclass(frozen=True)
-class SemanticConfig:
+class SemanticConfig(WeightConfig):
     """Parameters of the score by semantic classes; each class's cost has its name."""
 
-    weight: float = _weight()
     semantic_classes: tuple[str, ...] = fixed((), "Classes that have a cost.")
     semantic_key: str = fixed("class", "Metadata that names the class; empty: any key's name does.")
 
@@ -219,13 +209,10 @@ def _with_classes(names: tuple[str, ...]) -> type[Any]:
     )
 
 
-class SemanticScorer:
-    """Scores the classes of an edge and of the node at its end.
+class SemanticScorer(Scorer):
+    """Scores the classes of an edge and of the node at its end: the sum of their costs."""
 
-    Source: nav2_route, SemanticScorer.
-    """
-
-    Config: ClassVar[type[Any]] = SemanticConfig
+    Config = SemanticConfig
 
     @staticmethod
     def config_for(values: Mapping[str, Any]) -> type[Any]:
@@ -236,17 +223,14 @@ class SemanticScorer:
         """
         return _with_classes(tuple(dict.fromkeys(names_in(values.get("semantic_classes")))))
 
-    def __init__(self, config: Any, name: str, node: Any) -> None:
-        self._config = config
-        self._costs = {one: float(getattr(config, one)) for one in config.semantic_classes}
-
     def score(self, edge: Edge, request: RouteRequest) -> float:
-        """Return the sum of the costs of both."""
-        key, total = self._config.semantic_key, 0.0
+        """Return the score."""
+        config, found = self._config, list[str]()
         for metadata in (edge.end.metadata, edge.metadata):
-            classes = [str(metadata.get(key, ""))] if key else list(metadata)
-            total += sum(self._costs.get(one, 0.0) for one in classes)
-        return float(self._config.weight * total)
+            key = config.semantic_key
+            found += [str(metadata.get(key, ""))] if key else list(metadata)
+        costs = (getattr(config, one) for one in found if one in config.semantic_classes)
+        return float(config.weight * sum(costs))
 
 
 @dataclass(frozen=True)
@@ -260,115 +244,27 @@ class OrientationConfig:
     )
 
 
-class StartPoseOrientationScorer:
-    """Scores how far the heading of a route's first edge is from that of its start.
+class StartPoseOrientationScorer(Scorer):
+    """Scores how far the heading of a route's first edge is from that of its start [rad]."""
 
-    Source: nav2_route, StartPoseOrientationScorer.
-    """
-
-    Config: ClassVar[type[Any]] = OrientationConfig
-
-    def __init__(self, config: Any, name: str, node: Any) -> None:
-        self._config = config
+    Config = OrientationConfig
 
     def _at_end(self, edge: Edge, request: RouteRequest) -> tuple[bool, SE2 | None]:
         return edge.start.id == request.start_node, request.start
 
     def score(self, edge: Edge, request: RouteRequest) -> float | None:
-        """Return the difference [rad], None beyond the tolerance; 0 for the other edges."""
+        """Return the score, None beyond the tolerance; 0 for the other edges."""
         config, (at_end, pose) = self._config, self._at_end(edge, request)
         if pose is None:
             raise ScorerError(f"{type(self).__name__} needs a goal with use_poses: true")
-        off = abs(wrap(edge.heading - pose.theta))
-        if not at_end:
-            return 0.0
+        off = abs(wrap(edge.heading - pose.theta)) if at_end else 0.0
         if config.use_orientation_threshold and off > config.orientation_tolerance:
             return None
         return float(config.orientation_weight * off)
 
 
 class GoalOrientationScorer(StartPoseOrientationScorer):
-    """Scores how far the heading of a route's last edge is from that of its goal.
-
-    Source: nav2_route, GoalOrientationScorer.
-    """
+    """Scores how far the heading of a route's last edge is from that of its goal [rad]."""
 
     def _at_end(self, edge: Edge, request: RouteRequest) -> tuple[bool, SE2 | None]:
         return edge.end.id == request.goal_node, request.goal
-
-
-def costs_on_line(
-    costmap: Costmap, start: Point, end: Point, every: int
-) -> tuple[NDArray[np.uint8], bool]:
-    """Return the costs of every n-th cell between two points, and whether all are on the map.
-
-    Those behind the first that is not are left out.
-    """
-    first, last = costmap.frame.to_cells(np.array([start, end]))
-    steps = int(np.abs(last - first).max())
-    cells = np.rint(np.linspace(first, last, steps + 1)).astype(np.int64)[::every]
-    inside = costmap.frame.inside(cells)
-    known = len(cells) if inside.all() else int(inside.argmin())
-    rows, columns = cells[:known].T
-    return costmap.data[rows, columns], known == len(cells)
-
-
-def costmap_topic(default: str) -> Any:
-    """Declare the topic of a costmap."""
-    return fixed(default, "Topic of the costmap, a nav2_msgs/Costmap.")
-
-
-def max_cost() -> Any:
-    """Declare the cost that blocks an edge."""
-    return fixed(253.0, "Cost that blocks an edge.", minimum=1.0, maximum=255.0)
-
-
-def check_resolution(default: int) -> Any:
-    """Declare how many cells apart costs are looked at."""
-    return fixed(default, "Every how many cells an edge is looked at.", minimum=1)
-
-
-@dataclass(frozen=True)
-class CostmapScorerConfig:
-    """Parameters of the score by a costmap."""
-
-    weight: float = _weight()
-    costmap_topic: str = costmap_topic("global_costmap/costmap_raw")
-    use_maximum: bool = fixed(True, "Whether the greatest cost counts, else the mean.")
-    invalid_on_collision: bool = fixed(True, "Whether an edge that is blocked is closed.")
-    invalid_off_map: bool = fixed(True, "Whether an edge that leaves the costmap is closed.")
-    max_cost: float = max_cost()
-    check_resolution: int = check_resolution(2)
-
-
-class CostmapScorer:
-    """Scores what a costmap has along the edge, as a share of the cost that blocks it.
-
-    Source: nav2_route, CostmapScorer: unknown cells block, unless the cost to block is theirs.
-    """
-
-    Config: ClassVar[type[Any]] = CostmapScorerConfig
-
-    def __init__(self, config: Any, name: str, node: Any) -> None:
-        self._config = config
-        self._read: Callable[[], Costmap | None] = node.costmap(config.costmap_topic)
-        self._request: RouteRequest | None = None
-        self._costmap: Costmap | None = None
-
-    def score(self, edge: Edge, request: RouteRequest) -> float | None:
-        """Return the share, None where the edge is closed, as all are without a costmap."""
-        config = self._config
-        if request is not self._request:
-            self._request, self._costmap = request, self._read()
-        if self._costmap is None:
-            return None
-        ends = edge.start.point, edge.end.point
-        costs, whole = costs_on_line(self._costmap, *ends, config.check_resolution)
-        if not whole:
-            return None if config.invalid_off_map else 0.0
-        blocks = config.invalid_on_collision and config.max_cost < UNKNOWN
-        if blocks and (costs >= config.max_cost).any():
-            return None
-        known = costs[costs < UNKNOWN]
-        cost = known.max(initial=0) if config.use_maximum else costs.mean()
-        return float(config.weight * cost / config.max_cost)

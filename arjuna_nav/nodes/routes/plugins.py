@@ -1,8 +1,12 @@
-"""The scorers and operations of route_server that speak ROS, and the lists of all of them."""
+"""The scorers and operations of route_server that speak ROS, and the lists of all of them.
+
+Source: nav2_route's plug-ins of the same names.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Set
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -14,17 +18,54 @@ from arjuna_core.config import NoParameters
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
-from arjuna_nav.nodes.routes.host import RouteHost
-from arjuna_nav.routes.graph import Edge
+from arjuna_core.ros.goal_server import GoalNode
+from arjuna_core.ros.tf import TransformError
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.nodes.costmap.reader import CostmapReader
+from arjuna_nav.routes.graph import Edge, Graph
 from arjuna_nav.routes.operations import OperationError, OperationResult, RouteEvent
+from arjuna_nav.routes.route import Tracker
 from arjuna_nav.routes.scorers import RouteRequest, fixed, speed_share
 
 
-class DynamicEdgesScorer:
-    """Closes, opens and makes dearer what edges its service names; a new graph has none.
+class RouteHost(GoalNode):
+    """The route server as its plug-ins see it.
 
-    Source: nav2_route, DynamicEdgesScorer.
+    Attributes:
+        graph: The graph, None where none is loaded.
+        tracker: Of the route that is tracked, None where none is.
     """
+
+    graph: Graph | None = None
+    tracker: Tracker | None = None
+    _is_closed_ahead = False
+
+    def edges_closed(self, edges: Set[Edge]) -> None:
+        """Have a route that is tracked left at its next look, if it leads over one of these."""
+        ahead = self.tracker.ahead if self.tracker is not None else ()
+        self._is_closed_ahead = not edges.isdisjoint(ahead)
+
+    def costmap(self, topic: str) -> Callable[[], Costmap | None]:
+        """Return what reads the costmap of a topic in the graph's frame; None is logged."""
+        config = self.config
+        reader = CostmapReader(self, topic, "", config.base_frame, config.transform_tolerance)
+
+        def read() -> Costmap | None:
+            costmap, problem = None, ""
+            try:
+                costmap = reader.current(math.inf, config.route_frame)
+            except TransformError as error:
+                problem = str(error)
+            if costmap is None:
+                why = problem or reader.why_not_current()
+                self.get_logger().warning(f"no costmap to see routes by: {why}")
+            return costmap
+
+        return read
+
+
+class DynamicEdgesScorer:
+    """Closes edges, opens them and adds to their costs by a service; a new graph has none."""
 
     Config: ClassVar[type[Any]] = NoParameters
 
@@ -49,8 +90,8 @@ class DynamicEdgesScorer:
             return response
         self._closed |= {edges[one] for one in request.closed_edges}
         self._closed -= {edges[one] for one in request.opened_edges}
+        self._node.edges_closed(self._closed)
         self._costs |= {edges[one.edgeid]: float(one.cost) for one in request.adjust_edges}
-        self._node.costs_changed()
         response.success = True
         return response
 
@@ -64,10 +105,7 @@ class SpeedConfig:
 
 
 class AdjustSpeedLimit:
-    """Publishes the speed limit of the edge that is entered, where it changes; none at the end.
-
-    Source: nav2_route, AdjustSpeedLimit, which publishes also 100 % again at each node.
-    """
+    """Publishes the speed limit of the edge that is entered, where it changes; none at the end."""
 
     Config: ClassVar[type[Any]] = SpeedConfig
 
@@ -91,30 +129,25 @@ class AdjustSpeedLimit:
 
 
 class ReroutingService:
-    """Asks for another route where its service is called.
-
-    Source: nav2_route, ReroutingService.
-    """
+    """Asks for another route where its service is called."""
 
     Config: ClassVar[type[Any]] = NoParameters
 
     def __init__(self, config: Any, name: str, node: RouteHost) -> None:
         self._node = node
-        self._asked_at = -math.inf
+        self._asked = False
         node.serve(Trigger, f"{node.get_name()}/{name}/reroute", self._ask)
 
     def _ask(self, request: Any, response: Any) -> Any:
-        response.success = self._node.tracking
+        response.success = self._node.tracker is not None
         response.message = "" if response.success else "no route is tracked"
-        self._asked_at = self._node.now
+        self._asked = response.success
         return response
 
     def perform(self, event: RouteEvent) -> OperationResult | None:
         """Ask once for each call."""
-        if self._asked_at < event.began:
-            return None
-        self._asked_at = -math.inf
-        return OperationResult(reroute=True)
+        asked, self._asked = self._asked, False
+        return OperationResult(reroute=True) if asked else None
 
 
 @dataclass(frozen=True)
@@ -139,8 +172,6 @@ class TriggerEvent:
     """Calls a service, a std_srvs/Trigger, where the graph asks for it.
 
     The route does not end before it has answered; where it does not, the goal fails.
-
-    Source: nav2_route, TriggerEvent.
     """
 
     Config: ClassVar[type[Any]] = TriggerConfig
@@ -194,7 +225,7 @@ SCORERS = _types(
     f"{_CORES}.scorers:DistanceScorer",
     f"{_CORES}.scorers:TimeScorer",
     f"{_CORES}.scorers:PenaltyScorer",
-    f"{_CORES}.scorers:CostmapScorer",
+    f"{_CORES}.obstacles:CostmapScorer",
     f"{_CORES}.scorers:SemanticScorer",
     f"{_CORES}.scorers:StartPoseOrientationScorer",
     f"{_CORES}.scorers:GoalOrientationScorer",
@@ -206,7 +237,7 @@ OPERATIONS = _types(
     f"{__name__}:AdjustSpeedLimit",
     f"{__name__}:ReroutingService",
     f"{__name__}:TriggerEvent",
-    f"{_CORES}.operations:CollisionMonitor",
+    f"{_CORES}.obstacles:CollisionMonitor",
     f"{_CORES}.operations:TimeMarker",
 )
 """Operations on routes by Nav2's class names."""

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from arjuna_core.config import load
 from arjuna_core.errors import ConfigError
-from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap import Costmap
 from arjuna_nav.routes import scorers
 from arjuna_nav.routes.graph import Edge, Node
 from arjuna_nav.routes.scorers import RouteRequest, ScorerError, edge_cost
@@ -31,17 +26,10 @@ def along_x(
     return Edge(5, *ends, cost, overridable, metadata)
 
 
-def costs_of(*values: int) -> Callable[[], Costmap]:
-    """Return a costmap of 1 m cells in a row, from the origin on, with the values."""
-    frame = GridFrame(1.0, len(values), 1, SE2(0.0, -0.5))
-    return lambda: Costmap(frame, np.array([values], np.uint8))
-
-
-def made(name: str, values: dict[str, Any], costmap: Any = None) -> Any:
+def made(name: str, values: dict[str, Any]) -> Any:
     cls = getattr(scorers, name)
     config = cls.config_for(values) if hasattr(cls, "config_for") else cls.Config
-    node = SimpleNamespace(costmap=lambda topic: costmap)
-    return cls(load(config, values), name, node)
+    return cls(load(config, values), name, None)
 
 
 OFFICE: dict[str, Any] = {"class": "office"}
@@ -82,42 +70,6 @@ STRICT = {"use_orientation_threshold": True, "orientation_tolerance": 0.4}
 )
 def test_an_edge_costs(name: str, values: dict[str, Any], edge: Edge, cost: float | None) -> None:
     assert made(name, values).score(edge, REQUEST) == pytest.approx(cost)
-
-
-EVERY = {"check_resolution": 1}
-MEAN = {"use_maximum": False, **EVERY}
-
-
-@pytest.mark.parametrize(
-    ("values", "costs", "x", "cost"),
-    [
-        (EVERY, (0, 0, 0, 0, 0), 4.5, 0.0),
-        (EVERY, (0, 101, 202, 0, 0), 4.5, 202.0 / 253.0),
-        ({}, (0, 101, 202, 0, 0), 4.5, 202.0 / 253.0),
-        ({}, (0, 202, 0, 202, 0), 4.5, 0.0),
-        ({**EVERY, "weight": 3.0, "max_cost": 150.0}, (0, 50, 0), 2.5, 1.0),
-        (MEAN, (0, 253, 0, 0, 0), 4.5, None),
-        ({**MEAN, "invalid_on_collision": False}, (0, 253, 0, 0), 3.5, 0.25),
-        (EVERY, (0, 255, 0, 0, 0), 4.5, None),
-        ({**EVERY, "max_cost": 255.0}, (0, 255, 51, 0, 0), 4.5, 0.2),
-        (EVERY, (0, 100, 0), 4.5, None),
-        ({**EVERY, "invalid_off_map": False}, (0, 100, 0), 4.5, 0.0),
-    ],
-)
-def test_an_edge_costs_by_a_costmap(
-    values: dict[str, Any], costs: tuple[int, ...], x: float, cost: float | None
-) -> None:
-    scorer = made("CostmapScorer", values, costs_of(*costs))
-    edge = Edge(0, Node(0, 0.5, 0.0), Node(1, x, 0.0))
-    assert scorer.score(edge, REQUEST) == pytest.approx(cost)
-
-
-def test_a_costmap_is_read_once_a_search_and_without_one_all_is_closed() -> None:
-    costmaps = [None, costs_of(0, 0, 0)(), costs_of(0, 253, 0)()]
-    scorer = made("CostmapScorer", EVERY, lambda: costmaps.pop(0))
-    requests = [RouteRequest(0, 1) for _ in range(3)]
-    scores = [scorer.score(along_x(x=2.0), request) for request in requests for _ in range(2)]
-    assert scores == [None, None, 0.0, 0.0, None, None]
 
 
 @pytest.mark.parametrize(

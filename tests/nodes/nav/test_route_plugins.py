@@ -151,7 +151,8 @@ def test_another_route_is_asked_for_by_the_plugins_name_while_one_is_tracked(
     assert not any(one.rerouted for one in goal.feedback)
     assert robot.bench.call(Trigger, service, request).success
     robot.run(0.1)
-    assert any(one.rerouted for one in goal.feedback)
+    assert [bool(one.rerouted) for one in goal.feedback].count(True) == 1
+    assert ["Again"] in [one.operations_triggered for one in goal.feedback]
     assert nodes_of(goal.feedback[-1].route) == [0, 1, 2]
 
 
@@ -173,6 +174,16 @@ def test_a_route_that_is_blocked_ahead_is_left(
     robot.run(1.0)
     assert any(one.rerouted for one in goal.feedback) == (nodes == [0, 1, 2])
     assert nodes_of(goal.feedback[-1].route) == nodes
+
+
+def test_a_route_that_is_blocked_behind_its_forks_fails(tmp_path: Path) -> None:
+    robot = serving(tmp_path, operations=MONITOR, CollisionMonitor={"costmap_topic": "costs"})
+    send_costmap(robot, "/costs", 5.0, 0.0)
+    goal = ask(robot, True, start_id=0, goal_id=2)
+    drive(robot, (0.0, 0.5), (0.2, 3.9))
+    send_costmap(robot, "/costs", 2.0, 4.0)
+    robot.run(1.0)
+    assert (goal.status, goal.result.error_code) == (ABORTED, Code.NO_VALID_ROUTE)
 
 
 @pytest.mark.parametrize(("aggregate", "kept"), [(False, [3, 2]), (True, [0, 1, 2])])
@@ -249,13 +260,25 @@ def test_services_are_called_where_the_graph_asks_for_it(tmp_path: Path, success
 
 def test_a_route_does_not_end_before_its_service_has_answered(tmp_path: Path) -> None:
     content = asking({2: {"operations": {"a": BELL}}})
-    robot = serving(tmp_path, content, operations=["Bell"], Bell=TRIGGER)
+    patient = {**TRIGGER, "service_timeout": 2.0}
+    robot = serving(tmp_path, content, operations=["Bell"], Bell=patient)
     goal = ask(robot, True, start_id=2, goal_id=2)
     drive(robot, (4.0, 4.0))
+    robot.run(1.0)
     assert not goal.done
     called = serve(robot, "bell")
     robot.run(0.1)
     assert (goal.status, called) == (SUCCEEDED, ["bell"])
+
+
+def test_a_service_of_the_last_goal_does_not_fail_the_next(tmp_path: Path) -> None:
+    content = asking({0: {"operations": {"a": BELL}}})
+    robot = serving(tmp_path, content, operations=["Bell"], Bell=TRIGGER)
+    ask(robot, True, start_id=0, goal_id=2)
+    drive(robot, (0.0, 0.1))
+    following = ask(robot, True, start_id=3, goal_id=2)
+    robot.run(1.0)
+    assert not following.done
 
 
 @pytest.mark.parametrize(
@@ -330,4 +353,4 @@ def test_what_raises_fails_its_goal_with_its_last_line_and_not_the_server(
     drive(robot, (0.0, 0.1))
     ask(robot, True, start_id=2, goal_id=2)
     robot.run(0.1)
-    assert robot.nodes["route_server"].tracking, "it serves the next"
+    assert robot.nodes["route_server"].tracker is not None, "it serves the next"
