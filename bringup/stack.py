@@ -64,6 +64,11 @@ class Group:
         """Name of their lifecycle manager."""
         return f"lifecycle_manager_{self.managed_as or self.name}"
 
+    @property
+    def manager_spec(self) -> NodeSpec:
+        """Their lifecycle manager, which only processes of their own make."""
+        return NodeSpec(self.manager, "bringup.processes.lifecycle.manager", "LifecycleManager")
+
 
 def _node(package: str, name: str, module: str = "", cls: str = "") -> NodeSpec:
     camel = "".join(word.capitalize() for word in name.split("_"))
@@ -178,5 +183,6 @@ def with_further(group: Group, sections: Iterable[str]) -> Group:
 
 
 def all_nodes() -> list[NodeSpec]:
-    """Return every node there is."""
-    return [spec for group in DEMO_GROUPS for spec in group.nodes]
+    """Return every node there is, with the groups' lifecycle managers."""
+    nodes = [spec for group in DEMO_GROUPS for spec in group.nodes]
+    return [*nodes, *(group.manager_spec for group in DEMO_GROUPS)]

@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
+from arjuna_core.config import load
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.process import Process
 from bringup.parameters.files import SAFETY, Parameters, for_node, sim_time_of
@@ -55,6 +56,7 @@ class Host:
             self.process,
             group.manager,
             [spec.name for spec in specs],
+            load(LifecycleManager.Config, for_node(parameters, group.manager), group.manager),
             commandable=group.commandable,
             ready=self._may_start,
             on_wait=self._reporter.wait_for,

@@ -8,7 +8,7 @@ from typing import Any
 from arjuna_core.plugins import PluginTypes, canonical
 from bringup.parameters.files import for_node, shipped_parameters
 from bringup.parameters.listing import bounds, described, scalar
-from bringup.stack import ALL_GROUPS, NodeSpec
+from bringup.stack import ALL_GROUPS, NodeSpec, all_nodes, further_nodes
 from scripts.reference import NOTE, cell, code
 
 _INTRO = f"""# Parameters
@@ -21,10 +21,13 @@ that are not loaded follow at the end ([plugins.md](../plugins.md) says how to c
 {NOTE}
 """
 
+_FURTHER = "filter_mask_server", "costmap_filter_info_server", "collision_detector"
+
 
 def page() -> str:
     """Return the page."""
-    specs = {spec.name: spec for group in ALL_GROUPS for spec in group.nodes}
+    nodes = [spec for group in ALL_GROUPS for spec in group.nodes]
+    specs = {spec.name: spec for spec in (*nodes, *further_nodes(_FURTHER), *all_nodes())}
     lines = [_INTRO, *(line for spec in specs.values() for line in _node(spec))]
     lines += ["## Plug-ins that are not loaded there\n", "With their own defaults.\n"]
     lines += [line for spec in specs.values() for line in _not_loaded(spec)]
@@ -39,12 +42,12 @@ def _node(spec: NodeSpec) -> Iterator[str]:
 def _not_loaded(spec: NodeSpec) -> Iterator[str]:
     config, values = spec.config, for_node(shipped_parameters(), spec.name)
     rows = list(described(config, values))
-    loaded = {canonical(str(row.value)) for row in rows}
+    loaded = {(row.info.description, canonical(str(row.value))) for row in rows}
     for kind in dict.fromkeys(
         r.info.plugins for r in rows if isinstance(r.info.plugins, PluginTypes)
     ):
         for name in kind.types:
-            if name not in loaded:
+            if (f"Class of the {kind.what}, or module:Class.", name) not in loaded:
                 yield f"### `{name}`\n\nA {kind.what} of `{spec.name}`.\n"
                 wraps = kind.what == "controller" and hasattr(kind.resolve(name), "config_for")
                 given = {"primary_controller": kind.default} if wraps else {}

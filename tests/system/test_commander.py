@@ -23,7 +23,7 @@ from arjuna_core.geodesy import GeoPoint, MapOnEarth
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_stamped, se2_from_pose
 from arjuna_core.se2 import SE2
-from bringup.processes.lifecycle.manager import LifecycleManager
+from bringup.processes.lifecycle.manager import LifecycleManager, LifecycleManagerConfig
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
 from tests.helpers.nav.commander import commander
 
@@ -190,7 +190,8 @@ def test_the_lifecycle_is_commanded(bench: Bench) -> None:
     robot = bench.robot
     robot.stop(NAVIGATION_GROUP)
     nodes = [spec.name for spec in NAVIGATION_GROUP.nodes]
-    LifecycleManager(robot.process, NAVIGATION_GROUP.manager, nodes, autostart=False)
+    config = LifecycleManagerConfig(autostart=False)
+    LifecycleManager(robot.process, NAVIGATION_GROUP.manager, nodes, config)
     bench.navigator.lifecycleStartup()
     assert {robot.nodes[name].state_label for name in nodes} == {"active"}
     assert bench.navigator.goToPose(at(0.3, 0.0))

@@ -5,30 +5,55 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from lifecycle_msgs.srv import ChangeState, GetState
 from nav2_msgs.srv import ManageLifecycleNodes
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from arjuna_core.config import flatten, param
 from arjuna_core.ros.health.guarded import GuardedNode
-from arjuna_core.ros.params import describe_sim_time
+from arjuna_core.ros.params import ParameterBinding, describe_sim_time
 from arjuna_core.ros.process import Process
+from bringup.processes.lifecycle.bonds import Bonds
 from bringup.processes.lifecycle.plan import Command, State, Step, Transition, Verdict, judge, plan
 
 SERVICE_DEADLINE = 10.0
 """Time-out for a node's services to appear [s]."""
 TRANSITION_DEADLINE = 90.0
 """Time-out of a transition [s]; the first ever compiles the algorithms."""
-_MANAGED = ParameterDescriptor(
-    description="The managed nodes, in the order of bring-up.", read_only=True
-)
-_AUTOSTART = ParameterDescriptor(description="Whether they come up at once.", read_only=True)
 _UPS = (Command.STARTUP, Command.RESUME)
+
+
+@dataclass(frozen=True)
+class LifecycleManagerConfig:
+    """Parameters of a lifecycle manager, by Nav2's names."""
+
+    node_names: tuple[str, ...] = param(
+        (),
+        "Further lifecycle nodes, of one's own, that come up behind those of the process.",
+        read_only=True,
+    )
+    autostart: bool = param(
+        True, "Whether nodes come up at once; else by manage_nodes.", read_only=True
+    )
+    bond_timeout: float = param(
+        4.0,
+        "How long a node of one's own may show no sign of life before all are taken down; 0: "
+        "for ever.",
+        unit="s",
+        minimum=0.0,
+        read_only=True,
+    )
+    attempt_respawn_reconnection: bool = param(
+        True, "Whether all come up again once it lives again.", read_only=True
+    )
+    bond_respawn_max_duration: float = param(
+        10.0, "How long that is waited for.", unit="s", minimum=0.0, read_only=True
+    )
 
 
 @dataclass
@@ -47,23 +72,26 @@ class _Job:
 class LifecycleManager(GuardedNode):
     """A lifecycle manager: `<name>/manage_nodes` and `<name>/is_active`.
 
+    Nodes of one's own are watched: where one is lost all are taken down, and up again with it.
     Deadlines run on a steady clock: bringing nodes up must not wait for a simulator's time.
 
     Args:
         nodes: The managed nodes in the order of bring-up.
-        autostart: Whether to bring them up at once.
+        config: Parameters; the process's nodes among `node_names` are in it already.
         commandable: Whether clients may command it by `<name>/manage_nodes`.
         ready: Whether the first command may begin; asked until it is so.
         on_wait: Takes what is waited for, before it is; empty where nothing is.
         period: From one look at the command in progress to the next [s].
     """
 
+    Config = LifecycleManagerConfig
+
     def __init__(
         self,
         process: Process,
         name: str,
         nodes: Sequence[str],
-        autostart: bool = True,
+        config: LifecycleManagerConfig | None = None,
         commandable: bool = True,
         ready: Callable[[], bool] = lambda: True,
         on_wait: Callable[[str], None] = lambda what: None,
@@ -71,28 +99,62 @@ class LifecycleManager(GuardedNode):
     ) -> None:
         super().__init__(process.guard, name, context=process.context, namespace=process.namespace)
         describe_sim_time(self)
-        self.declare_parameter("node_names", list(nodes), _MANAGED)
-        self.declare_parameter("autostart", autostart, _AUTOSTART)
+        config = config or LifecycleManagerConfig()
+        own = [each for each in config.node_names if each.strip("/") not in nodes]
+        nodes = (*nodes, *own)
+        self.config = replace(config, node_names=nodes)
+        ParameterBinding(self, LifecycleManagerConfig, flatten(self.config), lambda config: None)
         self.system_active = False
         self._ready, self._on_wait = ready, on_wait
         self._nodes = tuple(nodes)
         self._states = {n: self.create_client(GetState, f"{n}/get_state") for n in nodes}
         self._changes = {n: self.create_client(ChangeState, f"{n}/change_state") for n in nodes}
         self._jobs: deque[_Job] = deque()
+        self._bonds = Bonds(self, {name: self._states[name] for name in own})
+        self._respawn_until: float | None = None
         if commandable:
             _DeferredService(self, ManageLifecycleNodes, f"{name}/manage_nodes", self._on_manage)
         self.create_service(Trigger, f"{name}/is_active", self._on_is_active)
         self._timer = self.create_timer(
             period, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
+        if own and self.config.bond_timeout > 0.0:
+            self.create_timer(0.5, self._watch, clock=Clock(clock_type=ClockType.STEADY_TIME))
         process.executor.add_node(self)
-        if autostart:
+        if self.config.autostart:
             self.submit(Command.STARTUP, lambda success: None)
+        else:
+            self._on_wait(f"{name}/manage_nodes: autostart is false")
 
-    def submit(self, command: Command, reply: Callable[[bool], None]) -> None:
+    def submit(
+        self, command: Command, reply: Callable[[bool], None], without: Sequence[str] = ()
+    ) -> None:
         """Queue a command; `reply` is called with its success when it is done."""
-        self._jobs.append(_Job(command, deque(plan(command, self._nodes)), reply))
+        nodes = [name for name in self._nodes if name not in without]
+        self._jobs.append(_Job(command, deque(plan(command, nodes)), reply))
         self._timer.reset()
+
+    def _watch(self) -> None:
+        """Take all down where a node of one's own is lost, and up again where it has come back."""
+        now, config = time.monotonic(), self.config
+        self._bonds.look(now)
+        silent = self._bonds.silent(now, config.bond_timeout)
+        if self._jobs:
+            return
+        if self._respawn_until is not None:
+            if not silent:
+                self._respawn_until = None
+                self.submit(Command.STARTUP, lambda success: None)
+            elif now > self._respawn_until:
+                self._respawn_until = None
+                waited = f"{config.bond_respawn_max_duration:g} s"
+                self.get_logger().error(f"{', '.join(silent)} did not come back within {waited}")
+        elif self.system_active and silent:
+            text = f"no sign of life within {config.bond_timeout:g} s; all nodes are taken down"
+            self.get_logger().error(f"{', '.join(silent)}: {text}")
+            self.submit(Command.RESET, lambda success: None, silent)
+            if config.attempt_respawn_reconnection:
+                self._respawn_until = now + config.bond_respawn_max_duration
 
     def _on_is_active(self, request: Any, response: Any) -> Any:
         response.success = self.system_active
@@ -185,6 +247,7 @@ class LifecycleManager(GuardedNode):
         success = not job.failures
         self.system_active = success and job.command in _UPS
         if self.system_active:
+            self._bonds.begin(time.monotonic())
             self.get_logger().info("Managed nodes are active")
         elif not success:
             self.get_logger().error(f"{job.command.name} failed: {', '.join(job.failures)}")

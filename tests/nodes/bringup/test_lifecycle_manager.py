@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import pytest
+from bond.msg import Status
 from nav2_msgs.srv import ManageLifecycleNodes
 from std_srvs.srv import Trigger
 
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros.node import ManagedNode
-from bringup.processes.lifecycle.manager import LifecycleManager
+from bringup.processes.lifecycle.manager import LifecycleManager, LifecycleManagerConfig
 from bringup.processes.lifecycle.plan import Command
 from bringup.stack import EXPLORER_GROUP, STACKS
 from tests.helpers.ros import RosBench
@@ -60,14 +61,36 @@ class FakeNode(ManagedNode):
 class Managed:
     """A bench with two fake nodes under a manager."""
 
-    def __init__(self, refuse: str = "", autostart: bool = False, commandable: bool = True) -> None:
+    def __init__(
+        self,
+        refuse: str = "",
+        autostart: bool = False,
+        commandable: bool = True,
+        **parameters: Any,
+    ) -> None:
         self.bench = RosBench(transport="dds")
         self.diary: list[str] = []
         for name, refused in (("first", ""), ("second", refuse)):
-            node = FakeNode(self.bench.process, {"refuse": refused}, name=name)
-            node.diary = self.diary
+            self.add(name, refused)
         names = ["first", "second"]
-        self.manager = LifecycleManager(self.bench.process, NAME, names, autostart, commandable)
+        config = LifecycleManagerConfig(autostart=autostart, **parameters)
+        self.manager = LifecycleManager(self.bench.process, NAME, names, config, commandable)
+
+    def add(self, name: str, refuse: str = "") -> FakeNode:
+        """Make a node with the diary of all."""
+        node = FakeNode(self.bench.process, {"refuse": refuse}, name=name)
+        node.diary = self.diary
+        return node
+
+    def lose(self, node: FakeNode) -> None:
+        """End a node as a crash does."""
+        self.bench.process.executor.remove_node(node)
+        self.bench.process.nodes.remove(node)
+        node.destroy_node()
+
+    def spin(self, duration: float) -> None:
+        """Spin for a duration [s, wall]."""
+        self.bench.process.spin(duration)
 
     def spin_until(self, done: Callable[[], bool]) -> None:
         """Spin until something is so."""
@@ -199,3 +222,73 @@ def test_a_manager_that_takes_no_commands_still_reports_its_state(
 def test_only_the_world_takes_no_commands() -> None:
     groups = (*(group for groups in STACKS.values() for group in groups), EXPLORER_GROUP)
     assert [group.name for group in groups if not group.commandable] == ["sim"]
+
+
+def with_own(managed: Callable[..., Managed], **parameters: Any) -> tuple[Managed, FakeNode]:
+    """Return a bench whose manager has brought up a node of a user's own, too."""
+    names = {"node_names": ("first", "/own"), "bond_timeout": 0.7, **parameters}
+    system = managed(autostart=True, **names)
+    own = system.add("own")
+    system.spin_until(lambda: system.manager.system_active)
+    return system, own
+
+
+def test_nodes_of_ones_own_come_up_behind_the_process_s(managed: Callable[..., Managed]) -> None:
+    system, _ = with_own(managed)
+    names = ["first", "second", "own"]
+    steps = ("configure", "activate")
+    assert system.diary == [f"{name} {step}" for step in steps for name in names]
+    assert system.manager.get_parameter("node_names").value == ["first", "second", "/own"]
+
+
+@pytest.mark.parametrize("back", [True, False])
+def test_where_a_node_of_ones_own_is_lost_all_go_down_and_up_again_with_it(
+    managed: Callable[..., Managed], back: bool
+) -> None:
+    system, own = with_own(managed, attempt_respawn_reconnection=back)
+    system.lose(own)
+    system.spin_until(lambda: not system.manager.system_active)
+    system.spin_until(lambda: system.diary[-1] == "first cleanup")
+    system.add("own")
+    if back:
+        system.spin_until(lambda: system.manager.system_active)
+        assert system.diary[-1] == "own activate"
+    else:
+        system.spin(2.0)
+        assert system.diary[-1] == "first cleanup"
+
+
+@pytest.mark.parametrize("values", [{"bond_timeout": 0.0}, {"bond_timeout": 30.0}])
+def test_a_lost_node_is_tolerated_for_the_timeout(
+    managed: Callable[..., Managed], values: dict[str, float]
+) -> None:
+    system, own = with_own(managed, **values)
+    system.lose(own)
+    system.spin(2.0)
+    assert system.manager.system_active
+
+
+def test_a_node_that_comes_back_too_late_is_left_alone(managed: Callable[..., Managed]) -> None:
+    system, own = with_own(managed, bond_respawn_max_duration=0.2)
+    system.lose(own)
+    system.spin_until(lambda: system.diary[-1] == "first cleanup")
+    system.spin(1.5)
+    system.add("own")
+    system.spin(1.5)
+    assert system.diary[-1] == "first cleanup"
+
+
+def test_heartbeats_of_a_bond_are_signs_of_life_and_answered(
+    managed: Callable[..., Managed],
+) -> None:
+    system, own = with_own(managed)
+    answers = system.bench.collect(Status, "/bond")
+    heartbeat = Status(id="own", instance_id="its", active=True, heartbeat_timeout=4.0)
+    system.lose(own)  # it answers no get_state any more
+    for _ in range(8):
+        system.bench.publish(Status, "/bond", heartbeat)
+        system.spin(0.25)
+    assert system.manager.system_active
+    others = [each for each in answers if each.instance_id != "its"]
+    assert {(each.id, each.active) for each in others} == {("own", True)}
+    system.spin_until(lambda: not system.manager.system_active)
