@@ -273,7 +273,9 @@ def steering_remarks(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator
     """
     from arjuna_sim.inputs import named_robot, steering_of
 
-    robot = named_robot(sim.get("robot") or "", sim.get("robot_arguments", ""))
+    if not sim.get("robot"):
+        return  # of a real robot there is no file
+    robot = named_robot(sim["robot"], sim.get("robot_arguments", ""))
     frame = parameters.get(_COSTMAPS[0], {}).get("robot_base_frame") or "base_link"
     steering = steering_of(robot, frame)
     for node in STEERED:

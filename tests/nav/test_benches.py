@@ -196,3 +196,15 @@ def test_goals_in_the_room_are_reached() -> None:
     assert (result["succeeded"], result["count"], result["touches"]) == (1, 1, 0)
     assert result["arrival_p95_m"] < 0.25
     assert 0.9 < result["path_ratio"] < 1.2
+
+
+@pytest.mark.ros
+@pytest.mark.system
+def test_a_car_arrives_at_goals_on_bends_that_it_can_drive() -> None:
+    pytest.importorskip("rclpy", reason="no ROS here")
+    car = Path(goals.__file__).parent / "car"
+    given = ("--robot", str(car / "car.urdf"), "--params", str(car / "car.yaml"))
+    result = run(goals, *given, "--count", "1")
+    assert (result["succeeded"], result["count"], result["touches"]) == (1, 1, 0)
+    assert result["arrival_p95_m"] < 0.05
+    assert 1.0 < result["curvature_max"] <= 1.02 / 0.6

@@ -65,6 +65,16 @@ def test_a_path_in_another_frame_than_the_costmap_is_followed(robot: PlayedRobot
     assert robot.pose.distance(SE2(0.8, 0.0)) < 0.15
 
 
+def test_a_controller_that_turns_on_the_spot_as_the_robot_cannot_is_reported_once(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    robot = made(min_turning_radius=0.6)
+    for _ in range(2):
+        follow(robot, path((2.0, 0.0)))
+        robot.run(0.2)
+    assert capfd.readouterr().err.count("controller FollowPath turns on the spot, but the") == 1
+
+
 def test_a_new_path_is_taken_without_a_stop(robot: PlayedRobot) -> None:
     older = follow(robot, path((2.0, 0.0)))
     robot.run(2.0)

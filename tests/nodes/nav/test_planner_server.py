@@ -122,6 +122,27 @@ def test_no_poses_to_go_through_are_an_error_in_the_log_too(
 
 
 @pytest.mark.parametrize(
+    ("plugin", "radius", "logged"),
+    [
+        ("nav2_navfn_planner::NavfnPlanner", 0.6, "planner GridBased turns on the spot, but"),
+        ("nav2_smac_planner::SmacPlannerHybrid", 0.6, "planner GridBased bends by 0.4 m, but the"),
+        ("nav2_smac_planner::SmacPlannerHybrid", 0.4, ""),
+        ("nav2_navfn_planner::NavfnPlanner", 0.0, ""),
+    ],
+)
+def test_a_planner_that_bends_tighter_than_the_robot_can_is_reported(
+    capfd: pytest.CaptureFixture[str], plugin: str, radius: float, logged: str
+) -> None:
+    own = {"GridBased.plugin": plugin, "min_turning_radius": radius}
+    nodes = GLOBAL_COSTMAP, PLANNER_SERVER
+    robot = started(*nodes, world=walled_room(), settle=1.0, planner_server=own)
+    assert to_pose(robot).status == SUCCEEDED
+    text = capfd.readouterr().err
+    assert logged in text
+    assert ("tightest bend" in text) is bool(logged)
+
+
+@pytest.mark.parametrize(
     ("ask", "code"), [(to_pose, Result.TIMEOUT), (through, ResultThrough.TIMEOUT)]
 )
 def test_a_costmap_that_does_not_become_current_is_a_timeout(
