@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -54,6 +56,7 @@ class Scene(NamedTuple):
         inscribed_radius: The robot's [m].
         limits: What the drive can do.
         dt: Time of a step [s].
+        inflations: The costmap's `circumscribed_cost` and `clearances` by each inflation layer.
     """
 
     path: Array
@@ -66,6 +69,14 @@ class Scene(NamedTuple):
     inscribed_radius: float
     limits: Limits
     dt: float
+    inflations: Mapping[str, tuple[int, NDArray[np.float64]]] = MappingProxyType({})
+
+    def inflated_by(self, layer: str) -> Scene:
+        """Return it with distances by the costs of an inflation layer, if there is one so named."""
+        if layer not in self.inflations:
+            return self
+        safe_cost, clearances = self.inflations[layer]
+        return self._replace(grid=self.grid._replace(safe_cost=safe_cost), clearances=clearances)
 
 
 def grid_seen(costmap: Costmap, footprint: Footprint, pose: SE2) -> Grid:
