@@ -37,7 +37,7 @@ class ExtrapolationError(TransformError):
     """
 
     def __init__(self, edge: str, stamp: float, known: float) -> None:
-        super().__init__(edge, stamp, known)
+        Exception.__init__(self, edge, stamp, known)
         self.stamp, self.known = stamp, known
 
     def __str__(self) -> str:

@@ -147,6 +147,7 @@ class Navigator:
             return self._tree.halt(state), Finish(Ending.CANCELED)
         if goals is not None:
             self._take_goals(goals)
+            self._start = state.now
             self._outdated = self._followed is not None  # its end is no success any more
         try:
             status, requests = self._tree.tick(state)

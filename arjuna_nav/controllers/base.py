@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import STILL, Velocity
@@ -44,6 +45,18 @@ class ControlResult:
     status: ControlStatus
     velocity: Velocity = STILL
     message: str = ""
+
+
+@dataclass(frozen=True)
+class PluginConfig:
+    """Parameters that the controllers of Nav2 share."""
+
+    transform_tolerance: float = param(
+        0.1,
+        "How old the robot's pose on the path may be, where that is more than the costmap's.",
+        unit="s",
+        minimum=0.0,
+    )
 
 
 NO_PATH = ControlResult(ControlStatus.INVALID_PATH, message="no path was set")
@@ -133,6 +146,11 @@ class TrackedPath:
     def ahead(self) -> NDArray[np.float64]:
         """The poses from the one nearest to the robot on, `(N, 3) float64`."""
         return self._path[self._index :]
+
+    @property
+    def passed(self) -> NDArray[np.float64]:
+        """The poses before the one nearest to the robot, `(N, 3) float64`."""
+        return self._path[: self._index]
 
     @property
     def goal(self) -> SE2:

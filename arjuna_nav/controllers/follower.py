@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import enum
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.approach import ApproachConfig, FinalApproach
 from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus
 from arjuna_nav.controllers.checkers import GoalChecker, ProgressChecker
+from arjuna_nav.controllers.display import shown_by, want
 from arjuna_nav.controllers.escape import Escape, EscapeConfig
 from arjuna_nav.controllers.motion import rollout, steered
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
@@ -45,7 +47,7 @@ class FollowerConfig:
         20.0, "Commands a second.", unit="Hz", minimum=0.1, read_only=True
     )
     failure_tolerance: float = param(
-        0.0, "How long a controller may fail before following does; below 0 for ever.", unit="s"
+        0.0, "How long a controller may find no valid command; -1 for ever.", unit="s"
     )
     stopped_velocity: float = param(
         0.1, "Speed below which the robot does not brake any more.", unit="m/s", minimum=0.0
@@ -133,6 +135,7 @@ class PathFollower:
         chosen: The plug-ins.
         speed_limit: Greatest forward speed from now on [m/s]; inf for none.
         warning: Why the robot cannot drive as the controller wants; "" where it can.
+        wanted: Topics of the controller that somebody listens to.
 
     Source: nav2_controller, ControllerServer::computeControl.
     """
@@ -169,8 +172,14 @@ class PathFollower:
         self._escape = Escape(escape, config.tracker, footprint, body or footprint, self._radius)
         self._end: SE2 | None = None
         self._failing_since: float | None = None
-        self._escape_tried = self._path_changed = False
+        self._escape_tried = self._path_changed = self._cancelled = self._has_driven = False
         self.speed_limit = math.inf
+        self.wanted: frozenset[str] = frozenset()
+
+    @property
+    def shown(self) -> dict[str, Any]:
+        """The values of the last tick, of those `wanted`, by topic; see `display`."""
+        return shown_by(self._controller)
 
     @property
     def carrot(self) -> SE2 | None:
@@ -194,7 +203,7 @@ class PathFollower:
         self._goal.reset()
         self._approach.begin()
         self._escape.reset()
-        self._failing_since, self._escape_tried = None, False
+        self._failing_since, self._escape_tried, self._has_driven = None, False, False
         self._controller = self._make_controller()  # the last goal's arrival is not this one's
         self.change(path)
 
@@ -205,12 +214,18 @@ class PathFollower:
             PathError: The path is empty or of the wrong shape.
         """
         self._controller.set_path(path)
-        self._path_changed = True
+        self._path_changed, self._cancelled = True, False
         end = SE2.from_array(path[-1])
         if self._end is not None and self._end.distance(end) > 1e-3:
             self._goal.reset()
             self._approach.begin()
         self._end = end
+
+    def cancel(self) -> bool:
+        """Return whether the robot may be stopped at once, else the controller begins to brake."""
+        brakes: Callable[[], bool] | None = getattr(self._controller, "cancel", None)
+        self._cancelled = brakes is not None and not self._escape.active and not brakes()
+        return not self._cancelled
 
     def tick(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> FollowResult:
         """Return what to drive; pose and costmap are of the path's frame."""
@@ -225,11 +240,17 @@ class PathFollower:
             return FollowResult.failed(
                 ControlStatus.FAILED_TO_MAKE_PROGRESS, self._progress.failure_message()
             )
+        want(self._controller, self.wanted)
         distance = paths.length(self._controller.path)
         speed = min(self.desired_speed, self.speed_limit)
-        if not self._escape.active and (
+        arrives = not self._escape.active and not self._cancelled
+        arrives = arrives and (
             paths.ends_here(self._controller.path, pose) or self._approach.steers(distance, speed)
-        ):
+        )
+        if arrives and not self._has_driven:  # one that fails from the start has to say so
+            control = self._controller.compute(pose, velocity, costmap, now)
+            self._has_driven = control.status is ControlStatus.SUCCEEDED
+        if arrives and self._has_driven:
             arriving = self._arrive(pose, velocity, costmap, now, distance)
             if arriving is not None and not self._scrapes(arriving, pose, costmap):
                 self._failing_since = None
@@ -281,6 +302,7 @@ class PathFollower:
         if self._scrapes(control.velocity, pose, costmap) and escape.leave_contact(pose, costmap):
             command = escape.compute(pose, velocity, path, costmap, now, self.speed_limit)
             return control if command is None else ControlResult(ControlStatus.SUCCEEDED, command)
+        self._has_driven |= control.status is ControlStatus.SUCCEEDED
         if control.status is not ControlStatus.NO_VALID_CONTROL:
             if control.velocity.x != 0.0:  # a turn alone leads nowhere
                 self._escape_tried = False
@@ -346,11 +368,17 @@ class PathFollower:
     def _tolerate(
         self, status: ControlStatus, message: str, now: float, distance: float
     ) -> FollowResult:
-        """Stand still while a controller fails for less than the tolerance."""
+        """Stand still while a controller finds no valid command for less than the tolerance.
+
+        Source: nav2_controller, ControllerServer::computeAndPublishVelocity: of other failures more
+            attempts are no cure, and of the negative tolerances only -1 is one.
+        """
+        tolerance = self._config.failure_tolerance
+        if status is not ControlStatus.NO_VALID_CONTROL or -1.0 != tolerance <= 0.0:
+            return FollowResult.failed(status, message)
         if self._failing_since is None:
             self._failing_since = now
-        tolerance = self._config.failure_tolerance
-        if tolerance < 0.0 or now - self._failing_since < tolerance:
+        if tolerance == -1.0 or now - self._failing_since < tolerance:
             return FollowResult(FollowState.RUNNING, message=message, distance=distance)
-        exceeded = ControlStatus.PATIENCE_EXCEEDED if tolerance > 0.0 else status
-        return FollowResult.failed(exceeded, f"{message}; for over {tolerance:g} s")
+        reason = f"{message}; for over {tolerance:g} s"
+        return FollowResult.failed(ControlStatus.PATIENCE_EXCEEDED, reason)

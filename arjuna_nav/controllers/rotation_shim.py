@@ -23,10 +23,11 @@ from arjuna_nav.controllers.base import (
     ControlStatus,
     TrackedPath,
 )
+from arjuna_nav.controllers.display import Offer, shown_by, topics_of, want
 from arjuna_nav.controllers.motion import Turning, gentle_turns, rollout
 from arjuna_nav.controllers.plugins import CONTROLLERS
-from arjuna_nav.costmap.collision import first_collision
-from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.costmap.collision import first_collision, footprint_cost
+from arjuna_nav.costmap.costmap import LETHAL, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
 
@@ -50,6 +51,12 @@ class RotationShimConfig:
     simulate_ahead_time: float = param(
         1.0, "How far ahead collisions are looked for.", unit="s", minimum=0.0
     )
+    max_cost_threshold: float = param(
+        LETHAL,
+        "Cost below the outline from which a turn counts as a collision.",
+        minimum=1.0,
+        maximum=LETHAL,
+    )
     rotate_to_goal_heading: bool = param(False, "Whether to turn at the goal as well.")
     closed_loop: bool = param(
         True,
@@ -62,7 +69,7 @@ class RotationShimConfig:
     gentle_turns: bool = gentle_turns()
 
 
-class RotationShim:
+class RotationShim(Offer):
     """Turns on the spot where a path begins aside, else lets its primary controller follow.
 
     Args:
@@ -75,6 +82,11 @@ class RotationShim:
     """
 
     Config: ClassVar[type[Any]] = RotationShimConfig
+
+    @staticmethod
+    def shows(config: Any) -> Mapping[str, type[Any]]:
+        """Return the topics of its primary."""
+        return topics_of(config.primary_controller, config)
 
     @staticmethod
     def config_for(values: Mapping[str, Any]) -> type[Any]:
@@ -92,6 +104,7 @@ class RotationShim:
     def __init__(
         self, config: Any, footprint: Footprint, xy_goal_tolerance: float, period: float
     ) -> None:
+        super().__init__()
         self._config = config
         self._footprint = footprint
         self._xy_goal_tolerance = xy_goal_tolerance
@@ -130,7 +143,9 @@ class RotationShim:
         if angle is None:
             self._turning = False
             self._primary.speed_limit = self.speed_limit
+            want(self._primary, self.wanted)
             result = self._primary.compute(pose, velocity, costmap, now)
+            self.shown = shown_by(self._primary)
             self.carrot = self._primary.carrot
             self._last_w = result.velocity.yaw_rate
             return result
@@ -162,10 +177,17 @@ class RotationShim:
         """Return a turn, or NO_VALID_CONTROL where it would collide."""
         duration = min(self._config.simulate_ahead_time, 1.0 / max(abs(command.yaw_rate), 1e-3))
         arc = rollout(pose, command, duration, costmap.frame.resolution)
-        if first_collision(costmap, self._footprint, arc) is None:
+        if first_collision(costmap, self._footprint, arc) is None and self._is_cheap(arc, costmap):
             return ControlResult(ControlStatus.SUCCEEDED, command)
         message = f"turning at ({pose.x:.2f}, {pose.y:.2f}) would collide"
         return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
+
+    def _is_cheap(self, poses: NDArray[np.float64], costmap: Costmap) -> bool:
+        """Return whether the costs below the outline stay below what counts as a collision."""
+        most = self._config.max_cost_threshold
+        return most >= LETHAL or all(
+            footprint_cost(costmap, self._footprint, SE2.from_array(pose)) < most for pose in poses
+        )
 
 
 @functools.cache

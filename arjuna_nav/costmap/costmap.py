@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -50,6 +51,7 @@ class Costmap:
         moving: What moves: middles and radii in the grid, from its origin, `(K, 3)` [m].
         T_frame_own: Maps coordinates of the frame in which the layers keep the grid into `frame`'s.
         leaves: Whether a motion that begins in a collision may lead out of it.
+        inflations: `circumscribed_cost` and `clearances` by the name of each inflation layer.
     """
 
     frame: GridFrame
@@ -61,6 +63,7 @@ class Costmap:
     moving: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
     T_frame_own: SE2 = IDENTITY
     leaves: bool = True
+    inflations: Mapping[str, tuple[int, NDArray[np.float64]]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.data.shape != self.frame.shape:

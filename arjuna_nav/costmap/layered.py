@@ -166,16 +166,22 @@ class LayeredCostmap:
 
     def compose_again(self) -> None:
         """Make the whole costmap again: a layer has been switched."""
-        frame, inflation = self._master.frame, self._last_inflation()
-        is_last = inflation is not None and self._group.in_use[-1] is inflation
+        frame, in_use = self._master.frame, self._group.in_use
+        inflations = {
+            one.name: (one.circumscribed_cost() if one is in_use[-1] else 0, one.clearances())
+            for one in in_use
+            if isinstance(one, InflationLayer)
+        }
+        circumscribed_cost, distances = list(inflations.values() or [(0, clearances(0.0))])[-1]
         self._costmap = Costmap(
             frame,
             self._composed(whole(frame.shape)),
             self._stamp,
-            inflation.circumscribed_cost() if inflation and is_last else 0,
-            inflation.clearances() if inflation else clearances(0.0),
+            circumscribed_cost,
+            distances,
             self._master.hits,
             leaves=self._master.config.leave_obstacles,
+            inflations=inflations,
         )
         self._changed, self._overlaid = whole(frame.shape), []
 
@@ -197,11 +203,6 @@ class LayeredCostmap:
         costs = np.full(shape, self._master.untouched, dtype=np.uint8)
         self._group.write(costs, window)
         return costs
-
-    def _last_inflation(self) -> InflationLayer | None:
-        """Return the last inflation, by which costs show distances."""
-        inflations = [one for one in self._group.in_use if isinstance(one, InflationLayer)]
-        return inflations[-1] if inflations else None
 
     def _note_moving(self) -> None:
         """Note in the costmap which things move."""

@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import header, path_msg, velocity_from_twist
+from arjuna_core.ros.convert import header, seconds, velocity_from_twist
 from arjuna_core.ros.goal_server import GoalError, GoalNode, chosen, result_timeout
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.ros.velocity import VelocityOutput
 from arjuna_core.se2 import SE2
-from arjuna_core.twist import Velocity
+from arjuna_core.twist import RecentVelocities, Velocity
 from arjuna_nav.controllers import ControlStatus
+from arjuna_nav.controllers.display import Plan
 from arjuna_nav.controllers.follower import (
     Chosen,
     FollowerConfig,
@@ -30,6 +31,7 @@ from arjuna_nav.controllers.follower import (
     PathFollower,
 )
 from arjuna_nav.costmap import Costmap
+from arjuna_nav.nodes.controller_display import ControllerDisplay
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import poses_of, robot_pose
 
@@ -45,6 +47,12 @@ class ControllerServerConfig(FollowerConfig):
     )
     enable_stamped_cmd_vel: bool = param(False, "Whether cmd_vel is TwistStamped.", read_only=True)
     odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
+    odom_duration: float = param(
+        0.0,
+        "Time over which the mean of the odometry is taken; 0 for the newest.",
+        unit="s",
+        minimum=0.0,
+    )
     speed_limit_topic: str = param("speed_limit", "Topic of speed limits.", read_only=True)
     min_x_velocity_threshold: float = param(
         0.0001, "Measured forward speed below which it counts as 0.", unit="m/s", minimum=0.0
@@ -75,7 +83,7 @@ class ControllerServerNode(GoalNode):
         self._follower: PathFollower | None = None
         self._outdated, self._warned = False, ""
         self._costmap: CostmapNode = self.process.find("local_costmap/local_costmap")
-        self._velocity = Velocity()
+        self._velocity, self._recent = Velocity(), RecentVelocities(config.odom_duration)
         self._speed_limit = SpeedLimit()
         self._frame = ""
         self._unknown_since = math.inf
@@ -83,8 +91,9 @@ class ControllerServerNode(GoalNode):
             self, config.enable_stamped_cmd_vel, topic=config.cmd_vel_topic
         )
         self._carrot_out = self.publisher(PointStamped, "lookahead_point", qos.LATEST)
-        self._local_plan_out = self.publisher(Path, "local_plan", qos.LATEST)
         self._plan_out = self.publisher(Path, "received_global_plan", qos.LATEST)
+        plugins = [getattr(config, name) for name in config.controller_plugins]
+        self._display = ControllerDisplay(self, plugins)
         self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.DEFAULT)
         self.subscribe(SpeedLimit, config.speed_limit_topic, self._on_speed_limit, qos.DEFAULT)
         self._server = self.offer(
@@ -99,10 +108,12 @@ class ControllerServerNode(GoalNode):
 
     def on_config(self, config: ControllerServerConfig) -> None:
         """Follow by the new parameters from the next path on."""
-        self._outdated = True
+        self._outdated, self._recent = True, RecentVelocities(config.odom_duration)
 
     def _on_odometry(self, message: Any) -> None:
-        config, velocity = self.config, velocity_from_twist(message.twist.twist)
+        config, measured = self.config, velocity_from_twist(message.twist.twist)
+        self._recent.add(measured, seconds(message.header.stamp))
+        velocity = self._recent.mean()
         x, y, w = velocity.x, velocity.y, velocity.yaw_rate
         self._velocity = Velocity(
             x if abs(x) > config.min_x_velocity_threshold else 0.0,
@@ -131,7 +142,9 @@ class ControllerServerNode(GoalNode):
             self._end(error)
             return
         self._frame = goal.path.header.frame_id.lstrip("/")
-        if self._plan_out.get_subscription_count():
+        self._plugin = getattr(self.config, plugins.controller)
+        shows = getattr(self._plugin, "publish_global_plan", True)
+        if shows and self._plan_out.get_subscription_count():
             self._plan_out.publish(goal.path)
         self._take(poses, plugins, replaced)
 
@@ -174,7 +187,8 @@ class ControllerServerNode(GoalNode):
         self._follower.start(poses, self.now)
 
     def _on_cancel(self) -> None:
-        if self._server.cancel_requested:
+        follower, lost = self._follower, math.isfinite(self._unknown_since)
+        if self._server.cancel_requested and (follower is None or lost or follower.cancel()):
             self._output.stop()
             self._server.cancel(FollowPath.Result())
 
@@ -194,7 +208,10 @@ class ControllerServerNode(GoalNode):
             return
         self._output.publish(result.velocity)
         self._publish_carrot(self._follower.carrot)
-        self._publish_local_plan(result.velocity)
+        shown = self._follower.shown
+        self._display.publish(shown, self._frame, self.now)
+        if "local_plan" not in shown and getattr(self._plugin, "publish_local_plan", True):
+            self._publish_local_plan(result.velocity)
         self._server.feedback(
             FollowPath.Feedback(distance_to_goal=result.distance, speed=self._velocity.x)
         )
@@ -208,12 +225,12 @@ class ControllerServerNode(GoalNode):
 
     def _publish_local_plan(self, velocity: Velocity) -> None:
         """Show what the robot drives if the command holds, whatever controller gave it."""
-        if self._local_plan_out.get_subscription_count() == 0:
+        if "local_plan" not in self._display.wanted():
             return
         times = np.linspace(0.0, self.config.local_plan_time, 18)
         poses = [SE2.exp((velocity.x * t, 0.0, velocity.yaw_rate * t)).array() for t in times]
-        frame = self._costmap.config.robot_base_frame
-        self._local_plan_out.publish(path_msg(np.array(poses), frame, self.now))
+        plan = {"local_plan": Plan(np.array(poses))}
+        self._display.publish(plan, self._costmap.config.robot_base_frame, self.now)
 
     def _follow(self, follower: PathFollower) -> FollowResult:
         """Ask the follower; at rest while the pose or the costmap is missing for a short time."""
@@ -222,10 +239,11 @@ class ControllerServerNode(GoalNode):
         except GoalError:
             self._unknown_since = min(self._unknown_since, self.now)
             tolerance, waited = self.config.failure_tolerance, self.now - self._unknown_since
-            if tolerance < 0.0 or waited <= max(tolerance, self.config.costmap_update_timeout):
+            if tolerance == -1.0 or waited <= max(tolerance, self.config.costmap_update_timeout):
                 return FollowResult(FollowState.RUNNING)
             raise
         self._unknown_since = math.inf
+        follower.wanted = self._display.wanted()
         return follower.tick(pose, self._velocity, placed, self.now)
 
     def _surroundings(self) -> tuple[SE2, Costmap]:
@@ -237,7 +255,9 @@ class ControllerServerNode(GoalNode):
         config, frame = self._costmap.config, self._frame
         try:
             self._costmap.robot_pose()  # it may be known in the path's frame and yet be old
-            pose = robot_pose(self, frame, config.robot_base_frame, config.transform_tolerance)
+            own = getattr(self._plugin, "transform_tolerance", 0.0)
+            tolerance = max(config.transform_tolerance, own)
+            pose = robot_pose(self, frame, config.robot_base_frame, tolerance)
             T_path_costmap = self.transforms.lookup(frame, config.global_frame)
         except TransformError as error:
             message = f"the robot's pose is not known: {error}"

@@ -31,6 +31,7 @@ ORDER = {
 ROS = {
     *("rclpy", "rosidl_runtime_py", "ament_index_python", "arjuna_interfaces", "bond"),
     *("action_msgs", "builtin_interfaces", "diagnostic_msgs", "geographic_msgs", "geometry_msgs"),
+    *("dwb_msgs", "nav_2d_msgs"),
     *("lifecycle_msgs", "map_msgs", "nav2_msgs", "nav_msgs", "rcl_interfaces", "rosgraph_msgs"),
     *("sensor_msgs", "simulation_interfaces", "slam_toolbox", "std_msgs", "std_srvs", "tf2_msgs"),
     *("unique_identifier_msgs", "visualization_msgs"),

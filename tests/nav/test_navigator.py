@@ -324,6 +324,12 @@ def test_feedback_is_nav2s(script: Script) -> None:
     assert script.feedback(pose, speed=0.005).estimated_time_remaining == 0.0
 
 
+def test_the_time_of_navigation_starts_again_with_a_new_goal(script: Script) -> None:
+    script.follow().tick(4.8)
+    script.tick(goals=(SE2(2.0),))
+    assert script.feedback().navigation_time == 0.0
+
+
 @pytest.mark.parametrize("status", [ControlStatus.TF_ERROR, ControlStatus.CONTROLLER_TIMED_OUT])
 def test_an_outage_is_stood_through(status: ControlStatus) -> None:
     script = Script()

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from arjuna_core.config import param
+from arjuna_core.errors import ConfigError
+from arjuna_nav.controllers.base import PluginConfig
 
 CRITICS = (
     *("RotateToGoal", "Oscillation", "BaseObstacle", "ObstacleFootprint", "GoalAlign"),
@@ -89,7 +91,7 @@ class PreferForwardConfig:
 
 
 @dataclass(frozen=True)
-class DwbConfig:
+class DwbConfig(PluginConfig):
     """Parameters of DWB."""
 
     min_vel_x: float = param(0.0, "Least forward speed; negative drives back.", unit="m/s")
@@ -141,6 +143,20 @@ class DwbConfig:
     angular_granularity: float = param(
         0.025, "Greatest angle between two poses.", unit="rad", minimum=0.001
     )
+    include_last_point: bool = param(
+        True, "Whether a trajectory's last pose counts twice where all costs do, as Nav2 has it."
+    )
+    limit_vel_cmd_in_traj: bool = param(
+        False,
+        "Whether the command is a trajectory's first velocity, else the one that it tends to.",
+    )
+    prune_plan: bool = param(
+        True,
+        "Whether the path behind the robot is forgotten, else what of it the costmap shows counts.",
+    )
+    shorten_transformed_plan: bool = param(
+        True, "Whether forward_prune_distance ends the path that counts, else the costmap does."
+    )
     prune_distance: float = param(
         2.0, "How far along the path the robot is looked for.", unit="m", minimum=0.0
     )
@@ -153,6 +169,26 @@ class DwbConfig:
     trans_stopped_velocity: float = param(
         0.25, "Speed that counts as standing.", unit="m/s", minimum=0.0
     )
+    short_circuit_trajectory_evaluation: bool = param(
+        True, "Whether the critics stop at a trajectory that is no longer the best."
+    )
+    debug_trajectory_details: bool = param(
+        False, "Whether a failure says which critic forbids how many trajectories."
+    )
+    publish_evaluation: bool = param(True, "Whether `evaluation` shows all trajectories' scores.")
+    publish_global_plan: bool = param(True, "Whether `received_global_plan` shows the path.")
+    publish_transformed_plan: bool = param(
+        True, "Whether `transformed_global_plan` shows the part of the path that counts."
+    )
+    publish_local_plan: bool = param(True, "Whether `local_plan` shows the best trajectory.")
+    publish_trajectories: bool = param(True, "Whether `marker` shows all trajectories.")
+    publish_cost_grid_pc: bool = param(False, "Whether `cost_cloud` shows each cell's scores.")
+    marker_lifetime: float = param(
+        0.1, "How long `marker` is shown; 0 for ever.", unit="s", minimum=0.0
+    )
+    default_critic_namespaces: tuple[str, ...] = param(
+        (), "Where critics are looked for, `dwb_critics` if nowhere: all are there.", read_only=True
+    )
     critics: tuple[str, ...] = param(_STOCK, "The critics.", choices=CRITICS, read_only=True)
     RotateToGoal: RotateToGoalConfig = field(default_factory=RotateToGoalConfig)
     Oscillation: OscillationConfig = field(default_factory=OscillationConfig)
@@ -164,3 +200,11 @@ class DwbConfig:
     GoalDist: DistanceConfig = field(default_factory=DistanceConfig)
     PreferForward: PreferForwardConfig = field(default_factory=PreferForwardConfig)
     Twirling: ScaledConfig = field(default_factory=ScaledConfig)
+
+    def __post_init__(self) -> None:
+        namespaces = self.default_critic_namespaces
+        if self.critics and namespaces and "dwb_critics" not in namespaces:
+            raise ConfigError(
+                f"'default_critic_namespaces' is {list(namespaces)}, where there is no "
+                f"'{self.critics[0]}'; valid: none, or 'dwb_critics' among them"
+            )

@@ -12,15 +12,18 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, TrackedPath
 from arjuna_nav.controllers.checkers import is_there
+from arjuna_nav.controllers.display import Cloud, Evaluation, Offer, Plan, Shapes
 from arjuna_nav.controllers.dwb.config import DwbConfig
 from arjuna_nav.controllers.dwb.distances import path_cells, spread_distances
+from arjuna_nav.controllers.dwb.evaluation import Evaluated, Scoring
 from arjuna_nav.controllers.dwb.oscillation import Oscillation
 from arjuna_nav.controllers.dwb.trajectories import Dynamics, Robot, Weights, score_all
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners import path as paths
 
 
-class Dwb:
+class Dwb(Offer):
     """Follows a path by the dynamic window approach with critics.
 
     Args:
@@ -35,9 +38,16 @@ class Dwb:
 
     Config: ClassVar[type[Any]] = DwbConfig
 
+    @staticmethod
+    def shows(config: DwbConfig) -> dict[str, type[Any]]:
+        """Return the topics that show how it chooses."""
+        plans = {"transformed_global_plan": Plan, "local_plan": Plan}
+        return {"evaluation": Evaluation, "marker": Shapes, "cost_cloud": Cloud, **plans}
+
     def __init__(
         self, config: DwbConfig, footprint: Footprint, xy_goal_tolerance: float, period: float
     ) -> None:
+        super().__init__()
         self._config = config
         self._footprint = footprint
         given = config.xy_goal_tolerance
@@ -69,19 +79,26 @@ class Dwb:
 
     def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
         """Return the velocity to drive, or NO_VALID_CONTROL where every trajectory is forbidden."""
+        config = self._config
         if not len(self._path.ahead):
             return NO_PATH
         self._path.advance(pose)
         self._arrived = is_there(pose, self._path.goal, self._xy_goal_tolerance, self._arrived)
         samples = self._samples(velocity)
-        best = self._best(samples, pose, velocity, costmap)
+        near = self._near_path(pose, costmap)
+        scoring = self._scoring(samples, pose, velocity, costmap, near[:, :2])
+        best = int(score_all(*scoring, config.short_circuit_trajectory_evaluation))
+        evaluated = Evaluated(config, scoring, self._velocity_scores(samples, velocity), best)
+        self.shown = evaluated.shown(self.wanted, near, costmap.frame)
         if best < 0:
             message = (
                 f"collision ahead at every one of {len(samples)} velocities "
                 f"from ({pose.x:.2f}, {pose.y:.2f})"
             )
+            message += evaluated.details() if config.debug_trajectory_details else ""
             return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
-        v, side, w = (float(value) for value in samples[best])
+        chosen = evaluated.first_velocity() if config.limit_vel_cmd_in_traj else samples[best]
+        v, side, w = (float(value) for value in chosen)
         command = Velocity(v, y=side, yaw_rate=w)
         self._oscillation.take(command, pose)
         return ControlResult(ControlStatus.SUCCEEDED, command)
@@ -115,16 +132,21 @@ class Dwb:
         moves = grid.any(axis=1) | self._arrived
         return np.ascontiguousarray(grid[~slow & ~fast & moves])
 
-    def _best(
-        self, samples: NDArray[np.float64], pose: SE2, velocity: Velocity, costmap: Costmap
-    ) -> int:
-        """Return the best sample's index, -1 where all are forbidden."""
+    def _scoring(
+        self,
+        samples: NDArray[np.float64],
+        pose: SE2,
+        velocity: Velocity,
+        costmap: Costmap,
+        near: NDArray[np.float64],
+    ) -> Scoring:
+        """Return what the samples are scored by."""
         config, frame = self._config, costmap.frame
         in_grid = frame.origin.inverse() @ pose
         start = np.array(
             [in_grid.x / frame.resolution, in_grid.y / frame.resolution, in_grid.theta]
         )
-        points = frame.origin.inverse().apply(self._near_path()) / frame.resolution
+        points = frame.origin.inverse().apply(near) / frame.resolution
         cells = path_cells(points, *frame.shape)
         at_once = self._sim_period is not None
 
@@ -145,13 +167,14 @@ class Dwb:
             config.time_granularity if config.discretize_by_time else math.inf,
             config.linear_granularity,
             config.angular_granularity,
+            config.include_last_point,
         )
         outline = Robot(
             self._footprint.points / frame.resolution,
             self._footprint.circular,
             costmap.circumscribed_cost,
         )
-        best: int = score_all(
+        return Scoring(
             start,
             samples,
             self._base_scores(samples, velocity),
@@ -163,36 +186,56 @@ class Dwb:
             spread_distances(costmap.data, cells),
             spread_distances(costmap.data, cells[-1:]),
         )
-        return best
 
-    def _near_path(self) -> NDArray[np.float64]:
-        """Return the points of the path that count, `(N, 2) float64`."""
-        return self._path.within(self._config.forward_prune_distance)[:, :2]
+    def _near_path(self, pose: SE2, costmap: Costmap) -> NDArray[np.float64]:
+        """Return the poses of the path that count, `(N, 3) float64`."""
+        config = self._config
+        shortened = config.shorten_transformed_plan
+        near = self._path.within(config.forward_prune_distance if shortened else math.inf)
+        if config.prune_plan:
+            return near
+        passed, half = self._path.passed, 0.5 * max(costmap.frame.shape) * costmap.frame.resolution
+        beyond = np.flatnonzero(paths.distances(passed, pose) > half)
+        return np.vstack((passed[beyond[-1] + 1 if len(beyond) else 0 :], near))
 
     def _uses(self, critic: str) -> bool:
         return critic in self._config.critics
 
     def _base_scores(self, samples: NDArray[np.float64], velocity: Velocity) -> NDArray[np.float64]:
-        """Return the scores that depend on the velocity alone; inf where it is forbidden."""
+        """Return the sums of the scores that depend on the velocity alone."""
+        total = np.zeros(len(samples))
+        for name, raw in self._velocity_scores(samples, velocity).items():
+            allowed = np.isfinite(raw)
+            total[~allowed] = np.inf
+            total[allowed] += getattr(self._config, name).scale * raw[allowed]
+        return total
+
+    def _velocity_scores(
+        self, samples: NDArray[np.float64], velocity: Velocity
+    ) -> dict[str, NDArray[np.float64]]:
+        """Return the critics' scores that depend on the velocity alone; inf forbids it."""
         config, (v, side, w) = self._config, samples.T
-        scores = np.zeros(len(samples))
+        scores: dict[str, NDArray[np.float64]] = {}
         if self._uses("Oscillation"):
+            scores["Oscillation"] = np.zeros(len(samples))
             for part, (back, forth) in zip(samples.T, self._oscillation.allowed, strict=True):
-                scores[((part < 0) & (not back)) | ((part > 0) & (not forth))] = np.inf
+                scores["Oscillation"][((part < 0) & (not back)) | ((part > 0) & (not forth))] = (
+                    np.inf
+                )
         if self._uses("RotateToGoal") and self._arrived:
-            squares = v * v + side * side
+            squares, slowing = v * v + side * side, config.RotateToGoal.slowing_factor
             if velocity.speed > config.trans_stopped_velocity:
-                scores[squares >= velocity.speed**2] = np.inf
-                scores += config.RotateToGoal.scale * config.RotateToGoal.slowing_factor * squares
+                slower = squares < velocity.speed**2
+                scores["RotateToGoal"] = np.where(slower, slowing * squares, np.inf)
             else:
-                scores[squares != 0.0] = np.inf
+                scores["RotateToGoal"] = np.where(squares == 0.0, 0.0, np.inf)
         if self._uses("PreferForward"):
             forward = config.PreferForward
             hardly = (v < forward.strafe_x) & (np.abs(w) < forward.strafe_theta)
             turning = forward.theta_scale * np.abs(w)
-            scores += forward.scale * np.where((v < 0) | hardly, forward.penalty, turning)
+            scores["PreferForward"] = np.where((v < 0) | hardly, forward.penalty, turning)
         if self._uses("Twirling"):
-            scores += config.Twirling.scale * np.abs(w)
+            scores["Twirling"] = np.abs(w)
         return scores
 
     def _weights(self, costmap: Costmap, pose: SE2) -> Weights:

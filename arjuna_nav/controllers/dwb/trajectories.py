@@ -19,7 +19,11 @@ from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
 
 
 class Dynamics(NamedTuple):
-    """Accelerations along a trajectory, and steps of its simulation."""
+    """Present velocity, accelerations along a trajectory, and steps of its simulation.
+
+    Attributes:
+        repeats_last: Whether a trajectory's last pose counts twice, as Nav2 has it.
+    """
 
     v: float
     side: float
@@ -34,6 +38,7 @@ class Dynamics(NamedTuple):
     time_step: float
     linear_step: float
     angular_step: float
+    repeats_last: bool
 
 
 class Robot(NamedTuple):
@@ -86,6 +91,7 @@ def score_all(
     data: NDArray[np.uint8],
     to_path: NDArray[np.int32],
     to_goal: NDArray[np.int32],
+    skips: bool,
 ) -> int:
     """Return the index of the best sample, -1 where all are forbidden.
 
@@ -100,10 +106,11 @@ def score_all(
         data: `(height, width) uint8` costs.
         to_path: `(height, width) int32` distances from the path.
         to_goal: `(height, width) int32` distances from the path's end.
+        skips: Whether what cannot be the best any more is not simulated.
     """
     best, best_score = -1, math.inf
     for i in range(len(samples)):
-        if base[i] == math.inf:
+        if base[i] == math.inf or (skips and base[i] >= best_score):
             continue
         score = base[i] + _score(
             start, samples[i], dynamics, robot, weights, resolution, data, to_path, to_goal
@@ -126,28 +133,99 @@ def _score(
     to_goal: NDArray[np.int32],
 ) -> float:
     """Return a trajectory's score, inf where it collides or ends out of reach of the path."""
-    pose, yaw, cost = _drive(start, target, dynamics, robot, weights, resolution, data)
-    if cost == math.inf:
+    cost, path, goal, path_point, goal_point, off = raw_scores(
+        start, target, dynamics, robot, weights, resolution, data, to_path, to_goal
+    )
+    if cost + path + goal == math.inf:
         return math.inf
-    score = weights.obstacle * cost
+    score = weights.obstacle * cost + weights.path_dist * path + weights.goal_dist * goal
+    score += weights.path_align * path_point + weights.goal_align * goal_point
+    return score + weights.heading * off
+
+
+@njit(cache=True)
+def raw_scores(
+    start: NDArray[np.float64],
+    target: NDArray[np.float64],
+    dynamics: Dynamics,
+    robot: Robot,
+    weights: Weights,
+    resolution: float,
+    data: NDArray[np.uint8],
+    to_path: NDArray[np.int32],
+    to_goal: NDArray[np.int32],
+) -> tuple[float, float, float, float, float, float]:
+    """Return a trajectory's scores by the critics in the order of `Weights`, without the weights.
+
+    inf where a critic forbids it, which ends the rest; 0 of those not in use.
+    """
+    pose, yaw, cost = _drive(start, target, dynamics, robot, weights, resolution, data)
+    path = goal = path_point = goal_point = off = 0.0
+    if cost == math.inf:
+        return cost, path, goal, path_point, goal_point, off
     row, column = math.floor(pose[1]), math.floor(pose[0])
     if weights.path_dist > 0.0:
-        if to_path[row, column] >= UNREACHED:
-            return math.inf
-        score += weights.path_dist * to_path[row, column]
+        path = math.inf if to_path[row, column] >= UNREACHED else float(to_path[row, column])
     if weights.goal_dist > 0.0:
-        if to_goal[row, column] >= UNREACHED:
-            return math.inf
-        score += weights.goal_dist * to_goal[row, column]
+        goal = math.inf if to_goal[row, column] >= UNREACHED else float(to_goal[row, column])
     far = float(data.shape[0] + data.shape[1])
     if weights.path_align > 0.0:
-        score += weights.path_align * _ahead(to_path, pose, weights.path_point, far)
+        path_point = _ahead(to_path, pose, weights.path_point, far)
     if weights.goal_align > 0.0:
-        score += weights.goal_align * _ahead(to_goal, pose, weights.goal_point, far)
+        goal_point = _ahead(to_goal, pose, weights.goal_point, far)
     if weights.heading > 0.0:
-        off = (weights.goal_yaw - yaw + math.pi) % (2.0 * math.pi) - math.pi
-        score += weights.heading * abs(off)
-    return score
+        off = abs((weights.goal_yaw - yaw + math.pi) % (2.0 * math.pi) - math.pi)
+    return cost, path, goal, path_point, goal_point, off
+
+
+@njit(cache=True)
+def trajectory(
+    start: NDArray[np.float64], target: NDArray[np.float64], dynamics: Dynamics, resolution: float
+) -> tuple[NDArray[np.float64], float]:
+    """Return a trajectory's states, the start first, and the time between two [s].
+
+    The states are `(N, 6) float64`: pose [cells, cells, rad], then velocity [m/s, m/s, rad/s].
+    """
+    steps = _steps(target, dynamics)
+    dt = dynamics.duration / steps
+    states = np.empty((steps + 1, 6))
+    state = (start[0], start[1], start[2], dynamics.v, dynamics.side, dynamics.w)
+    for k in range(steps + 1):
+        if k > 0:
+            state = _stepped(state, target, dynamics, dt, resolution)
+        for i in range(6):
+            states[k, i] = state[i]
+    return states, dt
+
+
+@njit(cache=True)
+def _steps(target: NDArray[np.float64], dynamics: Dynamics) -> int:
+    """Return the number of steps of a trajectory's simulation."""
+    if dynamics.time_step < math.inf:
+        return int(max(math.ceil(dynamics.duration / dynamics.time_step), 1))
+    travel = math.hypot(target[0], target[1]) * dynamics.duration
+    turn = abs(target[2]) * dynamics.duration
+    linear, angular = travel / dynamics.linear_step, turn / dynamics.angular_step
+    return int(max(math.ceil(linear), math.ceil(angular), 1))
+
+
+@njit(cache=True)
+def _stepped(
+    state: tuple[float, float, float, float, float, float],
+    target: NDArray[np.float64],
+    dynamics: Dynamics,
+    dt: float,
+    resolution: float,
+) -> tuple[float, float, float, float, float, float]:
+    """Return pose and velocity a step later."""
+    x, y, theta, v, side, w = state
+    v = _towards(v, target[0], dynamics.accel_v * dt, dynamics.decel_v * dt)
+    side = _towards(side, target[1], dynamics.accel_side * dt, dynamics.decel_side * dt)
+    w = _towards(w, target[2], dynamics.accel_w * dt, dynamics.decel_w * dt)
+    c, s = math.cos(theta + 0.5 * w * dt), math.sin(theta + 0.5 * w * dt)
+    x += (v * c - side * s) * dt / resolution
+    y += (v * s + side * c) * dt / resolution
+    return x, y, theta + w * dt, v, side, w
 
 
 @njit(cache=True)
@@ -159,40 +237,30 @@ def _drive(
     weights: Weights,
     resolution: float,
     data: NDArray[np.uint8],
-) -> tuple[NDArray[np.float64], float, float]:
+) -> tuple[tuple[float, float, float], float, float]:
     """Return where a trajectory ends, the heading that counts, and its cost, inf if it collides."""
-    travel = math.hypot(target[0], target[1]) * dynamics.duration
-    turn = abs(target[2]) * dynamics.duration
-    if dynamics.time_step < math.inf:
-        steps = max(math.ceil(dynamics.duration / dynamics.time_step), 1)
-    else:
-        linear, angular = travel / dynamics.linear_step, turn / dynamics.angular_step
-        steps = max(math.ceil(linear), math.ceil(angular), 1)
-    dt, (height, width) = dynamics.duration / steps, data.shape
-    x, y, theta = start
-    v, side, w = dynamics.v, dynamics.side, dynamics.w
+    steps, (height, width) = _steps(target, dynamics), data.shape
+    dt = dynamics.duration / steps
+    state = (start[0], start[1], start[2], dynamics.v, dynamics.side, dynamics.w)
     total, last, yaw = 0.0, 0.0, start[2]
     for k in range(steps):
-        v = _towards(v, target[0], dynamics.accel_v * dt, dynamics.decel_v * dt)
-        side = _towards(side, target[1], dynamics.accel_side * dt, dynamics.decel_side * dt)
-        w = _towards(w, target[2], dynamics.accel_w * dt, dynamics.decel_w * dt)
-        c, s = math.cos(theta + 0.5 * w * dt), math.sin(theta + 0.5 * w * dt)
-        x += (v * c - side * s) * dt / resolution
-        y += (v * s + side * c) * dt / resolution
-        theta += w * dt
+        state = _stepped(state, target, dynamics, dt, resolution)
+        x, y, theta = state[0], state[1], state[2]
         row, column = math.floor(y), math.floor(x)
         if not (0 <= row < height and 0 <= column < width):
-            return np.array([x, y, theta]), yaw, math.inf
+            return (x, y, theta), yaw, math.inf
         cost = data[row, column]
         if (cost >= INSCRIBED and cost != UNKNOWN) or (
             cost >= robot.safe_cost and not robot.circular and _touches(data, x, y, theta, robot)
         ):
-            return np.array([x, y, theta]), yaw, math.inf
+            return (x, y, theta), yaw, math.inf
         last = 0.0 if cost == UNKNOWN else float(cost)
         total += last
         if weights.heading_time < 0.0 or (k + 1) * dt <= weights.heading_time:
             yaw = theta
-    return np.array([x, y, theta]), yaw, total if weights.sum_costs else last
+    if dynamics.repeats_last:
+        total += last
+    return (state[0], state[1], state[2]), yaw, total if weights.sum_costs else last
 
 
 @njit(cache=True)
@@ -205,7 +273,7 @@ def _touches(data: NDArray[np.uint8], x: float, y: float, theta: float, robot: R
 
 @njit(cache=True)
 def _ahead(
-    grid: NDArray[np.int32], pose: NDArray[np.float64], distance: float, unreached: float
+    grid: NDArray[np.int32], pose: tuple[float, float, float], distance: float, unreached: float
 ) -> float:
     """Return a grid's value at a point ahead of the robot."""
     column = math.floor(pose[0] + distance * math.cos(pose[2]))

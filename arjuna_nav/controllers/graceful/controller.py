@@ -13,8 +13,15 @@ from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
-from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, TrackedPath
+from arjuna_nav.controllers.base import (
+    NO_PATH,
+    ControlResult,
+    ControlStatus,
+    PluginConfig,
+    TrackedPath,
+)
 from arjuna_nav.controllers.checkers import is_there
+from arjuna_nav.controllers.display import Offer, Plan
 from arjuna_nav.controllers.graceful.control_law import approach
 from arjuna_nav.controllers.motion import Turning, rollout
 from arjuna_nav.costmap.collision import first_collision
@@ -24,7 +31,7 @@ from arjuna_nav.planners import path as paths
 
 
 @dataclass(frozen=True)
-class GracefulConfig:
+class GracefulConfig(PluginConfig):
     """Parameters of the graceful controller, by Nav2's names."""
 
     min_lookahead: float = param(0.25, "Least distance of the pose aimed at.", unit="m", minimum=0)
@@ -41,6 +48,15 @@ class GracefulConfig:
     v_angular_max: float = param(1.0, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
     v_angular_min_in_place: float = param(
         0.25, "Least yaw rate on the spot.", unit="rad/s", minimum=0.0
+    )
+    rotation_scaling_factor: float = param(
+        0.5,
+        "Yaw rate on the spot by the angle left, in parts of v_angular_max.",
+        unit="1/rad",
+        minimum=0.0,
+    )
+    in_place_collision_resolution: float = param(
+        0.1, "Angle between two poses of a turn that are tested.", unit="rad", minimum=0.001
     )
     max_angular_accel: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
     slowdown_radius: float = param(
@@ -64,7 +80,7 @@ class GracefulConfig:
             )
 
 
-class Graceful:
+class Graceful(Offer):
     """Steers to a pose ahead on the path by Park and Kuipers' law.
 
     Of the poses between the lookaheads it takes the farthest that the law reaches unhindered.
@@ -81,9 +97,15 @@ class Graceful:
 
     Config: ClassVar[type[Any]] = GracefulConfig
 
+    @staticmethod
+    def shows(config: GracefulConfig) -> dict[str, type[Any]]:
+        """Return the topics that show what it follows."""
+        return {"transformed_global_plan": Plan, "local_plan": Plan}
+
     def __init__(
         self, config: GracefulConfig, footprint: Footprint, xy_goal_tolerance: float, period: float
     ) -> None:
+        super().__init__()
         self._config = config
         self._footprint = footprint
         self._xy_goal_tolerance = xy_goal_tolerance
@@ -92,7 +114,8 @@ class Graceful:
             config.v_angular_max,
             config.max_angular_accel,
             period,
-            rate_min=config.v_angular_min_in_place,
+            config.rotation_scaling_factor * config.v_angular_max,
+            config.v_angular_min_in_place,
         )
         self._path = TrackedPath(config.max_robot_pose_search_dist, inverts=config.allow_backward)
         self._arrived = self._rotating = self._had_carrot = False
@@ -188,13 +211,17 @@ class Graceful:
         poses[:, :2] = (pose @ facing).apply(poses[:, :2])
         poses[:, 2] += pose.theta
         hit = first_collision(costmap, self._footprint, poses)
+        if hit is None and self.wanted:
+            near = self._path.within(config.max_lookahead)
+            self.shown = {"transformed_global_plan": Plan(near), "local_plan": Plan(poses)}
         return Velocity(v * math.cos(facing.theta), yaw_rate=w) if hit is None else None
 
     def _turn(self, angle: float, pose: SE2, costmap: Costmap) -> ControlResult:
         """Return a turn on the spot, or NO_VALID_CONTROL where it would collide."""
         command = Velocity(yaw_rate=self._turning.towards(angle, self._last_w))
-        duration = abs(angle) / max(abs(command.yaw_rate), 1e-3)
-        arc = rollout(pose, command, min(duration, 1.0), costmap.frame.resolution)
+        duration = min(abs(angle), 1.0) / max(abs(command.yaw_rate), 1e-3)  # a radian ahead
+        step = self._config.in_place_collision_resolution
+        arc = rollout(pose, command, duration, costmap.frame.resolution, step)
         if first_collision(costmap, self._footprint, arc) is None:
             self._last_w = command.yaw_rate
             return ControlResult(ControlStatus.SUCCEEDED, command)

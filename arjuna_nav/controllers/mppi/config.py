@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from arjuna_core.config import param
+from arjuna_nav.controllers.base import PluginConfig
 
 CRITICS = (
     *("ConstraintCritic", "CostCritic", "ObstaclesCritic", "GoalCritic", "GoalAngleCritic"),
@@ -43,7 +44,16 @@ class GoalAngleConfig(NearGoalConfig):
 
 
 @dataclass(frozen=True)
-class CostConfig(CriticConfig):
+class NearObstaclesConfig(CriticConfig):
+    """A critic of the costs near obstacles."""
+
+    inflation_layer_name: str = param(
+        "", "The costmap's inflation layer by which costs show distances; its last if empty."
+    )
+
+
+@dataclass(frozen=True)
+class CostConfig(NearObstaclesConfig):
     """Scores the costs along a rollout."""
 
     consider_footprint: bool = param(False, "Whether the outline counts, else the centre.")
@@ -62,7 +72,7 @@ class CostConfig(CriticConfig):
 
 
 @dataclass(frozen=True)
-class ObstaclesConfig(CriticConfig):
+class ObstaclesConfig(NearObstaclesConfig):
     """Scores the distance from obstacles by the costs."""
 
     consider_footprint: bool = param(False, "Whether the outline counts, else the centre.")
@@ -137,7 +147,15 @@ class AckermannConfig:
 
 
 @dataclass(frozen=True)
-class MppiConfig:
+class VisualizerConfig:
+    """Parameters of showing rollouts."""
+
+    trajectory_step: int = param(5, "Every which rollout is shown.", minimum=1)
+    time_step: int = param(3, "Every which of its poses is shown.", minimum=1)
+
+
+@dataclass(frozen=True)
+class MppiConfig(PluginConfig):
     """Parameters of MPPI."""
 
     time_steps: int = param(56, "Steps of a rollout.", minimum=2, maximum=2000)
@@ -192,6 +210,18 @@ class MppiConfig:
         0.4, "Angle from its heading within which it does.", unit="rad", minimum=0.0
     )
     retry_attempt_limit: int = param(1, "Further tries where every rollout collides.", minimum=0)
+    reset_period: float = param(
+        1.0,
+        "Time without a command after which it forgets the controls found.",
+        unit="s",
+        minimum=0.0,
+    )
+    visualize: bool = param(
+        False,
+        "Whether `trajectories` shows the rollouts, `optimal_trajectory` the controls found and"
+        " `transformed_global_plan` the part of the path that counts.",
+    )
+    TrajectoryVisualizer: VisualizerConfig = field(default_factory=VisualizerConfig)
     open_loop: bool = param(
         False,
         "Whether rollouts start from the last command, else from the measured velocity.",

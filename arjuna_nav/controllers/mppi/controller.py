@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, TrackedPath
+from arjuna_nav.controllers.display import Offer, Plan, Shape, Shapes
 from arjuna_nav.controllers.motion import rollout, steered
 from arjuna_nav.controllers.mppi import critics, path_critics
 from arjuna_nav.controllers.mppi.config import MppiConfig
@@ -29,7 +30,7 @@ from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 
 
-class Mppi:
+class Mppi(Offer):
     """Follows a path by model predictive path integral control.
 
     Args:
@@ -43,9 +44,15 @@ class Mppi:
 
     Config: ClassVar[type[Any]] = MppiConfig
 
+    @staticmethod
+    def shows(config: MppiConfig) -> dict[str, type[Any]]:
+        """Return the topics that show its rollouts."""
+        return {"trajectories": Shapes, "optimal_trajectory": Plan, "transformed_global_plan": Plan}
+
     def __init__(
         self, config: MppiConfig, footprint: Footprint, xy_goal_tolerance: float, period: float
     ) -> None:
+        super().__init__()
         self._config = config
         self._footprint = footprint
         self._period, self._xy_goal_tolerance = period, xy_goal_tolerance
@@ -55,7 +62,7 @@ class Mppi:
             inversion_tolerance=(config.inversion_xy_tolerance, config.inversion_yaw_tolerance),
         )
         self._optimizer = Optimizer(config)
-        self._last = STILL
+        self._last, self._last_at = STILL, math.inf
         steered = config.motion_model == "Ackermann"
         self.turning_radius = config.AckermannConstraints.min_turning_r if steered else 0.0
         self.speed_limit = math.inf
@@ -80,8 +87,12 @@ class Mppi:
         if not len(self._path.ahead):
             return NO_PATH
         self._path.advance(pose)
+        if now - self._last_at > self._config.reset_period:
+            self._optimizer.reset()
+        self._last_at = now
         seen = pose.inverse() @ self._path.goal
-        path = path_seen(self._path.within(self._prune_distance()), pose)
+        near = self._path.within(self._prune_distance())
+        path = path_seen(near, pose)
         grid = grid_seen(costmap, self._footprint, pose)
         limits, velocity = self._limits(), self._last if self._config.open_loop else velocity
         scene = Scene(
@@ -96,10 +107,13 @@ class Mppi:
             limits,
             self._config.model_dt,
             self._xy_goal_tolerance,
+            costmap.inflations,
         )
         self._last = STILL
         for _ in range(1 + self._config.retry_attempt_limit):
             if self._optimizer.improve(velocity, limits, lambda r: self._judge(r, scene)):
+                if self._config.visualize:
+                    self.shown = self._visualized(pose, velocity, limits, near)
                 command = steered(self._optimizer.advance(self._period), limits.radius)
                 return self._checked(command, pose, costmap)
             self._optimizer.reset()
@@ -134,13 +148,45 @@ class Mppi:
         costs, blocked = np.zeros(rollouts.x.shape[1], np.float32), False
         for name in self._config.critics:
             own = getattr(self._config, name)
-            cost = _CRITICS[name](own, rollouts, scene) if own.enabled else None
+            seen = scene.inflated_by(getattr(own, "inflation_layer_name", ""))
+            cost = _CRITICS[name](own, rollouts, seen) if own.enabled else None
             if isinstance(cost, tuple):
                 cost, all_collide = cost
                 blocked = blocked or all_collide
             if cost is not None:
                 costs += cost if own.cost_power == 1 else cost**own.cost_power
         return costs, blocked
+
+    def _visualized(
+        self, pose: SE2, velocity: Velocity, limits: Limits, near: NDArray[np.float64]
+    ) -> dict[str, Any]:
+        """Return what is wanted of its rollouts: points blue near the robot and green far away.
+
+        Source: nav2_mppi_controller, TrajectoryVisualizer, with a marker for all its points.
+        """
+        shown: dict[str, Any] = {}
+        wanted, step = self.wanted, self._config.TrajectoryVisualizer
+        rollouts = self._optimizer.rollouts
+        best = np.array([each[:, 0] for each in self._optimizer.found(velocity, limits)[2:5]]).T
+        best = np.column_stack((pose.apply(best[:, :2].astype(float)), best[:, 2] + pose.theta))
+        if "trajectories" in wanted:
+            x, y = (
+                each[:: step.time_step, :: step.trajectory_step]
+                for each in (rollouts.x, rollouts.y)
+            )
+            points = pose.apply(np.column_stack((x.ravel(), y.ravel())).astype(float))
+            late = np.repeat(np.arange(len(x)) / len(x), x.shape[1])
+            colours = np.column_stack((0.0 * late, late, 1.0 - late))
+            late = np.arange(len(best)) / len(best)
+            optimal = np.column_stack((0.0 * late, late, late))
+            candidates = Shape("Candidate Trajectories", points, colours, 0.03)
+            marked = Shape("Optimal Trajectory", best[:, :2], optimal, 0.03)
+            shown["trajectories"] = Shapes([candidates, marked])
+        if "optimal_trajectory" in wanted:
+            shown["optimal_trajectory"] = Plan(best)
+        if "transformed_global_plan" in wanted:
+            shown["transformed_global_plan"] = Plan(near)
+        return shown
 
     def _checked(
         self, command: Velocity, pose: SE2, costmap: Costmap, lookahead: float = 0.3

@@ -139,6 +139,16 @@ class Optimizer:
         for axis, (low, high) in zip(self._axes, bounds, strict=False):
             axis.sequence = _smoothed(axis.history, axis.sequence, low, high)
 
+    def found(self, velocity: Velocity, limits: Limits) -> Rollouts:
+        """Return where the controls found take the robot, as one rollout."""
+        steps, holonomic = self._config.time_steps, len(self._axes) > 2
+        columns = [np.ascontiguousarray(axis.sequence[:, None]) for axis in self._axes]
+        rollouts = empty_rollouts(steps, 1, holonomic)
+        now = (float(velocity.x), float(velocity.y), float(velocity.yaw_rate))
+        side = columns[2] if holonomic else _NO_CONTROLS
+        roll_out(columns[0], columns[1], side, now, limits, self._config.model_dt, rollouts)
+        return rollouts
+
     def advance(self, time: float) -> Velocity:
         """Return the controls a time [s] ahead, and move on by it."""
         for axis in self._axes:

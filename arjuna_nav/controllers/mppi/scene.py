@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -55,6 +57,7 @@ class Scene(NamedTuple):
         limits: What the drive can do.
         dt: Time of a step [s].
         xy_goal_tolerance: Distance at which the position counts as reached [m].
+        inflations: The costmap's `circumscribed_cost` and `clearances` by each inflation layer.
     """
 
     path: Array
@@ -68,6 +71,14 @@ class Scene(NamedTuple):
     limits: Limits
     dt: float
     xy_goal_tolerance: float = 0.0
+    inflations: Mapping[str, tuple[int, NDArray[np.float64]]] = MappingProxyType({})
+
+    def inflated_by(self, layer: str) -> Scene:
+        """Return it with distances by the costs of an inflation layer, if there is one so named."""
+        if layer not in self.inflations:
+            return self
+        safe_cost, clearances = self.inflations[layer]
+        return self._replace(grid=self.grid._replace(safe_cost=safe_cost), clearances=clearances)
 
 
 def grid_seen(costmap: Costmap, footprint: Footprint, pose: SE2) -> Grid:

@@ -6,11 +6,12 @@ import math
 from dataclasses import dataclass
 
 from arjuna_core.config import param
+from arjuna_nav.controllers.base import PluginConfig
 from arjuna_nav.controllers.motion import gentle_turns
 
 
 @dataclass(frozen=True)
-class RegulatedPurePursuitConfig:
+class RegulatedPurePursuitConfig(PluginConfig):
     """Parameters of regulated pure pursuit, by Nav2's names."""
 
     desired_linear_vel: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.0)
@@ -94,3 +95,7 @@ class RegulatedPurePursuitConfig:
     max_robot_pose_search_dist: float = param(
         2.5, "How far along the path the robot is looked for; below 0 all along.", unit="m"
     )
+    use_cancel_deceleration: bool = param(
+        False, "Whether a robot whose path is cancelled brakes by `cancel_deceleration` along it."
+    )
+    cancel_deceleration: float = param(3.2, "How it does.", unit="m/s^2", minimum=0.01)

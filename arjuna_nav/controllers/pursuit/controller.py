@@ -12,6 +12,7 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, TrackedPath
 from arjuna_nav.controllers.checkers import is_there
+from arjuna_nav.controllers.display import Offer, Plan
 from arjuna_nav.controllers.motion import Turning, crossing, curvature_to, rollout
 from arjuna_nav.controllers.pursuit.config import RegulatedPurePursuitConfig
 from arjuna_nav.costmap.collision import first_collision
@@ -20,7 +21,7 @@ from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
 
 
-class RegulatedPurePursuit:
+class RegulatedPurePursuit(Offer):
     """Follows a path by pure pursuit with regulated speed.
 
     Args:
@@ -38,6 +39,11 @@ class RegulatedPurePursuit:
 
     Config: ClassVar[type[Any]] = RegulatedPurePursuitConfig
 
+    @staticmethod
+    def shows(config: RegulatedPurePursuitConfig) -> dict[str, type[Any]]:
+        """Return the topic that shows the arc tested for collisions."""
+        return {"lookahead_collision_arc": Plan}
+
     def __init__(
         self,
         config: RegulatedPurePursuitConfig,
@@ -45,6 +51,7 @@ class RegulatedPurePursuit:
         xy_goal_tolerance: float = 0.25,
         period: float = 0.05,
     ) -> None:
+        super().__init__()
         self._config = config
         self._footprint = footprint
         self._xy_goal_tolerance = xy_goal_tolerance
@@ -55,6 +62,7 @@ class RegulatedPurePursuit:
             inverts=config.allow_reversing,
         )
         self._arrived = self._turning = False
+        self._cancelled, self._braking = False, math.inf
         self._last_w = 0.0
         self.turning_radius = 0.0 if config.use_rotate_to_heading else math.inf
         self.speed_limit = math.inf
@@ -76,14 +84,23 @@ class RegulatedPurePursuit:
         Raises:
             PathError: The path is empty or not `(N, 3)`.
         """
+        self._cancelled, self._braking = False, math.inf
         if self._path.replace(path):
             self._arrived = self._turning = False
+
+    def cancel(self) -> bool:
+        """Begin to brake; return whether the robot may be stopped at once, or stands."""
+        self._cancelled = True
+        return self._braking == 0.0 or not self._config.use_cancel_deceleration
 
     def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
         """Return the velocity to drive, or NO_VALID_CONTROL where it would collide."""
         if not len(self.path):
             return NO_PATH
         self._path.advance(pose)
+        if self._cancelled:
+            least = self._config.cancel_deceleration * self._period
+            self._braking = max(min(self._braking, abs(velocity.x)) - least, 0.0)
         goal = self._path.goal
         stays = self._arrived and self._config.stateful
         pushed = 0.15 if self._config.gentle_turns else math.inf
@@ -124,7 +141,11 @@ class RegulatedPurePursuit:
         if not self._config.gentle_turns:
             return self._checked(Velocity(yaw_rate=w), pose, costmap, math.inf)
         room = 0.0 if cost is None else float(costmap.clearances[cost])
-        v = side * min(self.desired_speed, self.speed_limit) * max(math.cos(angle), 0.0)
+        v = (
+            side
+            * min(self.desired_speed, self.speed_limit, self._braking)
+            * max(math.cos(angle), 0.0)
+        )
         if math.isfinite(room):  # a bend leads aside by its diameter
             v = side * min(abs(v), abs(w) * room / 2.0)
         result = self._checked(Velocity(v, yaw_rate=w), pose, costmap, math.inf)
@@ -225,6 +246,7 @@ class RegulatedPurePursuit:
         w_max = config.rotate_to_heading_angular_vel
         if config.gentle_turns and abs(v * curvature) > w_max:
             v = w_max / abs(curvature)
+        v = min(v, self._braking)
         v *= self._side_of(carrot)
         return Velocity(v, yaw_rate=v * curvature)
 
@@ -266,6 +288,8 @@ class RegulatedPurePursuit:
             duration = min(duration, reach / abs(command.x))
         if config.use_collision_detection:
             arc = rollout(pose, command, duration, costmap.frame.resolution)
+            if "lookahead_collision_arc" in self.wanted:
+                self.shown = {"lookahead_collision_arc": Plan(arc)}
             hit = first_collision(costmap, self._footprint, arc)
             if hit is not None:
                 self._last_w = 0.0

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import array
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -101,11 +103,18 @@ def polygon_msg(points: NDArray[np.float64], frame_id: str, now: float) -> Polyg
     return PolygonStamped(header=header(frame_id, now), polygon=Polygon(points=corners))
 
 
-def cloud_msg(points: NDArray[np.float64], frame_id: str, now: float) -> PointCloud2:
-    """Return points `(N, 3)` [m] as a PointCloud2."""
-    fields = [PointField(name=n, offset=4 * k, datatype=7, count=1) for k, n in enumerate("xyz")]
-    data = array.array("B", points.astype(np.float32).tobytes())
-    layout = {"height": 1, "width": len(points), "point_step": 12, "row_step": len(data)}
+def cloud_msg(
+    points: NDArray[np.float64],
+    frame_id: str,
+    now: float,
+    channels: Mapping[str, NDArray[np.float32]] = MappingProxyType({}),
+) -> PointCloud2:
+    """Return points `(N, 3)` [m], and values `(N,)` by name, as a PointCloud2."""
+    names = [*"xyz", *channels]
+    fields = [PointField(name=n, offset=4 * k, datatype=7, count=1) for k, n in enumerate(names)]
+    rows = np.column_stack((points, *channels.values())).astype(np.float32)
+    data, step = array.array("B", rows.tobytes()), 4 * len(names)
+    layout = {"height": 1, "width": len(points), "point_step": step, "row_step": len(data)}
     stamped = header(frame_id, now)
     return PointCloud2(header=stamped, fields=fields, data=data, is_dense=True, **layout)
 

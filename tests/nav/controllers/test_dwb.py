@@ -155,7 +155,8 @@ class Case:
             ("ObstacleFootprint", c.ObstacleFootprint),
         ):
             if name in uses and not (name == "ObstacleFootprint" and "BaseObstacle" in uses):
-                total += own.scale * (sum(costs) if own.sum_scores else costs[-1])
+                summed = sum(costs) + c.include_last_point * costs[-1]
+                total += own.scale * (summed if own.sum_scores else costs[-1])
         if "PreferForward" in uses:
             p = c.PreferForward
             hardly = v < p.strafe_x and abs(w) < p.strafe_theta

@@ -106,7 +106,8 @@ def test_drives_what_the_controller_says_and_how_much_is_left() -> None:
     [
         (0.3, 0.29, None, "blocked ahead"),
         (0.25, 0.25, ControlStatus.PATIENCE_EXCEEDED, "blocked ahead; for over 0.25 s"),
-        (0.0, 0.0, ControlStatus.NO_VALID_CONTROL, "blocked ahead; for over 0 s"),
+        (0.0, 0.0, ControlStatus.NO_VALID_CONTROL, "blocked ahead"),
+        (-0.1, 0.0, ControlStatus.NO_VALID_CONTROL, "blocked ahead"),
         (-1.0, 9.0, None, "blocked ahead"),
     ],
 )
@@ -123,6 +124,24 @@ def test_a_failing_controller_is_tolerated_for_a_time(
     assert result.message == message
     assert result.error is (error or ControlStatus.SUCCEEDED)
     assert (result.state is FollowState.FAILED) is (error is not None)
+
+
+@pytest.mark.parametrize("code", range(ControlStatus.UNKNOWN, ControlStatus.NO_VALID_CONTROL + 1))
+@pytest.mark.parametrize("start", [START, SE2(4.4, 2.0)])
+def test_a_controller_that_always_fails_has_the_last_word_even_near_its_goal(
+    code: int, start: SE2
+) -> None:
+    own: dict[str, Any] = {"arrival.enabled": True, "failure_tolerance": 0.3}
+    followed = Followed(polyline([(start.x, 2.0), (5.0, 2.0)], 0.0), **own)
+    followed.script.answer = ControlResult(ControlStatus(code), message="it is broken")
+    result = followed.tick(0.0, start)
+    blocked = code == ControlStatus.NO_VALID_CONTROL
+    if blocked:
+        assert result.state is FollowState.RUNNING
+        result = followed.tick(0.3, start)
+    assert result.state is FollowState.FAILED
+    assert result.error == (ControlStatus.PATIENCE_EXCEEDED if blocked else code)
+    assert result.message.startswith("it is broken")
 
 
 @pytest.mark.parametrize("between", ["it drives", "it brakes", "a new task"])

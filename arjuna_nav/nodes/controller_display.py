@@ -1,0 +1,98 @@
+"""What controllers show, as messages: made only of what somebody listens to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import Point, Vector3
+from nav_msgs.msg import Path
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
+
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import duration_msg, header, path_msg
+from arjuna_core.ros.messages import maker
+from arjuna_core.ros.node import ManagedNode
+from arjuna_nav.controllers import display
+from arjuna_nav.nodes.costmap.messages import cloud_msg
+
+_colour, _point = maker(ColorRGBA, "r", "g", "b", "a"), maker(Point, "x", "y")
+
+
+class ControllerDisplay:
+    """Publishes what controllers show; `local_plan` there is with any of them.
+
+    Args:
+        node: A node in its `configure`.
+        configs: The controllers' parameters.
+    """
+
+    def __init__(self, node: ManagedNode, configs: Iterable[Any]) -> None:
+        kinds: dict[str, type[Any]] = {"local_plan": display.Plan}
+        for config in configs:
+            kinds |= display.topics_of(config.plugin, config)
+        self._outputs: dict[str, tuple[Any, Callable[[Any, str, float], Any]]] = {}
+        for topic, kind in kinds.items():
+            message, made = _messages_of(kind)
+            self._outputs[topic] = node.publisher(message, topic, qos.LATEST), made
+
+    def wanted(self) -> frozenset[str]:
+        """Return the topics that somebody listens to."""
+        return frozenset(
+            topic
+            for topic, (publisher, _) in self._outputs.items()
+            if publisher.get_subscription_count()
+        )
+
+    def publish(self, shown: Mapping[str, Any], frame: str, now: float) -> None:
+        """Publish values of a frame at a time [s], by topic."""
+        for topic, value in shown.items():
+            publisher, made = self._outputs[topic]
+            publisher.publish(made(value, frame, now))
+
+
+def _path(plan: display.Plan, frame: str, now: float) -> Path:
+    return path_msg(plan.poses, frame, now)
+
+
+def _cloud(cloud: display.Cloud, frame: str, now: float) -> PointCloud2:
+    flat = np.column_stack((cloud.points, np.zeros(len(cloud.points))))
+    return cloud_msg(flat, frame, now, cloud.channels)
+
+
+def _markers(shapes: display.Shapes, frame: str, now: float) -> MarkerArray:
+    stamped = header(frame, now)
+    numbers: dict[str, int] = {}
+    markers = []
+    for shape in shapes.shapes:
+        numbers[shape.name] = number = numbers.get(shape.name, -1) + 1
+        marker = Marker(header=stamped, ns=shape.name, id=number)
+        marker.type = Marker.LINE_STRIP if shape.line else Marker.SPHERE_LIST
+        marker.pose.orientation.w = 1.0
+        marker.scale = Vector3(x=shape.size, y=shape.size, z=shape.size)
+        marker.lifetime = duration_msg(shape.lifetime)
+        marker.points = [_point(x, y) for x, y in shape.points.tolist()]
+        rows = [_colour(*row, 1.0) for row in np.atleast_2d(shape.colours).tolist()]
+        marker.color, marker.colors = rows[0], rows if shape.colours.ndim > 1 else []
+        markers.append(marker)
+    return MarkerArray(markers=markers)
+
+
+def _messages_of(kind: type[Any]) -> tuple[Any, Callable[[Any, str, float], Any]]:
+    """Return the type of the messages of a kind of value, and what makes them."""
+    if kind is display.Evaluation:
+        from arjuna_nav.nodes.dwb_evaluation import MESSAGE, evaluation_msg
+
+        return MESSAGE, evaluation_msg
+    return _MESSAGES[kind]
+
+
+_MESSAGES: dict[type[Any], tuple[Any, Callable[[Any, str, float], Any]]] = {
+    display.Plan: (Path, _path),
+    display.Cloud: (PointCloud2, _cloud),
+    display.Shapes: (MarkerArray, _markers),
+}
+"""For each kind of value the type of its messages and what makes them, in a frame at a time [s]."""
