@@ -73,7 +73,10 @@ def load_page(path: Path) -> Page:
     """
     lines = read_text(path).splitlines()
     title = next((line[2:] for line in lines if line.startswith("# ")), path.stem)
-    sections = tuple(section for section in _sections(lines) if section.commands)
+    try:
+        sections = tuple(section for section in _sections(lines) if section.commands)
+    except ValueError as error:  # as of a quote that is not closed
+        raise InputFileError(path, f"holds a command that is none: {error}") from error
     if not sections:
         raise InputFileError(
             path, f"holds no command; valid: '## TITLE' and blocks of '{COMMANDS}'"

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import io
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import ParseError, fromstring
 from numpy.typing import NDArray
 
-from arjuna_core.errors import ArjunaError, InputFileError
+from arjuna_core.errors import ArjunaError, InputFileError, shortened
 from arjuna_core.files.input_file import open_file
 
 FindMesh = Callable[[str], Path | None]
@@ -88,13 +89,20 @@ def read(description: str, find_mesh: FindMesh, longest: int = 10_000_000) -> Vi
     for link in robot.links:
         meshes = []
         for visual in link.visuals:
-            try:
+            with _noting(notes, link.name):
                 meshes += _meshes(visual, colours, find_mesh)
-            except _BROKEN as error:
-                notes.append(f"{link.name}: {error}")
         if meshes:
-            glbs[link.name] = bytes(trimesh.Scene(meshes).export(file_type="glb"))
+            with _noting(notes, link.name):
+                glbs[link.name] = bytes(trimesh.Scene(meshes).export(file_type="glb"))
     return VisualModel(_root(robot), glbs, tuple(notes))
+
+
+@contextmanager
+def _noting(notes: list[str], name: str) -> Iterator[None]:
+    try:
+        yield
+    except _BROKEN as error:
+        notes.append(f"{name}: {shortened(' '.join(str(error).split()), 300)}")
 
 
 def _root(robot: Any) -> str:

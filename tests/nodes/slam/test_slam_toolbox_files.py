@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -148,11 +149,15 @@ def test_each_match_type_finds_the_robot(
     assert 100 in robot.call(GetMap, "dynamic_map").map.data
 
 
-@pytest.mark.parametrize("filename", ["none", "../room", "broken"])
+@pytest.mark.parametrize("filename", ["none", "../room", "broken", "pipe", "zero", "hole"])
 def test_a_graph_that_cannot_be_loaded_changes_nothing(
     robot: Robot, saved: SlamToolboxNode, tmp_path: Path, filename: str
 ) -> None:
     (tmp_path / "broken.posegraph").write_bytes((tmp_path / "room.posegraph").read_bytes()[:-9])
+    os.mkfifo(tmp_path / "pipe.posegraph")
+    (tmp_path / "zero.posegraph").symlink_to("/dev/zero")
+    (tmp_path / "hole.posegraph").touch()
+    os.truncate(tmp_path / "hole.posegraph", 100 << 30)
     before = saved.slam
     fields = {"filename": filename, "match_type": Request.START_AT_FIRST_NODE}
     robot.call(DeserializePoseGraph, "deserialize_map", **fields)
