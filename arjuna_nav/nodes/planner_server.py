@@ -48,7 +48,7 @@ class PlannerServerConfig:
 
     planner_plugins: tuple[str, ...] = plugin_names(("GridBased",), "The planners.", PLANNERS)
     expected_planner_frequency: float = param(
-        20.0,
+        1.0,
         "Plans that take longer than its period are noted in the log; 0 for none.",
         unit="Hz",
         minimum=0.0,
