@@ -168,12 +168,12 @@ def keeps_expansions(planner: Planner, _: pytest.MonkeyPatch) -> None:
     assert near_start.min() < 1e-6
 
 
-DEAD_END = {
+DEAD_END: dict[str, Any] = {
     "motion_model_for_search": "DUBIN",
     "goal_heading_mode": "ALL_DIRECTION",
     "max_iterations": 4000,
 }
-SHORT_CURVES = {
+SHORT_CURVES: dict[str, Any] = {
     "motion_model_for_search": "DUBIN",
     "debug_visualizations": True,
     "analytic_expansion_max_length": 0.8,
