@@ -82,6 +82,7 @@ class Process:
 
     Attributes:
         clock: Its time; of the nodes of the local transport too, others have clocks of their own.
+        isolated: See above; then all that runs is of one thread.
         transport: What the nodes make their publishers and services of; None for the middleware.
         guard: Where what a callback raises ends.
         remarks: Parameters without effect on which safety depends.
@@ -106,6 +107,7 @@ class Process:
         self.on_long_step: Callable[[float], None] = lambda patience: None
         if beside is not None:
             self.on_long_step = lambda patience: beside.on_long_step(patience)
+        self.isolated: bool = beside.isolated if beside else isolated
         self.use_sim_time = use_sim_time
         self.namespace = namespace.strip("/")
         self.executor: Any = beside.executor if beside else None

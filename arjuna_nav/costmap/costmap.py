@@ -69,6 +69,11 @@ class Costmap:
         if self.data.shape != self.frame.shape:
             raise ValueError(f"data has shape {self.data.shape}, the frame {self.frame.shape}")
 
+    def copied(self) -> Costmap:
+        """Return the costs as of now, which no update changes."""
+        hits = None if self.hits is None else self.hits.copy()
+        return replace(self, data=self.data.copy(), hits=hits)
+
     def cost_at(self, x: float, y: float) -> int | None:
         """Return the cost at a point [m] of the frame, None outside the grid."""
         row, column = self.frame.to_cell(x, y)

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 import numpy as np
+from geometry_msgs.msg import Point, PoseArray
 from nav2_msgs.action import ComputePathThroughPoses, ComputePathToPose
 from nav2_msgs.srv import IsPathValid
 from nav_msgs.msg import Path
 from numpy.typing import NDArray
+from visualization_msgs.msg import Marker, MarkerArray
 
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import duration_msg, path_msg, poses_from_path
+from arjuna_core.ros.convert import duration_msg, path_msg, pose_msg, poses_from_path
 from arjuna_core.ros.goal_server import (
     GoalError,
     GoalNode,
@@ -23,13 +27,14 @@ from arjuna_core.ros.goal_server import (
     result_timeout,
 )
 from arjuna_core.ros.tf import TransformError
+from arjuna_core.ros.worker import Worker
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import pose_in
-from arjuna_nav.planners import Planner, PlanStatus, plan_through
-from arjuna_nav.planners.base import PLANNERS, too_tight
+from arjuna_nav.planners import Planner, PlanResult, PlanStatus, plan_through
+from arjuna_nav.planners.base import PLANNERS, stopped_by, too_tight
 
 _ACTIONS: dict[str, Any] = {
     "compute_path_to_pose": ComputePathToPose,
@@ -42,6 +47,12 @@ class PlannerServerConfig:
     """Parameters of the node `planner_server`, by Nav2's names."""
 
     planner_plugins: tuple[str, ...] = plugin_names(("GridBased",), "The planners.", PLANNERS)
+    expected_planner_frequency: float = param(
+        1.0,
+        "Plans that take longer than its period are noted in the log; 0 for none.",
+        unit="Hz",
+        minimum=0.0,
+    )
     action_server_result_timeout: float = result_timeout(10.0)
     costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
     min_turning_radius: float = param(
@@ -60,8 +71,28 @@ class PlannerServerConfig:
     )
 
 
+@dataclass(eq=False)
+class _Plan:
+    """A plan that is being made.
+
+    Attributes:
+        outline: The robot for which it is made.
+        began: When [s].
+        limit: How long it may take [s].
+        stop: Set where nobody waits for it any more.
+    """
+
+    outline: Footprint
+    began: float
+    limit: float
+    stop: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(1, np.bool_))
+
+
 class PlannerServerNode(GoalNode):
-    """Answers each goal at once; where the costmap is not current, as soon as it is."""
+    """Answers each goal at once; where the costmap is not current, as soon as it is.
+
+    Outside lock-step a thread plans, and a goal that is cancelled, replaced or late ends at once.
+    """
 
     Config = PlannerServerConfig
     DEFAULT_NAME = "planner_server"
@@ -71,7 +102,13 @@ class PlannerServerNode(GoalNode):
         self._costmap: CostmapNode = self.process.find("global_costmap/global_costmap")
         self._planners: dict[str, tuple[Footprint, Planner]] = {}
         self._asked_at: dict[str, float] = {}
+        self._plans: dict[str, _Plan] = {}
+        self._worker: Worker = self.keep(Worker(self.process))
         self._out = self.publisher(Path, "plan", qos.LATEST)
+        configs = [getattr(self.config, name) for name in self.config.planner_plugins]
+        if any(getattr(config, "debug_visualizations", False) for config in configs):
+            self._expansions = self.publisher(PoseArray, "expansions", qos.LATEST)
+            self._footprints = self.publisher(MarkerArray, "planned_footprints", qos.LATEST)
         self._servers: dict[str, GoalServer] = {
             name: self.offer(
                 action,
@@ -90,6 +127,16 @@ class PlannerServerNode(GoalNode):
         if hasattr(self, "_planners"):
             self._planners.clear()
 
+    def halt(self) -> None:
+        """Stop every plan."""
+        for name in _ACTIONS:
+            self._stop(name)
+
+    def _stop(self, name: str) -> None:
+        plan = self._plans.pop(name, None)
+        if plan is not None:
+            plan.stop[0] = True
+
     def _planner(self, name: str) -> Planner:
         footprint = self._costmap.layered.footprint
         made = self._planners.get(name)
@@ -101,6 +148,7 @@ class PlannerServerNode(GoalNode):
         return made[1]
 
     def _on_goal(self, name: str) -> None:
+        self._stop(name)
         self._servers[name].take_newest()
         self._asked_at[name] = self.now
         self._attempt_plans()
@@ -111,34 +159,34 @@ class PlannerServerNode(GoalNode):
                 self._try(name, server)
 
     def _try(self, name: str, server: GoalServer) -> None:
-        """Answer a goal, unless the costmap may still become current."""
-        result = _ACTIONS[name].Result()
-        if server.cancel_requested:
-            server.cancel(result)
-            return
-        waited = self.now - self._asked_at[name]
-        result.planning_time = duration_msg(waited)
+        """Begin a goal's plan, unless the costmap may still become current, or end it early."""
+        plan, waited = self._plans.get(name), self.now - self._asked_at[name]
+        through = name == "compute_path_through_poses"
         try:
-            path = self._plan(server.goal, waited)
+            if server.cancel_requested:
+                self._stop(name)
+                server.cancel(_ACTIONS[name].Result())
+            elif plan is None:
+                self._begin(name, server.goal, waited, through)
+            elif self.now - plan.began > plan.limit:
+                self._stop(name)
+                message = f"no path within max_planning_time = {plan.limit:g} s"
+                raise GoalError(PlanStatus.TIMEOUT.code(through), message)
         except GoalError as error:
-            server.fail(error, planning_time=result.planning_time)
-            return
-        if path is not None:
-            result.path = path_msg(path, self._costmap.config.global_frame, self.now)
-            self._out.publish(result.path)
-            server.succeed(result)
+            server.fail(error, planning_time=duration_msg(waited))
 
-    def _plan(self, goal: Any, waited: float) -> NDArray[np.float64] | None:
-        """Return the path of a goal, None while the costmap may still become current.
+    def _begin(self, name: str, goal: Any, waited: float, through: bool) -> None:
+        """Begin the plan of a goal; its end is `_finish`.
 
         Args:
-            goal: A goal of either action.
+            name: The action.
+            goal: A goal of it.
             waited: How long it has waited [s].
+            through: Whether it is through poses.
 
         Raises:
             GoalError: There is no path.
         """
-        through = isinstance(goal, ComputePathThroughPoses.Goal)
         stops = goal.goals if through else [goal.goal]
         unknown, names = PlanStatus.INVALID_PLANNER.code(through), self.config.planner_plugins
         planner = chosen("planner", goal.planner_id, names, unknown)
@@ -148,7 +196,7 @@ class PlannerServerNode(GoalNode):
         costmap = self._costmap.current(self.config.costmap_update_timeout)
         if costmap is None:
             if waited <= self.config.costmap_update_timeout:
-                return None
+                return
             raise GoalError(PlanStatus.TIMEOUT.code(through), self._costmap.why_not_current())
         frame = self._costmap.config.global_frame
         try:
@@ -157,11 +205,57 @@ class PlannerServerNode(GoalNode):
             ends = [pose_in(self, frame, stop) for stop in stops]
         except TransformError as error:
             raise GoalError(PlanStatus.TF_ERROR.code(through), str(error)) from error
-        outline = self._costmap.layered.footprint
-        plan = plan_through(self._planner(planner), costmap, start, ends, outline)
-        if plan.status is not PlanStatus.SUCCEEDED:
-            raise GoalError(plan.status.code(through), plan.message)
-        return plan.path
+        if not self.process.isolated:  # updates change it in place while the thread plans
+            costmap = costmap.copied()
+        limit = getattr(getattr(self.config, planner), "max_planning_time", math.inf)
+        plan = _Plan(self._costmap.layered.footprint, self.now, limit)
+        self._plans[name] = plan
+        self._worker.run(
+            partial(_made, plan.stop, self._planner(planner), costmap, start, ends, plan.outline),
+            self.guarded(name, partial(self._finish, name, plan), partial(self._failed, name)),
+        )
+
+    def _failed(self, name: str, reason: str, outcome: Callable[[], PlanResult]) -> None:
+        self._servers[name].abort_all(f"the node failed: {reason}")
+
+    def _finish(self, name: str, plan: _Plan, outcome: Callable[[], PlanResult]) -> None:
+        """Answer a goal with its plan, unless it has ended meanwhile."""
+        if self._plans.get(name) is not plan:
+            return
+        del self._plans[name]
+        made, server = outcome(), self._servers[name]
+        taken, rate = self.now - plan.began, self.config.expected_planner_frequency
+        if rate > 0.0 and taken > 1.0 / rate:
+            message = f"a plan took {taken:.2f} s, 1 / expected_planner_frequency is {1 / rate:.2f}"
+            self.get_logger().warning(message)
+        result = _ACTIONS[name].Result(planning_time=duration_msg(self.now - self._asked_at[name]))
+        if made.status is not PlanStatus.SUCCEEDED:
+            code = made.status.code(name == "compute_path_through_poses")
+            server.fail(GoalError(code, made.message), planning_time=result.planning_time)
+            return
+        result.path = path_msg(made.path, self._costmap.config.global_frame, self.now)
+        self._out.publish(result.path)
+        if made.expansions is not None:
+            self._show(made.expansions, made.path, plan.outline, result.path.header)
+        server.succeed(result)
+
+    def _show(
+        self,
+        expansions: NDArray[np.float64],
+        path: NDArray[np.float64],
+        outline: Footprint,
+        head: Any,
+    ) -> None:
+        """Publish the poses that a search expanded, and the robot's outline along its path."""
+        poses = [pose_msg(SE2.from_array(row)) for row in expansions]
+        self._expansions.publish(PoseArray(header=head, poses=poses))
+        marker = Marker(header=head, ns="planned_footprint", type=Marker.LINE_LIST)
+        marker.scale.x, marker.color.b, marker.color.a = 0.01, 1.0, 1.0
+        for row in path:
+            corners = SE2.from_array(row).apply(outline.points)
+            for pair in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+                marker.points += [Point(x=float(x), y=float(y)) for x, y in pair]
+        self._footprints.publish(MarkerArray(markers=[marker]))
 
     def _on_is_path_valid(self, request: Any, response: Any) -> Any:
         """Answer for the part of a path that is still ahead of the robot."""
@@ -191,3 +285,9 @@ class PlannerServerNode(GoalNode):
             poses = np.array(rows, dtype=np.float64).reshape(-1, 3)
         near = np.argmin(np.hypot(*(poses[:, :2] - (pose.x, pose.y)).T)) if len(poses) else 0
         return poses[near:]
+
+
+def _made(stop: NDArray[np.bool_], *query: Any) -> PlanResult:
+    """Return what `plan_through` does for a query, ended early by a flag."""
+    with stopped_by(stop):
+        return plan_through(*query)

@@ -1,14 +1,18 @@
-"""The protocol of global planners, their result, and the list of them."""
+"""The protocol of global planners, their result, how they are stopped, and the list of them."""
 
 from __future__ import annotations
 
 import enum
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.errors import ArjunaError
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap
@@ -51,11 +55,13 @@ class PlanResult:
         path: `(N, 3) float64` [m, m, rad] in the costmap's frame from start to goal; empty unless
             it succeeded.
         message: What went wrong, with numbers; empty on success.
+        expansions: `(M, 3) float64` the poses that a search expanded, where it keeps them.
     """
 
     status: PlanStatus
     path: NDArray[np.float64]
     message: str = ""
+    expansions: NDArray[np.float64] | None = None
 
     @staticmethod
     def failed(status: PlanStatus, message: str) -> PlanResult:
@@ -73,8 +79,45 @@ class Planner(Protocol):
     """
 
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
-        """Plan between two poses in the costmap's frame."""
+        """Plan between two poses in the costmap's frame; may raise PlanStoppedError."""
         ...
+
+
+class PlanStoppedError(ArjunaError):
+    """Nobody waits for the plan any more."""
+
+
+_NEVER = np.zeros(1, np.bool_)
+_stop: ContextVar[NDArray[np.bool_]] = ContextVar("stop", default=_NEVER)
+
+
+@contextmanager
+def stopped_by(flag: NDArray[np.bool_]) -> Iterator[None]:
+    """Let plans that are made in this context end early once a flag, `(1,) bool`, is set.
+
+    Another thread may set it: compiled searches look at it now and then, without the GIL. A plan
+    whose flag is never set does not depend on it.
+    """
+    token = _stop.set(flag)
+    try:
+        yield
+    finally:
+        _stop.reset(token)
+
+
+def stop_flag() -> NDArray[np.bool_]:
+    """Return the flag that stops the plan being made, `(1,) bool`, for a compiled search."""
+    return _stop.get()
+
+
+def check_stopped() -> None:
+    """End the plan being made if it is to stop; called after each search and in long loops.
+
+    Raises:
+        PlanStoppedError: Its flag is set.
+    """
+    if _stop.get()[0]:
+        raise PlanStoppedError("the plan was stopped")
 
 
 def too_tight(name: str, plugin: object, radius: float) -> str:

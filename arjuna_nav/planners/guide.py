@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_nav.planners.base import PlanResult
+from arjuna_nav.planners.nearby import pooled
 from arjuna_nav.planners.query import Cell, Query
-from arjuna_nav.planners.waves.corridor import corridors, guided
+from arjuna_nav.planners.waves.corridor import UNBOUNDED, Corridor, corridors, guided
 from arjuna_nav.planners.waves.potential import spread
 
 
@@ -38,6 +39,7 @@ def guide(
     seeds: NDArray[np.float64],
     slack: float | None,
     width: float = 0.0,
+    coarseness: int = 1,
 ) -> Guide | PlanResult:
     """Return a guide to the goal or the nearest to it within the tolerance, or why there is none.
 
@@ -48,6 +50,7 @@ def guide(
             first.
         slack: Of `corridors`; None for a guide from everywhere.
         width: As `slack`.
+        coarseness: 2 where the costs left are of cells twice as large, the cheapest of each four.
 
     Source: a wave from the goal as heuristic is what Dolgov et al. (IJRR 2010) call the holonomic
         one with obstacles.
@@ -58,7 +61,7 @@ def guide(
     within = () if slack is None else corridors(data, costs, first, goal, slack, width)
     if within is not None and np.isfinite(costs[data[goal]]):
         left = guided(
-            lambda one: spread(data, costs, _seed(goal), corridor=one.open, shift=one.shift),
+            lambda one: _costs_left(data, costs, goal, one, coarseness),
             lambda potential: float(potential[first]),
             within,
         )
@@ -68,9 +71,23 @@ def guide(
     end = query.reachable_end(reached)
     if end is None:
         return query.failure(reached)
-    left = spread(data, costs, _seed(end))
+    left = _costs_left(data, costs, end, UNBOUNDED, coarseness)
     return Guide(end, left, True, float(left[first]) if end == goal else math.inf)
 
 
-def _seed(cell: Cell) -> NDArray[np.float64]:
-    return np.array([[*cell, 0.0]])
+def _costs_left(
+    data: NDArray[np.uint8],
+    costs: NDArray[np.float32],
+    end: Cell,
+    within: Corridor,
+    coarseness: int,
+) -> NDArray[np.float32]:
+    """Return the cost from each cell of a corridor to the end."""
+    seed, shift = np.array([[end[0] // coarseness, end[1] // coarseness, 0.0]]), within.shift
+    if coarseness == 1:
+        return spread(data, costs, seed, corridor=within.open, shift=shift)
+    coarse = pooled(data, coarseness, np.minimum)
+    left = spread(coarse, costs, seed, corridor=within.open, shift=shift - 1)
+    large = left.repeat(coarseness, axis=0).repeat(coarseness, axis=1)
+    large *= np.float32(coarseness)
+    return large[: data.shape[0], : data.shape[1]]

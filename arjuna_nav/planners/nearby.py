@@ -1,4 +1,4 @@
-"""Plans on the part of a costmap about the start and the goal, whatever the size of the map."""
+"""Plans on the part of a costmap about the start and the goal, or on cells of another size."""
 
 from __future__ import annotations
 
@@ -68,6 +68,38 @@ def nearby_first(
             ):
                 return found.result
     return plan(costmap).result
+
+
+def coarser(costmap: Costmap, factor: int) -> Costmap:
+    """Return the greatest cost of so many cells along each side, as one cell."""
+    if factor <= 1:
+        return costmap
+    return _resampled(
+        costmap, pooled(costmap.data, factor, np.maximum), costmap.frame.resolution * factor
+    )
+
+
+def finer(costmap: Costmap, factor: int) -> Costmap:
+    """Return the same costs, each cell divided into so many along each side."""
+    if factor <= 1:
+        return costmap
+    data = costmap.data.repeat(factor, axis=0).repeat(factor, axis=1)
+    return _resampled(costmap, data, costmap.frame.resolution / factor)
+
+
+def pooled(data: NDArray[np.uint8], factor: int, choose: np.ufunc) -> NDArray[np.uint8]:
+    """Return the greatest or least of so many cells along each side; the last may be of fewer."""
+    rows, columns = (np.arange(0, size, factor) for size in data.shape)
+    result: NDArray[np.uint8] = choose.reduceat(
+        choose.reduceat(data, rows, axis=0), columns, axis=1
+    )
+    return result
+
+
+def _resampled(costmap: Costmap, data: NDArray[np.uint8], resolution: float) -> Costmap:
+    height, width = data.shape
+    frame = replace(costmap.frame, resolution=resolution, width=width, height=height)
+    return replace(costmap, frame=frame, data=data, hits=None)
 
 
 def _part(costmap: Costmap, window: Window) -> Costmap:

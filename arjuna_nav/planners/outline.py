@@ -125,7 +125,7 @@ def _through_gaps(
     return None
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def relaxed_inscribed(data: NDArray[np.uint8], radius: float) -> NDArray[np.uint8]:
     """Return costs in which inscribed cells are open, at the highest cost, beyond a radius.
 
@@ -194,10 +194,10 @@ def find_path(
     rules = _rules(drive, frame.resolution)
     if drive.radius > 0.0:
         factors = drive.back, drive.bend, 0.0
-        moves = arcs(first[2], drive.headings, rules.radius, True, factors)
+        moves = arcs(first[2], drive.headings, rules.radius, True, factors, False)
     else:
         moves = _moves(first[2], drive, frame.resolution)
-    nodes, row, curve, _ = search(first, last, terrain, rules, moves)
+    nodes, row, curve, _ = search(first, last[None], terrain, rules, moves)
     if row < 0:
         return np.empty((0, 3))
     poses: NDArray[np.float64] = driven(nodes, row, curve, terrain, rules, moves)[0]

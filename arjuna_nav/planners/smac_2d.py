@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import heapq
 import math
-from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_core.config import SEED_MAX, param
+from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.planners.base import PlanResult, PlanStatus
-from arjuna_nav.planners.nearby import Plan, nearby_first
+from arjuna_nav.planners.base import PlanResult, PlanStatus, check_stopped, stop_flag
+from arjuna_nav.planners.hybrid.config import DownsamplingConfig, SmacConfig
+from arjuna_nav.planners.nearby import Plan, coarser, nearby_first
 from arjuna_nav.planners.query import ask, oriented
-from arjuna_nav.planners.relaxation import relax, touches
+from arjuna_nav.planners.relaxation import smoothed
 from arjuna_nav.planners.waves.corridor import Corridor, corridors, guided, is_outside
 from arjuna_nav.planners.waves.potential import NEUTRAL
 
@@ -27,40 +28,31 @@ _SCALE = np.float32(NEUTRAL)  # of a free cell's cost in a corridor's estimate
 
 
 @dataclass(frozen=True)
-class SmootherConfig:
-    """Smoothing of a planner's path."""
-
-    max_iterations: int = param(1000, "Most iterations.", minimum=1)
-    w_smooth: float = param(0.3, "Weight of smoothness.", minimum=0.0, maximum=0.49)
-    w_data: float = param(0.2, "Weight of the path found.", minimum=0.0, maximum=1.0)
-    tolerance: float = param(1e-10, "Change at which it has converged.", unit="m", minimum=0.0)
-    do_refinement: bool = param(True, "Whether to smooth the smoothed path again.")
-    refinement_num: int = param(2, "How many times again.", minimum=0)
-
-
-@dataclass(frozen=True)
-class Smac2DConfig:
+class Smac2DConfig(DownsamplingConfig, SmacConfig):
     """Parameters of Smac 2D, by Nav2's names."""
 
     tolerance: float = param(
         0.125, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
     )
-    allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
     cost_travel_multiplier: float = param(1.0, "Weight of the costs crossed.", minimum=0.0)
-    max_iterations: int = param(
-        1000000, "Most cells looked at; below 1 any number.", maximum=SEED_MAX
+    max_planning_time: float = param(
+        2.0,
+        "After which a plan ends with TIMEOUT. In lock-step plans take no time.",
+        unit="s",
+        minimum=0.0,
     )
     use_final_approach_orientation: bool = param(
         False, "Whether the path ends in its own direction, not the goal's."
     )
-    escape_radius: float = param(
-        3.0,
-        "How far a start too near to an obstacle is led out of it.",
-        unit="m",
-        minimum=0.0,
-        nav2=0.0,
-    )
-    smoother: SmootherConfig = field(default_factory=SmootherConfig)
+
+
+class _Limits(NamedTuple):
+    """The ends of a search: after so many cells, so many within a tolerance [cells], a stop."""
+
+    cells: int
+    near: int
+    tolerance: float
+    interval: int
 
 
 class Smac2D:
@@ -80,13 +72,14 @@ class Smac2D:
 
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
         """Plan between two poses in the costmap's frame; see `NavFn.plan` for both ends."""
-        costs = self._costs()
+        costs, grid = self._costs(), coarser(costmap, self._config.coarseness)
         found = nearby_first(
-            lambda part: self._plan(part, costs, start, goal), costmap, costs, start, goal
+            lambda part: self._plan(part, costs, start, goal), grid, costs, start, goal
         )
         if found.status is not PlanStatus.SUCCEEDED:
             return found
-        return smoothed(found, costmap, self._config.smoother)
+        points = smoothed(found.path[:, :2], costmap, self._config.smoother)
+        return replace(found, path=oriented(points, float(found.path[-1, 2])))
 
     def _plan(self, costmap: Costmap, costs: NDArray[np.float32], start: SE2, goal: SE2) -> Plan:
         config = self._config
@@ -95,13 +88,20 @@ class Smac2D:
             return Plan(query)
         seeds = query.out.seeds(1.0)
         limit = config.max_iterations if config.max_iterations > 0 else costmap.data.size
-        data, goal_cell = costmap.data, query.goal_cell
+        limits = _Limits(
+            limit,
+            max(config.max_on_approach_iterations, 0),
+            config.tolerance_on_approach(costmap.frame.resolution),
+            config.terminal_checking_interval,
+        )
+        data, goal_cell, stop = costmap.data, query.goal_cell, stop_flag()
         values, before, spent = guided(
-            lambda within: _a_star(data, costs, seeds, goal_cell, limit, within),
+            lambda within: _a_star(data, costs, seeds, goal_cell, limits, within, stop),
             lambda found: float((found[0][goal_cell] - seeds[0, 2]) * _SCALE),
             # Slack 0: on large maps only the best estimate is considered.
             corridors(data, costs * _SCALE, query.out.nearest, goal_cell, 0.0) or (),
         )
+        check_stopped()
         end = query.reachable_end(values)
         if end is None and spent:
             message = f"no path within max_iterations = {limit} cells"
@@ -119,36 +119,17 @@ class Smac2D:
         return costs.astype(np.float32)
 
 
-def smoothed(result: PlanResult, costmap: Costmap, config: SmootherConfig) -> PlanResult:
-    """Return a plan with its path smoothed as far as it touches nothing."""
-    points: NDArray[np.float64] = np.ascontiguousarray(result.path[:, :2])
-    for _ in range(1 + config.refinement_num * config.do_refinement):
-        other = relax(
-            points, config.w_data, config.w_smooth, config.tolerance, config.max_iterations
-        )
-        if touches(_finely(other), costmap):
-            break
-        points = other
-    return PlanResult(result.status, oriented(points, float(result.path[-1, 2])))
-
-
-def _finely(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return points with three more between any two, for what lies between is driven too."""
-    steps = np.diff(points, axis=0)
-    parts = [points[:-1] + ratio * steps for ratio in (0.0, 0.25, 0.5, 0.75)]
-    return np.vstack((*parts, points[-1:]))
-
-
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _a_star(
     data: NDArray[np.uint8],
     costs: NDArray[np.float32],
     seeds: NDArray[np.float64],
     goal: tuple[int, int],
-    limit: int,
+    limits: _Limits,
     within: Corridor,
+    stop: NDArray[np.bool_],
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], bool]:
-    """Return the cost of each cell until the goal, the cell before it, whether the limit came."""
+    """Return the cost of each cell until the goal, the cell before it, whether a limit came."""
     height, width = data.shape
     values = np.full((height, width), np.inf, np.float32)
     before = np.full((height, width), -1, np.int32)
@@ -159,7 +140,7 @@ def _a_star(
         r, c = int(row), int(column)
         values[r, c] = value
         heapq.heappush(queue, (value + _octile(r, c, goal), np.int64(r * width + c)))
-    count = 0
+    count, near, until_look = 0, 0, limits.interval
     while len(queue) > 0:
         cell = heapq.heappop(queue)[1]
         row, column = cell // width, cell % width
@@ -169,8 +150,15 @@ def _a_star(
         count += 1
         if row == goal[0] and column == goal[1]:
             break
-        if count >= limit:
+        if near > 0 or math.hypot(row - goal[0], column - goal[1]) <= limits.tolerance:
+            near += 1
+        if count >= limits.cells or near > limits.near:
             return values, before, True
+        until_look -= 1
+        if until_look == 0:
+            if stop[0]:
+                break
+            until_look = limits.interval
         for d_r in range(-1, 2):
             for d_c in range(-1, 2):
                 r, c = row + d_r, column + d_c

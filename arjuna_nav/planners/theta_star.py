@@ -16,7 +16,7 @@ from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.planners.base import PlanResult
+from arjuna_nav.planners.base import PlanResult, check_stopped, stop_flag
 from arjuna_nav.planners.guide import guide
 from arjuna_nav.planners.nearby import Plan, nearby_first
 from arjuna_nav.planners.query import ask
@@ -38,6 +38,9 @@ class ThetaStarConfig:
     )
     tolerance: float = param(
         0.5, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
+    )
+    terminal_checking_interval: int = param(
+        5000, "Cells looked at between two looks whether the plan is to stop.", minimum=1
     )
     use_final_approach_orientation: bool = param(
         False, "Whether the path ends in its own direction, not the goal's."
@@ -85,7 +88,9 @@ class ThetaStar:
         if isinstance(found, PlanResult):
             return Plan(found)
         data, options = costmap.data, (config.w_heuristic_cost / scale, config.how_many_corners)
-        parents = _theta_star(data, costs, seeds, found.end, found.left, *options)
+        stop = stop_flag(), config.terminal_checking_interval
+        parents = _theta_star(data, costs, seeds, found.end, found.left, *options, *stop)
+        check_stopped()
         points = _spaced(_corners(parents, found.end, data.shape[1]))
         return Plan(query.answer(points), found.path_cost)
 
@@ -99,7 +104,7 @@ def _weights(config: ThetaStarConfig) -> NDArray[np.float32]:
     return costs.astype(np.float32)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _theta_star(
     data: NDArray[np.uint8],
     costs: NDArray[np.float32],
@@ -108,6 +113,8 @@ def _theta_star(
     left: NDArray[np.float32],
     weight: float,
     corners: int,
+    stop: NDArray[np.bool_],
+    interval: int,
 ) -> NDArray[np.int32]:
     """Return the number of the corner before each cell, until the goal, among those with a `left`.
 
@@ -117,7 +124,7 @@ def _theta_star(
     values = np.full((height, width), np.inf, np.float32)
     parents = np.full(height * width, -1, np.int32)
     closed = np.zeros((height, width), np.bool_)
-    queue = [(0.0, np.int64(0))]
+    queue, until_look = [(0.0, np.int64(0))], interval
     queue.pop()
     for row, column, value in seeds:
         r, c = int(row), int(column)
@@ -129,6 +136,11 @@ def _theta_star(
         if closed[row, column]:
             continue
         closed[row, column] = True
+        until_look -= 1
+        if until_look == 0:
+            if stop[0]:
+                break
+            until_look = interval
         _look_past(data, costs, cell, values, parents)
         if row == goal[0] and column == goal[1]:
             break

@@ -29,6 +29,7 @@ def plan_through(
     if not goals:
         return PlanResult.failed(PlanStatus.NO_VALID_PATH, "no goals were given")
     pieces: list[NDArray[np.float64]] = []
+    expansions: list[NDArray[np.float64]] = []
     for goal in goals:
         result = (
             planner.plan(costmap, start, goal)
@@ -38,5 +39,8 @@ def plan_through(
         if result.status is not PlanStatus.SUCCEEDED:
             return result
         pieces.append(result.path)
+        if result.expansions is not None:
+            expansions.append(result.expansions)
         start = SE2.from_array(result.path[-1])
-    return PlanResult(PlanStatus.SUCCEEDED, np.vstack(pieces))
+    expanded = np.vstack(expansions) if expansions else None
+    return PlanResult(PlanStatus.SUCCEEDED, np.vstack(pieces), expansions=expanded)

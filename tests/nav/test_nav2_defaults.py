@@ -43,6 +43,7 @@ NODES = {
 }
 STANDS = "Nav2's DWB stands where a file names no limits: it would be no default but a trap"
 PATIENT = "servers in Python may take longer to answer"
+SEARCH = "what our search finds is better or as soon; --as-nav2 sets Nav2's"
 FRAME = "frames are the robot's own where a file names none"
 DIFFERS = {
     **{f"dwb_core::DWBLocalPlanner.{key}": STANDS for key in
@@ -55,6 +56,13 @@ DIFFERS = {
     "bt_navigator.always_reload_bt_xml": "a tree that is being written is driven as it stands",
     **{f"{node}.{key}": FRAME for node in ("collision_monitor", "collision_detector")
        for key in ("base_frame_id", "odom_frame_id")},
+    **{f"nav2_smac_planner::SmacPlanner{name}.{key}": SEARCH
+       for name, keys in (
+           ("2D", ("max_on_approach_iterations",)),
+           ("Hybrid", ("downsample_obstacle_heuristic", "lookup_table_size",
+                       "max_on_approach_iterations", "smooth_path")),
+           ("Lattice", ("lookup_table_size", "max_on_approach_iterations", "smooth_path")))
+       for key in keys},
 }  # fmt: skip
 """Why a default of ours is another, by section and key."""
 

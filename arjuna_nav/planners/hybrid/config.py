@@ -1,23 +1,77 @@
-"""Parameters of the planners that search over poses, by Nav2's names."""
+"""Parameters of Smac's planners, by Nav2's names."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 
 from arjuna_core.config import SEED_MAX, param
+from arjuna_nav.planners.relaxation import SmootherConfig
 
 
 @dataclass(frozen=True)
-class PoseSearchConfig:
-    """Parameters of all searches over poses."""
+class SmacConfig:
+    """Parameters of all searches."""
 
     tolerance: float = param(
         0.25, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
     )
     allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
     max_iterations: int = param(
-        1000000, "Most poses expanded; below 1 any number.", maximum=SEED_MAX
+        1000000, "Most cells or poses expanded; below 1 any number.", maximum=SEED_MAX
     )
+    max_on_approach_iterations: int = param(
+        0,
+        "Most of them from where the search is within `tolerance` of the goal; then, or where the"
+        " goal itself cannot be reached, the path ends at the nearest. Below 1 it ends at the goal"
+        " alone, or where that is blocked or walled off at the nearest to it.",
+        maximum=SEED_MAX,
+        nav2=1000,
+    )
+    terminal_checking_interval: int = param(
+        5000, "How many between two looks whether the plan is to stop.", minimum=1, maximum=SEED_MAX
+    )
+    max_planning_time: float = param(
+        5.0,
+        "After which a plan ends with TIMEOUT. In lock-step plans take no time.",
+        unit="s",
+        minimum=0.0,
+    )
+    smoother: SmootherConfig = field(default_factory=SmootherConfig)
+    escape_radius: float = param(
+        3.0,
+        "How far a start too near to an obstacle is led out of it.",
+        unit="m",
+        minimum=0.0,
+        nav2=0.0,
+    )
+
+    def tolerance_on_approach(self, resolution: float) -> float:
+        """Return how near to the goal iterations begin to count [cells], below 0 if never."""
+        return (
+            math.floor(self.tolerance / resolution) if self.max_on_approach_iterations > 0 else -1.0
+        )
+
+
+@dataclass(frozen=True)
+class DownsamplingConfig:
+    """Parameters of searches on a coarser costmap."""
+
+    downsample_costmap: bool = param(False, "Whether to search on larger cells.")
+    downsampling_factor: int = param(
+        1, "How many cells along each side make one; the costliest counts.", minimum=1, maximum=100
+    )
+
+    @property
+    def coarseness(self) -> int:
+        """How many of the costmap's cells along each side make one of the search's."""
+        return self.downsampling_factor if self.downsample_costmap else 1
+
+
+@dataclass(frozen=True)
+class PoseSearchConfig(SmacConfig):
+    """Parameters of all searches over poses."""
+
     minimum_turning_radius: float = param(
         0.4, "Radius of the tightest bend; a cell at the least.", unit="m", minimum=0.0
     )
@@ -35,12 +89,36 @@ class PoseSearchConfig:
     analytic_expansion_max_cost: float = param(
         200.0, "Greatest cost that it may cross.", minimum=0.0, maximum=255.0
     )
-    escape_radius: float = param(
-        3.0,
-        "How far a start too near to an obstacle is led out of it.",
+    analytic_expansion_max_cost_override: bool = param(
+        False, "Whether it may cross any cost within one turning circle's length of the goal."
+    )
+    smooth_path: bool = param(
+        False, "Whether the path is smoothed, each part driven in one direction apart.", nav2=True
+    )
+    cache_obstacle_heuristic: bool = param(
+        False,
+        "Whether the costs left to a goal are kept while it stays: sooner planned, as if the"
+        " costmap had not changed in its estimates.",
+    )
+    lookup_table_size: float = param(
+        1000.0,
+        "Edge of the square about the goal in which bends count in the estimate of the rest.",
         unit="m",
         minimum=0.0,
-        nav2=0.0,
+        nav2=20.0,
+    )
+    goal_heading_mode: str = param(
+        "DEFAULT",
+        "With which heading the path may end: the goal's, that or the opposite one, or any.",
+        choices=("DEFAULT", "BIDIRECTIONAL", "ALL_DIRECTION"),
+    )
+    coarse_search_resolution: int = param(
+        1,
+        "Of any heading every n-th is tried, the others only where a curve to one is free.",
+        minimum=1,
+    )
+    debug_visualizations: bool = param(
+        False, "Whether `expansions` and `planned_footprints` are published."
     )
     heuristic_weight: float = param(
         1.03,
@@ -52,7 +130,7 @@ class PoseSearchConfig:
 
 
 @dataclass(frozen=True)
-class HybridConfig(PoseSearchConfig):
+class HybridConfig(DownsamplingConfig, PoseSearchConfig):
     """Parameters of Smac Hybrid-A*."""
 
     heuristic_weight: float = param(
@@ -68,6 +146,15 @@ class HybridConfig(PoseSearchConfig):
     )
     angle_quantization_bins: int = param(
         72, "Headings that are distinguished.", minimum=8, maximum=360
+    )
+    allow_primitive_interpolation: bool = param(
+        False, "Whether pieces bend by any number of headings up to the tightest bend."
+    )
+    use_quadratic_cost_penalty: bool = param(
+        False, "Whether costs count by their square, not linearly."
+    )
+    downsample_obstacle_heuristic: bool = param(
+        False, "Whether the costs left are estimated on cells twice as large.", nav2=True
     )
 
 

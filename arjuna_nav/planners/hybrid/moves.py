@@ -49,8 +49,8 @@ class Moves(NamedTuple):
 
 
 @njit(cache=True)
-def _turns(bins: int, tight: int) -> list[int]:
-    """Return by how many bins pieces turn: none, the tightest bends, and gentle ones if need be.
+def _turns(bins: int, tight: int, every: bool) -> list[int]:
+    """Return by how many bins pieces turn: none, the tightest bends, and gentle or all others.
 
     Where the tightest turn by much, as on coarse grids, the robot could else but drive along the
     grid.
@@ -58,6 +58,10 @@ def _turns(bins: int, tight: int) -> list[int]:
     # A bend by the 24th of a turn, 15 degrees, is gentle.
     gentle = max(bins // 24, 1)
     turns = [0, tight, -tight]
+    if every:
+        for turn in range(1, tight):
+            turns += [turn, -turn]
+        return turns
     if tight > 2 * gentle:
         turns += [gentle, -gentle]
     return turns
@@ -65,7 +69,12 @@ def _turns(bins: int, tight: int) -> list[int]:
 
 @njit(cache=True)
 def arcs(
-    first: float, bins: int, radius: float, reverse: bool, factors: tuple[float, float, float]
+    first: float,
+    bins: int,
+    radius: float,
+    reverse: bool,
+    factors: tuple[float, float, float],
+    every: bool,
 ) -> Moves:
     """Return bends by whole bins that leave their cell, and straights as long.
 
@@ -76,12 +85,13 @@ def arcs(
         reverse: Whether it may be driven back.
         factors: On the cost of what is driven back, of bends, and added to that where the side
             changes.
+        every: Whether there is a bend by each number of headings up to the tightest.
 
     Source: Dolgov et al.; nav2_smac_planner, HybridMotionTable.
     """
     one = 2.0 * math.pi / bins
     tight = math.ceil(2.0 * math.asin(min(math.sqrt(2.0) / (2.0 * radius), 1.0)) / one)
-    turns = _turns(bins, tight)
+    turns = _turns(bins, tight, every)
     piece = radius * tight * one
     steps = int(piece / STEP) + 1
     directions = [1.0, -1.0] if reverse else [1.0]

@@ -10,22 +10,30 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.se2 import SE2
+from arjuna_core.grid import GridFrame
+from arjuna_core.se2 import SE2, wrap
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult, PlanStatus
 from arjuna_nav.planners.escape import lead_out
-from arjuna_nav.planners.guide import guide
+from arjuna_nav.planners.guide import Guide, guide
 from arjuna_nav.planners.hybrid.config import HybridConfig, PoseSearchConfig
 from arjuna_nav.planners.hybrid.moves import Moves, arcs
 from arjuna_nav.planners.hybrid.search import Rules, Terrain, search
 from arjuna_nav.planners.hybrid.shortcuts import driven
-from arjuna_nav.planners.nearby import Plan, nearby_first
+from arjuna_nav.planners.nearby import Plan, coarser, finer, nearby_first
+from arjuna_nav.planners.pose_table import PoseTable
 from arjuna_nav.planners.query import Cell, Query, ask
+from arjuna_nav.planners.relaxation import smoothed_poses
 from arjuna_nav.planners.waves.potential import NEUTRAL
 
 _ENDLESS = 2**62
 _LEAD = 0.5  # longest stretch off what the outline touches [m]
+_COSTS = np.arange(256)
+_SQUARES = (
+    np.where(_COSTS < INSCRIBED, _COSTS**2 / (INSCRIBED - 1), _COSTS).round().astype(np.uint8)
+)
+"""Costs by their square: that of the costliest open cell stays."""
 
 
 class PoseSearch(abc.ABC):
@@ -36,6 +44,7 @@ class PoseSearch(abc.ABC):
     def __init__(self, config: PoseSearchConfig, footprint: Footprint) -> None:
         self._config = config
         self._footprint = footprint
+        self._kept: dict[tuple[Cell, GridFrame, float | None], Guide] = {}
 
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
         """Plan between two poses in the costmap's frame.
@@ -48,17 +57,14 @@ class PoseSearch(abc.ABC):
         config = self._config
         radius, reach = config.minimum_turning_radius, min(_LEAD, config.escape_radius)
         lead = lead_out(start, costmap, self._footprint, radius, reach)
-        begin = SE2.from_array(lead[-1])
-        result = nearby_first(
-            lambda part: self._plan(part, begin, goal),
-            self._grid(costmap),
-            self._costs(),
-            begin,
-            goal,
-        )
-        if len(lead) == 1 or result.status is not PlanStatus.SUCCEEDED:
-            return result
-        return replace(result, path=np.vstack((lead[:-1], result.path)))
+        begin, grid, costs = SE2.from_array(lead[-1]), self._grid(costmap), self._costs()
+        found = nearby_first(lambda part: self._plan(part, begin, goal), grid, costs, begin, goal)
+        if found.status is not PlanStatus.SUCCEEDED:
+            return found
+        path = found.path
+        if config.smooth_path:
+            path = smoothed_poses(path, costmap, config.smoother)
+        return replace(found, path=np.vstack((lead[:-1], path)))
 
     def _plan(self, costmap: Costmap, start: SE2, goal: SE2) -> Plan:
         config = self._config
@@ -72,21 +78,22 @@ class PoseSearch(abc.ABC):
         # On large maps only the best estimate is considered first: slack 0.
         for slack in (0.0, None):
             seeds = query.out.seeds(NEUTRAL)[:1]
-            found = guide(query, self._costs(), seeds, slack, rules.radius)
+            found = self._guide(query, seeds, slack, rules.radius)
             if isinstance(found, PlanResult):
                 return Plan(found)
-            end, terrain = _end(query, found.end), self._terrain(costmap, found.left)
-            left = rules._replace(limit=rules.limit - looked)
-            nodes, row, curve, more = search(first, end, terrain, left, moves)
+            ends, coarse = self._ends(query, found.end, moves)
+            terrain = self._terrain(costmap, found.left)
+            left = rules._replace(limit=rules.limit - looked, coarse=coarse)
+            nodes, row, curve, more = search(first, ends, terrain, left, moves)
             looked += more
             if row >= 0:
                 searched, cells = driven(nodes, row, curve, terrain, left, moves)
                 poses = np.vstack((escape, searched))
                 poses[0, 2] = heading
                 path_cost = NEUTRAL * cells if found.end == query.goal_cell else math.inf
-                return Plan(
-                    PlanResult(PlanStatus.SUCCEEDED, _in_frame(poses, costmap, goal)), path_cost
-                )
+                path, expanded = _in_frame(poses, costmap, goal), self._expansions(nodes, costmap)
+                result = PlanResult(PlanStatus.SUCCEEDED, path, expansions=expanded)
+                return Plan(result, path_cost)
             if found.whole:
                 break
         if looked >= rules.limit:
@@ -97,6 +104,46 @@ class PoseSearch(abc.ABC):
             f"bends by {config.minimum_turning_radius:g} m at the least; {looked} poses tried"
         )
         return Plan(PlanResult.failed(PlanStatus.NO_VALID_PATH, message))
+
+    def _guide(
+        self, query: Query, seeds: NDArray[np.float64], slack: float | None, radius: float
+    ) -> Guide | PlanResult:
+        """Return the costs left to the goal, those of an earlier plan to it where they are kept."""
+        if not self._config.cache_obstacle_heuristic:
+            return guide(query, self._costs(), seeds, slack, radius, self._coarseness)
+        key, first = (query.goal_cell, query.costmap.frame, slack), tuple(seeds[0, :2].astype(int))
+        kept = self._kept.get(key)
+        if kept is not None and np.isfinite(kept.left[first]):
+            return kept
+        found = guide(query, self._costs(), seeds, slack, radius, self._coarseness)
+        if isinstance(found, Guide):
+            goals = {other[0] for other in self._kept}
+            self._kept = {**self._kept, key: found} if query.goal_cell in goals else {key: found}
+        return found
+
+    def _ends(self, query: Query, cell: Cell, moves: Moves) -> tuple[NDArray[np.float64], int]:
+        """Return the goal's pose with each heading that will do, `(K, 3)`; how many come first."""
+        count = len(moves.angles)
+        headings = {
+            "DEFAULT": np.zeros(1),
+            "BIDIRECTIONAL": np.array([0.0, math.pi]),
+            "ALL_DIRECTION": np.arange(count) * (2.0 * math.pi / count),
+        }[self._config.goal_heading_mode]
+        coarse = np.arange(len(headings)) % self._config.coarse_search_resolution == 0
+        ends = np.tile(_end(query, cell), (len(headings), 1))
+        ends[:, 2] += headings[np.argsort(~coarse, kind="stable")]
+        return ends, int(coarse.sum())
+
+    def _expansions(self, nodes: PoseTable, costmap: Costmap) -> NDArray[np.float64] | None:
+        """Return the poses that were expanded, in the costmap's frame, where they are shown."""
+        if not self._config.debug_visualizations:
+            return None
+        return _in_metres(nodes.poses[: len(nodes.done)][nodes.done], costmap)
+
+    @property
+    def _coarseness(self) -> int:
+        """Cells along each side of one by which the costs left are estimated."""
+        return 1
 
     def _costs(self) -> NDArray[np.float32]:
         """Return the cost of a cell of a straight by its value, `(256,) float32`."""
@@ -142,8 +189,11 @@ class PoseSearch(abc.ABC):
     def _rules(self, costmap: Costmap) -> Rules:
         """Return how the robot drives."""
         config, resolution = self._config, costmap.frame.resolution
+        radius, near = self._radius(costmap), max(config.max_on_approach_iterations, 0)
+        override = config.analytic_expansion_max_cost_override
+        one = config.goal_heading_mode == "DEFAULT"  # else their least costs more than it saves
         return Rules(
-            self._radius(costmap),
+            radius,
             self._reverse,
             config.cost_penalty,
             self._straight,
@@ -157,18 +207,29 @@ class PoseSearch(abc.ABC):
             turn=0.0,
             back=1.0,
             shortcuts=True,
+            bends_within=0.5 * config.lookup_table_size / resolution / radius if one else -1.0,
+            any_cost_within=2.0 * math.pi * radius if override else 0.0,
+            tolerance=config.tolerance_on_approach(resolution),
+            near_limit=near,
+            interval=config.terminal_checking_interval,
         )
 
 
 def _in_frame(poses: NDArray[np.float64], costmap: Costmap, goal: SE2) -> NDArray[np.float64]:
-    """Return poses of the grid in the costmap's frame; the last has the goal's heading."""
+    """Return poses of the grid in the costmap's frame; one at the goal is the goal exactly."""
+    path = _in_metres(poses, costmap)
+    if np.hypot(*(path[-1, :2] - (goal.x, goal.y))) < 1e-6:
+        same = abs(wrap(path[-1, 2] - goal.theta)) < 1e-6
+        path[-1] = goal.x, goal.y, goal.theta if same else path[-1, 2]
+    return path
+
+
+def _in_metres(poses: NDArray[np.float64], costmap: Costmap) -> NDArray[np.float64]:
+    """Return poses of the grid `(N, 3)` [cells, rad] in the costmap's frame."""
     frame = costmap.frame
     points = frame.origin.apply(poses[:, :2] * frame.resolution)
     yaw = poses[:, 2] + frame.origin.theta
-    path: NDArray[np.float64] = np.column_stack((points, np.arctan2(np.sin(yaw), np.cos(yaw))))
-    if np.hypot(*(path[-1, :2] - (goal.x, goal.y))) < 1e-6:
-        path[-1] = goal.array()
-    return path
+    return np.column_stack((points, np.arctan2(np.sin(yaw), np.cos(yaw))))
 
 
 def _end(query: Query, cell: Cell) -> NDArray[np.float64]:
@@ -205,32 +266,40 @@ class Hybrid(PoseSearch):
 
     def __init__(self, config: HybridConfig, footprint: Footprint) -> None:
         super().__init__(config, footprint)
-        self._model, self._bins = config.motion_model_for_search, config.angle_quantization_bins
         self.turning_radius = config.minimum_turning_radius
+        self._hybrid = config
 
     def _grid(self, costmap: Costmap) -> Costmap:
         """Return the costs in cells no larger than the tightest bend, or it could not be driven."""
-        radius = self._config.minimum_turning_radius
+        radius, costmap = (
+            self._config.minimum_turning_radius,
+            coarser(costmap, self._hybrid.coarseness),
+        )
+        if self._hybrid.use_quadratic_cost_penalty:
+            squared = int(_SQUARES[costmap.circumscribed_cost])
+            costmap = replace(costmap, data=_SQUARES[costmap.data], circumscribed_cost=squared)
         needed = math.ceil(costmap.frame.resolution / radius - 1e-9)
         # The finer grid has at most 4096 x 4096 cells.
-        return _finer(costmap, min(needed, math.isqrt(4096 * 4096 // costmap.data.size)))
+        return finer(costmap, min(needed, math.isqrt(4096 * 4096 // costmap.data.size)))
 
     def _moves(self, costmap: Costmap, first: NDArray[np.float64]) -> Moves:
         config, radius = self._config, self._radius(costmap)
         factors = config.reverse_penalty, config.non_straight_penalty, config.change_penalty
-        moves: Moves = arcs(first[2], self._bins, radius, self._reverse, factors)
+        every = self._hybrid.allow_primitive_interpolation
+        bins = self._hybrid.angle_quantization_bins
+        moves: Moves = arcs(first[2], bins, radius, self._reverse, factors, every)
         return moves
+
+    def _rules(self, costmap: Costmap) -> Rules:
+        rules = super()._rules(costmap)
+        if not self._hybrid.use_quadratic_cost_penalty:
+            return rules
+        return rules._replace(direct_cost=float(_SQUARES[int(rules.direct_cost)]))
+
+    @property
+    def _coarseness(self) -> int:
+        return 2 if self._hybrid.downsample_obstacle_heuristic else 1
 
     @property
     def _reverse(self) -> bool:
-        return self._model == "REEDS_SHEPP"
-
-
-def _finer(costmap: Costmap, factor: int) -> Costmap:
-    """Return the same costs, each cell divided into so many along each side."""
-    if factor <= 1:
-        return costmap
-    data, frame = costmap.data.repeat(factor, axis=0).repeat(factor, axis=1), costmap.frame
-    height, width = data.shape
-    frame = replace(frame, resolution=frame.resolution / factor, width=width, height=height)
-    return replace(costmap, frame=frame, data=data, hits=None)
+        return self._hybrid.motion_model_for_search == "REEDS_SHEPP"

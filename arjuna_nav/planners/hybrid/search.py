@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from arjuna_nav.costmap.collision import collides_in_cells
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
+from arjuna_nav.planners.base import check_stopped, stop_flag
 from arjuna_nav.planners.hybrid.curves import along, length_to, shortest
 from arjuna_nav.planners.hybrid.moves import STEP, Moves
 from arjuna_nav.planners.pose_table import (
@@ -61,6 +62,12 @@ class Rules(NamedTuple):
         turn: Cost of a turn by one radian on the spot.
         back: Factor on what is driven straight back.
         shortcuts: Whether any arc of the radius may be driven, not only the pieces.
+        bends_within: Turning radii from the goal along each axis within which bends are estimated.
+        any_cost_within: How near to the goal a direct curve may cross any cost.
+        tolerance: How near to the goal a pose must be for the path to end there, below 0 for none.
+        near_limit: How many poses are expanded from the first so near on.
+        coarse: How many of the goal's headings are tried before one is found free.
+        interval: How many poses are expanded between two looks at the flag that stops a search.
     """
 
     radius: float
@@ -77,21 +84,53 @@ class Rules(NamedTuple):
     turn: float
     back: float
     shortcuts: bool
+    bends_within: float = np.inf
+    any_cost_within: float = 0.0
+    tolerance: float = -1.0
+    near_limit: int = 0
+    coarse: int = 1
+    interval: int = 5000
 
 
-@njit(cache=True)
 def search(
     start: NDArray[np.float64],
-    goal: NDArray[np.float64],
+    goals: NDArray[np.float64],
     terrain: Terrain,
     rules: Rules,
     moves: Moves,
 ) -> tuple[PoseTable, int, NDArray[np.float64], int]:
     """Search from a pose, whose heading is the one where the moves start, to another.
 
+    Args:
+        start: `(3,)` [cells, cells, rad].
+        goals: `(K, 3)` a pose, and the same with other headings that will do.
+        terrain: The costs.
+        rules: How the robot drives.
+        moves: The pieces.
+
     Returns:
         The poses reached, the last row before the direct curve to the goal, the poses of that
         curve, and how many poses were expanded; the row is -1 where the goal was not reached.
+
+    Raises:
+        PlanStoppedError: It is to stop.
+    """
+    found: tuple[PoseTable, int, NDArray[np.float64], int]
+    found = _search(start, goals, terrain, rules, moves, stop_flag())
+    check_stopped()
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _search(
+    start: NDArray[np.float64],
+    goals: NDArray[np.float64],
+    terrain: Terrain,
+    rules: Rules,
+    moves: Moves,
+    stop: NDArray[np.bool_],
+) -> tuple[PoseTable, int, NDArray[np.float64], int]:
+    """Search as `search` says.
 
     Source: what is left weighs a little more than it is, as in weighted A* (Pohl 1970), the more
         the longer it takes (`bench planner --scenarios`, random512-35: as good, much sooner): the
@@ -104,6 +143,7 @@ def search(
     queue = [(0.0, np.int64(0))]
     count, looked, until_direct = np.int64(1), 0, 0.0  # a plain 1 has what takes it compiled twice
     best, last, rest, weight = np.inf, np.int64(-1), np.empty((0, 3)), rules.heuristic_weight
+    goal, nearest, nearest_row, near, until_look = goals[0], np.inf, np.int64(0), 0, rules.interval
     while len(queue) > 0 and looked < rules.limit:
         key, row = heapq.heappop(queue)
         if best <= weight * key:
@@ -111,10 +151,21 @@ def search(
         if nodes.done[row]:
             continue
         nodes.done[row], looked, pose = True, looked + 1, nodes.poses[row]
+        until_look -= 1
+        if until_look == 0:
+            if stop[0]:
+                break
+            until_look = rules.interval
         distance = math.hypot(pose[0] - goal[0], pose[1] - goal[1])
+        if distance < nearest:
+            nearest, nearest_row = distance, row
+        if nearest <= rules.tolerance:
+            near += 1
+            if near > rules.near_limit:
+                break
         until_direct -= 1.0
         if until_direct <= 0.0 and distance <= rules.direct_length:
-            curve, cost = _direct(pose, goal, terrain, rules)
+            curve, cost = _direct(pose, goals, terrain, rules)
             if len(curve) > 0 and nodes.values[row] + cost < best:
                 best, last, rest = nodes.values[row] + cost, row, curve
                 if not rules.spins:
@@ -124,6 +175,8 @@ def search(
         # After 200 000 expanded poses the cost to go weighs twice as much.
         weight = rules.heuristic_weight * (1.0 + looked / 200_000)
         count, index = _expand(row, count, nodes, index, queue, goal, terrain, rules, moves, weight)
+    if last < 0 and nearest <= rules.tolerance:
+        last, rest = nearest_row, nodes.poses[nearest_row : nearest_row + 1].copy()
     return nodes, last, rest, looked
 
 
@@ -188,7 +241,7 @@ def _cost_to_go(
     dx, dy = (goal[0] - pose[0]) / rules.radius, (goal[1] - pose[1]) / rules.radius
     unit = rules.radius * rules.straight
     longer, enough = _LONGER_REVERSE if rules.reverse else _LONGER, by_costs / unit
-    if enough >= math.hypot(dx, dy) + longer:
+    if enough >= math.hypot(dx, dy) + longer or max(abs(dx), abs(dy)) > rules.bends_within:
         return by_costs
     c, s = math.cos(pose[2]), math.sin(pose[2])
     turn = goal[2] - pose[2]
@@ -253,16 +306,33 @@ def can_turn(pose: NDArray[np.float64], turn: float, terrain: Terrain) -> bool:
 
 @njit(cache=True)
 def _direct(
+    pose: NDArray[np.float64], goals: NDArray[np.float64], terrain: Terrain, rules: Rules
+) -> tuple[NDArray[np.float64], float]:
+    """Return the cheapest free curve to the goal with any of its headings, and its cost."""
+    best, least = _direct_to(pose, goals[0], terrain, rules)
+    for k in range(1, len(goals)):
+        if k == rules.coarse and len(best) == 0:
+            break
+        curve, cost = _direct_to(pose, goals[k], terrain, rules)
+        if len(curve) > 0 and (len(best) == 0 or cost < least):
+            best, least = curve, cost
+    return best, least
+
+
+@njit(cache=True)
+def _direct_to(
     pose: NDArray[np.float64], goal: NDArray[np.float64], terrain: Terrain, rules: Rules
 ) -> tuple[NDArray[np.float64], float]:
-    """Return the poses of the shortest curve to the goal and its cost, none if it is not free."""
+    """Return the poses of the shortest curve to a goal and its cost, none if it is not free."""
     dx, dy = goal[0] - pose[0], goal[1] - pose[1]
+    near = math.hypot(dx, dy) < rules.any_cost_within
+    most = float(INSCRIBED - 1) if near else rules.direct_cost
     if rules.spins:
         best, least = np.empty((0, 3)), np.inf
         for back in (False, True):
             poses, turned = _straight(pose, goal, back)
             cost = rules.turn * turned + math.hypot(dx, dy) * (rules.back if back else 1.0)
-            if cost < least and len(_free(poses, terrain, rules)) > 0:
+            if cost < least and len(_free(poses, terrain, most)) > 0:
                 best, least = poses, cost
         return best, least
     dx, dy = dx / rules.radius, dy / rules.radius
@@ -271,14 +341,14 @@ def _direct(
     length = np.abs(curve[1]).sum() * rules.radius
     if length > rules.direct_length:
         return np.empty((0, 3)), np.inf
-    return _free(along(pose, curve, rules.radius, STEP), terrain, rules), length
+    return _free(along(pose, curve, rules.radius, STEP), terrain, most), length
 
 
 @njit(cache=True)
-def _free(poses: NDArray[np.float64], terrain: Terrain, rules: Rules) -> NDArray[np.float64]:
-    """Return poses if all may be driven, else none."""
+def _free(poses: NDArray[np.float64], terrain: Terrain, most: float) -> NDArray[np.float64]:
+    """Return poses if all may be driven and none costs more than the most, else none."""
     for reached in poses:
-        if cost_at(reached[0], reached[1], reached[2], terrain) > rules.direct_cost:
+        if cost_at(reached[0], reached[1], reached[2], terrain) > most:
             return poses[:0]
     return poses
 

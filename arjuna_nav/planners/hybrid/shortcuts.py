@@ -15,7 +15,7 @@ from arjuna_nav.planners.hybrid.search import Rules, Terrain, cost_at
 from arjuna_nav.planners.pose_table import PoseTable, rows_to
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def driven(
     nodes: PoseTable,
     row: int,

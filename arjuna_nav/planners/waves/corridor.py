@@ -154,7 +154,7 @@ def _strips(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return rows.reshape(-1, width)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _sums(data: NDArray[np.uint8], costs: NDArray[np.float32], size: int) -> NDArray[np.int32]:
     """Return the sum of the open cells' values in each coarse cell, and their number.
 

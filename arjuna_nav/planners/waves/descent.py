@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def descend(potential: NDArray[np.float32], start: tuple[int, int]) -> NDArray[np.float64]:
     """Follow the potential down from a reached cell to a seed of its wave.
 

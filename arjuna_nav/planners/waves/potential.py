@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, UNKNOWN
+from arjuna_nav.planners.base import check_stopped, stop_flag
 
 EVERYWHERE: NDArray[np.bool_] = np.empty((0, 0), np.bool_)
 """The corridor of a search that has none."""
@@ -80,7 +81,9 @@ def spread(
         potential.ravel(),
         cells.ravel().copy(),
         np.empty((3, data.size + 1), np.uint32),
+        stop_flag(),
     )
+    check_stopped()
     return potential[1:-1, 1:-1]
 
 
@@ -94,7 +97,7 @@ def _rimmed(data: NDArray[np.uint8], corridor: NDArray[np.bool_], shift: int) ->
     return cells
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _open_corridor(
     data: NDArray[np.uint8], corridor: NDArray[np.bool_], shift: int, cells: NDArray[np.uint8]
 ) -> None:
@@ -110,7 +113,7 @@ def _open_corridor(
 
 # A rim of closed cells, unsigned cell numbers and queueing without a branch make it fast:
 # `bench planner` times it beside the same in C.
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _spread(
     cells: NDArray[np.uint8],
     costs: NDArray[np.float32],
@@ -122,6 +125,7 @@ def _spread(
     potential: NDArray[np.float32],
     seen: NDArray[np.uint8],
     queues: NDArray[np.uint32],
+    stop: NDArray[np.bool_],
 ) -> None:
     """Fill `potential`; all arrays are flat, `width` is that of a row with its rim.
 
@@ -136,7 +140,7 @@ def _spread(
         beside = _beside(potential, seeds[i], row)
         count = _offer(seeds[i], row, values[i], beside, least, seen, now, count)
     limit, lowest = np.min(values) + _BAND, _INF
-    while count > 0:
+    while count > 0 and not stop[0]:
         for i in range(count):
             cell = now[i]
             seen[cell] = cells[cell]
@@ -216,7 +220,7 @@ def reachable(
     return reached
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _flood(
     data: NDArray[np.uint8],
     crossable: NDArray[np.bool_],

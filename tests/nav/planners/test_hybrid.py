@@ -61,7 +61,7 @@ def test_known_lengths(pose: tuple[float, ...], reverse: bool, known: float) -> 
 
 @pytest.mark.parametrize("reverse", [False, True])
 def test_pieces_end_in_another_cell_at_the_heading_that_they_say(reverse: bool) -> None:
-    moves = arcs(0.3, 72, 8.0, reverse, (2.0, 1.2, 0.5))
+    moves = arcs(0.3, 72, 8.0, reverse, (2.0, 1.2, 0.5), False)
     assert moves.angles[0] == 0.3
     for heading in range(72):
         for k in range(moves.first[heading], moves.first[heading + 1]):
