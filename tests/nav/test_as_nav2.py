@@ -118,7 +118,7 @@ def test_a_cost_is_gone_round_where_that_is_cheaper(name: str, cost: int, throug
 
 def test_bends_of_hybrid() -> None:
     # 2 asin(sqrt 2 / 16) = 0.177 rad: 3 bins of 5 degrees; at 8 cells (8 sin 15, 8 - 8 cos 15)
-    moves = arcs(0.0, 72, 8.0, False, (2.0, 1.2, 0.0))
+    moves = arcs(0.0, 72, 8.0, False, (2.0, 1.2, 0.0), False)
     left = int(np.flatnonzero((moves.sides == 1) & (np.arange(len(moves.sides)) < 3))[0])
     end = moves.poses[moves.begins[left + 1] - 1]
     assert end == pytest.approx([2.070552, 0.272593, math.radians(15.0)], abs=1e-5)
