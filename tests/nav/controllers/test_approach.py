@@ -70,6 +70,15 @@ def test_a_curve_into_the_goal_is_sooner_there_and_as_exact(heading: float) -> N
     assert heading == 0.0 or curved < straight - 0.3
 
 
+@pytest.mark.parametrize(("blend", "turns"), [(0.05, False), (0.4, True)])
+def test_the_turn_at_the_goal_begins_so_far_before_it(blend: float, turns: bool) -> None:
+    robot, goal = Unicycle(SE2(1.0, 2.0)), SE2(4.0, 2.0, 1.2)
+    values = {"arrival.curve_time": 0.0, "arrival.blend_distance": blend}
+    drive(robot, goal, empty_grid(6.0, 4.0), **values)
+    before = [abs(pose.theta) for pose in robot.trace if pose.x < 3.85]
+    assert (max(before) > 0.03) is turns
+
+
 def test_beside_an_obstacle_it_drives_straight_into_the_goal() -> None:
     grid, goal = empty_grid(6.0, 4.0), SE2(4.0, 2.0, 1.2)
     swings = []

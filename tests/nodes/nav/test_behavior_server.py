@@ -30,8 +30,8 @@ from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot, assert_failed, 
 from tests.nav.worlds import block, room
 
 
-def made() -> PlayedRobot:
-    return started(LOCAL_COSTMAP, BEHAVIOR_SERVER, settle=0.5)
+def made(**values: Any) -> PlayedRobot:
+    return started(LOCAL_COSTMAP, BEHAVIOR_SERVER, settle=0.5, behavior_server=values)
 
 
 @pytest.mark.parametrize("angle", [1.57, -2.5, 7.0])
@@ -210,6 +210,17 @@ def test_a_pose_that_is_lost_ends_a_motion(robot: PlayedRobot, kind: str) -> Non
     robot.run_until_done(goal, 0.6)
     assert_failed(goal, UNKNOWN[kind] + 2)
     assert robot.command == STILL
+
+
+def test_an_old_pose_is_tolerated_where_that_is_asked() -> None:
+    robot = made(transform_tolerance=100.0, cycle_frequency=25.0)
+    goal = spin(robot, 1.5)
+    robot.run(0.5)
+    robot.localized = False
+    robot.forget()
+    robot.run(0.4)
+    assert not goal.done
+    assert len(robot.commands) == pytest.approx(10, abs=1)
 
 
 @pytest.mark.parametrize("kind", MOVING)

@@ -110,6 +110,26 @@ def test_zero_is_repeated_for_a_while_only(robot: PlayedRobot) -> None:
     assert robot.command.x == pytest.approx(0.1)
 
 
+def test_zero_is_repeated_no_longer_than_is_asked() -> None:
+    robot = made(stop_pub_timeout=0.3)
+    drive(robot, 0.1, 0.2)
+    drive(robot, 0.0, 0.5)
+    robot.forget()
+    drive(robot, 0.0, 0.3)
+    assert not robot.commands
+
+
+@pytest.mark.parametrize("brakes", [True, False])
+def test_a_scanner_that_falls_silent_slows_the_robot_before_the_timeout_or_not(
+    brakes: bool,
+) -> None:
+    robot = made(source_timeout=2.0, brake_before_source_timeout=brakes)
+    drive(robot, 0.1, 0.5)
+    robot.sees = False
+    drive(robot, 0.1, 1.6)
+    assert (robot.command.x < 0.09) is brakes
+
+
 def test_commands_that_are_no_numbers_are_ignored(robot: PlayedRobot) -> None:
     drive(robot, math.nan, 0.2)
     assert not robot.commands

@@ -354,3 +354,20 @@ def test_what_raises_fails_its_goal_with_its_last_line_and_not_the_server(
     ask(robot, True, start_id=2, goal_id=2)
     robot.run(0.1)
     assert robot.nodes["route_server"].tracker is not None, "it serves the next"
+
+
+def test_a_service_has_its_time_to_answer(tmp_path: Path) -> None:
+    content = asking({0: {"operations": {"a": BELL}}})
+    bell = {**TRIGGER, "service_timeout": 3.0}
+    robot = serving(tmp_path, content, operations=["Bell"], Bell=bell)
+    goal = ask(robot, True, start_id=0, goal_id=2)
+    drive(robot, (0.0, 0.1))
+    robot.run(1.0)
+    assert not goal.done
+
+
+def test_a_start_far_along_an_edge_is_not_cut_off_where_that_is_asked(tmp_path: Path) -> None:
+    start, goal = (pose_stamped(SE2(*at), "map", 0.0) for at in ((3.9, 0.2), (4.2, 4.3)))
+    robot = serving(tmp_path, min_prune_distance_from_start=9.0)
+    route = ask(robot, use_poses=True, use_start=True, start=start, goal=goal).result.route
+    assert nodes_of(route) == [1, 2]

@@ -91,3 +91,11 @@ def test_a_costmap_that_is_not_current_is_an_error(robot: PlayedRobot) -> None:
     robot.localized = False
     robot.run(2.0)
     assert_failed(smooth(robot), Result.UNKNOWN)
+
+
+def test_without_costs_on_its_topic_nothing_is_smoothed() -> None:
+    values = {"costmap_topic": "elsewhere/costmap_raw"}
+    robot = started(GLOBAL_COSTMAP, SMOOTHER_SERVER, smoother_server=values)
+    goal = smooth(robot)
+    robot.run(3.0)
+    assert_failed(goal, Result.UNKNOWN)

@@ -151,10 +151,13 @@ def test_pacing_asks_for_a_tick_each_20_ms_of_wall_time(bench: RosBench) -> None
 
 def test_initial_pose_and_nested_parameters_reach_the_core(bench: RosBench) -> None:
     sim = start_sim(
-        bench, initial_pose={"x": 1.0, "yaw": 0.5}, drive={"max_linear_velocity": 0.2}, seed=4
+        bench,
+        initial_pose={"x": 1.0, "y": -0.4, "yaw": 0.5},
+        drive={"max_linear_velocity": 0.2},
+        seed=4,
     )
     pose = sim.simulator.robots[SOLO].truth().pose
-    assert (pose.x, pose.y, pose.theta) == pytest.approx((1.0, 0.0, 0.5))
+    assert (pose.x, pose.y, pose.theta) == pytest.approx((1.0, -0.4, 0.5))
     assert sim.simulator.config.drive.max_linear_velocity == 0.2
 
 

@@ -111,9 +111,10 @@ def save(bench: RosBench, **request: Any) -> bool:
 
 
 def test_save_map_writes_what_was_on_the_topic(bench: RosBench, tmp_path: Path) -> None:
-    activated(bench, MapSaverNode, maps_folder=str(tmp_path))
+    activated(bench, MapSaverNode, maps_folder=str(tmp_path), free_thresh_default=0.1)
     bench.publish(OccupancyGridMsg, "map", grid_msg(GRID, "map", 0.0), qos.LATCHED)
     assert save(bench, map_url="sub/room", image_format="png", map_mode="trinary")
+    assert "free_thresh: 0.1\n" in (tmp_path / "sub" / "room.yaml").read_text()
     loaded = load_map(tmp_path / "sub" / "room.yaml")
     np.testing.assert_array_equal(loaded.data, GRID.data)
     assert loaded.frame.origin.distance(FRAME.origin) < 1e-9

@@ -18,11 +18,11 @@ pytest.importorskip("slam_toolbox")
 from slam_toolbox.srv import ClearQueue
 from tf2_msgs.msg import TFMessage
 
-from arjuna_core.config import load
+from arjuna_core.config import flatten, load
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, seconds, time_msg, transform_msg
 from arjuna_core.se2 import SE2
-from arjuna_slam.config import SlamConfig, SlamNodeConfig
+from arjuna_slam.config import SlamConfig, SlamNodeConfig, UnusedParameters
 from arjuna_slam.matching.scan_filter import Skip
 from bringup.parameters.files import for_node, load_parameters, shipped_parameters
 from tests.helpers.slam_robot import DT, LOG, Robot, started
@@ -288,3 +288,23 @@ def test_scans_are_processed_only_once_the_robot_has_moved_if_so_asked(robot: Ro
     assert len(robot.poses) == len(node.slam.graph) < 20
     robot.bench.advance(0.06)
     assert seconds(robot.transforms[-1].header.stamp) == pytest.approx(robot.now + 0.3)
+
+
+def test_frames_and_scales_of_what_is_published(robot: Robot) -> None:
+    started(robot, map_frame="world", position_covariance_scale=0.0, resolution=0.1)
+    robot.drive(12)
+    pose, grid = robot.poses[-1], robot.maps[-1]
+    assert (pose.header.frame_id, grid.header.frame_id) == ("world", "world")
+    assert (pose.pose.covariance[0], grid.info.resolution) == (0.0, pytest.approx(0.1))
+
+
+def test_scans_wait_for_the_odometry_that_is_asked_for(robot: Robot) -> None:
+    started(robot, odom_frame="odometry")
+    robot.drive(3)
+    assert not robot.poses
+
+
+@pytest.mark.parametrize("item", dataclasses.fields(UnusedParameters), ids=lambda item: item.name)
+def test_what_has_no_effect_is_kept_for_clients_that_read_it(item: Any) -> None:
+    other = {"str": "ceres", "int": 7, "float": 1.5, "bool": True}[item.type.split()[0]]
+    assert flatten(load(SlamNodeConfig, {item.name: other}))[item.name] == other

@@ -253,6 +253,8 @@ def test_the_covariance_is_that_of_points_in_tens_that_err_alike(
     np.testing.assert_allclose(information, prior + 1e-6 * np.eye(3), rtol=1e-12)
     assert (scales.tolist(), deviation) == ([0.05] * 20, 0.02)
     scripted.seen = np.diag([4.0, 0.0, 2.0])
+    twenties = ScanMatcher(MatcherConfig(beam_correlation=20.0)).track(FIELD, surface(20), PRIOR)
+    assert twenties.covariance[0, 0] > 1.5 * match.covariance[0, 0]
     blind = ScanMatcher(MatcherConfig()).track(FIELD, surface(20), PRIOR)
     assert blind.covariance[1, 1] == pytest.approx(1.0 + 0.005**2)
 

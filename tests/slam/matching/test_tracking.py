@@ -198,6 +198,7 @@ def test_a_scan_is_searched_where_it_is_due_or_tracking_fails(
 
 
 def test_odometry_is_followed_where_scans_shall_not_correct_it() -> None:
+    assert TrackerConfig(minimum_distance_penalty=0.3).window.floor_xy == 0.3
     tracker = Tracker(TrackerConfig(use_scan_matching=False), Scripted())
     information: Floats = np.diag([100.0, 50.0, 20.0])
     match = tracker.locate(Field(0.05, 0.05), NOTHING, SE2(1.0), SE2(0.5), information, True)

@@ -359,14 +359,14 @@ def test_costs_are_averaged_and_collisions_cost_their_own(distance: float, step:
 @pytest.mark.parametrize("distance", [0.5, 0.51])
 def test_obstacles_repel_by_the_distance_that_costs_encode(distance: float, scaling: float) -> None:
     config = ObstaclesConfig(
-        repulsion_weight=1.5, critical_weight=20.0, collision_cost=1e3, near_goal_distance=0.5
+        repulsion_weight=2.5, critical_weight=20.0, collision_cost=1e3, near_goal_distance=0.5
     )
     scene = made_scene(goal_distance=distance)._replace(clearances=clearances(scaling))
     table = np.zeros(256)
     for cost in range(1, 255):  # cost = 252 exp(-k d) beyond the inscribed radius
         away = math.log(252.0 / cost) / (scaling or 3.0)
         table[cost] = 20.0 * max(0.1 - away, 0.0)
-        table[cost] += 1.5 * max(0.1 + 0.25 - away, 0.0) * (distance > 0.5)
+        table[cost] += 2.5 * max(0.1 + 0.25 - away, 0.0) * (distance > 0.5)
     sums, hit = summed(table, scene, 1)
     assert 0 < hit.sum() < BATCH
     costs, blocked = obstacles_critic(config, R, scene)
