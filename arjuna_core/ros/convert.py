@@ -97,10 +97,14 @@ def se2_from_pose(message: Pose) -> SE2:
     Raises:
         ValueError: A coordinate is not finite or the quaternion is no rotation.
     """
+    return SE2(*_plane_of(message))
+
+
+def _plane_of(message: Pose) -> tuple[float, float, float]:
     x, y = message.position.x, message.position.y
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError(f"position ({x}, {y}) is not finite")
-    return SE2(x, y, yaw(message.orientation))
+    return x, y, yaw(message.orientation)
 
 
 def pose_stamped(pose: SE2, frame_id: str, now: float) -> PoseStamped:
@@ -240,7 +244,7 @@ def poses_from_path(message: Path) -> NDArray[np.float64]:
     Raises:
         ValueError: A pose is not finite.
     """
-    rows = [se2_from_pose(item.pose).array() for item in message.poses]
+    rows = [_plane_of(item.pose) for item in message.poses]
     return np.array(rows, dtype=np.float64).reshape(-1, 3)
 
 

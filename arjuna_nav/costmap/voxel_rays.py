@@ -107,15 +107,22 @@ def _clear_ray(
     count = math.ceil(max(abs(dx), abs(dy), abs(dz)))
     length = math.hypot(dx, dy)
     last = math.floor(end[0]), math.floor(end[1]), math.floor(end[2])
+    entered = False
     for k in range(count):
         share = k / count
-        if share * length < reach[0] or share * length > reach[1]:
+        if share * length < reach[0]:
             continue
+        if share * length > reach[1]:
+            return
         column, row = math.floor(x + share * dx), math.floor(y + share * dy)
         level = math.floor(z + share * dz)
         if (column, row, level) == last:
             return
-        if 0 <= row < height and 0 <= column < width and 0 <= level < levels:
+        if not (0 <= row < height and 0 <= column < width and 0 <= level < levels):
+            if entered:  # a ray that has left the grid does not come back
+                return
+        else:
+            entered = True
             voxels[row, column] &= ~np.uint32(1 << level)
             known[row, column] |= np.uint32(1 << level)
             if _count(voxels[row, column]) > allowed:

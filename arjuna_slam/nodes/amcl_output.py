@@ -70,7 +70,7 @@ class AmclOutput:
         if estimate.status is Status.TRACKING:
             pose = estimate.T_map_base
             values = {"x": pose.x, "y": pose.y, "yaw": pose.theta}
-            self._node.set_parameters(
+            self._node.set_parameters_atomically(
                 [Parameter(f"initial_pose.{name}", value=value) for name, value in values.items()]
             )
 

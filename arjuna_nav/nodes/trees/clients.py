@@ -37,7 +37,7 @@ class _Request:
 
     Attributes:
         ask: What is asked.
-        since: When it was made, or sent [s].
+        since: When it was made, sent, or its action's server last seen [s].
         client: The client of its server.
         take: Called with the answer.
         sent: Whether it was sent.
@@ -196,26 +196,28 @@ class TreeClients:
 
     def _look_after(self, key: int, request: _Request) -> None:
         """Send what is not sent yet; give up on who is not there or does not answer."""
-        client, ask = request.client, request.ask
+        client, ask, config, now = request.client, request.ask, self._config, self._node.now
         is_action = isinstance(client, GoalClient)
+        runs = request.sent and is_action and client.acknowledged
+        if runs and now - request.since <= config.wait_for_service_timeout / 1000.0:
+            return  # its server was there lately
         ready = client.ready if is_action else client.service_is_ready()
-        if ready and not request.sent:
-            request.sent, request.since = True, self._node.now
-            (self._send_goal if is_action else self._call)(key, request)
+        if ready and (runs or not request.sent):
+            sent, request.sent, request.since = request.sent, True, now
+            if not sent:
+                (self._send_goal if is_action else self._call)(key, request)
             return
         waits = request.sent and ready  # for the goal to be taken, or for an answer
-        if waits and is_action and client.acknowledged:
-            return
-        config, own = self._config, waits * ask.timeout
+        own = waits * ask.timeout
         common = config.default_server_timeout if waits else config.wait_for_service_timeout
         limit = own or common / 1000.0
-        request.late += self._node.now - request.since > limit
+        request.late += now - request.since > limit
         # At the first look an answer may wait in the executor, behind what took long.
         if request.late > waits:
             problem = "did not answer" if waits else "is not there"
             if waits and is_action:
                 client.cancel()
-            self._fail(key, f"{ask.server} {problem} within {limit:g} s at {self._node.now:.2f} s")
+            self._fail(key, f"{ask.server} {problem} within {limit:g} s at {now:.2f} s")
 
     def _look_after_cancels(self) -> None:
         """Say which servers did not answer when a goal of theirs was cancelled."""
