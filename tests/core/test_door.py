@@ -58,29 +58,23 @@ KNOWN = {
     "bringup/commands/__init__.py: path.open": "the commands' own files",
     "bringup/recording/message_definitions.py: .read_text": "definitions of installed messages",
     "bringup/ros2/types.py: .read_text": "definitions of installed messages",
-    # No file at all.
-    "bringup/viewing/rerun/show.py: output.open": "whether a viewer is open",
-    "bringup/viewing/rerun/output.py: self.open": "whether a viewer is open",
-    "arjuna_nav/planners/guide.py: one.open": "an array of open cells",
-    "arjuna_nav/planners/navfn.py: one.open": "an array of open cells",
-    "arjuna_nav/planners/waves/corridor.py: coarse.open": "an array of open cells",
-    "arjuna_nav/planners/waves/corridor.py: within.open": "an array of open cells",
 }
-"""What opens files all the same or only looks so, each with its reason."""
+"""What opens files all the same, or opens no file, each with its reason."""
 
 
 def opened(source: str) -> Iterator[str]:
     """Yield what in a source opens files for reading."""
     tree = ast.parse(source)
-    writes = {call.func for call in ast.walk(tree) if isinstance(call, ast.Call) and written(call)}
+    calls = {call.func: call for call in ast.walk(tree) if isinstance(call, ast.Call)}
     for node in ast.walk(tree):
-        if node in writes:
+        if node in calls and written(calls[node]):
             continue
         if isinstance(node, ast.Name) and node.id in NAMES and isinstance(node.ctx, ast.Load):
             yield node.id
         elif isinstance(node, ast.Attribute):
             owner = ast.unparse(node.value).rpartition(".")[2]
-            if node.attr in METHODS or (owner in MODULES and node.attr in OPENERS):
+            is_path = node.attr in METHODS and (node in calls or owner == "Path")
+            if is_path or (owner in MODULES and node.attr in OPENERS):
                 yield f"{owner if owner.isidentifier() or 'super' in owner else ''}.{node.attr}"
         elif isinstance(node, ast.ImportFrom) and node.module in MODULES:
             yield from (f"{node.module}.{n.name}" for n in node.names if n.name in OPENERS)
