@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import keyword
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -98,3 +99,8 @@ def info_of(field: dataclasses.Field[Any]) -> ParamInfo:
 def key_of(field: dataclasses.Field[Any]) -> str:
     """Return a field's parameter name; one that Python keeps for itself ends in `_` as a field."""
     return field.name.removesuffix("_")
+
+
+def field_of(key: str) -> str:
+    """Return the name of the field of a parameter's name."""
+    return f"{key}_" if keyword.iskeyword(key) else key

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar, get_type_hints
 
 from arjuna_core.errors import ConfigError, nearest
-from arjuna_core.param import info_of, key_of, param
+from arjuna_core.param import field_of, info_of, key_of, param
 
 T = TypeVar("T")
 type_hints: Callable[[Any], dict[str, Any]] = functools.lru_cache(maxsize=512)(get_type_hints)
@@ -54,7 +54,7 @@ class PluginTypes:
 
     def make(self, config: Any, *arguments: Any) -> Any:
         """Make a plug-in of its parameters, as `load` made them, and what its kind takes."""
-        return self.resolve(getattr(config, self.key))(config, *arguments)
+        return self.resolve(getattr(config, field_of(self.key)))(config, *arguments)
 
     def config_of(self, name: str, values: Mapping[str, Any]) -> type[Any]:
         """Return the dataclass of a class's parameters, given their dotted values.
@@ -121,6 +121,8 @@ def config_class_for(
             fields |= {} if made is hint else {item.name: made}
             continue
         for plugin in names_in(flat.get(name, item.default), item.default):
+            if plugin in hints:  # the class itself has its parameters
+                continue
             if not plugin.isidentifier():
                 problems.append(f"{where}'{name}': '{plugin}' is no name of a plug-in")
                 continue
@@ -193,7 +195,7 @@ def _with_default(config: Any, key: str, default: str) -> type[Any]:
 @functools.cache
 def _with_class_name(config: Any, what: str, key: str, given: str) -> type[Any]:
     item = param(given, f"Class of the {what}, or module:Class.", choices=(given,), read_only=True)
-    return _subclass(config, [(key, str, item)])
+    return _subclass(config, [(field_of(key), str, item)])
 
 
 @functools.cache

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from arjuna_core.config import param
+from arjuna_core.config import param, plugin_names
 from arjuna_core.errors import ConfigError
+from arjuna_core.plugins import PluginTypes
 from arjuna_nav.controllers.base import PluginConfig
 
-CRITICS = (
+NAV2_CRITICS = (
     *("RotateToGoal", "Oscillation", "BaseObstacle", "ObstacleFootprint", "GoalAlign"),
     *("PathAlign", "PathDist", "GoalDist", "PreferForward", "Twirling"),
 )
+CRITICS = PluginTypes(
+    "critic", {}, "", {name: f"dwb_critics::{name}Critic" for name in NAV2_CRITICS}, "class"
+)
+"""A user's own; Nav2's need no class, for their names say it."""
 _STOCK = (
     *("RotateToGoal", "Oscillation", "BaseObstacle", "GoalAlign", "PathAlign", "PathDist"),
     "GoalDist",
@@ -189,7 +194,7 @@ class DwbConfig(PluginConfig):
     default_critic_namespaces: tuple[str, ...] = param(
         (), "Where critics are looked for, `dwb_critics` if nowhere: all are there.", read_only=True
     )
-    critics: tuple[str, ...] = param(_STOCK, "The critics.", choices=CRITICS, read_only=True)
+    critics: tuple[str, ...] = plugin_names(_STOCK, "The critics.", CRITICS)
     RotateToGoal: RotateToGoalConfig = field(default_factory=RotateToGoalConfig)
     Oscillation: OscillationConfig = field(default_factory=OscillationConfig)
     BaseObstacle: ObstacleConfig = field(default_factory=ObstacleConfig)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,11 +14,16 @@ from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, TrackedPath
 from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.display import Cloud, Evaluation, Offer, Plan, Shapes
-from arjuna_nav.controllers.dwb.config import DwbConfig
+from arjuna_nav.controllers.dwb.config import CRITICS, NAV2_CRITICS, DwbConfig
 from arjuna_nav.controllers.dwb.distances import path_cells, spread_distances
-from arjuna_nav.controllers.dwb.evaluation import Evaluated, Scoring
+from arjuna_nav.controllers.dwb.evaluation import DwbCritic, Evaluated, Scoring, Trials
 from arjuna_nav.controllers.dwb.oscillation import Oscillation
-from arjuna_nav.controllers.dwb.trajectories import Dynamics, Robot, Weights, score_all
+from arjuna_nav.controllers.dwb.trajectories import (
+    Dynamics,
+    Robot,
+    Weights,
+    score_all,
+)
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
@@ -57,6 +63,11 @@ class Dwb(Offer):
             self._sim_period = period if config.sim_period is None else config.sim_period
         self._path = TrackedPath(config.prune_distance)
         self._oscillation = Oscillation(config.Oscillation)
+        self._own_critics: dict[str, DwbCritic] = {
+            name: CRITICS.make(getattr(config, name))
+            for name in config.critics
+            if name not in NAV2_CRITICS
+        }
         self._arrived = False
         self.speed_limit = math.inf
         self.carrot: SE2 | None = None
@@ -87,8 +98,13 @@ class Dwb(Offer):
         samples = self._samples(velocity)
         near = self._near_path(pose, costmap)
         scoring = self._scoring(samples, pose, velocity, costmap, near[:, :2])
+        scores = self._velocity_scores(samples, velocity)
+        if self._own_critics:
+            trials = Trials(samples, scoring.simulated(costmap.frame), pose, near, costmap)
+            scores |= {name: own.scores(trials) for name, own in self._own_critics.items()}
+        scoring = scoring._replace(base=self._summed(scores, len(samples)))
         best = int(score_all(*scoring, config.short_circuit_trajectory_evaluation))
-        evaluated = Evaluated(config, scoring, self._velocity_scores(samples, velocity), best)
+        evaluated = Evaluated(config, scoring, scores, best)
         self.shown = evaluated.shown(self.wanted, near, costmap.frame)
         if best < 0:
             message = (
@@ -177,7 +193,7 @@ class Dwb(Offer):
         return Scoring(
             start,
             samples,
-            self._base_scores(samples, velocity),
+            np.zeros(len(samples)),
             dynamics,
             outline,
             self._weights(costmap, pose),
@@ -201,10 +217,10 @@ class Dwb(Offer):
     def _uses(self, critic: str) -> bool:
         return critic in self._config.critics
 
-    def _base_scores(self, samples: NDArray[np.float64], velocity: Velocity) -> NDArray[np.float64]:
-        """Return the sums of the scores that depend on the velocity alone."""
-        total = np.zeros(len(samples))
-        for name, raw in self._velocity_scores(samples, velocity).items():
+    def _summed(self, scores: Mapping[str, NDArray[np.float64]], count: int) -> NDArray[np.float64]:
+        """Return the weighted sums of critics' scores, `(count,) float64`."""
+        total = np.zeros(count)
+        for name, raw in scores.items():
             allowed = np.isfinite(raw)
             total[~allowed] = np.inf
             total[allowed] += getattr(self._config, name).scale * raw[allowed]

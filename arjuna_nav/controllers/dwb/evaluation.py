@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.grid import GridFrame
+from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.display import Cloud, Critic, Evaluation, Judged, Plan, Shape, Shapes
 from arjuna_nav.controllers.dwb.config import DwbConfig
 from arjuna_nav.controllers.dwb.distances import UNREACHED
@@ -21,6 +22,7 @@ from arjuna_nav.controllers.dwb.trajectories import (
     raw_scores,
     trajectory,
 )
+from arjuna_nav.costmap.costmap import Costmap
 
 _PARTS = {
     "BaseObstacle": ("obstacle", 0),
@@ -47,6 +49,41 @@ class Scoring(NamedTuple):
     data: NDArray[np.uint8]
     to_path: NDArray[np.int32]
     to_goal: NDArray[np.int32]
+
+    def simulated(self, frame: GridFrame) -> Callable[[int], NDArray[np.float64]]:
+        """Return a function of the poses `(K, 3)` that the sample of an index leads to."""
+
+        def poses(index: int) -> NDArray[np.float64]:
+            sample = self.samples[index]
+            return _placed(trajectory(self.start, sample, self.dynamics, self.resolution)[0], frame)
+
+        return poses
+
+
+class Trials(NamedTuple):
+    """The velocities that are tried, and where they lead, seen in the costmap's frame.
+
+    Attributes:
+        velocities: `(N, 3) float64`: forward, to the left [m/s], turning [rad/s].
+        trajectory: Returns the poses `(K, 3)` [m, m, rad] that a velocity of an index leads to.
+        pose: Where the robot is.
+        path: The part of the path that counts, `(M, 3) float64`.
+        costmap: The costs.
+    """
+
+    velocities: NDArray[np.float64]
+    trajectory: Callable[[int], NDArray[np.float64]]
+    pose: SE2
+    path: NDArray[np.float64]
+    costmap: Costmap
+
+
+class DwbCritic(Protocol):
+    """A critic of one's own; made of `(config)`, which has a `scale`, its weight."""
+
+    def scores(self, trials: Trials) -> NDArray[np.float64]:
+        """Return a score of each velocity, `(N,) float64`: less is better, inf forbids it."""
+        ...
 
 
 class Evaluated:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from arjuna_core.config import param
+from arjuna_core.config import param, plugin_names
+from arjuna_core.plugins import PluginTypes
 from arjuna_nav.controllers.base import PluginConfig
 
-CRITICS = (
+NAV2_CRITICS = (
     *("ConstraintCritic", "CostCritic", "ObstaclesCritic", "GoalCritic", "GoalAngleCritic"),
     *("PathAlignCritic", "PathFollowCritic", "PathAngleCritic", "PreferForwardCritic"),
     *("TwirlingCritic", "VelocityDeadbandCritic"),
 )
+CRITICS = PluginTypes("critic", {}, "", {name: f"mppi::critics::{name}" for name in NAV2_CRITICS})
+"""A user's own; Nav2's need no class, for their names say it."""
 _STOCK = (
     *("ConstraintCritic", "CostCritic", "GoalCritic", "GoalAngleCritic", "PathAlignCritic"),
     *("PathFollowCritic", "PathAngleCritic", "PreferForwardCritic"),
@@ -228,7 +231,7 @@ class MppiConfig(PluginConfig):
     )
     regenerate_noises: bool = param(False, "Whether each command has its own noise.")
     seed: int = param(0, "Seed of the noise.", minimum=0)
-    critics: tuple[str, ...] = param(_STOCK, "The critics.", choices=CRITICS, read_only=True)
+    critics: tuple[str, ...] = plugin_names(_STOCK, "The critics.", CRITICS)
     ConstraintCritic: CriticConfig = field(default_factory=lambda: CriticConfig(cost_weight=4.0))
     CostCritic: CostConfig = field(default_factory=lambda: CostConfig(cost_weight=3.81))
     ObstaclesCritic: ObstaclesConfig = field(default_factory=ObstaclesConfig)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, T
 from arjuna_nav.controllers.display import Offer, Plan, Shape, Shapes
 from arjuna_nav.controllers.motion import rollout, steered
 from arjuna_nav.controllers.mppi import critics, path_critics
-from arjuna_nav.controllers.mppi.config import MppiConfig
+from arjuna_nav.controllers.mppi.config import CRITICS, MppiConfig
 from arjuna_nav.controllers.mppi.optimizer import Optimizer
 from arjuna_nav.controllers.mppi.rollouts import Array, Limits, Rollouts
 from arjuna_nav.controllers.mppi.scene import (
@@ -28,6 +28,14 @@ from arjuna_nav.controllers.mppi.scene import (
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
+
+
+class MppiCritic(Protocol):
+    """A critic of one's own; made of `(config)`, whose class derives from `CriticConfig`."""
+
+    def cost(self, rollouts: Rollouts, scene: Scene) -> Array | tuple[Array, bool] | None:
+        """Return each rollout's cost `(batch,) float32`, with whether all collide, or None."""
+        ...
 
 
 class Mppi(Offer):
@@ -61,6 +69,11 @@ class Mppi(Offer):
             inverts=config.enforce_path_inversion,
             inversion_tolerance=(config.inversion_xy_tolerance, config.inversion_yaw_tolerance),
         )
+        self._own_critics: dict[str, MppiCritic] = {
+            name: CRITICS.make(getattr(config, name))
+            for name in config.critics
+            if name not in _CRITICS
+        }
         self._optimizer = Optimizer(config)
         self._last, self._last_at = STILL, math.inf
         steered = config.motion_model == "Ackermann"
@@ -149,7 +162,12 @@ class Mppi(Offer):
         for name in self._config.critics:
             own = getattr(self._config, name)
             seen = scene.inflated_by(getattr(own, "inflation_layer_name", ""))
-            cost = _CRITICS[name](own, rollouts, seen) if own.enabled else None
+            if not own.enabled:
+                continue
+            if name in self._own_critics:
+                cost = self._own_critics[name].cost(rollouts, seen)
+            else:
+                cost = _CRITICS[name](own, rollouts, seen)
             if isinstance(cost, tuple):
                 cost, all_collide = cost
                 blocked = blocked or all_collide

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.base import ControlStatus
-from arjuna_nav.controllers.dwb.config import CRITICS, DwbConfig, OscillationConfig
+from arjuna_nav.controllers.dwb.config import NAV2_CRITICS, DwbConfig, OscillationConfig
 from arjuna_nav.controllers.dwb.controller import Dwb
 from arjuna_nav.controllers.dwb.oscillation import Oscillation
 from arjuna_nav.costmap import Costmap
@@ -230,7 +230,7 @@ def made_case(seed: int) -> Case:
         sim_time=float(rng.uniform(0.8, 1.7)),
         angular_granularity=0.1,
         forward_prune_distance=float(rng.uniform(0.3, 1.5)),
-        critics=tuple(name for name in CRITICS if rng.random() < 0.6),
+        critics=tuple(name for name in NAV2_CRITICS if rng.random() < 0.6),
         PathDist=replace(base.PathDist, scale=scale()),
         GoalDist=replace(base.GoalDist, scale=scale()),
         PathAlign=replace(base.PathAlign, scale=scale(), forward_point_distance=0.3),

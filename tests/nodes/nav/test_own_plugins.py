@@ -80,6 +80,15 @@ def test_a_controller_and_checkers(robot: PlayedRobot) -> None:
     assert robot.pose.x >= 0.499
 
 
+@pytest.mark.parametrize(("name", "side"), [("Window", -1.0), ("Cloud", 1.0)])
+def test_a_critic(robot: PlayedRobot, name: str, side: float) -> None:
+    route = path_msg(polyline([(0.0, 0.0), (2.0, 0.0)], 0.0), "map", 0.0)
+    robot.send(FollowPath, "follow_path", FollowPath.Goal(path=route, controller_id=name))
+    robot.run(1.5)
+    assert side * robot.pose.y > 0.05
+    assert name == "Cloud" or 0.0 < robot.command.x <= 0.25
+
+
 def test_a_smoother(robot: PlayedRobot) -> None:
     route = polyline([(0.0, 0.0), (1.0, 0.0)], 0.0)
     request = SmoothPath.Goal(path=path_msg(route, "map", 0.0), smoother_id="sparse")
