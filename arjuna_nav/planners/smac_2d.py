@@ -140,7 +140,7 @@ def _a_star(
         r, c = int(row), int(column)
         values[r, c] = value
         heapq.heappush(queue, (value + _octile(r, c, goal), np.int64(r * width + c)))
-    count, near, until_look = 0, 0, limits.interval
+    count, near, until = 0, 0, min(limits.interval, limits.cells)
     while len(queue) > 0:
         cell = heapq.heappop(queue)[1]
         row, column = cell // width, cell % width
@@ -150,15 +150,12 @@ def _a_star(
         count += 1
         if row == goal[0] and column == goal[1]:
             break
-        if near > 0 or math.hypot(row - goal[0], column - goal[1]) <= limits.tolerance:
-            near += 1
-        if count >= limits.cells or near > limits.near:
-            return values, before, True
-        until_look -= 1
-        if until_look == 0:
-            if stop[0]:
-                break
-            until_look = limits.interval
+        if limits.tolerance >= 0.0:
+            near += near > 0 or math.hypot(row - goal[0], column - goal[1]) <= limits.tolerance
+        if count >= until or near > limits.near:
+            if until == limits.cells or stop[0] or near > limits.near:
+                return values, before, True
+            until = min(until + limits.interval, limits.cells)
         for d_r in range(-1, 2):
             for d_c in range(-1, 2):
                 r, c = row + d_r, column + d_c

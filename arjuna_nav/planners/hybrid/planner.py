@@ -61,9 +61,8 @@ class PoseSearch(abc.ABC):
         found = nearby_first(lambda part: self._plan(part, begin, goal), grid, costs, begin, goal)
         if found.status is not PlanStatus.SUCCEEDED:
             return found
-        path = found.path
-        if config.smooth_path:
-            path = smoothed_poses(path, costmap, config.smoother)
+        smooth = config.smooth_path
+        path = smoothed_poses(found.path, costmap, config.smoother) if smooth else found.path
         return replace(found, path=np.vstack((lead[:-1], path)))
 
     def _plan(self, costmap: Costmap, start: SE2, goal: SE2) -> Plan:
@@ -109,16 +108,15 @@ class PoseSearch(abc.ABC):
         self, query: Query, seeds: NDArray[np.float64], slack: float | None, radius: float
     ) -> Guide | PlanResult:
         """Return the costs left to the goal, those of an earlier plan to it where they are kept."""
-        if not self._config.cache_obstacle_heuristic:
-            return guide(query, self._costs(), seeds, slack, radius, self._coarseness)
         key, first = (query.goal_cell, query.costmap.frame, slack), tuple(seeds[0, :2].astype(int))
         kept = self._kept.get(key)
         if kept is not None and np.isfinite(kept.left[first]):
             return kept
         found = guide(query, self._costs(), seeds, slack, radius, self._coarseness)
-        if isinstance(found, Guide):
-            goals = {other[0] for other in self._kept}
-            self._kept = {**self._kept, key: found} if query.goal_cell in goals else {key: found}
+        if isinstance(found, Guide) and self._config.cache_obstacle_heuristic:
+            if any(goal != query.goal_cell for goal, _, _ in self._kept):
+                self._kept.clear()
+            self._kept[key] = found
         return found
 
     def _ends(self, query: Query, cell: Cell, moves: Moves) -> tuple[NDArray[np.float64], int]:
@@ -138,7 +136,7 @@ class PoseSearch(abc.ABC):
         """Return the poses that were expanded, in the costmap's frame, where they are shown."""
         if not self._config.debug_visualizations:
             return None
-        return _in_metres(nodes.poses[: len(nodes.done)][nodes.done], costmap)
+        return _in_metres(nodes.poses[nodes.done], costmap)
 
     @property
     def _coarseness(self) -> int:
@@ -189,8 +187,7 @@ class PoseSearch(abc.ABC):
     def _rules(self, costmap: Costmap) -> Rules:
         """Return how the robot drives."""
         config, resolution = self._config, costmap.frame.resolution
-        radius, near = self._radius(costmap), max(config.max_on_approach_iterations, 0)
-        override = config.analytic_expansion_max_cost_override
+        radius, override = self._radius(costmap), config.analytic_expansion_max_cost_override
         one = config.goal_heading_mode == "DEFAULT"  # else their least costs more than it saves
         return Rules(
             radius,
@@ -210,7 +207,7 @@ class PoseSearch(abc.ABC):
             bends_within=0.5 * config.lookup_table_size / resolution / radius if one else -1.0,
             any_cost_within=2.0 * math.pi * radius if override else 0.0,
             tolerance=config.tolerance_on_approach(resolution),
-            near_limit=near,
+            near_limit=config.max_on_approach_iterations,
             interval=config.terminal_checking_interval,
         )
 

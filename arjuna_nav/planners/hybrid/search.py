@@ -143,24 +143,24 @@ def _search(
     queue = [(0.0, np.int64(0))]
     count, looked, until_direct = np.int64(1), 0, 0.0  # a plain 1 has what takes it compiled twice
     best, last, rest, weight = np.inf, np.int64(-1), np.empty((0, 3)), rules.heuristic_weight
-    goal, nearest, nearest_row, near, until_look = goals[0], np.inf, np.int64(0), 0, rules.interval
-    while len(queue) > 0 and looked < rules.limit:
+    goal, nearest, nearest_row, near = goals[0], np.inf, np.int64(0), 0
+    until = min(rules.interval, rules.limit)
+    while len(queue) > 0:
+        if looked >= until:
+            if until == rules.limit or stop[0]:
+                break
+            until = min(until + rules.interval, rules.limit)
         key, row = heapq.heappop(queue)
         if best <= weight * key:
             break
         if nodes.done[row]:
             continue
         nodes.done[row], looked, pose = True, looked + 1, nodes.poses[row]
-        until_look -= 1
-        if until_look == 0:
-            if stop[0]:
-                break
-            until_look = rules.interval
         distance = math.hypot(pose[0] - goal[0], pose[1] - goal[1])
-        if distance < nearest:
-            nearest, nearest_row = distance, row
-        if nearest <= rules.tolerance:
-            near += 1
+        if rules.tolerance >= 0.0:
+            if distance < nearest:
+                nearest, nearest_row = distance, row
+            near += nearest <= rules.tolerance
             if near > rules.near_limit:
                 break
         until_direct -= 1.0
