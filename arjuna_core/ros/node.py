@@ -11,10 +11,12 @@ from rclpy.parameter import Parameter
 
 from arjuna_core.config import NoParameters
 from arjuna_core.errors import ArjunaError
+from arjuna_core.ros.deferred import deferred_service
 from arjuna_core.ros.health.guarded import Guarded
 from arjuna_core.ros.local.lifecycle import LIFECYCLE_SERVICES, AnnouncedStates
 from arjuna_core.ros.params import ParameterBinding, describe_sim_time
 from arjuna_core.ros.process import Process
+from arjuna_core.ros.reports import failed
 from arjuna_core.ros.tf import TransformBuffer
 from arjuna_core.timing import Periodic
 
@@ -199,6 +201,32 @@ class ManagedNode(Guarded, LifecycleNode):
             return callback(request, response)
 
         made = self.create_service(service_type, self.process.absolute(name), answer)
+        self._keep(self._retire, made)
+
+    def serve_later(
+        self,
+        service_type: Any,
+        name: str,
+        on_request: Callable[[Any, Callable[[Any], None]], None],
+    ) -> None:
+        """Create a service as `serve` does; `on_request` also gets what answers, perhaps later."""
+
+        def refuse(reason: str, request: Any, respond: Callable[[Any], None]) -> None:
+            respond(failed(request, service_type.Response(), reason))
+
+        def take_valid(request: Any, respond: Callable[[Any], None]) -> None:
+            problem = self.problem_of(name, request)
+            if problem is None:
+                on_request(request, respond)
+            else:
+                refuse(problem, request, respond)
+
+        path = self.process.absolute(name)
+        take = self.guarded(name, take_valid, refuse)
+        if self.transport is None:
+            made = deferred_service(self, service_type, path, take)
+        else:
+            made = self.create_deferred_service(service_type, path, take)
         self._keep(self._retire, made)
 
     def _retire(self, service: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from typing import Any, Literal, Protocol
 
@@ -12,7 +13,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.task import Future, Task
 from rosgraph_msgs.msg import Clock
 
-from arjuna_core.errors import ArjunaError, nearest
+from arjuna_core.errors import ArjunaError, ConfigError, nearest
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import discovery, new_context
 from arjuna_core.ros.convert import seconds
@@ -282,6 +283,19 @@ class Process:
             self._steps += 1
             # 1 ms of wall time; the queue holds a marker, so that it is never waited out.
             self.executor.spin_once(0.001)
+
+    def use_realtime_priority(self) -> None:
+        """Run before all that has no such priority; 49 of SCHED_FIFO, as nav2_util sets it.
+
+        Raises:
+            ConfigError: The system does not allow it.
+        """
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(49))
+        except OSError as error:
+            allowed = "CAP_SYS_NICE, or an rtprio in /etc/security/limits.conf"
+            text = f"'use_realtime_priority' is true: {error.strerror}; valid: false, or {allowed}"
+            raise ConfigError(text) from error
 
     def ok(self) -> bool:
         """Return whether the process has not been asked to stop."""

@@ -59,6 +59,14 @@ class CostmapConfig:
     transform_tolerance: float = param(
         0.3, "Oldest transform of the robot that is used.", unit="s", minimum=0.0
     )
+    initial_transform_timeout: float = param(
+        0.0,
+        "How long a costmap that was activated waits for the robot's pose, and is inactive then; "
+        "0: for ever.",
+        unit="s",
+        minimum=0.0,
+        nav2=60.0,
+    )
     always_send_full_costmap: bool = param(
         False,
         "Whether the whole grid is published each time, beside what has changed in it; else only"

@@ -30,6 +30,9 @@ class CollisionMonitorConfig(WatchConfig):
     stop_pub_timeout: float = param(1.0, "How long zero is repeated.", unit="s", minimum=0.0)
     enabled: bool = param(True, "Whether it looks at all; else commands pass.")
     enable_stamped_cmd_vel: bool = param(False, "Whether both are TwistStamped.", read_only=True)
+    use_realtime_priority: bool = param(
+        False, "Whether its process runs before all others of the machine.", read_only=True
+    )
 
 
 class CollisionMonitorNode(ManagedNode):
@@ -41,6 +44,8 @@ class CollisionMonitorNode(ManagedNode):
     def configure(self) -> None:
         """Create the monitor and its interfaces."""
         config = self.config
+        if config.use_realtime_priority:
+            self.process.use_realtime_priority()
         self._watch = Watch(self)
         self._enabled = config.enabled
         self._published = Verdict(STILL)

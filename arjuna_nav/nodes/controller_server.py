@@ -46,6 +46,9 @@ class ControllerServerConfig(FollowerConfig):
         "cmd_vel_nav", "Topic of what to drive; velocity_smoother listens.", read_only=True
     )
     enable_stamped_cmd_vel: bool = param(False, "Whether cmd_vel is TwistStamped.", read_only=True)
+    use_realtime_priority: bool = param(
+        False, "Whether its process runs before all others of the machine.", read_only=True
+    )
     odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
     odom_duration: float = param(
         0.0,
@@ -80,6 +83,8 @@ class ControllerServerNode(GoalNode):
     def configure(self) -> None:
         """Create the follower and its interfaces."""
         config: ControllerServerConfig = self.config
+        if config.use_realtime_priority:
+            self.process.use_realtime_priority()
         self._follower: PathFollower | None = None
         self._outdated, self._warned = False, ""
         self._costmap: CostmapNode = self.process.find("local_costmap/local_costmap")

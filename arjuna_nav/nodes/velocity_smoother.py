@@ -30,6 +30,9 @@ class VelocitySmootherConfig(SmoothingConfig):
         False, "Whether a TwistStamped has the time of smoothing, not the last command's."
     )
     enable_stamped_cmd_vel: bool = param(False, "Whether both are TwistStamped.", read_only=True)
+    use_realtime_priority: bool = param(
+        False, "Whether its process runs before all others of the machine.", read_only=True
+    )
 
 
 class VelocitySmootherNode(ManagedNode):
@@ -45,6 +48,8 @@ class VelocitySmootherNode(ManagedNode):
     def configure(self) -> None:
         """Create the smoother and its topics."""
         config = self.config
+        if config.use_realtime_priority:
+            self.process.use_realtime_priority()
         self._smoother = VelocitySmoother(config)
         self._recent = RecentVelocities(config.odom_duration)
         self._stamp = 0.0

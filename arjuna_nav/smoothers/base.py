@@ -59,6 +59,7 @@ def in_passes(
     costmap: Costmap,
     passes: int,
     once: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    by_parts: bool,
 ) -> SmoothResult:
     """Smooth a path part by part; a pass that would touch an obstacle is undone and ends its part.
 
@@ -75,7 +76,7 @@ def in_passes(
         return SmoothResult(SmoothStatus.INVALID_PATH, path, message)
     result, first, free = path.copy(), 0, True
     while first < len(path) - 1:
-        end = paths.part_end(path, first)
+        end = paths.part_end(path, first) if by_parts else len(path)
         points: NDArray[np.float64] = np.ascontiguousarray(path[first:end, :2])
         for _ in range(passes):
             smoothed = once(points)
@@ -84,7 +85,7 @@ def in_passes(
                 break
             points = smoothed
         part = oriented(points, float(path[end - 1, 2]))
-        if math.cos(part[0, 2] - path[first, 2]) < 0.0:  # it is driven in reverse
+        if by_parts and math.cos(part[0, 2] - path[first, 2]) < 0.0:  # it is driven in reverse
             part[:-1, 2] = wrap(part[:-1, 2] + math.pi)
         result[first:end], first = part, end - 1
     if free:

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
+from arjuna_core.errors import ConfigError
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.planners.relaxation import relax
 from arjuna_nav.smoothers.base import SmoothResult, in_passes
+
+_BY_PARTS = param(
+    True, "Whether parts driven ahead and in reverse are smoothed apart, so that cusps stay."
+)
 
 
 @dataclass(frozen=True)
@@ -24,6 +30,7 @@ class SimpleSmootherConfig:
     w_smooth: float = param(0.3, "Weight of smoothness.", minimum=0.0, maximum=0.49)
     do_refinement: bool = param(True, "Whether to smooth the smoothed path again.")
     refinement_num: int = param(2, "How many times again.", minimum=0, maximum=20)
+    enforce_path_inversion: bool = _BY_PARTS
 
 
 class SimpleSmoother:
@@ -42,17 +49,17 @@ class SimpleSmoother:
         config = self._config
         weights = config.w_data, config.w_smooth, config.tolerance, config.max_its
         passes = 1 + config.refinement_num * config.do_refinement
-        return in_passes(path, costmap, passes, lambda points: relax(points, *weights))
-
-
-_WEIGHTS = np.array([-2.0, 3.0, 6.0, 7.0, 6.0, 3.0, -2.0]) / 21.0
-"""A quadratic of seven points at its middle."""
-_REACH = len(_WEIGHTS) // 2
+        by_parts = config.enforce_path_inversion
+        return in_passes(path, costmap, passes, lambda points: relax(points, *weights), by_parts)
 
 
 @dataclass(frozen=True)
 class SavitzkyGolayConfig:
-    """Parameters of the Savitzky-Golay smoother, by Nav2's names."""
+    """Parameters of the Savitzky-Golay smoother, by Nav2's names.
+
+    Raises:
+        ConfigError: The window is even, or has too few points for the order.
+    """
 
     do_refinement: bool = param(True, "Whether to smooth the smoothed path again.")
     refinement_num: int = param(2, "How many times again.", minimum=0)
@@ -61,10 +68,19 @@ class SavitzkyGolayConfig:
         "Whether the path is mirrored beyond an end; else, as Nav2, its end repeats.",
         nav2=False,
     )
+    window_size: int = param(7, "Points that a polynomial is fitted to.", minimum=3, maximum=99)
+    poly_order: int = param(3, "Order of the polynomial.", minimum=0, maximum=10)
+    enforce_path_inversion: bool = _BY_PARTS
+
+    def __post_init__(self) -> None:
+        size, order = self.window_size, self.poly_order
+        if size % 2 == 0 or size <= order:
+            valid = f"valid: an odd number above 'poly_order' {order}"
+            raise ConfigError(f"'window_size' is {size}; {valid}")
 
 
 class SavitzkyGolaySmoother:
-    """Fits a running quadratic: takes noise off and keeps the form; both ends stay.
+    """Fits a running polynomial: takes noise off and keeps the form; both ends stay.
 
     Source: Savitzky and Golay, Analytical Chemistry 36, 1964; nav2_smoother.
     """
@@ -76,24 +92,30 @@ class SavitzkyGolaySmoother:
 
     def smooth(self, path: NDArray[np.float64], costmap: Costmap) -> SmoothResult:
         """Smooth a path; a pass that would touch an obstacle is undone and ends it."""
-        passes = 1 + self._config.refinement_num * self._config.do_refinement
-        mirrored = self._config.mirrored_ends
-        return in_passes(path, costmap, passes, lambda points: _fitted(points, mirrored))
+        config = self._config
+        passes = 1 + config.refinement_num * config.do_refinement
+        offsets = np.arange(config.window_size) - config.window_size // 2
+        weights = np.linalg.pinv(np.vander(offsets, config.poly_order + 1))[-1]
+        fitted = partial(_fitted, weights=weights, mirrored=config.mirrored_ends)
+        return in_passes(path, costmap, passes, fitted, config.enforce_path_inversion)
 
 
-def _fitted(points: NDArray[np.float64], mirrored: bool) -> NDArray[np.float64]:
-    """Return points `(N, 2)` on quadratics of seven; beyond an end it is mirrored or repeats."""
-    before, after = points[_REACH:0:-1], points[-2 : -2 - _REACH : -1]
+def _fitted(
+    points: NDArray[np.float64], weights: NDArray[np.float64], mirrored: bool
+) -> NDArray[np.float64]:
+    """Return points `(N, 2)` on polynomials; beyond an end the path is mirrored or repeats it."""
+    reach = len(weights) // 2
+    before, after = points[reach:0:-1], points[-2 : -2 - reach : -1]
     if mirrored:
         before, after = 2.0 * points[0] - before, 2.0 * points[-1] - after
     else:
         before, after = points[:1].repeat(len(before), 0), points[-1:].repeat(len(after), 0)
     padded = np.vstack((before, points, after))
-    if len(padded) < len(points) + 2 * _REACH:  # too short to be noisy
+    if len(padded) < len(points) + 2 * reach:  # too short to be noisy
         unchanged: NDArray[np.float64] = points.copy()
         return unchanged
     fitted: NDArray[np.float64] = np.column_stack(
-        [np.convolve(column, _WEIGHTS, "valid") for column in padded.T]
+        [np.convolve(column, weights, "valid") for column in padded.T]
     )
     fitted[0], fitted[-1] = points[0], points[-1]
     return fitted

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from nav2_msgs.msg import CostmapFilterInfo
 from nav2_msgs.srv import LoadMap, SaveMap
@@ -110,14 +111,23 @@ class MapSaverConfig:
     map_subscribe_transient_local: bool = param(
         True, "Whether maps published before are wanted.", read_only=True
     )
+    save_map_timeout: float = param(
+        2.0, "How long save_map waits for a topic's map.", unit="s", minimum=0.0
+    )
     maps_folder: str = param(".", "Folder that save_map's relative paths are of.", path=True)
+
+
+class _Waiting(NamedTuple):
+    topic: str
+    request: Any
+    respond: Callable[[Any], None]
+    until: float
 
 
 class MapSaverNode(ManagedNode):
     """Writes maps, as nav2_map_server's map_saver_server does.
 
-    A service must answer at once, so the node listens to `map` from the start. Asked for another
-    topic for the first time, it answers no and begins to listen to that too.
+    It listens to `map` from the start, to another topic once that was asked for.
     """
 
     Config: ClassVar[type[Any]] = MapSaverConfig
@@ -127,8 +137,18 @@ class MapSaverNode(ManagedNode):
         """Listen to the map and offer to save it."""
         self._maps: dict[str, OccupancyGridMsg] = {}
         self._topics: set[str] = set()
+        self._waiting: list[_Waiting] = []
         self._listen(self._resolved("map"))
-        self.serve(SaveMap, f"{self.get_name()}/save_map", self._on_save)
+        self.serve_later(SaveMap, f"{self.get_name()}/save_map", self._on_save)
+        self.every(0.1, self._give_up)  # [s]
+
+    def deactivate(self) -> None:
+        """Refuse what waits for a map."""
+        self._refuse(self._waiting, "the node is inactive")
+
+    def on_time_jump(self) -> None:
+        """Refuse what waits for a map: its time belongs to another run."""
+        self._refuse(getattr(self, "_waiting", []), "time was set back")
 
     def _resolved(self, topic: str) -> str:
         return str(self.resolve_topic_name(self.process.absolute(topic)))
@@ -138,29 +158,45 @@ class MapSaverNode(ManagedNode):
 
         def keep(message: Any) -> None:
             self._maps[topic] = message
+            for each in [each for each in self._waiting if each.topic == topic]:
+                self._waiting.remove(each)
+                each.respond(SaveMap.Response(result=self._save(message, each.request)))
 
         self.subscribe(OccupancyGridMsg, topic, keep, profile, while_inactive=True)
         self._topics.add(topic)
 
-    def _on_save(self, request: Any, response: Any) -> Any:
+    def _on_save(self, request: Any, respond: Callable[[Any], None]) -> None:
+        problem, topic = "", ""
         try:
             topic = self._resolved(request.map_topic or "map")
-            is_new = self.active and topic not in self._topics
-            if is_new:
+            if self.active and topic not in self._topics:
                 self._listen(topic)
         except (InvalidTopicNameException, rclpy_implementation.RCLError) as error:
-            name = request.map_topic[:80]
-            self.get_logger().error(f"{name!r} is no topic, or not of maps: {error}")
-            return response
+            problem = f"{request.map_topic[:80]!r} is no topic, or not of maps: {error}"
         if not self.active:
-            self.get_logger().warning("save_map requested, but the node is inactive")
-        elif is_new:
-            self.get_logger().error(f"now listening to '{topic}'; ask again to save it")
-        elif topic not in self._maps:
-            self.get_logger().error(f"no map has come on '{topic}' yet")
+            problem = "save_map requested, but the node is inactive"
+        until = self.now + self.config.save_map_timeout
+        waiting = _Waiting(topic, request, respond, until)
+        if problem:
+            self._refuse([waiting], problem)
+        elif topic in self._maps:
+            respond(SaveMap.Response(result=self._save(self._maps[topic], request)))
         else:
-            response.result = self._save(self._maps[topic], request)
-        return response
+            self._waiting.append(waiting)
+
+    def _give_up(self) -> None:
+        late = [each for each in self._waiting if self.now > each.until]
+        limit = self.config.save_map_timeout
+        for each in late:
+            self._refuse([each], f"no map has come on '{each.topic}' within {limit:g} s")
+
+    def _refuse(self, waiting: Iterable[_Waiting], problem: str) -> None:
+        """Answer no, and say why."""
+        for each in list(waiting):
+            if each in self._waiting:
+                self._waiting.remove(each)
+            self.get_logger().error(problem)
+            each.respond(SaveMap.Response(result=False))
 
     def _save(self, message: OccupancyGridMsg, request: Any) -> bool:
         options = MapOptions(

@@ -21,7 +21,10 @@ that are not loaded follow at the end ([plugins.md](../plugins.md) says how to c
 {NOTE}
 """
 
-_FURTHER = "filter_mask_server", "costmap_filter_info_server", "collision_detector"
+_FURTHER = (
+    *("filter_mask_server", "costmap_filter_info_server", "collision_detector"),
+    "base_footprint_publisher",
+)
 
 
 def page() -> str:

@@ -93,6 +93,7 @@ class CostmapNode(ManagedNode):
         self._updated_at = -np.inf
         self._output.reset()
         self._problem = "no update was due yet"
+        self._pose_due = self.now + (self.config.initial_transform_timeout or np.inf)
 
     def on_time_jump(self) -> None:
         """Forget what was seen in another run of time."""
@@ -120,8 +121,12 @@ class CostmapNode(ManagedNode):
         problem = self.layered.missing()
         try:
             pose = self.robot_pose()
+            self._pose_due = np.inf
         except TransformError as error:
             problem = problem or str(error)
+            if self.now > self._pose_due:
+                self.get_logger().error(f"not active any more, as Nav2: {error}")
+                self.trigger_deactivate()
         if problem:
             self._problem = problem
             self.layered.start(self.now)  # what has come is lost

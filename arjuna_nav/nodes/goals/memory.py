@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from arjuna_core.files.whole_file import write_atomically
 from arjuna_core.ros.goal_client import GoalClient
 from arjuna_core.ros.goal_server import GoalNode
 from arjuna_core.ros.node import ManagedNode
+from arjuna_nav.nodes.costmap.reader import CostmapReader
 
 
 class GoalMemory:
@@ -36,6 +38,7 @@ class GoalMemory:
         self._clients: dict[str, GoalClient] = {}
         if self._file is not None:
             self._clients = {k: node.keep(GoalClient(node, a, k)) for k, a in actions.items()}
+            self._costmap = CostmapReader(node, "global_costmap/costmap_raw", "", "", math.inf)
 
     def keep(self, name: str, goal: Any) -> None:
         """Keep a goal of an action in place of the last."""
@@ -65,8 +68,7 @@ class GoalMemory:
         """
         if self._left is None:
             return
-        costmap = self._node.process.find("global_costmap/global_costmap")
-        if costmap.current(self._max_age) is None:
+        if self._costmap.current(self._max_age) is None:
             return
         (name, goal), self._left = self._left, None
         self._node.get_logger().info(f"{name}: resumes the goal that was under way")

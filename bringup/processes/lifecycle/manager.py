@@ -11,10 +11,10 @@ from typing import Any
 from lifecycle_msgs.srv import ChangeState, GetState
 from nav2_msgs.srv import ManageLifecycleNodes
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from arjuna_core.config import flatten, param
+from arjuna_core.ros.deferred import deferred_service
 from arjuna_core.ros.health.guarded import GuardedNode
 from arjuna_core.ros.params import ParameterBinding, describe_sim_time
 from arjuna_core.ros.process import Process
@@ -113,7 +113,7 @@ class LifecycleManager(GuardedNode):
         self._bonds = Bonds(self, {name: self._states[name] for name in own})
         self._respawn_until: float | None = None
         if commandable:
-            _DeferredService(self, ManageLifecycleNodes, f"{name}/manage_nodes", self._on_manage)
+            deferred_service(self, ManageLifecycleNodes, f"{name}/manage_nodes", self._on_manage)
         self.create_service(Trigger, f"{name}/is_active", self._on_is_active)
         self._timer = self.create_timer(
             period, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME)
@@ -253,32 +253,3 @@ class LifecycleManager(GuardedNode):
             self.get_logger().error(f"{job.command.name} failed: {', '.join(job.failures)}")
         self._on_wait("" if success else f"{', '.join(job.failures)}: failed, see the log")
         job.reply(success)
-
-
-class _DeferredService:
-    """A service whose `on_request` takes each request and the function that answers it, later.
-
-    rclpy's executors send what a callback returns through `Service.send_response`; here that
-    keeps the request's header instead, and the reply sends the real answer. Coroutines as
-    callbacks, the alternative, do not work under the EventsExecutor of rclpy 7.1.6.
-    """
-
-    def __init__(
-        self,
-        node: Node,
-        service_type: Any,
-        name: str,
-        on_request: Callable[[Any, Callable[[Any], None]], None],
-    ) -> None:
-        self._on_request = on_request
-        self._request: Any = None
-        self._service = node.create_service(service_type, name, self._keep_request)
-        self._send = self._service.send_response
-        self._service.send_response = self._keep_header
-
-    def _keep_request(self, request: Any, response: Any) -> Any:
-        self._request = request
-        return response
-
-    def _keep_header(self, response: Any, header: Any) -> None:
-        self._on_request(self._request, lambda answer: self._send(answer, header))

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 from scipy.signal import savgol_filter
 
+from arjuna_core.errors import ConfigError
 from arjuna_nav.planners import path as paths
 from arjuna_nav.smoothers.base import SMOOTHERS, Smoother, SmoothStatus
 from arjuna_nav.smoothers.smoothers import (
@@ -90,10 +93,11 @@ def noisy(count: int = 30) -> NDArray[np.float64]:
     return np.column_stack((0.5 + 0.1 * np.arange(count), y, np.zeros(count)))
 
 
-def fitted(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the middles of quadratics of seven; both ends are mirrored and stay."""
-    before, after = 2.0 * points[0] - points[3:0:-1], 2.0 * points[-1] - points[-2:-5:-1]
-    result = savgol_filter(np.vstack((before, points, after)), 7, 2, axis=0)[3:-3]
+def fitted(points: NDArray[np.float64], size: int = 7, order: int = 2) -> NDArray[np.float64]:
+    """Return the middles of polynomials; both ends are mirrored and stay."""
+    k = size // 2
+    before, after = 2.0 * points[0] - points[k:0:-1], 2.0 * points[-1] - points[-2 : -2 - k : -1]
+    result = savgol_filter(np.vstack((before, points, after)), size, order, axis=0)[k:-k]
     result[[0, -1]] = points[[0, -1]]
     return np.asarray(result)
 
@@ -150,3 +154,27 @@ def test_a_path_is_smoothed_on_either_side_of_where_it_inverts(smoother: Smoothe
     np.testing.assert_array_equal(smoothed[: cusp + 1, :2], alone[:, :2])
     # forwards it looks along it, and in reverse as before
     assert np.abs(smoothed[:, 2] - 0.4).max() < 0.9
+
+
+@pytest.mark.parametrize(("size", "order"), [(5, 2), (7, 3), (9, 4), (11, 1)])
+def test_the_polynomials_have_the_window_and_the_order(size: int, order: int) -> None:
+    config = SavitzkyGolayConfig(False, 0, window_size=size, poly_order=order)
+    path = SavitzkyGolaySmoother(config).smooth(noisy(), costmap_of(empty_grid(4.0, 4.0))).path
+    assert path[:, :2] == pytest.approx(fitted(noisy()[:, :2], size, order), abs=1e-9)
+
+
+@pytest.mark.parametrize(("size", "order"), [(6, 2), (5, 5), (3, 4)])
+def test_a_window_that_fits_no_polynomial_is_refused(size: int, order: int) -> None:
+    with pytest.raises(ConfigError, match=f"'window_size' is {size}; valid: an odd number above"):
+        SavitzkyGolayConfig(window_size=size, poly_order=order)
+
+
+@pytest.mark.parametrize("cls", [SimpleSmoother, SavitzkyGolaySmoother])
+def test_a_cusp_is_smoothed_like_a_corner_where_asked(cls: Any) -> None:
+    ahead, back = polyline([(1.0, 1.0), (3.0, 2.0)], 0.0), polyline([(3.0, 2.0), (1.0, 3.0)], 0.0)
+    back[:, 2] = back[0, 2] - np.pi
+    given, cusp = np.vstack((ahead, back[1:])), len(ahead) - 1
+    smoother = cls(cls.Config(enforce_path_inversion=False))
+    path = smoother.smooth(given, costmap_of(empty_grid(4.0, 4.0))).path
+    assert path[cusp, 0] < given[cusp, 0] - 0.01
+    assert -1 not in paths.directions(path)

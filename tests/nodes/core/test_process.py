@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+import os
+from typing import Any
+
 import pytest
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
+from arjuna_core.errors import ConfigError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.process import Process, Transport
 from arjuna_core.se2 import SE2
+from bringup.stack import (
+    COLLISION_MONITOR,
+    CONTROLLER_SERVER,
+    LOCAL_COSTMAP,
+    VELOCITY_SMOOTHER,
+    NodeSpec,
+)
 from tests.helpers.ros import TICK, RosBench
 
 STALL = 25  # ticks, 0.5 s
@@ -110,3 +121,30 @@ def test_only_a_process_on_the_middleware_publishes_its_log(transport: Transport
     logs = bench.process.node.get_publishers_info_by_topic("/rosout")
     bench.close()
     assert ("bench" in {end.node_name for end in logs}) == (transport == "dds")
+
+
+@pytest.mark.parametrize("spec", [VELOCITY_SMOOTHER, COLLISION_MONITOR, CONTROLLER_SERVER])
+@pytest.mark.parametrize("wanted", [True, False])
+def test_a_node_asks_for_priority_where_its_parameter_says_so(
+    monkeypatch: pytest.MonkeyPatch, spec: NodeSpec, wanted: bool
+) -> None:
+    asked: list[tuple[Any, ...]] = []
+    monkeypatch.setattr(os, "sched_setscheduler", lambda *values: asked.append(values))
+    process = Process("test", isolated=True)
+    LOCAL_COSTMAP.make(process, {}).trigger_configure()  # the controller server needs one
+    node = spec.make(process, {"use_realtime_priority": wanted})
+    node.trigger_configure()
+    assert [values[:2] for values in asked] == [(0, os.SCHED_FIFO)] * wanted
+    assert all(values[2].sched_priority == 49 for values in asked)
+    process.close()
+
+
+def test_a_priority_that_is_not_allowed_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*values: Any) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "sched_setscheduler", refuse)
+    process = Process("test", isolated=True)
+    with pytest.raises(ConfigError, match="'use_realtime_priority' is true: Operation not permit"):
+        process.use_realtime_priority()
+    process.close()

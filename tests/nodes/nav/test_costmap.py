@@ -242,3 +242,18 @@ def test_the_whole_is_published_for_whoever_is_new_where_that_is_asked_for() -> 
     robot.send_map(empty_grid(14.0, 13.0, SE2(-7.0, -6.0)))
     robot.run(1.2)
     assert grids[-1].info.width == 280
+
+
+@pytest.mark.parametrize(("timeout", "active"), [(0.0, True), (3.0, True), (1.0, False)])
+def test_a_costmap_waits_for_the_first_pose_for_its_time_only(timeout: float, active: bool) -> None:
+    robot = PlayedRobot({LOCAL_COSTMAP.name: {"initial_transform_timeout": timeout}})
+    robot.localized = False
+    robot.run(0.2)
+    robot.bring_up(LOCAL_COSTMAP)
+    robot.run(2.0)
+    assert (robot.nodes[LOCAL_COSTMAP.name].state_label == "active") is active
+    robot.localized = True
+    robot.run(1.0)
+    robot.localized = False  # once it was known it may be missed for long
+    robot.run(4.0)
+    assert (robot.nodes[LOCAL_COSTMAP.name].state_label == "active") is active

@@ -105,9 +105,18 @@ def test_a_missing_map_refuses_the_configuration(bench: RosBench, tmp_path: Path
     assert node.trigger_configure() == TransitionCallbackReturn.FAILURE
 
 
+def asked_to_save(bench: RosBench, **request: Any) -> Any:
+    client = bench.node.create_client(SaveMap, "map_saver/save_map")
+    future = client.call_async(SaveMap.Request(**request))
+    bench.process.drain()
+    return future
+
+
 def save(bench: RosBench, **request: Any) -> bool:
-    response = bench.call(SaveMap, "map_saver/save_map", SaveMap.Request(**request))
-    return bool(response.result)
+    future = asked_to_save(bench, **request)
+    if not future.done():
+        bench.advance(2.3)  # it waits for a map
+    return bool(future.result().result)
 
 
 def test_save_map_writes_what_was_on_the_topic(bench: RosBench, tmp_path: Path) -> None:
@@ -163,13 +172,40 @@ def test_the_map_can_be_named_with_its_slash(bench: RosBench, tmp_path: Path, to
     assert save(bench, map_url="room", map_topic=topic)
 
 
-def test_a_topic_asked_for_the_first_time_can_be_saved_the_second(
-    bench: RosBench, tmp_path: Path
+@pytest.mark.parametrize(("timeout", "saved"), [(0.3, False), (1.0, True)])
+@pytest.mark.parametrize("topic", ["map", "local_map"])
+def test_a_map_is_waited_for_up_to_the_timeout(
+    bench: RosBench, tmp_path: Path, topic: str, timeout: float, saved: bool
 ) -> None:
+    values = {"maps_folder": str(tmp_path), "save_map_timeout": timeout}
+    activated(bench, MapSaverNode, **values)
+    future = asked_to_save(bench, map_url="late", map_topic=topic)
+    bench.advance(0.6)
+    assert future.done() is not saved
+    bench.publish(OccupancyGridMsg, topic, grid_msg(OTHER, "map", 0.0), qos.LATCHED)
+    assert future.result().result is saved
+    assert (tmp_path / "late.yaml").exists() is saved
+
+
+@pytest.mark.parametrize("how", ["deactivate", "set_back"])
+def test_who_waits_for_a_map_is_answered_in_any_case(
+    bench: RosBench, tmp_path: Path, how: str
+) -> None:
+    saver = activated(bench, MapSaverNode, maps_folder=str(tmp_path))
+    bench.advance(0.5)
+    future = asked_to_save(bench, map_url="late")
+    if how == "deactivate":
+        saver.trigger_deactivate()
+    else:
+        bench.set_back()
+    bench.process.drain()
+    assert future.result().result is False
+
+
+def test_a_latched_map_of_another_topic_is_saved_at_once(bench: RosBench, tmp_path: Path) -> None:
     activated(bench, MapSaverNode, maps_folder=str(tmp_path))
-    assert not save(bench, map_url="local", map_topic="local_map")
     bench.publish(OccupancyGridMsg, "local_map", grid_msg(OTHER, "map", 0.0), qos.LATCHED)
-    assert save(bench, map_url="local", map_topic="local_map")
+    assert asked_to_save(bench, map_url="local", map_topic="local_map").result().result
     np.testing.assert_array_equal(load_map(tmp_path / "local.yaml").data, OTHER.data)
 
 
@@ -196,3 +232,23 @@ def test_paths_stay_in_the_folder_also_through_links(tmp_path: Path) -> None:
             path_in_folder(tmp_path / "maps", url)
     with pytest.raises(MapsFolderError, match="has the scheme 'http'; valid: file"):
         path_in_folder(tmp_path, "http://example.org/map.yaml")
+
+
+def test_maps_are_saved_later_through_the_middleware_too(tmp_path: Path) -> None:
+    bench = RosBench(transport="dds")
+    saver = activated(bench, MapSaverNode, maps_folder=str(tmp_path), save_map_timeout=1.0)
+    client = bench.node.create_client(SaveMap, "map_saver/save_map")
+    bench.until(client.service_is_ready, "save_map")
+    refused, saved = (
+        client.call_async(SaveMap.Request(map_url="late", free_thresh=free))
+        for free in (float("nan"), 0.0)
+    )
+    bench.until(refused.done, "a request that cannot be used is refused")
+    assert refused.result().result is False
+    assert not saved.done()
+    bench.publish(OccupancyGridMsg, "map", grid_msg(OTHER, "map", 0.0), qos.LATCHED)
+    bench.until(saved.done, "the map is saved")
+    assert saved.result().result is True
+    saver.trigger_deactivate()
+    saver.trigger_cleanup()
+    bench.close()

@@ -188,7 +188,7 @@ def test_all_mistakes_of_all_nodes_are_named_at_once(tmp_path: Path) -> None:
 
 EVERYWHERE: list[tuple[str, Parameters | str]] = [
     ("{transform_tolerance: 0.4, use_sim_time: true}", "amcl"),
-    ("{save_map_timeout: 4.0}", ""),
+    ("{bond_heartbeat_period: 0.2}", ""),
 ]
 
 

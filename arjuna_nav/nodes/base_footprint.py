@@ -1,0 +1,45 @@
+"""Node base_footprint_publisher: the pose of a robot in space, on the ground."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.config import param
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import se2_from_transform, seconds, transform_msg
+from arjuna_core.ros.node import ManagedNode
+
+
+@dataclass(frozen=True)
+class BaseFootprintPublisherConfig:
+    """Parameters of base_footprint_publisher, by Nav2's names."""
+
+    base_link_frame: str = param("base_link", "Frame of the robot in space.", read_only=True)
+    base_footprint_frame: str = param("base_footprint", "Frame on the ground.", read_only=True)
+
+
+class BaseFootprintPublisherNode(ManagedNode):
+    """Publishes each transform of the robot again, without height, roll and pitch.
+
+    Source: nav2_util, BaseFootprintPublisher.
+    """
+
+    Config = BaseFootprintPublisherConfig
+    DEFAULT_NAME = "base_footprint_publisher"
+
+    def configure(self) -> None:
+        """Create the topics."""
+        self._publisher = self.publisher(TFMessage, "/tf", qos.TF)
+        self.subscribe(TFMessage, "/tf", self._on_transforms, qos.TF)
+
+    def _on_transforms(self, message: Any) -> None:
+        config = self.config
+        for item in message.transforms:
+            if item.child_frame_id.lstrip("/") == config.base_link_frame:
+                parent, stamp = item.header.frame_id.lstrip("/"), seconds(item.header.stamp)
+                pose = se2_from_transform(item.transform)
+                level = transform_msg(pose, parent, config.base_footprint_frame, stamp)
+                self._publisher.publish(TFMessage(transforms=[level]))
