@@ -36,14 +36,16 @@ def part_end(path: NDArray[np.float64], first: int = 0) -> int:
 
 
 def directions(path: NDArray[np.float64]) -> list[int]:
-    """Return how a path is driven, part by part: 1 ahead, -1 back by its poses' headings."""
+    """Return how a path is driven, change by change: 1 ahead, -1 back by its poses' headings."""
     steps, middle = np.diff(path[:, :2], axis=0), path[:-1, 2]
     ahead = np.sign(steps[:, 0] * np.cos(middle) + steps[:, 1] * np.sin(middle))
     found: list[int] = []
     first = 0
     while first < len(path) - 1:
         end = part_end(path, first)
-        found.append(-1 if ahead[first : end - 1].sum() < 0.0 else 1)
+        direction = -1 if ahead[first : end - 1].sum() < 0.0 else 1
+        if found[-1:] != [direction]:
+            found.append(direction)
         first = end - 1
     return found
 

@@ -58,9 +58,9 @@ class IsPathPreferred(Condition):
             return False
         rest, most = paths.ahead(old, pose), self.same_way_deviation
         beside = pose.distance(SE2.from_array(rest[0]))
-        same = paths.deviation(new, rest) <= most
         # A steered robot that changes between ahead and back with each plan gets nowhere.
-        if beside > most or (same and paths.directions(new) == paths.directions(rest)):
+        alike = paths.directions(rest) in ([], paths.directions(new))
+        if beside > most or (alike and paths.deviation(new, rest) <= most):
             return False
         longest = self.shorter_ratio * (beside + paths.length(rest))
         return bool(paths.length(new) > longest)

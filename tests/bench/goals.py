@@ -41,7 +41,7 @@ class Arrival:
         time: It took [s].
         touches: Contacts that began, with people by the robot's own doing.
         met: Contacts with people, whoever walked, and with what they push the robot against.
-        curvature: Greatest that was commanded or driven [1/m].
+        curvature: Greatest that was commanded or driven; NaN of a robot that is not steered [1/m].
     """
 
     succeeded: bool
@@ -92,7 +92,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     Returns:
         `succeeded` of `count`, `touches`, of people by the robot's own doing, how often it `met`
-        people at all, `curvature_max` [1/m] commanded or driven, `arrival_p95_m` and
+        people at all, a steered robot's `curvature_max` [1/m], `arrival_p95_m` and
         `arrival_p95_rad` by the truth, `believed_p95_m` by the robot's own word, `path_ratio` to
         the shortest path (see above), `speed_ratio` to the desired speed and `time_per_metre_s`
         of the shortest path, of the goals reached.
@@ -151,8 +151,8 @@ def _one(robot: Any, goals: Any, goal: SE2, shortest: float) -> Arrival:
     robot.run(_REST)
     if drive.touched:
         print(f"     touched {', '.join(drive.touched)}")
-    base = robot.sim.simulator.robot.model.urdf.root
-    believed = robot.process.transforms.try_lookup("map", base) or SE2(math.inf)
+    model = robot.sim.simulator.robot.model
+    believed = robot.process.transforms.try_lookup("map", model.urdf.root) or SE2(math.inf)
     return Arrival(
         end.succeeded,
         drive.truth.distance(goal),
@@ -163,7 +163,7 @@ def _one(robot: Any, goals: Any, goal: SE2, shortest: float) -> Arrival:
         time,
         drive.touches,
         drive.hits,
-        drive.curvature,
+        drive.curvature if model.drive.steering else math.nan,
     )
 
 
@@ -172,7 +172,8 @@ def _line(number: int, goal: SE2, one: Arrival) -> str:
         f"{number:4} ({goal.x:6.2f}, {goal.y:6.2f}) {'reached' if one.succeeded else 'FAILED '}"
         f"{one.time:7.1f} s  path {one.length:6.2f} of {one.shortest:6.2f} m"
         f"  off {one.off_m:.3f} m {one.off_rad:.3f} rad (believed {one.believed_m:.3f} m)"
-        f"  touches {one.touches} met {one.met} curvature {one.curvature:.3f} 1/m"
+        f"  touches {one.touches} met {one.met}"
+        + (f" curvature {one.curvature:.3f} 1/m" if math.isfinite(one.curvature) else "")
     )
 
 
@@ -190,7 +191,7 @@ def _figures(arrivals: list[Arrival], speed: float) -> dict[str, Any]:
         "count": len(arrivals),
         "touches": sum(one.touches for one in arrivals),
         "met": sum(one.met for one in arrivals),
-        "curvature_max": max((one.curvature for one in arrivals), default=0.0),
+        "curvature_max": max((one.curvature for one in arrivals), default=math.nan),
         "arrival_p95_m": p95([one.off_m for one in reached]),
         "arrival_p95_rad": p95([one.off_rad for one in reached]),
         "believed_p95_m": p95([one.believed_m for one in reached]),

@@ -75,4 +75,5 @@ def test_a_path_is_driven_ahead_and_back_by_its_headings() -> None:
     assert paths.directions(ahead) == [1]
     assert paths.directions(turned) == [-1]
     assert paths.directions(np.vstack((ahead, back[1:]))) == [1, -1]
+    assert paths.directions(np.vstack((ahead, turned[::-1]))) == [1], "it turns on the spot"
     assert paths.directions(ahead[:1]) == []
