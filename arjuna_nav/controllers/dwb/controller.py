@@ -15,9 +15,9 @@ from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.display import Cloud, Evaluation, Offer, Plan, Shapes
 from arjuna_nav.controllers.dwb.config import DwbConfig
 from arjuna_nav.controllers.dwb.distances import path_cells, spread_distances
-from arjuna_nav.controllers.dwb.evaluation import Evaluated, Scoring
+from arjuna_nav.controllers.dwb.evaluation import Evaluated
 from arjuna_nav.controllers.dwb.oscillation import Oscillation
-from arjuna_nav.controllers.dwb.trajectories import Dynamics, Robot, Weights, score_all
+from arjuna_nav.controllers.dwb.trajectories import Dynamics, Robot, Scoring, Weights, score_all
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
@@ -85,11 +85,13 @@ class Dwb(Offer):
         self._path.advance(pose)
         self._arrived = is_there(pose, self._path.goal, self._xy_goal_tolerance, self._arrived)
         samples = self._samples(velocity)
-        near = self._near_path(pose, costmap)
-        scoring = self._scoring(samples, pose, velocity, costmap, near[:, :2])
-        best = int(score_all(*scoring, config.short_circuit_trajectory_evaluation))
-        evaluated = Evaluated(config, scoring, self._velocity_scores(samples, velocity), best)
-        self.shown = evaluated.shown(self.wanted, near, costmap.frame)
+        near, of_velocity = self._near_path(pose, costmap), self._velocity_scores(samples, velocity)
+        base = self._base_scores(of_velocity, len(samples))
+        scoring = self._scoring(samples, base, pose, velocity, costmap, near[:, :2])
+        best = int(score_all(scoring, config.short_circuit_trajectory_evaluation))
+        evaluated = Evaluated(config, scoring, of_velocity, best)
+        if self.wanted:
+            self.shown = evaluated.shown(self.wanted, near, costmap.frame)
         if best < 0:
             message = (
                 f"collision ahead at every one of {len(samples)} velocities "
@@ -135,6 +137,7 @@ class Dwb(Offer):
     def _scoring(
         self,
         samples: NDArray[np.float64],
+        base: NDArray[np.float64],
         pose: SE2,
         velocity: Velocity,
         costmap: Costmap,
@@ -177,7 +180,7 @@ class Dwb(Offer):
         return Scoring(
             start,
             samples,
-            self._base_scores(samples, velocity),
+            base,
             dynamics,
             outline,
             self._weights(costmap, pose),
@@ -201,13 +204,14 @@ class Dwb(Offer):
     def _uses(self, critic: str) -> bool:
         return critic in self._config.critics
 
-    def _base_scores(self, samples: NDArray[np.float64], velocity: Velocity) -> NDArray[np.float64]:
-        """Return the sums of the scores that depend on the velocity alone."""
-        total = np.zeros(len(samples))
-        for name, raw in self._velocity_scores(samples, velocity).items():
-            allowed = np.isfinite(raw)
-            total[~allowed] = np.inf
-            total[allowed] += getattr(self._config, name).scale * raw[allowed]
+    def _base_scores(
+        self, by_critic: dict[str, NDArray[np.float64]], count: int
+    ) -> NDArray[np.float64]:
+        """Return the sums of scores of a number of samples; inf where one forbids it."""
+        total = np.zeros(count)
+        for name, raw in by_critic.items():
+            scale = getattr(self._config, name).scale
+            total += scale * raw if scale > 0.0 else np.where(np.isinf(raw), raw, 0.0)
         return total
 
     def _velocity_scores(
