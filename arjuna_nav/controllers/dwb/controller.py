@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -16,14 +15,9 @@ from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.display import Cloud, Evaluation, Offer, Plan, Shapes
 from arjuna_nav.controllers.dwb.config import CRITICS, NAV2_CRITICS, DwbConfig
 from arjuna_nav.controllers.dwb.distances import path_cells, spread_distances
-from arjuna_nav.controllers.dwb.evaluation import DwbCritic, Evaluated, Scoring, Trials
+from arjuna_nav.controllers.dwb.evaluation import DwbCritic, Evaluated, Trials, simulated
 from arjuna_nav.controllers.dwb.oscillation import Oscillation
-from arjuna_nav.controllers.dwb.trajectories import (
-    Dynamics,
-    Robot,
-    Weights,
-    score_all,
-)
+from arjuna_nav.controllers.dwb.trajectories import Dynamics, Robot, Scoring, Weights, score_all
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
@@ -96,16 +90,17 @@ class Dwb(Offer):
         self._path.advance(pose)
         self._arrived = is_there(pose, self._path.goal, self._xy_goal_tolerance, self._arrived)
         samples = self._samples(velocity)
-        near = self._near_path(pose, costmap)
-        scoring = self._scoring(samples, pose, velocity, costmap, near[:, :2])
-        scores = self._velocity_scores(samples, velocity)
+        near, scores = self._near_path(pose, costmap), self._velocity_scores(samples, velocity)
+        base = self._base_scores(scores, len(samples))
+        scoring = self._scoring(samples, base, pose, velocity, costmap, near[:, :2])
         if self._own_critics:
-            trials = Trials(samples, scoring.simulated(costmap.frame), pose, near, costmap)
+            trials = Trials(samples, simulated(scoring, costmap.frame), pose, near, costmap)
             scores |= {name: own.scores(trials) for name, own in self._own_critics.items()}
-        scoring = scoring._replace(base=self._summed(scores, len(samples)))
-        best = int(score_all(*scoring, config.short_circuit_trajectory_evaluation))
+            scoring = scoring._replace(base=self._base_scores(scores, len(samples)))
+        best = int(score_all(scoring, config.short_circuit_trajectory_evaluation))
         evaluated = Evaluated(config, scoring, scores, best)
-        self.shown = evaluated.shown(self.wanted, near, costmap.frame)
+        if self.wanted:
+            self.shown = evaluated.shown(self.wanted, near, costmap.frame)
         if best < 0:
             message = (
                 f"collision ahead at every one of {len(samples)} velocities "
@@ -151,6 +146,7 @@ class Dwb(Offer):
     def _scoring(
         self,
         samples: NDArray[np.float64],
+        base: NDArray[np.float64],
         pose: SE2,
         velocity: Velocity,
         costmap: Costmap,
@@ -193,7 +189,7 @@ class Dwb(Offer):
         return Scoring(
             start,
             samples,
-            np.zeros(len(samples)),
+            base,
             dynamics,
             outline,
             self._weights(costmap, pose),
@@ -217,13 +213,14 @@ class Dwb(Offer):
     def _uses(self, critic: str) -> bool:
         return critic in self._config.critics
 
-    def _summed(self, scores: Mapping[str, NDArray[np.float64]], count: int) -> NDArray[np.float64]:
-        """Return the weighted sums of critics' scores, `(count,) float64`."""
+    def _base_scores(
+        self, by_critic: dict[str, NDArray[np.float64]], count: int
+    ) -> NDArray[np.float64]:
+        """Return the sums of scores of a number of samples; inf where one forbids it."""
         total = np.zeros(count)
-        for name, raw in scores.items():
-            allowed = np.isfinite(raw)
-            total[~allowed] = np.inf
-            total[allowed] += getattr(self._config, name).scale * raw[allowed]
+        for name, raw in by_critic.items():
+            scale = getattr(self._config, name).scale
+            total += scale * raw if scale > 0.0 else np.where(np.isinf(raw), raw, 0.0)
         return total
 
     def _velocity_scores(

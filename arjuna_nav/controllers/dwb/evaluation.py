@@ -15,13 +15,7 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.display import Cloud, Critic, Evaluation, Judged, Plan, Shape, Shapes
 from arjuna_nav.controllers.dwb.config import DwbConfig
 from arjuna_nav.controllers.dwb.distances import UNREACHED
-from arjuna_nav.controllers.dwb.trajectories import (
-    Dynamics,
-    Robot,
-    Weights,
-    raw_scores,
-    trajectory,
-)
+from arjuna_nav.controllers.dwb.trajectories import Scoring, raw_scores, trajectory
 from arjuna_nav.costmap.costmap import Costmap
 
 _PARTS = {
@@ -34,30 +28,6 @@ _PARTS = {
     "RotateToGoal": ("heading", 5),
 }
 """Of each critic that judges a trajectory, its field of `Weights` and place in `raw_scores`."""
-
-
-class Scoring(NamedTuple):
-    """What samples are scored by; see `score_all`."""
-
-    start: NDArray[np.float64]
-    samples: NDArray[np.float64]
-    base: NDArray[np.float64]
-    dynamics: Dynamics
-    robot: Robot
-    weights: Weights
-    resolution: float
-    data: NDArray[np.uint8]
-    to_path: NDArray[np.int32]
-    to_goal: NDArray[np.int32]
-
-    def simulated(self, frame: GridFrame) -> Callable[[int], NDArray[np.float64]]:
-        """Return a function of the poses `(K, 3)` that the sample of an index leads to."""
-
-        def poses(index: int) -> NDArray[np.float64]:
-            sample = self.samples[index]
-            return _placed(trajectory(self.start, sample, self.dynamics, self.resolution)[0], frame)
-
-        return poses
 
 
 class Trials(NamedTuple):
@@ -84,6 +54,15 @@ class DwbCritic(Protocol):
     def scores(self, trials: Trials) -> NDArray[np.float64]:
         """Return a score of each velocity, `(N,) float64`: less is better, inf forbids it."""
         ...
+
+
+def simulated(scoring: Scoring, frame: GridFrame) -> Callable[[int], NDArray[np.float64]]:
+    """Return a function of the poses `(K, 3)` that the sample of an index leads to."""
+
+    def poses(index: int) -> NDArray[np.float64]:
+        return _placed(trajectory(scoring, index)[0], frame)
+
+    return poses
 
 
 class Evaluated:
@@ -137,9 +116,8 @@ class Evaluated:
 
     def _driven(self, index: int) -> tuple[NDArray[np.float64], float]:
         """Return a trajectory's states and the time between two; see `trajectory`."""
-        of = self._scoring
-        states, dt = trajectory(of.start, of.samples[index], of.dynamics, of.resolution)
-        if of.dynamics.repeats_last:
+        states, dt = trajectory(self._scoring, index)
+        if self._config.include_last_point:
             states = states[[*range(len(states)), -1]]
         return states, dt
 
@@ -166,9 +144,7 @@ class Evaluated:
 
     def _scores(self, index: int, least: float) -> tuple[tuple[Critic, ...], float]:
         """Return each critic's score of a trajectory and their sum, -1 where one forbids it."""
-        of, scores, total = self._scoring, list[Critic](), 0.0
-        arguments = (of.dynamics, of.robot, of.weights, of.resolution, of.data)
-        parts = raw_scores(of.start, of.samples[index], *arguments, of.to_path, of.to_goal)
+        scores, total, parts = list[Critic](), 0.0, raw_scores(self._scoring, index)
         for name in self._config.critics:
             scale, raw = getattr(self._config, name).scale, 0.0
             if name in self._velocity_scores:
@@ -176,7 +152,7 @@ class Evaluated:
             if name in _PARTS and (name == self._obstacle or "Obstacle" not in name):
                 weight, place = _PARTS[name]
                 raw += float(parts[place])
-                scale = getattr(of.weights, weight) if name != "RotateToGoal" else scale
+                scale = getattr(self._scoring.weights, weight) if name != "RotateToGoal" else scale
             if raw == np.inf:
                 return (Critic(name, -1.0, 0.0),), -1.0
             scores.append(Critic(name, raw, scale))

@@ -79,23 +79,10 @@ class Weights(NamedTuple):
     heading_time: float
 
 
-@njit(cache=True)
-def score_all(
-    start: NDArray[np.float64],
-    samples: NDArray[np.float64],
-    base: NDArray[np.float64],
-    dynamics: Dynamics,
-    robot: Robot,
-    weights: Weights,
-    resolution: float,
-    data: NDArray[np.uint8],
-    to_path: NDArray[np.int32],
-    to_goal: NDArray[np.int32],
-    skips: bool,
-) -> int:
-    """Return the index of the best sample, -1 where all are forbidden.
+class Scoring(NamedTuple):
+    """What samples are scored by.
 
-    Args:
+    Attributes:
         start: `(x, y, theta)` in the grid [cells, rad].
         samples: `(N, 3) float64` of `(v, side, w)` [m/s, m/s, rad/s].
         base: `(N,) float64` scores that depend on the sample alone; inf where it is forbidden.
@@ -106,93 +93,81 @@ def score_all(
         data: `(height, width) uint8` costs.
         to_path: `(height, width) int32` distances from the path.
         to_goal: `(height, width) int32` distances from the path's end.
-        skips: Whether what cannot be the best any more is not simulated.
+    """
+
+    start: NDArray[np.float64]
+    samples: NDArray[np.float64]
+    base: NDArray[np.float64]
+    dynamics: Dynamics
+    robot: Robot
+    weights: Weights
+    resolution: float
+    data: NDArray[np.uint8]
+    to_path: NDArray[np.int32]
+    to_goal: NDArray[np.int32]
+
+
+@njit(cache=True)
+def score_all(by: Scoring, skips: bool) -> int:
+    """Return the index of the best sample, -1 where all are forbidden.
+
+    If it skips, what cannot be the best any more is not simulated.
     """
     best, best_score = -1, math.inf
-    for i in range(len(samples)):
-        if base[i] == math.inf or (skips and base[i] >= best_score):
+    for i in range(len(by.samples)):
+        if by.base[i] == math.inf or (skips and by.base[i] >= best_score):
             continue
-        score = base[i] + _score(
-            start, samples[i], dynamics, robot, weights, resolution, data, to_path, to_goal
-        )
+        cost, path, goal, path_point, goal_point, off = raw_scores(by, i)
+        if cost + path + goal == math.inf:
+            continue
+        weights = by.weights
+        own = weights.obstacle * cost + weights.path_dist * path + weights.goal_dist * goal
+        own = own + weights.path_align * path_point + weights.goal_align * goal_point
+        score = by.base[i] + (own + weights.heading * off)
         if score < best_score:
             best, best_score = i, score
     return best
 
 
 @njit(cache=True)
-def _score(
-    start: NDArray[np.float64],
-    target: NDArray[np.float64],
-    dynamics: Dynamics,
-    robot: Robot,
-    weights: Weights,
-    resolution: float,
-    data: NDArray[np.uint8],
-    to_path: NDArray[np.int32],
-    to_goal: NDArray[np.int32],
-) -> float:
-    """Return a trajectory's score, inf where it collides or ends out of reach of the path."""
-    cost, path, goal, path_point, goal_point, off = raw_scores(
-        start, target, dynamics, robot, weights, resolution, data, to_path, to_goal
-    )
-    if cost + path + goal == math.inf:
-        return math.inf
-    score = weights.obstacle * cost + weights.path_dist * path + weights.goal_dist * goal
-    score += weights.path_align * path_point + weights.goal_align * goal_point
-    return score + weights.heading * off
-
-
-@njit(cache=True)
-def raw_scores(
-    start: NDArray[np.float64],
-    target: NDArray[np.float64],
-    dynamics: Dynamics,
-    robot: Robot,
-    weights: Weights,
-    resolution: float,
-    data: NDArray[np.uint8],
-    to_path: NDArray[np.int32],
-    to_goal: NDArray[np.int32],
-) -> tuple[float, float, float, float, float, float]:
+def raw_scores(by: Scoring, index: int) -> tuple[float, float, float, float, float, float]:
     """Return a trajectory's scores by the critics in the order of `Weights`, without the weights.
 
     inf where a critic forbids it, which ends the rest; 0 of those not in use.
     """
-    pose, yaw, cost = _drive(start, target, dynamics, robot, weights, resolution, data)
+    pose, yaw, cost = _drive(by, by.samples[index])
     path = goal = path_point = goal_point = off = 0.0
     if cost == math.inf:
         return cost, path, goal, path_point, goal_point, off
-    row, column = math.floor(pose[1]), math.floor(pose[0])
+    row, column, weights = math.floor(pose[1]), math.floor(pose[0]), by.weights
     if weights.path_dist > 0.0:
-        path = math.inf if to_path[row, column] >= UNREACHED else float(to_path[row, column])
+        path = math.inf if by.to_path[row, column] >= UNREACHED else float(by.to_path[row, column])
     if weights.goal_dist > 0.0:
-        goal = math.inf if to_goal[row, column] >= UNREACHED else float(to_goal[row, column])
-    far = float(data.shape[0] + data.shape[1])
+        goal = math.inf if by.to_goal[row, column] >= UNREACHED else float(by.to_goal[row, column])
+    far = float(by.data.shape[0] + by.data.shape[1])
     if weights.path_align > 0.0:
-        path_point = _ahead(to_path, pose, weights.path_point, far)
+        path_point = _ahead(by.to_path, pose, weights.path_point, far)
     if weights.goal_align > 0.0:
-        goal_point = _ahead(to_goal, pose, weights.goal_point, far)
+        goal_point = _ahead(by.to_goal, pose, weights.goal_point, far)
     if weights.heading > 0.0:
         off = abs((weights.goal_yaw - yaw + math.pi) % (2.0 * math.pi) - math.pi)
     return cost, path, goal, path_point, goal_point, off
 
 
 @njit(cache=True)
-def trajectory(
-    start: NDArray[np.float64], target: NDArray[np.float64], dynamics: Dynamics, resolution: float
-) -> tuple[NDArray[np.float64], float]:
+def trajectory(by: Scoring, index: int) -> tuple[NDArray[np.float64], float]:
     """Return a trajectory's states, the start first, and the time between two [s].
 
     The states are `(N, 6) float64`: pose [cells, cells, rad], then velocity [m/s, m/s, rad/s].
     """
+    target, dynamics = by.samples[index], by.dynamics
     steps = _steps(target, dynamics)
     dt = dynamics.duration / steps
     states = np.empty((steps + 1, 6))
-    state = (start[0], start[1], start[2], dynamics.v, dynamics.side, dynamics.w)
+    state = (by.start[0], by.start[1], by.start[2], dynamics.v, dynamics.side, dynamics.w)
     for k in range(steps + 1):
         if k > 0:
-            state = _stepped(state, target, dynamics, dt, resolution)
+            state = _stepped(state, target, dynamics, dt, by.resolution)
         for i in range(6):
             states[k, i] = state[i]
     return states, dt
@@ -230,21 +205,16 @@ def _stepped(
 
 @njit(cache=True)
 def _drive(
-    start: NDArray[np.float64],
-    target: NDArray[np.float64],
-    dynamics: Dynamics,
-    robot: Robot,
-    weights: Weights,
-    resolution: float,
-    data: NDArray[np.uint8],
+    by: Scoring, target: NDArray[np.float64]
 ) -> tuple[tuple[float, float, float], float, float]:
     """Return where a trajectory ends, the heading that counts, and its cost, inf if it collides."""
+    dynamics, robot, data, start = by.dynamics, by.robot, by.data, by.start
     steps, (height, width) = _steps(target, dynamics), data.shape
-    dt = dynamics.duration / steps
+    dt, heading_time = dynamics.duration / steps, by.weights.heading_time
     state = (start[0], start[1], start[2], dynamics.v, dynamics.side, dynamics.w)
     total, last, yaw = 0.0, 0.0, start[2]
     for k in range(steps):
-        state = _stepped(state, target, dynamics, dt, resolution)
+        state = _stepped(state, target, dynamics, dt, by.resolution)
         x, y, theta = state[0], state[1], state[2]
         row, column = math.floor(y), math.floor(x)
         if not (0 <= row < height and 0 <= column < width):
@@ -256,11 +226,11 @@ def _drive(
             return (x, y, theta), yaw, math.inf
         last = 0.0 if cost == UNKNOWN else float(cost)
         total += last
-        if weights.heading_time < 0.0 or (k + 1) * dt <= weights.heading_time:
+        if heading_time < 0.0 or (k + 1) * dt <= heading_time:
             yaw = theta
     if dynamics.repeats_last:
         total += last
-    return (state[0], state[1], state[2]), yaw, total if weights.sum_costs else last
+    return (state[0], state[1], state[2]), yaw, total if by.weights.sum_costs else last
 
 
 @njit(cache=True)

@@ -106,6 +106,14 @@ def _path(topic: str, message: Any) -> Drawing:
     return Line(frame=frame_of(message), points=points, colour=colour, width=4.0)
 
 
+def _markers(topic: str, message: Any) -> Drawing:
+    """Return the points of all markers: of trajectories, of SLAM's graph."""
+    if not message.markers:
+        raise ValueError("it has no marker")
+    points = _line(((p.x, p.y) for each in message.markers for p in each.points), 0.04)
+    return Points(frame=frame_of(message.markers[0]), points=points, colour=_LOCAL_PLAN, size=0.03)
+
+
 def _polygon(topic: str, message: Any) -> Drawing:
     points = _line(((each.x, each.y) for each in message.polygon.points), 0.05)
     closed = np.concatenate([points, points[:1]])
@@ -180,6 +188,7 @@ DRAWN: dict[str, Callable[[str, Any], Drawing]] = {
     "sensor_msgs/msg/LaserScan": _scan,
     "nav_msgs/msg/OccupancyGrid": _grid,
     "nav_msgs/msg/Path": _path,
+    "visualization_msgs/msg/MarkerArray": _markers,
     "nav2_msgs/msg/ParticleCloud": _particles,
     "geometry_msgs/msg/PoseArray": _poses,
     "geometry_msgs/msg/PoseStamped": _pose,

@@ -31,6 +31,7 @@ LAYERS = {
     "particles": Layer("Particles and covariance"),
     "global_path": Layer("Global path"),
     "local_path": Layer("Local path"),
+    "trajectories": Layer("Trajectories weighed", shown=False),
     "goals": Layer("Goals"),
     "people": Layer("People and boxes", shown=False),
     "axes": Layer("TF axes", shown=False),

@@ -31,6 +31,7 @@ _PERIODS = {
     "sensor_msgs/msg/LaserScan": 0.09,
     "nav_msgs/msg/OccupancyGrid": 0.4,
     "nav_msgs/msg/Path": 0.15,
+    "visualization_msgs/msg/MarkerArray": 0.4,
     "nav2_msgs/msg/ParticleCloud": 0.2,
     "geometry_msgs/msg/PoseArray": 0.2,
     "geometry_msgs/msg/PoseWithCovarianceStamped": 0.1,

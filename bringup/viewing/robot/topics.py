@@ -13,6 +13,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Image, LaserScan
 from std_msgs.msg import String
+from visualization_msgs.msg import MarkerArray
 
 from arjuna_core.ros import qos
 from bringup.viewing.drawing.messages import DRAWN, SERIALIZED
@@ -53,6 +54,8 @@ TOPICS = {
     "slam_belief": Topic("particles", "pose", PoseWithCovarianceStamped, qos.DEFAULT),
     "plan": Topic("global_path", "plan", Path, qos.DEFAULT),
     "local_plan": Topic("local_path", "local_plan", Path, qos.DEFAULT),
+    "rollouts": Topic("trajectories", "trajectories", MarkerArray, qos.DEFAULT),
+    "samples": Topic("trajectories", "marker", MarkerArray, qos.DEFAULT),
     "goal": Topic("goals", "goal_pose", PoseStamped, qos.DEFAULT),
     "camera": Topic("camera", "camera/image_raw", Image, qos.SENSOR_SUBSCRIPTION, anywhere=True),
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -54,6 +55,19 @@ def test_a_path_without_a_second_pose_has_no_segments(count: int) -> None:
 def test_a_path_that_is_not_finite_is_refused() -> None:
     with pytest.raises(ValueError, match="a position is not finite"):
         line_of("nav_msgs/msg/Path", path_of(0.0, math.nan))
+
+
+def test_markers_are_the_points_of_all_of_them() -> None:
+    def marker(*points: tuple[float, float]) -> Any:
+        at = [make("geometry_msgs/msg/Point", x=x, y=y, z=0.0) for x, y in points]
+        return SimpleNamespace(header=header("odom"), points=at)
+
+    message = SimpleNamespace(markers=[marker((1.0, 2.0), (3.0, 4.0)), marker((5.0, 6.0))])
+    drawing = DRAWN["visualization_msgs/msg/MarkerArray"]("/marker", message)
+    assert isinstance(drawing, Points)
+    assert (drawing.frame, drawing.points[:, 1].tolist()) == ("odom", [2, 4, 6])
+    with pytest.raises(ValueError, match="no marker"):
+        DRAWN["visualization_msgs/msg/MarkerArray"]("/marker", SimpleNamespace(markers=[]))
 
 
 def test_a_footprint_returns_to_its_start() -> None:
