@@ -94,7 +94,8 @@ def lead_out(
 ) -> NDArray[np.float64]:
     """Return the poses `(N, 3)` straight off what the robot touches, its own first.
 
-    There is only its own where it touches nothing, or does not get off within the reach [m].
+    There is only its own where it touches nothing, or does not get off within the reach [m], or
+    where its middle would have to pass an obstacle's cell beside its own.
 
     Args:
         pose: The robot's.
@@ -107,12 +108,16 @@ def lead_out(
     found = [pose.array()[None, :]]
     if not collides(costmap, footprint, pose):
         return found[0]
+    own = costmap.frame.to_cell(pose.x, pose.y)
     bends = (0.0, 1.0 / radius, -1.0 / radius) if radius > 0.0 else (0.0,)
     for bend, side in itertools.product(bends, (step, -step)):
         line = [pose]
         while len(line) * step < reach and collides(costmap, footprint, line[-1]):
             path = side * len(line)
             line.append(pose @ SE2.exp(np.array([path, 0.0, path * bend])))
+            cell = costmap.frame.to_cell(line[-1].x, line[-1].y)
+            if cell != own and costmap.cost_at(line[-1].x, line[-1].y) == LETHAL:
+                break
         poses = np.array([each.array() for each in line])
         free = not collides(costmap, footprint, line[-1])
         if free and first_collision(costmap, footprint, poses) is None:
