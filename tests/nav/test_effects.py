@@ -29,9 +29,10 @@ from arjuna_nav.docking.docking import DockingConfig, DockingState, Undocking
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.filter import ParticleFilter
 from arjuna_slam.amcl.recovery import MapMatcher, Recovery
+from arjuna_slam.config import SlamConfig
 from arjuna_slam.matching.map_field import MapField
 from tests.helpers.nav.layers import costmap_config, see
-from tests.nav.worlds import block, costmap_of, empty_grid, polyline, room
+from tests.nav.worlds import block, costmap_of, empty_grid, polyline, room, scan_from
 
 ROBOT, AHEAD = Footprint.circle(0.25), polyline([(0.0, 0.0), (4.0, 0.0)], 0.0)
 FREE = costmap_of(empty_grid(12.0, 12.0, SE2(-6.0, -6.0)))
@@ -117,6 +118,15 @@ def field_reach(config: AmclConfig) -> float:
     return ParticleFilter(config, room(), np.random.default_rng(0))._matcher.field.max_distance
 
 
+def edge(config: SlamConfig) -> float:
+    """Return the edge of a map's cells."""
+    mapper = config.mapper()
+    mapper.add(scan_from(room(), SE2()))
+    grid = mapper.grid(np.zeros((1, 3)))
+    assert grid is not None
+    return grid.frame.resolution
+
+
 def sees(layer: dict[str, Any]) -> bool:
     layered = LayeredCostmap(
         costmap_config(plugins=("range_layer",), range_layer={"topics": ["sonar"], **layer})
@@ -163,6 +173,7 @@ EFFECTS: dict[str, tuple[Callable[[Any], Any], Any, Any]] = {
     ),
     "enforce_path_inversion": (part_ahead, MppiConfig(inversion_xy_tolerance=0.35), 0.7),
     "laser_likelihood_max_dist": (field_reach, AmclConfig(laser_likelihood_max_dist=0.5), 0.5),
+    "resolution": (edge, SlamConfig(resolution=0.1), 0.1),
     "recovery_alpha_fast": (injects, AmclConfig(recovery_alpha_fast=0.5), 0.25),
     "enabled": (sees, {"enabled": False}, False),
     "min_rotate_to_heading_angular_vel": (
@@ -180,7 +191,7 @@ EFFECTS: dict[str, tuple[Callable[[Any], Any], Any, Any]] = {
         lambda config: driven(Graceful, config, ASIDE).x > 0.0,
         GracefulConfig(initial_rotation_tolerance=0.3), False,
     ),
-    "critic": (lambda config: shown(config) > 0.05, PathFollowConfig(enabled=False), False),
+    "critic": (lambda config: shown(config) > 0.02, PathFollowConfig(enabled=False), False),
     "required_movement_angle": (
         turning_counts, PoseProgressConfig(required_movement_angle=1.0), False,
     ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -137,17 +138,25 @@ OUTLINE = Footprint.polygon(ROBOT.corners)
 
 
 def escape_at_gap(
-    *beyond: tuple[float, float, float, float], start: SE2 = START
+    *beyond: tuple[float, float, float, float],
+    start: SE2 = START,
+    found: bool = True,
+    **values: Any,
 ) -> tuple[Escape, Costmap]:
     """Return an escape started before a gap, behind which blocks stand, `x, y, width, height`."""
     grid = empty_grid(5.0, 4.0)
     for one in ((2.0, 0.0, 0.2, 1.75), (2.0, 2.25, 0.2, 1.75), *beyond):
         block(grid, *one)
     costmap = costmap_of(grid, footprint=str(ROBOT.corners.tolist()))
-    escape = Escape(EscapeConfig(), TrackerConfig(), OUTLINE, OUTLINE)
-    assert escape.begin(start, PATH, costmap)
-    assert escape.in_gap
+    escape = Escape(EscapeConfig(**values), TrackerConfig(), OUTLINE, OUTLINE)
+    assert escape.begin(start, PATH, costmap) or not found
+    assert escape.in_gap is found
     return escape, costmap
+
+
+@pytest.mark.parametrize("values", [{"gap_reach": 0.1}, {"gap_margin": 0.3}])
+def test_a_gap_is_used_that_is_near_and_leaves_the_margin(values: dict[str, Any]) -> None:
+    escape_at_gap(found=False, **values)
 
 
 def drive(

@@ -10,7 +10,7 @@ import pytest
 from geometry_msgs.msg import PointStamped
 from nav2_msgs.action import FollowPath
 from nav2_msgs.msg import SpeedLimit
-from nav_msgs.msg import Path
+from nav_msgs.msg import Odometry, Path
 
 from arjuna_core.ros.convert import path_msg, poses_from_path
 from arjuna_core.se2 import SE2
@@ -271,6 +271,14 @@ def test_zero_is_commanded_at_the_end_unless_it_is_not_to_be(stops: bool) -> Non
     robot.run_until_done(goal, 10.0)
     assert goal.status == SUCCEEDED
     assert (robot.commands[-1] == STILL) is stops
+
+
+@pytest.mark.parametrize(("least", "counts"), [(0.2, True), (0.4, False)])
+def test_a_slow_drift_to_a_side_counts_as_none(least: float, counts: bool) -> None:
+    node, message = made(min_y_velocity_threshold=least).nodes["controller_server"], Odometry()
+    message.twist.twist.linear.y = -0.3
+    node._on_odometry(message)
+    assert (node._velocity.y != 0.0) is counts
 
 
 def test_slow_measurements_count_as_standing() -> None:
