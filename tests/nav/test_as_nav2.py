@@ -17,6 +17,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from arjuna_core.config import load
 from arjuna_core.files.map_image import MapOptions, occupancy_of
 from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.behaviors.base import BehaviorStatus
@@ -32,6 +33,7 @@ from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.inflation import clearances
 from arjuna_nav.costmap.layers.filters import FilterInfo
+from arjuna_nav.costmap.layers.observations import PlacedScan
 from arjuna_nav.costmap.layers.static import PlacedMap
 from arjuna_nav.docking.approach import steer
 from arjuna_nav.navigator import Ending
@@ -544,6 +546,19 @@ def test_from_a_collision_every_motion_collides() -> None:
     back = np.column_stack((-0.05 * np.arange(20), np.zeros(20), np.zeros(20)))
     # 0.2 m lies within the inscribed radius, CostmapTopicCollisionChecker says no
     assert first_collision(costmap.costmap, ROBOT, back) == 0
+
+
+# inf becomes range_max - 0.0001, which marks within obstacle_max_range; what is finite and beyond
+# range_max is no reading
+@pytest.mark.parametrize(("reading", "marks"), [(math.inf, True), (2.06, False), (2.04, True)])
+def test_a_beam_without_return_marks_at_its_end(reading: float, marks: bool) -> None:
+    costmap = layered(
+        plugins=["obstacle_layer"], **SCAN, **{"obstacle_layer.scan.inf_is_valid": True}
+    )
+    scan = Scan(np.array([reading]), 0.0, 0.01, 0.1, 2.05)
+    costmap.receive("obstacle_layer", "scan", PlacedScan(scan, SE2()))
+    costmap.update(SE2(), 0.0)
+    assert (costmap.costmap.data == 254).any() == marks
 
 
 # docking_server

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -36,6 +36,12 @@ class SourceConfig:
         0.0, "Longest silence allowed, as Nav2 names it; 0 allows any.", unit="s", minimum=0.0
     )
     inf_is_valid: bool = param(False, "Whether a beam without return clears its ray.")
+    inf_marks: bool = param(
+        False,
+        "Whether such a beam, as Nav2's, ends just before range_max and may mark there, and one"
+        " whose range is finite and beyond counts not at all.",
+        nav2=True,
+    )
     min_obstacle_height: float = param(0.0, "Lowest point that is used.", unit="m")
     max_obstacle_height: float = param(0.0, "Highest point that is used.", unit="m")
     obstacle_max_range: float = param(2.5, "Longest range that marks.", unit="m", minimum=0.0)
@@ -148,6 +154,19 @@ class PlacedRange(Placed[RangeReading]):
 
 
 Observation = PlacedScan | PlacedCloud
+
+
+def with_ends(seen: Observation, source: SourceConfig) -> Observation:
+    """Return what is seen; beams without return end just before range_max where they may mark.
+
+    Source: nav2_costmap_2d, ObstacleLayer::laserScanValidInfCallback.
+    """
+    if not (isinstance(seen, PlacedScan) and source.inf_is_valid and source.inf_marks):
+        return seen
+    scan = seen.reading
+    known = np.where(scan.ranges < scan.range_max, scan.ranges, np.nan)
+    ranges = np.where(np.isposinf(scan.ranges), scan.range_max - 1e-4, known)
+    return replace(seen, reading=replace(scan, ranges=ranges))
 
 
 def used_points(seen: PlacedCloud, source: SourceConfig) -> NDArray[np.float64]:

@@ -23,6 +23,7 @@ from arjuna_nav.costmap.layers.observations import (
     ranges_of,
     sources_of,
     used_points,
+    with_ends,
 )
 from arjuna_nav.costmap.moving.tracker import Moving, Tracker
 from arjuna_nav.costmap.moving.trails import free_trails
@@ -92,6 +93,10 @@ class ObstacleLayer(SensedLayer):
             Input(name, source.topic, source.data_type, source.sensor_frame)
             for name, source in self.sources.items()
         )
+
+    def receive(self, source: str, value: Observation) -> None:
+        """Take a scan or a cloud."""
+        super().receive(source, with_ends(value, self.sources[source]))
 
     def problem(self, now: float) -> str:
         """Return which source has been silent for longer than is allowed; empty for none."""
