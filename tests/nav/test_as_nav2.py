@@ -395,15 +395,6 @@ def test_the_recoveries_are_nav2s_in_their_order() -> None:
     assert order == expected
 
 
-def test_a_path_is_replaced_each_second_by_whatever_is_planned() -> None:
-    # RateController hz 1.0, and no PathValid above it: a worse path is followed too
-    navigation = script()
-    navigation.tick()
-    navigation.tick(plan=planned())
-    assert navigation.tick(0.8) == []
-    assert navigation.tick(0.2) == ["plan"]
-
-
 def test_an_error_ends_it_after_six_recoveries() -> None:
     navigation, done = script(), ["plan"]
     navigation.tick()
