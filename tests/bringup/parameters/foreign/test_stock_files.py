@@ -58,7 +58,7 @@ def test_a_start_counts_what_has_no_effect(
     assert not_needed.startswith("not needed here: ")
     listed = "\n".join(lines(check_file(path).remarks))
     assert "not needed here: loopback_simulator: there is no such node here: the simu" in listed
-        assert "'static_layer' is in no list of plug-ins" in listed
+    assert "'static_layer' is in no list of plug-ins" in listed
 
 
 def test_what_has_another_name_here_is_used(tmp_path: Path) -> None:
