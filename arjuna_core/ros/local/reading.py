@@ -1,7 +1,7 @@
 """Messages of their bytes on the wire, by a function compiled for each type; see `cdr`.
 
 rclpy makes a C structure first, then the message by looking up each attribute's name: an Odometry
-takes 13 us, here 5 us. The nodes of a process that listen to one topic share what is read.
+takes 9.8 us, here 3.1 us. The nodes of a process that listen to one topic share what is read.
 """
 
 from __future__ import annotations
