@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -24,6 +25,7 @@ class RunMemory:
 
     def __init__(self, file: str, period: float = 0.1) -> None:
         self._file = Path(file) if file else None
+        self._descriptor, self._size = -1, 0
         self._period, self._due = period, Periodic(period)
 
     def keep(self, now: float, seen: Mapping[str, Observation]) -> None:
@@ -34,12 +36,17 @@ class RunMemory:
             name: [each.truth.pose.array().tolist(), each.odometry.T_odom_base.array().tolist()]
             for name, each in seen.items()
         }
-        part = self._file.with_suffix(".part")
-        part.write_text(json.dumps({"time": now, "poses": poses}), encoding="utf-8")
-        part.replace(self._file)
+        if self._descriptor < 0:
+            self._descriptor = os.open(self._file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        # One write, as long as the longest before: who kills the process never halves it.
+        data = json.dumps({"time": now, "poses": poses}).encode().ljust(self._size)
+        self._size = os.pwrite(self._descriptor, data, 0)
 
     def forget(self) -> None:
         """Keep nothing: the run has ended."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1
         if self._file is not None:
             self._file.unlink(missing_ok=True)
 
