@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
+from io import FileIO
 from pathlib import Path
 
 from arjuna_core.errors import InputFileError
@@ -25,7 +25,8 @@ class RunMemory:
 
     def __init__(self, file: str, period: float = 0.1) -> None:
         self._file = Path(file) if file else None
-        self._descriptor, self._size = -1, 0
+        self._open: FileIO | None = None
+        self._size = 0
         self._period, self._due = period, Periodic(period)
 
     def keep(self, now: float, seen: Mapping[str, Observation]) -> None:
@@ -36,17 +37,18 @@ class RunMemory:
             name: [each.truth.pose.array().tolist(), each.odometry.T_odom_base.array().tolist()]
             for name, each in seen.items()
         }
-        if self._descriptor < 0:
-            self._descriptor = os.open(self._file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        if self._open is None:
+            self._open = self._file.open("wb", buffering=0)
         # One write, as long as the longest before: who kills the process never halves it.
         data = json.dumps({"time": now, "poses": poses}).encode().ljust(self._size)
-        self._size = os.pwrite(self._descriptor, data, 0)
+        self._open.seek(0)
+        self._size = self._open.write(data)
 
     def forget(self) -> None:
         """Keep nothing: the run has ended."""
-        if self._descriptor >= 0:
-            os.close(self._descriptor)
-            self._descriptor = -1
+        if self._open is not None:
+            self._open.close()
+            self._open = None
         if self._file is not None:
             self._file.unlink(missing_ok=True)
 
