@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from io import FileIO
+from io import RawIOBase
 from pathlib import Path
 
 from arjuna_core.errors import InputFileError
@@ -25,7 +25,7 @@ class RunMemory:
 
     def __init__(self, file: str, period: float = 0.1) -> None:
         self._file = Path(file) if file else None
-        self._open: FileIO | None = None
+        self._open: RawIOBase | None = None
         self._size = 0
         self._period, self._due = period, Periodic(period)
 
