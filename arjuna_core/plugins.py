@@ -102,13 +102,15 @@ def config_class_for(
     """Return a config class with a field for each plug-in that the values name, at any depth.
 
     Args:
-        cls: The class.
+        cls: The class; one whose fields depend on the values has `config_for(values)`.
         flat: Values by dotted name; plug-ins' class names become canonical in it, and what stands
             below a plug-in whose class does not exist is taken out.
         where: Prefix of problems.
         problems: Receives the classes that do not exist; the default replaces them.
         prefix: What stands before the class's parameters in the values' names.
     """
+    shape = getattr(cls, "config_for", None)
+    cls = cls if shape is None else shape(flat)
     fields: dict[str, type[Any]] = {}
     hints = type_hints(cls)
     for item in dataclasses.fields(cls):  # type: ignore[arg-type]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Any
@@ -128,6 +129,8 @@ NAVIGATION_GROUP = Group(
 EXPLORER_GROUP = Group("explorer", (EXPLORER,))
 DESCRIPTION_GROUP = Group("description", (ROBOT_STATE_PUBLISHER,), ("arjuna_sim.inputs",))
 ODOMETRY_GROUP = Group("odometry", (EKF,), ("arjuna_sim.devices.ekf",))
+FUSION_GROUP = Group("fusion", (), ("arjuna_sim.fusion.estimator", "robot_localization.srv"))
+"""robot_localization's nodes alone, those of the parameters' sections."""
 
 _COMMANDING = (
     CONTROLLER_SERVER,
@@ -152,7 +155,7 @@ REAL_STACKS: dict[str, tuple[Group, ...]] = {
 }
 DEMO_GROUPS = tuple(dict.fromkeys(group for groups in STACKS.values() for group in groups))
 """Every group: the demo runs them all, and a parameter file may name any node of theirs."""
-ALL_GROUPS = (*DEMO_GROUPS, WORLD_GROUP, DESCRIPTION_GROUP, ODOMETRY_GROUP)
+ALL_GROUPS = (*DEMO_GROUPS, WORLD_GROUP, DESCRIPTION_GROUP, ODOMETRY_GROUP, FUSION_GROUP)
 """Those, and the ones that several robots or a real one have instead of the simulator's."""
 
 
@@ -168,22 +171,61 @@ _FURTHER = {
 """Nodes that run beside navigation where a parameter file has a section of such a name."""
 
 
-def further_nodes(sections: Iterable[str]) -> list[NodeSpec]:
+_FILTER_NODE = "arjuna_sim.nodes.localization.filter_node"
+_OF_SENSOR = re.compile(r"(odom|pose|twist|imu)\d+_\w+")
+UNSCENTED = {"alpha": 1e-3, "kappa": 0.0, "beta": 2.0}
+"""The parameters of the unscented filter alone."""
+
+
+def further_nodes(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
     """Return the nodes that run for their sections of a parameter file alone, in its order."""
     names = dict.fromkeys(section.rpartition("/")[2] for section in sections)
-    return [
+    beside = [
         NodeSpec(name, *origin)
         for name in names
         for pattern, origin in _FURTHER.items()
         if fnmatchcase(name, pattern)
     ]
+    return [*beside, *fusion_nodes(sections)]
 
 
-def with_further(group: Group, sections: Iterable[str]) -> Group:
-    """Return a group with the nodes that parameters' sections add to it."""
-    if group != NAVIGATION_GROUP:
+def fusion_nodes(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
+    """Return robot_localization's nodes: their sections, of any name, say how sensors are used.
+
+    What stands below `/**` is of the filter with the usual name.
+    """
+    found = {}
+    for section, values in sections.items():
+        name = EKF.name if section == "/**" else section.rpartition("/")[2]
+        if any(map(_OF_SENSOR.fullmatch, values)):
+            unscented = "ukf" in name or not UNSCENTED.keys().isdisjoint(values)
+            found[name] = filter_node(name, unscented)
+    return list(found.values())
+
+
+def filter_node(name: str, unscented: bool) -> NodeSpec:
+    """Return a filter of robot_localization under a name."""
+    return NodeSpec(name, _FILTER_NODE, "UkfFilterNode" if unscented else "EkfFilterNode")
+
+
+def with_further(group: Group, sections: Mapping[str, Mapping[str, Any]]) -> Group:
+    """Return a group with the nodes that parameters' sections add to it.
+
+    robot_localization's run where our odometry does, and in its stead if one estimates in odom.
+    """
+    fused = fusion_nodes(sections)
+    if group == NAVIGATION_GROUP:
+        nodes = [*group.nodes, *(one for one in further_nodes(sections) if one not in fused)]
+        return replace(group, nodes=tuple(nodes))
+    if group not in (SIM_GROUP, ODOMETRY_GROUP, FUSION_GROUP) or not fused:
         return group
-    return replace(group, nodes=(*group.nodes, *further_nodes(sections)))
+    instead = any(_in_odom(sections.get(one.name, sections.get("/**", {}))) for one in fused)
+    kept = (one for one in group.nodes if not (instead and one == EKF))
+    return replace(group, nodes=(*kept, *fused), cores=(*group.cores, *FUSION_GROUP.cores))
+
+
+def _in_odom(values: Mapping[str, Any]) -> bool:
+    return values.get("world_frame", "") in ("", values.get("odom_frame", "odom"))
 
 
 def all_nodes() -> list[NodeSpec]:

@@ -79,8 +79,8 @@ def checked(source: Source, below: Parameters, namespace: str = "") -> Checked:
     """Return the parameters below with a source's over them, and all that is to be said of it."""
     if not source.values:
         return Checked(below, [], [])
-    further = further_nodes([*below, *source.values])
-    nodes = [*all_nodes(), *further]
+    further = further_nodes(merged(below, source.values))
+    nodes = list({spec.name: spec for spec in (*all_nodes(), *further)}.values())
     after, remarks, problems = understand(source.values, below, nodes, namespace)
     remarks += _without_missing_masks(after, further)
     problems += _problems_of_change(below, after, nodes)

@@ -8,7 +8,7 @@ from typing import Any
 from arjuna_core.plugins import PluginTypes, canonical
 from bringup.parameters.files import for_node, shipped_parameters
 from bringup.parameters.listing import bounds, described, scalar
-from bringup.stack import ALL_GROUPS, NodeSpec, all_nodes, further_nodes
+from bringup.stack import ALL_GROUPS, NodeSpec, all_nodes, filter_node, further_nodes
 from scripts.reference import NOTE, cell, code
 
 _INTRO = f"""# Parameters
@@ -30,7 +30,8 @@ _FURTHER = (
 def page() -> str:
     """Return the page."""
     nodes = [spec for group in ALL_GROUPS for spec in group.nodes]
-    specs = {spec.name: spec for spec in (*nodes, *further_nodes(_FURTHER), *all_nodes())}
+    beside = [*further_nodes({name: {} for name in _FURTHER}), filter_node("ukf_node", True)]
+    specs = {spec.name: spec for spec in (*nodes, *beside, *all_nodes())}
     lines = [_INTRO, *(line for spec in specs.values() for line in _node(spec))]
     lines += ["## Plug-ins that are not loaded there\n", "With their own defaults.\n"]
     lines += [line for spec in specs.values() for line in _not_loaded(spec)]

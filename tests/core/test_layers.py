@@ -15,7 +15,7 @@ PACKAGES = ("arjuna_core", *CORES, "bringup")
 # Each package's wings and files, what stands higher first; "" are the top-level files not named.
 ORDER = {
     "arjuna_core": ("ros", "bags", "files", ""),
-    "arjuna_sim": ("nodes", "", "physics", "devices", "files", "model"),
+    "arjuna_sim": ("nodes", "", "physics", "devices", "fusion", "files", "model"),
     "arjuna_slam": ("nodes", "", "amcl", "mapping", "graph", "matching", "logs"),
     "arjuna_nav": (
         *("nodes", "", "trees", "docking", "behaviors", "exploration", "safety", "routes"),
@@ -33,7 +33,15 @@ ROS = {
     *("action_msgs", "builtin_interfaces", "diagnostic_msgs", "geographic_msgs", "geometry_msgs"),
     *("dwb_msgs", "nav_2d_msgs"),
     *("lifecycle_msgs", "map_msgs", "nav2_msgs", "nav_msgs", "rcl_interfaces", "rosgraph_msgs"),
-    *("sensor_msgs", "simulation_interfaces", "slam_toolbox", "std_msgs", "std_srvs", "tf2_msgs"),
+    *(
+        "robot_localization",
+        "sensor_msgs",
+        "simulation_interfaces",
+        "slam_toolbox",
+        "std_msgs",
+        "std_srvs",
+        "tf2_msgs",
+    ),
     *("unique_identifier_msgs", "visualization_msgs"),
 }
 # What a user can ask of bringup on a machine without ROS: help, checks, stacks, reports

@@ -135,6 +135,11 @@ def _publish_states(words: list[str]) -> None:
     importlib.import_module(f"{_PROGRAMS}.robot_state_publisher").start(ros_arguments(words))
 
 
+def _localize(words: list[str], program: str) -> None:
+    module = importlib.import_module(f"{_PROGRAMS}.robot_localization")
+    module.start(program, ros_arguments(words))
+
+
 # What `ros2 run PACKAGE EXECUTABLE` runs
 PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("nav2_map_server", "map_saver_cli"): _save_map,
@@ -149,6 +154,10 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
         _slam_toolbox, parameter="synchronous:=true"
     ),
     ("teleop_twist_keyboard", "teleop_twist_keyboard"): _teleop,
+    **{
+        ("robot_localization", program): partial(_localize, program=program)
+        for program in ("ekf_node", "ukf_node")
+    },
     ("robot_state_publisher", "robot_state_publisher"): _publish_states,
     ("rviz2", "rviz2"): f"{_PROGRAMS}.rviz2",
     ("tf2_ros", "static_transform_publisher"): f"{_PROGRAMS}.static_transform_publisher",

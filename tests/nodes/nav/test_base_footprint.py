@@ -23,7 +23,7 @@ def test_height_roll_and_pitch_are_taken_off(
     values: dict[str, str], frames: tuple[str, str]
 ) -> None:
     bench = RosBench()
-    (spec,) = further_nodes(["base_footprint_publisher"])
+    (spec,) = further_nodes({"base_footprint_publisher": {}})
     node = spec.make(bench.process, values)
     node.trigger_configure()
     node.trigger_activate()

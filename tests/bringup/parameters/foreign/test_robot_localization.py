@@ -1,0 +1,126 @@
+"""Files of robot_localization: sections of any name, `/**`, and where their nodes run."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from arjuna_core.errors import ConfigError
+from bringup.parameters.checking import check_file
+from bringup.parameters.remarks import Checked, Kind
+from bringup.ros2.programs import robot_localization
+from bringup.ros2.verbs.forward import ros_arguments
+from bringup.stack import (
+    EKF,
+    FUSION_GROUP,
+    NAVIGATION_GROUP,
+    ODOMETRY_GROUP,
+    SIM_GROUP,
+    fusion_nodes,
+    with_further,
+)
+
+MASK = [True, *[False] * 14]
+ONE: dict[str, Any] = {
+    "frequency": 30.0,
+    "sensor_timeout": 0.1,
+    "print_diagnostics": True,
+    "odom0": "example/odom",
+    "odom0_config": MASK,
+    "odom0_nodelay": True,
+    "pose0": "example/pose",
+    "pose0_config": MASK,
+    "pose0_rejection_threshold": 2.0,
+    "imu12": "example/imu",
+    "imu12_config": MASK,
+    "imu12_remove_gravitational_acceleration": True,
+    "process_noise_covariance": [0.1] * 225,
+}
+
+
+def _checked(tmp_path: Path, sections: dict[str, Any], text: str = "") -> Checked:
+    file = tmp_path / "ekf.yaml"
+    found = {name: {"ros__parameters": values} for name, values in sections.items()}
+    file.write_text(json.dumps(found) if sections else text, encoding="utf-8")
+    return check_file(file)
+
+
+@pytest.mark.parametrize(
+    "section", ["ekf_filter_node", "**/ekf_filter_node", "ekf_localization", "/**", "robot/ukf_se"]
+)
+def test_a_section_of_any_name_is_a_filter(tmp_path: Path, section: str) -> None:
+    read = _checked(tmp_path, {section: ONE})
+    assert not read.problems
+    assert {remark.kind for remark in read.remarks} == {Kind.NOT_NEEDED}
+    (spec,) = fusion_nodes(read.parameters)
+    assert spec.cls == ("UkfFilterNode" if "ukf" in section else "EkfFilterNode")
+    kept = read.parameters[spec.name]
+    assert kept["odom0_config"] == MASK
+    assert kept["imu12"] == "example/imu"
+    assert not {"print_diagnostics", "odom0_nodelay"} & kept.keys()
+
+
+def test_numbers_with_an_exponent_are_numbers(tmp_path: Path) -> None:
+    numbers = ", ".join(["1e-9"] * 15)
+    text = (
+        f"e:\n  ros__parameters: {{odom0_config: {MASK}, initial_estimate_covariance: [{numbers}]}}"
+    )
+    read = _checked(tmp_path, {}, text.replace("True", "true").replace("False", "false"))
+    assert not read.problems
+    assert read.parameters["e"]["initial_estimate_covariance"][0] == 1e-9
+
+
+def test_a_mask_of_another_length_and_misspelt_names_are_named(tmp_path: Path) -> None:
+    read = _checked(tmp_path, {"ekf": {"odom0_config": [True] * 3, "two_d_mod": True}})
+    assert len(read.problems) == 1
+    assert "'odom0_config' has 3 values; valid: 15" in read.problems[0]
+    assert [r.where for r in read.remarks if r.kind is Kind.UNKNOWN] == ["ekf: two_d_mod"]
+
+
+def test_our_own_fusion_stays_until_a_filter_estimates_in_odom() -> None:
+    ours = {"ekf_filter_node": {"odom0": "wheel_odom", "imu0": "imu/data"}}
+    for group in (SIM_GROUP, ODOMETRY_GROUP):
+        assert with_further(group, ours) == group
+        both = {"global": {**ONE, "world_frame": "map"}, **ours}
+        assert {EKF.name, "global"} <= {spec.name for spec in with_further(group, both).nodes}
+        dual = {"global": {**ONE, "world_frame": "map"}, "local": ONE}
+        names = {spec.name for spec in with_further(group, dual).nodes}
+        assert {"global", "local"} <= names
+        assert EKF.name not in names
+    assert with_further(NAVIGATION_GROUP, {"local": ONE}) == NAVIGATION_GROUP
+    (alone,) = with_further(FUSION_GROUP, {"ekf_filter_node": ONE}).nodes
+    assert alone.cls == "EkfFilterNode"
+
+
+def _started(words: list[str], monkeypatch: pytest.MonkeyPatch, program: str) -> list[str]:
+    started: list[list[str]] = []
+    monkeypatch.setattr(os, "execv", lambda path, words: started.append(words))
+    robot_localization.start(program, ros_arguments(["--ros-args", *words]))
+    return started[0]
+
+
+@pytest.mark.parametrize("program", ["ekf_node", "ukf_node"])
+def test_ros2_run_takes_files_names_and_remappings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, program: str
+) -> None:
+    file = tmp_path / "ekf.yaml"
+    file.write_text(json.dumps({"mine": {"ros__parameters": ONE}}), encoding="utf-8")
+    words = ["--params-file", str(file), "-p", "frequency:=10.0", "-r", "__node:=mine"]
+    got = _started([*words, "-r", "odometry/filtered:=odom"], monkeypatch, program)
+    values = json.loads(got[got.index("--parameters") + 1])
+    assert values["mine"]["frequency"] == 10.0
+    assert values["mine"]["odom0_config"] == MASK
+    assert not values["mine"]["use_sim_time"]
+    (spec,) = fusion_nodes(values)
+    assert spec.cls == {"ekf_node": "EkfFilterNode", "ukf_node": "UkfFilterNode"}[program]
+    assert got[-3:] == ["--ros-args", "-r", "odometry/filtered:=odom"]
+
+
+def test_ros2_run_refuses_what_is_not_valid(monkeypatch: pytest.MonkeyPatch) -> None:
+    words = ["-p", "odom0_config:=[true]"]
+    with pytest.raises(ConfigError, match="'odom0_config' has 1 values; valid: 15"):
+        _started(words, monkeypatch, "ekf_node")
