@@ -47,7 +47,7 @@ def names_of(robot: RobotModel) -> dict[str, str]:
 
 
 class Steering(NamedTuple):
-    """What a steered robot can do.
+    """The abilities of a steered robot.
 
     Attributes:
         radius: Of its tightest bend [m].

@@ -180,7 +180,7 @@ class Simulation:
         self._return_to_start()
 
     def resume(self, time: float, poses: Mapping[str, tuple[SE2, SE2]]) -> None:
-        """Go on at a time [s], robots at rest.
+        """Continue at a time [s], robots at rest.
 
         Args:
             poses: By robot, where it stands and its odometry's pose; others are at their start.

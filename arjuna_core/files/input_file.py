@@ -42,7 +42,7 @@ def open_file(
         # Devices act when they are opened, so the kind is known before; and again of what was
         # opened, which may have been put there meanwhile: by that time nothing can block.
         _check_kind(path, path.stat(), error)
-        file = open(path, "rb", opener=_opened)  # noqa: SIM115 - the one place
+        file = open(path, "rb", opener=_descriptor_of)  # noqa: SIM115 - the one place
     except (OSError, ValueError) as cause:  # ValueError: a NUL in the name
         reason = getattr(cause, "strerror", None) or cause
         raise error(path, f"cannot be read: {reason}") from cause
@@ -60,7 +60,7 @@ def open_file(
     return file
 
 
-def _opened(path: str, flags: int) -> int:
+def _descriptor_of(path: str, flags: int) -> int:
     return os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
 
 

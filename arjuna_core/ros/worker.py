@@ -18,7 +18,7 @@ class Worker:
     So lock-step has one thread, and what it does depends on no other.
 
     Args:
-        process: Whose executor is told.
+        process: Its executor calls what takes the results.
     """
 
     def __init__(self, process: Process) -> None:

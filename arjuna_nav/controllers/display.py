@@ -1,4 +1,4 @@
-"""What a controller shows of its work: plain values, of which the server makes messages.
+"""The display of a controller's work: plain values, of which the server makes messages.
 
 A class of controllers may offer topics by `shows(config)`, the kind of value on each. Before each
 `compute` the server sets `wanted`, the topics that somebody listens to; what the controller then
@@ -62,7 +62,7 @@ class Cloud:
 
 @dataclass(frozen=True)
 class Critic:
-    """What a critic says of one trajectory; below 0 where it forbids it."""
+    """A critic's score of one trajectory; below 0 where it forbids it."""
 
     name: str
     raw_score: float

@@ -370,8 +370,8 @@ class PathFollower:
     ) -> FollowResult:
         """Stand still while a controller finds no valid command for less than the tolerance.
 
-        Source: nav2_controller, ControllerServer::computeAndPublishVelocity: of other failures more
-            attempts are no cure, and of the negative tolerances only -1 is one.
+        Source: nav2_controller, ControllerServer::computeAndPublishVelocity: other failures end
+            it at once, and of the negative tolerances only -1 is one.
         """
         tolerance = self._config.failure_tolerance
         if status is not ControlStatus.NO_VALID_CONTROL or -1.0 != tolerance <= 0.0:

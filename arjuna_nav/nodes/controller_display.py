@@ -1,4 +1,4 @@
-"""What controllers show, as messages: made only of what somebody listens to."""
+"""The display of controllers as messages: made only of what somebody listens to."""
 
 from __future__ import annotations
 

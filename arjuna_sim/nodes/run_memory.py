@@ -1,4 +1,4 @@
-"""The time and the robots' poses in a file: what replaces a killed simulator goes on there."""
+"""The time and the robots' poses in a file: what replaces a killed simulator continues there."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class RunMemory:
 
     Args:
         file: Keeps them; empty: none are kept.
-        period: How often [s]. Time goes on so much later, so that it is never set back.
+        period: How often [s]. Time continues so much later, so that it is never set back.
     """
 
     def __init__(self, file: str, period: float = 0.1) -> None:
@@ -53,7 +53,7 @@ class RunMemory:
             self._file.unlink(missing_ok=True)
 
     def resume(self, simulation: Simulation) -> str:
-        """Let a simulation go on from what was kept; return a note, empty if nothing was."""
+        """Continue a simulation from what was kept; return a note, empty if nothing was."""
         if self._file is None or not self._file.is_file():
             return ""
         try:
@@ -67,6 +67,6 @@ class RunMemory:
             return f"the run before cannot be continued: {error}"
         simulation.resume(time, poses)
         return (
-            f"goes on at {time:.2f} s, where the simulator before it ended: speeds, what was moved,"
-            " spawned or loaded, and the contacts counted are lost"
+            f"continues at {time:.2f} s, where the simulator before it ended: speeds, what was"
+            " moved, spawned or loaded, and the contacts counted are lost"
         )

@@ -43,7 +43,7 @@ def supervise(arguments: argparse.Namespace) -> int:
 
 
 def _resuming(folder: Path, goals: bool) -> Parameters:
-    """Return where nodes keep what they go on from after a crash: goals and maps if asked for."""
+    """Return where nodes keep what they continue from after a crash; goals and maps if asked."""
     nodes = (SIM, *((BT_NAVIGATOR, WAYPOINT_FOLLOWER, SLAM_TOOLBOX) if goals else ()))
     return {spec.name: {"resume_file": str(folder / spec.name)} for spec in nodes}
 

@@ -62,7 +62,7 @@ KNOWN = {
 """What opens files all the same, or opens no file, each with its reason."""
 
 
-def opened(source: str) -> Iterator[str]:
+def openers(source: str) -> Iterator[str]:
     """Yield what in a source opens files for reading."""
     tree = ast.parse(source)
     calls = {call.func: call for call in ast.walk(tree) if isinstance(call, ast.Call)}
@@ -94,7 +94,7 @@ def test_files_are_opened_by_the_one_door() -> None:
         for folder in FOLDERS
         for path in (ROOT / folder).rglob("*.py")
         if str(path.relative_to(ROOT)) != DOOR
-        for what in opened(path.read_text(encoding="utf-8"))
+        for what in openers(path.read_text(encoding="utf-8"))
     }
     assert sorted(found - KNOWN.keys()) == []
     assert sorted(KNOWN.keys() - found) == [], "the list names what is no longer there"
@@ -108,5 +108,5 @@ def test_every_kind_of_opening_is_found() -> None:
         "from gzip import open", "map(open, p)",
         "Path.read_bytes(p)", "shutil.copyfile(p, q)", "mujoco.MjModel.from_xml_path(p)",
     )  # fmt: skip
-    assert [source for source in sources if not list(opened(source))] == []
-    assert not list(opened("open(p, 'w')\np.open('xb')\nopen_file(p)\nnp.array(p)"))
+    assert [source for source in sources if not list(openers(source))] == []
+    assert not list(openers("open(p, 'w')\np.open('xb')\nopen_file(p)\nnp.array(p)"))

@@ -33,12 +33,12 @@ HOLE = 100 << 30  # [bytes]
 BY_NAME = {reader.name: reader for reader in READERS}
 
 
-class Hang(BaseException):
+class Stuck(BaseException):
     """A call has not ended; no handler of errors takes it for one."""
 
 
-def _hang(number: int, frame: object) -> None:
-    raise Hang
+def _stuck(number: int, frame: object) -> None:
+    raise Stuck
 
 
 def _memory(entry: str) -> float:
@@ -53,7 +53,7 @@ def bounds() -> Iterator[None]:
     gc.collect()
     Path("/proc/self/clear_refs").write_text("5", encoding="ascii")  # the peak is of now
     before, started = _memory("VmRSS"), time.process_time()
-    previous = signal.signal(signal.SIGALRM, _hang)
+    previous = signal.signal(signal.SIGALRM, _stuck)
     signal.setitimer(signal.ITIMER_REAL, 20.0)
     try:
         yield

@@ -1,4 +1,4 @@
-"""How DWB chose: every trajectory with each critic's score, as Nav2's DWB publishes it."""
+"""The choice of DWB: every trajectory with each critic's score, as Nav2's DWB publishes it."""
 
 from __future__ import annotations
 
@@ -150,8 +150,8 @@ class Evaluated:
             if name in self._velocity_scores:
                 raw += float(self._velocity_scores[name][index])
             if name in _PARTS and (name == self._obstacle or "Obstacle" not in name):
-                weight, place = _PARTS[name]
-                raw += float(parts[place])
+                weight, column = _PARTS[name]
+                raw += float(parts[column])
                 scale = getattr(self._scoring.weights, weight) if name != "RotateToGoal" else scale
             if raw == np.inf:
                 return (Critic(name, -1.0, 0.0),), -1.0

@@ -80,7 +80,7 @@ class Weights(NamedTuple):
 
 
 class Scoring(NamedTuple):
-    """What samples are scored by.
+    """The inputs of scoring.
 
     Attributes:
         start: `(x, y, theta)` in the grid [cells, rad].

@@ -64,7 +64,7 @@ class DownsamplingConfig:
 
     @property
     def coarseness(self) -> int:
-        """How many of the costmap's cells along each side make one of the search's."""
+        """Cells of the costmap along each side of one of the search's."""
         return self.downsampling_factor if self.downsample_costmap else 1
 
 

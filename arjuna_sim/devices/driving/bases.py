@@ -188,7 +188,7 @@ class SteeredBase(Base):
 
     @property
     def axle(self) -> float:
-        """Where along x the line lies about whose points it turns [m]."""
+        """Position along x of the line about whose points it turns [m]."""
         return self._axle
 
     def reachable(self, velocity: Velocity) -> Velocity:

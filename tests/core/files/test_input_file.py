@@ -58,13 +58,13 @@ def test_what_cannot_be_opened_is_refused(path: Path, name: str) -> None:
     assert len(str(caught.value)) <= 500
 
 
-def test_a_pipe_that_takes_the_place_of_a_file_meanwhile_is_refused(
+def test_a_pipe_that_replaces_a_file_meanwhile_is_refused(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pipe = path.with_name("pipe")
     os.mkfifo(pipe)
-    opened = input_file._opened
-    monkeypatch.setattr(input_file, "_opened", lambda name, flags: opened(str(pipe), flags))
+    opened = input_file._descriptor_of
+    monkeypatch.setattr(input_file, "_descriptor_of", lambda name, flags: opened(str(pipe), flags))
     with pytest.raises(InputFileError, match="it is no file"):
         open_file(path)
 

@@ -84,15 +84,15 @@ def bends(path: NDArray[np.float64]) -> float:
     return float((np.diff(path[:, :2], 2, axis=0) ** 2).sum())
 
 
-def crosses_the_dear_band(planner: Planner, _: pytest.MonkeyPatch) -> None:
+def crosses_the_costly_band(planner: Planner, _: pytest.MonkeyPatch) -> None:
     """Check that a straight through half the greatest cost is preferred to a detour of 40 %."""
     band = changed(slice(20, 100), slice(40, 120), 126)
     assert paths.length(planned(planner, band).path) < 6.1
 
 
 def ends_in_high_costs(planner: Planner, _: pytest.MonkeyPatch) -> None:
-    dear = changed(slice(None), slice(120, None), 220)
-    assert planned(planner, dear).path[-1].tolist() == list(GOAL.array())
+    costly = changed(slice(None), slice(120, None), 220)
+    assert planned(planner, costly).path[-1].tolist() == list(GOAL.array())
 
 
 def bends_by_single_headings(planner: Planner, _: pytest.MonkeyPatch) -> None:
@@ -219,7 +219,7 @@ ROWS: list[tuple[str, str, dict[str, Any], Check]] = [
         "smac hybrid",
         "use_quadratic_cost_penalty",
         {"use_quadratic_cost_penalty": True},
-        crosses_the_dear_band,
+        crosses_the_costly_band,
     ),
     *(
         (

@@ -154,8 +154,8 @@ def test_docks_are_read_again(robot: PlayedRobot, tmp_path: Path) -> None:
     file = tmp_path / "docks.yaml"
     file.write_text("docks: {attic: {type: simple_charging_dock, pose: [1, 0, 0]}}")
     assert reload(robot, "docks.yaml")
-    begun = made(tmp_path, dock_database=str(file))  # it starts with them, too
-    assert not dock(begun, "attic").done
+    fresh = made(tmp_path, dock_database=str(file))  # it starts with them, too
+    assert not dock(fresh, "attic").done
     assert dock(robot, "attic").accepted
     file.write_text("docks: {attic: {type: hook, pose: [1, 0, 0]}}")
     assert not reload(robot, "docks.yaml")

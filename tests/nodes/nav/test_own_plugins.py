@@ -159,7 +159,7 @@ def test_a_node_of_trees(
     assert (sent.status == SUCCEEDED) == succeeds
 
 
-def test_a_module_that_cannot_be_imported_is_told(
+def test_a_module_that_cannot_be_imported_is_named(
     own_plugins: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     values = page(own_plugins)

@@ -83,12 +83,12 @@ class Elsewhere:
 
 
 def alone(
-    spec: NodeSpec, place: str = "local", frame: str = "odom", **values: Any
+    spec: NodeSpec, side: str = "local", frame: str = "odom", **values: Any
 ) -> tuple[PlayedRobot, Elsewhere]:
     robot = PlayedRobot({spec.name: values})
     robot.bring_up(spec)
     robot.run(0.4)
-    topics = f"/{place}_costmap/costmap_raw", f"/{place}_costmap/published_footprint"
+    topics = f"/{side}_costmap/costmap_raw", f"/{side}_costmap/published_footprint"
     return robot, Elsewhere(robot, *topics, frame)
 
 
