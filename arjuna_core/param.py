@@ -29,7 +29,8 @@ class ParamInfo:
         read_only: Whether it is fixed once the component runs.
         path: Whether it is a path; those are read only, or clients could move folders.
         plugins: Of plug-ins' names: the `PluginTypes` or `NamedConfigs` that they are of.
-        nav2: The value with Nav2's behaviour, where another one is the default or is shipped.
+        theirs: The value with the behaviour of Nav2 or slam_toolbox, where another one is the
+            default or is shipped.
     """
 
     description: str
@@ -40,7 +41,7 @@ class ParamInfo:
     read_only: bool = False
     path: bool = False
     plugins: Any = None
-    nav2: Any = None
+    theirs: Any = None
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -60,7 +61,7 @@ def param(
     choices: Sequence[Any] = (),
     read_only: bool = False,
     path: bool = False,
-    nav2: Any = None,
+    theirs: Any = None,
 ) -> Any:
     """Declare one parameter as a field of a frozen dataclass.
 
@@ -68,11 +69,12 @@ def param(
         description: One sentence for `--help`, docs and ROS descriptors.
         unit: SI unit.
         path: Whether it is a path of this machine; no client may change it.
-        nav2: The value with Nav2's behaviour, which `--as-nav2` sets; None where there is no other.
+        theirs: The value with the behaviour of Nav2 or slam_toolbox, which `--as-nav2` and
+            `--as-slam-toolbox` set; None where there is no other.
     """
     fixed = read_only or path
     info = ParamInfo(
-        description, unit, minimum, maximum, tuple(choices), fixed, path=path, nav2=nav2
+        description, unit, minimum, maximum, tuple(choices), fixed, path=path, theirs=theirs
     )
     return dataclasses.field(default=default, metadata={_KEY: info})
 

@@ -46,7 +46,7 @@ class NavigatorConfig:
         "How long to stand where the robot's pose or its surroundings are not known.",
         unit="s",
         minimum=0.0,
-        nav2=0.0,
+        theirs=0.0,
     )
 
 

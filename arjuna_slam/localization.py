@@ -1,7 +1,10 @@
-"""Localization on the map of a finished session: the robot moves, the map does not."""
+"""Localization on the map of a finished session: the robot moves, the session does not."""
 
 from __future__ import annotations
 
+from collections import deque
+
+from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
@@ -16,7 +19,11 @@ from arjuna_slam.pose_tracker import PoseTracker, SlamUpdate
 
 
 class Localizer(PoseTracker):
-    """Finds the robot on a map. It keeps nothing of what it sees, so its memory does not grow."""
+    """Finds the robot on a map.
+
+    Of what it sees it keeps the last `scan_buffer_size` keyframes, so its memory does not grow:
+    they are matched with where the map does not fit, and shown in it.
+    """
 
     def __init__(self, config: SlamConfig, session: Session, start: Start) -> None:
         self._config = config
@@ -29,6 +36,8 @@ class Localizer(PoseTracker):
         self._start: Start | None = start
         self._odometry = LastOdometry()
         self._T_map_base = self._T_odom_searched = IDENTITY
+        self._buffer: deque[tuple[Scan, SE2, Surface]] = deque(maxlen=config.scan_buffer_size)
+        self._recent = config.field()
 
     def process(self, scan: Scan, T_odom_base: SE2) -> SlamUpdate | None:
         """Take one scan; see `PoseTracker.process`."""
@@ -44,11 +53,31 @@ class Localizer(PoseTracker):
         self._start = None
         self._T_map_base = match.T_field_base
         self._odometry.advance(scan.stamp, T_odom_base)
-        return self._update(match)
+        kept = search and self._buffer.maxlen != 0
+        if kept:
+            self._buffer.append((scan, self._T_map_base, surface))
+            self._look_back()
+        return self._update(match, kept)
 
     def restart(self, start: Start) -> None:
         """Search the robot again; `start` is what is known of its pose."""
         self._start = start
+        self.clear_buffer()
+
+    def clear_buffer(self) -> None:
+        """Forget the keyframes seen."""
+        self._buffer.clear()
+
+    def map(self, most_moved: int | None = None) -> OccupancyGrid | None:
+        """Return the session's map, with the keyframes seen in it."""
+        return self.keyframes.map(most_moved, ((scan, pose) for scan, pose, _ in self._buffer))
+
+    def _look_back(self) -> None:
+        """Make the field of the keyframes seen."""
+        self._recent = self._config.field()
+        for _, pose, surface in self._buffer:
+            points, normals = surface.dense(self._config.field_resolution)
+            self._recent.add(pose.apply(points), SE2(0.0, 0.0, pose.theta).apply(normals))
 
     def session(self) -> Session:
         """Return the session whose map it is."""
@@ -59,9 +88,14 @@ class Localizer(PoseTracker):
         if self._start is None:
             delta = self._odometry.motion_to(T_odom_base)
             information = invert(self._config.odometry_covariance(delta))
-            return self._tracker.locate(
-                self._reference.field, surface, self._T_map_base, delta, information, search
-            )
+            fields = [self._reference.field, *([self._recent] if self._buffer else [])]
+            for field in fields:
+                match = self._tracker.locate(
+                    field, surface, self._T_map_base, delta, information, search
+                )
+                if match.status is MatchStatus.MATCHED:
+                    break
+            return match
         match = self._reference.find(surface, self._start)
         if match.status is MatchStatus.MATCHED or self._start.kind is not StartKind.ANYWHERE:
             return match
@@ -71,12 +105,12 @@ class Localizer(PoseTracker):
     def _search_due(self, T_odom_base: SE2) -> bool:
         return self._config.keyframe_due(self._T_odom_searched.inverse() @ T_odom_base)
 
-    def _update(self, match: Match) -> SlamUpdate:
+    def _update(self, match: Match, kept: bool) -> SlamUpdate:
         return SlamUpdate(
             self._T_map_base,
             self._T_map_base @ self._odometry.T_odom_base.inverse(),
             match.covariance,
-            False,
+            kept,
             0,
             match.status,
             0,

@@ -24,6 +24,7 @@ from arjuna_slam.graph.pose_graph import EdgeKind
 from arjuna_slam.logs.log import Log, open_log
 from arjuna_slam.logs.recording import RecordingTopics
 from arjuna_slam.logs.relations import RelationError, evaluate, read_relations
+from arjuna_slam.pose_tracker import Pace
 from arjuna_slam.slam import Slam
 
 _SPREAD = np.diag([0.25, 0.25, 0.0685])  # of the initial pose, as RViz's [m^2, m^2, rad^2]
@@ -68,8 +69,8 @@ def map_log(
     topics = RecordingTopics(scan_topic, odom_topic, config.odom_frame, config.base_frame)
     log = open_log(path, topics)
     known = None if relations is None else read_relations(relations)
-    slam = Slam(config)
-    trajectory = run(slam, watch(log))
+    slam, pace = Slam(config.core), Pace()
+    trajectory = run(slam, (entry for entry in watch(log) if pace.is_due(config, *entry)))
     grid = slam.map()
     if not trajectory or grid is None:
         raise InputFileError(path, "none of its scans has anything in range")

@@ -1,4 +1,4 @@
-"""The interface of mapping and of localization on a saved graph: scans in, poses and a map out."""
+"""The interface of mapping and of localization: which scans come in, poses and a map come out."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from arjuna_core.arrays import Floats
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_slam.config import SlamNodeConfig
 from arjuna_slam.graph.pose_graph import PoseGraph
 from arjuna_slam.mapping.keyframes import Keyframes
 from arjuna_slam.mapping.session import Session
@@ -26,7 +27,7 @@ class SlamUpdate:
     T_map_odom: SE2  # correction of the odometry
     # of x, y, theta of the match, axes of map, `(3, 3) float64` [m^2, m rad, rad^2]
     covariance: Floats
-    keyframe: bool  # whether the scan became a node
+    keyframe: bool  # whether the scan was kept, as a node or in the buffer
     closures: int  # loop edges it brought
     status: MatchStatus  # how the match ended; where it failed, the pose is the odometry's
     node: int  # the node of the trajectory that the pose is relative to
@@ -42,6 +43,30 @@ class SlamUpdate:
         if sign <= 0.0 or not np.isfinite(log_det):
             return None
         return float(0.5 * (3.0 * (1.0 + np.log(2.0 * np.pi)) + log_det))
+
+
+class Pace:
+    """Chooses the scans that are processed: by their number, their time and the robot's motion."""
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._taken: float | None = None
+        self._T_odom_taken: SE2 | None = None
+
+    def is_due(self, c: SlamNodeConfig, scan: Scan, T_odom_base: SE2) -> bool:
+        """Return whether a scan is the one in so many, and late and far enough from the last."""
+        self._count += 1
+        if (self._count - 1) % max(c.throttle_scans, 1):
+            return False
+        since = c.minimum_time_interval if self._taken is None else scan.stamp - self._taken
+        if 0.0 < since < c.minimum_time_interval:
+            return False
+        last = self._T_odom_taken
+        near = last is not None and not c.keyframe_due(last.inverse() @ T_odom_base)
+        if near and not c.process_between_keyframes:
+            return False
+        self._taken, self._T_odom_taken = scan.stamp, T_odom_base
+        return True
 
 
 class PoseTracker(Protocol):

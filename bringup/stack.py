@@ -9,6 +9,9 @@ from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Any
 
+ORIGINALS = {"nav2": "Nav2", "slam_toolbox": "slam_toolbox"}
+"""The stacks whose behaviour `--as-...` sets, and how they are written."""
+
 
 @dataclass(frozen=True)
 class NodeSpec:
@@ -21,6 +24,11 @@ class NodeSpec:
     name: str
     module: str
     cls: str
+
+    @property
+    def original(self) -> str:
+        """The one of `ORIGINALS` whose behaviour its parameters can have."""
+        return "slam_toolbox" if self.name == "slam_toolbox" else "nav2"
 
     @property
     def node_class(self) -> Any:

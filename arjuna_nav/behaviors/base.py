@@ -84,7 +84,7 @@ class BehaviorConfig:
         True,
         "Whether the last step that is free says how much slower teleoperation drives; else, as"
         " Nav2, the first that collides.",
-        nav2=False,
+        theirs=False,
     )
 
 

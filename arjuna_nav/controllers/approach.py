@@ -28,7 +28,7 @@ class ApproachConfig:
     enabled: bool = param(
         True,
         "Whether to drive into the goal where there is room, beyond what is tolerated.",
-        nav2=False,
+        theirs=False,
     )
     distance: float = param(
         0.5, "Distance from the goal at which a straight approach begins.", unit="m", minimum=0.0

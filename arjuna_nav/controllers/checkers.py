@@ -154,7 +154,7 @@ class PositionGoalConfig:
         "Distance beyond the tolerance from which it counts no more: the robot was pushed.",
         unit="m",
         minimum=0.0,
-        nav2=1e6,
+        theirs=1e6,
     )
 
 

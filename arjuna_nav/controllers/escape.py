@@ -29,7 +29,7 @@ class EscapeConfig:
     enabled: bool = param(
         True,
         "Whether to search a trajectory by bends, turns and back, and through narrow gaps.",
-        nav2=False,
+        theirs=False,
     )
     max_speed: float = param(
         0.3, "Greatest speed; half of that in a gap without room.", unit="m/s", minimum=0.02

@@ -57,7 +57,7 @@ class FollowerConfig:
         "Distance from the robot within which a moving obstacle is waited for.",
         unit="m",
         minimum=0.0,
-        nav2=0.0,
+        theirs=0.0,
     )
     min_turning_radius: float = param(
         0.0,

@@ -21,7 +21,7 @@ def gentle_turns() -> Any:
         "Whether turns on the spot brake early, and pure pursuit's end early, bend where there is"
         " room and bound the yaw rate of bends too; as Nav2 they are as fast as can be braked."
     )
-    return param(True, text, nav2=False)
+    return param(True, text, theirs=False)
 
 
 def rollout(

@@ -20,7 +20,7 @@ class ForesightConfig:
     """Limits of the speed by what lies ahead on the path."""
 
     enabled: bool = param(
-        True, "Whether narrow gaps and bends ahead slow the robot down.", nav2=False
+        True, "Whether narrow gaps and bends ahead slow the robot down.", theirs=False
     )
     reaction_time: float = param(
         0.25,

@@ -54,7 +54,7 @@ class CostmapConfig:
         True,
         "Whether a robot that touches an obstacle may move away; as Nav2 does, each motion from"
         " there collides.",
-        nav2=False,
+        theirs=False,
     )
     transform_tolerance: float = param(
         0.3, "Oldest transform of the robot that is used.", unit="s", minimum=0.0
@@ -65,7 +65,7 @@ class CostmapConfig:
         "0: for ever.",
         unit="s",
         minimum=0.0,
-        nav2=60.0,
+        theirs=60.0,
     )
     always_send_full_costmap: bool = param(
         False,

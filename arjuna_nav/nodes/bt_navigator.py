@@ -45,7 +45,7 @@ class BtNavigatorConfig(NavigatorConfig):
     )
     action_server_result_timeout: float = result_timeout(900.0)
     start_patience: float = param(
-        10.0, "How long a new goal waits for the robot's pose.", unit="s", minimum=0.0, nav2=0.0
+        10.0, "How long a new goal waits for the robot's pose.", unit="s", minimum=0.0, theirs=0.0
     )
     bt_loop_duration: int = param(10, "Time between two ticks.", unit="ms", minimum=1)
     feedback_rate: float = param(
@@ -60,10 +60,10 @@ class BtNavigatorConfig(NavigatorConfig):
         "server_timeout says nothing; looked at every 0.2 s.",
         unit="ms",
         minimum=0,
-        nav2=20,
+        theirs=20,
     )
     default_cancel_timeout: int = param(
-        1000, "After which a cancel without an answer is logged.", unit="ms", minimum=0, nav2=20
+        1000, "After which a cancel without an answer is logged.", unit="ms", minimum=0, theirs=20
     )
     filter_duration: float = param(
         0.3,
@@ -78,13 +78,13 @@ class BtNavigatorConfig(NavigatorConfig):
     default_nav_to_pose_bt_xml: str = param(
         "navigate_to_pose.xml",
         "Behavior tree of goals that name none; empty: that one.",
-        nav2="navigate_to_pose_w_replanning_and_recovery.xml",
+        theirs="navigate_to_pose_w_replanning_and_recovery.xml",
         path=True,
     )
     default_nav_through_poses_bt_xml: str = param(
         "navigate_through_poses.xml",
         "The same for goals through poses.",
-        nav2="navigate_through_poses_w_replanning_and_recovery.xml",
+        theirs="navigate_through_poses_w_replanning_and_recovery.xml",
         path=True,
     )
     plugin_lib_names: tuple[str, ...] = param(
@@ -100,7 +100,7 @@ class BtNavigatorConfig(NavigatorConfig):
         True,
         "Whether a tree is read again for each goal; else where another drove before.",
         read_only=True,
-        nav2=False,
+        theirs=False,
     )
     error_code_names: tuple[str, ...] = param(
         ("compute_path_error_code", "follow_path_error_code"),

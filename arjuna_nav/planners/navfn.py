@@ -44,7 +44,7 @@ class NavFnConfig:
         "How far a start too near to an obstacle is led out of it.",
         unit="m",
         minimum=0.0,
-        nav2=0.0,
+        theirs=0.0,
     )
     allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
 

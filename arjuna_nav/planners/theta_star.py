@@ -50,7 +50,7 @@ class ThetaStarConfig:
         "How far a start too near to an obstacle is led out of it.",
         unit="m",
         minimum=0.0,
-        nav2=0.0,
+        theirs=0.0,
     )
 
 

@@ -29,14 +29,14 @@ class ApproachConfig:
     leave_obstacles: bool = param(
         False,
         "Whether a robot that touches something may move away; as Nav2 does, it is held there.",
-        nav2=False,
+        theirs=False,
     )
     moving_time: float = param(
         0.0,
         "How far ahead the paths of what moves are predicted; 0 takes all for standing, as Nav2.",
         unit="s",
         minimum=0.0,
-        nav2=0.0,
+        theirs=0.0,
     )
     deceleration: float = param(
         2.5, "What the robot brakes with before what moves.", unit="m/s^2", minimum=0.01

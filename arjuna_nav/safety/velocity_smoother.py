@@ -46,7 +46,7 @@ class SmoothingConfig:
     smooth_at_once: bool = param(
         True,
         "Whether a command is smoothed as it comes; else, as Nav2, at smoothing_frequency alone.",
-        nav2=False,
+        theirs=False,
     )
     min_turning_radius: float = param(
         0.0,

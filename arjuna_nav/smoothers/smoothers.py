@@ -66,7 +66,7 @@ class SavitzkyGolayConfig:
     mirrored_ends: bool = param(
         True,
         "Whether the path is mirrored beyond an end; else, as Nav2, its end repeats.",
-        nav2=False,
+        theirs=False,
     )
     window_size: int = param(7, "Points that a polynomial is fitted to.", minimum=3, maximum=99)
     poly_order: int = param(3, "Order of the polynomial.", minimum=0, maximum=10)

@@ -93,20 +93,20 @@ class AmclConfig:
         "Decay of the slow average likelihood; 0 injects no particles.",
         minimum=0,
         maximum=1,
-        nav2=0.0,
+        theirs=0.0,
     )
     recovery_alpha_fast: float = param(
         0.1,
         "Decay of the fast average likelihood; 0 injects no particles.",
         minimum=0,
         maximum=1,
-        nav2=0.0,
+        theirs=0.0,
     )
     match_scans: bool = param(
         True,
         "Whether the pose is matched to each scan, between updates too; else it is the particles'"
         " mean, and rests between updates.",
-        nav2=False,
+        theirs=False,
     )
     agreement_distance: float = param(
         0.15, "Distance to an obstacle below which a beam agrees with the map.", unit="m", minimum=0
@@ -120,7 +120,7 @@ class AmclConfig:
     tracking_share: float = param(
         0.75, "Probability from which a pose is known.", minimum=0.0, maximum=1.0
     )
-    relocalize: bool = param(True, "Search the whole map for the scan when lost.", nav2=False)
+    relocalize: bool = param(True, "Search the whole map for the scan when lost.", theirs=False)
     relocalize_agreement: float = param(
         0.7, "Agreement with the map below which it is lost.", minimum=0.0, maximum=1.0
     )
@@ -176,7 +176,7 @@ class AmclNodeConfig(AmclConfig):
         "How far ahead map -> odom is dated: more than a scan's period.",
         unit="s",
         minimum=0.0,
-        nav2=1.0,
+        theirs=1.0,
     )
     tf_broadcast: bool = param(True, "Whether to broadcast map -> odom.")
     set_initial_pose: bool = param(False, "Whether to start at initial_pose.")
@@ -189,7 +189,7 @@ class AmclNodeConfig(AmclConfig):
         AUTO,
         "Search the whole map at the start; auto: where no initial pose is given.",
         choices=(ALWAYS, NEVER, AUTO),
-        nav2="never",
+        theirs="never",
     )
     save_pose_rate: float = param(
         0.5,

@@ -27,6 +27,12 @@ class LoopConfig:
     """Parameters of loop closure; slam_toolbox's names."""
 
     do_loop_closing: bool = param(True, "Whether to close loops.")
+    loop_search_by_drift: bool = param(
+        True,
+        "Whether loops are searched as far as the graph may have drifted, by submaps too; else"
+        " keyframes within loop_search_maximum_distance in the whole window.",
+        theirs=False,
+    )
     loop_search_maximum_distance: float = param(
         3.0, "Distance to a past keyframe within which its submap is tried.", unit="m", minimum=0.0
     )
@@ -34,7 +40,12 @@ class LoopConfig:
         30.0, "Width of the greatest search window.", unit="m", minimum=0.0, maximum=100.0
     )
     loop_search_angle: float = param(
-        0.785, "Half the angle of the greatest window.", unit="rad", minimum=0.01, maximum=3.15
+        0.785,
+        "Half the angle of the greatest window.",
+        unit="rad",
+        minimum=0.01,
+        maximum=3.15,
+        theirs=0.349,
     )
     loop_match_minimum_response_coarse: float = param(
         0.35, "Mean likelihood that the search must reach.", minimum=0.0
@@ -71,13 +82,25 @@ class LoopConfig:
         12.0, "Area of walls that holds a submap firmly.", unit="m^2", minimum=0.0
     )
     loop_retry_distance: float = param(
-        0.5, "Travel within which a failed search is not repeated.", unit="m", minimum=0.0
+        0.5,
+        "Travel within which a failed search is not repeated.",
+        unit="m",
+        minimum=0.0,
+        theirs=0.0,
     )
     loop_sure_distance: float = param(
-        0.15, "Correction in position below which a match needs no other.", unit="m", minimum=0.0
+        0.15,
+        "Correction in position below which a match needs no other.",
+        unit="m",
+        minimum=0.0,
+        theirs=1e6,
     )
     loop_sure_angle: float = param(
-        0.05, "Correction in heading below which a match needs no other.", unit="rad", minimum=0.0
+        0.05,
+        "Correction in heading below which a match needs no other.",
+        unit="rad",
+        minimum=0.0,
+        theirs=1e6,
     )
 
 
@@ -156,7 +179,9 @@ def near_keyframe(
     if not submaps:
         return []
     distance = np.hypot(*(graph.poses[:node, :2] - graph.poses[node, :2]).T)
-    widest = config.loop_search_maximum_distance + config.loop_scan_window
+    by_drift, widest = config.loop_search_by_drift, config.loop_search_maximum_distance
+    if by_drift:
+        widest += config.loop_scan_window
     near = np.flatnonzero(distance < widest)
     first, last = np.array([(submap.nodes[0], submap.nodes[-1]) for submap in submaps]).T
     seen = np.searchsorted(near, last, "right") > np.searchsorted(near, first)
@@ -170,7 +195,7 @@ def near_keyframe(
     covariances = relative_covariances(graph, node, np.array(list(pasts.values()), np.intp))
     found: list[tuple[float, int]] = []
     for k, past in pasts.items():
-        off = config.loop_search_deviations * spread(covariances[past])[0]
+        off = config.loop_search_deviations * spread(covariances[past])[0] if by_drift else 0.0
         reached = distance[past] < config.loop_search_maximum_distance + off
         if off <= config.loop_scan_window and reached:
             found.append((float(distance[past]), k))
@@ -201,6 +226,8 @@ def _window(
     config: LoopConfig, covariance: Floats, more_xy: float, more_theta: float
 ) -> tuple[float, float]:
     """Return half the window [m] and half its angle [rad]: some deviations and a little more."""
+    if not config.loop_search_by_drift:
+        return 0.5 * config.loop_search_space_dimension, config.loop_search_angle
     xy, theta = spread(covariance)
     half = min(
         more_xy + config.loop_search_deviations * xy, 0.5 * config.loop_search_space_dimension

@@ -101,7 +101,8 @@ class LoopCloser:
             if travel - self._tried.get(anchor, -math.inf) < self._config.loop_retry_distance:
                 continue
             match = self._match(submap, surface, search)
-            fits = search.is_plausible(match.T_field_base)
+            by_drift = self._config.loop_search_by_drift
+            fits = not by_drift or search.is_plausible(match.T_field_base)
             if match.status is not MatchStatus.MATCHED or not fits:
                 self._tried[anchor] = travel
                 continue
@@ -159,6 +160,8 @@ class LoopCloser:
         Returns:
             Closures to be believed, or None where there is nothing to do.
         """
+        if not self._config.loop_search_by_drift:
+            return None
         if self._work is None and self._tasks:
             self._work = self._compare(self._tasks.popleft(), graph, submaps, scans)
         if self._work is not None:

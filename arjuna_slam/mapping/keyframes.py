@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,8 @@ from arjuna_slam.graph.pose_graph import PoseGraph
 from arjuna_slam.mapping.occupancy import Occupancy
 from arjuna_slam.mapping.session import Session
 
+PosedScan = tuple[Scan, SE2]
+"""A scan and the robot's pose in map at it."""
 _MOVED_POSITION_CELLS = 0.5  # from which on a scan is drawn again: less leaves the same cells
 
 
@@ -26,6 +29,7 @@ class Mapper:
         min_pass_through: Beams that must come to a cell for it to be known, and one more.
         occupancy_threshold: Share of them that must end there for it to be occupied.
         clear_without_return: Whether beams without return clear up to the longest range.
+        thin_walls: Whether cells that fewer beams end in than beside are no part of a wall.
     """
 
     def __init__(
@@ -35,10 +39,11 @@ class Mapper:
         min_pass_through: int = 2,
         occupancy_threshold: float = 0.1,
         clear_without_return: bool = True,
+        thin_walls: bool = True,
     ) -> None:
         self._resolution = resolution
         self._range_max, self._clear_all = range_max, clear_without_return
-        self._occupancy = Occupancy(resolution, min_pass_through, occupancy_threshold)
+        self._occupancy = Occupancy(resolution, min_pass_through, occupancy_threshold, thin_walls)
         self._scans: list[Scan] = []
         self._traced = np.empty((0, 3))
 
@@ -51,11 +56,14 @@ class Mapper:
         """The scans added."""
         return tuple(self._scans)
 
-    def grid(self, poses: Floats, most_moved: int | None = None) -> OccupancyGrid | None:
+    def grid(
+        self, poses: Floats, most_moved: int | None = None, passing: Iterable[PosedScan] = ()
+    ) -> OccupancyGrid | None:
         """Return the map (-1, 0 and 100), or None without scans; trace what is new or moved.
 
         `poses` are the robot's in map at each scan added, `(N, 3)`. Of the scans that have moved at
-        most `most_moved` are traced again, those that moved farthest first; None for all.
+        most `most_moved` are traced again, those that moved farthest first; None for all. Scans
+        that are `passing` are in this map alone.
 
         Raises:
             ValueError: The number of poses is not that of scans.
@@ -65,16 +73,21 @@ class Mapper:
         if not self._scans:
             return None
         for k in self._moved(poses)[:most_moved].tolist():
-            self._trace(k, self._traced[k], -1)
-            self._trace(k, poses[k], 1)
+            self._trace(self._scans[k], self._traced[k], -1)
+            self._trace(self._scans[k], poses[k], 1)
             self._traced[k] = poses[k]
         for k in range(len(self._traced), len(poses)):
-            self._trace(k, poses[k], 1)
+            self._trace(self._scans[k], poses[k], 1)
         self._traced = np.concatenate((self._traced, poses[len(self._traced) :]))
-        return self._occupancy.grid(self._scans[-1].stamp)
+        passing = list(passing)
+        for scan, pose in passing:
+            self._trace(scan, pose.array(), 1)
+        grid = self._occupancy.grid(self._scans[-1].stamp)
+        for scan, pose in passing:
+            self._trace(scan, pose.array(), -1)
+        return grid
 
-    def _trace(self, k: int, pose: Floats, sign: int) -> None:
-        scan = self._scans[k]
+    def _trace(self, scan: Scan, pose: Floats, sign: int) -> None:
         if not self._clear_all:  # as Karto's OccupancyGrid::AddScan
             scan = replace(scan, ranges=np.where(scan.ranges < scan.range_max, scan.ranges, np.nan))
         self._occupancy.trace(scan, pose, self._range_max, sign)
@@ -127,9 +140,11 @@ class Keyframes:
         position = T_map_base.x, T_map_base.y
         return int(np.hypot(*(self.graph.poses[:, :2] - position).T).argmin())
 
-    def map(self, most_moved: int | None = None) -> OccupancyGrid | None:
+    def map(
+        self, most_moved: int | None = None, passing: Iterable[PosedScan] = ()
+    ) -> OccupancyGrid | None:
         """Return the map, or None without keyframes; see `Mapper.grid`."""
-        return self._mapper.grid(self.graph.poses, most_moved)
+        return self._mapper.grid(self.graph.poses, most_moved, passing)
 
     @property
     def map_behind(self) -> bool:

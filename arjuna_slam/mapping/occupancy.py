@@ -2,10 +2,10 @@
 
 A cell is occupied where more than two beams came and more than a tenth of them ended there, free
 where fewer ended, unknown where fewer came: the rule of slam_toolbox (Karto). By it alone a noisy
-lidar makes walls three cells thick; so a cell in whose line clearly fewer beams ended than in the
-line beside is the fringe of that one, and not occupied. Cells lie centred on multiples of their
-edge: walls stand at round coordinates more often than not, and one on the border of two cells
-occupies both, each half a cell off.
+lidar makes walls three cells thick; so, unless `thin_walls` is off, a cell in whose line clearly
+fewer beams ended than in the line beside is the fringe of that one, and not occupied. Cells lie
+centred on multiples of their edge: walls stand at round coordinates more often than not, and one on
+the border of two cells occupies both, each half a cell off.
 """
 
 from __future__ import annotations
@@ -33,11 +33,15 @@ class Occupancy:
     """
 
     def __init__(
-        self, resolution: float, min_pass_through: int, occupancy_threshold: float
+        self,
+        resolution: float,
+        min_pass_through: int,
+        occupancy_threshold: float,
+        thin_walls: bool = True,
     ) -> None:
         self._resolution = resolution
         self._passes_min = min_pass_through
-        self._hit_share = occupancy_threshold
+        self._hit_share, self._thin = occupancy_threshold, thin_walls
         self._corner = np.zeros(2, np.int64)  # row and column of the first cell
         self._passes = np.zeros((0, 0), np.int32)
         self._hits = np.zeros((0, 0), np.int32)
@@ -70,7 +74,7 @@ class Occupancy:
             box = self._stale - self._corner.repeat(2) + (-1, 1, -1, 1)  # and what is beside
             _classify(
                 self._passes, self._hits, self._data, np.maximum(box, 0),
-                self._passes_min, self._hit_share,
+                self._passes_min, self._hit_share, self._thin,
             )  # fmt: skip
             self._stale = None
         self._shrink(self._seen)
@@ -179,6 +183,7 @@ def _classify(
     box: Ints,
     passes_min: int,
     hit_share: float,
+    thin: bool,
 ) -> None:
     """Set the values of a box of cells: first and last row and column."""
     height, width = passes.shape
@@ -188,7 +193,7 @@ def _classify(
                 data[r, c] = UNKNOWN
             elif hits[r, c] <= hit_share * passes[r, c]:
                 data[r, c] = FREE
-            elif not _is_fringe(hits, r, c):
+            elif not (thin and _is_fringe(hits, r, c)):
                 data[r, c] = OCCUPIED
             else:  # before a wall most beams go on, behind it none do
                 data[r, c] = FREE if 2 * hits[r, c] < passes[r, c] else UNKNOWN

@@ -12,6 +12,7 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.scan_queue import BaseFrames, ScanQueue
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_slam.pose_tracker import Pace
 
 _SCAN = "sensor_msgs/msg/LaserScan"
 _DRAWN = "/scan_visualization"  # slam_toolbox's own, of a keyframe
@@ -38,9 +39,7 @@ class ScanIntake:
     def restart(self) -> None:
         """Forget the scans that wait and those that were."""
         self._queue.clear()
-        self._count = 0
-        self._taken: float | None = None
-        self._T_odom_taken: SE2 | None = None
+        self._pace = Pace()
         self.newest = -math.inf
 
     def clear(self) -> None:
@@ -57,28 +56,13 @@ class ScanIntake:
 
     def ready(self) -> list[tuple[Scan, SE2]]:
         """Return the scans to process now, each with `T_odom_base` at its stamp."""
-        due = [entry for entry in self._queue.ready() if self._due(*entry)]
+        ready = list(self._queue.ready())
+        self.newest = max([self.newest, *(scan.stamp for scan, _ in ready)])
+        due = [entry for entry in ready if self._pace.is_due(self._node.config, *entry)]
         if self._node.config.synchronous or len(due) < 2:
             return due
         self.overrun += len(due) - 1
         return due[-1:]
-
-    def _due(self, scan: Scan, T_odom_base: SE2) -> bool:
-        """Return whether a scan is the one in so many, and late and far enough from the last."""
-        c = self._node.config
-        self.newest = max(self.newest, scan.stamp)
-        self._count += 1
-        if (self._count - 1) % max(c.throttle_scans, 1):
-            return False
-        since = c.minimum_time_interval if self._taken is None else scan.stamp - self._taken
-        if 0.0 < since < c.minimum_time_interval:
-            return False
-        last = self._T_odom_taken
-        near = last is not None and not c.keyframe_due(last.inverse() @ T_odom_base)
-        if near and not c.process_between_keyframes:
-            return False
-        self._taken, self._T_odom_taken = scan.stamp, T_odom_base
-        return True
 
 
 def shortened(scan: Scan, range_min: float) -> Scan:

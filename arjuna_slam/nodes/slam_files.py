@@ -136,7 +136,7 @@ class SlamFiles:
                 )
             return
         path = _with_suffix(Path(c.maps_folder) / c.map_file_name)
-        self._resume(load_session(path), _start(c), c.mode == "localization")
+        self._resume(load_session(path), start_of(c), c.mode == "localization")
         self._node.get_logger().info(f"continues from {path}")
 
     def _on_save_map(self, request: Any, response: Any) -> Any:
@@ -173,8 +173,9 @@ class SlamFiles:
         localize = request.match_type == DeserializePoseGraph.Request.LOCALIZE_AT_POSE
         pose = request.initial_pose
         try:
-            if request.match_type not in _KINDS:
-                raise ConfigError(f"match_type {request.match_type} is none; valid: 0 to 3")
+            least = 0 if self._node.config.start_anywhere else 1
+            if request.match_type not in _KINDS or request.match_type < least:
+                raise ConfigError(f"match_type {request.match_type} is none; valid: {least} to 3")
             start = Start(_KINDS[request.match_type], SE2(pose.x, pose.y, pose.theta))
             if not request.filename:
                 raise ConfigError("filename is empty; valid: the path of a saved graph")
@@ -192,9 +193,12 @@ def _with_suffix(path: Path) -> Path:
     return path if path.suffix == SUFFIX else path.with_name(path.name + SUFFIX)
 
 
-def _start(c: Any) -> Start:
+def start_of(c: Any) -> Start:
+    """Return where the parameters say that the robot starts on the graph."""
     if len(c.map_start_pose) not in (0, 3):
         raise ConfigError(f"'map_start_pose' is {list(c.map_start_pose)}; valid: [x, y, theta]")
     if c.map_start_pose:
         return Start(StartKind.NEAR_POSE, SE2(*c.map_start_pose))
-    return Start(StartKind.FIRST_NODE if c.map_start_at_dock else StartKind.ANYWHERE)
+    if c.map_start_at_dock:
+        return Start(StartKind.FIRST_NODE)
+    return Start(StartKind.ANYWHERE if c.start_anywhere else StartKind.NEAR_POSE)

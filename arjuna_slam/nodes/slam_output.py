@@ -16,6 +16,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg, header, planar_covariance, pose_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import EdgeKind, PoseGraph
 from arjuna_slam.matching.scan_matcher import MatchStatus
 from arjuna_slam.pose_tracker import PoseTracker, SlamUpdate
@@ -72,6 +73,11 @@ class SlamOutput:
         self._stamp = self._broadcast_stamp = -np.inf
         self.graph_changed()
 
+    @property
+    def T_map_base(self) -> SE2 | None:
+        """The robot's last pose, None before the first."""
+        return None if self._update is None else self._update.T_map_base
+
     def graph_changed(self) -> None:
         """Publish the map when it is next due, although no keyframe came."""
         self._fresh = len(self._slam.graph) > 0
@@ -127,8 +133,9 @@ class SlamOutput:
         return None if grid is None else grid_msg(grid, self._node.config.map_frame, self._node.now)
 
     def publish_map(self) -> None:
-        """Publish map and graph, if they are others than before."""
-        if not (self._fresh or self._slam.keyframes.map_behind):
+        """Publish map and graph, if they are others than before or always are to be."""
+        unchanged = not (self._fresh or self._slam.keyframes.map_behind)
+        if unchanged and not self._node.config.publish_unchanged_map:
             return
         most_moved = 200  # keyframes traced again: a closure must not delay the scans
         message: Any = self.map_message(most_moved)

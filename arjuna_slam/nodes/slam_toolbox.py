@@ -11,7 +11,7 @@ from rclpy.logging import LoggingSeverity
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan
 from slam_toolbox.srv import ClearQueue, Pause, Reset
-from std_srvs.srv import Empty
+from std_srvs.srv import Empty, SetBool
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import se2_from_pose
@@ -40,7 +40,7 @@ class SlamToolboxNode(ManagedNode):
 
     def configure(self) -> None:
         """Build SLAM and the interfaces, and continue a saved graph if one is named."""
-        self._warn_of_unused()
+        self._warn_of_corrections()
         self._scans = ScanIntake(self)
         self._paused = False
         self._use(Slam(self.config.core))
@@ -58,10 +58,8 @@ class SlamToolboxNode(ManagedNode):
         else:
             self._continue(session, Start(StartKind.ODOMETRY))
 
-    def _warn_of_unused(self) -> None:
-        """Name the parameters that have no meaning here, once."""
-        if names := self.config.unused_values:
-            self.get_logger().warning(f"accepted, but of no effect here: {', '.join(names)}")
+    def _warn_of_corrections(self) -> None:
+        """Name the values that others stand for, once."""
         for correction in self.config.corrections:
             self.get_logger().warning(correction)
         if self.config.debug_logging:
@@ -78,6 +76,7 @@ class SlamToolboxNode(ManagedNode):
         self.serve(ClearQueue, "slam_toolbox/clear_queue", self._on_clear_queue)
         self.serve(Reset, "slam_toolbox/reset", self._on_reset)
         self.serve(Empty, "slam_toolbox/clear_localization_buffer", self._on_clear_buffer)
+        self.serve(SetBool, "slam_toolbox/set_localization_mode", self._on_localization_mode)
         retry = 0.02  # period at which waiting scans are looked at again [s]
         self.every(retry, self._process_scans)
         self.every(max(c.map_update_interval, LEAST_INTERVAL), self._output.publish_map)
@@ -210,7 +209,20 @@ class SlamToolboxNode(ManagedNode):
         return response
 
     def _on_clear_buffer(self, request: Any, response: Any) -> Any:
-        self.get_logger().info("localization keeps no scans: there is nothing to clear")
+        if self._localizer is not None:
+            self._localizer.clear_buffer()
+            self._output.graph_changed()
+        return response
+
+    def _on_localization_mode(self, request: Any, response: Any) -> Any:
+        """Only localize on the map made so far, or continue it, from where the robot is."""
+        session, pose = self.slam.session(), self._output.T_map_base
+        response.success = session is not None and pose is not None
+        response.message = "no scan has come yet"
+        if session is not None and pose is not None:
+            if request.data != (self._localizer is not None):
+                self._resume(session, Start(StartKind.NEAR_POSE, pose), request.data)
+            response.message = f"{'localization' if request.data else 'mapping'} mode"
         return response
 
     def _on_reset(self, request: Any, response: Any) -> Any:

@@ -24,6 +24,7 @@ from arjuna_slam.logs.log import Log
 from arjuna_slam.offline import MappedLog, localize_log, map_log
 from bringup.parameters.checking import merged_sources, write_remarks
 from bringup.parameters.files import for_node
+from bringup.parameters.sources import originals_of
 from bringup.terminal import Bar
 from bringup.viewing.pictures import draw_path
 
@@ -102,7 +103,13 @@ def run_amcl(arguments: argparse.Namespace) -> str:
 
 
 def _parameters(arguments: argparse.Namespace, node: str) -> dict[str, Any]:
-    read = merged_sources(arguments.params, arguments.param, arguments.namespace, arguments.strict)
+    read = merged_sources(
+        arguments.params,
+        arguments.param,
+        arguments.namespace,
+        arguments.strict,
+        originals_of(vars(arguments)),
+    )
     write_remarks(read.remarks)
     return dict(for_node(read.parameters, node))
 

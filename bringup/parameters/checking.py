@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ from bringup.parameters.files import (
 from bringup.parameters.foreign.nav2 import section_as_today
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.remarks import Checked, Kind, Remark, lines
-from bringup.parameters.sources import as_nav2, of_words
+from bringup.parameters.sources import as_theirs, of_words
 from bringup.stack import SIM, VELOCITY_CHAIN, NodeSpec, all_nodes, further_nodes
 
 _STAMPED = "enable_stamped_cmd_vel"
@@ -45,7 +45,7 @@ def merged_sources(
     words: Iterable[str] = (),
     namespace: str = "",
     strict: bool = False,
-    nav2: bool = False,
+    originals: Collection[str] = (),
 ) -> Checked:
     """Return the shipped parameters under those of files, and these under the command line's words.
 
@@ -54,14 +54,14 @@ def merged_sources(
         words: `NAME:=VALUE` or `NODE:NAME:=VALUE`; no name of theirs may be unknown.
         namespace: Of the robot, which the files' nodes may stand below.
         strict: Whether an unknown name refuses a file.
-        nav2: Whether values of Nav2's behaviour take the place of the shipped ones and of defaults.
+        originals: Whose behaviour takes the place of shipped values and defaults in their nodes.
 
     Raises:
         ArjunaError: A file or a word cannot be used.
     """
     parameters, remarks = shipped_parameters(), list[Remark]()
-    if nav2:
-        parameters = as_nav2(parameters, all_nodes(), replaces=True)
+    meant = [spec for spec in all_nodes() if spec.original in originals]
+    parameters = as_theirs(parameters, meant, replaces=True)
     given = of_words(words)
     sources = ((path, strict) for path in paths)
     for source, strictly in [*((of_file(p), s) for p, s in sources), (given, True)]:
@@ -70,8 +70,7 @@ def merged_sources(
             raise ConfigError(*problems)
         parameters = read.parameters
         remarks += read.remarks
-    if nav2:
-        parameters = as_nav2(parameters, all_nodes(), replaces=False)
+    parameters = as_theirs(parameters, meant, replaces=False)
     return Checked(_of_one_type(parameters), remarks, [])
 
 

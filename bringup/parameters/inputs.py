@@ -24,6 +24,7 @@ from bringup.parameters.sources import (
     is_fleet,
     of_options,
     of_simulated_robot,
+    originals_of,
     steering_remarks,
 )
 from bringup.stack import (
@@ -94,7 +95,7 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
         given.get("param") or (),
         namespace,
         given.get("strict", False),
-        given.get("as_nav2", False),
+        originals_of(given),
     )
     write_remarks(one for one in read.remarks if not (supervised and one.safety))
     parameters = read.parameters if supervised else merged(read.parameters, _MAPS_FIRST)

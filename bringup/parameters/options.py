@@ -100,7 +100,7 @@ def _argument(text: str) -> str:
     return text
 
 
-NODES = ("--params", "--param", "--strict", "--as-nav2", "--log-level")
+NODES = ("--params", "--param", "--strict", "--as-nav2", "--as-slam-toolbox", "--log-level")
 """The options of every command that runs nodes."""
 ROBOT_CHOICE = ("--namespace", "--domain-id")
 """Which robot is meant, where there may be several."""
@@ -141,6 +141,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     ),
     "--strict": _flag("refuse files with names that no node has"),
     "--as-nav2": _flag("do as Nav2 does where that is another thing; files and --param still win"),
+    "--as-slam-toolbox": _flag("map as slam_toolbox does, likewise"),
     "--log-level": {
         "choices": ("debug", "info", "warn", "error", "fatal"),
         "default": "info",

@@ -22,7 +22,7 @@ from bringup.parameters.files import (
     merged,
     shipped_parameters,
 )
-from bringup.stack import Group, NodeSpec
+from bringup.stack import ORIGINALS, Group, NodeSpec
 
 _COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
 ROBOT_NAMES: dict[str, dict[str, str]] = {
@@ -93,8 +93,13 @@ def of_words(words: Iterable[str]) -> Source:
     return Source("--param", found)
 
 
-def as_nav2(parameters: Parameters, nodes: Iterable[NodeSpec], replaces: bool) -> Parameters:
-    """Return parameters with the values that have Nav2's behaviour, where there is another.
+def originals_of(options: Mapping[str, Any]) -> list[str]:
+    """Return whose behaviour the command line's options ask for."""
+    return [name for name in ORIGINALS if options.get(f"as_{name}")]
+
+
+def as_theirs(parameters: Parameters, nodes: Iterable[NodeSpec], replaces: bool) -> Parameters:
+    """Return parameters with the values that have their stack's behaviour, where one differs.
 
     Args:
         parameters: By node.
@@ -106,9 +111,9 @@ def as_nav2(parameters: Parameters, nodes: Iterable[NodeSpec], replaces: bool) -
         values = for_node(parameters, spec.name)
         known = infos(config_class_for(spec.config, values, "", []))
         found[spec.name] = {
-            key: list(info.nav2) if isinstance(info.nav2, tuple) else info.nav2
+            key: list(info.theirs) if isinstance(info.theirs, tuple) else info.theirs
             for key, info in known.items()
-            if info.nav2 is not None and (replaces or key not in values)
+            if info.theirs is not None and (replaces or key not in values)
         }
     return merged(parameters, {node: values for node, values in found.items() if values})
 

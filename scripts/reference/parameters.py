@@ -8,7 +8,14 @@ from typing import Any
 from arjuna_core.plugins import PluginTypes, canonical
 from bringup.parameters.files import for_node, shipped_parameters
 from bringup.parameters.listing import bounds, described, scalar
-from bringup.stack import ALL_GROUPS, NodeSpec, all_nodes, filter_node, further_nodes
+from bringup.stack import (
+    ALL_GROUPS,
+    ORIGINALS,
+    NodeSpec,
+    all_nodes,
+    filter_node,
+    further_nodes,
+)
 from scripts.reference import NOTE, cell, code
 
 _INTRO = f"""# Parameters
@@ -40,7 +47,7 @@ def page() -> str:
 
 def _node(spec: NodeSpec) -> Iterator[str]:
     yield f"## `{spec.name}`\n"
-    yield from _table(spec.config, for_node(shipped_parameters(), spec.name))
+    yield from _table(spec, spec.config, for_node(shipped_parameters(), spec.name))
 
 
 def _not_loaded(spec: NodeSpec) -> Iterator[str]:
@@ -55,10 +62,10 @@ def _not_loaded(spec: NodeSpec) -> Iterator[str]:
                 yield f"### `{name}`\n\nA {kind.what} of `{spec.name}`.\n"
                 wraps = kind.what == "controller" and hasattr(kind.resolve(name), "config_for")
                 given = {"primary_controller": kind.default} if wraps else {}
-                yield from _table(kind.config_of(name, given), given)
+                yield from _table(spec, kind.config_of(name, given), given)
 
 
-def _table(config: type[Any], values: Mapping[str, Any]) -> Iterator[str]:
+def _table(spec: NodeSpec, config: type[Any], values: Mapping[str, Any]) -> Iterator[str]:
     yield "| parameter | value | valid | meaning |"
     yield "|---|---|---|---|"
     for one in described(config, values):
@@ -66,7 +73,8 @@ def _table(config: type[Any], values: Mapping[str, Any]) -> Iterator[str]:
         own = "" if one.value == one.default else f" ({code(scalar(one.default))})"
         unit = f" [{one.info.unit}]" if one.info.unit else ""
         limits = (bounds(one.info).strip("()"), "fixed once it runs" * one.info.read_only)
-        nav2 = "" if one.info.nav2 is None else f"as Nav2: `{scalar(one.info.nav2)}`"
-        valid = cell("; ".join(filter(None, (*limits, nav2))))
+        other = f"as {ORIGINALS[spec.original]}: `{scalar(one.info.theirs)}`"
+        theirs = "" if one.info.theirs is None else other
+        valid = cell("; ".join(filter(None, (*limits, theirs))))
         yield f"| `{one.key}` | {value}{own} | {valid} | {cell(one.info.description)}{unit} |"
     yield ""

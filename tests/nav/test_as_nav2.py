@@ -45,7 +45,7 @@ from arjuna_nav.safety.velocity_smoother import VelocitySmoother
 from arjuna_nav.smoothers.base import SMOOTHERS
 from arjuna_slam.amcl.filter import ParticleFilter
 from arjuna_slam.amcl.motion import differential, omnidirectional
-from bringup.parameters.sources import as_nav2
+from bringup.parameters.sources import as_theirs
 from bringup.stack import all_nodes
 from tests.helpers.nav.navigator_script import DETOUR, GOAL, Script, failed, planned
 from tests.nav.worlds import block, costmap_of, empty_grid, polyline, room, scan_from
@@ -64,7 +64,7 @@ def free() -> Costmap:
 def nav2_config(node: str, **values: Any) -> Any:
     """Return a node's parameters as `--as-nav2` sets them, given those of a file."""
     (spec,) = (one for one in all_nodes() if one.name == node)
-    parameters = as_nav2({node: values}, [spec], replaces=False)
+    parameters = as_theirs({node: values}, [spec], replaces=False)
     return load(spec.config, parameters.get(node, {}))
 
 

@@ -186,7 +186,7 @@ class MppiConfig(PluginConfig):
         "Correlation time of the noise; 0 for Nav2's white noise.",
         unit="s",
         minimum=0,
-        nav2=0.0,
+        theirs=0.0,
     )
     motion_model: str = param(
         "DiffDrive",

@@ -78,14 +78,14 @@ class RegulatedPurePursuitConfig(PluginConfig):
     shorter_lookaheads: tuple[float, ...] = param(
         (0.7, 0.5, 0.35),
         "Ratios of the lookahead, tried where its arc collides: it cuts the path's corners.",
-        nav2=(),
+        theirs=(),
     )
     rotate_instead_min_angle: float = param(
         0.35,
         "Bearing from which a turn on the spot is tried where no arc is free.",
         unit="rad",
         minimum=0.0,
-        nav2=math.pi,
+        theirs=math.pi,
     )
     gentle_turns: bool = gentle_turns()
     same_goal_tolerance: float = param(

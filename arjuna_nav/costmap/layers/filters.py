@@ -136,7 +136,7 @@ class KeepoutConfig(FilterConfig):
         True,
         "Whether a zone counts in each cell that it reaches into; else, as Nav2, in those whose"
         " middle it holds.",
-        nav2=False,
+        theirs=False,
     )
 
 

@@ -40,7 +40,7 @@ class SourceConfig:
         False,
         "Whether such a beam, as Nav2's, ends just before range_max and may mark there, and one"
         " whose range is finite and beyond counts not at all.",
-        nav2=True,
+        theirs=True,
     )
     min_obstacle_height: float = param(0.0, "Lowest point that is used.", unit="m")
     max_obstacle_height: float = param(0.0, "Highest point that is used.", unit="m")

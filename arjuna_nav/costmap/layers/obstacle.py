@@ -54,7 +54,7 @@ class ObstacleConfig:
         " standing, and of each source the latest alone, as Nav2.",
         unit="s",
         minimum=0.0,
-        nav2=0.0,
+        theirs=0.0,
     )
     observation_sources: str = plugin_names("", "The sources, in a text.", SOURCES)
 

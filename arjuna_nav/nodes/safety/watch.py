@@ -56,7 +56,7 @@ class WatchConfig(MonitorConfig):
         False,
         "Whether the robot slows down where nothing has come for three fifths of the time-out, "
         "which then is never less than 2.5 of a source's periods; Nav2 stops at once.",
-        nav2=False,
+        theirs=False,
     )
     scan_topic: str = param(
         "", "Topic of sources that name none; empty: the local costmap's scan.", read_only=True

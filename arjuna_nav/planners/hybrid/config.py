@@ -26,7 +26,7 @@ class SmacConfig:
         " goal itself cannot be reached, the path ends at the nearest. Below 1 it ends at the goal"
         " alone, or where that is blocked or walled off at the nearest to it.",
         maximum=SEED_MAX,
-        nav2=1000,
+        theirs=1000,
     )
     terminal_checking_interval: int = param(
         5000, "How many between two looks whether the plan is to stop.", minimum=1, maximum=SEED_MAX
@@ -43,7 +43,7 @@ class SmacConfig:
         "How far a start too near to an obstacle is led out of it.",
         unit="m",
         minimum=0.0,
-        nav2=0.0,
+        theirs=0.0,
     )
 
     def tolerance_on_approach(self, resolution: float) -> float:
@@ -93,7 +93,7 @@ class PoseSearchConfig(SmacConfig):
         False, "Whether it may cross any cost within one turning circle's length of the goal."
     )
     smooth_path: bool = param(
-        False, "Whether the path is smoothed, each part driven in one direction apart.", nav2=True
+        False, "Whether the path is smoothed, each part driven in one direction apart.", theirs=True
     )
     cache_obstacle_heuristic: bool = param(
         False,
@@ -105,7 +105,7 @@ class PoseSearchConfig(SmacConfig):
         "Edge of the square about the goal in which bends count in the estimate of the rest.",
         unit="m",
         minimum=0.0,
-        nav2=20.0,
+        theirs=20.0,
     )
     goal_heading_mode: str = param(
         "DEFAULT",
@@ -125,7 +125,7 @@ class PoseSearchConfig(SmacConfig):
         "Factor on the estimated rest: the search is faster, the path costlier by it at most.",
         minimum=1.0,
         maximum=10.0,
-        nav2=1.0,
+        theirs=1.0,
     )
 
 
@@ -138,7 +138,7 @@ class HybridConfig(DownsamplingConfig, PoseSearchConfig):
         "Factor on the estimated rest: the search is faster, the path costlier by it at most.",
         minimum=1.0,
         maximum=10.0,
-        nav2=1.0,
+        theirs=1.0,
     )
 
     motion_model_for_search: str = param(
@@ -154,7 +154,7 @@ class HybridConfig(DownsamplingConfig, PoseSearchConfig):
         False, "Whether costs count by their square, not linearly."
     )
     downsample_obstacle_heuristic: bool = param(
-        False, "Whether the costs left are estimated on cells twice as large.", nav2=True
+        False, "Whether the costs left are estimated on cells twice as large.", theirs=True
     )
 
 

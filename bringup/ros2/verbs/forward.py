@@ -144,6 +144,7 @@ def _localize(words: list[str], program: str) -> None:
 PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("nav2_map_server", "map_saver_cli"): _save_map,
     ("slam_toolbox", "async_slam_toolbox_node"): _slam_toolbox,
+    ("slam_toolbox", "map_and_localization_slam_toolbox_node"): _slam_toolbox,
     ("slam_toolbox", "lifelong_slam_toolbox_node"): partial(
         _slam_toolbox, parameter="mode:=lifelong"
     ),

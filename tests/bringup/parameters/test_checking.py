@@ -53,7 +53,7 @@ controller_server:
 def test_as_nav2_every_parameter_has_nav2s_behaviour_but_for_those_of_files(tmp_path: Path) -> None:
     file = tmp_path / "own.yaml"
     file.write_text(MPPI)
-    found = merged_sources([file], ["amcl:relocalize:=true"], nav2=True).parameters
+    found = merged_sources([file], ["amcl:relocalize:=true"], originals=["nav2"]).parameters
     controller, monitor = found["controller_server"], found["collision_monitor"]
     assert controller["Own.noise_time"] == 0.0, "of a plug-in that the file names"
     assert controller["arrival.enabled"], "the file says so"
@@ -78,12 +78,12 @@ def configs() -> list[type[Any]]:
     return found
 
 
-def test_each_value_with_nav2s_behaviour_is_valid(configs: list[type[Any]]) -> None:
+def test_each_value_with_their_behaviour_is_valid(configs: list[type[Any]]) -> None:
     others = [
-        flatten(load(config, {key: info.nav2}))[key] == info.nav2
+        flatten(load(config, {key: info.theirs}))[key] == info.theirs
         for config in configs
         for key, info in infos(config).items()
-        if info.nav2 is not None
+        if info.theirs is not None
     ]
     assert len(others) > 20
     assert all(others)

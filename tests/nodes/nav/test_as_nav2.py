@@ -10,7 +10,7 @@ from nav2_msgs.action import FollowWaypoints
 
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
-from bringup.parameters.sources import as_nav2
+from bringup.parameters.sources import as_theirs
 from bringup.stack import NAVIGATION_GROUP, VELOCITY_SMOOTHER
 from tests.helpers.nav.navigation import ABORTED, SUCCEEDED, PlayedRobot, started
 
@@ -18,7 +18,7 @@ A, B, OUTSIDE = SE2(0.4), SE2(0.8), SE2(9.0)
 
 
 def stock(**parameters: Any) -> PlayedRobot:
-    values: dict[str, Any] = as_nav2(parameters, NAVIGATION_GROUP.nodes, replaces=False)
+    values: dict[str, Any] = as_theirs(parameters, NAVIGATION_GROUP.nodes, replaces=False)
     return started(*NAVIGATION_GROUP.nodes, **values)
 
 
@@ -57,7 +57,7 @@ def test_waypoints(
 
 def test_a_command_is_smoothed_at_the_smoothers_rate_alone() -> None:
     given = {"velocity_smoother": {"cmd_vel_out_topic": "cmd_vel", "max_accel": [2.5, 0.0, 3.2]}}
-    values: dict[str, Any] = as_nav2(given, [VELOCITY_SMOOTHER], replaces=False)
+    values: dict[str, Any] = as_theirs(given, [VELOCITY_SMOOTHER], replaces=False)
     robot = started(VELOCITY_SMOOTHER, settle=0.5, **values)
     message = Twist()
     message.linear.x = 0.4

@@ -14,11 +14,13 @@ from nav_msgs.srv import GetMap
 from rclpy.parameter import Parameter
 from slam_toolbox.srv import Pause, Reset, SaveMap
 from std_msgs.msg import String
+from std_srvs.srv import SetBool
 from visualization_msgs.msg import MarkerArray
 
 from arjuna_core.files.maps import load_map
 from arjuna_core.ros.convert import grid_from_msg, se2_from_pose, seconds
 from arjuna_core.se2 import SE2
+from arjuna_slam.localization import Localizer
 from tests.helpers.slam_robot import LOG, Robot, started
 from tests.slam.slam_room import distance_to_walls, room
 
@@ -58,6 +60,38 @@ def test_the_map_comes_with_the_first_scan_and_then_at_its_interval(robot: Robot
     assert len(points) > 300
     assert distance_to_walls(room(), points).mean() < 0.03
     assert robot.metadata[-1].width == grid.frame.width
+
+
+@pytest.mark.parametrize("always", [False, True])
+def test_a_map_that_is_the_same_is_published_again_where_asked(robot: Robot, always: bool) -> None:
+    started(robot, publish_unchanged_map=always)
+    robot.drive(5)
+    robot.call(Pause, "pause_new_measurements")
+    robot.bench.advance(1.5)
+    before = len(robot.maps)
+    robot.bench.advance(5.0)
+    assert len(robot.maps) - before == (5 if always else 0)
+
+
+def test_mapping_stops_for_localization_and_continues(robot: Robot) -> None:
+    node = started(robot)
+    name, mode = "set_localization_mode", SetBool
+    assert not robot.call(mode, name, data=True).success, "there is no map yet"
+    robot.drive(30)
+    answer = robot.call(mode, name, data=True)
+    assert (answer.success, answer.message) == (True, "localization mode")
+    count = len(node.slam.graph)
+    robot.drive(20)
+    assert isinstance(node.slam, Localizer)
+    assert len(node.slam.graph) == count
+    assert robot.error() < 0.03
+    before = node.slam
+    assert robot.call(mode, name, data=True).success
+    assert node.slam is before, "it is in that mode"
+    assert robot.call(mode, name, data=False).message == "mapping mode"
+    robot.drive(20)
+    assert len(node.slam.graph) > count
+    assert robot.error() < 0.03
 
 
 def test_a_robot_that_stands_still_does_not_publish_the_map_again(robot: Robot) -> None:

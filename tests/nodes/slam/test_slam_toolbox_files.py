@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip("rclpy")
@@ -147,6 +148,36 @@ def test_each_match_type_finds_the_robot(
     assert isinstance(saved.slam, Localizer) == localizes
     assert (len(saved.slam.graph) > nodes) != localizes
     assert 100 in robot.call(GetMap, "dynamic_map").map.data
+
+
+def test_as_slam_toolbox_a_start_is_to_be_given(
+    robot: Robot, saved: SlamToolboxNode, tmp_path: Path
+) -> None:
+    saved.trigger_deactivate()
+    saved.trigger_cleanup()
+    again(robot, 20)
+    node = started(robot, maps_folder=str(tmp_path), start_anywhere=False)
+    before = node.slam
+    robot.call(DeserializePoseGraph, "deserialize_map", filename="room", match_type=Request.UNSET)
+    assert node.slam is before
+
+
+def test_localization_shows_what_it_sees_until_the_buffer_is_cleared(
+    robot: Robot, saved: SlamToolboxNode, tmp_path: Path
+) -> None:
+    saved.trigger_deactivate()
+    saved.trigger_cleanup()
+    again(robot, 0)
+    files = {"maps_folder": str(tmp_path), "map_file_name": "room", "map_start_at_dock": True}
+    node = started(robot, mode="localization", scan_buffer_size=5, **files)
+    plain = node.slam.session()
+    robot.drive(60)
+    shown = np.array(robot.maps[-1].data).tobytes()
+    robot.call(Empty, "clear_localization_buffer")
+    robot.drive(1)
+    robot.bench.advance(1.5)
+    assert np.array(robot.maps[-1].data).tobytes() != shown
+    assert node.slam.session() is plain
 
 
 @pytest.mark.parametrize("filename", ["none", "../room", "broken", "pipe", "zero", "hole"])

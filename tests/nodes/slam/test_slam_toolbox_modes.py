@@ -18,13 +18,14 @@ pytest.importorskip("slam_toolbox")
 from slam_toolbox.srv import ClearQueue
 from tf2_msgs.msg import TFMessage
 
-from arjuna_core.config import flatten, load
+from arjuna_core.config import load
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, seconds, time_msg, transform_msg
 from arjuna_core.se2 import SE2
-from arjuna_slam.config import SlamConfig, SlamNodeConfig, UnusedParameters
+from arjuna_slam.config import SlamConfig, SlamNodeConfig
 from arjuna_slam.matching.scan_filter import Skip
-from bringup.parameters.files import for_node, load_parameters, shipped_parameters
+from bringup.parameters.checking import merged_sources
+from bringup.parameters.files import for_node, shipped_parameters
 from tests.helpers.slam_robot import DT, LOG, Robot, started
 from tests.slam.slam_room import distance_to_walls, room
 
@@ -33,28 +34,22 @@ FOREIGN = Path(__file__).resolve().parents[2] / "foreign" / "slam_toolbox"
 STOCK = FOREIGN / "mapper_params_online_async.yaml"
 
 
-def test_a_stock_file_is_accepted_with_one_warning_and_maps_well(
+def test_a_stock_file_is_accepted_says_what_has_no_effect_and_maps_well(
     robot: Robot, logged: Logged
 ) -> None:
-    values = for_node(load_parameters([STOCK]), "slam_toolbox")
-    node = started(robot, **values)
+    read = merged_sources([STOCK])
+    node = started(robot, **for_node(read.parameters, "slam_toolbox"))
     robot.drive(len(LOG) - 1)
-    (warning,) = logged.warnings
-    named = set(warning.partition(": ")[2].split(", "))
-    assert {"ceres_loss_function", "solver_plugin", "stack_size_to_use"} <= named
-    assert not {"loop_match_minimum_response_fine", "throttle_scans", "resolution"} & named
+    assert not logged.warnings
+    named = {remark.where.partition(": ")[2] for remark in read.remarks}
+    assert {"ceres_loss_function", "link_match_minimum_response_fine", "stack_size_to_use"} <= named
+    assert not {"loop_match_minimum_response_fine", "throttle_scans", "scan_buffer_size"} & named
     assert robot.error() < 0.03
     grid = grid_from_msg(robot.maps[-1])
     cells = grid.frame.to_points(np.argwhere(grid.occupied()).astype(np.int64))
     assert distance_to_walls(room(), LOG[0][2].apply(cells)).mean() < 0.03
     assert len(robot.poses) == pytest.approx(len(LOG) * DT / 0.5, abs=3)
     assert len(node.slam.graph) < len(LOG) * 0.05 / 0.5 + 3
-
-
-def test_what_has_no_meaning_is_unset_unless_given() -> None:
-    assert SlamNodeConfig().unused_values == []
-    config = load(SlamNodeConfig, {"ceres_trust_strategy": "DOGLEG", "scan_buffer_size": 10})
-    assert config.unused_values == ["ceres_trust_strategy", "scan_buffer_size"]
 
 
 # slam_toolbox 2.7: slam_mapper.cpp, slam_toolbox_common.cpp, laser_utils.cpp
@@ -302,9 +297,3 @@ def test_scans_wait_for_the_odometry_that_is_asked_for(robot: Robot) -> None:
     started(robot, odom_frame="odometry")
     robot.drive(3)
     assert not robot.poses
-
-
-@pytest.mark.parametrize("item", dataclasses.fields(UnusedParameters), ids=lambda item: item.name)
-def test_what_has_no_effect_is_kept_for_clients_that_read_it(item: Any) -> None:
-    other = {"str": "ceres", "int": 7, "float": 1.5, "bool": True}[item.type.split()[0]]
-    assert flatten(load(SlamNodeConfig, {item.name: other}))[item.name] == other
