@@ -130,13 +130,20 @@ class TransformTree(Generic[T]):
         jump: A stamp that lies so far behind its frame's newest is of another run, which does not
             mix with this one: what moves is forgotten.
         living: How long after its last transform a frame that moves keeps its parent; see `admit`.
+        ahead: How far a stamp may be ahead of the clock, and a clock from stamps that are judged
+            by it; see `admit`.
     """
 
     def __init__(
-        self, identity: T, duration: float = 30.0, jump: float = 1.0, living: float = 5.0
+        self,
+        identity: T,
+        duration: float = 30.0,
+        jump: float = 1.0,
+        living: float = 5.0,
+        ahead: float = 10.0,
     ) -> None:
         self._identity: T = identity
-        self._duration, self._jump, self._living = duration, jump, living
+        self._duration, self._jump, self._living, self._ahead = duration, jump, living, ahead
         self._edges: dict[str, Edge[T]] = {}
         self._branches: dict[tuple[str, str], tuple[Branch[T], Branch[T]]] = {}
 
@@ -152,15 +159,18 @@ class TransformTree(Generic[T]):
         for edge in self._edges.values():
             edge.received = -math.inf
 
-    def admit(self, parent: str, child: str, static: bool, now: float) -> str:
-        """Return why a frame may not get a parent now; "" where it may, dead rivals removed.
+    def admit(self, parent: str, child: str, stamp: float, static: bool, now: float) -> str:
+        """Return why a transform may not be added now; "" where it may, dead rivals removed.
 
         A living frame keeps its parent, and living frames are closed to no loop: one that is
-        static, or of which a transform was `received` lately.
+        static, or of which a transform was `received` lately. One that moves takes no stamp of
+        another time while the clock runs on; a clock that is not known yet judges none.
         """
         edge = self._edges.get(child)
+        if not static and 0.0 < now < stamp - self._ahead:
+            return f"'{child}' in '{parent}' is stamped {stamp - now:.1f} s ahead of the clock"
         if edge is not None and (edge.parent, edge.static) == (parent, static):
-            return ""
+            return "" if static else self._admit_stamp(edge, child, stamp, now)
         if edge is not None and self._lives(edge, now):
             if edge.parent != parent:
                 return f"'{child}' has the parent '{edge.parent}', so not '{parent}' too"
@@ -175,6 +185,16 @@ class TransformTree(Generic[T]):
             return f"frames would form a loop: {' -> '.join([child, *above[: len(between) + 1]])}"
         for frame in gone:
             del self._edges[frame]
+        self._branches.clear()
+        return ""
+
+    def _admit_stamp(self, edge: Edge[T], child: str, stamp: float, now: float) -> str:
+        newest = edge.stamps[-1]
+        if stamp >= newest - self._jump or abs(now - newest) > self._ahead:
+            return ""
+        if stamp < now - self._jump:
+            return f"'{child}' in '{edge.parent}' is {newest - stamp:.1f} s older than its newest"
+        del self._edges[child]  # what is ahead of the clock is of no use, all else is still true
         self._branches.clear()
         return ""
 

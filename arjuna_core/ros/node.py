@@ -325,6 +325,12 @@ class ManagedNode(Guarded, LifecycleNode):
         self._release()
         return TransitionCallbackReturn.SUCCESS
 
+    def trigger_shutdown(self) -> TransitionCallbackReturn:
+        """Shut down from any state; one that a client has shut down before stays so."""
+        if self.state_label == "finalized":  # where rclpy raises
+            return TransitionCallbackReturn.SUCCESS
+        return super().trigger_shutdown()
+
     def destroy_node(self) -> None:
         """Leave the graph, with what rclpy forgets."""
         super().destroy_node()

@@ -22,8 +22,8 @@ __all__ = ["TransformBuffer", "TransformError", "TransformListener"]
 class TransformListener:
     """Feeds a buffer from tf and tf_static of a node's namespace, which is the robot's.
 
-    Transforms that cannot be used, or contradict those of living frames, are refused and counted,
-    each by itself.
+    Transforms that cannot be used, or contradict living frames or the clock, are refused and
+    counted, each by itself.
 
     Args:
         node: Which subscribes.
@@ -54,15 +54,16 @@ class TransformListener:
         now = self._now()
         for item in message.transforms:
             parent, child = item.header.frame_id.lstrip("/"), item.child_frame_id.lstrip("/")
+            stamp = seconds(item.header.stamp)
             problem = None if trusted else transform_problem(item)
-            if problem := problem or self._buffer.admit(parent, child, static, now):
+            if problem := problem or self._buffer.admit(parent, child, stamp, static, now):
                 if guard is not None:  # a client's plain node has none
                     guard.refused(self._node, "a transform", problem)
                 continue
             self._buffer.insert(
                 parent,
                 child,
-                seconds(item.header.stamp),
+                stamp,
                 se2_from_transform(item.transform),
                 static,
                 pose3_from_transform(item.transform),

@@ -64,6 +64,7 @@ class FollowerConfig:
         "Radius of the robot's tightest bend, as its file says; 0: it turns on the spot.",
         unit="m",
         minimum=0.0,
+        maximum=100.0,
     )
     foresight: ForesightConfig = field(default_factory=ForesightConfig)
     arrival: ApproachConfig = field(default_factory=ApproachConfig)

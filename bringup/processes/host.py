@@ -139,7 +139,7 @@ class Host:
                 call(node, "the end", node.trigger_deactivate)
         self.process.run_waiting()
         for node in reversed(self.nodes):
-            call(node, "the end", node.trigger_shutdown)  # a client may have shut it down already
+            call(node, "the end", node.trigger_shutdown)
         self.process.run_waiting()
         self.manager.destroy_node()
         self._reporter.close()

@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from arjuna_core.errors import ArjunaError
 from bringup.ros2 import completion
@@ -27,7 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     real = real_ros2(os.environ, Path(sys.argv[0]))
     if real is not None:
         os.environ[_HANDED_ON] = "1"
-        os.execv(real, [real, *sys.argv[1:]])  # noqa: S606 - the program that the user asked for
+        become(real)
     code = _guarded(sys.argv[1:])
     with contextlib.suppress(BrokenPipeError):
         sys.stdout.flush()
@@ -90,6 +91,22 @@ def real_program(name: str, environment: Mapping[str, str], own: Path) -> str | 
     folders = environment.get("PATH", "").split(os.pathsep)
     others = [folder for folder in folders if folder and Path(folder).resolve() not in bins]
     return shutil.which(name, path=os.pathsep.join(others))
+
+
+def become(real: str) -> NoReturn:
+    """Run a program of a sourced ROS in this one's stead, with its own libraries."""
+    environment = without_wheels(os.environ)
+    os.execve(real, [real, *sys.argv[1:]], environment)  # noqa: S606 - what the user asked for
+
+
+def without_wheels(environment: Mapping[str, str]) -> dict[str, str]:
+    """Return an environment without what the ROS wheels of this Python environment have set."""
+    prefix = Path(sys.prefix).resolve()
+    folders = environment.get("LD_LIBRARY_PATH", "").split(os.pathsep)
+    others = [one for one in folders if one and not Path(one).resolve().is_relative_to(prefix)]
+    left_out = ("_ROS_WHEELS_BOOTSTRAP_COMPLETE", "LD_LIBRARY_PATH")
+    kept = {name: value for name, value in environment.items() if name not in left_out}
+    return kept | ({"LD_LIBRARY_PATH": os.pathsep.join(others)} if others else {})
 
 
 if __name__ == "__main__":

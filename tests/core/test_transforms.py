@@ -150,9 +150,16 @@ def receive(
     buffer: TransformBuffer, parent: str, child: str, now: float, static: bool = False
 ) -> str:
     """Insert as a listener does, and return why it does not."""
-    refusal = buffer.admit(parent, child, static, now)
+    return receive_late(buffer, parent, child, now, now, static)
+
+
+def receive_late(
+    buffer: TransformBuffer, parent: str, child: str, stamp: float, now: float, static: bool = False
+) -> str:
+    """Insert a transform of another time, as `receive`."""
+    refusal = buffer.admit(parent, child, stamp, static, now)
     if not refusal:
-        buffer.insert(parent, child, now, SE2(1.0), static, received=now)
+        buffer.insert(parent, child, stamp, SE2(1.0), static, received=now)
     return refusal
 
 
@@ -194,6 +201,29 @@ def test_of_another_run_even_static_frames_get_another_parent() -> None:
     assert receive(buffer, "mast", "lidar", 90.0, static=True)
     buffer.clear()
     assert not receive(buffer, "mast", "lidar", 0.0, static=True)
+
+
+def test_a_stamp_of_another_time_is_refused_and_forgets_nothing() -> None:
+    buffer = TransformBuffer()
+    receive(buffer, "base", "lidar", 1.0, static=True)
+    for stamp in (99.0, 99.5, 100.0):
+        assert not receive(buffer, "odom", "base", stamp)
+    assert "100.0 s ahead of the clock" in receive_late(buffer, "odom", "base", 200.0, 100.0)
+    assert "50.0 s older than its newest" in receive_late(buffer, "odom", "base", 50.0, 100.0)
+    assert not receive_late(buffer, "odom", "base", 99.2, 100.0), "late, as by another path"
+    assert buffer.edges["base"].stamps == [99.0, 99.2, 99.5, 100.0]
+    assert not receive_late(buffer, "odom", "base", 109.0, 100.0), "within what publishers allow"
+    assert "59.0 s older" in receive_late(buffer, "odom", "base", 50.0, 100.0)
+    assert not receive(buffer, "odom", "base", 100.1)
+    assert buffer.edges["base"].stamps == [100.1], "what was ahead is gone"
+    assert receive(buffer, "mast", "lidar", 100.1, static=True), "static frames keep their parents"
+
+
+def test_a_clock_that_is_set_back_or_knows_nothing_of_the_stamps_refuses_none() -> None:
+    buffer = TransformBuffer()
+    for stamp, now in ((50.0, 0.0), (60.0, 60.0), (1.0, 1.0), (70.0, 1e9), (2.0, 1e9)):
+        assert not receive_late(buffer, "odom", "base", stamp, now)
+        assert buffer.edges["base"].stamps[-1] == stamp
 
 
 def test_a_static_frame_that_is_set_or_moved_elsewhere_is_found_where_it_is_now() -> None:

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from bringup.ros2.main import real_program
+from bringup.ros2.main import become, real_program
 from bringup.ros2.verbs.forward import arjuna, ros_arguments
 
 
@@ -30,5 +30,5 @@ def run() -> None:
     """Start RViz where a ROS that has it is sourced, else the view."""
     real = real_program("rviz2", os.environ, Path(sys.argv[0]))
     if real is not None:
-        os.execv(real, [real, *sys.argv[1:]])  # noqa: S606 - the program that the user asked for
+        become(real)
     main(sys.argv[1:])

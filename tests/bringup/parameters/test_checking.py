@@ -25,7 +25,7 @@ from bringup.parameters.sources import of_words
 from bringup.stack import VELOCITY_CHAIN, all_nodes
 
 pytestmark = pytest.mark.ros
-_PATH = re.compile(r"(folder|file|filename|filepath|_dir|xml|database)$|^(robots?|world)$")
+PATH = re.compile(r"(folder|file|filename|filepath|_dir|xml|database)$|^(robots?|world)$")
 
 
 def test_words_come_over_files_and_reach_the_nodes_that_have_them() -> None:
@@ -94,7 +94,7 @@ def test_no_client_changes_a_path(configs: list[type[Any]]) -> None:
     for config in configs:
         defaults = flatten(config())
         for key, info in infos(config).items():
-            if isinstance(defaults[key], str | tuple) and _PATH.search(key):
+            if isinstance(defaults[key], str | tuple) and PATH.search(key):
                 paths[key] = info.path
             assert info.read_only or not info.path, key
     assert len(paths) > 15

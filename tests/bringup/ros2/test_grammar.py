@@ -10,7 +10,7 @@ import pytest
 
 from bringup.cli_parser import parse
 from bringup.ros2.grammar import VERBS, Command, Verb, build_parser
-from bringup.ros2.main import main, real_ros2
+from bringup.ros2.main import main, real_ros2, without_wheels
 from bringup.ros2.programs.bag import translated
 from bringup.ros2.tables import COMMANDS
 from bringup.ros2.verbs import forward, launch
@@ -338,3 +338,10 @@ def test_recording_nothing_in_particular_is_refused(capsys: pytest.CaptureFixtur
     with pytest.raises(SystemExit, match="2"):
         translated(["record"])
     assert "must specify topics, --regex or --all" in capsys.readouterr().err
+
+
+def test_a_real_ros2_gets_none_of_our_libraries() -> None:
+    ours, theirs = f"{sys.prefix}/lib/ros_rcl.libs", "/opt/ros/jazzy/lib"
+    set_ = {"_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1", "LD_LIBRARY_PATH": f"{ours}:{theirs}"}
+    assert without_wheels({**set_, "HOME": "/a"}) == {"HOME": "/a", "LD_LIBRARY_PATH": theirs}
+    assert without_wheels({"LD_LIBRARY_PATH": ours}) == {}

@@ -12,6 +12,7 @@ from lifecycle_msgs.msg import TransitionEvent
 from lifecycle_msgs.srv import GetState
 from nav2_msgs.action import Wait
 from rcl_interfaces.srv import SetParameters
+from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
@@ -235,6 +236,12 @@ def test_a_goal_s_result_outlives_its_node(bench: RosBench, node: EchoNode) -> N
     assert client.outcomes[0].status == GoalStatus.STATUS_ABORTED
     result: Any = client.outcomes[0].result
     assert result.error_msg == "the end at 0.00 s"
+
+
+def test_a_node_that_a_client_has_shut_down_can_be_ended(bench: RosBench, node: EchoNode) -> None:
+    for _ in range(2):
+        assert node.trigger_shutdown() == TransitionCallbackReturn.SUCCESS
+        assert node.state_label == "finalized"
 
 
 def test_a_client_may_go_while_answers_are_coming(bench: RosBench, node: EchoNode) -> None:

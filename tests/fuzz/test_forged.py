@@ -1,0 +1,23 @@
+"""Claims: a participant of another host is answered where the robot has been opened, else not."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from tests.fuzz.forged import attack
+
+pytestmark = [pytest.mark.ros, pytest.mark.system]
+
+
+@pytest.mark.parametrize(
+    ("discovery_range", "answers"), [("", False), ("LOCALHOST", False), ("SUBNET", True)]
+)
+def test_a_participant_of_another_host_is_answered_by_an_open_robot_alone(
+    discovery_range: str, answers: bool
+) -> None:
+    count = attack(discovery_range)
+    if isinstance(count, str):
+        pytest.skip(count)
+    assert (count > 0) == answers, count
