@@ -238,7 +238,10 @@ def with_further(group: Group, sections: Mapping[str, Mapping[str, Any]]) -> Gro
     filters = (one for one in fused if one.module == _FILTER_NODE)
     instead = any(_in_odom(sections.get(one.name, sections.get("/**", {}))) for one in filters)
     kept = (one for one in group.nodes if not (instead and one == EKF))
-    return replace(group, nodes=(*kept, *fused), cores=(*group.cores, *FUSION_GROUP.cores))
+    cores = (*group.cores, *FUSION_GROUP.cores)
+    # several run beside each other where each is started alone
+    name = fused[0].name if group == FUSION_GROUP else group.name
+    return replace(group, name=name, nodes=(*kept, *fused), cores=cores)
 
 
 def _in_odom(values: Mapping[str, Any]) -> bool:

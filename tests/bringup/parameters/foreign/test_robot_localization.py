@@ -92,7 +92,9 @@ def test_our_own_fusion_stays_until_a_filter_estimates_in_odom() -> None:
         assert {"global", "local"} <= names
         assert EKF.name not in names
     assert with_further(NAVIGATION_GROUP, {"local": ONE}) == NAVIGATION_GROUP
-    (alone,) = with_further(FUSION_GROUP, {"ekf_filter_node": ONE}).nodes
+    group = with_further(FUSION_GROUP, {"ekf_filter_node": ONE})
+    assert group.manager == "lifecycle_manager_ekf_filter_node"
+    (alone,) = group.nodes
     assert alone.cls == "EkfFilterNode"
 
 
