@@ -180,6 +180,7 @@ _FURTHER = {
 
 
 _FILTER_NODE = "arjuna_sim.nodes.localization.filter_node"
+_NAVSAT = "navsat_transform*"
 _OF_SENSOR = re.compile(r"(odom|pose|twist|imu)\d+_\w+")
 UNSCENTED = {"alpha": 1e-3, "kappa": 0.0, "beta": 2.0}
 """The parameters of the unscented filter alone."""
@@ -198,14 +199,16 @@ def further_nodes(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
 
 
 def fusion_nodes(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
-    """Return robot_localization's nodes: their sections, of any name, say how sensors are used.
+    """Return robot_localization's nodes: the filters' sections, of any name, have sensors' masks.
 
     What stands below `/**` is of the filter with the usual name.
     """
     found = {}
     for section, values in sections.items():
         name = EKF.name if section == "/**" else section.rpartition("/")[2]
-        if any(map(_OF_SENSOR.fullmatch, values)):
+        if fnmatchcase(name, _NAVSAT):
+            found[name] = navsat_node(name)
+        elif any(map(_OF_SENSOR.fullmatch, values)):
             unscented = "ukf" in name or not UNSCENTED.keys().isdisjoint(values)
             found[name] = filter_node(name, unscented)
     return list(found.values())
@@ -214,6 +217,11 @@ def fusion_nodes(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
 def filter_node(name: str, unscented: bool) -> NodeSpec:
     """Return a filter of robot_localization under a name."""
     return NodeSpec(name, _FILTER_NODE, "UkfFilterNode" if unscented else "EkfFilterNode")
+
+
+def navsat_node(name: str) -> NodeSpec:
+    """Return robot_localization's conversion of GPS under a name."""
+    return NodeSpec(name, "arjuna_sim.nodes.localization.navsat", "NavsatTransformNode")
 
 
 def with_further(group: Group, sections: Mapping[str, Mapping[str, Any]]) -> Group:
@@ -227,9 +235,13 @@ def with_further(group: Group, sections: Mapping[str, Mapping[str, Any]]) -> Gro
         return replace(group, nodes=tuple(nodes))
     if group not in (SIM_GROUP, ODOMETRY_GROUP, FUSION_GROUP) or not fused:
         return group
-    instead = any(_in_odom(sections.get(one.name, sections.get("/**", {}))) for one in fused)
+    filters = (one for one in fused if one.module == _FILTER_NODE)
+    instead = any(_in_odom(sections.get(one.name, sections.get("/**", {}))) for one in filters)
     kept = (one for one in group.nodes if not (instead and one == EKF))
-    return replace(group, nodes=(*kept, *fused), cores=(*group.cores, *FUSION_GROUP.cores))
+    cores = (*group.cores, *FUSION_GROUP.cores)
+    # several run beside each other where each is started alone
+    name = fused[0].name if group == FUSION_GROUP else group.name
+    return replace(group, name=name, nodes=(*kept, *fused), cores=cores)
 
 
 def _in_odom(values: Mapping[str, Any]) -> bool:

@@ -40,7 +40,8 @@ class Host:
         write: Callable[[str], None] = lambda line: None,
         clock_patience: float = 1.0,
     ) -> None:
-        specs = with_further(group, parameters).nodes
+        group = with_further(group, parameters)
+        specs = group.nodes
         use_sim_time = sim_time_of(parameters, [spec.name for spec in specs])
         self.process = Process(f"{group.name}_host", use_sim_time, namespace=namespace)
         self.nodes = [spec.make(self.process, for_node(parameters, spec.name)) for spec in specs]

@@ -15,6 +15,7 @@ from bringup.stack import (
     all_nodes,
     filter_node,
     further_nodes,
+    navsat_node,
 )
 from scripts.reference import NOTE, cell, code
 
@@ -38,6 +39,7 @@ def page() -> str:
     """Return the page."""
     nodes = [spec for group in ALL_GROUPS for spec in group.nodes]
     beside = [*further_nodes({name: {} for name in _FURTHER}), filter_node("ukf_node", True)]
+    beside.append(navsat_node("navsat_transform_node"))
     specs = {spec.name: spec for spec in (*nodes, *beside, *all_nodes())}
     lines = [_INTRO, *(line for spec in specs.values() for line in _node(spec))]
     lines += ["## Plug-ins that are not loaded there\n", "With their own defaults.\n"]

@@ -132,7 +132,7 @@ class EkfFilterNode(ManagedNode):
             take(one, message)
 
     def _on_odometry(self, one: _Input, message: Any) -> None:
-        child, pose = message.child_frame_id, _pose3(message.pose.pose)
+        child, pose = message.child_frame_id, pose_of(message.pose.pose)
         from_child = ORIGIN
         if one.pose and one.sensor.options["pose_use_child_frame"]:
             found = self._mount(child, self.config.base_link_frame)
@@ -143,7 +143,7 @@ class EkfFilterNode(ManagedNode):
         self._add_twist(one, message.header, message.twist, child)
 
     def _on_pose(self, one: _Input, message: Any) -> None:
-        pose = _pose3(message.pose.pose)
+        pose = pose_of(message.pose.pose)
         self._add_pose(one, message.header, pose, message.pose.covariance)
 
     def _on_twist(self, one: _Input, message: Any) -> None:
@@ -177,7 +177,7 @@ class EkfFilterNode(ManagedNode):
         stamp, turns = seconds(message.header.stamp), message.orientation_covariance
         orientation = None
         if turns[0] != -1.0:
-            orientation = Pose3(quaternion=_unit(message.orientation))
+            orientation = Pose3(quaternion=unit(message.orientation))
         if one.pose is not None and orientation is not None:
             self._add(one.pose.of_imu(stamp, orientation, _lower(turns), mounted))
         rates, rate = message.angular_velocity_covariance, message.angular_velocity
@@ -220,7 +220,7 @@ class EkfFilterNode(ManagedNode):
         at = self._mount(self.config.world, message.header.frame_id)
         if at is None:
             return
-        pose, stamp = at @ _pose3(message.pose.pose), seconds(message.header.stamp)
+        pose, stamp = at @ pose_of(message.pose.pose), seconds(message.header.stamp)
         turned = np.kron(np.eye(2), at.rotation())
         noise = turned @ np.reshape(message.pose.covariance, (6, 6)) @ turned.T
         for one in self._inputs:
@@ -318,12 +318,13 @@ class UkfFilterNode(EkfFilterNode):
         return UnscentedFilter(*self._first(), config.alpha, config.kappa, config.beta)
 
 
-def _pose3(message: Any) -> Pose3:
+def pose_of(message: Any) -> Pose3:
+    """Return a Pose message as a pose of space."""
     p = message.position
-    return Pose3((p.x, p.y, p.z), _unit(message.orientation))
+    return Pose3((p.x, p.y, p.z), unit(message.orientation))
 
 
-def _unit(q: Any) -> tuple[float, float, float, float]:
+def unit(q: Any) -> tuple[float, float, float, float]:
     """Return a unit quaternion; one that is all 0, as nobody set it, stands for no turn."""
     length = float(np.linalg.norm((q.w, q.x, q.y, q.z)))
     if length == 0.0:

@@ -15,7 +15,11 @@ from bringup.parameters.files import EVERY_NODE, SIM_TIME, Parameters, Source, n
 from bringup.ros2.verbs.forward import RosArguments
 from bringup.stack import FUSION_GROUP, UNSCENTED
 
-NAMES = {"ekf_node": "ekf_filter_node", "ukf_node": "ukf_filter_node"}
+NAMES = {
+    "ekf_node": "ekf_filter_node",
+    "ukf_node": "ukf_filter_node",
+    "navsat_transform_node": "navsat_transform_node",
+}
 """The node's name by that of its program, where no other is given."""
 
 

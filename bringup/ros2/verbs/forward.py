@@ -157,7 +157,7 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("teleop_twist_keyboard", "teleop_twist_keyboard"): _teleop,
     **{
         ("robot_localization", program): partial(_localize, program=program)
-        for program in ("ekf_node", "ukf_node")
+        for program in ("ekf_node", "ukf_node", "navsat_transform_node")
     },
     ("robot_state_publisher", "robot_state_publisher"): _publish_states,
     ("rviz2", "rviz2"): f"{_PROGRAMS}.rviz2",

@@ -92,8 +92,19 @@ def test_our_own_fusion_stays_until_a_filter_estimates_in_odom() -> None:
         assert {"global", "local"} <= names
         assert EKF.name not in names
     assert with_further(NAVIGATION_GROUP, {"local": ONE}) == NAVIGATION_GROUP
-    (alone,) = with_further(FUSION_GROUP, {"ekf_filter_node": ONE}).nodes
+    group = with_further(FUSION_GROUP, {"ekf_filter_node": ONE})
+    assert group.manager == "lifecycle_manager_ekf_filter_node"
+    (alone,) = group.nodes
     assert alone.cls == "EkfFilterNode"
+
+
+def test_gps_is_converted_under_any_name_that_begins_so(tmp_path: Path) -> None:
+    values = {"yaw_offset": 1.57, "broadcast_utm_transform": True, "transform_timeout": 0.1}
+    read = _checked(tmp_path, {"navsat_transform": values})
+    assert not read.problems
+    assert {remark.kind for remark in read.remarks} == {Kind.NOT_NEEDED}
+    found = with_further(SIM_GROUP, read.parameters).nodes
+    assert {EKF.name, "navsat_transform"} <= {spec.name for spec in found}
 
 
 def _started(words: list[str], monkeypatch: pytest.MonkeyPatch, program: str) -> list[str]:
