@@ -141,7 +141,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     ),
     "--strict": _flag("refuse files with names that no node has"),
     "--as-nav2": _flag("do as Nav2 does where that is another thing; files and --param still win"),
-    "--as-slam-toolbox": _flag("map as slam_toolbox does, likewise"),
+    "--as-slam-toolbox": _flag("map as slam_toolbox does; files and --param still win"),
     "--log-level": {
         "choices": ("debug", "info", "warn", "error", "fatal"),
         "default": "info",

@@ -173,6 +173,7 @@ def test_ros_arguments_are_parted_from_a_program_s_own() -> None:
             "slam --param map_file_name:=room --param mode:=localization",
         ),
         ("slam_toolbox lifelong_slam_toolbox_node", "slam --param mode:=lifelong"),
+        ("slam_toolbox map_and_localization_slam_toolbox_node", "slam"),
     ],
 )
 def test_run_becomes_a_command_of_arjuna(

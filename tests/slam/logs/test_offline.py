@@ -11,7 +11,7 @@ from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
 from arjuna_slam.logs.log import read_carmen
 from arjuna_slam.logs.relations import evaluate, read_relations
-from arjuna_slam.offline import run
+from arjuna_slam.offline import map_log, run
 from arjuna_slam.slam import Slam
 from tests.slam.slam_room import ranges_at, room
 
@@ -40,6 +40,24 @@ def test_a_replayed_log_meets_its_relations_and_a_stamp_that_steps_back_is_used(
     assert result.count == 2
     assert result.translation[0] < 0.01
     assert result.rotation[0] < 0.003
+
+
+# 20 scans, each second and 0.1 m, one of them stamped 1.5 s before the one ahead of it
+@pytest.mark.parametrize(
+    ("values", "count"),
+    [
+        ({"minimum_time_interval": 0.0}, 20),
+        ({"minimum_time_interval": 0.0, "throttle_scans": 3}, 7),
+        ({"minimum_time_interval": 0.0, "process_between_keyframes": False}, 4),
+        ({"minimum_time_interval": 2.0}, 11),
+    ],
+)
+def test_a_log_is_mapped_at_the_pace_of_the_parameters(
+    values: dict[str, object], count: int, tmp_path: Path
+) -> None:
+    file = tmp_path / "drive.clf"
+    file.write_text("".join(text()), encoding="utf-8")
+    assert len(map_log(file, values).trajectory) == count
 
 
 def test_relations_are_read_from_a_file_of_eight_columns(tmp_path: Path) -> None:
