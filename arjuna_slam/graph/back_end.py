@@ -30,11 +30,7 @@ class BackEndConfig:
     """Parameters of the back end."""
 
     loop_robust_scale: float = param(
-        3.0,
-        "Deviations at which a loop edge starts to be doubted.",
-        minimum=0.1,
-        maximum=1e6,
-        theirs=1e6,
+        3.0, "Deviations at which a loop edge starts to be doubted.", minimum=0.1, maximum=1e6
     )
     optimize_every: int = param(
         20, "Keyframes between optimisations while loop edges agree.", minimum=1, maximum=10000
@@ -49,7 +45,7 @@ class BackEndConfig:
         0.03, "Error in heading of a loop edge that is optimised at once.", unit="rad", minimum=0.0
     )
     loop_minimum_weight: float = param(
-        0.01, "Weight below which a loop edge is taken back.", minimum=0.0, maximum=1.0, theirs=0.0
+        0.01, "Weight below which a loop edge is taken back.", minimum=0.0, maximum=1.0
     )
     loop_trial_keyframes: int = param(
         40, "Keyframes in which others may support a loop edge.", minimum=0, maximum=1000000

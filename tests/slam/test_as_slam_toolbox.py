@@ -20,9 +20,7 @@ from arjuna_core.grid import FREE, OCCUPIED
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamNodeConfig
-from arjuna_slam.graph.back_end import BackEnd
 from arjuna_slam.graph.loops import LoopCloser
-from arjuna_slam.graph.pose_graph import Edge, EdgeKind
 from arjuna_slam.localization import Localizer
 from arjuna_slam.mapping.session import Start, StartKind
 from arjuna_slam.nodes.slam_files import start_of
@@ -30,7 +28,6 @@ from arjuna_slam.pose_tracker import Pace
 from arjuna_slam.slam import Slam
 from bringup.parameters.checking import merged_sources
 from tests.slam.graph.loop_scenes import LAST, NOTHING, Scripted, square
-from tests.slam.graph.test_back_end import straight
 from tests.slam.mapping.test_occupancy import scans
 from tests.slam.slam_room import drive
 
@@ -100,17 +97,6 @@ def compares_submaps(c: SlamNodeConfig) -> bool:
     return LoopCloser(c.core, Scripted(), 20.0).step(graph, submaps, []) is not None
 
 
-def loops_left(c: SlamNodeConfig) -> int:
-    """Return how many of two contradicting loops the back end leaves."""
-    graph = straight(60)
-    back_end = BackEnd(c.core, graph)
-    for shift in (0.0, 9.0):
-        edge = Edge(2, 12, SE2(10.0, shift), 1e3 * np.eye(3), EdgeKind.LOOP)
-        back_end.add([edge])
-    back_end.finish()
-    return sum(edge.kind is EdgeKind.LOOP for edge in graph.edges)
-
-
 EVERY = list(range(17))
 FOURTH = EVERY[::4]
 ROWS: dict[str, tuple[Callable[[SlamNodeConfig], Any], Any, Any]] = {
@@ -141,8 +127,6 @@ ROWS: dict[str, tuple[Callable[[SlamNodeConfig], Any], Any, Any]] = {
     "loop again": (lambda c: len(closing(c, response=0.1)[0].asked), 2, 1),
     # near is loop_search_maximum_distance alone: nothing is searched by drift
     "loop by drift": (compares_submaps, False, True),
-    # CeresSolver without a loss function, and no edge is taken back
-    "loop taken back": (loops_left, 2, 1),
     # loadPoseGraphByParams: START_AT_GIVEN_POSE or LOCALIZE_AT_POSE at 0 0 0
     "start": (start_of, Start(StartKind.NEAR_POSE), Start(StartKind.ANYWHERE)),
     # correlation_search_space_dimension 0.5; minimum_distance_penalty 0.05
