@@ -1,4 +1,4 @@
-"""Where a world frame lies on the earth, from one fix, one heading and one pose."""
+"""The position of a world frame on the earth, from one fix, one heading and one pose."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ _ODD_STEP = 0.01
 
 @dataclass(frozen=True)
 class Control:
-    """How velocity commands accelerate the body.
+    """The acceleration of the body by velocity commands.
 
     Attributes:
         mask: `(6,) bool`, which of the velocities are commanded.

@@ -1,4 +1,4 @@
-"""What sensors say, as measurements of the states: masks, frames, differences, gravity."""
+"""The messages of sensors as measurements of the states: masks, frames, differences, gravity."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Attack in each way.
+    """Run each attack.
 
     Returns:
         Of each row what was done, the `count`, the `bar`, whether it `held` (None where this
