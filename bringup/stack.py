@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Any
@@ -188,14 +188,17 @@ UNSCENTED = {"alpha": 1e-3, "kappa": 0.0, "beta": 2.0}
 
 def further_nodes(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
     """Return the nodes that run for their sections of a parameter file alone, in its order."""
+    return [*_beside_navigation(sections), *fusion_nodes(sections)]
+
+
+def _beside_navigation(sections: Iterable[str]) -> list[NodeSpec]:
     names = dict.fromkeys(section.rpartition("/")[2] for section in sections)
-    beside = [
+    return [
         NodeSpec(name, *origin)
         for name in names
         for pattern, origin in _FURTHER.items()
         if fnmatchcase(name, pattern)
     ]
-    return [*beside, *fusion_nodes(sections)]
 
 
 def fusion_nodes(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
@@ -229,10 +232,9 @@ def with_further(group: Group, sections: Mapping[str, Mapping[str, Any]]) -> Gro
 
     robot_localization's run where our odometry does, and in its stead if one estimates in odom.
     """
-    fused = fusion_nodes(sections)
     if group == NAVIGATION_GROUP:
-        nodes = [*group.nodes, *(one for one in further_nodes(sections) if one not in fused)]
-        return replace(group, nodes=tuple(nodes))
+        return replace(group, nodes=(*group.nodes, *_beside_navigation(sections)))
+    fused = fusion_nodes(sections)
     if group not in (SIM_GROUP, ODOMETRY_GROUP, FUSION_GROUP) or not fused:
         return group
     filters = (one for one in fused if one.module == _FILTER_NODE)

@@ -11,7 +11,7 @@ from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.controllers.motion import rollout
+from arjuna_nav.controllers.motion import min_turning_radius, rollout
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -73,13 +73,7 @@ class BehaviorConfig:
         1.0, "Time teleoperation looks ahead, and a command of it holds.", unit="s", minimum=0.01
     )
     simulation_time_step: float = param(0.1, "Step of that prediction.", unit="s", minimum=0.01)
-    min_turning_radius: float = param(
-        0.0,
-        "Radius of the tightest bend of a steered robot, for which `spin` fails; 0: it turns on"
-        " the spot.",
-        unit="m",
-        minimum=0.0,
-    )
+    min_turning_radius: float = min_turning_radius(", for which `spin` fails")
     teleop_by_last_free: bool = param(
         True,
         "Whether the last step that is free says how much slower teleoperation drives; else, as"

@@ -19,7 +19,7 @@ from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus
 from arjuna_nav.controllers.checkers import GoalChecker, ProgressChecker
 from arjuna_nav.controllers.display import shown_by, want
 from arjuna_nav.controllers.escape import Escape, EscapeConfig
-from arjuna_nav.controllers.motion import rollout, steered
+from arjuna_nav.controllers.motion import min_turning_radius, rollout, steered
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
 from arjuna_nav.controllers.speed_limits import ForesightConfig, allowed_speed
 from arjuna_nav.controllers.tracker import TrackerConfig
@@ -59,13 +59,7 @@ class FollowerConfig:
         minimum=0.0,
         theirs=0.0,
     )
-    min_turning_radius: float = param(
-        0.0,
-        "Radius of the robot's tightest bend, as its file says; 0: it turns on the spot.",
-        unit="m",
-        minimum=0.0,
-        maximum=100.0,
-    )
+    min_turning_radius: float = min_turning_radius()
     foresight: ForesightConfig = field(default_factory=ForesightConfig)
     arrival: ApproachConfig = field(default_factory=ApproachConfig)
     escape: EscapeConfig = field(default_factory=EscapeConfig)

@@ -24,6 +24,12 @@ def gentle_turns() -> Any:
     return param(True, text, theirs=False)
 
 
+def min_turning_radius(use: str = "") -> Any:
+    """Declare the parameter of the servers whose robot may be steered."""
+    text = f"Radius of the robot's tightest bend, as its file says{use}; 0: it turns on the spot."
+    return param(0.0, text, unit="m", minimum=0.0, maximum=100.0)
+
+
 def rollout(
     pose: SE2,
     velocity: Velocity,

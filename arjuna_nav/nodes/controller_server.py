@@ -230,7 +230,7 @@ class ControllerServerNode(GoalNode):
 
     def _publish_local_plan(self, velocity: Velocity) -> None:
         """Show what the robot drives if the command holds, whatever controller gave it."""
-        if "local_plan" not in self._display.wanted():
+        if self._follower is None or "local_plan" not in self._follower.wanted:
             return
         times = np.linspace(0.0, self.config.local_plan_time, 18)
         poses = [SE2.exp((velocity.x * t, 0.0, velocity.yaw_rate * t)).array() for t in times]

@@ -29,6 +29,7 @@ from arjuna_core.ros.goal_server import (
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.ros.worker import Worker
 from arjuna_core.se2 import SE2
+from arjuna_nav.controllers.motion import min_turning_radius
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.nodes.costmap.node import CostmapNode
@@ -55,12 +56,8 @@ class PlannerServerConfig:
     )
     action_server_result_timeout: float = result_timeout(10.0)
     costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
-    min_turning_radius: float = param(
-        0.0,
-        "Radius of the tightest bend of a steered robot; 0: it turns on the spot. Planners keep to"
-        " one of their own: where that is less, it is logged.",
-        unit="m",
-        minimum=0.0,
+    min_turning_radius: float = min_turning_radius(
+        " (planners keep to one of their own: where that is less, it is logged)"
     )
     retry_period: float = param(
         0.1,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.controllers.motion import steered
+from arjuna_nav.controllers.motion import min_turning_radius, steered
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,7 @@ class SmoothingConfig:
         "Whether a command is smoothed as it comes; else, as Nav2, at smoothing_frequency alone.",
         theirs=False,
     )
-    min_turning_radius: float = param(
-        0.0,
-        "Radius of the tightest bend of a steered robot, whose arcs are kept and no tighter; 0: it"
-        " turns on the spot.",
-        unit="m",
-        minimum=0.0,
-    )
+    min_turning_radius: float = min_turning_radius(", whose arcs are kept and no tighter")
 
     def __post_init__(self) -> None:
         for name, sign in (
