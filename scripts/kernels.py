@@ -1,7 +1,8 @@
 """Compiles the Numba functions that a robot calls, so that no user waits for them.
 
-`kernels.json` lists each function with the types of its arguments, as a demo called it. It is
-written by `python -m scripts.kernels record`; a test says when it is out of date.
+`kernels.json` lists each function with the types of its arguments, as a demo and a drive with each
+plug-in called it. It is written by `python -m scripts.kernels record`; a test says when it is out
+of date.
 
 Numba keeps what it compiled beside each module until that file changes, whatever the functions of
 other modules that it calls, and the constants, have become. Here those count too.
@@ -36,12 +37,12 @@ _NAME = re.compile(r"\w+")
 def main(arguments: list[str]) -> int:
     """Write the list, or compile what is in it; return the exit code."""
     if arguments == ["record"]:
-        from scripts.kernels_in_use import of_a_demo
+        from scripts.kernels_in_use import of_robots
 
         # Once before: what is compiled then calls further ones, which a later run does not load.
-        once = "from scripts.kernels_in_use import of_a_demo; of_a_demo()"
+        once = "from scripts.kernels_in_use import of_robots; of_robots()"
         subprocess.run([sys.executable, "-c", once], cwd=ROOT, check=True)  # noqa: S603
-        rows = ",\n".join(f" {json.dumps(list(row))}" for row in of_a_demo())
+        rows = ",\n".join(f" {json.dumps(list(row))}" for row in of_robots())
         LIST.write_text(f"[\n{rows}\n]\n")
     elif arguments == ["compile"]:
         forget_stale(ROOT, STATE / "kernels.json")

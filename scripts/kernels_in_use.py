@@ -1,4 +1,4 @@
-"""The Numba functions that a demo calls, with the types of their arguments, as plain values."""
+"""The Numba functions that robots call, with the types of their arguments, as plain values."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import json
 import re
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,60 @@ from scripts.kernels import PACKAGES
 
 Entry = tuple[str, str, list[Any]]
 _ARRAY = re.compile(r"(\w+)\[(\d)([ACF])(r?)\]")
+
+
+def of_robots() -> list[Entry]:
+    """Run a demo, and drive with each plug-in, in this process; return what was called, sorted."""
+    of_a_demo()
+    for parameters in _each_plugin():
+        _drive(parameters)
+    return in_use()
+
+
+def _each_plugin() -> Iterator[dict[str, Any]]:
+    """Yield parameters with each controller, planner and layer, and for each kind of drive."""
+    from arjuna_nav.controllers.plugins import CONTROLLERS
+    from arjuna_nav.planners.base import PLANNERS
+
+    hybrid, mppi = "nav2_smac_planner::SmacPlannerHybrid", "nav2_mppi_controller::MPPIController"
+    for name in CONTROLLERS.types:
+        shim = {"FollowPath.primary_controller": mppi} if "Shim" in name else {}
+        yield {"controller_server": {"FollowPath.plugin": name, **shim}}
+    yield from ({"planner_server": {"GridBased.plugin": name}} for name in PLANNERS.types)
+    yield {"controller_server": {"FollowPath.plugin": mppi, "FollowPath.motion_model": "Omni"}}
+    steered = {"min_turning_radius": 0.6}
+    yield {
+        "controller_server": {
+            "FollowPath.plugin": mppi,
+            "FollowPath.motion_model": "Ackermann",
+            **steered,
+        },
+        "planner_server": {
+            "GridBased.plugin": hybrid,
+            "GridBased.motion_model_for_search": "REEDS_SHEPP",
+            **steered,
+        },
+    }
+    yield {"local_costmap": {"plugins": ["obstacle_layer", "denoise_layer", "inflation_layer"]}}
+
+
+def _drive(parameters: dict[str, Any]) -> None:
+    """Drive a robot with parameters to two goals on the shipped map."""
+    from arjuna_core.files.shipped import shipped_file
+    from arjuna_core.se2 import SE2
+    from bringup.client.goals import Goals
+    from bringup.lockstep import LockStep
+    from bringup.parameters.files import merged, shipped_parameters
+    from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
+
+    room = {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))}
+    known = {"map_server": room, "amcl": {"set_initial_pose": True}}
+    robot = LockStep(merged(shipped_parameters(), known, parameters))
+    with closing(robot):
+        robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)
+        goals = Goals(robot)
+        for goal in (SE2(2.0, 2.0), SE2(1.5, 1.5, 3.0)):
+            goals.navigate(goal, 60.0)
 
 
 def of_a_demo() -> list[Entry]:

@@ -1,4 +1,4 @@
-"""A demo finds what it calls compiled by the set-up."""
+"""A robot finds what it calls compiled by the set-up, whatever its plug-ins."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 DEADLINE = 600.0
-SAY_WHAT_A_DEMO_CALLS = """
+SAY_WHAT_ROBOTS_CALL = """
 import json
-from scripts.kernels_in_use import of_a_demo
-print("called:" + json.dumps(of_a_demo()))
+from scripts.kernels_in_use import of_robots
+print("called:" + json.dumps(of_robots()))
 """
 
 
-def test_a_demo_calls_nothing_that_set_up_has_not_compiled() -> None:
+def test_no_robot_calls_what_set_up_has_not_compiled() -> None:
     """In a process of its own: what other tests call does not count."""
-    command = [sys.executable, "-c", SAY_WHAT_A_DEMO_CALLS]
+    command = [sys.executable, "-c", SAY_WHAT_ROBOTS_CALL]
     done = subprocess.run(
         command, cwd=ROOT, capture_output=True, text=True, timeout=DEADLINE, check=True
     )
