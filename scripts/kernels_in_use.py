@@ -66,7 +66,10 @@ def _drive(parameters: dict[str, Any]) -> None:
     from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
 
     room = {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))}
-    known = {"map_server": room, "amcl": {"set_initial_pose": True}}
+    known: dict[str, dict[str, Any]] = {
+        "map_server": room,
+        "amcl": {"set_initial_pose": True},
+    }
     robot = LockStep(merged(shipped_parameters(), known, parameters))
     with closing(robot):
         robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)
