@@ -98,18 +98,21 @@ class Stage:
             f"entity '{name}' does not exist; {nearest(name, [*models, *self._entities])}"
         )
 
-    def spawn(self, entity: Entity) -> None:
-        """Put an entity of a new name into the world; its trajectory begins now.
+    def spawn(self, entity: Entity, walked: float = 0.0) -> None:
+        """Put an entity of a new name into the world.
+
+        Args:
+            walked: How long ago its trajectory began [s].
 
         Raises:
             BlockedPoseError: It would stand in a robot; nothing has changed.
             RobotError: MuJoCo refuses it; nothing has changed.
         """
         if entity.trajectory is not None:
-            start = Pose3.from_se2(entity.trajectory.pose(0.0))
+            start = Pose3.from_se2(entity.trajectory.pose(walked))
             entity = dataclasses.replace(entity, start=start)
         self._change({**self._entities, entity.name: entity}, self._taken, entity)
-        self._began[entity.name] = self._steps
+        self._began[entity.name] = self._steps - round(walked / self._timestep)
 
     def delete(self, name: str) -> None:
         """Take an entity out of the world.
@@ -158,7 +161,7 @@ class Stage:
         found = motion_of(self.scene.model, self.data, entity, self._handles[name])
         if entity.trajectory is None:
             return found
-        vx, vy, w = entity.trajectory.velocity(self._walking_time(name))
+        vx, vy, w = entity.trajectory.velocity(self.walking_time(name))
         return EntityMotion(found.pose, (vx, vy, 0.0), (0.0, 0.0, w))
 
     def clear_spawned(self) -> None:
@@ -194,13 +197,14 @@ class Stage:
             self._stepper.run(1)
             self.data.qpos[self.scene.rollers] = 0.0
 
-    def _walking_time(self, name: str) -> float:
+    def walking_time(self, name: str) -> float:
+        """Return how far an entity is on its trajectory [s]."""
         return (self._steps - self._began[name]) * self._timestep
 
     def _follow(self) -> None:
         if len(self._walkers):
             self._began.update(self._walking[k] for k in self._manners.stopped(self.data))
-            self._walkers.put(self.data, np.array([self._walking_time(n) for n in self._walking]))
+            self._walkers.put(self.data, np.array([self.walking_time(n) for n in self._walking]))
 
     def contacts(self, robot: str) -> tuple[str, ...]:
         """Return the names of what a robot touches, sorted; never what it stands on."""

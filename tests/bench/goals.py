@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -20,11 +20,17 @@ from bringup.parameters import options
 from tests.helpers.nav.drives import Drive, FreeSpace, desired_speed, placed
 from tests.helpers.nav.furnished import make_room
 from tests.helpers.nav.inhabited import boxes_in, settle, with_boxes
+from tests.helpers.nav.journal import Journal, Ticks, believed_pose, draw, steadiness
 
 _CLEARANCE = 0.5  # from a goal to the nearest wall: there is room to turn [m]
 _SHORTEST = 1.0  # a goal nearer than that says nothing of the path [m]
 _TIMEOUT_PER_METRE, _TIMEOUT = 15.0, 60.0  # [s]
 _REST = 0.5  # until the robot stands still [s]
+_HOUR = 3600.0
+_SETTING = (
+    *("seed", "world", "map", "truth", "furnished", "boxes", "people", "radius", "robot"),
+    *("params", "param"),
+)
 
 
 @dataclass(frozen=True)
@@ -76,6 +82,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--people", type=int, default=0, help="who walk to and fro, each along a line (0)"
     )
     parser.add_argument("--count", type=int, default=20, help="how many goals (%(default)s)")
+    parser.add_argument("--hours", type=float, help="simulated, to drive instead of --count goals")
+    parser.add_argument(
+        "--piece", type=float, metavar="H", help="simulated hours after which this process ends"
+    )
+    parser.add_argument(
+        "--state",
+        type=Path,
+        metavar="FILE",
+        help="keeps each goal: the same command again continues behind the last, whatever ended"
+        " the one before; all are drawn beside it, as .png",
+    )
     parser.add_argument(
         "--radius", type=float, default=0.2, help="of the robot, for the shortest path [m]"
     )
@@ -95,12 +112,19 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         people at all, a steered robot's `curvature_max` [1/m], `arrival_p95_m` and
         `arrival_p95_rad` by the truth, `believed_p95_m` by the robot's own word, `path_ratio` to
         the shortest path (see above), `speed_ratio` to the desired speed and `time_per_metre_s`
-        of the shortest path, of the goals reached.
+        of the shortest path, of the goals reached; with `--state` how steady it was too.
+
+    A process that continues has its own noise, drawn from the seed and its number. It puts the
+    robot at rest where it was, its odometry and belief with it, and people where they were on
+    their routes. Lost are AMCL's particles (drawn again about the belief), what costmaps hold
+    beside the map, and who was being tracked.
     """
     from rclpy.logging import LoggingSeverity, set_logger_level
 
     set_logger_level("", LoggingSeverity[arguments.log_level.upper()])
     rng = np.random.default_rng(arguments.seed or 0)
+    setting = {name: str(vars(arguments)[name]) for name in _SETTING}
+    journal = Journal(arguments.state, setting)
     with TemporaryDirectory() as folder:
         if arguments.furnished:
             arguments.world, arguments.map, whole = make_room(Path(folder), rng)
@@ -108,12 +132,24 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             arguments.world = arguments.world or shipped_file("worlds/arjuna_room.world")
             arguments.map = arguments.map or shipped_file(f"maps/{arguments.world.stem}.yaml")
             whole = arguments.truth or arguments.map
-        return _figures(*_drive(arguments, load_map(whole), rng))
+        speed = _drive(arguments, load_map(whole), rng, journal, Path(folder))
+    result = _figures([Arrival(**row["arrival"]) for row in journal.rows], speed)
+    if arguments.state is not None:
+        result.update(steadiness(journal.rows))
+        draw(journal.rows, arguments.state.with_suffix(".png"))
+    for name, value in result.items():
+        print(f"{name:18}{value:10.4g}")
+    return result
 
 
 def _drive(
-    arguments: argparse.Namespace, grid: OccupancyGrid, rng: np.random.Generator
-) -> tuple[list[Arrival], float]:
+    arguments: argparse.Namespace,
+    grid: OccupancyGrid,
+    rng: np.random.Generator,
+    journal: Journal,
+    folder: Path,
+) -> float:
+    """Drive what is left of the goals; return the desired speed [m/s]."""
     from bringup.client.goals import Goals
     from bringup.lockstep import LockStep
     from bringup.parameters.files import merged
@@ -125,21 +161,35 @@ def _drive(
     boxes = boxes_in(grid, arguments.boxes, start, rng)
     grid = with_boxes(grid, boxes)
     space = FreeSpace(grid, arguments.radius, _CLEARANCE)
-    parameters = merged(gather(arguments), placed(start))
-    arrivals: list[Arrival] = []
+    arguments.seed = (arguments.seed or 0) + journal.piece
+    resume = journal.resume
+    pose = SE2(*resume["believed"]) if resume else start
+    parameters = merged(gather(arguments), placed(pose), journal.parameters(folder))
     with closing(LockStep(parameters)) as robot:
         robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)
-        robot.run(1.0)
-        settle(robot.sim.simulator.stage, grid, boxes, arguments.people, start, rng)
-        goals = Goals(robot)
-        while len(arrivals) < arguments.count:
+        robot.run(journal.began + 1.0)  # the clock is at 0 until the first tick
+        walked = resume.get("walked", {})
+        settle(robot.sim.simulator.stage, grid, boxes, arguments.people, start, rng, walked)
+        rng.bit_generator.state = resume.get("rng", rng.bit_generator.state)
+        goals, ticks = Goals(robot), Ticks(robot)
+        while not _is_done(arguments, journal, robot.now):
             goal, shortest = space.draw(rng), math.nan
             while not shortest >= _SHORTEST:
                 goal = space.draw(rng)
                 shortest = space.shortest(robot.sim.last.truth.pose, goal)
-            arrivals.append(_one(robot, goals, goal, shortest))
-            print(_line(len(arrivals), goal, arrivals[-1]), flush=True)
-    return arrivals, desired_speed(parameters)
+            arrival = _one(robot, goals, goal, shortest)
+            journal.append(robot, rng, goal, arrival=asdict(arrival), cost=ticks.taken())
+            print(_line(len(journal.rows), goal, arrival), flush=True)
+    return desired_speed(parameters)
+
+
+def _is_done(arguments: argparse.Namespace, journal: Journal, now: float) -> bool:
+    if arguments.hours is not None:
+        done = now >= arguments.hours * _HOUR
+    else:
+        done = len(journal.rows) >= arguments.count
+    pieces = arguments.piece is not None and now - journal.began >= arguments.piece * _HOUR
+    return done or (pieces and bool(journal.resume))
 
 
 def _one(robot: Any, goals: Any, goal: SE2, shortest: float) -> Arrival:
@@ -151,8 +201,7 @@ def _one(robot: Any, goals: Any, goal: SE2, shortest: float) -> Arrival:
     robot.run(_REST)
     if drive.touched:
         print(f"     touched {', '.join(drive.touched)}")
-    model = robot.sim.simulator.robot.model
-    believed = robot.process.transforms.try_lookup("map", model.urdf.root) or SE2(math.inf)
+    believed = believed_pose(robot) or SE2(math.inf)
     return Arrival(
         end.succeeded,
         drive.truth.distance(goal),
@@ -163,7 +212,7 @@ def _one(robot: Any, goals: Any, goal: SE2, shortest: float) -> Arrival:
         time,
         drive.touches,
         drive.hits,
-        drive.curvature if model.drive.steering else math.nan,
+        drive.curvature if robot.sim.simulator.robot.model.drive.steering else math.nan,
     )
 
 
@@ -186,7 +235,7 @@ def _figures(arrivals: list[Arrival], speed: float) -> dict[str, Any]:
     length = sum(one.length for one in reached)
     shortest = max(sum(one.shortest for one in reached), 1e-9)
     time = sum(one.time for one in reached)
-    result = {
+    return {
         "succeeded": len(reached),
         "count": len(arrivals),
         "touches": sum(one.touches for one in arrivals),
@@ -199,6 +248,3 @@ def _figures(arrivals: list[Arrival], speed: float) -> dict[str, Any]:
         "speed_ratio": length / max(time, 1e-9) / speed,
         "time_per_metre_s": time / shortest if reached else math.nan,
     }
-    for name, value in result.items():
-        print(f"{name:16}{value:10.4g}")
-    return result

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import lzma
 import math
 import re
@@ -23,6 +24,7 @@ from tests.bench import barn, goals, planner
 from tests.helpers.nav.barn import CELL, START, load_worlds, make_worlds
 from tests.helpers.nav.drives import FreeSpace
 from tests.helpers.nav.furnished import make_room
+from tests.helpers.nav.journal import draw, steadiness
 from tests.helpers.nav.navfn_maps import COURSES
 from tests.nav.worlds import block, empty_grid
 
@@ -190,12 +192,50 @@ def test_a_jackal_crosses_a_world_but_none_without_a_path(
 
 @pytest.mark.ros
 @pytest.mark.system
-def test_goals_in_the_room_are_reached() -> None:
+def test_goals_in_pieces_continue_where_a_process_ended_the_same_every_time(tmp_path: Path) -> None:
     pytest.importorskip("rclpy", reason="no ROS here")
-    result = run(goals, "--count", "1")
-    assert (result["succeeded"], result["count"], result["touches"]) == (1, 1, 0)
-    assert result["arrival_p95_m"] < 0.25
-    assert 0.9 < result["path_ratio"] < 1.2
+
+    def drive(name: str, *piece: str) -> dict[str, Any]:
+        state = ("--people", "2", "--count", "2", "--state", str(tmp_path / name))
+        return run(goals, "--seed", "1", *state, *piece)
+
+    def rows(name: str) -> list[dict[str, Any]]:
+        found = map(json.loads, (tmp_path / name).read_text(encoding="utf-8").splitlines())
+        return [{key: value for key, value in one.items() if key != "cost"} for one in found][1:]
+
+    for name in ("a", "b"):
+        assert drive(name, "--piece", "0.001")["count"] == 1
+        with (tmp_path / name).open("a") as journal:
+            journal.write('{"piece": 0, "now"' if name == "a" else "")  # it was killed there
+        result = drive(name)
+    assert rows("a") == rows("b")
+    first, second = rows("a")
+    assert [first["piece"], second["piece"]] == [0, 1]
+    assert (result["succeeded"], result["touches"], result["pieces"]) == (2, 0, 2)
+    assert 0.9 < result["path_ratio"] < 1.2  # from where it stood
+    walked = second["resume"]["walked"]["person_0"] - first["resume"]["walked"]["person_0"]
+    assert walked == pytest.approx(second["now"] - first["now"] - 1.0, abs=1e-6)
+    drive("whole")
+    assert [one["goal"] for one in rows("whole")] == [first["goal"], second["goal"]]
+    with pytest.raises(InputFileError, match="was begun with another seed, people"):
+        run(goals, "--state", str(tmp_path / "a"))
+
+
+def test_memory_that_grows_in_one_of_two_processes_shows(tmp_path: Path) -> None:
+    def row(piece: int, minute: int) -> dict[str, Any]:
+        arrival = {"met": minute % 2, "off_m": 0.01, "off_rad": 0.0, "succeeded": 1, "touches": 0}
+        memory = 300.0 + 0.5 * piece * minute
+        cost = {"rss_mb": memory, "tick_p95_ms": 2.0 + piece, "tick_max_ms": 9.0}
+        return {"piece": piece, "now": 60.0 * minute, "arrival": arrival, "cost": cost}
+
+    found = [row(0, minute) for minute in range(200)] + [row(1, m) for m in range(200, 400)]
+    result = steadiness(found)
+    assert (result["pieces"], result["tick_first_ms"], result["tick_last_ms"]) == (2, 2.0, 3.0)
+    assert result["memory_growth"] == pytest.approx(63.0 / 433.25, abs=0.01)
+    assert result["arrival_last_m"] == 0.01
+    assert steadiness(found[:200])["memory_growth"] == 0.0
+    draw(found, tmp_path / "day.png")
+    assert (tmp_path / "day.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.ros

@@ -63,7 +63,7 @@ class Stage:
     def __init__(self) -> None:
         self.spawned: list[Entity] = []
 
-    def spawn(self, entity: Entity) -> None:
+    def spawn(self, entity: Entity, walked: float = 0.0) -> None:
         self.spawned.append(entity)
 
 
@@ -76,7 +76,7 @@ def test_people_walk_where_there_is_room_between_boxes_off_the_walls() -> None:
     start, rng, stage = SE2(1.0, 1.0), np.random.default_rng(1), Stage()
     boxes = boxes_in(grid, 3, start, rng)
     whole = with_boxes(grid, boxes)
-    settle(stage, whole, boxes, 4, start, rng)
+    settle(stage, whole, boxes, 4, start, rng, {})
     names = [entity.name for entity in stage.spawned]
     assert names == ["box_0", "box_1", "box_2", "person_0", "person_1", "person_2", "person_3"]
     assert min(np.hypot(*(boxes - (start.x, start.y)).T)) > 1.4

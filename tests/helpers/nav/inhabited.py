@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -53,6 +53,7 @@ def settle(
     people: int,
     start: SE2,
     rng: np.random.Generator,
+    walked: Mapping[str, float],
 ) -> None:
     """Put boxes and people into a simulator's stage.
 
@@ -63,13 +64,15 @@ def settle(
         people: How many, each with a route of its own that it walks to and fro.
         start: Of the robot.
         rng: For their routes.
+        walked: By name, how far somebody is on the route already [s].
     """
     half = Pose3((0.0, 0.0, 0.5 * _HEIGHT))
     box = (Part(Shape(Kind.BOX, (_EDGE, _EDGE, _HEIGHT)), half, (0.6, 0.5, 0.3, 1.0)),)
     for k, (x, y) in enumerate(boxes.tolist()):
         stage.spawn(Entity(f"box_{k}", box, start=Pose3((x, y, 0.0)), spawned=True))
     for k, walk in zip(range(people), _walks(grid, start, rng), strict=False):
-        stage.spawn(Entity(f"person_{k}", person(), trajectory=walk, spawned=True))
+        name = f"person_{k}"
+        stage.spawn(Entity(name, person(), trajectory=walk, spawned=True), walked.get(name, 0.0))
 
 
 def _walks(grid: OccupancyGrid, start: SE2, rng: np.random.Generator) -> Iterator[Trajectory]:

@@ -214,6 +214,12 @@ def test_path_of_what_is_spawned_begins_when_it_is() -> None:
     sim.stage.spawn(_walker([[3.0, 0.0], [3.0, 2.0]], 0.5))
     run(sim, 1.0)
     assert sim.stage.motion("walker").pose.position == pytest.approx((3.0, 0.5, 0.0))
+    further = dataclasses.replace(_walker([[5.0, 0.0], [5.0, 2.0]], 0.5), name="further")
+    sim.stage.spawn(further, walked=2.0)
+    assert sim.stage.motion("further").pose.position == pytest.approx((5.0, 1.0, 0.0))
+    run(sim, 1.0)
+    assert sim.stage.motion("further").pose.position == pytest.approx((5.0, 1.5, 0.0))
+    assert sim.stage.walking_time("further") == pytest.approx(3.0)
 
 
 def test_actors_of_a_world_walk_from_the_start_and_again_after_a_reset(tmp_path: Path) -> None:
