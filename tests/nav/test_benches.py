@@ -225,7 +225,7 @@ def test_memory_that_grows_in_one_of_two_processes_shows(tmp_path: Path) -> None
     def row(piece: int, minute: int) -> dict[str, Any]:
         arrival = {"met": minute % 2, "off_m": 0.01, "off_rad": 0.0, "succeeded": 1, "touches": 0}
         memory = 300.0 + 0.5 * piece * minute
-        cost = {"rss_mb": memory, "tick_p95_ms": 2.0 + piece, "tick_max_ms": 9.0}
+        cost = {"memory_mb": memory, "tick_p95_ms": 2.0 + piece, "tick_max_ms": 9.0}
         return {"piece": piece, "now": 60.0 * minute, "arrival": arrival, "cost": cost}
 
     found = [row(0, minute) for minute in range(200)] + [row(1, m) for m in range(200, 400)]

@@ -29,7 +29,8 @@ class Moving:
         points: Where its beams end, in the fixed frame, `(N, 2)` [m]; and round what moves and
             is hidden.
         velocities: Of each, `(N, 2)` [m/s]; 0 for what stands or is not known to move.
-        paces: The greatest speed of late of what each is of, `(N,)` [m/s]; 0 as the velocity.
+        paces: The greatest speed of late of what each is of, `(N,)` [m/s]; it is kept for a
+            while after a stop.
         come: Which are where nothing was just before, though their velocity is not known, `(N,)`.
         things: Of each thing that moves the middle, the velocity and the radius, `(K, 5)`
             [m, m, m/s, m/s, m].
@@ -173,8 +174,9 @@ def _follow(
         row[0], row[1:3], row[3:5], row[5], row[6] = now, points[first], points[last], first, last
         counts[track] += 1
         go(seen[track], counts[track], going[track], scans, number)
-        if going[track, :2].any():
-            motions[first : last + 1, :2] = going[track, :2]
+        motions[first : last + 1, :2] = going[track, :2]
+        # Who has stopped may go on at the same pace; after 3 s it is not expected any more.
+        if now - going[track, 2] <= 3.0:
             motions[first : last + 1, 2] = going[track, 3]
 
 

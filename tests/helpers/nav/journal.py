@@ -131,13 +131,16 @@ class Ticks:
         self._spent.append(1e3 * (time.process_time() - start))
 
     def taken(self) -> dict[str, float]:
-        """Return the CPU time of the ticks since the last call [ms], and the resident memory."""
+        """Return the CPU time of the ticks since the last call [ms], and the memory [MB].
+
+        What is mapped from files is left out: the system takes it away and brings it back.
+        """
         spent, self._spent = self._spent, []
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+        resident, shared = map(int, Path("/proc/self/statm").read_text("ascii").split()[1:3])
         return {
             "tick_p95_ms": float(np.percentile(spent, 95)),
             "tick_max_ms": max(spent),
-            "rss_mb": pages * resource.getpagesize() / 1e6,
+            "memory_mb": (resident - shared) * resource.getpagesize() / 1e6,
         }
 
 
@@ -155,7 +158,7 @@ def steadiness(rows: list[dict[str, Any]], warm_up: float = _HOUR) -> dict[str, 
     ends = [0, *(np.flatnonzero(np.diff(table["piece"])) + 1), len(rows)]
     growth = []
     for first, last in pairwise(ends):
-        hours, memory = table["hours"][first:last], table["rss_mb"][first:last]
+        hours, memory = table["hours"][first:last], table["memory_mb"][first:last]
         warm = memory[hours - hours[0] >= min(warm_up / _HOUR, 0.5 * (hours[-1] - hours[0]))]
         before, after = _tenths(warm)
         growth.append(np.median(after) / np.median(before) - 1.0)
@@ -177,7 +180,7 @@ def _tenths(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[n
 def _table(rows: list[dict[str, Any]]) -> dict[str, NDArray[np.float64]]:
     flat = [{**one, **one["arrival"], **one["cost"], "hours": one["now"] / _HOUR} for one in rows]
     names = ("hours", "piece", "met", "off_m", "off_rad", "succeeded", "touches")
-    costs = ("rss_mb", "tick_p95_ms", "tick_max_ms")
+    costs = ("memory_mb", "tick_p95_ms", "tick_max_ms")
     return {name: np.array([float(one[name]) for one in flat]) for name in (*names, *costs)}
 
 
@@ -190,7 +193,7 @@ def draw(rows: list[dict[str, Any]], picture: Path) -> None:
     table, figure = _table(rows), Figure(figsize=(11.0, 10.0), layout="constrained")
     hours, alone = table["hours"], table["met"] == 0
     axes = figure.subplots(4, 1, sharex=True)
-    axes[0].plot(hours, table["rss_mb"], color="tab:blue")
+    axes[0].plot(hours, table["memory_mb"], color="tab:blue")
     axes[0].set(ylabel="memory [MB]", ylim=(0.0, None))
     for ax, name, of in (
         (axes[1], "tick_p95_ms", hours > 0.0),

@@ -135,6 +135,21 @@ def test_who_turns_about_may_come_as_fast_as_before() -> None:
     assert least > 0.8
 
 
+def test_who_stops_may_go_on_at_its_pace_for_a_while() -> None:
+    paces: list[float] = []
+
+    def keep(moving: Moving) -> None:
+        near = np.hypot(moving.points[:, 0] - 1.5, moving.points[:, 1] + 0.9) < 0.3
+        paces.append(float(moving.speeds[near].mean()) if near.any() else 0.0)
+        things.append(len(moving.things))
+
+    things: list[int] = []
+    watch(lambda t: post(max(3.0 - 0.8 * t, 1.5), -0.9), lambda t: SE2(), 7.0, keep)
+    assert things[30:] == [0] * 41  # it stands
+    assert min(paces[20:45]) > 0.4  # as it slowed down
+    assert max(paces[60:]) == 0.0
+
+
 def test_things_have_their_middle_velocity_and_size() -> None:
     moving = watch(lambda t: post(1.5, -0.8 + 0.8 * t), lambda t: SE2())
     assert moving.things.shape == (1, 5)
