@@ -1,7 +1,8 @@
-"""Expanding xacro macros in a process of its own, whose time and memory are limited.
+"""Expanding xacro macros, each file in a process of its own whose time and memory are limited.
 
-It reads a request (JSON) on its standard input and writes an answer on its standard output. Of
-arjuna_sim it imports no more than it needs, so that it starts at once.
+It reads requests (JSON), a line each, on its standard input, and forks for each; the answer is a
+line on its standard output, empty where the fork died. Of arjuna_sim it imports no more than it
+needs, so that it starts at once.
 
 xacro itself is as it came. It reads files through the `open` that stands in its namespace and finds
 packages through `ament_index_python`: both are given to it here.
@@ -13,14 +14,16 @@ import builtins
 import contextlib
 import io
 import json
+import os
 import re
 import resource
 import sys
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, NoReturn
 
 import xacro
+import xacro.substitution_args  # it imports it where it first meets $(...): before the forks
 from defusedxml import DefusedXmlException, ElementTree, minidom
 from xacro import XacroException
 
@@ -176,15 +179,36 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
     return {"text": text, "notes": list(expansion.notes), "files": list(xacro.all_includes)}
 
 
+def _expand(line: bytes, answer: int) -> NoReturn:
+    """Answer a request within the limits, and end."""
+    code = 1
+    with contextlib.suppress(BaseException), os.fdopen(answer, "w") as out:
+        request = json.loads(line)
+        os.environ.clear()
+        os.environ.update(request["environment"])
+        _limit(resource.RLIMIT_AS, _MEMORY_BYTES)
+        _limit(resource.RLIMIT_CPU, 1)  # [s]
+        _limit(resource.RLIMIT_FSIZE, 0)
+        with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
+            text = json.dumps(_answer(request))
+        out.write(text)
+        code = 0
+    os._exit(code)
+
+
 def main() -> None:
-    """Answer one request."""
-    request = json.load(sys.stdin)
-    _limit(resource.RLIMIT_AS, _MEMORY_BYTES)
-    _limit(resource.RLIMIT_CPU, 1)  # [s]
-    _limit(resource.RLIMIT_FSIZE, 0)
-    with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
-        answer = json.dumps(_answer(request))
-    sys.stdout.write(answer)
+    """Answer requests until there are no more."""
+    for line in sys.stdin.buffer:
+        reader, writer = os.pipe()
+        pid = os.fork()
+        if pid == 0:
+            _expand(line, writer)
+        os.close(writer)
+        with os.fdopen(reader, "rb") as stream:
+            text = stream.read()
+        _, status = os.waitpid(pid, 0)
+        sys.stdout.buffer.write((b"" if status else text) + b"\n")
+        sys.stdout.buffer.flush()
 
 
 if __name__ == "__main__":

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import json
+import os
+import signal
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from arjuna_core.errors import RobotError
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.xacro_file import Expanded, expand, has_macros
+from arjuna_sim.files.urdf.xacro_file import EXPANDER, Expanded, Expander, expand, has_macros
 from arjuna_sim.model.notes import NoteKind
+from tests.helpers.processes import Lines, ended
 from tests.sim.builders import texts
 
 pytest.importorskip("xacro")
+SEED = Path(__file__).parents[2] / "fuzz" / "corpus" / "macros.xacro"
 ROBOT = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
 
 
@@ -21,6 +27,11 @@ def _expand(folder: Path, inside: str, **arguments: str) -> Expanded:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(ROBOT.format(inside), encoding="utf-8")
     return expand(path, SearchPath((folder / "elsewhere",)), arguments)
+
+
+def request(path: Path) -> bytes:
+    nothing: dict[str, object] = {"arguments": {}, "packages": [], "models": [], "environment": {}}
+    return json.dumps({"path": str(path), **nothing}).encode()
 
 
 @pytest.mark.parametrize("value", ["$(arg on)", "${on}", "$(optenv NOT_SET_ANYWHERE)"])
@@ -76,3 +87,47 @@ def test_packages_and_files_of_values_are_found(tmp_path: Path) -> None:
     assert b'name="0.07"' in _expand(tmp_path, inside).text
     with pytest.raises(RobotError, match="No such file"):
         _expand(tmp_path, inside.replace("sizes", "none"))
+
+
+def test_files_are_expanded_by_forks_of_one_process_that_keep_nothing_of_each_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inside = '<xacro:property name="b" value="${load_yaml(\'b.yaml\').x}"/><a b="${b}"/>'
+    monkeypatch.setenv("HEARD", "one")
+    assert b'b="one"' in _expand(tmp_path, '<a b="$(env HEARD)"/>').text
+    process = EXPANDER.process
+    monkeypatch.setenv("HEARD", "two")
+    assert b'b="two"' in _expand(tmp_path, '<a b="$(env HEARD)"/>').text
+    (tmp_path / "package" / "urdf" / "b.yaml").write_text("x: 5", encoding="utf-8")
+    assert b'b="5"' in _expand(tmp_path, inside).text
+    with pytest.raises(RobotError, match="more than 1 s of computing"):
+        _expand(tmp_path, "<a b='${9**9**9}'/>")
+    assert EXPANDER.process is process
+    assert b'b="two"' in _expand(tmp_path, '<a b="$(env HEARD)"/>').text
+
+
+def test_an_expansion_that_waits_or_was_killed_answers_no_other_file() -> None:
+    expander, good = Expander(), request(SEED)
+    with closing(expander):
+        assert b"left_joint" in expander.ask(good)
+        killed = expander.process
+        killed.kill()
+        killed.wait()
+        assert b"left_joint" in expander.ask(good)
+        os.killpg(expander.process.pid, signal.SIGSTOP)
+        expander.patience = 0.1
+        with pytest.raises(TimeoutError, match=r"no end after 0\.1 s"):
+            expander.ask(good)
+        expander.patience = 60.0
+        assert b"cannot be read" in expander.ask(request(Path("/none")))
+
+
+def test_the_process_ends_with_the_one_that_started_it() -> None:
+    code = (
+        "from arjuna_sim.files.urdf.xacro_file import EXPANDER; import os, time;"
+        "print('started', EXPANDER.process.pid, flush=True); time.sleep(60.0)"
+    )
+    with Lines("-c", code) as lines:
+        pid = int(lines.wait_for("started")[0].split()[1])
+        lines.process.kill()
+        assert ended(pid)
