@@ -62,6 +62,7 @@ class DrivenRobot:
 
     Attributes:
         spawn: Its start: where that was wanted, or the nearest free pose.
+        seeds: Of the noise from the next `begin` on.
     """
 
     def __init__(
@@ -73,15 +74,15 @@ class DrivenRobot:
         seeds: NDArray[np.uint64],
         wanted: SE2,
     ) -> None:
-        self.name, self.model, self.spawn = name, model, wanted
-        self._stage, self._config, self._seeds, self._wanted = stage, config, seeds, wanted
+        self.name, self.model, self.spawn, self.seeds = name, model, wanted, seeds
+        self._stage, self._config, self._wanted = stage, config, wanted
         staged = stage.robots[name].settings.sensors
         self._staged = dict(zip(map(_key, model.settings.sensors), staged, strict=True))
         self._motion = RobotMotion(stage, name, model.moving_joints)
         self._placer = Placer(stage, name)
         self._base = base_of(model, config.drive)
         steers = model.drive.kind is DriveKind.STEERED
-        self._drive, self._wheels = Drive(self._limits(), steers), WheelSpeeds(model, self._base)
+        self._drive, self._wheels = Drive(self.limits, steers), WheelSpeeds(model, self._base)
         self.setpoint = Velocity()
         self._cameras: dict[str, Camera] = {}
         self._spawn_notes: tuple[str, ...] = ()
@@ -95,7 +96,7 @@ class DrivenRobot:
 
     def begin(self) -> None:
         """Make new devices, their noise rewound."""
-        config, seeds, staged = self._config, self._seeds, self._stage.robots[self.name]
+        config, seeds, staged = self._config, self.seeds, self._stage.robots[self.name]
         model, earth = self._stage.scene.model, self._stage.world.earth
         self._sensors = SensorSuite(staged, model, earth, config, seeds[[0, 1, 3]])
         self._felt: list[ImuReading] = []
@@ -111,10 +112,12 @@ class DrivenRobot:
     def adjust(self, config: SimulatorConfig) -> None:
         """Take new limits of the drive and noises of the odometry, while it runs."""
         self._config = config
-        self._drive.limits = self._limits()
+        self._drive.limits = self.limits
         self._odometry.config = config.odometry
 
-    def _limits(self) -> Limits:
+    @property
+    def limits(self) -> Limits:
+        """The limits of its commands."""
         steady = self._stage.scene.robots[self.name].support.steady
         return limited(self._config.drive, self.model.drive, steady)
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
@@ -62,11 +63,15 @@ class Simulation:
         self.reset()
 
     def _made(self, name: str, start: Start) -> DrivenRobot:
-        seeds = self._seeds
-        if name != SOLO:  # a robot's noise is its own, whoever else is there
-            own = np.random.default_rng([*map(int, seeds), zlib.crc32(name.encode())])
-            seeds = own.bit_generator.random_raw(4)
+        seeds = self._seeds_of(name)
         return DrivenRobot(name, start.robot, self.stage, self.config, seeds, start.pose)
+
+    def _seeds_of(self, name: str) -> NDArray[np.uint64]:
+        if name == SOLO:
+            return self._seeds
+        # A robot's noise is its own, whoever else is there.
+        own = np.random.default_rng([*map(int, self._seeds), zlib.crc32(name.encode())])
+        return own.bit_generator.random_raw(4)
 
     @property
     def robot(self) -> DrivenRobot:
@@ -161,8 +166,16 @@ class Simulation:
         for robot in self.robots.values():
             robot.adjust(config)
 
-    def reset(self) -> None:
-        """Return to the start: time 0, the world as it was read, noise rewound."""
+    def reset(self, rng: np.random.Generator | None = None) -> None:
+        """Return to the start: time 0, the world as it was read, noise rewound.
+
+        Args:
+            rng: Seeds other noise of the robots that were there at the start.
+        """
+        if rng is not None:
+            self._seeds = rng.bit_generator.random_raw(4)
+            for name, robot in self._first.items():
+                robot.seeds = self._seeds_of(name)
         self._ticks = 0
         self._keep(dict(self._first))
         self.stage.restore()

@@ -9,7 +9,13 @@ import sys
 from arjuna_core.errors import ArjunaError
 
 OK, REFUSED, INTERRUPTED = 0, 2, 130
-EXTRAS = {"foxglove": "view", "optuna": "tune", "pyarrow": "campaign", "rerun": "view"}
+EXTRAS = {
+    "foxglove": "view",
+    "gymnasium": "learn",
+    "optuna": "tune",
+    "pyarrow": "campaign",
+    "rerun": "view",
+}
 """The modules that not every command needs, and the extra of `make setup` that installs each."""
 
 

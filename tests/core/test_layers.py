@@ -15,7 +15,7 @@ PACKAGES = ("arjuna_core", *CORES, "bringup")
 # Each package's wings and files, what stands higher first; "" are the top-level files not named.
 ORDER = {
     "arjuna_core": ("ros", "bags", "files", ""),
-    "arjuna_sim": ("nodes", "", "physics", "devices", "fusion", "files", "model"),
+    "arjuna_sim": ("nodes", "learning", "", "physics", "devices", "fusion", "files", "model"),
     "arjuna_slam": ("nodes", "", "amcl", "mapping", "graph", "matching", "logs"),
     "arjuna_nav": (
         *("nodes", "", "trees", "docking", "behaviors", "exploration", "safety", "routes"),
@@ -74,6 +74,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "viser": ("bringup/viewing/",),
     "foxglove": ("bringup/viewing/",),
     "optuna": ("bringup/tuning/",),
+    "gymnasium": ("arjuna_sim/learning/",),
     "mcap": ("arjuna_core/bags/",),
     "rosbags": ("arjuna_core/bags/",),
 }

@@ -103,5 +103,7 @@ def test_extras_are_all_unless_they_are_named(
 
 def test_an_unknown_extra_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EXTRAS", "view rviz")
-    with pytest.raises(StepError, match="EXTRAS has no rviz; valid: campaign, dev, tune, view"):
+    with pytest.raises(
+        StepError, match="EXTRAS has no rviz; valid: campaign, dev, learn, tune, view"
+    ):
         wanted_extras()
