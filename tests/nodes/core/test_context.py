@@ -37,21 +37,25 @@ context.shutdown()
 """
 """The addresses at which a participant of domain 7 is reached: DDS gives it 250 ports."""
 _NODE = """
-import glob, os
+import os
+
+os.umask(0)
 from rclpy.node import Node
 from arjuna_core.ros.context import class_of, discovery, new_context
 
 context = new_context()
 node = Node("one", context=context)
 mine = [line.split()[-1] for line in open("/proc/self/maps") if "/dev/shm/fastrtps_" in line]
-print(max(os.path.getsize(path) for path in mine))
+print(max(os.path.getsize(path) for path in mine), sum(os.stat(p).st_mode & 0o022 for p in mine))
 node.destroy_node()
 context.shutdown()
 """
 
 
-def test_shared_memory_holds_pictures() -> None:
-    assert int(run_alone(_NODE)) >= _SEGMENT
+def test_shared_memory_holds_pictures_and_nobody_else_writes_it() -> None:
+    size, writable = map(int, run_alone(_NODE).split())
+    assert size >= _SEGMENT
+    assert writable == 0
 
 
 def run_alone(code: str, **variables: str) -> str:

@@ -13,6 +13,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
+from bringup.cli_parser import parse
 from bringup.viewing.browser.server import ServerError, open_server
 
 
@@ -66,3 +67,7 @@ def test_no_browser_can_publish_the_robot(server: viser.ViserServer) -> None:
 def test_another_machines_address_is_refused() -> None:
     with pytest.raises(ServerError, match=r"'192\.0\.2\.1' is no address of this machine"):
         open_server("192.0.2.1", 0)
+
+
+def test_viewers_are_served_on_loopback_unless_another_address_is_given() -> None:
+    assert parse(["view"]).host == "127.0.0.1"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import select
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,9 +14,10 @@ import pytest
 import rerun as rr
 
 from arjuna_core.errors import InputFileError
-from bringup.viewing.rerun.output import OutputError
+from bringup.viewing.rerun.output import Output, OutputError
 from bringup.viewing.rerun.show import replay
 from tests.bringup.viewing.drives import Drive, drive, grid, make, scan, transform
+from tests.helpers.processes import wait_until
 
 
 @pytest.fixture(autouse=True)
@@ -125,6 +128,22 @@ def test_without_a_display_the_alternatives_are_named(
         monkeypatch.delenv(name, raising=False)
     with pytest.raises(OutputError, match=r"valid: --web for a browser, --save FILE\.rrd"):
         replay(drive(tmp_path / "bag"), None, False, lambda uri: None, lambda line: None)
+
+
+def test_the_page_and_its_data_are_served_on_loopback_alone() -> None:
+    def bound() -> dict[int, str]:
+        tables = [Path(f"/proc/net/{name}").read_text(encoding="ascii") for name in ("tcp", "tcp6")]
+        rows = [line.split() for table in tables for line in table.splitlines()[1:]]
+        listening = (row[1].split(":") for row in rows if row[3] == "0A")
+        return {
+            number: address for address, port in listening if (number := int(port, 16)) in ports
+        }
+
+    said: list[str] = []
+    with Output(None, True, said.append):
+        ports = {int(port) for port in re.findall(r"(?::|%3A)(\d+)", said[0])}
+        wait_until(lambda: len(bound()) == 2, lambda: select.select([], [], [], 0.05), ports)
+        assert set(bound().values()) == {"0100007F"}  # 127.0.0.1
 
 
 def test_a_recording_with_nothing_to_show_is_refused(tmp_path: Path) -> None:
