@@ -178,7 +178,7 @@ def _looks(triangles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray
 def _is_convex(triangles: NDArray[np.float64]) -> bool:
     """Return whether level faces fill the outline of all."""
     flat = hull(triangles.reshape(-1, 3))
-    return surface(triangles) >= (1.0 - 1e-6) * ConvexHull(flat).volume / _FLAT
+    return surface(triangles) >= (1.0 - 1e-6) * float(ConvexHull(flat).volume) / _FLAT
 
 
 def surface(triangles: NDArray[np.float64]) -> float:

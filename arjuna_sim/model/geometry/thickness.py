@@ -168,7 +168,7 @@ def _is_apart(
     last: NDArray[np.float64],
 ) -> bool:
     """Return whether two boxes along the axes, of least and greatest corners, have no point."""
-    return (
+    return bool(
         high[0] < first[0]
         or low[0] > last[0]
         or high[1] < first[1]

@@ -62,7 +62,8 @@ def half_turned(rng: Chance) -> Faces:
 
 def bin_without_lid(rng: Chance) -> Faces:
     faces = box(rng.uniform(0.2, 1.0, 3))
-    return faces[faces[:, :, 2].min(axis=1) < faces[:, :, 2].max()]
+    is_lid = faces[:, :, 2].min(axis=1) == faces[:, :, 2].max()
+    return np.asarray(faces[~is_lid])
 
 
 def cut_open(rng: Chance) -> Faces:
@@ -106,7 +107,7 @@ def before(faces: Faces, rng: Chance, count: int = 12) -> list[tuple[Faces, floa
     solid = trimesh.Trimesh(*merged(faces), process=False)
     if solid.is_watertight:
         solid.fix_normals()
-    found = []
+    found: list[tuple[Faces, float]] = []
     while len(found) < count:
         face = faces[rng.integers(len(faces))]
         normal = np.cross(face[1] - face[0], face[2] - face[0])
