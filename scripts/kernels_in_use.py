@@ -12,6 +12,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numba.core import types
 from numba.core.dispatcher import Dispatcher
 
@@ -22,8 +23,11 @@ _ARRAY = re.compile(r"(\w+)\[(\d)([ACF])(r?)\]")
 
 
 def of_robots() -> list[Entry]:
-    """Run a demo, and drive with each plug-in, in this process; return what was called, sorted."""
+    """Run a demo, drive with each plug-in, read a hollow mesh; return what was called, sorted."""
+    from arjuna_sim.model.geometry.thickness import depths
+
     of_a_demo()
+    depths(np.zeros((1, 3, 3)), 0.1)
     for parameters in _each_plugin():
         _drive(parameters)
     return in_use()

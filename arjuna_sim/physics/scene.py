@@ -230,7 +230,9 @@ def touched(scene: Scene, data: Any, robot: str) -> tuple[str, ...]:
     if not is_hit.any():
         return ()
     # A robot stands on what is less steep than 45 degrees and within 0.02 m of its surface.
-    stands = (np.abs(data.contact.frame[rows, 2]) > 0.7) & (data.contact.dist[rows] > -0.02)
+    distance = data.contact.dist[rows]
+    stands = (np.abs(data.contact.frame[rows, 2]) > 0.7) & (distance > -0.02)
+    stands |= distance > -1e-9  # a contact that only grazes has no direction [m]
     return tuple(sorted({scene.names[geom] for geom in others[is_hit & ~stands]}))
 
 

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
+
+from arjuna_sim.model.geometry.thickness import depths, edges, joined, outward
 
 PIECES_MAX = 5000
 """Greatest number of pieces of a fast mesh: beyond, a scene takes seconds to compile."""
 PIECES_OF_MOVING = 24
 """The same of a mesh that can be pushed: each may touch the ground in four points."""
 _DEPTH = 0.05  # of the slab behind a face: stops what is slower than 12 m/s at 4 ms a step [m]
+_SHEET = 1.5e-3  # that of a face behind which there is nothing [m]
 _FLAT = 1e-3  # MuJoCo refuses meshes without volume [m]
-_FILLED = 0.97  # a body that fills so much of its hull counts as convex
+_TESTS = 20_000_000  # of points against a hull's planes at the most: a second
+_SLIVER = 1e-5  # the height of a face that is not felt [m]
+_OFF = (2e-3, 1e-2)  # how deep hollows may be that are filled, if it makes few enough pieces [m]
 CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
 """Corners of a cube about the origin, edges 2, `(8, 3) int64`."""
 
@@ -69,27 +73,112 @@ def hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
 def pieces(triangles: NDArray[np.float64], most: int = PIECES_MAX) -> Pieces:
     """Split a mesh into convex pieces that together are touched like it.
 
-    Connected bodies that nearly fill their hull become it; of others each triangle becomes a
-    slab behind its face. Where that makes too many, the faces are sorted into the cells of a grid,
-    as fine as it may be, and each cell's faces become their hull.
+    Connected bodies that are closed and without hollows become their hull; of others each face
+    becomes a slab behind it, as deep as the body is there. Where that makes too many, the faces are
+    sorted into the cells of a grid, as fine as it may be, and each cell's faces become their hull.
 
     Args:
         triangles: `(N, 3, 3) float64` [m].
     """
-    found: list[NDArray[np.float64]] = []
-    # The search for connected bodies of more faces takes seconds.
+    # The search for the bodies of more faces takes seconds.
     if len(triangles) > 50_000:
         return _of_cells(triangles, most)
     bodies = _bodies(triangles)
-    for body in bodies if len(bodies) <= most else ():
-        corners = hull(body.reshape(-1, 3))
-        is_convex = _volume(body) >= _FILLED * ConvexHull(corners).volume
-        if not is_convex and len(found) + len(body) > most:
-            return _of_cells(triangles, most)
-        found.extend([corners] if is_convex else _slabs(body))
-    if 0 < len(found) <= most:
-        return Pieces(found)
+    for off in _OFF if len(bodies) <= most else ():
+        found: list[NDArray[np.float64]] = []
+        for body in bodies:
+            if body.fills(off):
+                found.append(body.hull)
+            elif len(found) + len(body.levels) <= most:
+                found.extend(body.slabs)
+            else:
+                break
+        else:
+            if 0 < len(found) <= most:
+                return Pieces(found, off if off > _OFF[0] else 0.0)
     return _of_cells(triangles, most)
+
+
+class _Body:
+    """Faces that share edges.
+
+    Attributes:
+        triangles: That look outward, `(N, 3, 3) float64` [m].
+        hull: The corners of its convex hull, `(M, 3) float64` [m].
+    """
+
+    def __init__(self, triangles: NDArray[np.float64], faces: NDArray[np.int64]) -> None:
+        self._pairs, alike, self._is_closed = edges(faces)
+        self.triangles = outward(triangles, self._pairs, alike, self._is_closed)
+        self.hull = hull(triangles.reshape(-1, 3))
+
+    def fills(self, off: float) -> bool:
+        """Return whether it is closed, and fills its hull but for hollows not deeper than this."""
+        if not self._is_closed:
+            return False
+        planes = ConvexHull(self.hull).equations
+        points = self._hollows[:: 1 + len(self._hollows) * len(planes) // _TESTS]
+        for some in np.array_split(points, 1 + len(points) * len(planes) // 1_000_000):
+            if np.any(np.max(some @ planes[:, :3].T + planes[:, 3], axis=1) < -off):
+                return False
+        return True
+
+    @cached_property
+    def _hollows(self) -> NDArray[np.float64]:
+        """Points of the faces whose neighbours rise before them, `(H, 3)`; none if it is convex."""
+        middles = self.triangles.mean(axis=1)
+        normals, _ = _looks(self.triangles)
+        first, second = self._pairs.T
+        rises = np.einsum("ij,ij->i", normals[first], middles[second] - middles[first]) > _SLIVER
+        faces = np.unique(self._pairs[rises])
+        sides = (self.triangles + np.roll(self.triangles, 1, axis=1)) / 2
+        return np.concatenate(
+            (middles[faces, None], self.triangles[faces], sides[faces]), axis=1
+        ).reshape(-1, 3)
+
+    @cached_property
+    def levels(self) -> list[NDArray[np.int64]]:
+        """Its faces but slivers, level ones together where their outline is convex."""
+        normals, height = _looks(self.triangles)
+        first, second = self._pairs.T
+        is_level = np.einsum("ij,ij->i", normals[first], normals[second]) > 1.0 - 1e-9
+        found = []
+        for group in joined(self._pairs[is_level], len(normals)):
+            whole = len(group) == 1 or _is_convex(self.triangles[group])
+            found += [group] if whole else list(group[:, None])
+        return [group for group in found if height[group].max() > _SLIVER]
+
+    @cached_property
+    def slabs(self) -> list[NDArray[np.float64]]:
+        """What is behind each of the levels, as deep as the body is there, `(M, 3)` [m]."""
+        depth = np.full(self.triangles.shape[:2], _SHEET)
+        if self._is_closed:
+            depth = depths(self.triangles, _DEPTH)
+            depth[depth.max(axis=1) < _FLAT] = _FLAT
+        backs = self.triangles - depth[..., None] * _looks(self.triangles)[0][:, None]
+        found = []
+        for group in self.levels:
+            points = np.stack((self.triangles[group], backs[group]), axis=1)
+            if len(group) == 1 or np.ptp(depth[group]) > _FLAT:
+                found += list(points.reshape(-1, 6, 3))
+            else:
+                found.append(hull(points.reshape(-1, 3)))
+        return found
+
+
+def _looks(triangles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the unit vectors that faces look along, `(N, 3)`, and their least heights [m]."""
+    sides = np.roll(triangles, -1, axis=1) - triangles
+    crossed = np.cross(sides[:, 0], sides[:, 1])
+    doubled = np.linalg.norm(crossed, axis=1)
+    longest = np.linalg.norm(sides, axis=2).max(axis=1)
+    return crossed / np.maximum(doubled, 1e-300)[:, None], doubled / np.maximum(longest, 1e-300)
+
+
+def _is_convex(triangles: NDArray[np.float64]) -> bool:
+    """Return whether level faces fill the outline of all."""
+    flat = hull(triangles.reshape(-1, 3))
+    return surface(triangles) >= (1.0 - 1e-6) * float(ConvexHull(flat).volume) / _FLAT
 
 
 def surface(triangles: NDArray[np.float64]) -> float:
@@ -98,35 +187,12 @@ def surface(triangles: NDArray[np.float64]) -> float:
     return float(np.linalg.norm(crossed, axis=1).sum()) / 2
 
 
-def _bodies(triangles: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Group triangles that share corners, in the order of their first triangle."""
+def _bodies(triangles: NDArray[np.float64]) -> list[_Body]:
+    """Group triangles that share edges, in the order of their first triangle."""
     scale = max(float(np.abs(triangles).max()), 1e-9)
     rounded = np.round(triangles.reshape(-1, 3) / scale, 6)
-    _, corner = np.unique(rounded, axis=0, return_inverse=True)
-    faces = corner.reshape(-1, 3)
-    rows, columns = faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel()
-    count = int(faces.max()) + 1
-    graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
-    label = connected_components(graph, directed=False)[1][faces[:, 0]]
-    order = np.argsort(label, kind="stable")
-    starts = np.flatnonzero(np.diff(label[order], prepend=-1))
-    groups = sorted(np.split(order, starts[1:]), key=lambda group: int(group[0]))
-    return [triangles[group] for group in groups]
-
-
-def _volume(triangles: NDArray[np.float64]) -> float:
-    """Return the volume that closed faces enclose (divergence theorem) [m^3]."""
-    local = triangles - triangles.reshape(-1, 3).mean(axis=0)
-    crossed = np.cross(local[:, 1], local[:, 2])
-    return abs(float(np.einsum("ij,ij->", local[:, 0], crossed))) / 6.0
-
-
-def _slabs(triangles: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    doubled = np.linalg.norm(normals, axis=1)
-    kept = doubled > 1e-9  # [m^2] slivers are not felt
-    depth = _DEPTH * normals[kept] / doubled[kept, None]
-    return [np.vstack([face, face - d]) for face, d in zip(triangles[kept], depth, strict=True)]
+    faces = np.unique(rounded, axis=0, return_inverse=True)[1].reshape(-1, 3)
+    return [_Body(triangles[each], faces[each]) for each in joined(edges(faces)[0], len(faces))]
 
 
 def _of_cells(triangles: NDArray[np.float64], most: int) -> Pieces:
@@ -170,6 +236,6 @@ def _thick(faces: NDArray[np.float64]) -> NDArray[np.float64]:
     points = faces.reshape(-1, 3)
     crossed = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
     normal, doubled = crossed.sum(axis=0), float(np.linalg.norm(crossed, axis=1).sum())
-    if doubled > 0.0 and float(np.linalg.norm(normal)) > _FILLED * doubled:
-        points = np.vstack((points, points - _DEPTH * normal / np.linalg.norm(normal)))
+    if doubled > 0.0 and float(np.linalg.norm(normal)) > 0.97 * doubled:
+        points = np.vstack((points, points - _SHEET * normal / np.linalg.norm(normal)))
     return hull(points)

@@ -1,0 +1,192 @@
+"""The side of a mesh's faces that is solid, and how thick it is there."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+_Triple = tuple[float, float, float]
+_CORNER = 0.998  # of the way from a face's middle to its corner the ray of that corner begins
+
+
+def groups(labels: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    """Return the indices of the items of each label, by label."""
+    order = np.argsort(labels, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(labels[order])) + 1)
+
+
+def joined(pairs: NDArray[np.int64], count: int) -> list[NDArray[np.int64]]:
+    """Return the groups of items that pairs `(P, 2)` join, in the order of their first ones."""
+    ends = (pairs[:, 0], pairs[:, 1])
+    graph = coo_array((np.ones(len(pairs)), ends), shape=(count, count))
+    return groups(connected_components(graph, directed=False)[1])
+
+
+def edges(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.bool_], bool]:
+    """Find the edges that two faces share.
+
+    Args:
+        faces: Indices of corners, `(N, 3) int64`.
+
+    Returns:
+        The two faces of each, `(E, 2) int64`; whether both go along it in one direction, as faces
+        that look to one side do not, `(E,) bool`; and whether no edge is a rim.
+    """
+    directed = np.stack((faces, np.roll(faces, -1, axis=1)), axis=2).reshape(-1, 2)
+    low, high = directed.min(axis=1), directed.max(axis=1)
+    order = np.lexsort((high, low))
+    is_new = np.diff(low[order], prepend=-1) + np.diff(high[order], prepend=-1) != 0
+    is_new |= np.diff(low[order], prepend=-1) != 0
+    starts = np.flatnonzero(is_new)
+    counts = np.diff(starts, append=len(order))
+    pairs = order[starts[counts == 2][:, None] + np.arange(2)]
+    alike = directed[pairs[:, 0], 0] == directed[pairs[:, 1], 0]
+    return pairs // 3, alike, bool((counts % 2 == 0).all())
+
+
+def outward(
+    triangles: NDArray[np.float64],
+    pairs: NDArray[np.int64],
+    alike: NDArray[np.bool_],
+    is_closed: bool,
+) -> NDArray[np.float64]:
+    """Return faces that edges join, each with its corners in the order that has it look outward.
+
+    Neighbours look to one side: outward where they enclose something, else as most of them did.
+
+    Args:
+        triangles: `(N, 3, 3) float64` [m].
+        pairs: The two faces at each edge, `(E, 2) int64`.
+        alike: Whether one of the two is turned, `(E,) bool`; see `edges`.
+        is_closed: Whether they enclose something.
+    """
+    count = len(triangles)
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    odd = {(int(a), int(b)) for a, b in np.concatenate((pairs[alike], pairs[alike, ::-1]))}
+    turned = np.zeros(count, np.bool_)
+    if odd:
+        order, before = breadth_first_order(graph.tocsr(), 0, directed=False)
+        for face in order[1:].tolist():
+            last = int(before[face])
+            turned[face] = turned[last] != ((last, face) in odd)
+    sign = np.where(turned, -1.0, 1.0)
+    looks = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    if is_closed:
+        middles = triangles.mean(axis=1)
+        agree = sign @ np.einsum("ij,ij->i", middles - middles.mean(axis=0), looks)
+    else:
+        agree = sign @ np.linalg.norm(looks, axis=1)
+    return np.where((turned ^ (agree < 0.0))[:, None, None], triangles[:, ::-1], triangles)
+
+
+def depths(triangles: NDArray[np.float64], most: float) -> NDArray[np.float64]:
+    """Return how deep a closed body is behind each corner of its faces, `(N, 3) float64` [m].
+
+    Args:
+        triangles: `(N, 3, 3) float64` that look outward [m].
+        most: What is deeper counts as so deep [m].
+    """
+    middle = triangles.mean(axis=1, keepdims=True)
+    starts = np.concatenate((middle + _CORNER * (triangles - middle), middle), axis=1)
+    low, high = triangles.min(axis=1), triangles.max(axis=1)
+    axis = int(np.argmax(np.ptp(middle[:, 0], axis=0)))
+    order = np.argsort(low[:, axis], kind="stable")
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    longest = float((high - low)[:, axis].max(initial=0.0))
+    found = np.empty((len(triangles), 4))
+    found[order] = _lengths(
+        triangles[order],
+        normals[order],
+        low[order],
+        high[order],
+        starts[order],
+        axis,
+        longest,
+        most,
+    )
+    # Where the middle is thinner than the corners, as above a notch, all are.
+    return np.minimum(found[:, :3], found[:, 3:])
+
+
+@njit(cache=True, error_model="numpy")
+def _lengths(
+    triangles: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    starts: NDArray[np.float64],
+    axis: int,
+    longest: float,
+    most: float,
+) -> NDArray[np.float64]:
+    """Return how far rays go back from faces until they hit another, `(N, K) float64`.
+
+    Args:
+        triangles: In the order of `low` along the axis, `(N, 3, 3)`.
+        normals: Theirs, `(N, 3)`.
+        low: Their least coordinates, `(N, 3)`.
+        high: Their greatest, `(N, 3)`.
+        starts: Of the rays of each face, `(N, K, 3)`.
+        longest: The greatest extent of a face along the axis.
+        most: The length of a ray.
+    """
+    count, rays = starts.shape[:2]
+    found = np.full((count, rays), most)
+    for i in range(count):
+        u, v, w = normals[i]
+        for k in range(rays):
+            start, end = starts[i, k], starts[i, k] - most * normals[i]
+            first, last = np.minimum(start, end), np.maximum(start, end)
+            for j in range(np.searchsorted(low[:, axis], first[axis] - longest), count):
+                if low[j, axis] > last[axis]:
+                    break
+                if j == i or _is_apart(low[j], high[j], first, last):
+                    continue
+                a, b, c = normals[j]
+                along = -(a * u + b * v + c * w)
+                if along == 0.0:
+                    continue
+                x, y, z = triangles[j, 0]
+                x, y, z = x - start[0], y - start[1], z - start[2]
+                length = (a * x + b * y + c * z) / along
+                if 0.0 <= length < found[i, k]:
+                    point = start[0] - length * u, start[1] - length * v, start[2] - length * w
+                    if _is_in(triangles[j], (a, b, c), point):
+                        found[i, k] = length
+    return found
+
+
+@njit(cache=True)
+def _is_apart(
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    first: NDArray[np.float64],
+    last: NDArray[np.float64],
+) -> bool:
+    """Return whether two boxes along the axes, of least and greatest corners, have no point."""
+    return bool(
+        high[0] < first[0]
+        or low[0] > last[0]
+        or high[1] < first[1]
+        or low[1] > last[1]
+        or high[2] < first[2]
+        or low[2] > last[2]
+    )
+
+
+@njit(cache=True)
+def _is_in(face: NDArray[np.float64], normal: _Triple, point: _Triple) -> bool:
+    """Return whether a point of a face's plane is in the face."""
+    for i in range(3):
+        a, b, c = face[i]
+        d, e, f = face[(i + 1) % 3]
+        d, e, f = d - a, e - b, f - c
+        a, b, c = point[0] - a, point[1] - b, point[2] - c
+        x, y, z = e * c - f * b, f * a - d * c, d * b - e * a
+        if x * normal[0] + y * normal[1] + z * normal[2] < 0.0:
+            return False
+    return True
