@@ -130,9 +130,7 @@ def config_class_for(
                 continue
             config = _plugin_class(kind, plugin, flat, where, problems, prefix)
             fields[plugin] = config_class_for(config, flat, where, problems, f"{prefix}{plugin}.")
-    base: Any = cls
-    result: type[T] = _with_plugins(base, tuple(fields.items())) if fields else cls
-    return result
+    return with_configs(cls, tuple(fields.items())) if fields else cls
 
 
 def names_in(given: Any, default: Any = ()) -> tuple[str, ...]:
@@ -200,11 +198,32 @@ def _with_class_name(config: Any, what: str, key: str, given: str) -> type[Any]:
     return _subclass(config, [(field_of(key), str, item)])
 
 
+def names_below(values: Mapping[str, Any], prefix: str) -> list[str]:
+    """Return the names that stand below a prefix in dotted names, in their order."""
+    below = (key.removeprefix(f"{prefix}.") for key in values if key.startswith(f"{prefix}."))
+    names = (key.partition(".")[0] for key in below if "." in key)
+    return [name for name in dict.fromkeys(names) if name.isidentifier()]
+
+
+def with_configs(cls: type[T], fields: tuple[tuple[str, Any], ...]) -> type[T]:
+    """Return a config class with fields for the parameters of others, by name and class."""
+    base: Any = cls
+    made: type[T] = _with_configs(base, fields)
+    return made
+
+
 @functools.cache
-def _with_plugins(cls: Any, fields: tuple[tuple[str, Any], ...]) -> type[Any]:
+def _with_configs(cls: Any, fields: tuple[tuple[str, Any], ...]) -> type[Any]:
     return _subclass(
         cls, [(name, kind, dataclasses.field(default_factory=kind)) for name, kind in fields]
     )
+
+
+@functools.cache
+def with_values(cls: Any, names: tuple[str, ...], default: Any, description: str) -> type[Any]:
+    """Return a config class with a parameter of one default for each of some names."""
+    kinds = {name: param(default, description) for name in names if name.isidentifier()}
+    return _subclass(cls, [(name, type(default), item) for name, item in kinds.items()])
 
 
 def _subclass(cls: type[Any], fields: list[tuple[str, Any, Any]]) -> type[Any]:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple
 
+from arjuna_core.errors import RobotError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_sim.devices.driving.bases import SteeredBase
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.files.robots.robot_file import load_robot
+from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.xacro_file import split
 from arjuna_sim.files.world_file import load_world
+from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.robot import RobotModel, footprint
 from arjuna_sim.model.settings import DriveKind
+from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.world import World
 
 _BASES = {"base_footprint", "base_link"}
@@ -29,6 +34,15 @@ def named_robot(path: str, arguments: str) -> RobotModel:
         ConfigError: An argument is none.
     """
     return load_robot(path or shipped_file("urdf/arjuna.urdf"), arguments=split(arguments))
+
+
+def described(text: str) -> Urdf:
+    """Return the links and joints of the text of a URDF, which need not drive.
+
+    Raises:
+        RobotError: It does not describe links and joints.
+    """
+    return read_urdf(XmlFile(Path("robot_description"), "robot", RobotError, text.encode()))
 
 
 def names_of(robot: RobotModel) -> dict[str, str]:

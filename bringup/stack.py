@@ -137,8 +137,7 @@ NAVIGATION_GROUP = Group(
 EXPLORER_GROUP = Group("explorer", (EXPLORER,))
 DESCRIPTION_GROUP = Group("description", (ROBOT_STATE_PUBLISHER,), ("arjuna_sim.inputs",))
 ODOMETRY_GROUP = Group("odometry", (EKF,), ("arjuna_sim.devices.ekf",))
-FUSION_GROUP = Group("fusion", (), ("arjuna_sim.fusion.estimator", "robot_localization.srv"))
-"""robot_localization's nodes alone, those of the parameters' sections."""
+_FUSION_CORES = "arjuna_sim.fusion.estimator", "robot_localization.srv"
 
 _COMMANDING = (
     CONTROLLER_SERVER,
@@ -163,7 +162,7 @@ REAL_STACKS: dict[str, tuple[Group, ...]] = {
 }
 DEMO_GROUPS = tuple(dict.fromkeys(group for groups in STACKS.values() for group in groups))
 """Every group: the demo runs them all, and a parameter file may name any node of theirs."""
-ALL_GROUPS = (*DEMO_GROUPS, WORLD_GROUP, DESCRIPTION_GROUP, ODOMETRY_GROUP, FUSION_GROUP)
+ALL_GROUPS = (*DEMO_GROUPS, WORLD_GROUP, DESCRIPTION_GROUP, ODOMETRY_GROUP)
 """Those, and the ones that several robots or a real one have instead of the simulator's."""
 
 
@@ -182,8 +181,7 @@ _FURTHER = {
 _FILTER_NODE = "arjuna_sim.nodes.localization.filter_node"
 _NAVSAT = "navsat_transform*"
 _OF_SENSOR = re.compile(r"(odom|pose|twist|imu)\d+_\w+")
-UNSCENTED = {"alpha": 1e-3, "kappa": 0.0, "beta": 2.0}
-"""The parameters of the unscented filter alone."""
+_UNSCENTED = {"alpha", "kappa", "beta"}
 
 
 def further_nodes(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
@@ -212,7 +210,7 @@ def fusion_nodes(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
         if fnmatchcase(name, _NAVSAT):
             found[name] = navsat_node(name)
         elif any(map(_OF_SENSOR.fullmatch, values)):
-            unscented = "ukf" in name or not UNSCENTED.keys().isdisjoint(values)
+            unscented = "ukf" in name or not _UNSCENTED.isdisjoint(values)
             found[name] = filter_node(name, unscented)
     return list(found.values())
 
@@ -235,19 +233,71 @@ def with_further(group: Group, sections: Mapping[str, Mapping[str, Any]]) -> Gro
     if group == NAVIGATION_GROUP:
         return replace(group, nodes=(*group.nodes, *_beside_navigation(sections)))
     fused = fusion_nodes(sections)
-    if group not in (SIM_GROUP, ODOMETRY_GROUP, FUSION_GROUP) or not fused:
+    if group not in (SIM_GROUP, ODOMETRY_GROUP) or not fused:
         return group
     filters = (one for one in fused if one.module == _FILTER_NODE)
     instead = any(_in_odom(sections.get(one.name, sections.get("/**", {}))) for one in filters)
     kept = (one for one in group.nodes if not (instead and one == EKF))
-    cores = (*group.cores, *FUSION_GROUP.cores)
-    # several run beside each other where each is started alone
-    name = fused[0].name if group == FUSION_GROUP else group.name
-    return replace(group, name=name, nodes=(*kept, *fused), cores=cores)
+    return replace(group, nodes=(*kept, *fused), cores=(*group.cores, *_FUSION_CORES))
 
 
 def _in_odom(values: Mapping[str, Any]) -> bool:
     return values.get("world_frame", "") in ("", values.get("odom_frame", "odom"))
+
+
+def _processing(name: str, module: str, cls: str) -> NodeSpec:
+    return NodeSpec(name, f"arjuna_sim.nodes.processing.{module}", f"{cls}Node")
+
+
+_JOY = _processing("joy_node", "joystick", "Joy")
+PROGRAMS: dict[tuple[str, str], NodeSpec] = {
+    ("depthimage_to_laserscan", "depthimage_to_laserscan_node"): _processing(
+        "depthimage_to_laserscan", "to_scan", "DepthimageToLaserscan"
+    ),
+    ("diagnostic_aggregator", "aggregator_node"): _processing(
+        "analyzers", "diagnostics", "DiagnosticAggregator"
+    ),
+    ("explore_lite", "explore"): NodeSpec(
+        "explore_node", "arjuna_nav.nodes.explore_lite", "ExploreLiteNode"
+    ),
+    ("imu_filter_madgwick", "imu_filter_madgwick_node"): _processing(
+        "imu_filter_madgwick", "imu_filter", "ImuFilter"
+    ),
+    ("joint_state_publisher", "joint_state_publisher"): _processing(
+        "joint_state_publisher", "joint_state_publisher", "JointStatePublisher"
+    ),
+    ("joy", "joy_node"): _JOY,
+    ("joy_linux", "joy_linux_node"): _JOY,
+    ("laser_filters", "scan_to_scan_filter_chain"): _processing(
+        "scan_to_scan_filter_chain", "laser_filters", "ScanFilterChain"
+    ),
+    ("pointcloud_to_laserscan", "laserscan_to_pointcloud_node"): _processing(
+        "laserscan_to_pointcloud", "to_scan", "LaserscanToPointcloud"
+    ),
+    ("pointcloud_to_laserscan", "pointcloud_to_laserscan_node"): _processing(
+        "pointcloud_to_laserscan", "to_scan", "PointcloudToLaserscan"
+    ),
+    ("robot_localization", "ekf_node"): filter_node(EKF.name, False),
+    ("robot_localization", "navsat_transform_node"): navsat_node("navsat_transform_node"),
+    ("robot_localization", "ukf_node"): filter_node("ukf_filter_node", True),
+    ("robot_state_publisher", "robot_state_publisher"): ROBOT_STATE_PUBLISHER,
+    ("teleop_twist_joy", "teleop_node"): _processing(
+        "teleop_twist_joy_node", "joystick", "TeleopTwistJoy"
+    ),
+    ("twist_mux", "twist_mux"): _processing("twist_mux", "twist_mux", "TwistMux"),
+}
+"""The node that `ros2 run PACKAGE EXECUTABLE` starts, under its usual name."""
+
+
+def program_of(section: str) -> tuple[str, str] | None:
+    """Return package and executable of the node whose usual name a section has, if there is one."""
+    usual = {spec.name: names for names, spec in reversed(PROGRAMS.items())}
+    return usual.get(section.rpartition("/")[2])
+
+
+def program_group(spec: NodeSpec, name: str) -> Group:
+    """Return the process of a program's node alone, under a name."""
+    return Group(name, (replace(spec, name=name),))
 
 
 def all_nodes() -> list[NodeSpec]:

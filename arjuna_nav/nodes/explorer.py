@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from nav2_msgs.action import NavigateToPose, Spin
@@ -42,8 +42,9 @@ class ExplorerNode(ManagedNode):
         done: Whether nothing is left to explore.
     """
 
-    Config = ExplorerConfig
+    Config: ClassVar[type[Any]] = ExplorerConfig
     DEFAULT_NAME = "explorer"
+    map_topic = "map"
     done = False
 
     def configure(self) -> None:
@@ -55,7 +56,9 @@ class ExplorerNode(ManagedNode):
         self.done = False
         self._costmap = LayeredCostmap(self.config.costmap)
         self._status = self.publisher(String, "explorer/status", qos.LATCHED)
-        self.subscribe(OccupancyGridMsg, "map", self._on_map, qos.LATCHED, while_inactive=True)
+        self.subscribe(
+            OccupancyGridMsg, self.map_topic, self._on_map, qos.LATCHED, while_inactive=True
+        )
         self._client = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
         self._spinner = self.keep(GoalClient(self, Spin, "spin"))
         self._turned, self._turning = False, False
@@ -84,7 +87,9 @@ class ExplorerNode(ManagedNode):
         if not self._client.ready:
             return "nobody serves 'navigate_to_pose': is 'python -m bringup nav --slam' running?"
         if self._grid is None:
-            return "no map has come on 'map': is 'python -m bringup nav --slam' running?"
+            return (
+                f"no map has come on '{self.map_topic}': is 'python -m bringup nav --slam' running?"
+            )
         return self.transforms.missing_base(
             "robot_base_frame", config.robot_base_frame, config.map_frame
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,13 +12,16 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.config import param
+from arjuna_core.errors import ConfigError, RobotError
+from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
-from arjuna_sim.inputs import named_robot
+from arjuna_sim.inputs import described, named_robot
 from arjuna_sim.model.optical import sensor_frame
 from arjuna_sim.model.robot import RobotModel
+from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.nodes.messages import transform3_msg
 
@@ -31,6 +35,13 @@ class RobotStatePublisherConfig:
     )
     robot_arguments: str = param(
         "", "Arguments of the robot's xacro file, each name:=value, as in a shell.", read_only=True
+    )
+    robot_description: str = param(
+        "", "The text of a URDF, in place of a file; a new one is published at once."
+    )
+    frame_prefix: str = param("", "What stands before the links' names in transforms.")
+    ignore_timestamp: bool = param(
+        False, "Whether joint states older than those before are published, too."
     )
     publish_frequency: float = param(
         20.0, "Greatest rate of moving joints' transforms.", unit="Hz", minimum=0.1, maximum=1000.0
@@ -50,20 +61,28 @@ class RobotStatePublisherNode(ManagedNode):
 
     def configure(self) -> None:
         """Load the robot and create the topics."""
-        config: RobotStatePublisherConfig = self.config
-        self._robot = self.given or named_robot(config.robot, config.robot_arguments)
-        self._urdf: Urdf = self._robot.urdf
+        self._load(self.config)
         self._description = self.publisher(String, "robot_description", qos.LATCHED)
         self._static = self.publisher(TFMessage, "/tf_static", qos.TF_STATIC)
         self._moving = self.publisher(TFMessage, "/tf", qos.TF)
         self._due = Periodic(1.0 / self.config.publish_frequency)
         self.subscribe(JointState, "joint_states", self._on_joints, qos.DEFAULT)
 
+    def _load(self, config: RobotStatePublisherConfig) -> None:
+        self._sensors: list[SensorSettings] = []
+        self._shown = config.robot_description, config.frame_prefix
+        self._newest = -math.inf
+        if config.robot_description:
+            self._urdf: Urdf = described(config.robot_description)
+        else:
+            robot = self.given or named_robot(config.robot, config.robot_arguments)
+            self._urdf, self._sensors = robot.urdf, list(robot.settings.sensors)
+
     def activate(self) -> None:
         """Publish what never changes, all fixed joints in one message."""
         self._description.publish(String(data=self._urdf.text))
         fixed = [
-            transform3_msg(joint.T_parent_child, joint.parent, joint.child, self.now)
+            self._transform(joint.T_parent_child, joint.parent, joint.child, self.now)
             for joint in self._urdf.joints.values()
             if joint.kind == "fixed"
         ]
@@ -71,24 +90,53 @@ class RobotStatePublisherNode(ManagedNode):
 
     def _of_sensors(self) -> list[TransformStamped]:
         """Return the transforms of sensors' frames that are no links, such as optical ones."""
-        frames = (sensor_frame(self._urdf, s) for s in self._robot.settings.sensors)
+        frames = (sensor_frame(self._urdf, s) for s in self._sensors)
         return [
-            transform3_msg(frame.T_parent, frame.parent, frame.name, self.now)
+            self._transform(frame.T_parent, frame.parent, frame.name, self.now)
             for frame in {frame.name: frame for frame in frames}.values()
             if frame.parent is not None
         ]
 
+    def _transform(self, T: Pose3, parent: str, child: str, now: float) -> TransformStamped:
+        prefix = self.config.frame_prefix
+        return transform3_msg(T, f"{prefix}{parent}", f"{prefix}{child}", now)
+
     def on_config(self, config: Any) -> None:
-        """Take a new rate."""
+        """Take a new rate, prefix or description.
+
+        Raises:
+            ConfigError: The description is none.
+        """
+        if not hasattr(self, "_due"):
+            return
         self._due = Periodic(1.0 / config.publish_frequency)
+        if self._shown == (config.robot_description, config.frame_prefix):
+            return
+        try:
+            self._load(config)
+        except RobotError as error:
+            raise ConfigError(str(error)) from error
+        if self.active:
+            self.activate()
 
     def _on_joints(self, message: Any) -> None:
         now = seconds(message.header.stamp)
+        if now < self._newest and not self.config.ignore_timestamp:
+            return
+        self._newest = now
         if not self._due.due(now):
             return
+        positions = dict(zip(message.name, message.position, strict=False))
         moving = []
-        for name, position in zip(message.name, message.position, strict=False):
-            joint = self._urdf.joints.get(name)
-            if joint is not None:
-                moving.append(transform3_msg(joint.at(position), joint.parent, joint.child, now))
+        for name, joint in self._urdf.joints.items():
+            follows = joint.mimic
+            if name not in positions and follows is not None and follows.joint in positions:
+                positions[name] = follows.multiplier * positions[follows.joint] + follows.offset
+            if name in positions and joint.has_position:
+                pose = joint.at(positions[name])
+                moving.append(self._transform(pose, joint.parent, joint.child, now))
         self._moving.publish(TFMessage(transforms=moving))
+
+    def on_time_jump(self) -> None:
+        """Take joint states of the time before."""
+        self._newest = -math.inf

@@ -24,7 +24,15 @@ from bringup.parameters.foreign.nav2 import section_as_today
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.remarks import Checked, Kind, Remark, lines
 from bringup.parameters.sources import as_theirs, of_words
-from bringup.stack import SIM, VELOCITY_CHAIN, NodeSpec, all_nodes, further_nodes
+from bringup.stack import (
+    PROGRAMS,
+    SIM,
+    VELOCITY_CHAIN,
+    NodeSpec,
+    all_nodes,
+    further_nodes,
+    program_of,
+)
 
 _STAMPED = "enable_stamped_cmd_vel"
 
@@ -74,11 +82,17 @@ def merged_sources(
     return Checked(_of_one_type(parameters), remarks, [])
 
 
-def checked(source: Source, below: Parameters, namespace: str = "") -> Checked:
-    """Return the parameters below with a source's over them, and all that is to be said of it."""
+def checked(
+    source: Source, below: Parameters, namespace: str = "", only: NodeSpec | None = None
+) -> Checked:
+    """Return the parameters below with a source's over them, and all that is to be said of it.
+
+    Args:
+        only: The one node that is meant; None for all there are.
+    """
     if not source.values:
         return Checked(below, [], [])
-    further = further_nodes(merged(below, source.values))
+    further = [only] if only else further_nodes(merged(below, source.values))
     nodes = list({spec.name: spec for spec in (*all_nodes(), *further)}.values())
     after, remarks, problems = understand(source.values, below, nodes, namespace)
     remarks += _without_missing_masks(after, further)
@@ -91,9 +105,19 @@ def checked(source: Source, below: Parameters, namespace: str = "") -> Checked:
 def check_file(path: Path) -> Checked:
     """Return what a file over the shipped parameters, and the files that it names, come to."""
     try:
-        read = checked(of_file(path), shipped_parameters())
+        source = of_file(path)
+        read = checked(source, shipped_parameters())
     except InputFileError as error:
         return Checked({}, [], [str(error)])
+    known = {spec.name for spec in all_nodes()}
+    for name, given in source.values.items():
+        program = program_of(name)
+        if program is None or PROGRAMS[program].name in known:
+            continue
+        spec = PROGRAMS[program]
+        alone = checked(source._replace(values={spec.name: given}), {}, only=spec)
+        read.remarks.extend(alone.remarks)
+        read.problems.extend(alone.problems)
     for spec in all_nodes():
         values = for_node(read.parameters, spec.name)
         lacking = _lacking_map(values) if spec.name == "map_server" else ""

@@ -17,7 +17,7 @@ from bringup.parameters.files import SAFETY, Parameters, for_node, sim_time_of
 from bringup.processes.lifecycle.manager import LifecycleManager
 from bringup.processes.reporter import Reporter, Twins
 from bringup.processes.supervisor import QUIT_EXIT, USAGE_EXIT
-from bringup.stack import ALL_GROUPS, Group, with_further
+from bringup.stack import ALL_GROUPS, PROGRAMS, Group, program_group, with_further
 from bringup.terminal import show
 
 _POLL = 0.05  # [s] at most from one look at the signals to the next
@@ -154,15 +154,21 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 after a clean stop, 2 where an input is refused, 3 where a client asked to quit.
     """
     groups = {group.name: group for group in ALL_GROUPS}
-    parser = argparse.ArgumentParser(prog="python -m bringup.host", description=__doc__)
-    parser.add_argument("group", choices=sorted(groups))
+    programs = {"/".join(names): spec for names, spec in PROGRAMS.items()}
+    parser = argparse.ArgumentParser(
+        prog="python -m bringup.host", description=__doc__, fromfile_prefix_chars="@"
+    )
+    parser.add_argument("group", choices=sorted([*groups, *programs]), metavar="GROUP")
     parser.add_argument("--namespace", default="", help="the robot's")
     parser.add_argument("--parameters", type=json.loads, default={}, help="JSON: node: name: value")
     parser.add_argument("--alone", action="store_true", help="no supervisor reads its events")
     arguments, _ = parser.parse_known_args(argv)  # what follows --ros-args is rclpy's
     report = (lambda line: None) if arguments.alone else show
     try:
-        host = Host(groups[arguments.group], arguments.parameters, arguments.namespace, report)
+        group = groups.get(arguments.group)
+        if group is None:  # a program's node is the one that has parameters
+            group = program_group(programs[arguments.group], next(iter(arguments.parameters)))
+        host = Host(group, arguments.parameters, arguments.namespace, report)
     except ArjunaError as error:
         sys.stderr.write(f"error: {error}\n")
         return USAGE_EXIT

@@ -11,11 +11,10 @@ from bringup.parameters.listing import bounds, described, scalar
 from bringup.stack import (
     ALL_GROUPS,
     ORIGINALS,
+    PROGRAMS,
     NodeSpec,
     all_nodes,
-    filter_node,
     further_nodes,
-    navsat_node,
 )
 from scripts.reference import NOTE, cell, code
 
@@ -38,8 +37,7 @@ _FURTHER = (
 def page() -> str:
     """Return the page."""
     nodes = [spec for group in ALL_GROUPS for spec in group.nodes]
-    beside = [*further_nodes({name: {} for name in _FURTHER}), filter_node("ukf_node", True)]
-    beside.append(navsat_node("navsat_transform_node"))
+    beside = [*further_nodes({name: {} for name in _FURTHER}), *PROGRAMS.values()]
     specs = {spec.name: spec for spec in (*nodes, *beside, *all_nodes())}
     lines = [_INTRO, *(line for spec in specs.values() for line in _node(spec))]
     lines += ["## Plug-ins that are not loaded there\n", "With their own defaults.\n"]

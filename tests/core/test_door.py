@@ -46,6 +46,7 @@ KNOWN = {
     "arjuna_sim/files/urdf/xacro_child.py: xacro.open": "takes the place of xacro's own",
     # Folders, for their names to be forced to disk.
     "arjuna_core/files/whole_file.py: os.open": "a folder",
+    "arjuna_sim/processing/joystick.py: os.open": "a gamepad",
     "bringup/ros2/main.py: os.open": "/dev/null",
     # The kernel's files.
     "bringup/doctor/machine.py: .read_text": "/proc",

@@ -15,7 +15,10 @@ PACKAGES = ("arjuna_core", *CORES, "bringup")
 # Each package's wings and files, what stands higher first; "" are the top-level files not named.
 ORDER = {
     "arjuna_core": ("ros", "bags", "files", ""),
-    "arjuna_sim": ("nodes", "learning", "", "physics", "devices", "fusion", "files", "model"),
+    "arjuna_sim": (
+        *("nodes", "learning", "", "physics", "devices", "fusion", "processing", "files"),
+        "model",
+    ),
     "arjuna_slam": ("nodes", "", "amcl", "mapping", "graph", "matching", "logs"),
     "arjuna_nav": (
         *("nodes", "", "trees", "docking", "behaviors", "exploration", "safety", "routes"),

@@ -47,13 +47,13 @@ def of_value(node: str, key: str, value: Any) -> tuple[Kind, str] | None:
     return None
 
 
-def of_node(name: str) -> tuple[Kind, str, bool] | None:
-    """Return why a node has no counterpart, and whether it keeps robots from harm."""
+def of_node(name: str) -> tuple[Kind, str] | None:
+    """Return why a node has no counterpart."""
     last = name.rsplit("/", 1)[-1]
     for kind, reasons in _TABLES["nodes"].items():
         for reason, patterns in reasons.items():
             if any(fnmatchcase(last, pattern) for pattern in patterns.split()):
-                return Kind(kind), reason, last in _TABLES["safety_nodes"]
+                return Kind(kind), reason
     return None
 
 

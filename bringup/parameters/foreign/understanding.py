@@ -16,7 +16,7 @@ from bringup.parameters.files import EVERY_NODE, SIM_TIME, Parameters, merged, n
 from bringup.parameters.foreign import nav2
 from bringup.parameters.remarks import Checked, Kind, Remark
 from bringup.parameters.sources import keys_of_robot
-from bringup.stack import NodeSpec
+from bringup.stack import NodeSpec, program_of
 
 _NAMESPACE = "<robot_namespace>"
 _PLACEHOLDER = re.compile(r".*(<\w+>|\$\{.+\}|\$\((?!find-pkg-share).+\)).*")
@@ -97,10 +97,13 @@ def _is_placeholder(key: str, value: str) -> bool:
 def _of_other_node(name: str, today: str, nodes: Mapping[str, NodeSpec]) -> Remark:
     if (node := node_of(today, nodes)) is not None:
         return Remark(Kind.NOT_NEEDED, name, f"'{node}' of another namespace")
+    if (program := program_of(today)) is not None:
+        command = f"ros2 run {' '.join(program)} --ros-args --params-file FILE"
+        return Remark(Kind.NOT_NEEDED, name, f"a node that '{command}' runs")
     known = nav2.of_node(name)
     if known is not None:
-        kind, reason, safety = known
-        return Remark(kind, name, f"there is no such node here: {reason}", safety)
+        kind, reason = known
+        return Remark(kind, name, f"there is no such node here: {reason}")
     return Remark(Kind.UNKNOWN, name, f"no node has this name{closest(name, nodes)}")
 
 

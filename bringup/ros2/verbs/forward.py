@@ -17,6 +17,7 @@ from arjuna_core.errors import nearest
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.programs.bag import VERBS, translated
 from bringup.ros2.programs.python_file import run_file
+from bringup.stack import PROGRAMS as NODES
 
 _PROGRAMS = "bringup.ros2.programs"
 
@@ -79,9 +80,8 @@ def _teleop(words: list[str]) -> NoReturn:
     options = ["--keys", "twist"]
     if "cmd_vel" in given.remapped:
         options += ["--topic", given.remapped["cmd_vel"]]
-    for name in ("speed", "turn"):
-        if name in given.parameters:
-            options += [f"--{name}", given.parameters[name]]
+    for name, usual in (("speed", "0.5"), ("turn", "1.0")):  # teleop_twist_keyboard's
+        options += [f"--{name}", given.parameters.get(name, usual)]
     if given.parameters.get("stamped", "").lower() == "true":
         options.append("--stamped")
     arjuna("teleop", options)
@@ -131,13 +131,9 @@ def _slam_toolbox(words: list[str], parameter: str = "") -> NoReturn:
     arjuna("slam", options)
 
 
-def _publish_states(words: list[str]) -> None:
-    importlib.import_module(f"{_PROGRAMS}.robot_state_publisher").start(ros_arguments(words))
-
-
-def _localize(words: list[str], program: str) -> None:
-    module = importlib.import_module(f"{_PROGRAMS}.robot_localization")
-    module.start(program, ros_arguments(words))
+def _run_node(words: list[str], package: str, program: str) -> None:
+    module = importlib.import_module(f"{_PROGRAMS}.node")
+    module.start(package, program, ros_arguments(words))
 
 
 # What `ros2 run PACKAGE EXECUTABLE` runs
@@ -155,11 +151,7 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
         _slam_toolbox, parameter="synchronous:=true"
     ),
     ("teleop_twist_keyboard", "teleop_twist_keyboard"): _teleop,
-    **{
-        ("robot_localization", program): partial(_localize, program=program)
-        for program in ("ekf_node", "ukf_node", "navsat_transform_node")
-    },
-    ("robot_state_publisher", "robot_state_publisher"): _publish_states,
+    **{names: partial(_run_node, package=names[0], program=names[1]) for names in NODES},
     ("rviz2", "rviz2"): f"{_PROGRAMS}.rviz2",
     ("tf2_ros", "static_transform_publisher"): f"{_PROGRAMS}.static_transform_publisher",
     ("tf2_ros", "tf2_echo"): f"{_PROGRAMS}.tf2_echo",

@@ -9,12 +9,11 @@ from rclpy.lifecycle import TransitionCallbackReturn
 
 from bringup import stack as stacks
 from bringup.parameters.files import for_node, merged, shipped_parameters
-from bringup.stack import Group, filter_node, navsat_node
+from bringup.stack import PROGRAMS, Group
 from tests.helpers.ros import RosBench
 
 GROUPS = {group.name: group for group in vars(stacks).values() if isinstance(group, Group)}
-_FILTERS = filter_node("ekf_node", False), filter_node("ukf_node", True)
-GROUPS["fusion"] = Group("fusion", (*_FILTERS, navsat_node("navsat_transform_node")))
+GROUPS["programs"] = Group("programs", tuple(dict.fromkeys(PROGRAMS.values())))
 pytestmark = [
     pytest.mark.ros,
     pytest.mark.parametrize("group", GROUPS.values(), ids=GROUPS),

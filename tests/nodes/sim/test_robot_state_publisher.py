@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 
 import pytest
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros import qos
+from arjuna_core.ros.convert import header
 from arjuna_sim.nodes.robot_state_publisher import RobotStatePublisherNode
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start, start_sim
@@ -47,6 +50,46 @@ def test_whole_tree_connects_odom_to_the_lidar(bench: RosBench) -> None:
     start(bench, RobotStatePublisherNode(bench.process))
     run(bench, sim, 5)
     assert bench.process.transforms.try_lookup("odom", "lidar_link") is not None
+
+
+ARM = """<robot name="arm"><link name="base"/><link name="a"/><link name="b"/>
+  <joint name="j" type="continuous"><parent link="base"/><child link="a"/>
+    <axis xyz="0 0 1"/></joint>
+  <joint name="k" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>
+    <mimic joint="j" multiplier="2"/></joint>
+</robot>"""
+
+
+def test_a_descriptions_text_a_prefix_and_mimic_joints(bench: RosBench) -> None:
+    description = bench.collect(String, "/robot_description", qos.LATCHED)
+    moving = bench.collect(TFMessage, "/tf")
+    values = {"robot_description": ARM, "frame_prefix": "left/"}
+    node = start(bench, RobotStatePublisherNode(bench.process, values))
+    bench.publish(JointState, "joint_states", JointState(name=["j"], position=[math.pi / 2]))
+    assert description[-1].data == ARM
+    children = {t.child_frame_id: t for t in moving[-1].transforms}
+    assert sorted(children) == ["left/a", "left/b"]
+    assert children["left/b"].header.frame_id == "left/a"
+    assert abs(children["left/b"].transform.rotation.z) == pytest.approx(1.0)
+    (result,) = node.set_parameters([Parameter("robot_description", value="<robot/>")])
+    assert not result.successful
+    (result,) = node.set_parameters([Parameter("robot_description", value=ARM + "\n")])
+    assert result.successful, result.reason
+    bench.process.drain()
+    assert description[-1].data == ARM + "\n"
+
+
+@pytest.mark.parametrize(("ignore", "count"), [(False, 1), (True, 2)])
+def test_joint_states_of_before_are_dropped_unless_ignored(
+    bench: RosBench, ignore: bool, count: int
+) -> None:
+    moving = bench.collect(TFMessage, "/tf")
+    values = {"robot_description": ARM, "ignore_timestamp": ignore, "publish_frequency": 1000.0}
+    start(bench, RobotStatePublisherNode(bench.process, values))
+    for stamp in (2.0, 1.0):
+        message = JointState(header=header("", stamp), name=["j"], position=[0.0])
+        bench.publish(JointState, "joint_states", message)
+    assert len(moving) == count
 
 
 def test_the_frame_of_the_ground_truth_is_in_the_tree(bench: RosBench) -> None:

@@ -12,11 +12,10 @@ import pytest
 from arjuna_core.errors import ConfigError
 from bringup.parameters.checking import check_file
 from bringup.parameters.remarks import Checked, Kind
-from bringup.ros2.programs import robot_localization
+from bringup.ros2.programs import node
 from bringup.ros2.verbs.forward import ros_arguments
 from bringup.stack import (
     EKF,
-    FUSION_GROUP,
     NAVIGATION_GROUP,
     ODOMETRY_GROUP,
     SIM_GROUP,
@@ -92,10 +91,6 @@ def test_our_own_fusion_stays_until_a_filter_estimates_in_odom() -> None:
         assert {"global", "local"} <= names
         assert EKF.name not in names
     assert with_further(NAVIGATION_GROUP, {"local": ONE}) == NAVIGATION_GROUP
-    group = with_further(FUSION_GROUP, {"ekf_filter_node": ONE})
-    assert group.manager == "lifecycle_manager_ekf_filter_node"
-    (alone,) = group.nodes
-    assert alone.cls == "EkfFilterNode"
 
 
 def test_gps_is_converted_under_any_name_that_begins_so(tmp_path: Path) -> None:
@@ -110,7 +105,7 @@ def test_gps_is_converted_under_any_name_that_begins_so(tmp_path: Path) -> None:
 def _started(words: list[str], monkeypatch: pytest.MonkeyPatch, program: str) -> list[str]:
     started: list[list[str]] = []
     monkeypatch.setattr(os, "execv", lambda path, words: started.append(words))
-    robot_localization.start(program, ros_arguments(["--ros-args", *words]))
+    node.start("robot_localization", program, ros_arguments(["--ros-args", *words]))
     return started[0]
 
 
@@ -126,8 +121,7 @@ def test_ros2_run_takes_files_names_and_remappings(
     assert values["mine"]["frequency"] == 10.0
     assert values["mine"]["odom0_config"] == MASK
     assert not values["mine"]["use_sim_time"]
-    (spec,) = fusion_nodes(values)
-    assert spec.cls == {"ekf_node": "EkfFilterNode", "ukf_node": "UkfFilterNode"}[program]
+    assert got[3] == f"robot_localization/{program}"
     assert got[-3:] == ["--ros-args", "-r", "odometry/filtered:=odom"]
 
 

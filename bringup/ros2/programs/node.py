@@ -1,10 +1,12 @@
-"""`ros2 run robot_localization ekf_node`, and its others: the node with its usual arguments."""
+"""`ros2 run PACKAGE EXECUTABLE` of a node that stands alone, with its usual arguments."""
 
 from __future__ import annotations
 
 import json
 import os
 import sys
+import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -12,42 +14,54 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.files.yaml_file import plain
 from bringup.parameters.checking import checked, write_remarks
 from bringup.parameters.files import EVERY_NODE, SIM_TIME, Parameters, Source, node_of, of_file
+from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import RosArguments
-from bringup.stack import FUSION_GROUP, UNSCENTED
+from bringup.stack import PROGRAMS, ROBOT_STATE_PUBLISHER
 
-NAMES = {
-    "ekf_node": "ekf_filter_node",
-    "ukf_node": "ukf_filter_node",
-    "navsat_transform_node": "navsat_transform_node",
-}
-"""The node's name by that of its program, where no other is given."""
+_DESCRIPTION = "robot_description"
+_LONGEST = 100_000  # Linux takes arguments of up to 128 KiB each, MAX_ARG_STRLEN
 
 
-def start(program: str, given: RosArguments) -> NoReturn:
+def start(package: str, program: str, given: RosArguments) -> NoReturn:
     """Become the process of the node.
 
     Raises:
         ConfigError: Its parameters are not valid.
     """
-    name = given.remapped.pop("__node", given.remapped.pop("__name", NAMES[program]))
+    usual = PROGRAMS[package, program]
+    name = given.remapped.pop("__node", given.remapped.pop("__name", usual.name))
     namespace = given.remapped.pop("__ns", "").strip("/")
+    spec = replace(usual, name=name)
     values = _values(given, name)
+    if usual == ROBOT_STATE_PUBLISHER:
+        if given.own:
+            values["robot"] = str(Path(given.own.pop(0)).resolve())
+        if not {"robot", _DESCRIPTION} & values.keys():
+            raise Ros2Error('no robot: -p robot_description:="$(cat FILE)", or a FILE as argument')
     sim_time = values.pop(SIM_TIME, False)
-    if program == "ukf_node":
-        values = {**UNSCENTED, **values}
-    read = checked(Source(f"ros2 run robot_localization {program}", {name: values}), {}, namespace)
+    source = Source(f"ros2 run {package} {program}", {name: values})
+    read = checked(source, {}, namespace, only=spec)
     if read.problems:
         raise ConfigError(*read.problems)
     write_remarks(read.remarks)
     if unused := [*given.own, *given.unused]:
         print(f"no effect: {' '.join(unused)}", flush=True)
     parameters: Parameters = {name: {**read.parameters.get(name, {}), SIM_TIME: sim_time}}
-    words = [FUSION_GROUP.name, "--alone", "--parameters", json.dumps(parameters)]
+    words = [f"{package}/{program}", "--alone", "--parameters", _as_word(json.dumps(parameters))]
     words += ["--namespace", namespace] if namespace else []
     renamed = [word for item in given.remapped.items() for word in ("-r", ":=".join(item))]
     level = ["--log-level", given.level] if given.level else []
     words += ["--ros-args", *renamed, *level]
     os.execv(sys.executable, [sys.executable, "-m", "bringup.host", *words])  # noqa: S606 - ours
+
+
+def _as_word(text: str) -> str:
+    """Return a text as an argument, by a file where it is too long for one."""
+    if len(text) < _LONGEST:
+        return text
+    with tempfile.NamedTemporaryFile("w", suffix=".json", delete=False) as file:
+        file.write(text)
+    return f"@{file.name}"
 
 
 def _values(given: RosArguments, name: str) -> dict[str, Any]:
@@ -58,4 +72,5 @@ def _values(given: RosArguments, name: str) -> dict[str, Any]:
         values |= sections.get(EVERY_NODE, {})
         for section, own in sections.items():
             values |= own if node_of(section, [name]) == name else {}
-    return {**values, **{key: plain(text) for key, text in given.parameters.items()}}
+    read = {k: t if k == _DESCRIPTION else plain(t) for k, t in given.parameters.items()}
+    return {**values, **read}

@@ -1,0 +1,140 @@
+"""aggregator_node: /diagnostics as a tree on /diagnostics_agg."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from arjuna_core.config import flatten, param
+from arjuna_core.plugins import with_configs
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import header
+from arjuna_core.ros.node import ManagedNode
+from arjuna_sim.processing.diagnostics import (
+    GENERIC,
+    KINDS,
+    Aggregator,
+    Analyzer,
+    Status,
+    analyzers,
+)
+
+
+def _names(what: str) -> Any:
+    return param((), f"{what} of the statuses that it takes.", read_only=True)
+
+
+@dataclass(frozen=True)
+class AnalyzerConfig:
+    """Parameters of an analyzer; those of a group's stand below `analyzers`."""
+
+    type: str = param(GENERIC, "Its class.", choices=KINDS, read_only=True)
+    path: str = param("", "Its name in the tree; empty for its parameters'.", read_only=True)
+    startswith: tuple[str, ...] = _names("Beginnings of the names")
+    contains: tuple[str, ...] = _names("Parts of the names")
+    name: tuple[str, ...] = _names("Names")
+    expected: tuple[str, ...] = _names("Names, missed where they do not come,")
+    regex: tuple[str, ...] = _names("Regular expressions within the names")
+    find_and_remove_prefix: tuple[str, ...] = _names("Beginnings, taken off, of the names")
+    remove_prefix: tuple[str, ...] = _names("Beginnings, to be taken off, of the names")
+    timeout: float = param(
+        5.0, "Age at which a status is stale; negative for none.", unit="s", minimum=-1e9
+    )
+    num_items: int = param(-1, "How many statuses there must be; -1 for any.", minimum=-1)
+    discard_stale: bool = param(False, "Whether stale ones are removed.", read_only=True)
+
+
+@dataclass(frozen=True)
+class AggregatorConfig:
+    """Parameters of the node `analyzers`; each analyzer adds its own, as `arms.type`."""
+
+    path: str = param("", "What stands before all names in the tree.", read_only=True)
+    pub_rate: float = param(1.0, "Rate of the output.", unit="Hz", minimum=0.01, maximum=100.0)
+    other_as_errors: bool = param(
+        False, "Whether statuses that no analyzer takes are errors.", read_only=True
+    )
+
+    @classmethod
+    def config_for(cls, values: Mapping[str, Any]) -> type[AggregatorConfig]:
+        """Return the class with the analyzers that values name."""
+        return with_configs(cls, _analyzers(values))
+
+
+def _analyzers(values: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
+    names = [key.partition(".")[0] for key in values if "." in key]
+    found = []
+    for name in dict.fromkeys(filter(str.isidentifier, names)):
+        below = f"{name}.analyzers."
+        own = {k.removeprefix(below): v for k, v in values.items() if k.startswith(below)}
+        config: Any = _single_names(tuple(sorted(_texts(values, name))))
+        if own:
+            inner = with_configs(_Group, _analyzers(own))
+            config = with_configs(config, (("analyzers", inner),))
+        found.append((name, config))
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class _Group:
+    """The analyzers below a group."""
+
+
+def _texts(values: Mapping[str, Any], name: str) -> list[str]:
+    """Return which names of an analyzer are one text, not a list, as both are valid."""
+    keys = (item.name for item in dataclasses.fields(AnalyzerConfig) if item.default == ())
+    return [key for key in keys if isinstance(values.get(f"{name}.{key}"), str)]
+
+
+@cache
+def _single_names(keys: tuple[str, ...]) -> Any:
+    if not keys:
+        return AnalyzerConfig
+    fields = [(k, str, param("", "The only one of them.", read_only=True)) for k in keys]
+    return dataclasses.make_dataclass(
+        "AnalyzerConfig", fields, bases=(AnalyzerConfig,), frozen=True
+    )
+
+
+class DiagnosticAggregatorNode(ManagedNode):
+    """Publishes the tree of diagnostics, and the worst level of all."""
+
+    Config = AggregatorConfig
+    DEFAULT_NAME = "analyzers"
+
+    def configure(self) -> None:
+        """Build the tree and create the topics."""
+        config: AggregatorConfig = self.config
+        base = f"/{config.path.strip('/')}" if config.path.strip("/") else ""
+        tree = analyzers(flatten(config), base)
+        self._tree = Aggregator(tree, Analyzer(f"{base}/Other"), config.other_as_errors)
+        self._out = self.publisher(DiagnosticArray, "/diagnostics_agg", qos.DEFAULT)
+        self._whole = self.publisher(DiagnosticStatus, "/diagnostics_toplevel_state", qos.DEFAULT)
+        self.subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.TF)
+        self.every(1.0 / config.pub_rate, self._publish)
+
+    def _on_diagnostics(self, message: Any) -> None:
+        for one in message.status:
+            values = tuple((item.key, item.value) for item in one.values)
+            level = int.from_bytes(one.level, "big")
+            self._tree.take(Status(one.name, level, one.message, one.hardware_id, values, self.now))
+
+    def _publish(self) -> None:
+        statuses, level = self._tree.report(self.now)
+        found = DiagnosticArray(header=header("", self.now))
+        found.status = [
+            DiagnosticStatus(
+                level=bytes((one.level,)),
+                name=one.name,
+                message=one.message,
+                hardware_id=one.hardware_id,
+                values=[KeyValue(key=key, value=value) for key, value in one.values],
+            )
+            for one in statuses
+        ]
+        self._out.publish(found)
+        self._whole.publish(DiagnosticStatus(name="toplevel_state", level=bytes((level,))))

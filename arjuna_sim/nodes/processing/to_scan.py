@@ -1,0 +1,203 @@
+"""pointcloud_to_laserscan, depthimage_to_laserscan and laserscan_to_pointcloud."""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2
+
+from arjuna_core.config import param
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import cloud_from_msg, scan_from_msg, seconds
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import TransformError
+from arjuna_sim.nodes.processing.frames import MountedFrames
+from arjuna_sim.nodes.sensor_topics import cloud_msg
+from arjuna_sim.processing.to_scan import points_of_scan, scan_of_depth, scan_of_points
+
+_MOST_POINTS = 10_000_000
+_FLOAT_MAX = 3.4028234663852886e38  # a message's greatest range, of float32
+
+
+@dataclass(frozen=True)
+class CloudToScanConfig:
+    """Parameters of `pointcloud_to_laserscan`."""
+
+    target_frame: str = param("", "Frame of the scan; empty for the cloud's.", read_only=True)
+    transform_tolerance: float = param(
+        0.01, "How long a transform may come later; the newest is taken.", unit="s", minimum=0.0
+    )
+    queue_size: int = param(4, "Clouds that may wait.", minimum=1, maximum=1000, read_only=True)
+    min_height: float = param(
+        sys.float_info.min,
+        "Least height of a point.",
+        unit="m",
+        minimum=-math.inf,
+        maximum=math.inf,
+    )
+    max_height: float = param(
+        sys.float_info.max,
+        "Greatest height of a point.",
+        unit="m",
+        minimum=-math.inf,
+        maximum=math.inf,
+    )
+    angle_min: float = param(-math.pi, "Bearing of the first beam.", unit="rad")
+    angle_max: float = param(math.pi, "Bearing at which the scan ends.", unit="rad")
+    angle_increment: float = param(
+        math.pi / 180.0, "From one beam to the next.", unit="rad", minimum=1e-5
+    )
+    scan_time: float = param(1.0 / 30.0, "Time of a scan, in the message.", unit="s", minimum=0.0)
+    range_min: float = param(0.0, "Least distance of a point.", unit="m", minimum=0.0)
+    range_max: float = param(
+        sys.float_info.max, "Greatest distance of a point.", unit="m", minimum=0.0, maximum=math.inf
+    )
+    use_inf: bool = param(True, "Whether beams without a point are infinite.")
+    inf_epsilon: float = param(
+        1.0, "Else, how far beyond the greatest distance they are.", unit="m", minimum=0.0
+    )
+
+
+class PointcloudToLaserscanNode(ManagedNode):
+    """Publishes the nearest points of `cloud_in`, between two heights, on `scan`."""
+
+    Config = CloudToScanConfig
+    DEFAULT_NAME = "pointcloud_to_laserscan"
+
+    def configure(self) -> None:
+        """Create the topics."""
+        self._frames = MountedFrames(self)
+        self._out = self.publisher(LaserScan, "scan", qos.SENSOR_PUBLISHER)
+        self.subscribe(PointCloud2, "cloud_in", self._on_cloud, qos.SENSOR_SUBSCRIPTION)
+
+    def _on_cloud(self, message: Any) -> None:
+        config: CloudToScanConfig = self.config
+        frame = config.target_frame or message.header.frame_id
+        try:
+            pose = self._frames.mounted(frame, message.header.frame_id)
+        except TransformError as error:
+            self._frames.report("clouds", message.header.frame_id, error)
+            return
+        points = cloud_from_msg(message, pose, _MOST_POINTS).points
+        distance = np.hypot(points[:, 0], points[:, 1])
+        heights = points[:, 2]
+        kept = (heights >= config.min_height) & (heights <= config.max_height)
+        kept &= (distance >= config.range_min) & (distance <= config.range_max)
+        farthest = min(config.range_max, _FLOAT_MAX)
+        empty = math.inf if config.use_inf else farthest + config.inf_epsilon
+        count = math.ceil((config.angle_max - config.angle_min) / config.angle_increment)
+        ranges = scan_of_points(
+            points[kept], config.angle_min, config.angle_increment, count, empty
+        )
+        found = LaserScan(
+            header=message.header,
+            angle_min=config.angle_min,
+            angle_max=config.angle_max,
+            angle_increment=config.angle_increment,
+            scan_time=config.scan_time,
+            range_min=config.range_min,
+            range_max=farthest,
+            ranges=ranges.astype(np.float32),
+        )
+        found.header.frame_id = frame
+        self._out.publish(found)
+
+
+@dataclass(frozen=True)
+class ScanToCloudConfig:
+    """Parameters of `laserscan_to_pointcloud`."""
+
+    target_frame: str = param("", "Frame of the cloud; empty for the scan's.", read_only=True)
+    transform_tolerance: float = param(
+        0.01, "How long a transform may come later; the newest is taken.", unit="s", minimum=0.0
+    )
+    queue_size: int = param(4, "Scans that may wait.", minimum=1, maximum=1000, read_only=True)
+
+
+class LaserscanToPointcloudNode(ManagedNode):
+    """Publishes the end points of `scan_in` on `cloud`."""
+
+    Config = ScanToCloudConfig
+    DEFAULT_NAME = "laserscan_to_pointcloud"
+
+    def configure(self) -> None:
+        """Create the topics."""
+        self._frames = MountedFrames(self)
+        self._out = self.publisher(PointCloud2, "cloud", qos.SENSOR_PUBLISHER)
+        self.subscribe(LaserScan, "scan_in", self._on_scan, qos.SENSOR_SUBSCRIPTION)
+
+    def _on_scan(self, message: Any) -> None:
+        frame = self.config.target_frame or message.header.frame_id
+        try:
+            pose = self._frames.mounted(frame, message.header.frame_id)
+        except TransformError as error:
+            self._frames.report("scans", message.header.frame_id, error)
+            return
+        scan = scan_from_msg(message)
+        points = points_of_scan(scan.ranges, scan.angles, scan.range_min, scan.range_max)
+        placed = pose.apply(points).astype(np.float32)
+        self._out.publish(cloud_msg(placed, None, frame, seconds(message.header.stamp)))
+
+
+@dataclass(frozen=True)
+class DepthToScanConfig:
+    """Parameters of `depthimage_to_laserscan`."""
+
+    scan_time: float = param(0.033, "Time of a scan, in the message.", unit="s", minimum=0.0)
+    range_min: float = param(0.45, "Least distance.", unit="m", minimum=0.0)
+    range_max: float = param(10.0, "Greatest distance.", unit="m", minimum=0.0)
+    scan_height: int = param(1, "Rows of the image that count.", minimum=1, maximum=100000)
+    output_frame: str = param("camera_depth_frame", "Frame of the scan.", read_only=True)
+
+
+class DepthimageToLaserscanNode(ManagedNode):
+    """Publishes the nearest depths of the middle rows of `depth` on `scan`."""
+
+    Config = DepthToScanConfig
+    DEFAULT_NAME = "depthimage_to_laserscan"
+
+    def configure(self) -> None:
+        """Create the topics."""
+        self._camera: Any = None
+        self._out = self.publisher(LaserScan, "scan", qos.SENSOR_PUBLISHER)
+        self.subscribe(CameraInfo, "depth_camera_info", self._on_camera, qos.SENSOR_SUBSCRIPTION)
+        self.subscribe(Image, "depth", self._on_image, qos.SENSOR_SUBSCRIPTION)
+
+    def _on_camera(self, message: Any) -> None:
+        self._camera = message
+
+    def _on_image(self, message: Any) -> None:
+        config: DepthToScanConfig = self.config
+        if self._camera is None:
+            return
+        kinds = {"32FC1": ("f4", 1.0), "16UC1": ("u2", 0.001), "mono16": ("u2", 0.001)}
+        if message.encoding not in kinds:
+            problem = f"depth is {message.encoding!r}; valid: {', '.join(kinds)}"
+            self.guard.refused(self, "depth", problem)
+            return
+        kind, unit = kinds[message.encoding]
+        order = ">" if message.is_bigendian else "<"
+        shape, strides = (message.height, message.width), (message.step, int(kind[1]))
+        raw: Any = np.ndarray(shape, order + kind, message.data, 0, strides)
+        depth = raw * unit
+        scan_height = min(config.scan_height, message.height)
+        ranges, first, increment = scan_of_depth(
+            depth, self._camera.k[0], self._camera.k[2], scan_height,
+            config.range_min, config.range_max,
+        )  # fmt: skip
+        found = LaserScan(
+            header=message.header,
+            angle_min=first,
+            angle_max=first + increment * (message.width - 1),
+            angle_increment=increment,
+            scan_time=config.scan_time,
+            range_min=config.range_min,
+            range_max=config.range_max,
+            ranges=ranges.astype(np.float32),
+        )
+        found.header.frame_id = config.output_frame
+        self._out.publish(found)

@@ -1,0 +1,136 @@
+"""twist_mux: of several sources of velocities the one of the highest priority passes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from geometry_msgs.msg import Twist, TwistStamped
+from std_msgs.msg import Bool
+
+from arjuna_core.config import param
+from arjuna_core.plugins import names_below, with_configs
+from arjuna_core.ros import qos
+from arjuna_core.ros.node import ManagedNode
+
+
+@dataclass(frozen=True)
+class SourceConfig:
+    """Parameters of a source of velocities, or of a lock."""
+
+    topic: str = param("", "Its topic.", read_only=True)
+    timeout: float = param(
+        0.0, "Age at which its message counts no more; 0 for none.", unit="s", minimum=0.0
+    )
+    priority: int = param(0, "Its priority; 0 never passes.", minimum=0, maximum=255)
+    short_desc: str = param("", "What it is.")
+
+
+@dataclass(frozen=True)
+class Sources:
+    """Sources by their names."""
+
+    def named(self) -> Mapping[str, SourceConfig]:
+        """Return the sources by name."""
+        return {item.name: getattr(self, item.name) for item in fields(self)}
+
+
+@dataclass(frozen=True)
+class TwistMuxConfig:
+    """Parameters of `twist_mux`; each source and each lock adds its own."""
+
+    use_stamped: bool = param(False, "Whether velocities are TwistStamped.", read_only=True)
+    topics: Sources = field(default_factory=Sources)
+    locks: Sources = field(default_factory=Sources)
+
+    @classmethod
+    def config_for(cls, values: Mapping[str, Any]) -> type[TwistMuxConfig]:
+        """Return the class with the sources and locks that values name."""
+
+        def named(part: str) -> Any:
+            names = names_below(values, part)
+            return with_configs(Sources, tuple((name, SourceConfig) for name in names))
+
+        parts = ("topics", "locks")
+        return with_configs(cls, tuple((part, named(part)) for part in parts))
+
+
+class _Source:
+    """A source, its last message and when that came [s]."""
+
+    def __init__(self, config: SourceConfig) -> None:
+        self.config = config
+        self.message: Any = None
+        self.came = -math.inf
+
+    def expired(self, now: float) -> bool:
+        """Return whether its message is too old, or none came."""
+        return 0.0 < self.config.timeout < now - self.came
+
+
+class TwistMuxNode(ManagedNode):
+    """Publishes on `cmd_vel_out`; a lock that is true or silent masks lower priorities.
+
+    Source: twist_mux, `TwistMux::hasPriority` and its README.
+    """
+
+    Config = TwistMuxConfig
+    DEFAULT_NAME = "twist_mux"
+
+    def configure(self) -> None:
+        """Create the topics."""
+        config: TwistMuxConfig = self.config
+        kind = TwistStamped if config.use_stamped else Twist
+        self._out = self.publisher(kind, "cmd_vel_out", qos.LATEST)
+        self._sources = _of(config.topics)
+        self._locks = _of(config.locks)
+        for source in self._sources.values():
+            self._hear(kind, source, self._pass)
+        for lock in self._locks.values():
+            self._hear(Bool, lock, lambda source: None)
+        if not self._sources:
+            self.get_logger().warning("no source: topics.NAME.topic, .timeout, .priority name them")
+
+    def on_config(self, config: Any) -> None:
+        """Take new priorities and time-outs."""
+        for part in ("topics", "locks"):
+            known = getattr(self, "_sources" if part == "topics" else "_locks", {})
+            for name, own in getattr(config, part).named().items():
+                known[name].config = own
+
+    def _hear(self, kind: Any, source: _Source, then: Any) -> None:
+        def take(message: Any) -> None:
+            source.message, source.came = message, self.now
+            then(source)
+
+        self.subscribe(kind, source.config.topic, take, qos.DEFAULT)
+
+    def _pass(self, source: _Source) -> None:
+        if source is self._first():
+            self._out.publish(source.message)
+
+    def _first(self) -> _Source | None:
+        """Return the source that passes now."""
+        locks = self._locks.values()
+        locked = _highest(one for one in locks if one.expired(self.now) or _is_on(one))
+        least = max(1, locked)
+        open_ = [
+            one
+            for one in self._sources.values()
+            if not one.expired(self.now) and one.config.priority >= least
+        ]
+        return max(open_, key=lambda one: one.config.priority, default=None)
+
+
+def _of(sources: Sources) -> dict[str, _Source]:
+    return {name: _Source(config) for name, config in sources.named().items()}
+
+
+def _highest(sources: Iterable[_Source]) -> int:
+    return max((one.config.priority for one in sources), default=0)
+
+
+def _is_on(lock: _Source) -> bool:
+    return lock.message is not None and bool(lock.message.data)

@@ -1,0 +1,1 @@
+"""Processing of what drivers deliver: gamepads, commands, scans, clouds, inertial readings."""

@@ -1,0 +1,7 @@
+"""Laser scans as clouds."""
+
+from __future__ import annotations
+
+from laser_geometry.laser_geometry import LaserProjection
+
+__all__ = ["LaserProjection"]
