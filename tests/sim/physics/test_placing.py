@@ -7,29 +7,56 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from arjuna_core.errors import WorldError
 from arjuna_core.se2 import SE2
 from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.files.sdf.solids import prism
+from arjuna_sim.model.geometry.shapes import Kind, Mesh, Part, Shape
 from arjuna_sim.model.robot import SOLO
+from arjuna_sim.model.world import Body, World
 from arjuna_sim.physics.placing import Placer
 from arjuna_sim.simulation import Simulation, solo
-from tests.sim.builders import simulator
+from tests.sim.builders import run, simulator
 from tests.sim.generated import Chassis, level, slope
 
 
+def robot_on(world: World) -> Simulation:
+    starts = solo(Chassis().robot())
+    return Simulation(starts, world, SimulatorConfig(), np.random.default_rng(0))
+
+
 def placer(degrees: float) -> Placer:
-    world = slope(degrees) if degrees else level()
-    sim = Simulation(solo(Chassis().robot()), world, SimulatorConfig(), np.random.default_rng(0))
-    return Placer(sim.stage, SOLO)
+    return Placer(robot_on(slope(degrees) if degrees else level()).stage, SOLO)
+
+
+L = 4.0 * np.array([(-1, -1), (1, -1), (1, 1), (0.9, 1), (0.9, 0.9), (-1, 0.9)])
+PLATE = prism(L, 1e-3) - (0.0, 0.0, 1e-3)
+FLOORS = {
+    "plate": PLATE,
+    "inside out": PLATE[:, ::-1],
+    "sheet": PLATE[PLATE[:, :, 2].min(axis=1) == 0.0],
+    "slab": prism(L, 0.1) - (0.0, 0.0, 0.1),
+}
+
+
+@pytest.mark.parametrize("faces", FLOORS.values(), ids=FLOORS)
+def test_it_starts_and_rests_on_a_mesh_as_on_a_plane(faces: NDArray[np.float64]) -> None:
+    part = Part(Shape(Kind.MESH, (1.0, 1.0, 1.0), Mesh(Path("floor.stl"), faces)))
+    floor = robot_on(World(Path("w"), "w", (Body("floor", part, True),), ()))
+    for sim in (floor, plane := robot_on(level())):
+        run(sim, 2.0)
+    assert floor.robot.spawn == plane.robot.spawn
+    np.testing.assert_allclose(floor.stage.data.qpos[:7], plane.stage.data.qpos[:7], atol=1e-3)
 
 
 @pytest.mark.parametrize("degrees", [10.0, 25.0, 34.0])
 @pytest.mark.parametrize("turn", [0.0, 1.0, math.pi / 2, math.pi])
 def test_it_lies_on_a_slope_at_any_heading(degrees: float, turn: float) -> None:
-    on = placer(degrees)
-    root = on.root_pose(SE2(0.2, -0.1, turn))
-    up, flat = root.rotation()[:, 2], on.root_pose(SE2(0.2, -0.1)).rotation()[:, 2]
+    tilted = placer(degrees)
+    root = tilted.root_pose(SE2(0.2, -0.1, turn))
+    up, flat = root.rotation()[:, 2], tilted.root_pose(SE2(0.2, -0.1)).rotation()[:, 2]
     angle = math.radians(degrees)
     assert up == pytest.approx((-math.sin(angle), 0.0, math.cos(angle)), abs=2e-3)
     assert up == pytest.approx(flat, abs=2e-3)
