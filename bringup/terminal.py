@@ -35,6 +35,10 @@ def stopped_by_signals() -> threading.Event:
     return stop
 
 
+UP, DOWN, RIGHT, LEFT = (f"\x1b[{letter}" for letter in "ABCD")
+"""What a terminal sends for the arrow keys."""
+
+
 class Keys:
     """Reads single keys from standard input where that is a terminal; a context manager.
 
@@ -69,7 +73,12 @@ class Keys:
 
     def wait(self, timeout: float) -> str:
         """Return the key that is pressed within a time [s], "" where there is none."""
-        return os.read(self._descriptor, 1).decode("latin-1") if self.waits(timeout) else ""
+        if not self.waits(timeout):
+            return ""
+        key = os.read(self._descriptor, 1)
+        if key == b"\x1b" and self.waits():  # an arrow, not the key itself
+            key += os.read(self._descriptor, 2)
+        return key.decode("latin-1")
 
 
 class _Line:

@@ -38,9 +38,11 @@ def _defined(topic: TopicInfo) -> dict[str, Any]:
     if not 0 < len(topic.definition.strip()) <= 100_000:
         return {}
     try:
-        return dict(get_types_from_msg(topic.definition, topic.type_name))
+        found = get_types_from_msg(topic.definition, topic.type_name)
     except (TypesysError, ValueError, RecursionError):
         return {}
+    # a service's events are a type that rosbags has no name for
+    return {name.replace("/srv/msg/", "/srv/"): each for name, each in found.items()}
 
 
 def is_standard(topic: TopicInfo) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
@@ -128,29 +128,39 @@ def read_metadata(folder: Path) -> dict[str, Any] | None:
         raise InputFileError(path, f"is no metadata of rosbag2: {error}") from error
 
 
-def metadata_yaml(topics: Iterable[TopicInfo], files: Sequence[FileEntry]) -> str:
-    """Return the text of a recording's metadata.yaml."""
+def metadata_yaml(
+    topics: Iterable[TopicInfo],
+    files: Sequence[FileEntry],
+    storage: str = "mcap",
+    compression: str = "",
+    custom: Mapping[str, str] | None = None,
+) -> str:
+    """Return the text of a recording's metadata.yaml.
+
+    Args:
+        compression: What is compressed: "" nothing, `file` or `message`.
+    """
     used = [file for file in files if file.counts]
     start = min((file.start for file in used), default=0)
     end = max((file.end for file in used), default=0)
     counts = sum((file.counts for file in files), Counter[str]())
     information = {
         "version": 9,  # rosbag2's of Jazzy
-        "storage_identifier": "mcap",
+        "storage_identifier": storage,
         **_span(start, end),
         "message_count": counts.total(),
         "topics_with_message_count": [
             {"topic_metadata": _topic(topic), "message_count": counts[topic.name]}
             for topic in topics
         ],
-        "compression_format": "",
-        "compression_mode": "",
+        "compression_format": "zstd" if compression else "",
+        "compression_mode": compression.upper(),
         "relative_file_paths": [file.name for file in files],
         "files": [
             {"path": file.name, **_span(file.start, file.end), "message_count": file.messages}
             for file in files
         ],
-        "custom_data": None,
+        "custom_data": dict(custom) if custom else None,
         "ros_distro": "jazzy",
     }
     return str(yaml.dump({"rosbag2_bagfile_information": information}, Dumper=_Plain))

@@ -36,8 +36,12 @@ _VALID = f"valid: a file of {', '.join(SUFFIXES)}, or a folder of such files"
 class Bag:
     """A recording.
 
+    Args:
+        indexed: Whether its metadata.yaml is read, if it has one.
+
     Attributes:
         storage: `mcap`, `sqlite3` or `rosbag1`.
+        distribution: The ROS release that recorded it.
         topics: Its topics by name.
         lost: How many messages of a topic never reached the recorder.
 
@@ -45,17 +49,21 @@ class Bag:
         InputFileError: It is no recording, or one of its files is missing or cannot be unpacked.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, indexed: bool = True) -> None:
         self.path = path
-        metadata = read_metadata(path)
+        metadata = read_metadata(path) if indexed else None
+        self.distribution = str((metadata or {}).get("ros_distro") or "unknown")
         self._messages_packed = (
             metadata is not None and str(metadata.get("compression_mode", "")).lower() == "message"
         )
         names = None if metadata is None else metadata["relative_file_paths"]
         self._folder: TemporaryDirectory[str] | None = None
-        files = [self._unpacked(file) for file in _files(path, names)]
+        found = _files(path, names)
+        files = [self._unpacked(file) for file in found]
         self.storage = _KINDS[files[0].suffix][0]
         self._files = [_KINDS[file.suffix][1](file) for file in files]
+        for file, each in zip(found, self._files, strict=True):
+            each.entry.name = file.name
         self.topics: dict[str, TopicInfo] = {}
         self.lost: Counter[str] = Counter()
         for each in self._files:
@@ -110,6 +118,11 @@ class Bag:
     def share(self) -> float:
         """Share (0..1) that has been read."""
         return (self._reading + self._files[self._reading].share) / len(self._files)
+
+    @property
+    def current_file(self) -> Path:
+        """The file that is being read."""
+        return self.path / self.files[self._reading].name if self.path.is_dir() else self.path
 
     @property
     def size(self) -> int:

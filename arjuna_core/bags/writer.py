@@ -2,106 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import contextlib
+import os
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any
 
-from mcap.writer import Writer
+import zstandard
 
-from arjuna_core.bags import topic as topics
-from arjuna_core.bags.mcap_file import LOSS_RECORD
-from arjuna_core.bags.metadata import METADATA, FileEntry, metadata_yaml
-from arjuna_core.bags.reader import Bag
-from arjuna_core.bags.topic import ROS1, TopicInfo
-from arjuna_core.errors import ArjunaError
+from arjuna_core.bags.file_writer import STORAGES, FileWriter, RecordingError
+from arjuna_core.bags.metadata import METADATA, FileEntry, metadata_yaml, read_metadata
+from arjuna_core.bags.reader import PACKED, Bag
+from arjuna_core.bags.topic import TopicInfo
+from arjuna_core.errors import InputFileError
 from arjuna_core.files.whole_file import write_atomically
-
-
-class RecordingError(ArjunaError):
-    """A recording cannot be written."""
-
-
-class McapWriter:
-    """One mcap file that is being written.
-
-    Args:
-        chunk_size: Bytes that a chunk gathers before it is compressed and written.
-
-    Attributes:
-        entry: Name, times and counts so far.
-
-    Raises:
-        RecordingError: The file exists or cannot be written.
-    """
-
-    def __init__(self, path: Path, chunk_size: int = 4 * 1024 * 1024) -> None:
-        self.path = path
-        self.entry = FileEntry(path.name)
-        self._file = _open_new(path)
-        self._writer = Writer(self._file, chunk_size=chunk_size)
-        self._guard(lambda: self._writer.start(profile="ros2", library="arjuna"))
-        self.flush()  # the file is an mcap from its first moment on
-        self._channels: dict[str, int] = {}
-        self._schemas: dict[str, int] = {}
-
-    @property
-    def size(self) -> int:
-        """Bytes in the file so far, without what waits in memory."""
-        return self._file.tell()
-
-    def write(self, topic: TopicInfo, time: int, data: bytes, published: int) -> None:
-        """Add a message.
-
-        Args:
-            time: When it was received [ns].
-            published: When it was published [ns].
-
-        Raises:
-            RecordingError: The disk refuses.
-        """
-        if topic.name not in self._channels:
-            self._channels[topic.name] = self._register(topic)
-        self.entry.count(topic.name, time)
-        number = self.entry.counts[topic.name] - 1
-        channel = self._channels[topic.name]
-        self._guard(lambda: self._writer.add_message(channel, time, data, published, number))
-
-    def _register(self, topic: TopicInfo) -> int:
-        schema = self._schemas.get(topic.type_name)
-        if schema is None:
-            definition = topic.definition.encode()
-            syntax = "ros1msg" if topic.encoding == ROS1 else "ros2msg"
-            schema = self._writer.register_schema(topic.type_name, syntax, definition)
-            self._schemas[topic.type_name] = schema
-        metadata = {
-            "offered_qos_profiles": topics.dump(topic.offers),
-            "topic_type_hash": topic.type_hash,
-        }
-        return self._writer.register_channel(topic.name, topic.encoding, schema, metadata)
-
-    def flush(self) -> None:
-        """Hand everything to the operating system: what it has outlives this process."""
-        self._guard(self._writer.flush)
-
-    def close(self, lost: Mapping[str, int] | None = None) -> None:
-        """Write the index and end the file.
-
-        Args:
-            lost: How many messages of a topic never arrived.
-        """
-        if lost is not None:
-            counts = {topic: str(count) for topic, count in lost.items()}
-            self._guard(self._writer.flush)
-            self._guard(lambda: self._writer.add_metadata(LOSS_RECORD, counts))
-        self._guard(self._writer.finish)
-        self._guard(self._file.close)
-
-    def _guard(self, write: Callable[[], object]) -> None:
-        try:
-            write()
-        except OSError as error:
-            raise RecordingError(f"{self.path} cannot be written: {error.strerror}") from error
 
 
 @dataclass(frozen=True)
@@ -117,13 +33,43 @@ class SplitLimits:
     duration: float = 0.0
 
 
+@dataclass(frozen=True)
+class BagFormat:
+    """How a recording is stored.
+
+    Attributes:
+        storage: `mcap` or `sqlite3`.
+        preset: A preset of the storage.
+        settings: The storage's own settings, which come before the preset's.
+        compression: What is compressed by zstd: "" nothing, `file` or `message`.
+        threads: How many files are compressed at once; 0 for one a core.
+        custom: What else metadata.yaml shall hold.
+    """
+
+    storage: str = "mcap"
+    preset: str = "none"
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    compression: str = ""
+    threads: int = 0
+    custom: Mapping[str, str] = field(default_factory=dict)
+
+    def open(self, path: Path, limits: SplitLimits) -> FileWriter:
+        """Return the writer of a new file, whose chunks are smaller than it shall be."""
+        settings = dict(self.settings)
+        if limits.size and self.storage == "mcap":
+            usual = settings.get("chunkSize", 1 << 22)
+            settings["chunkSize"] = min(usual, max(limits.size // 4, 1024))
+        return STORAGES[self.storage](path, preset=self.preset, settings=settings)
+
+
 @dataclass
 class BagFolder:
-    """A rosbag2 folder that is being written: numbered mcap files and metadata.yaml.
+    """A rosbag2 folder that is being written: numbered files and metadata.yaml.
 
     Args:
         path: The folder; an existing one is never written into.
         limits: When to continue in a new file.
+        on_split: Called with the paths of the file that has ended and of the next one.
 
     Raises:
         RecordingError: The folder exists or cannot be made.
@@ -131,6 +77,8 @@ class BagFolder:
 
     path: Path
     limits: SplitLimits = field(default_factory=SplitLimits)
+    format: BagFormat = field(default_factory=BagFormat)
+    on_split: Callable[[Path, Path], None] = lambda closed, opened: None
 
     def __post_init__(self) -> None:
         try:
@@ -141,19 +89,33 @@ class BagFolder:
             raise RecordingError(f"{self.path} cannot be made: {error.strerror}") from error
         self._topics: dict[str, TopicInfo] = {}
         self.files: list[FileEntry] = []
+        threads = self.format.threads or os.cpu_count()
+        self._packers = ThreadPoolExecutor(threads)  # its threads begin with the first file
+        self._packing: list[Future[None]] = []
         self._file = self._next()
 
-    def _next(self) -> McapWriter:
-        file = McapWriter(self.path / f"{self.path.resolve().name}_{len(self.files)}.mcap")
+    def _next(self) -> FileWriter:
+        suffix = STORAGES[self.format.storage].SUFFIX
+        path = self.path / f"{self.path.resolve().name}_{len(self.files)}{suffix}"
+        file = self.format.open(path, self.limits)
         self.files.append(file.entry)
+        for topic in self._topics.values():
+            file.add_topic(topic)
         return file
 
+    def add_topic(self, topic: TopicInfo) -> None:
+        """Note a topic, which the recording lists even where no message comes."""
+        if topic.name not in self._topics:
+            self._topics[topic.name] = topic
+            self._file.add_topic(topic)
+
     def write(self, topic: TopicInfo, time: int, data: bytes, published: int) -> None:
-        """Add a message; see `McapWriter.write`."""
+        """Add a message; see `FileWriter.write`."""
         if self._full(time):
-            self._file.close()
-            self._file = self._next()
+            self.split()
         self._topics[topic.name] = topic
+        if self.format.compression == "message":
+            data = zstandard.compress(data)
         self._file.write(topic, time, data, published)
 
     def _full(self, time: int) -> bool:
@@ -162,6 +124,22 @@ class BagFolder:
         return bool(self._file.entry.messages) and (
             0 < size <= self._file.size or 0 < duration * 1e9 <= age
         )
+
+    def split(self) -> None:
+        """Continue in a new file."""
+        before = self._end_file(None)
+        self._file = self._next()
+        self.on_split(before, self._file.path)
+
+    def _end_file(self, lost: Mapping[str, int] | None) -> Path:
+        """End the file and return its path, which is that of its compressed copy to come."""
+        path = self._file.path
+        self._file.close(lost)
+        if self.format.compression != "file":
+            return path
+        self._file.entry.name += PACKED
+        self._packing.append(self._packers.submit(_pack, path))
+        return path.with_name(self._file.entry.name)
 
     def flush(self) -> None:
         """Hand everything to the operating system."""
@@ -173,12 +151,48 @@ class BagFolder:
         Args:
             lost: How many messages of a topic never arrived.
         """
-        self._file.close(lost)
-        text = metadata_yaml(self._topics.values(), self.files)
+        self._end_file(lost)
+        self._packers.shutdown()
         try:
-            write_atomically(self.path / METADATA, text.encode())
+            for each in self._packing:
+                each.result()
+            _write_metadata(self.path, self._topics.values(), self.files, self.format)
         except OSError as error:
             raise RecordingError(f"{self.path} cannot be written: {error.strerror}") from error
+
+
+def _pack(path: Path) -> None:
+    """Put a compressed file in a file's place."""
+    with path.open("rb") as source, path.with_name(path.name + PACKED).open("xb") as target:
+        zstandard.ZstdCompressor().copy_stream(source, target)
+    path.unlink()
+
+
+def _write_metadata(
+    folder: Path, topics: Iterable[TopicInfo], files: list[FileEntry], form: BagFormat
+) -> None:
+    text = metadata_yaml(topics, files, form.storage, form.compression, form.custom)
+    write_atomically(folder / METADATA, text.encode())
+
+
+def reindex(folder: Path) -> Bag:
+    """Write the metadata.yaml of a folder again from its files, and return the recording.
+
+    Raises:
+        InputFileError: The folder holds no files of a recording.
+        RecordingError: The disk refuses.
+    """
+    bag = Bag(folder, indexed=False)
+    compression = "file" if any(file.name.endswith(PACKED) for file in bag.files) else ""
+    with contextlib.suppress(InputFileError):  # what is compressed by message, no file says
+        before = read_metadata(folder) or {}
+        compression = compression or str(before.get("compression_mode", "")).lower()
+    form = BagFormat(bag.storage, compression=compression)
+    try:
+        _write_metadata(folder, bag.topics.values(), bag.files, form)
+    except OSError as error:
+        raise RecordingError(f"{folder} cannot be written: {error.strerror}") from error
+    return bag
 
 
 def repair(bag: Bag, folder: Path) -> int:
@@ -198,13 +212,3 @@ def repair(bag: Bag, folder: Path) -> int:
         copy.write(message.topic, message.time, message.data, message.time)
     copy.close(dict(bag.lost))
     return sum(file.messages for file in copy.files)
-
-
-def _open_new(path: Path) -> BinaryIO:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path.open("xb")
-    except FileExistsError as error:
-        raise RecordingError(f"{path} exists already and is not overwritten") from error
-    except OSError as error:
-        raise RecordingError(f"{path} cannot be written: {error.strerror}") from error

@@ -85,7 +85,9 @@ def add_environment_to_ament_index() -> None:
 
 
 def class_of(name: str) -> Any:
-    """Return the class of an interface, `package/kind/Name`, or of an action's feedback message.
+    """Return the class of an interface, `package/kind/Name`.
+
+    Names of an action's feedback messages and of a service's events are known too.
 
     Raises:
         LookupError: No installed package has it.
@@ -98,6 +100,8 @@ def class_of(name: str) -> Any:
         module = importlib.import_module(f"{package}.{kind}")
         if kind == "action" and short.endswith("_FeedbackMessage"):
             return getattr(module, short.removesuffix("_FeedbackMessage")).Impl.FeedbackMessage
+        if kind == "srv" and short.endswith("_Event"):
+            return getattr(module, short.removesuffix("_Event")).Event
         return getattr(module, short)
     except (ImportError, AttributeError) as error:
         raise LookupError(f"type '{name}' is not installed") from error

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -83,11 +83,19 @@ class TopicListener:
 
     Args:
         note: Takes a line about a topic that is found or cannot be subscribed to.
+        overrides: Profiles of topics to use whatever their publishers offer; the queue is as long
+            as everywhere at least.
     """
 
-    def __init__(self, node: Node, note: Callable[[str], None] = lambda line: None) -> None:
+    def __init__(
+        self,
+        node: Node,
+        note: Callable[[str], None] = lambda line: None,
+        overrides: Mapping[str, QoSProfile] | None = None,
+    ) -> None:
         self._node = node
         self._note = note
+        self._overrides = overrides or {}
         self._topics: dict[str, _Subscription] = {}
         self._refused: set[str] = set()
 
@@ -125,19 +133,27 @@ class TopicListener:
 
     def discover(
         self,
-        takes: Callable[[str], bool],
-        takes_type: Callable[[str], bool] = lambda type_name: True,
+        takes: Callable[[str, str], bool],
+        unpublished: bool = False,
+        leaves: bool = True,
     ) -> None:
         """Listen to the chosen topics that somebody publishes on by now.
 
         A topic whose new publishers offer less than was asked for is subscribed to again.
+
+        Args:
+            takes: Returns whether a topic of a name and a type is chosen.
+            unpublished: Whether those without a publisher are listened to, too.
+            leaves: Whether those without a subscriber are.
         """
         for name, types in self._node.get_topic_names_and_types():
-            if name in self._refused or not takes(name) or not takes_type(types[0]):
+            if name in self._refused or not takes(name, types[0]):
                 continue
             count = self._node.count_publishers(name)
             entry = self._topics.get(name)
-            if entry is None and count:
+            if entry is None and (count or unpublished):
+                if not leaves and not self._node.count_subscribers(name):
+                    continue
                 if self.listen(name, types[0], offers_of(self._node, name)):
                     self._note(f"listens to {name} ({types[0]})")
             elif entry is not None and count != entry.publishers:
@@ -147,6 +163,8 @@ class TopicListener:
         entry.publishers = count
         request = request_for(offers_of(self._node, entry.topic.name))
         before = entry.request
+        if entry.topic.name in self._overrides:
+            return
         weaker = before.reliable > request.reliable or before.latched > request.latched
         if count and weaker:
             self._node.destroy_subscription(entry.subscription)
@@ -156,7 +174,8 @@ class TopicListener:
 
     def _subscribe(self, message_type: Any, name: str, request: TopicQos, depth: int = 1000) -> Any:
         """Subscribe with a queue of the messages that may wait between two calls of `take`."""
-        profile = profile_of(replace(request, depth=depth))
+        profile = self._overrides.get(name) or profile_of(replace(request, depth=depth))
+        profile.depth = max(profile.depth, depth)
         return self._node.create_subscription(
             message_type, name, lambda data: None, profile, raw=True
         )

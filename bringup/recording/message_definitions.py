@@ -51,33 +51,46 @@ def _dependencies(type_name: str, text: str) -> list[str]:
     return [name for name in found if name is not None]
 
 
-def _feedback(type_name: str) -> tuple[str, str]:
+def _feedback(type_name: str) -> tuple[str, dict[str, str]]:
     name = type_name.removesuffix("_FeedbackMessage")
     parts = _PARTS.split(_share(name, ".action").read_text(encoding="utf-8"))
     package, _, action = name.split("/")
-    message = f"unique_identifier_msgs/UUID goal_id\n{package}/{action}_Feedback feedback\n"
-    return message, parts[-1]
+    feedback = f"{package}/{action}_Feedback"
+    return f"unique_identifier_msgs/UUID goal_id\n{feedback} feedback\n", {feedback: parts[-1]}
+
+
+def _event(type_name: str) -> tuple[str, dict[str, str]]:
+    name = type_name.removesuffix("_Event")
+    parts = _PARTS.split(_share(name, ".srv").read_text(encoding="utf-8"))
+    package, _, service = name.split("/")
+    request, response = f"{package}/{service}_Request", f"{package}/{service}_Response"
+    text = "service_msgs/ServiceEventInfo info\n"
+    text += f"{request}[<=1] request\n{response}[<=1] response\n"
+    return text, {request: parts[0], response: parts[-1]}
 
 
 def message_definition(type_name: str) -> str:
     """Return a type's definition followed by those of all types it needs, `ros2msg` encoding.
 
     Args:
-        type_name: A type such as `nav_msgs/msg/Path`, or that of an action's feedback messages,
-            such as `nav2_msgs/action/NavigateToPose_FeedbackMessage`.
+        type_name: A type such as `nav_msgs/msg/Path`, or that of an action's feedback messages or
+            a service's events: `nav2_msgs/action/NavigateToPose_FeedbackMessage`,
+            `std_srvs/srv/Trigger_Event`.
 
     Source: the mcap format's registry of schema encodings, `ros2msg`.
     """
+    inner: dict[str, str] = {}
     if type_name.endswith("_FeedbackMessage"):
         text, inner = _feedback(type_name)
-        package, _, name = type_name.split("/")
-        feedback = f"{package}/{name.removesuffix('Message')}"
-        sections = [text, f"{_RULE}\nMSG: {feedback}\n{inner}"]
-        seen = {f"{package}/msg/{name.removesuffix('Message')}"}
-        queue = _dependencies(type_name, text) + _dependencies(type_name, inner)
+    elif "/srv/" in type_name:
+        text, inner = _event(type_name)
     else:
         text = _share(type_name, ".msg").read_text(encoding="utf-8")
-        sections, seen, queue = [text], {type_name}, _dependencies(type_name, text)
+    sections, seen = [text], {type_name, *(name.replace("/", "/msg/") for name in inner)}
+    queue = _dependencies(type_name, text)
+    for name, part in inner.items():
+        sections.append(f"{_RULE}\nMSG: {name}\n{part}")
+        queue += _dependencies(type_name, part)
     while queue:
         needed = queue.pop(0)
         if needed in seen:

@@ -1,166 +1,199 @@
-"""The playing of a recording, until its end or until it is stopped."""
+"""The playing of recordings, until their end or until it is stopped."""
 
 from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
-from rclpy.context import Context
 from rclpy.node import Node
-from rosgraph_msgs.msg import Clock
 
 from arjuna_core.bags.reader import Bag
-from arjuna_core.bags.topic import BagMessage, TopicInfo, offer_for
 from arjuna_core.errors import ArjunaError
-from arjuna_core.ros import qos
-from arjuna_core.ros.context import class_of, new_context
+from arjuna_core.ros.context import new_context
 from arjuna_core.timing import NANOSECONDS
-from bringup.recording.listener import BARE_NODE, profile_of
+from bringup.recording.controls import Controls
+from bringup.recording.listener import BARE_NODE
 from bringup.recording.playback import Playback
-from bringup.recording.selection import TopicSelection
-from bringup.terminal import Keys, stopped_by_signals
-
-_CLOCK = "/clock"
+from bringup.recording.player import CLOCK, Player, PlayOptions
+from bringup.terminal import DOWN, RIGHT, UP, Keys, stopped_by_signals
 
 
-class Player:
-    """Publishers for the topics of a recording.
-
-    Args:
-        remap: New names of topics.
-        clock: Whether it publishes `/clock` too.
-        note: Takes a line about a topic that cannot be played.
-    """
-
-    def __init__(
-        self,
-        context: Context,
-        topics: Iterable[TopicInfo],
-        remap: Mapping[str, str],
-        clock: bool = False,
-        note: Callable[[str], None] = lambda line: None,
-    ) -> None:
-        self._node = Node("player", context=context, **BARE_NODE)
-        self._publishers: dict[str, Any] = {}
-        for topic in topics:
-            self._publish(topic, remap.get(topic.name, topic.name), note)
-        self._clock = self._node.create_publisher(Clock, "/clock", qos.LATEST) if clock else None
-        self.published = 0
-
-    def _publish(
-        self, topic: TopicInfo, name: str, note: Callable[[str], None], static_publishers: int = 100
-    ) -> None:
-        """Advertise a topic; that of /tf_static latches a message of each of many publishers."""
-        if topic.encoding != "cdr":
-            note(f"{topic.name} is left out: it is encoded as '{topic.encoding}', not as cdr")
-            return
-        try:
-            message_type = class_of(topic.type_name)
-        except LookupError:
-            note(f"{topic.name} is left out: its type {topic.type_name} is not installed")
-            return
-        offer = offer_for(
-            topic.offers, static_publishers if topic.name.endswith("tf_static") else 1
-        )
-        publisher = self._node.create_publisher(message_type, name, profile_of(offer))
-        self._publishers[topic.name] = publisher
-
-    def publish(self, message: BagMessage) -> None:
-        """Publish a message, unless its topic cannot be played."""
-        publisher = self._publishers.get(message.topic.name)
-        if publisher is not None:
-            publisher.publish(bytes(message.data))
-            self.published += 1
-
-    def publish_clock(self, time: int) -> None:
-        """Publish a time [ns] on `/clock`, where that was asked for."""
-        if self._clock is not None:
-            message = Clock()
-            message.clock.sec, message.clock.nanosec = divmod(time, NANOSECONDS)
-            self._clock.publish(message)
-
-    def close(self) -> None:
-        """Leave the graph."""
-        self._node.destroy_node()
-
-
-@dataclass(frozen=True)
-class PlayOptions:
-    """Options of playing.
+class Playing:
+    """Recordings that a player publishes as their messages fall due; `step` it often.
 
     Attributes:
-        rate: Recorded seconds a second.
-        offset: Where in the recording to begin [s].
-        paused: Whether to begin with a pause.
-        clock_hz: How often to publish the recorded time on /clock [Hz]; 0 for not.
-        delay: How long to wait until those who listen have found the player [s].
-    """
-
-    selection: TopicSelection = field(default_factory=TopicSelection)
-    rate: float = 1.0
-    offset: float = 0.0
-    loop: bool = False
-    paused: bool = False
-    clock_hz: float = 0.0
-    delay: float = 1.0
-    remap: Mapping[str, str] = field(default_factory=dict)
-
-
-def play(bag: Bag, options: PlayOptions, show: Callable[[str], None]) -> None:
-    """Play a recording until its end, SIGINT or SIGTERM; space pauses and resumes.
+        on_split: Called with the paths of a file that has been read and of the next one.
 
     Raises:
         ArjunaError: No topic is left to play, or it begins behind the recording's end.
     """
-    topics = [each for each in bag.topics.values() if options.selection.takes(each.name)]
-    playback = Playback(bag, options.selection.takes, options.rate, options.offset, options.loop)
-    if playback.finished:
-        valid = ", ".join(sorted(bag.topics)) or "none"
-        raise ArjunaError(f"nothing is left to play; the recording's topics: {valid}")
-    clock_hz = options.clock_hz
-    if clock_hz > 0.0 and bag.counts[_CLOCK] and options.selection.takes(_CLOCK):
-        show("the recording has its own /clock, which is played instead of one made of its times")
-        clock_hz = 0.0
+
+    def __init__(
+        self,
+        bags: Sequence[Bag],
+        node: Node,
+        options: PlayOptions,
+        note: Callable[[str], None] = lambda line: None,
+    ) -> None:
+        self.bags, self.options = bags, options
+        self.on_split: Callable[[Path, Path], None] = lambda closed, opened: None
+        known = {name: topic for bag in bags for name, topic in bag.topics.items()}
+        recorded = options.recorded_clock and options.takes(CLOCK)
+        if options.makes_clock and recorded and any(bag.counts[CLOCK] for bag in bags):
+            note("the recording has its own /clock, which is played instead of one of its times")
+            options = replace(options, clock_hz=0.0, clock_topics=())
+
+        def takes(topic: str) -> bool:
+            return options.takes(topic) and not (options.makes_clock and topic == CLOCK)
+
+        self.playback = Playback(
+            *(bags, takes, options.rate, options.offset, options.loop),
+            *(options.until, options.delay, options.settling),
+        )
+        if self.playback.finished and options.until is None:
+            valid = ", ".join(sorted(known)) or "none"
+            raise ArjunaError(f"nothing is left to play; the recording's topics: {valid}")
+        self.player = Player(node, [t for n, t in known.items() if takes(n)], options, note)
+        self.playback.paused = options.paused
+        self._clock_period = 1.0 / options.clock_hz if options.clock_hz > 0.0 else float("inf")
+        self._tick = 0.0
+        self._stopped = False
+        self._files = [bag.current_file for bag in bags]
+
+    @property
+    def done(self) -> bool:
+        """Whether all is played; a paused one may be sent back."""
+        return self._stopped or (self.playback.finished and not self.playback.paused)
+
+    def stop(self) -> None:
+        """Play no more."""
+        self._stopped = True
+
+    def step(self, wall: float) -> float:
+        """Publish what is due at a wall time [s]; return how long to wait for the next [s]."""
+        self.playback.advance(wall)
+        if self._clock_period < float("inf") and wall >= self._tick:
+            self._tick = wall + self._clock_period
+            self.player.publish_clock(self.playback.time)
+        while not self._stopped and (message := self.playback.due()) is not None:
+            self.player.publish(message)
+        for number, bag in enumerate(self.bags):
+            before, self._files[number] = self._files[number], bag.current_file
+            if before != bag.current_file:
+                self.on_split(before, bag.current_file)
+        return min(self.playback.wait(), self._tick - wall if self._tick else float("inf"))
+
+    def burst(self, count: int = 0) -> int:
+        """Publish the next messages of a paused playback, 0 for all; return how many."""
+        done = 0
+        while not count or done < count:
+            message = self.playback.play_next()
+            if message is None:
+                break
+            done += self.player.publish(message)
+        return done
+
+    def set_rate(self, rate: float) -> bool:
+        """Set the rate; return whether it is one."""
+        if rate > 0.0:
+            self.playback.rate = rate
+        return rate > 0.0
+
+    def press(self, key: str) -> None:
+        """Do what a key means."""
+        playback = self.playback
+        if key == " ":
+            playback.paused = not playback.paused
+        elif key == RIGHT:
+            self.burst(1)
+        elif key in (UP, DOWN):
+            self.set_rate(playback.rate + (0.1 if key == UP else -0.1))
+
+
+def control(playing: Playing, node: Node) -> Controls:
+    """Offer rosbag2's services of a player and announce the files that it comes to."""
+    from rosbag2_interfaces import srv
+    from rosbag2_interfaces.msg import ReadSplitEvent
+
+    events = node.create_publisher(ReadSplitEvent, "events/read_split", 1)
+
+    def announce(closed: Path, opened: Path) -> None:
+        files = {"closed_file": str(closed), "opened_file": str(opened)}
+        events.publish(ReadSplitEvent(**files, node_name=node.get_fully_qualified_name()))
+
+    def pause(paused: bool) -> None:
+        playback.paused = paused
+
+    def seek(request: Any) -> dict[str, bool]:
+        playback.seek(request.time.sec * NANOSECONDS + request.time.nanosec)
+        return {"success": True}
+
+    playback = playing.playback
+    playing.on_split = announce
+    controls = Controls(node)
+    controls.add(srv.Pause, "pause", lambda _: pause(True))
+    controls.add(srv.Resume, "resume", lambda _: pause(False))
+    controls.add(srv.TogglePaused, "toggle_paused", lambda _: pause(not playback.paused))
+    controls.add(srv.IsPaused, "is_paused", lambda _: {"paused": playback.paused})
+    controls.add(srv.GetRate, "get_rate", lambda _: {"rate": playback.rate})
+    controls.add(srv.SetRate, "set_rate", lambda each: {"success": playing.set_rate(each.rate)})
+    controls.add(srv.PlayNext, "play_next", lambda _: {"success": bool(playing.burst(1))})
+    controls.add(
+        srv.Burst, "burst", lambda each: {"actually_burst": playing.burst(each.num_messages)}
+    )
+    controls.add(srv.Seek, "seek", seek)
+    controls.add(srv.Stop, "stop", lambda _: playing.stop())
+    controls.add(srv.Play, "play", lambda _: {"success": False})  # it plays already
+    return controls
+
+
+def play(bags: Sequence[Bag], options: PlayOptions, show: Callable[[str], None]) -> None:
+    """Play recordings until their end, SIGINT or SIGTERM.
+
+    Raises:
+        ArjunaError: No topic is left to play, or it begins behind the recording's end.
+    """
     stop = stopped_by_signals()
     context = new_context()
-    player = Player(context, topics, options.remap, clock_hz > 0.0, show)
+    node = Node(options.node_name, context=context, **BARE_NODE)
     try:
-        with Keys() as keys:
-            if keys.live:
-                show("space pauses and resumes, Ctrl-C ends")
-            stop.wait(options.delay)
-            playback.paused = options.paused
-            _run(playback, player, keys, stop, clock_hz)
-        show(f"{player.published} messages played")
-        for line in bag.problems:
+        playing = Playing(bags, node, options, show)
+        controls = control(playing, node) if options.controlled else None
+        with Keys() if options.keys else nullcontext() as keys:
+            if keys is not None and keys.live:
+                show("space pauses and resumes, right plays the next message, up and down")
+                show("change the rate by a tenth, Ctrl-C ends")
+            if options.burst is not None:
+                show(f"Burst {playing.burst(options.burst)} messages.")
+            _run(playing, controls, keys, stop)
+        if options.acked_timeout is not None:
+            playing.player.wait_for_acknowledgement(options.acked_timeout)
+        show(f"{playing.player.published} messages played")
+        for line in (problem for bag in bags for problem in bag.problems):
             show(f"note: {line}")
     finally:
-        player.close()
+        node.destroy_node()
         context.shutdown()
 
 
 def _run(
-    playback: Playback,
-    player: Player,
-    keys: Keys,
+    playing: Playing,
+    controls: Controls | None,
+    keys: Keys | None,
     stop: threading.Event,
-    clock_hz: float,
     poll: float = 0.05,
 ) -> None:
     """Play until the end or a signal; keys and signals are looked at once a `poll` [s]."""
-    period = 1.0 / clock_hz if clock_hz > 0.0 else poll
-    tick = 0.0
-    while not stop.is_set() and not playback.finished:
-        now = time.monotonic()
-        playback.advance(now)
-        if now >= tick:
-            tick = now + period
-            if not playback.paused:
-                player.publish_clock(playback.time)
-        while (message := playback.due()) is not None:
-            player.publish(message)
-        if keys.wait(min(playback.wait(), max(tick - time.monotonic(), 0.0), poll)) == " ":
-            playback.paused = not playback.paused
+    while not stop.is_set() and not playing.done:
+        pause = min(playing.step(time.monotonic()), poll)
+        if controls is not None:
+            controls.poll()
+        if keys is None:
+            stop.wait(pause)
+        else:
+            playing.press(keys.wait(pause))

@@ -4,18 +4,26 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Mapping
+from contextlib import nullcontext
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
+from rosgraph_msgs.msg import Clock
 
+from arjuna_core.bags.file_writer import McapWriter
 from arjuna_core.bags.topic import TopicQos
-from arjuna_core.bags.writer import BagFolder, McapWriter, SplitLimits
+from arjuna_core.bags.writer import BagFolder
 from arjuna_core.ros.context import new_context
 from arjuna_core.ros.process import Process
-from bringup.recording.listener import BARE_NODE, TopicListener
-from bringup.recording.selection import TopicSelection
-from bringup.terminal import stopped_by_signals
+from arjuna_core.timing import NANOSECONDS
+from bringup.recording.controls import Controls
+from bringup.recording.listener import BARE_NODE, Received, TopicListener
+from bringup.terminal import Keys, stopped_by_signals
 
 _QUEUED, _TF, _LATCHED = TopicQos(depth=10), TopicQos(depth=100), TopicQos(latched=True, depth=1)
 _SENSOR = TopicQos(depth=5)
@@ -38,6 +46,45 @@ TOPICS: dict[str, tuple[str, TopicQos]] = {
 """The topics that the demo records: with these the lock-step run listens from its first tick on."""
 
 
+CLOCK = "/clock"
+_CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
+
+
+@dataclass(frozen=True)
+class RecordOptions:
+    """Options of recording; what is not here is an option of the folder's.
+
+    Attributes:
+        takes: Returns whether a topic of a name and a type is recorded.
+        node_name: The recorder's node.
+        controlled: Whether it offers rosbag2's services and announces new files.
+        keys: Whether space pauses and resumes.
+        overrides: Profiles of topics whatever their publishers offer.
+        discovery: Whether topics that appear later are recorded.
+        polling_period: How often to look for them [s].
+        unpublished: Whether topics without a publisher are.
+        leaves: Whether topics without a subscriber are.
+        paused: Whether it begins with a pause.
+        sim_time: Whether messages have the time of /clock, and none is written before it comes.
+        snapshot: Whether messages are held, and written when a snapshot is asked for.
+        cache: Bytes to hold for that; 0 writes each message through at once.
+    """
+
+    takes: Callable[[str, str], bool] = lambda topic, type_name: True
+    node_name: str = "recorder"
+    controlled: bool = False
+    keys: bool = False
+    overrides: Mapping[str, QoSProfile] = field(default_factory=dict)
+    discovery: bool = True
+    polling_period: float = 0.5
+    unpublished: bool = False
+    leaves: bool = True
+    paused: bool = False
+    sim_time: bool = False
+    snapshot: bool = False
+    cache: int = 100 * 1024 * 1024
+
+
 class Recorder:
     """Writes received messages; `poll` it more often than a thousand messages of a topic come.
 
@@ -46,9 +93,11 @@ class Recorder:
         writer: Where the messages go.
         note: Takes lines about topics.
         clock: The time to stamp messages with [s]; when they arrived if None.
+        options: What else `record` takes.
 
     Attributes:
         messages: How many messages have been written.
+        paused: Whether what arrives is dropped.
     """
 
     def __init__(
@@ -57,20 +106,85 @@ class Recorder:
         writer: McapWriter | BagFolder,
         note: Callable[[str], None] = lambda line: None,
         clock: Callable[[], float] | None = None,
+        options: RecordOptions | None = None,
     ) -> None:
         self._node = node
         self._writer = writer
         self._clock = clock
-        self.listener = TopicListener(self._node, note)
+        self._options = options = options or RecordOptions()
+        self.listener = TopicListener(self._node, note, options.overrides)
         self.messages = 0
+        self.paused = options.paused
+        self._sim_time: int | None = None
+        if options.sim_time:
+            self.listener.listen(CLOCK, _CLOCK_TYPE, (TopicQos(reliable=False),))
+        self._held: deque[Received] = deque()
+        self._held_bytes = 0
+
+    @property
+    def holds(self) -> bool:
+        """Whether messages are held for snapshots and only those are written."""
+        return self._options.snapshot
+
+    def discover(self) -> None:
+        """Listen to the topics that are there by now; the recording lists them all."""
+        options = self._options
+        self.listener.discover(options.takes, options.unpublished, options.leaves)
+        for topic in self.listener.topics:
+            if options.takes(topic.name, topic.type_name):
+                self._writer.add_topic(topic)
 
     def poll(self) -> None:
         """Write what has arrived; raise RecordingError where the disk refuses."""
-        for topic, received, published, data in self.listener.take():
-            if self._clock is not None:
-                received = published = round(self._clock() * 1e9)
-            self._writer.write(topic, received, data, published)
-            self.messages += 1
+        for each in self.listener.take():
+            message = self._stamped(each)
+            if message is None or self.paused:
+                continue
+            if self._options.snapshot:
+                self._hold(message)
+            else:
+                self._write(message)
+
+    def _stamped(self, message: Received) -> Received | None:
+        """Return a message with its time; None if it is not to be recorded."""
+        if self._clock is not None:
+            now = round(self._clock() * 1e9)
+            return message._replace(received=now, published=now)
+        if not self._options.sim_time:
+            return message
+        topic = message.topic
+        if topic.name == CLOCK:
+            stamp = deserialize_message(message.data, Clock).clock
+            self._sim_time = stamp.sec * NANOSECONDS + stamp.nanosec
+            if not self._options.takes(topic.name, topic.type_name):
+                return None
+        return None if self._sim_time is None else message._replace(received=self._sim_time)
+
+    def _hold(self, message: Received) -> None:
+        """Keep a message for the next snapshot; the oldest make room for it."""
+        self._held.append(message)
+        self._held_bytes += len(message.data)
+        while self._held and self._held_bytes > self._options.cache:
+            self._held_bytes -= len(self._held.popleft().data)
+
+    def _write(self, message: Received) -> None:
+        self._writer.write(message.topic, message.received, message.data, message.published)
+        self.messages += 1
+
+    def pause(self, paused: bool) -> None:
+        """Pause or resume; what has arrived before belongs to the state before."""
+        self.poll()
+        self.paused = paused
+
+    def snapshot(self) -> bool:
+        """Write the messages that are held; return whether there were any."""
+        self.poll()
+        found = len(self._held)
+        while self._held:
+            self._write(self._held.popleft())
+        self._held_bytes = 0
+        self.flush()
+        return found > 0
 
     def flush(self) -> None:
         """Hand what has been written to the operating system."""
@@ -81,6 +195,32 @@ class Recorder:
         self.poll()
         self._node.destroy_node()
         self._writer.close(self.listener.lost)
+
+
+def control(recorder: Recorder, node: Node, bag: BagFolder) -> Controls:
+    """Offer rosbag2's services of a recorder and announce the files that it begins."""
+    from rosbag2_interfaces.msg import WriteSplitEvent
+    from rosbag2_interfaces.srv import IsPaused, Pause, Resume, Snapshot, SplitBagfile
+
+    events = node.create_publisher(WriteSplitEvent, "events/write_split", 1)
+
+    def announce(closed: Path, opened: Path) -> None:
+        files = {"closed_file": str(closed), "opened_file": str(opened)}
+        events.publish(WriteSplitEvent(**files, node_name=node.get_fully_qualified_name()))
+
+    def split(_: object) -> None:
+        recorder.poll()
+        bag.split()
+
+    bag.on_split = announce
+    controls = Controls(node)
+    controls.add(Pause, "pause", lambda _: recorder.pause(True))
+    controls.add(Resume, "resume", lambda _: recorder.pause(False))
+    controls.add(IsPaused, "is_paused", lambda _: {"paused": recorder.paused})
+    controls.add(SplitBagfile, "split_bagfile", split)
+    if recorder.holds:
+        controls.add(Snapshot, "snapshot", lambda _: {"success": recorder.snapshot()})
+    return controls
 
 
 def demo_recorder(process: Process, path: Path) -> Recorder:
@@ -100,24 +240,21 @@ def demo_recorder(process: Process, path: Path) -> Recorder:
     return recorder
 
 
-def record(
-    folder: Path, selection: TopicSelection, limits: SplitLimits, show: Callable[[str], None]
-) -> None:
-    """Record the chosen topics until SIGINT or SIGTERM.
-
-    Args:
-        folder: Where to; it must not exist.
+def record(bag: BagFolder, options: RecordOptions, show: Callable[[str], None]) -> None:
+    """Record the chosen topics into a folder until SIGINT or SIGTERM.
 
     Raises:
-        RecordingError: The folder exists, or the disk refuses.
+        RecordingError: The disk refuses.
     """
-    bag = BagFolder(folder, limits)
     stop = stopped_by_signals()
     context = new_context()
-    recorder = Recorder(Node("recorder", context=context, **BARE_NODE), bag, show)
-    show(f"records into {folder}; Ctrl-C ends it")
+    node = Node(options.node_name, context=context, **BARE_NODE)
+    recorder = Recorder(node, bag, show, options=options)
+    controls = control(recorder, node, bag) if options.controlled else None
+    show(f"records into {bag.path}; Ctrl-C ends it")
     try:
-        _run(recorder, selection, stop)
+        with Keys() if options.keys else nullcontext() as keys:
+            _run(recorder, options, controls, keys, stop)
     finally:
         recorder.close()
         context.shutdown()
@@ -126,24 +263,35 @@ def record(
 
 def _run(
     recorder: Recorder,
-    selection: TopicSelection,
+    options: RecordOptions,
+    controls: Controls | None,
+    keys: Keys | None,
     stop: threading.Event,
     poll_period: float = 0.02,
-    discovery_period: float = 0.5,
     flush_period: float = 1.0,
+    settling: float = 1.0,
 ) -> None:
-    """Record until stopped; a recorder that is killed loses at most one flush period [s]."""
-    discover = flush = time.monotonic()
+    """Record until stopped; a recorder that is killed loses at most one flush period [s].
+
+    Args:
+        settling: How long the topics that are there take to be found [s].
+    """
+    start = discover = flush = time.monotonic()
     while not stop.is_set():
         now = time.monotonic()
-        if now >= discover:
-            recorder.listener.discover(selection.takes)
-            discover = now + discovery_period
+        if now >= discover and (options.discovery or now < start + settling):
+            recorder.discover()
+            discover = now + options.polling_period
         recorder.poll()
+        if controls is not None:
+            controls.poll()
         if now >= flush:
             recorder.flush()
-            flush = now + flush_period
-        stop.wait(poll_period)
+            flush = now + (flush_period if options.cache else 0.0)
+        if keys is None:
+            stop.wait(poll_period)
+        elif keys.wait(poll_period) == " ":
+            recorder.pause(not recorder.paused)
 
 
 def _summary(recorder: Recorder) -> str:

@@ -38,6 +38,7 @@ ROS = {
     *("lifecycle_msgs", "map_msgs", "nav2_msgs", "nav_msgs", "rcl_interfaces", "rosgraph_msgs"),
     *(
         "robot_localization",
+        "rosbag2_interfaces",
         "sensor_msgs",
         "simulation_interfaces",
         "slam_toolbox",
@@ -63,7 +64,6 @@ BRINGUP_WITHOUT_ROS = tuple(
         "processes/": "child.py fork.py health.py supervisor.py",
         "recording/": "playback.py selection.py summary.py",
         "ros2/": "completion.py errors.py grammar.py main.py statistics.py",
-        "ros2/programs/": "bag.py",
         "ros2/verbs/": "forward.py",
         "tuning/": "picture.py plan.py space.py study.py tuner.py",
         "viewing/": "frame_tree.py pictures.py snapshot.py",

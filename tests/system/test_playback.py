@@ -15,13 +15,13 @@ from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 
 from arjuna_core.bags.decoder import Decoder
+from arjuna_core.bags.file_writer import McapWriter
 from arjuna_core.bags.reader import Bag
-from arjuna_core.bags.writer import McapWriter
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
 from bringup.lockstep import LockStep
 from bringup.parameters.files import merged, shipped_parameters
-from bringup.recording.play import Player
+from bringup.recording.player import Player
 from bringup.recording.recorder import TOPICS, Recorder
 from bringup.stack import LOCALIZATION_GROUP, SLAM_GROUP, Group
 from tests.helpers.processes import wait_until
@@ -86,7 +86,7 @@ def play(bag: Bag, group: Group, parameters: dict[str, dict[str, Any]], path: Pa
         recorder = listen(robot, path, "/tf", *RESULTS)
         robot.start(group)
         topics = [each for name, each in bag.topics.items() if name not in RESULTS]
-        player = Player(robot.process.context, topics, {})
+        player = Player(robot.process.make_node("player", spun=False), topics)
         clock = robot.client.create_publisher(Clock, "/clock", qos.LATEST)
         with closing(recorder), closing(player):
             _play_static(bag, player, robot)

@@ -70,8 +70,11 @@ def _until(done: Callable[[], bool], what: str) -> None:
     wait_until(done, lambda: pause.wait(0.02), what)
 
 
-def _record(folder: Path) -> Lines:
-    return Lines("-m", "bringup", "record", "--topics", "/count", "-o", str(folder))
+ARJUNA, ROS2_BAG = ("bringup",), ("bringup.ros2.main", "bag")
+
+
+def _record(folder: Path, program: tuple[str, ...] = ARJUNA) -> Lines:
+    return Lines("-m", *program, "record", "--topics", "/count", "-o", str(folder))
 
 
 def test_a_killed_recorder_loses_only_its_last_second(tmp_path: Path, counter: Counter) -> None:
@@ -96,8 +99,11 @@ def test_a_killed_recorder_loses_only_its_last_second(tmp_path: Path, counter: C
     assert again.matching("exists already and is not overwritten")
 
 
-def test_what_is_recorded_is_played_and_recorded_again(tmp_path: Path, counter: Counter) -> None:
-    with _record(tmp_path / "first") as recorder:
+@pytest.mark.parametrize("program", [ARJUNA, ROS2_BAG], ids=["arjuna", "ros2 bag"])
+def test_what_is_recorded_is_played_and_recorded_again(
+    tmp_path: Path, counter: Counter, program: tuple[str, ...]
+) -> None:
+    with _record(tmp_path / "first", program) as recorder:
         recorder.wait_for("listens to /count")
         _until(lambda: counter.received, "matching")
         for _ in range(20):
@@ -108,8 +114,8 @@ def test_what_is_recorded_is_played_and_recorded_again(tmp_path: Path, counter: 
     assert recorder.matching("20 messages of 1 topics, none lost")
     counter.close()
     with (
-        _record(tmp_path / "second") as second,
-        Lines("-m", "bringup", "play", str(tmp_path / "first"), "--loop") as player,
+        _record(tmp_path / "second", program) as second,
+        Lines("-m", *program, "play", str(tmp_path / "first"), "--loop") as player,
     ):
         second.wait_for("listens to /count")
         _until(lambda: len(numbers(tmp_path / "second")) > 40, "two turns")

@@ -28,7 +28,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="where in the recording to begin [s] (0)",
     )
-    paused = "begin with a pause; space goes on"
+    paused = "begin with a pause; space resumes"
     parser.add_argument("-p", "--start-paused", action="store_true", help=paused)
     parser.add_argument(
         "--clock",
@@ -60,20 +60,21 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Play until the end, or until stopped."""
     from arjuna_core.bags.reader import Bag
-    from bringup.recording.play import PlayOptions, play
+    from bringup.recording.play import play
+    from bringup.recording.player import PlayOptions
     from bringup.terminal import show
 
     chosen = PlayOptions(
-        selection=selection.selection_of(arguments),
+        takes=selection.selection_of(arguments).takes,
         rate=arguments.rate,
         offset=max(arguments.start_offset, 0.0),
         loop=arguments.loop,
         paused=arguments.start_paused,
         clock_hz=arguments.clock,
-        delay=arguments.delay,
+        settling=arguments.delay,
         remap=dict(arguments.remap),
     )
-    play(Bag(arguments.file), chosen, show)
+    play([Bag(arguments.file)], chosen, show)
     return 0
 
 

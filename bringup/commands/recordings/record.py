@@ -53,15 +53,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Record until stopped."""
-    from arjuna_core.bags.writer import SplitLimits
-    from bringup.recording.recorder import record
+    from arjuna_core.bags.writer import BagFolder, SplitLimits
+    from bringup.recording.recorder import RecordOptions, record
     from bringup.terminal import show
 
     folder = arguments.output or Path(f"{datetime.now().astimezone():rosbag2_%Y_%m_%d-%H_%M_%S}")
     if arguments.next:
         folder = next_free(folder)
     chosen = selection.selection_of(arguments, arguments.include_hidden_topics)
-    record(folder, chosen, SplitLimits(*arguments.split), show)
+    bag = BagFolder(folder, SplitLimits(*arguments.split))
+    record(bag, RecordOptions(lambda topic, _: chosen.takes(topic)), show)
     return 0
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from bringup.ros2.tables.bag import BAG
 from bringup.ros2.tables.graph import ACTION, LIFECYCLE, NODE, PARAM, SERVICE
-from bringup.ros2.tables.others import BAG, DAEMON, DOCTOR, INTERFACE, LAUNCH, PKG, RUN, WTF
+from bringup.ros2.tables.others import DAEMON, DOCTOR, INTERFACE, LAUNCH, PKG, RUN, WTF
 from bringup.ros2.tables.topic import TOPIC
 
 COMMANDS = (

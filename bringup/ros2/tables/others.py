@@ -54,7 +54,6 @@ PKG = Command(
         ),
     ),
 )
-BAG = Command("bag", "Record, play and describe recordings", forward="forward:bag")
 DAEMON = Command("daemon", "There is no daemon: none is needed", forward="forward:daemon")
 DOCTOR = Command("doctor", "Check the system for what goes wrong", forward="forward:doctor")
 WTF = Command("wtf", "The same as 'ros2 doctor'", forward="forward:doctor")

@@ -1,4 +1,4 @@
-"""The commands that hand all their words on: `ros2 run`, `bag`, `doctor`, `daemon`."""
+"""The commands that hand all their words on: `ros2 run`, `doctor`, `daemon`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from typing import NoReturn
 
 from arjuna_core.errors import nearest
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.programs.bag import VERBS, translated
 from bringup.ros2.programs.python_file import run_file
 from bringup.stack import PROGRAMS as NODES
 
@@ -198,16 +197,6 @@ def daemon(words: list[str]) -> None:
         print("The daemon is not running")
     else:
         print("There is no daemon: every command looks at the graph itself")
-
-
-def bag(words: list[str]) -> None:
-    """Record, play or describe a recording."""
-    if words[:1] in ([], ["-h"], ["--help"]):
-        print("usage: ros2 bag [-h] VERB ...\n")
-        print("\n".join(f"  {verb:8}{about}" for verb, about in VERBS.items()))
-        return
-    command, *rest = translated(words)
-    arjuna(command, rest)
 
 
 def doctor(words: list[str]) -> NoReturn:

@@ -78,7 +78,7 @@ def watch(
             while not stopped() and output.open:
                 now = time.monotonic()
                 if now >= due:
-                    listener.discover(lambda name: True, scene.shows)
+                    listener.discover(lambda name, kind: scene.shows(kind))
                     due = now + discover
                 for message in listener.take():
                     scene.take(message.topic, message.received, message.data)

@@ -27,7 +27,7 @@ def bag(tmp_path: Path) -> Bag:
 
 
 def playback(bag: Bag, **options: Any) -> Playback:
-    result = Playback(bag, lambda topic: True, **options)
+    result = Playback([bag], lambda topic: True, **options)
     result.advance(0.0)
     return result
 
@@ -81,3 +81,20 @@ def test_a_recording_of_one_moment_is_due_once_a_turn(tmp_path: Path) -> None:
     played = playback(Bag(tmp_path / "one"), loop=True)
     assert due(played, 0.1) == [7]
     assert due(played, 0.2) == [7]
+
+
+def test_each_turn_waits_and_the_first_one_longer(bag: Bag) -> None:
+    played = playback(bag, loop=True, delay=1.0, settling=0.5)
+    assert [due(played, wall) for wall in (1.4, 1.6, 4.6)] == [[], [0], [1, 2, 3]]
+    assert [due(played, wall) for wall in (5.5, 5.7)] == [[], [0]]
+
+
+def test_it_is_stepped_and_sent_back_while_it_stands(bag: Bag) -> None:
+    played = playback(bag, until=102 * SECOND)
+    assert played.play_next() is None
+    played.paused = True
+    stepped = [played.play_next() for _ in range(4)]
+    assert [each and each.data[4] for each in stepped] == [0, 1, 2, None]
+    assert (played.time, played.finished) == (102 * SECOND, True)
+    played.seek(0)
+    assert (played.time, played.finished) == (100 * SECOND, False)

@@ -22,7 +22,9 @@ def test_the_summary_is_that_of_ros2_bag_info(tmp_path: Path) -> None:
     lines = list(summary.lines(Bag(tmp_path / "bag")))
     assert lines[0] == "Files:             bag_0.mcap"
     assert "Duration:          0.099000000s" in lines
-    assert lines[-2] == (
+    assert "ROS Distro:        jazzy" in lines
+    assert lines[-4] == (
         "Topic information: Topic: /number | Type: std_msgs/msg/Int32 | Count: 90 | "
         "Serialization Format: cdr"
     )
+    assert lines[-2:] == ["Service:           0", "Service information:"]

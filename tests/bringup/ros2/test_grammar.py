@@ -11,7 +11,6 @@ import pytest
 from bringup.cli_parser import parse
 from bringup.ros2.grammar import VERBS, Command, Verb, build_parser
 from bringup.ros2.main import main, real_ros2, without_wheels
-from bringup.ros2.programs.bag import translated
 from bringup.ros2.tables import COMMANDS
 from bringup.ros2.verbs import forward, launch
 from bringup.ros2.verbs.forward import RosArguments, ros_arguments
@@ -307,38 +306,10 @@ def test_an_unknown_launch_file_names_those_there_are(capsys: pytest.CaptureFixt
     assert "python -m bringup" in printed
 
 
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        ("record -a -o out -s mcap", "record --output out"),
-        ("record /scan /tf -d 60", "record --split 60s --topics /scan /tf"),
-        (
-            "record -e /cam.* -x .*info -b 1000",
-            "record --split 1000B --exclude .*info --topics /cam.*",
-        ),
-        ("play out -r 2 -s mcap --clock", "play out -r 2 --clock"),
-        ("info out", "info out"),
-    ],
-)
-def test_bag_words_become_those_of_arjuna(words: str, expected: str) -> None:
-    assert translated(words.split()) == expected.split()
-
-
-@pytest.mark.parametrize("words", ["bag", "bag -h", "bag --help", "launch --help", "run --help"])
+@pytest.mark.parametrize("words", ["bag", "launch --help", "run --help"])
 def test_commands_that_hand_on_have_help(words: str, capsys: pytest.CaptureFixture[str]) -> None:
     code = main(words.split())
     assert (code, capsys.readouterr().out[:12]) == (0, "usage: ros2 ")
-
-
-def test_an_unknown_verb_of_bag_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["bag", "recrod"]) == 1
-    assert "no verb 'recrod'; did you mean 'record'?" in capsys.readouterr().err
-
-
-def test_recording_nothing_in_particular_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit, match="2"):
-        translated(["record"])
-    assert "must specify topics, --regex or --all" in capsys.readouterr().err
 
 
 def test_a_real_ros2_gets_none_of_our_libraries() -> None:

@@ -8,8 +8,9 @@ import pytest
 import yaml
 from rosbags.rosbag2 import Reader
 
+from arjuna_core.bags.file_writer import RecordingError
 from arjuna_core.bags.reader import Bag
-from arjuna_core.bags.writer import BagFolder, RecordingError, SplitLimits, repair
+from arjuna_core.bags.writer import BagFolder, SplitLimits, repair
 from arjuna_core.se2 import SE2
 from tests.core.bags.recordings import (
     LATCHED,

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
 from arjuna_core.bags.reader import Bag
-from arjuna_core.bags.topic import BagMessage, TopicInfo
+from arjuna_core.bags.topic import BagMessage, TopicInfo, TopicQos
 from arjuna_core.bags.writer import BagFolder
 from arjuna_core.ros import qos
 from bringup.recording.message_definitions import message_definition
-from bringup.recording.play import Player
+from bringup.recording.player import Player, PlayOptions
 from bringup.recording.recorder import Recorder
 from tests.helpers.ros import RosBench
 
@@ -27,15 +28,16 @@ def record(bench: RosBench, folder: Path) -> Bag:
     ) as recorder:
         latched = bench.node.create_publisher(String, "/once", qos.LATCHED)
         bench.publish(String, "/often", String(data="-"))
-        recorder.listener.discover(lambda name: name in ("/once", "/often"))
+        recorder.listener.discover(lambda name, _: name in ("/once", "/often"))
         latched.publish(String(data="kept"))
         for number in range(5):
             bench.publish(String, "/often", String(data=f"message {number}"))
     return Bag(folder)
 
 
-def play(bench: RosBench, bag: Bag, **options: object) -> None:
-    player = Player(bench.process.context, bag.topics.values(), **options)  # type: ignore[arg-type]
+def play(bench: RosBench, bag: Bag, **options: Any) -> None:
+    node = bench.process.make_node("player", spun=False)
+    player = Player(node, bag.topics.values(), PlayOptions(**options))
     bench.process.drain()
     with closing(player):
         for message in bag.messages():
@@ -51,8 +53,8 @@ def test_the_same_bytes_arrive_that_were_recorded(tmp_path: Path, bench: RosBenc
             other.process.make_node("recorder", spun=False), BagFolder(tmp_path / "second")
         )
         with closing(recorder):
-            player = Player(other.process.context, bag.topics.values(), {})
-            recorder.listener.discover(lambda name: name in bag.topics)
+            player = Player(other.process.make_node("player", spun=False), bag.topics.values())
+            recorder.listener.discover(lambda name, _: name in bag.topics)
             for message in bag.messages():
                 player.publish(message)
             recorder.poll()
@@ -72,7 +74,7 @@ def test_topics_take_new_names_and_the_clock_runs(tmp_path: Path, bench: RosBenc
     with closing(RosBench(transport="dds")) as other:
         received = other.collect(String, "/renamed")
         clock = other.collect(Clock, "/clock", qos.CLOCK)
-        play(other, bag, remap={"/often": "/renamed"}, clock=True)
+        play(other, bag, remap={"/often": "/renamed"}, clock_hz=1.0)
         assert [message.data for message in received] == [
             f"message {number}" for number in range(5)
         ]
@@ -85,7 +87,8 @@ def test_what_cannot_be_played_is_noted_and_left_out(bench: RosBench) -> None:
     unknown = TopicInfo("/a", "nowhere_msgs/msg/Thing")
     text = TopicInfo("/b", "std_msgs/msg/String", message_definition("std_msgs/msg/String"))
     foreign = TopicInfo("/c", "std_msgs/msg/String", encoding="json")
-    player = Player(bench.process.context, [unknown, text, foreign], {}, note=notes.append)
+    node = bench.process.make_node("player", spun=False)
+    player = Player(node, [unknown, text, foreign], note=notes.append)
     with closing(player):
         for topic in (unknown, text, foreign):
             player.publish(BagMessage(topic, 0, b"\0\1\0\0\1\0\0\0\0"))
@@ -94,3 +97,18 @@ def test_what_cannot_be_played_is_noted_and_left_out(bench: RosBench) -> None:
         "/a is left out: its type nowhere_msgs/msg/Thing is not installed",
         "/c is left out: it is encoded as 'json', not as cdr",
     ]
+
+
+def test_listeners_are_waited_for_where_they_acknowledge(bench: RosBench) -> None:
+    notes: list[str] = []
+    definition = message_definition("std_msgs/msg/String")
+    topics = [
+        TopicInfo(name, "std_msgs/msg/String", definition, offers=(TopicQos(reliable),))
+        for name, reliable in (("/sure", True), ("/loose", False))
+    ]
+    bench.collect(String, "/sure")
+    player = Player(bench.process.make_node("player", spun=False), topics, note=notes.append)
+    with closing(player):
+        player.publish(BagMessage(topics[0], 0, b"\0\1\0\0\1\0\0\0\0"))
+        player.wait_for_acknowledgement(5.0)
+    assert notes == ["/loose is best effort: nobody acknowledges its messages"]

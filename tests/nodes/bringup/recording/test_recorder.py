@@ -12,9 +12,10 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import String
 
+from arjuna_core.bags.file_writer import RecordingError
 from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import TopicQos
-from arjuna_core.bags.writer import BagFolder, RecordingError
+from arjuna_core.bags.writer import BagFolder
 from arjuna_core.ros import qos
 from bringup.recording.message_definitions import type_hash
 from bringup.recording.recorder import Recorder, demo_recorder
@@ -67,9 +68,9 @@ def test_topics_that_appear_later_are_found_and_hidden_ones_left(
     tmp_path: Path, bench: RosBench
 ) -> None:
     with closing(record(bench, tmp_path / "bag")) as recorder:
-        recorder.listener.discover(lambda name: name.startswith("/late"))
+        recorder.listener.discover(lambda name, _: name.startswith("/late"))
         bench.publish(String, "/late", String(data="unheard"))
-        recorder.listener.discover(lambda name: name.startswith("/late"))
+        recorder.listener.discover(lambda name, _: name.startswith("/late"))
         bench.publish(String, "/late", String(data="heard"))
         bench.publish(String, "/other", String(data="not chosen"))
     (message,) = Bag(tmp_path / "bag").messages()
@@ -80,9 +81,9 @@ def test_a_subscription_yields_to_a_weaker_publisher(tmp_path: Path, bench: RosB
     weak = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
     with closing(record(bench, tmp_path / "bag")) as recorder:
         bench.publish(String, "/mixed", String(data="one"))
-        recorder.listener.discover(lambda name: name == "/mixed")
+        recorder.listener.discover(lambda name, _: name == "/mixed")
         late = bench.node.create_publisher(String, "/mixed", weak)
-        recorder.listener.discover(lambda name: name == "/mixed")
+        recorder.listener.discover(lambda name, _: name == "/mixed")
         late.publish(String(data="two"))
         recorder.poll()
         assert recorder.messages == 1
@@ -91,7 +92,7 @@ def test_a_subscription_yields_to_a_weaker_publisher(tmp_path: Path, bench: RosB
 def test_messages_that_never_arrived_are_counted(tmp_path: Path, bench: RosBench) -> None:
     with closing(record(bench, tmp_path / "bag")) as recorder:
         bench.publish(String, "/fast", String(data="0"))
-        recorder.listener.discover(lambda name: name == "/fast")
+        recorder.listener.discover(lambda name, _: name == "/fast")
         for number in range(1, 1501):  # the queue holds 1000
             bench.publish(String, "/fast", String(data=str(number)))
             if number == 100:

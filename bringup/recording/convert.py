@@ -1,0 +1,197 @@
+"""Recordings written again into others, as `ros2 bag convert` does: merged, parted, compressed."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from arjuna_core.bags.file_writer import STORAGES, RecordingError
+from arjuna_core.bags.reader import Bag
+from arjuna_core.bags.topic import TopicInfo
+from arjuna_core.bags.writer import BagFolder, BagFormat, SplitLimits
+from arjuna_core.errors import ArjunaError, InputFileError, nearest
+from arjuna_core.files.yaml_file import read_yaml
+from bringup.recording.message_definitions import message_definition
+from bringup.recording.selection import RecordFilter
+
+NO_EFFECT = (
+    *("max_cache_size", "snapshot_mode", "is_discovery_disabled", "rmw_serialization_format"),
+    *("topic_polling_interval", "node_prefix", "compression_queue_size", "start_paused"),
+    *("compression_threads_priority", "topic_qos_profile_overrides", "ignore_leaf_topics"),
+    *("include_unpublished_topics", "use_sim_time", "disable_keyboard_controls"),
+    *("input_serialization_format", "output_serialization_format"),
+)
+"""Options of rosbag2 for an output that mean nothing where recordings are written again."""
+_LISTS = (
+    *("topics", "topic_types", "services", "exclude_topics", "exclude_topic_types"),
+    "exclude_services",
+)
+_DEFAULTS: dict[str, Any] = {
+    "uri": "",
+    "storage_id": "",
+    "max_bagfile_size": 0,
+    "max_bagfile_duration": 0,
+    "storage_preset_profile": "",
+    "storage_config_uri": "",
+    "custom_data": {},
+    "start_time_ns": -1,
+    "end_time_ns": -1,
+    "all": False,
+    "exclude": "",
+    "all_topics": False,
+    "all_services": False,
+    "regex": "",
+    "exclude_regex": "",
+    "compression_mode": "",
+    "compression_format": "",
+    "compression_threads": 0,
+    "include_hidden_topics": False,
+    **{name: [] for name in _LISTS},
+}
+
+
+def bag_format(
+    storage: str,
+    preset: str = "",
+    config: Path | None = None,
+    compression: str = "",
+    threads: int = 0,
+    custom: Mapping[str, str] | None = None,
+) -> BagFormat:
+    """Return a format by rosbag2's names; "" is the default everywhere.
+
+    Raises:
+        ArjunaError: One of them is not known.
+    """
+    storage, preset = storage or "mcap", preset or "none"
+    mode = compression.lower().replace("none", "")
+    for given, valid, what in (
+        (storage, tuple(STORAGES), "storage"),
+        (preset, STORAGES[storage].PRESETS if storage in STORAGES else (), "preset profile"),
+        (mode, ("", "file", "message"), "compression mode"),
+    ):
+        if given not in valid:
+            raise ArjunaError(f"'{given}' is no {what}; {nearest(given, valid)}")
+    settings = read_yaml(config) if config is not None else {}
+    if not isinstance(settings, dict):
+        raise InputFileError(config or Path(), "holds no settings of a storage")
+    return BagFormat(storage, preset, settings, mode, threads, custom or {})
+
+
+def split_limits(storage: str, size: int, duration: float) -> SplitLimits:
+    """Return limits of files, whose size may not be below the storage's least.
+
+    Raises:
+        ArjunaError: It is.
+    """
+    least = STORAGES[storage].LEAST_SPLIT
+    if 0 < size < least:
+        raise ArjunaError(
+            f"invalid bag splitting size given: {size}; valid: 0 or at least {least} bytes"
+        )
+    return SplitLimits(size, duration)
+
+
+@dataclass(frozen=True)
+class Output:
+    """A recording to be written, and what of the others it takes.
+
+    Attributes:
+        start: The first time that it takes [ns].
+        end: The last one [ns]; the end if negative.
+    """
+
+    folder: Path
+    limits: SplitLimits
+    format: BagFormat
+    filter: RecordFilter
+    start: int = -1
+    end: int = -1
+
+
+def read_outputs(path: Path) -> list[Output]:
+    """Return the outputs that a file lists under `output_bags`.
+
+    Raises:
+        ArjunaError: There is none, or one is not as it should be.
+    """
+    content = read_yaml(path)
+    bags = content.get("output_bags") if isinstance(content, dict) else None
+    if not isinstance(bags, list) or not bags:
+        raise InputFileError(path, "lists no recordings; valid: output_bags: [{uri: FOLDER}]")
+    return [_output(path, each) for each in bags]
+
+
+def _output(path: Path, given: Any) -> Output:
+    if not isinstance(given, dict) or not given.get("uri"):
+        raise InputFileError(path, f"an output has no uri: {given}")
+    for name in given:
+        if name not in _DEFAULTS and name not in NO_EFFECT:
+            problem = f"'{name}' is no option of an output; {nearest(str(name), _DEFAULTS)}"
+            raise InputFileError(path, problem)
+    for name, value in given.items():
+        if name in _DEFAULTS and not isinstance(value, type(_DEFAULTS[name])):
+            kind = type(_DEFAULTS[name]).__name__
+            raise InputFileError(path, f"{name}: {value!r} is no {kind}")
+    options = {**_DEFAULTS, **given}
+    config = options["storage_config_uri"]
+    form = bag_format(
+        *(options["storage_id"], options["storage_preset_profile"]),
+        *(Path(config) if config else None, options["compression_mode"]),
+        *(options["compression_threads"], options["custom_data"]),
+    )
+    size, duration = options["max_bagfile_size"], options["max_bagfile_duration"]
+    chosen = RecordFilter(
+        all_topics=options["all_topics"] or options["all"],
+        all_services=options["all_services"] or options["all"],
+        regex=options["regex"],
+        exclude_regex=options["exclude_regex"] or options["exclude"],
+        include_hidden_topics=options["include_hidden_topics"],
+        **{name: tuple(options[name]) for name in _LISTS},
+    )
+    limits = split_limits(form.storage, size, float(duration))
+    times = options["start_time_ns"], options["end_time_ns"]
+    return Output(Path(options["uri"]), limits, form, chosen, *times)
+
+
+def convert(bags: Sequence[Bag], outputs: Sequence[Output]) -> None:
+    """Write the messages of recordings, in the order of their times, into others.
+
+    Raises:
+        RecordingError: An output exists, or the disk refuses.
+    """
+    known = {name: _defined(topic) for bag in bags for name, topic in bag.topics.items()}
+    for each in outputs:
+        if each.folder.exists():
+            raise RecordingError(f"{each.folder} exists already and is not overwritten")
+    folders = [BagFolder(each.folder, each.limits, each.format) for each in outputs]
+    takers: dict[str, list[tuple[Output, BagFolder]]] = {}
+    for name, topic in sorted(known.items()):
+        takers[name] = [
+            (output, folder)
+            for output, folder in zip(outputs, folders, strict=True)
+            if output.filter.takes(name, topic.type_name)
+        ]
+        for _, folder in takers[name]:
+            folder.add_topic(topic)
+    found = [bag.messages(lambda name: bool(takers[name])) for bag in bags]
+    for message in heapq.merge(*found, key=lambda each: each.time):
+        name, time = message.topic.name, message.time
+        for output, folder in takers[name]:
+            if output.start <= time and (output.end < 0 or time <= output.end):
+                folder.write(known[name], time, message.data, time)
+    for folder in folders:
+        folder.close()
+
+
+def _defined(topic: TopicInfo) -> TopicInfo:
+    """Return a topic with its type's definition, the installed one where it has none."""
+    if topic.definition:
+        return topic
+    try:
+        return replace(topic, definition=message_definition(topic.type_name))
+    except (LookupError, OSError, ValueError):
+        return topic

@@ -1,0 +1,178 @@
+"""The publishers of recorded topics, and the options of playing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
+from rosgraph_msgs.msg import Clock
+
+from arjuna_core.bags.topic import BagMessage, TopicInfo, offer_for
+from arjuna_core.ros import qos
+from arjuna_core.ros.context import class_of
+from arjuna_core.timing import NANOSECONDS
+from bringup.recording.listener import profile_of
+from bringup.recording.selection import EVENTS, is_service
+
+CLOCK = "/clock"
+REQUESTS = {"service_introspection": 1, "client_introspection": 0}
+"""The event of a request as the service noted it, and as the client did: ServiceEventInfo's."""
+
+
+@dataclass(frozen=True)
+class PlayOptions:
+    """Options of playing.
+
+    Attributes:
+        takes: Returns which topics are played.
+        rate: Recorded seconds a second.
+        offset: Where in the recording to begin [s].
+        until: The last time that is played [ns]; the end if None.
+        paused: Whether to begin with a pause.
+        clock_hz: How often to publish the recorded time on /clock [Hz]; 0 for not.
+        clock_topics: Topics before whose messages it is published, too; None for all.
+        recorded_clock: Whether a recorded /clock is played instead of one that is made.
+        delay: How long to wait before each turn [s].
+        settling: How long to wait at first until those who listen have found the player [s].
+        remap: New names of topics.
+        overrides: Profiles of topics whatever the recording says.
+        acked_timeout: How long to wait at the end for those who listen [s], 0 for ever; None not.
+        requests: The event whose request is sent to its service in place of the events; see
+            `REQUESTS`; None to publish the events.
+        keys: Whether keys are read.
+        node_name: The player's node.
+        controlled: Whether it offers rosbag2's services and announces new files.
+        burst: How many messages are published at once at the beginning, 0 for all; None for not.
+    """
+
+    takes: Callable[[str], bool] = lambda topic: True
+    rate: float = 1.0
+    offset: float = 0.0
+    loop: bool = False
+    until: int | None = None
+    paused: bool = False
+    clock_hz: float = 0.0
+    clock_topics: Collection[str] | None = ()
+    recorded_clock: bool = True
+    delay: float = 0.0
+    settling: float = 0.0
+    remap: Mapping[str, str] = field(default_factory=dict)
+    overrides: Mapping[str, QoSProfile] = field(default_factory=dict)
+    acked_timeout: float | None = None
+    requests: int | None = None
+    keys: bool = True
+    node_name: str = "player"
+    controlled: bool = False
+    burst: int | None = None
+
+    @property
+    def makes_clock(self) -> bool:
+        """Whether /clock is published."""
+        return self.clock_hz > 0.0 or self.clock_topics is None or bool(self.clock_topics)
+
+
+class Player:
+    """Publishers for the topics of a recording.
+
+    Args:
+        node: The node that publishes; it is destroyed at the end.
+        note: Takes a line about a topic that cannot be played.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        topics: Iterable[TopicInfo],
+        options: PlayOptions | None = None,
+        note: Callable[[str], None] = lambda line: None,
+    ) -> None:
+        self._node = node
+        self._options = options = options or PlayOptions()
+        self._note = note
+        self._publishers: dict[str, Any] = {}
+        self._clients: dict[str, Any] = {}
+        self._events: dict[str, Any] = {}
+        for topic in topics:
+            self._advertise(topic)
+        makes = options.makes_clock
+        self._clock = node.create_publisher(Clock, CLOCK, qos.LATEST) if makes else None
+        self.published = 0
+
+    def _advertise(self, topic: TopicInfo, static_publishers: int = 100) -> None:
+        """Advertise a topic; that of /tf_static latches a message of each of many publishers."""
+        options, name = self._options, topic.name
+        if topic.encoding != "cdr":
+            self._note(f"{name} is left out: it is encoded as '{topic.encoding}', not as cdr")
+            return
+        asks = options.requests is not None and is_service(name, topic.type_name)
+        try:
+            message_type = class_of(topic.type_name)
+            service = class_of(topic.type_name.removesuffix("_Event")) if asks else None
+        except LookupError:
+            self._note(f"{name} is left out: its type {topic.type_name} is not installed")
+            return
+        if asks:
+            self._events[name] = message_type
+            self._clients[name] = self._node.create_client(service, name.removesuffix(EVENTS))
+            return
+        offer = offer_for(topic.offers, static_publishers if name.endswith("tf_static") else 1)
+        profile = options.overrides.get(name) or profile_of(offer)
+        self._publishers[name] = self._node.create_publisher(
+            message_type, options.remap.get(name, name), profile
+        )
+
+    def publish(self, message: BagMessage) -> bool:
+        """Publish a message or ask a service; return whether its topic can be played."""
+        name = message.topic.name
+        if name in self._clients and not self._ask(name, bytes(message.data)):
+            return False
+        publisher = self._publishers.get(name)
+        if publisher is None and name not in self._clients:
+            return False
+        triggers = self._options.clock_topics
+        if triggers is None or name in triggers:
+            self.publish_clock(message.time)
+        if publisher is not None:
+            publisher.publish(bytes(message.data))
+        self.published += 1
+        return True
+
+    def _ask(self, name: str, data: bytes) -> bool:
+        """Send the request of an event to its service; return whether there was one to send."""
+        client, event = self._clients[name], deserialize_message(data, self._events[name])
+        if event.info.event_type != self._options.requests:
+            return False
+        service = name.removesuffix(EVENTS)
+        if not client.service_is_ready():
+            self._note(f"no request is sent to {service}: the service is not there")
+        elif not event.request:
+            self._note(f"no request is sent to {service}: its introspection was metadata only")
+        else:
+            client.remove_pending_request(client.call_async(event.request[0]))
+            return True
+        return False
+
+    def publish_clock(self, time: int) -> None:
+        """Publish a time [ns] on `/clock`, where that was asked for."""
+        if self._clock is not None:
+            message = Clock()
+            message.clock.sec, message.clock.nanosec = divmod(time, NANOSECONDS)
+            self._clock.publish(message)
+
+    def wait_for_acknowledgement(self, timeout: float) -> None:
+        """Wait until those who listen have all messages of reliable topics, 0 for ever [s]."""
+        limit = Duration(seconds=timeout) if timeout else Duration(seconds=-1)
+        for name, publisher in self._publishers.items():
+            if publisher.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT:
+                self._note(f"{name} is best effort: nobody acknowledges its messages")
+            elif not publisher.wait_for_all_acked(limit):
+                self._note(f"{name}: not all messages were acknowledged within {timeout} s")
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._node.destroy_node()

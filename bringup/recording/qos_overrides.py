@@ -1,0 +1,73 @@
+"""Profiles of topics from a file, as `--qos-profile-overrides-path` names one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from rclpy.duration import Duration
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    InvalidQoSProfileException,
+    LivelinessPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+)
+
+from arjuna_core.errors import InputFileError, nearest
+from arjuna_core.files.yaml_file import read_yaml
+
+_POLICIES = {
+    "history": HistoryPolicy,
+    "reliability": ReliabilityPolicy,
+    "durability": DurabilityPolicy,
+    "liveliness": LivelinessPolicy,
+}
+_DURATIONS = ("deadline", "lifespan", "liveliness_lease_duration")
+_VALUES = ("depth", "avoid_ros_namespace_conventions")
+
+
+def read_overrides(path: Path) -> dict[str, QoSProfile]:
+    """Return the profile of each topic in a file.
+
+    Raises:
+        InputFileError: It is no file of profiles.
+    """
+    content = read_yaml(path)
+    if not isinstance(content, dict):
+        raise InputFileError(path, "holds no profiles; valid: '/topic: {reliability: reliable}'")
+    found = {}
+    for topic, profile in content.items():
+        try:
+            parts = {name: _part(name, value) for name, value in profile.items()}
+            found[str(topic)] = QoSProfile(**parts)
+        except (InvalidQoSProfileException, ValueError, TypeError, AttributeError) as error:
+            raise InputFileError(path, f"{topic}: {error}") from error
+    return found
+
+
+def _part(name: str, value: Any) -> Any:
+    if name in _POLICIES:
+        policy = _POLICIES[name]
+        if value not in policy.short_keys():
+            raise ValueError(f"'{value}' is no {name}; {nearest(str(value), policy.short_keys())}")
+        return policy.get_from_short_key(value)
+    if name in _DURATIONS:
+        return _duration(name, value)
+    if name not in _VALUES:
+        valid = nearest(name, (*_POLICIES, *_DURATIONS, *_VALUES))
+        raise ValueError(f"unexpected key '{name}'; {valid}")
+    if value < 0:
+        raise ValueError(f"{name} is {value}; it may not be negative")
+    return value
+
+
+def _duration(name: str, value: Any) -> Duration:
+    if not value:
+        return Duration()
+    if not isinstance(value, dict) or not {"sec", "nsec"} <= value.keys():
+        raise ValueError(f"{name} has no sec and nsec")
+    if min(value["sec"], value["nsec"]) < 0:
+        raise ValueError(f"{name} may not be negative")
+    return Duration(seconds=value["sec"], nanoseconds=value["nsec"])
