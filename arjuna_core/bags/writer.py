@@ -17,6 +17,7 @@ from arjuna_core.bags.metadata import METADATA, FileEntry, metadata_yaml, read_m
 from arjuna_core.bags.reader import PACKED, Bag
 from arjuna_core.bags.topic import TopicInfo
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.input_file import open_file
 from arjuna_core.files.whole_file import write_atomically
 
 
@@ -53,7 +54,7 @@ class BagFormat:
     threads: int = 0
     custom: Mapping[str, str] = field(default_factory=dict)
 
-    def open(self, path: Path, limits: SplitLimits) -> FileWriter:
+    def writer(self, path: Path, limits: SplitLimits) -> FileWriter:
         """Return the writer of a new file, whose chunks are smaller than it shall be."""
         settings = dict(self.settings)
         if limits.size and self.storage == "mcap":
@@ -97,7 +98,7 @@ class BagFolder:
     def _next(self) -> FileWriter:
         suffix = STORAGES[self.format.storage].SUFFIX
         path = self.path / f"{self.path.resolve().name}_{len(self.files)}{suffix}"
-        file = self.format.open(path, self.limits)
+        file = self.format.writer(path, self.limits)
         self.files.append(file.entry)
         for topic in self._topics.values():
             file.add_topic(topic)
@@ -163,7 +164,7 @@ class BagFolder:
 
 def _pack(path: Path) -> None:
     """Put a compressed file in a file's place."""
-    with path.open("rb") as source, path.with_name(path.name + PACKED).open("xb") as target:
+    with open_file(path) as source, path.with_name(path.name + PACKED).open("xb") as target:
         zstandard.ZstdCompressor().copy_stream(source, target)
     path.unlink()
 
