@@ -1,0 +1,55 @@
+"""rosbag2's readers and writers in Python, on the recordings of `arjuna_core.bags`."""
+
+from __future__ import annotations
+
+from rosbag2_py.options import (
+    BagMetadata,
+    CompressionMode,
+    CompressionOptions,
+    ConverterOptions,
+    FileInformation,
+    MessageDefinition,
+    ReadOrder,
+    ReadOrderSortBy,
+    StorageFilter,
+    StorageOptions,
+    TopicInformation,
+    TopicMetadata,
+    compression_mode_from_string,
+    compression_mode_to_string,
+    get_default_storage_id,
+    get_registered_compressors,
+    get_registered_readers,
+    get_registered_serializers,
+    get_registered_writers,
+)
+from rosbag2_py.reader import Info, Reindexer, SequentialCompressionReader, SequentialReader
+from rosbag2_py.writer import SequentialCompressionWriter, SequentialWriter
+
+__all__ = [
+    "BagMetadata",
+    "CompressionMode",
+    "CompressionOptions",
+    "ConverterOptions",
+    "FileInformation",
+    "Info",
+    "MessageDefinition",
+    "ReadOrder",
+    "ReadOrderSortBy",
+    "Reindexer",
+    "SequentialCompressionReader",
+    "SequentialCompressionWriter",
+    "SequentialReader",
+    "SequentialWriter",
+    "StorageFilter",
+    "StorageOptions",
+    "TopicInformation",
+    "TopicMetadata",
+    "compression_mode_from_string",
+    "compression_mode_to_string",
+    "get_default_storage_id",
+    "get_registered_compressors",
+    "get_registered_readers",
+    "get_registered_serializers",
+    "get_registered_writers",
+]

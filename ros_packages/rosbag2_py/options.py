@@ -1,0 +1,186 @@
+"""The values that rosbag2_py's readers and writers take and return."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum, auto
+
+from rclpy.duration import Duration
+from rclpy.qos import QoSProfile
+from rclpy.time import Time
+
+
+@dataclass
+class StorageOptions:
+    """Where a recording is or shall be, and in which form."""
+
+    uri: str
+    storage_id: str = ""
+    max_bagfile_size: int = 0
+    max_bagfile_duration: int = 0
+    max_cache_size: int = 0
+    storage_preset_profile: str = ""
+    storage_config_uri: str = ""
+    snapshot_mode: bool = False
+    start_time_ns: int = -1
+    end_time_ns: int = -1
+    custom_data: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass
+class ConverterOptions:
+    """Encodings of messages; there is only cdr."""
+
+    input_serialization_format: str = ""
+    output_serialization_format: str = ""
+
+
+@dataclass
+class StorageFilter:
+    """The topics that are read; an expression fits the whole name."""
+
+    topics: list[str] = field(default_factory=list)
+    services_events: list[str] = field(default_factory=list)
+    regex: str = ""
+    exclude_topics: list[str] = field(default_factory=list)
+    exclude_service_events: list[str] = field(default_factory=list)
+    regex_to_exclude: str = ""
+
+
+@dataclass
+class TopicMetadata:
+    """A topic."""
+
+    id: int = 0
+    name: str = ""
+    type: str = ""
+    serialization_format: str = "cdr"
+    offered_qos_profiles: list[QoSProfile] = field(default_factory=list)
+    type_description_hash: str = ""
+
+    def equals(self, other: TopicMetadata) -> bool:
+        """Return whether another is the same."""
+        return self == other
+
+
+@dataclass
+class TopicInformation:
+    """A topic and how many messages it has."""
+
+    topic_metadata: TopicMetadata
+    message_count: int
+
+
+@dataclass
+class MessageDefinition:
+    """A type's definition."""
+
+    topic_type: str
+    encoding: str
+    encoded_message_definition: str
+    type_hash: str
+
+
+@dataclass
+class FileInformation:
+    """A file of a recording."""
+
+    path: str
+    starting_time: Time
+    duration: Duration
+    message_count: int
+
+
+@dataclass
+class BagMetadata:
+    """A recording in short; as text it is what `ros2 bag info` prints."""
+
+    version: int
+    bag_size: int
+    storage_identifier: str
+    relative_file_paths: list[str]
+    files: list[FileInformation]
+    duration: Duration
+    starting_time: Time
+    message_count: int
+    topics_with_message_count: list[TopicInformation]
+    compression_format: str = ""
+    compression_mode: str = ""
+    custom_data: dict[str, str] = field(default_factory=dict)
+    ros_distro: str = ""
+    text: str = field(default="", repr=False)
+
+    def __str__(self) -> str:
+        """Return the lines of `ros2 bag info`."""
+        return self.text
+
+
+class ReadOrderSortBy(Enum):
+    """What messages are sorted by."""
+
+    ReceivedTimestamp = auto()
+    PublishedTimestamp = auto()
+    File = auto()
+
+
+@dataclass
+class ReadOrder:
+    """The order in which messages are read."""
+
+    sort_by: ReadOrderSortBy = ReadOrderSortBy.ReceivedTimestamp
+    reverse: bool = False
+
+
+class CompressionMode(Enum):
+    """What is compressed."""
+
+    NONE = auto()
+    FILE = auto()
+    MESSAGE = auto()
+
+
+@dataclass
+class CompressionOptions:
+    """How a recording is compressed."""
+
+    compression_format: str = ""
+    compression_mode: CompressionMode = CompressionMode.NONE
+    compression_queue_size: int = 0
+    compression_threads: int = 0
+    thread_priority: int | None = None
+
+
+def compression_mode_from_string(mode: str) -> CompressionMode:
+    """Return the mode of a name; that of an unknown one is NONE."""
+    known = CompressionMode.__members__
+    return known.get(mode.upper(), CompressionMode.NONE)
+
+
+def compression_mode_to_string(mode: CompressionMode) -> str:
+    """Return a mode's name."""
+    return mode.name
+
+
+def get_registered_readers() -> set[str]:
+    """Return the storages that can be read."""
+    return {"mcap", "sqlite3"}
+
+
+def get_registered_writers() -> set[str]:
+    """Return the storages that can be written."""
+    return {"mcap", "sqlite3"}
+
+
+def get_registered_compressors() -> set[str]:
+    """Return the forms of compression."""
+    return {"zstd"}
+
+
+def get_registered_serializers() -> set[str]:
+    """Return the converters of messages."""
+    return {"cdr_converter"}
+
+
+def get_default_storage_id() -> str:
+    """Return the storage that is written where none is asked for."""
+    return "mcap"

@@ -1,0 +1,115 @@
+"""Recordings written message by message."""
+
+from __future__ import annotations
+
+import weakref
+from pathlib import Path
+
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from arjuna_core.bags.topic import TopicInfo, TopicQos
+from arjuna_core.bags.writer import BagFolder
+from arjuna_core.errors import ArjunaError
+from bringup.recording.convert import bag_format, split_limits
+from bringup.recording.message_definitions import message_definition, type_hash
+from rosbag2_py.options import (
+    CompressionMode,
+    CompressionOptions,
+    ConverterOptions,
+    StorageOptions,
+    TopicMetadata,
+)
+
+
+class SequentialWriter:
+    """Writes a recording, which ends with `close`, with the object or with the program.
+
+    Raises:
+        RuntimeError: The recording cannot be written, none is open, or a topic is unknown.
+    """
+
+    def __init__(self) -> None:
+        self._compression = CompressionOptions()
+        self._folder: BagFolder | None = None
+        self._topics: dict[str, TopicInfo] = {}
+        self._end: weakref.finalize[..., SequentialWriter] | None = None
+
+    def open(
+        self, storage_options: StorageOptions, converter_options: ConverterOptions | None = None
+    ) -> None:
+        """Begin a recording in a new folder."""
+        self.close()
+        given, mode = storage_options, self._compression.compression_mode
+        config = given.storage_config_uri
+        try:
+            form = bag_format(
+                *(given.storage_id, given.storage_preset_profile),
+                config=Path(config) if config else None,
+                compression=mode.name,
+                threads=self._compression.compression_threads,
+                custom=given.custom_data,
+            )
+            limits = split_limits(form.storage, given.max_bagfile_size, given.max_bagfile_duration)
+            self._folder = BagFolder(Path(given.uri.removeprefix("file://")), limits, form)
+        except ArjunaError as error:
+            raise RuntimeError(str(error)) from error
+        self._topics = {}
+        self._end = weakref.finalize(self, self._folder.close)
+
+    def close(self) -> None:
+        """End the recording: write its index and metadata.yaml."""
+        if self._end is not None:
+            self._end()
+        self._folder = self._end = None
+
+    def _opened(self) -> BagFolder:
+        if self._folder is None:
+            raise RuntimeError("Bag is not open. Call open() before writing.")
+        return self._folder
+
+    def create_topic(self, topic: TopicMetadata) -> None:
+        """Add a topic, before its messages."""
+        folder = self._opened()
+        offers = tuple(_offer(each) for each in topic.offered_qos_profiles)
+        try:
+            definition, known = message_definition(topic.type), type_hash(topic.type)
+        except (LookupError, OSError, ValueError):
+            definition, known = "", ""  # of a package that is not installed
+        encoding = topic.serialization_format or "cdr"
+        added = TopicInfo(
+            *(topic.name, topic.type, definition, topic.type_description_hash or known),
+            *(offers, encoding),
+        )
+        self._topics[topic.name] = added
+        folder.add_topic(added)
+
+    def write(
+        self, topic_name: str, message: bytes, time_stamp: int, sequence_number: int = 0
+    ) -> None:
+        """Add a message by its bytes and its time [ns]."""
+        folder = self._opened()
+        if topic_name not in self._topics:
+            raise RuntimeError(
+                f"Topic '{topic_name}' has not been created yet! Call 'create_topic' first."
+            )
+        folder.write(self._topics[topic_name], time_stamp, bytes(message), time_stamp)
+
+    def split_bagfile(self) -> None:
+        """Continue in a new file."""
+        self._opened().split()
+
+
+class SequentialCompressionWriter(SequentialWriter):
+    """Writes a recording whose files or messages are compressed."""
+
+    def __init__(self, compression_options: CompressionOptions | None = None) -> None:
+        super().__init__()
+        self._compression = compression_options or CompressionOptions("zstd", CompressionMode.FILE)
+
+
+def _offer(profile: QoSProfile) -> TopicQos:
+    return TopicQos(
+        profile.reliability != ReliabilityPolicy.BEST_EFFORT,
+        profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
+        profile.depth,
+    )

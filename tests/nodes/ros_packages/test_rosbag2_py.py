@@ -1,0 +1,128 @@
+"""rosbag2_py: what scripts write is read by others' readers, and the other way round."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import rosbag2_py
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import deserialize_message, serialize_message
+from rosbag2_py import ReadOrder, ReadOrderSortBy, StorageFilter, StorageOptions
+from rosbags import rosbag2
+from std_msgs.msg import String
+
+KIND = "std_msgs/msg/String"
+SECOND = 1_000_000_000
+OPTIONS = rosbag2_py.ConverterOptions("cdr", "cdr")
+
+
+def write(folder: Path, writer: rosbag2_py.SequentialWriter, **options: object) -> Path:
+    """Write ten words, a second each, on two topics by turns."""
+    storage = StorageOptions(uri=str(folder), **options)  # type: ignore[arg-type]
+    writer.open(storage, OPTIONS)
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    for number, name in enumerate(("/even", "/odd")):
+        topic = rosbag2_py.TopicMetadata(number, name, KIND, "cdr", [latched])
+        writer.create_topic(topic)
+    for number in range(10):
+        name, data = ("/even", "/odd")[number % 2], serialize_message(String(data=str(number)))
+        writer.write(name, data, number * SECOND)
+    writer.close()
+    return folder
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+@pytest.mark.parametrize("mode", ["NONE", "FILE", "MESSAGE"])
+def test_what_is_written_is_read_by_both(tmp_path: Path, storage: str, mode: str) -> None:
+    compression = rosbag2_py.CompressionOptions(
+        "zstd", rosbag2_py.compression_mode_from_string(mode)
+    )
+    writer = rosbag2_py.SequentialCompressionWriter(compression)
+    folder = write(tmp_path / "bag", writer, storage_id=storage)
+    with rosbag2.Reader(folder) as theirs:
+        expected = [(each.topic, bytes(data), time) for each, time, data in theirs.messages()]
+    reader = rosbag2_py.SequentialReader()
+    reader.open_uri(str(folder))
+    found = []
+    while reader.has_next():
+        found.append(reader.read_next())
+    assert found == expected
+    assert [deserialize_message(data, String).data for _, data, _ in found] == list("0123456789")
+    with pytest.raises(RuntimeError, match="No next message"):
+        reader.read_next()
+
+
+def test_a_recording_is_described(tmp_path: Path) -> None:
+    folder = write(tmp_path / "bag", rosbag2_py.SequentialWriter(), custom_data={"site": "lab"})
+    (folder / "metadata.yaml").unlink()
+    rosbag2_py.Reindexer().reindex(StorageOptions(str(folder)))
+    metadata = rosbag2_py.Info().read_metadata(str(folder), "mcap")
+    assert (metadata.message_count, metadata.duration.nanoseconds) == (10, 9 * SECOND)
+    assert metadata.storage_identifier == "mcap"
+    assert [each.message_count for each in metadata.topics_with_message_count] == [5, 5]
+    assert "Messages:          10" in str(metadata)
+    reader = rosbag2_py.SequentialReader()
+    reader.open(StorageOptions(str(folder)), OPTIONS)
+    (topic, _) = reader.get_all_topics_and_types()
+    assert (topic.name, topic.type, topic.serialization_format) == ("/even", KIND, "cdr")
+    assert topic.offered_qos_profiles[0].durability == DurabilityPolicy.TRANSIENT_LOCAL
+    (definition,) = reader.get_all_message_definitions()
+    assert definition.encoded_message_definition.rstrip().endswith("string data")
+
+
+def test_topics_times_and_order_are_chosen(tmp_path: Path) -> None:
+    reader = rosbag2_py.SequentialReader()
+    reader.open(
+        StorageOptions(str(write(tmp_path / "bag", rosbag2_py.SequentialWriter()))), OPTIONS
+    )
+
+    def times() -> list[int]:
+        found = []
+        while reader.has_next():
+            found.append(reader.read_next()[2] // SECOND)
+        return found
+
+    reader.set_filter(StorageFilter(topics=["/odd"]))
+    reader.seek(4 * SECOND)
+    assert times() == [5, 7, 9]
+    assert reader.set_read_order(ReadOrder(reverse=True))
+    assert times() == [9, 7, 5, 3, 1]
+    reader.seek(4 * SECOND)
+    assert times() == [3, 1]
+    assert not reader.set_read_order(ReadOrder(ReadOrderSortBy.File))
+    reader.reset_filter()
+    reader.seek(2 * SECOND)
+    assert times() == [2, 1, 0]
+
+
+def test_mistakes_are_runtime_errors(tmp_path: Path) -> None:
+    writer = rosbag2_py.SequentialWriter()
+    with pytest.raises(RuntimeError, match="Call open"):
+        writer.write("/even", b"", 0)
+    write(tmp_path / "bag", writer)
+    with pytest.raises(RuntimeError, match="exists already"):
+        writer.open(StorageOptions(str(tmp_path / "bag")), OPTIONS)
+    writer.open(StorageOptions(str(tmp_path / "other")), OPTIONS)
+    with pytest.raises(RuntimeError, match="has not been created yet"):
+        writer.write("/even", b"", 0)
+    with pytest.raises(RuntimeError, match="does not exist"):
+        rosbag2_py.SequentialReader().open_uri(str(tmp_path / "none"))
+
+
+def test_a_script_that_closes_nothing_leaves_a_whole_recording(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import rosbag2_py\n"
+        "writer = rosbag2_py.SequentialWriter()\n"
+        "writer.open(rosbag2_py.StorageOptions('bag', 'sqlite3'),"
+        " rosbag2_py.ConverterOptions('', ''))\n"
+        f"writer.create_topic(rosbag2_py.TopicMetadata(name='/a', type='{KIND}',"
+        " serialization_format='cdr'))\n"
+        "writer.write('/a', b'\\0\\1\\0\\0\\1\\0\\0\\0\\0', 5)\n"
+    )
+    subprocess.run([sys.executable, str(script)], cwd=tmp_path, check=True)
+    with rosbag2.Reader(tmp_path / "bag") as reader:
+        assert [(each.topic, time) for each, time, _ in reader.messages()] == [("/a", 5)]
