@@ -44,6 +44,7 @@ KNOWN = {
     "arjuna_core/bags/file_writer.py: sqlite3.connect": "a new file of our own",
     "ros_packages/rosbag2_py/reader.py: self.open": "is `SequentialReader.open`",
     "ros_packages/rosbag2_py/reader.py: reader.open": "is `SequentialReader.open`",
+    "ros_packages/cv_bridge/core.py: Picture.open": "of bytes",
     "bringup/tuning/study.py: JournalFileBackend": "checked before",
     "bringup/ros2/programs/python_file.py: runpy.run_path": "runs what the user names as a program",
     "arjuna_sim/files/urdf/xacro_child.py: xacro.open": "takes the place of xacro's own",
