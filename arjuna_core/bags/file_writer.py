@@ -1,4 +1,4 @@
-"""One file of a recording being written: mcap, or rosbag2's SQLite."""
+"""One file of a recording being written, an mcap above all."""
 
 from __future__ import annotations
 
@@ -88,24 +88,25 @@ _COMPRESSION = {
 }
 _OPTIONS: dict[str, Callable[[Any], dict[str, Any]]] = {
     "noChunkCRC": lambda value: {"enable_crcs": not value},
-    "noSummaryCRC": lambda value: {},
-    "noAttachmentCRC": lambda value: {},
     "enableDataCRC": lambda value: {"enable_data_crcs": bool(value)},
     "noChunking": lambda value: {"use_chunking": not value},
     "noMessageIndex": lambda value: {"index_types": IndexType.CHUNK} if value else {},
     "noSummary": lambda value: {"index_types": IndexType.NONE} if value else {},
     "chunkSize": lambda value: {"chunk_size": int(value)},
     "compression": lambda value: {"compression": _COMPRESSION[value]},
-    "compressionLevel": lambda value: {},
-    "forceCompression": lambda value: {},
     "noRepeatedSchemas": lambda value: {"repeat_schemas": not value},
     "noRepeatedChannels": lambda value: {"repeat_channels": not value},
-    "noMetadataIndex": lambda value: {},
-    "noChunkIndex": lambda value: {},
     "noStatistics": lambda value: {"use_statistics": not value},
     "noSummaryOffsets": lambda value: {"use_summary_offsets": not value},
+    **dict.fromkeys(
+        (
+            *("noSummaryCRC", "noAttachmentCRC", "compressionLevel", "forceCompression"),
+            *("noMetadataIndex", "noChunkIndex"),
+        ),
+        lambda value: {},
+    ),
 }
-"""What rosbag2_storage_mcap's settings are to the writer; levels and some sums it has not."""
+"""What rosbag2_storage_mcap's settings are to the writer; the last ones it has not."""
 _PRESETS: dict[str, dict[str, Any]] = {
     "none": {},
     "fastwrite": {"noChunking": True, "noSummaryCRC": True},
@@ -148,7 +149,7 @@ class McapWriter(FileWriter):
                 raise RecordingError(
                     f"'{given}' is no setting of mcap; {nearest(str(given), valid)}"
                 ) from error
-        self._file = _open_new(path)
+        self._file = open_new(path)
         self._writer = Writer(self._file, **options)
         self._guard(lambda: self._writer.start(profile="ros2", library="arjuna"))
         self.flush()  # the file is an mcap from its first moment on
@@ -199,108 +200,8 @@ class McapWriter(FileWriter):
         self._guard(self._file.close)
 
 
-_SCHEMA = """
-CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);
-CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL,
-  metadata TEXT NOT NULL);
-CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,
-  serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL,
-  type_description_hash TEXT NOT NULL);
-CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT NOT NULL,
-  encoding TEXT NOT NULL, encoded_message_definition TEXT NOT NULL,
-  type_description_hash TEXT NOT NULL);
-CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL,
-  timestamp INTEGER NOT NULL, data BLOB NOT NULL);
-CREATE INDEX timestamp_idx ON messages (timestamp ASC);
-INSERT INTO schema VALUES (4, 'jazzy');
-"""  # rosbag2_storage_sqlite3's version 4
-
-
-class SqliteWriter(FileWriter):
-    """One `.db3` file that is being written.
-
-    Args:
-        preset: `resilient` writes through to the disk, so that a loss of power harms no file.
-        settings: rosbag2_storage_sqlite3's: `write: {pragmas: [...]}`.
-    """
-
-    SUFFIX = ".db3"
-    PRESETS = ("none", "resilient")
-    LEAST_SPLIT = 86016
-
-    def __init__(
-        self, path: Path, preset: str = "none", settings: Mapping[str, Any] | None = None
-    ) -> None:
-        super().__init__(path)
-        _open_new(path).close()
-        self._database = sqlite3.connect(path, check_same_thread=False)
-        resilient = preset == "resilient"
-        pragmas = [
-            f"journal_mode={'WAL' if resilient else 'MEMORY'}",
-            f"synchronous={'NORMAL' if resilient else 'OFF'}",
-            *((settings or {}).get("write") or {}).get("pragmas", []),
-        ]
-        script = "".join(f"PRAGMA {each};" for each in pragmas) + _SCHEMA
-        self._guard(lambda: self._database.executescript(script))
-        self._topics: dict[str, int] = {}
-        self._types: set[str] = set()
-
-    @property
-    def size(self) -> int:
-        """Bytes in the file so far, without what waits in memory."""
-        (pages,) = self._database.execute("PRAGMA page_count").fetchone()
-        (size,) = self._database.execute("PRAGMA page_size").fetchone()
-        return int(pages) * int(size)
-
-    def add_topic(self, topic: TopicInfo) -> int:
-        """Return the topic's row."""
-        if topic.name in self._topics:
-            return self._topics[topic.name]
-        described = (topic.type_name, topic.encoding, topics.dump(topic.offers), topic.type_hash)
-        cursor = self._guard(
-            lambda: self._database.execute(
-                "INSERT INTO topics VALUES (NULL, ?, ?, ?, ?, ?)", (topic.name, *described)
-            )
-        )
-        if topic.type_name not in self._types:
-            self._types.add(topic.type_name)
-            defined = (topic.type_name, topic.definition, topic.type_hash)
-            self._guard(
-                lambda: self._database.execute(
-                    "INSERT INTO message_definitions VALUES (NULL, ?, 'ros2msg', ?, ?)", defined
-                )
-            )
-        self._topics[topic.name] = int(cursor.lastrowid)
-        return self._topics[topic.name]
-
-    def write(self, topic: TopicInfo, time: int, data: bytes, published: int) -> None:
-        """Add a message; see FileWriter."""
-        number = self.add_topic(topic)
-        self.entry.count(topic.name, time)
-        self._guard(
-            lambda: self._database.execute(
-                "INSERT INTO messages VALUES (NULL, ?, ?, ?)", (number, time, data)
-            )
-        )
-
-    def flush(self) -> None:
-        """Hand everything to the operating system."""
-        self._guard(self._database.commit)
-
-    def close(self, lost: Mapping[str, int] | None = None) -> None:
-        """End the file."""
-        self.flush()
-        self._guard(self._database.close)
-
-
-STORAGES: dict[str, type[McapWriter] | type[SqliteWriter]] = {
-    "mcap": McapWriter,
-    "sqlite3": SqliteWriter,
-}
-"""rosbag2's storages by their identifiers."""
-
-
-def _open_new(path: Path) -> BinaryIO:
+def open_new(path: Path) -> BinaryIO:
+    """Open a file that must not exist yet, for writing."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         return path.open("xb")

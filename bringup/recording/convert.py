@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from arjuna_core.bags.file_writer import STORAGES, RecordingError
+from arjuna_core.bags.file_writer import RecordingError
 from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import TopicInfo
-from arjuna_core.bags.writer import BagFolder, BagFormat, SplitLimits
+from arjuna_core.bags.writer import STORAGES, BagFolder, BagFormat, SplitLimits
 from arjuna_core.errors import ArjunaError, InputFileError, nearest
 from arjuna_core.files.yaml_file import read_yaml
 from bringup.recording.message_definitions import message_definition

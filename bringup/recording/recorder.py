@@ -47,7 +47,6 @@ TOPICS: dict[str, tuple[str, TopicQos]] = {
 
 
 CLOCK = "/clock"
-_CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
 
 
 @dataclass(frozen=True)
@@ -117,7 +116,7 @@ class Recorder:
         self.paused = options.paused
         self._sim_time: int | None = None
         if options.sim_time:
-            self.listener.listen(CLOCK, _CLOCK_TYPE, (TopicQos(reliable=False),))
+            self.listener.listen(CLOCK, "rosgraph_msgs/msg/Clock", (TopicQos(reliable=False),))
         self._held: deque[Received] = deque()
         self._held_bytes = 0
 

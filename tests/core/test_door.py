@@ -41,7 +41,7 @@ KNOWN = {
     "arjuna_core/bags/ros1_file.py: super().open": "calls `_Source.open`",
     "arjuna_core/bags/ros1_file.py: path.open": "is `_Source.open`",
     "arjuna_core/bags/sqlite_file.py: sqlite3.connect": "checked in `_open`",
-    "arjuna_core/bags/file_writer.py: sqlite3.connect": "a new file of our own",
+    "arjuna_core/bags/sqlite_writer.py: sqlite3.connect": "a new file of our own",
     "ros_packages/rosbag2_py/reader.py: self.open": "is `SequentialReader.open`",
     "ros_packages/rosbag2_py/reader.py: reader.open": "is `SequentialReader.open`",
     "ros_packages/cv_bridge/core.py: Picture.open": "of bytes",

@@ -10,6 +10,18 @@ from bringup.ros2.tables.topic import rate, unsigned
 
 LEVELS = ("debug", "info", "warn", "error", "fatal")
 STORAGES = ("mcap", "sqlite3")
+PLUGINS = {
+    "storage": (
+        ("mcap", "rosbag2 storage plugin for the mcap file format", "MCAPStorage"),
+        ("sqlite3", "SQLite3 storage plugin", "SqliteStorage"),
+    ),
+    "converter": (("cdr_converter", "Converter of messages that are CDR already", "CdrConverter"),),
+    "compression": (("zstd", "Zstd implementation for rosbag2 compressor", "ZstdCompressor"),),
+    "decompression": (
+        ("zstd", "Zstd implementation for rosbag2 decompressor", "ZstdDecompressor"),
+    ),
+}
+"""What each kind's plug-ins are called, with rosbag2's names."""
 _PRESETS = ("none", "fastwrite", "zstd_fast", "zstd_small", "resilient")
 
 
@@ -250,7 +262,7 @@ BAG = Command(
             (
                 argument(
                     *("plugin_type",),
-                    choices=["storage", "converter", "compression", "decompression"],
+                    choices=list(PLUGINS),
                     help="which kind",
                 ),
                 switch("--verbose", help="with a description"),

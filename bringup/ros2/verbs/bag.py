@@ -23,21 +23,8 @@ from bringup.recording.recorder import RecordOptions
 from bringup.recording.recorder import record as write
 from bringup.recording.selection import PlayFilter, RecordFilter, is_service
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.tables.bag import LEVELS, STORAGES
+from bringup.ros2.tables.bag import LEVELS, PLUGINS, STORAGES
 from bringup.terminal import show
-
-_PLUGINS = {
-    "storage": (
-        ("mcap", "rosbag2 storage plugin for the mcap file format", "MCAPStorage"),
-        ("sqlite3", "SQLite3 storage plugin", "SqliteStorage"),
-    ),
-    "converter": (("cdr_converter", "Converter of messages that are CDR already", "CdrConverter"),),
-    "compression": (("zstd", "Zstd implementation for rosbag2 compressor", "ZstdCompressor"),),
-    "decompression": (
-        ("zstd", "Zstd implementation for rosbag2 decompressor", "ZstdDecompressor"),
-    ),
-}
-"""What each kind's plug-ins are called, with rosbag2's names."""
 
 
 class BagError(Ros2Error):
@@ -273,7 +260,7 @@ def list_(arguments: argparse.Namespace) -> None:
     kind = arguments.plugin_type
     if arguments.verbose:
         show(f"available {kind} plugins are:")
-    for name, about, cls in _PLUGINS[kind]:
+    for name, about, cls in PLUGINS[kind]:
         show(f"name: {name}\n\t{about}\n\ttype: {cls}" if arguments.verbose else name)
 
 

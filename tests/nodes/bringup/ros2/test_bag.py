@@ -212,6 +212,7 @@ def later_topic(run: Run) -> None:
     run.publish(1, 2, 3)
     late = run.bench.node.create_publisher(Int32, "/late", qos.TF)
     if run.options.discovery:
+        assert run.options.polling_period == 0.05
         run.recorder.discover()
     late.publish(Int32(data=1))
     run.recorder.poll()
