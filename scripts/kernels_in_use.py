@@ -23,14 +23,48 @@ _ARRAY = re.compile(r"(\w+)\[(\d)([ACF])(r?)\]")
 
 
 def of_robots() -> list[Entry]:
-    """Run a demo, drive with each plug-in, read a hollow mesh; return what was called, sorted."""
+    """Run a demo and all that it seldom does; return what was called, sorted."""
     from arjuna_sim.model.geometry.thickness import depths
 
     of_a_demo()
     depths(np.zeros((1, 3, 3)), 0.1)
+    _escape()
     for parameters in _each_plugin():
         _drive(parameters)
     return in_use()
+
+
+def _escape() -> None:
+    """Leave tight places: round a box ahead, and through a gap that is as narrow as the robot."""
+    from arjuna_core.config import load
+    from arjuna_core.grid import GridFrame, OccupancyGrid
+    from arjuna_core.se2 import SE2
+    from arjuna_core.twist import STILL
+    from arjuna_nav.controllers.escape import Escape, EscapeConfig
+    from arjuna_nav.controllers.tracker import TrackerConfig
+    from arjuna_nav.costmap.config import CostmapConfig
+    from arjuna_nav.costmap.footprint import Footprint
+    from arjuna_nav.costmap.layered import LayeredCostmap
+
+    corners = "[[0.3, 0.15], [-0.3, 0.15], [-0.3, -0.15], [0.3, -0.15]]"
+    body = Footprint.parse(corners, 0.0, 0.0)
+    values = {"plugins": ("static_layer", "inflation_layer"), "footprint": corners}
+    config = load(CostmapConfig, {**values, "resolution": 0.05, "footprint_padding": 0.0})
+    path = np.column_stack((np.linspace(2.0, 5.0, 61), np.full(61, 1.5), np.zeros(61)))
+    for rows in ((slice(27, 33),), (slice(0, 26), slice(34, 60))):
+        data = np.zeros((60, 120), np.int8)
+        for each in rows:
+            data[each, 56:62] = 100
+        costmap, pose = LayeredCostmap(config), SE2(2.0, 1.5)
+        costmap.set_map(OccupancyGrid(GridFrame(0.05, 120, 60), data))
+        escape = Escape(EscapeConfig(), TrackerConfig(), body, body)
+        if not escape.begin(pose, path, costmap.costmap):
+            raise RuntimeError(f"no trajectory past {rows}")
+        for tick in range(200):
+            command = escape.compute(pose, STILL, path, costmap.costmap, 0.05 * tick)
+            if command is None or escape.can_hand_over(pose, path, costmap.costmap):
+                break
+            pose = pose @ SE2.exp(0.05 * np.array([command.x, 0.0, command.yaw_rate]))
 
 
 def _each_plugin() -> Iterator[dict[str, Any]]:
