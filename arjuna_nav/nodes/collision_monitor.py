@@ -115,4 +115,9 @@ class CollisionMonitorNode(ManagedNode):
             self._state.publish(
                 CollisionMonitorState(action_type=int(verdict.action), polygon_name=name)
             )
-        self.get_logger().info(f"{verdict.action.name} {name}".rstrip())
+        text = f"{verdict.action.name} {name}".rstrip()
+        blind = verdict.action is Action.STOP and name == _BLIND
+        if why := self._watch.why_silent() if blind else "":
+            self.get_logger().warning(f"{text}: {why}")
+        else:
+            self.get_logger().info(text)

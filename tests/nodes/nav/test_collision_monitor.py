@@ -130,6 +130,19 @@ def test_a_scanner_that_falls_silent_slows_the_robot_before_the_timeout_or_not(
     assert (robot.command.x < 0.09) is brakes
 
 
+def test_a_robot_that_is_held_blind_says_what_is_silent_and_where_scans_are(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    robot = made(**{"scan.topic": "front/scan"})
+    drive(robot, 0.2, 0.5)
+    assert robot.command == STILL
+    lines = [line for line in capfd.readouterr().err.splitlines() if "STOP invalid" in line]
+    (line,) = lines
+    assert "[WARN]" in line
+    where = "no scan has come on /front/scan: nobody publishes it; scans are on /scan"
+    assert line.endswith(f"STOP invalid source: {where}: set scan.topic")
+
+
 def test_commands_that_are_no_numbers_are_ignored(robot: PlayedRobot) -> None:
     drive(robot, math.nan, 0.2)
     assert not robot.commands
