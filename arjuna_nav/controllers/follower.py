@@ -60,10 +60,20 @@ class FollowerConfig:
         theirs=0.0,
     )
     min_turning_radius: float = min_turning_radius()
+    body: str = param(
+        "",
+        "The robot's own outline, [[x, y], ...], as its file says, where it stands out of the"
+        " costmap's footprint: the final approach and the escape keep it free.",
+        unit="m",
+    )
     foresight: ForesightConfig = field(default_factory=ForesightConfig)
     arrival: ApproachConfig = field(default_factory=ApproachConfig)
     escape: EscapeConfig = field(default_factory=EscapeConfig)
     tracker: TrackerConfig = field(default_factory=TrackerConfig)
+
+    def __post_init__(self) -> None:
+        if self.body:
+            Footprint.parse(self.body, 0.0, 0.0)
 
 
 class FollowState(enum.Enum):
@@ -122,9 +132,10 @@ class PathFollower:
 
     Args:
         config: Parameters, as `load` made them.
-        footprint: The robot.
+        footprint: The robot, for the controllers.
         chosen: The plug-ins; the first of each kind if None.
-        body: The robot without its padding; the footprint if None.
+        body: The robot without its padding; the footprint if None. Where it stands out of the
+            footprint, what is no controller's keeps it free.
 
     Attributes:
         chosen: The plug-ins.
@@ -143,7 +154,9 @@ class PathFollower:
         body: Footprint | None = None,
     ) -> None:
         self._config = config
-        self._footprint = footprint
+        body = body or footprint
+        self._controlled = footprint
+        self._footprint = body if footprint.outreach(body) else footprint
         self.chosen = chosen or Chosen(
             config.controller_plugins[0],
             config.goal_checker_plugins[0],
@@ -163,8 +176,8 @@ class PathFollower:
         arrival = replace(config.arrival, enabled=config.arrival.enabled and known)
         escape = replace(config.escape, enabled=config.escape.enabled and known)
         self._radius = radius if known else 0.0
-        self._approach = FinalApproach(arrival, config.tracker, footprint, self._radius)
-        self._escape = Escape(escape, config.tracker, footprint, body or footprint, self._radius)
+        self._approach = FinalApproach(arrival, config.tracker, self._footprint, self._radius)
+        self._escape = Escape(escape, config.tracker, self._footprint, body, self._radius)
         self._end: SE2 | None = None
         self._failing_since: float | None = None
         self._escape_tried = self._path_changed = self._cancelled = self._has_driven = False
@@ -189,7 +202,7 @@ class PathFollower:
     def _make_controller(self) -> Controller:
         config, period = self._config, 1.0 / self._config.controller_frequency
         values, tolerance = getattr(config, self.chosen.controller), self._goal.xy_tolerance
-        made: Controller = CONTROLLERS.make(values, self._footprint, tolerance, period)
+        made: Controller = CONTROLLERS.make(values, self._controlled, tolerance, period)
         return made
 
     def start(self, path: NDArray[np.float64], now: float) -> None:

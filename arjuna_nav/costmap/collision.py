@@ -43,7 +43,7 @@ def first_collision(
     """Return the index of the first pose of a motion that collides, None where none does.
 
     The centre's cost decides where it can: 253 and above collides, below the costmap's
-    `circumscribed_cost` nothing does. Between them a polygon's edges are traced. Where the first
+    `safe_cost` nothing does. Between them a polygon's edges are traced. Where the first
     pose already collides, as after a sensor's error, poses that lie no nearer to the nearest lethal
     cell than the first are let pass until the motion is free: a robot can leave, but never press
     on. Where the centre itself lies on a lethal cell, or outside the grid, the motion
@@ -68,7 +68,7 @@ def first_collision(
         _in_cells(poses, T_grid_frame.array(), frame.resolution),
         footprint.points / frame.resolution,
         footprint.circular,
-        costmap.circumscribed_cost,
+        costmap.safe_cost(footprint.circumscribed_radius),
         footprint.circumscribed_radius / frame.resolution,
     )
     return int(index) if index < len(poses) else None

@@ -44,6 +44,7 @@ class Costmap:
         stamp: Time of the last update [s].
         circumscribed_cost: Cost at the robot's circumscribed radius from an obstacle: below it no
             heading collides. 0 where the inflation does not reach that far.
+        circumscribed_radius: The robot's, of which that cost is [m].
         clearances: `(256,) float64` how far beyond its inscribed radius the robot is from an
             obstacle where a cost is [m]; inf where the cost does not show it.
         hits: `(height, width) uint32` where in their cells obstacles lie, as `hit_points` reads
@@ -58,6 +59,7 @@ class Costmap:
     data: NDArray[np.uint8]
     stamp: float = 0.0
     circumscribed_cost: int = 0
+    circumscribed_radius: float = math.inf
     clearances: NDArray[np.float64] = field(default_factory=lambda: np.full(256, np.inf))
     hits: NDArray[np.uint32] | None = None
     moving: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
@@ -73,6 +75,10 @@ class Costmap:
         """Return the costs as of now, which no update changes."""
         hits = None if self.hits is None else self.hits.copy()
         return replace(self, data=self.data.copy(), hits=hits)
+
+    def safe_cost(self, radius: float) -> int:
+        """Return the cost below which no heading of an outline of a radius [m] collides."""
+        return self.circumscribed_cost if radius <= self.circumscribed_radius else 0
 
     def cost_at(self, x: float, y: float) -> int | None:
         """Return the cost at a point [m] of the frame, None outside the grid."""

@@ -102,6 +102,11 @@ class Footprint:
             return near
         return _inside(points, self.points)
 
+    def outreach(self, body: Footprint, rounding: float = 1e-3) -> float:
+        """Return how far the corners of a body stand out of the outline [m], 0 for none."""
+        farthest = float(self.gaps(body.points)[0].max())
+        return farthest if farthest > rounding else 0.0
+
     def gaps(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return how far points `(N, 2) float64` of the base frame lie outside the outline [m].
 

@@ -178,6 +178,7 @@ class LayeredCostmap:
             self._composed(whole(frame.shape)),
             self._stamp,
             circumscribed_cost,
+            self._master.footprint.circumscribed_radius,
             distances,
             self._master.hits,
             leaves=self._master.config.leave_obstacles,

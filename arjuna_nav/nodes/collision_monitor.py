@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from geometry_msgs.msg import Twist, TwistStamped
 from nav2_msgs.msg import CollisionMonitorState
 from nav2_msgs.srv import Toggle
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.silence import Silence, SilenceWatch
 from arjuna_core.ros.velocity import VelocityOutput, subscribe_velocity
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.nodes.safety.watch import Watch, WatchConfig
@@ -56,6 +58,10 @@ class CollisionMonitorNode(ManagedNode):
         if config.state_topic:
             self._state = self.publisher(CollisionMonitorState, config.state_topic, qos.LATCHED)
         subscribe_velocity(self, config.cmd_vel_in_topic, stamped, self._on_command)
+        kind, cure = TwistStamped if stamped else Twist, "set cmd_vel_in_topic"
+        commands = Silence(kind, "command", qos.LATEST, cure, rare=True)
+        SilenceWatch(self, config.cmd_vel_in_topic, commands)
+        self._is_heard = False
         self.serve(Toggle, f"{self.get_name()}/toggle", self._on_toggle)
 
     def activate(self) -> None:
@@ -85,9 +91,18 @@ class CollisionMonitorNode(ManagedNode):
         self._publish_state(verdict)
         if verdict.velocity != STILL:
             self._moved_at = self.now
+            self._look_for_base()
         if self.now - self._moved_at <= self.config.stop_pub_timeout:
             self._output.publish(verdict.velocity)
         self._watch.publish(velocity)
+
+    def _look_for_base(self) -> None:
+        """Warn, once, where nobody takes what is to be driven."""
+        if not self._is_heard and not self._output.has_listener():
+            topic = self.config.cmd_vel_out_topic
+            text = f"nobody takes the velocities on '{topic}': set cmd_vel_out_topic"
+            self.get_logger().warning(text)
+        self._is_heard = True
 
     def _judge(self, velocity: Velocity) -> Verdict:
         seen = self._watch.look()
@@ -115,4 +130,9 @@ class CollisionMonitorNode(ManagedNode):
             self._state.publish(
                 CollisionMonitorState(action_type=int(verdict.action), polygon_name=name)
             )
-        self.get_logger().info(f"{verdict.action.name} {name}".rstrip())
+        text = f"{verdict.action.name} {name}".rstrip()
+        blind = verdict.action is Action.STOP and name == _BLIND
+        if why := self._watch.why_silent() if blind else "":
+            self.get_logger().warning(f"{text}: {why}")
+        else:
+            self.get_logger().info(text)

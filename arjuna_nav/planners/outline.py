@@ -188,7 +188,7 @@ def find_path(
         left / np.float32(NEUTRAL),
         footprint.points / frame.resolution,
         footprint.circular,
-        costmap.circumscribed_cost,
+        costmap.safe_cost(footprint.circumscribed_radius),
         True,
     )
     rules = _rules(drive, frame.resolution)
@@ -292,7 +292,7 @@ def first_blocked(
         chord / costmap.frame.resolution,
         costmap.data,
         footprint.points / costmap.frame.resolution,
-        costmap.circumscribed_cost,
+        costmap.safe_cost(footprint.circumscribed_radius),
     )
     return path[index] if index < len(path) else None
 

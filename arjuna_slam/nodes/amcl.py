@@ -22,7 +22,7 @@ from arjuna_slam.amcl.config import ALWAYS, NEVER, AmclNodeConfig, filter_part
 from arjuna_slam.amcl.estimate import Estimate, LocalizationError, Status
 from arjuna_slam.amcl.filter import ParticleFilter
 from arjuna_slam.nodes.amcl_output import AmclOutput
-from arjuna_slam.nodes.scan_intake import ScanWatch
+from arjuna_slam.nodes.scan_intake import scan_watch
 
 _PARAMETER_COVARIANCE = np.diag([0.25, 0.25, 0.0685])  # RViz's: half a metre, fifteen degrees
 
@@ -59,7 +59,7 @@ class AmclNode(ManagedNode):
         self.subscribe(
             OccupancyGridMsg, c.map_topic, self._on_map, qos.LATCHED, while_inactive=True
         )
-        self._watch = ScanWatch(self, c.scan_topic, qos.SENSOR_SUBSCRIPTION)
+        self._watch = scan_watch(self, c.scan_topic, qos.SENSOR_SUBSCRIPTION)
         self.subscribe(LaserScan, c.scan_topic, self._on_scan, qos.SENSOR_SUBSCRIPTION)
         self.subscribe(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, qos.DEFAULT)
         self.serve(Empty, "reinitialize_global_localization", self._on_globalize)
@@ -193,7 +193,7 @@ class AmclNode(ManagedNode):
         return response
 
     def _on_scan(self, message: Any) -> None:
-        self._watch.scan_received()
+        self._watch.received()
         self._scans.add(message)
         self._process_scans()
 

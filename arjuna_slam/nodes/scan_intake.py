@@ -6,16 +6,15 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import LaserScan
 
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.scan_queue import BaseFrames, ScanQueue
+from arjuna_core.ros.silence import Silence, SilenceWatch
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.pose_tracker import Pace
-
-_SCAN = "sensor_msgs/msg/LaserScan"
-_DRAWN = "/scan_visualization"  # slam_toolbox's own, of a keyframe
 
 
 class ScanIntake:
@@ -70,45 +69,7 @@ def shortened(scan: Scan, range_min: float) -> Scan:
     return replace(scan, range_min=max(scan.range_min, range_min)) if range_min > 0.0 else scan
 
 
-class ScanWatch:
-    """Warns once when no scan comes, at the start or later on; made while the node configures."""
-
-    def __init__(self, node: ManagedNode, topic: str, profile: QoSProfile) -> None:
-        self._node = node
-        self._topic = node.resolve_topic_name(node.process.absolute(topic))
-        self._profile = profile
-        self._silent = 0
-        period = 1.0  # [s] between two looks
-        node.every(period, self._look)
-
-    def scan_received(self) -> None:
-        """Note that a scan has come."""
-        self._silent = 0
-
-    def _look(self) -> None:
-        self._silent += 1
-        silent = 4  # looks without a scan
-        if self._silent == silent:
-            self._node.get_logger().warning(f"no scan comes on '{self._topic}': {self._reason()}")
-
-    def _reason(self) -> str:
-        publishers = self._node.get_publishers_info_by_topic(self._topic)
-        others = sorted({info.topic_type for info in publishers} - {_SCAN})
-        if not publishers:
-            return f"nobody publishes it; {self._elsewhere()}"
-        if others:
-            return f"it is of {', '.join(others)}, not {_SCAN}; {self._elsewhere()}"
-        names = ", ".join(sorted({info.node_name for info in publishers}))
-        for info in publishers:
-            fit, reason = qos_check_compatible(info.qos_profile, self._profile)
-            if fit == QoSCompatibility.ERROR:
-                return f"the quality of service of {names} does not fit: {reason}"
-        return f"{names} would publish it and is silent; is its lidar running?"
-
-    def _elsewhere(self) -> str:
-        found = [name for name, types in self._node.get_topic_names_and_types() if _SCAN in types]
-        found = [name for name in found if not name.endswith(_DRAWN)]
-        topics = [name for name in found if self._node.count_publishers(name)]
-        if not topics:
-            return "no node publishes scans: is the robot, or its lidar's driver, running?"
-        return f"scans are on {', '.join(topics)}: set scan_topic, or start with --scan-topic"
+def scan_watch(node: ManagedNode, topic: str, profile: QoSProfile) -> SilenceWatch:
+    """Return what warns where no scan comes."""
+    cure = "set scan_topic, or start with --scan-topic"
+    return SilenceWatch(node, topic, Silence(LaserScan, "scan", profile, cure))

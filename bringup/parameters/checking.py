@@ -23,10 +23,12 @@ from bringup.parameters.files import (
 from bringup.parameters.foreign.nav2 import section_as_today
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.remarks import Checked, Kind, Remark, lines
+from bringup.parameters.robot_file import contradictions, of_simulated_robot
 from bringup.parameters.sources import as_theirs, of_words
 from bringup.stack import (
     PROGRAMS,
     SIM,
+    STACKS,
     VELOCITY_CHAIN,
     NodeSpec,
     all_nodes,
@@ -102,8 +104,16 @@ def checked(
     return Checked(after, located, [f"{locate(text)}: {text}" for text in problems])
 
 
-def check_file(path: Path) -> Checked:
-    """Return what a file over the shipped parameters, and the files that it names, come to."""
+def check_file(path: Path, robot: str = "") -> Checked:
+    """Return what a file over the shipped parameters, and the files that it names, come to.
+
+    Args:
+        path: The file.
+        robot: The file of the robot that is driven by it; the shipped one if empty.
+
+    Raises:
+        ArjunaError: The robot's file cannot be used.
+    """
     try:
         source = of_file(path)
         read = checked(source, shipped_parameters())
@@ -118,6 +128,12 @@ def check_file(path: Path) -> Checked:
         alone = checked(source._replace(values={spec.name: given}), {}, only=spec)
         read.remarks.extend(alone.remarks)
         read.problems.extend(alone.problems)
+    if not read.problems:
+        sim, locate = {"robot": robot}, _locator(source)
+        groups = STACKS["nav"]
+        parameters = merged(read.parameters, of_simulated_robot(read.parameters, sim, groups))
+        for one in contradictions(parameters, sim):
+            read.remarks.append(one._replace(location=locate(one.where)))
     for spec in all_nodes():
         values = for_node(read.parameters, spec.name)
         lacking = _lacking_map(values) if spec.name == "map_server" else ""

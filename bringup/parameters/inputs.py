@@ -20,13 +20,8 @@ from bringup.parameters.files import (
     sim_time_of,
 )
 from bringup.parameters.remarks import Remark
-from bringup.parameters.sources import (
-    is_fleet,
-    of_options,
-    of_simulated_robot,
-    originals_of,
-    steering_remarks,
-)
+from bringup.parameters.robot_file import contradictions, of_simulated_robot
+from bringup.parameters.sources import is_fleet, of_options, originals_of
 from bringup.stack import (
     DEMO_GROUPS,
     DESCRIPTION_GROUP,
@@ -97,29 +92,47 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
         given.get("strict", False),
         originals_of(given),
     )
-    write_remarks(one for one in read.remarks if not (supervised and one.safety))
     parameters = read.parameters if supervised else merged(read.parameters, _MAPS_FIRST)
     options = of_options(given, groups, parameters)
     for spec in specs:
         read_named_files(spec, for_node(merged(parameters, options), spec.name))
     if supervised:
         parameters = _with_clock(parameters, specs, given.get("use_sim_time"), ask)
-    if arguments.command in _OF_SIMULATED_ROBOT:
-        robot = {**for_node(parameters, "sim"), **options.get("sim", {})}
-        if not robot.get("robot") and ask:
-            robot = _robot_of_simulator(namespace)
-        parameters = merged(parameters, of_simulated_robot(parameters, robot, groups))
-        if NAVIGATION_GROUP in groups:
-            for line in steering_remarks(parameters, robot):
-                sys.stderr.write(f"{line}\n")
+    parameters, unlike = _of_robot(parameters, arguments.command, options, groups, namespace, ask)
+    remarks = [*read.remarks, *unlike]
+    write_remarks(one for one in remarks if not (supervised and one.safety))
     parameters = merged(parameters, options)
     if {key for values in options.values() for key in values} - _PATHS and (
         problems := problems_of(parameters, specs)
     ):
         raise ConfigError(*problems)
     if supervised:
-        parameters[SAFETY] = _safety_lines(read.remarks, groups)
+        parameters[SAFETY] = _safety_lines(remarks, groups)
     return parameters
+
+
+def _of_robot(
+    parameters: Parameters,
+    command: str,
+    options: Parameters,
+    groups: Sequence[Group],
+    namespace: str,
+    ask: bool,
+) -> tuple[Parameters, list[Remark]]:
+    """Return parameters with what the robot's own file adds to them, and what contradicts it.
+
+    Of a real robot there may be no file, and its topics and frames are its drivers'.
+    """
+    robot, simulated = options.get("sim", {}), command in _OF_SIMULATED_ROBOT
+    if simulated:
+        robot = {**for_node(parameters, "sim"), **robot}
+        if not robot.get("robot") and ask:
+            robot = _robot_of_simulator(namespace)
+            simulated = bool(robot)
+    if simulated:
+        parameters = merged(parameters, of_simulated_robot(parameters, robot, groups))
+    known = NAVIGATION_GROUP in groups and (simulated or "robot" in robot)
+    return parameters, list(contradictions(parameters, robot)) if known else []
 
 
 def _safety_lines(remarks: Iterable[Remark], groups: Sequence[Group]) -> dict[str, Any]:

@@ -10,15 +10,16 @@ from bringup.parameters.files import Parameters
 
 
 class Kind(Enum):
-    """Why a name has no effect; the value is the word that the log and `params check` use."""
+    """Why a name is reported; the value is the word that the log and `params check` use."""
 
     UNKNOWN = "unknown"
+    UNLIKE = "unlike the robot"
     NO_EFFECT = "no effect yet"
     NOT_NEEDED = "not needed here"
 
 
 class Remark(NamedTuple):
-    """One name without effect.
+    """One name without effect, or one whose value is not the robot's.
 
     Attributes:
         kind: Why.

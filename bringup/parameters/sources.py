@@ -1,9 +1,9 @@
-"""Sources beside parameter files: the command line's words and options, the robot's own file."""
+"""Sources beside parameter files: the command line's words and options, a robot's names."""
 
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,6 @@ import yaml
 
 from arjuna_core.config import infos
 from arjuna_core.errors import ConfigError
-from arjuna_core.files.shipped import shipped_file
 from arjuna_core.files.yaml_file import plain
 from arjuna_core.plugins import config_class_for
 from bringup.parameters.files import (
@@ -20,15 +19,14 @@ from bringup.parameters.files import (
     Source,
     for_node,
     merged,
-    shipped_parameters,
 )
 from bringup.stack import ORIGINALS, Group, NodeSpec
 
-_COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
+COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
 ROBOT_NAMES: dict[str, dict[str, str]] = {
     "scan_topic": {
         **dict.fromkeys(("slam_toolbox", "amcl", "collision_monitor"), "scan_topic"),
-        **dict.fromkeys(_COSTMAPS, "obstacle_layer.scan.topic"),
+        **dict.fromkeys(COSTMAPS, "obstacle_layer.scan.topic"),
     },
     "odom_topic": dict.fromkeys(
         ("ekf_filter_node", "controller_server", "velocity_smoother", "bt_navigator"), "odom_topic"
@@ -37,7 +35,7 @@ ROBOT_NAMES: dict[str, dict[str, str]] = {
     "base_frame": {
         "slam_toolbox": "base_frame",
         **dict.fromkeys(("amcl", "collision_monitor"), "base_frame_id"),
-        **dict.fromkeys((*_COSTMAPS, "bt_navigator", "explorer"), "robot_base_frame"),
+        **dict.fromkeys((*COSTMAPS, "bt_navigator", "explorer"), "robot_base_frame"),
         **dict.fromkeys(("docking_server", "route_server"), "base_frame"),
     },
     "odom_frame": {
@@ -50,15 +48,8 @@ ROBOT_NAMES: dict[str, dict[str, str]] = {
     "imu": {"ekf_filter_node": "imu0"},
 }
 """The parameter of each node that a name of the robot's sets; an option of that name sets all."""
-_OUTLINES = {**dict.fromkeys(_COSTMAPS, ""), "explorer": "costmap."}
-"""The nodes with a costmap, and what stands before its parameters."""
-_OUTLINE = ("footprint", "robot_radius")
-STEERED, RADIUS = (
-    ("planner_server", "controller_server", "behavior_server", "velocity_smoother"),
-    "min_turning_radius",
-)
-"""The nodes that plan and drive by the tightest bend of a steered robot, and their parameter."""
-_AXLE_OFF = 0.02  # so far from its axle a base moves along its heading all the same [m]
+OUTLINE = ("footprint", "robot_radius")
+"""The parameters of a costmap that are the robot's outline."""
 _ROBOT_NODES = ("sim", "robot_state_publisher")
 _OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
     "world": (("sim",), "world"),
@@ -88,6 +79,8 @@ def of_words(words: Iterable[str]) -> Source:
             value = plain(text)
         except yaml.YAMLError as error:
             raise ConfigError(f"--param {name}: {text!r} is no YAML value") from error
+        if isinstance(value, list) and any(isinstance(each, list) for each in value):
+            value = text  # no parameter is a list of lists: Nav2's outlines are their text
         section = node if node == EVERY_NODE else node.strip("/") or EVERY_NODE
         found.setdefault(section, {})[key] = "" if value is None else value
     return Source("--param", found)
@@ -192,7 +185,7 @@ def of_names(
     for what, keys in ROBOT_NAMES.items():
         value = names.get(what)
         for node, key in keys.items() if value is not None else ():
-            if what == "scan_topic" and node in _COSTMAPS:
+            if what == "scan_topic" and node in COSTMAPS:
                 key = _first_scan(parameters.get(node, {}))
             if node in running and key:
                 found.setdefault(node, {})[key] = value
@@ -210,7 +203,7 @@ def _first_scan(values: Mapping[str, Any]) -> str:
 def keys_of_robot(node: str) -> frozenset[str]:
     """Return the parameters of a node that are the robot's own: topics, frames and outline."""
     names = {keys[node] for keys in ROBOT_NAMES.values() if node in keys}
-    return frozenset({*names, "robot_base_frame", *_OUTLINE})
+    return frozenset({*names, "robot_base_frame", *OUTLINE})
 
 
 def with_base_frame(given: Parameters, below: Parameters) -> Parameters:
@@ -227,71 +220,3 @@ def with_base_frame(given: Parameters, below: Parameters) -> Parameters:
     unnamed = {node: key for node, key in keys.items() if node not in named}
     own = {n: {k: frame} for n, k in unnamed.items() if below.get(n, {}).get(k) != frame}
     return merged(own, given)
-
-
-def of_simulated_robot(
-    parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group]
-) -> Parameters:
-    """Return a robot's names, outline and tightest bend, unless parameter files say otherwise.
-
-    Raises:
-        ArjunaError: The robot's file cannot be used.
-    """
-    from arjuna_sim.inputs import footprint_of, named_robot, names_of, steering_of
-
-    if not sim.get("robot") or Path(sim["robot"]) == shipped_file("urdf/arjuna.urdf"):
-        return {}  # the shipped parameters are of that one
-    robot = named_robot(sim["robot"], sim.get("robot_arguments", ""))
-    names = names_of(robot)
-    if sim.get("standard_topics"):
-        names = {key: name for key, name in names.items() if key == "base_frame"}
-    shipped = shipped_parameters()
-
-    def is_set(node: str, key: str) -> bool:
-        """Return whether a file gives a value that is not the shipped one."""
-        return bool(parameters.get(node, {}).get(key) != shipped.get(node, {}).get(key))
-
-    own = {
-        node: {key: value for key, value in values.items() if not is_set(node, key)}
-        for node, values in of_names(names, groups, parameters).items()
-    }
-    for node, prefix in _OUTLINES.items():
-        values = merged(parameters, own).get(node, {})
-        frame = values.get(f"{prefix}robot_base_frame") or "base_link"
-        if not any(is_set(node, f"{prefix}{key}") for key in _OUTLINE):
-            outline = footprint_of(robot, frame)
-            own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
-    frame = merged(parameters, own).get(_COSTMAPS[0], {}).get("robot_base_frame") or "base_link"
-    steering = steering_of(robot, frame)
-    radius = round(steering.radius, 4) if steering is not None else 0.0
-    for node in STEERED:
-        if radius and not is_set(node, RADIUS):
-            own = merged(own, {node: {RADIUS: radius}})
-    return own
-
-
-def steering_remarks(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[str]:
-    """Give what parameters say of a simulated robot's steering and its file does not.
-
-    Raises:
-        ArjunaError: The robot's file cannot be used.
-    """
-    from arjuna_sim.inputs import named_robot, steering_of
-
-    if not sim.get("robot"):
-        return  # of a real robot there is no file
-    robot = named_robot(sim["robot"], sim.get("robot_arguments", ""))
-    frame = parameters.get(_COSTMAPS[0], {}).get("robot_base_frame") or "base_link"
-    steering = steering_of(robot, frame)
-    for node in STEERED:
-        said = parameters.get(node, {}).get(RADIUS, 0.0)
-        if steering is None and said:
-            yield f"{node}: {RADIUS}: {said:g} m, but the robot's file has no steering: it turns"
-        elif steering is not None and said < steering.radius - 1e-3:
-            bend = f"the robot's file allows bends of {steering.radius:.3g} m"
-            yield f"{node}: {RADIUS}: {said:g} m is tighter than {bend}"
-    if steering is not None and abs(steering.axle) > _AXLE_OFF:
-        yield (
-            f"local_costmap: robot_base_frame: '{frame}' is {-steering.axle:.2f} m before the axle"
-            " that does not steer: planned bends are those of the axle, name a frame there"
-        )

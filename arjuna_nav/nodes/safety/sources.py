@@ -45,6 +45,7 @@ class Source:
         brakes: Whether the robot slows down before that time is over, and a slow sensor has longer.
 
     Attributes:
+        topic: Its full name.
         message: The newest; None before the first.
         tracks: Whether what moves is to be distinguished from what stands.
     """
@@ -56,7 +57,8 @@ class Source:
         self, config: Any, frames: WatchFrames, topic: str, timeout: float, brakes: bool
     ) -> None:
         self.config, self.tracks = config, False
-        self._frames, self._topic, self._timeout, self._brakes = frames, topic, timeout, brakes
+        self._frames, self._timeout, self._brakes = frames, timeout, brakes
+        self.topic = frames.node.resolve_topic_name(frames.node.process.absolute(topic))
         frames.node.subscribe(self.message_type, topic, self.take, qos.SENSOR_SUBSCRIPTION)
         self.reset()
 
@@ -114,7 +116,7 @@ class Source:
         if not self.config.enabled or not self.late:
             return ""
         since = "" if self.message is None else f" for {self.age:.2f} s"
-        return f"no {self.config.type} has come on {self._topic}{since}"
+        return f"no {self.config.type} has come on {self.topic}{since}"
 
     def sight(self) -> Sight | None:
         """Return what it sees, None where its message says nothing valid.

@@ -16,6 +16,7 @@ from arjuna_core.errors import ConfigError, nearest
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.silence import Silence, why_silent
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
@@ -149,6 +150,15 @@ class Watch:
     def silent(self) -> str:
         """Return which source says nothing and since when; empty where all speak."""
         return next(filter(None, (source.problem() for source in self.sources.values())), "")
+
+    def why_silent(self) -> str:
+        """Return the reason of `silent`, with what can be done."""
+        for name, source in self.sources.items():
+            if problem := source.problem():
+                cure = f"set {name}.topic" if source.config.topic else "set scan_topic"
+                of = Silence(source.message_type, source.config.type, qos.SENSOR_SUBSCRIPTION, cure)
+                return f"{problem}: {why_silent(self._node, source.topic, of)}"
+        return ""
 
     def look(self, wait_for_all: bool = True) -> tuple[Sight, float] | None:
         """Return what is seen now, and which share of its speed the robot may keep.

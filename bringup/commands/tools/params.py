@@ -8,12 +8,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bringup.parameters import options
+
 if TYPE_CHECKING:
     from bringup.parameters.files import Parameters
 
 EXAMPLES = (
     "params dump",
     "params check my.yaml",
+    "params check my.yaml --robot my.urdf",
     "params diff my.yaml",
     "params convert amcl.launch",
 )
@@ -28,6 +31,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     check = actions.add_parser("check", help="everything that is wrong with a file")
     check.add_argument("file", type=Path, metavar="FILE")
+    about = "the robot that is driven, its URDF, xacro or SDF (urdf/arjuna.urdf)"
+    options.add(check, "--robot", help=about)
     check.add_argument("--strict", action="store_true", help="an unknown name is a problem")
     check.add_argument(
         "-v", "--verbose", action="store_true", help="list the names that are not needed here"
@@ -70,7 +75,7 @@ def _check(arguments: argparse.Namespace) -> int:
     from bringup.parameters.remarks import Kind, lines
     from bringup.terminal import show
 
-    read = check_file(arguments.file)
+    read = check_file(arguments.file, str(arguments.robot or ""))
     problems = read.refused_by(arguments.strict)
     counted = () if arguments.verbose else (Kind.NOT_NEEDED,)
     remarks = lines(read.remarks, counted, f"'params check -v {arguments.file}'")

@@ -145,6 +145,24 @@ def test_gaps_and_directions_lead_from_the_outline_to_points(outline: Footprint)
     assert not outline.holds(on_it + 4e-6 * away).any() or outline.circular
 
 
+def test_a_body_stands_out_of_an_outline_by_its_corners() -> None:
+    body = Footprint.polygon(BODY)
+    assert Footprint.polygon(BODY, 0.02).outreach(body) == 0.0
+    assert body.outreach(body) == 0.0
+    out = body.circumscribed_radius - 0.2
+    assert Footprint.circle(0.2).outreach(body) == pytest.approx(out)
+    assert Footprint.circle(body.circumscribed_radius).outreach(body) == 0.0
+
+
+def test_a_body_larger_than_a_costmap_s_outline_is_traced_all_the_same() -> None:
+    grid = empty_grid(4.0, 4.0)
+    block(grid, 2.2, 1.0, 0.2, 2.0)
+    costmap, pose = costmap_of(grid, radius=0.15), SE2(2.0, 2.0)
+    assert not collides(costmap, Footprint.circle(0.15), pose)
+    assert not collides(costmap, Footprint.polygon(BODY), pose @ SE2(theta=0.5 * math.pi))
+    assert collides(costmap, Footprint.polygon(BODY), pose)
+
+
 def test_a_robot_may_be_a_triangle_and_no_line() -> None:
     wedge = Footprint.polygon(np.array([[0.4, 0.0], [-0.2, 0.3], [-0.2, -0.3]]))
     assert wedge.inscribed_radius == pytest.approx(0.4 * 0.3 / math.hypot(0.6, 0.3))

@@ -130,6 +130,42 @@ def test_a_scanner_that_falls_silent_slows_the_robot_before_the_timeout_or_not(
     assert (robot.command.x < 0.09) is brakes
 
 
+def test_a_robot_that_is_held_blind_says_what_is_silent_and_where_scans_are(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    robot = made(**{"scan.topic": "front/scan"})
+    drive(robot, 0.2, 0.5)
+    assert robot.command == STILL
+    lines = [line for line in capfd.readouterr().err.splitlines() if "STOP invalid" in line]
+    (line,) = lines
+    assert "[WARN]" in line
+    where = "no scan has come on /front/scan: nobody publishes it; scans are on /scan"
+    assert line.endswith(f"STOP invalid source: {where}: set scan.topic")
+
+
+@pytest.mark.parametrize(
+    ("parameter", "warning"),
+    [
+        (
+            "cmd_vel_in_topic",
+            "no command comes on '/raw': nobody publishes it; commands are on /cmd_vel_smoothed:"
+            " set cmd_vel_in_topic",
+        ),
+        ("cmd_vel_out_topic", "nobody takes the velocities on 'raw': set cmd_vel_out_topic"),
+        ("state_topic", ""),
+    ],
+)
+def test_a_chain_of_velocities_that_is_broken_is_reported_once(
+    parameter: str, warning: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    robot = made(**{parameter: "raw"})
+    for _ in range(2):
+        drive(robot, 0.1, 5.0)
+    lines = [line for line in capfd.readouterr().err.splitlines() if "set cmd_vel" in line]
+    assert len(lines) == bool(warning)
+    assert all(line.endswith(warning) for line in lines)
+
+
 def test_commands_that_are_no_numbers_are_ignored(robot: PlayedRobot) -> None:
     drive(robot, math.nan, 0.2)
     assert not robot.commands

@@ -202,6 +202,19 @@ def test_a_scanner_that_falls_silent_makes_the_costmap_outdated() -> None:
     assert node.current(0.3) is not None
 
 
+@pytest.mark.parametrize(("topic", "count"), [("front/scan", 1), ("scan", 0)])
+def test_a_costmap_that_gets_no_scan_says_so_once_and_where_scans_are(
+    topic: str, count: int, capfd: pytest.CaptureFixture[str]
+) -> None:
+    robot = PlayedRobot({f"{LOCAL}/{LOCAL}": {"obstacle_layer.scan.topic": topic}})
+    robot.bring_up(LOCAL_COSTMAP)
+    robot.run(10.0)
+    lines = [line for line in capfd.readouterr().err.splitlines() if "no scan comes on" in line]
+    assert len(lines) == count
+    cure = "nobody publishes it; scans are on /scan: set obstacle_layer.scan.topic"
+    assert all(f"no scan comes on '/front/scan': {cure}" in line for line in lines)
+
+
 def updates(robot: PlayedRobot, name: str) -> tuple[list[Any], list[Any]]:
     """Return lists that grow with the parts of a costmap that are published."""
     return (

@@ -1,0 +1,150 @@
+"""A driven robot's own file beside parameters: what it adds to them, and what contradicts it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from arjuna_core.config import load
+from arjuna_core.files.shipped import shipped_file
+from bringup.parameters.files import Parameters, for_node, merged, shipped_parameters
+from bringup.parameters.remarks import Kind, Remark
+from bringup.parameters.sources import COSTMAPS, OUTLINE, of_names
+from bringup.stack import CONTROLLER_SERVER, GLOBAL_COSTMAP, LOCAL_COSTMAP, Group, NodeSpec
+
+_OUTLINES = {**dict.fromkeys(COSTMAPS, ""), "explorer": "costmap."}
+"""The nodes with a costmap, and what stands before its parameters."""
+_STEERED, _RADIUS = (
+    ("planner_server", "controller_server", "behavior_server", "velocity_smoother"),
+    "min_turning_radius",
+)
+"""The nodes that plan and drive by the tightest bend of a steered robot, and their parameter."""
+_AXLE_OFF = 0.02  # so far from its axle a base moves along its heading all the same [m]
+
+
+def of_simulated_robot(
+    parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group]
+) -> Parameters:
+    """Return a robot's names, outline and tightest bend, unless parameter files say otherwise.
+
+    Where their outline leaves out some of its body, the body goes to the server of controllers.
+
+    Raises:
+        ArjunaError: The robot's file cannot be used.
+    """
+    own = {} if _is_shipped(sim) else _of_another_robot(parameters, sim, groups)
+    if any(CONTROLLER_SERVER in group.nodes for group in groups):
+        for _, body, _ in _left_out(merged(parameters, own), sim, (LOCAL_COSTMAP,)):
+            own = merged(own, {CONTROLLER_SERVER.name: {"body": body}})
+    return own
+
+
+def contradictions(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[Remark]:
+    """Give what parameters say of a robot's outline and steering that its file does not.
+
+    Args:
+        parameters: Of all nodes.
+        sim: Those of a simulator that name the robot's file.
+
+    Raises:
+        ArjunaError: The robot's file cannot be used.
+    """
+    found: dict[tuple[str, str], list[str]] = {}
+    for where, body, reason in _left_out(parameters, sim, (LOCAL_COSTMAP, GLOBAL_COSTMAP)):
+        found.setdefault((reason, body), []).append(where)
+    for (reason, body), (where, *others) in found.items():
+        too = f" ({others[0].partition('/')[0]} too)" if others else ""
+        cure = f"its own outline: --param 'footprint:={body}'"
+        text = f"{reason} and can touch obstacles{too}; {cure}"
+        yield Remark(Kind.UNLIKE, where, text, safety=True)
+    for where, reason in () if _is_shipped(sim) else _other_bends(parameters, sim):
+        yield Remark(Kind.UNLIKE, where, reason)
+
+
+def _is_shipped(sim: Mapping[str, Any]) -> bool:
+    return not sim.get("robot") or Path(sim["robot"]) == shipped_file("urdf/arjuna.urdf")
+
+
+def _of_another_robot(
+    parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group]
+) -> Parameters:
+    from arjuna_sim.inputs import footprint_of, named_robot, names_of, steering_of
+
+    robot = named_robot(sim["robot"], sim.get("robot_arguments", ""))
+    names = names_of(robot)
+    if sim.get("standard_topics"):
+        names = {key: name for key, name in names.items() if key == "base_frame"}
+    shipped = shipped_parameters()
+
+    def is_set(node: str, key: str) -> bool:
+        """Return whether a file gives a value that is not the shipped one."""
+        return bool(parameters.get(node, {}).get(key) != shipped.get(node, {}).get(key))
+
+    own = {
+        node: {key: value for key, value in values.items() if not is_set(node, key)}
+        for node, values in of_names(names, groups, parameters).items()
+    }
+    for node, prefix in _OUTLINES.items():
+        frame = _base_frame(merged(parameters, own), node, prefix)
+        if not any(is_set(node, f"{prefix}{key}") for key in OUTLINE):
+            outline = footprint_of(robot, frame)
+            own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
+    steering = steering_of(robot, _base_frame(merged(parameters, own)))
+    radius = round(steering.radius, 4) if steering is not None else 0.0
+    for node in _STEERED:
+        if radius and not is_set(node, _RADIUS):
+            own = merged(own, {node: {_RADIUS: radius}})
+    return own
+
+
+def _base_frame(parameters: Parameters, node: str = LOCAL_COSTMAP.name, prefix: str = "") -> str:
+    return parameters.get(node, {}).get(f"{prefix}robot_base_frame") or "base_link"
+
+
+def _left_out(
+    parameters: Parameters, sim: Mapping[str, Any], costmaps: Iterable[NodeSpec]
+) -> Iterator[tuple[str, str, str]]:
+    """Give each parameter that leaves out some of the robot's body, the body, and the reason."""
+    from arjuna_nav.costmap.footprint import Footprint
+    from arjuna_sim.inputs import footprint_of, named_robot
+
+    robot = named_robot(sim.get("robot", ""), sim.get("robot_arguments", ""))
+    for spec in costmaps:
+        config: Any = load(spec.config, for_node(parameters, spec.name), spec.name)
+        text = footprint_of(robot, config.robot_base_frame)
+        if not text:
+            continue
+        given = config.footprint, config.robot_radius, config.footprint_padding
+        outline, body = Footprint.parse(*given), Footprint.parse(text, 0.0, 0.0)
+        if not (out := outline.outreach(body)):
+            continue
+        if outline.circular:
+            reach = f"reaches {body.circumscribed_radius:.3g} m from {config.robot_base_frame}"
+            key, value = "robot_radius", f"{config.robot_radius:g} m"
+        else:
+            key, value, reach = "footprint", config.footprint, f"stands out of it by {out:.2g} m"
+        yield f"{spec.name}: {key}", text, f"{value}, but the robot's body {reach}"
+
+
+def _other_bends(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Give each parameter that contradicts the robot's steering, and the reason."""
+    from arjuna_sim.inputs import named_robot, steering_of
+
+    robot = named_robot(sim["robot"], sim.get("robot_arguments", ""))
+    frame = _base_frame(parameters)
+    steering = steering_of(robot, frame)
+    for node in _STEERED:
+        said = parameters.get(node, {}).get(_RADIUS, 0.0)
+        where = f"{node}: {_RADIUS}"
+        if steering is None and said:
+            yield where, f"{said:g} m, but the robot's file has no steering: it turns"
+        elif steering is not None and said < steering.radius - 1e-3:
+            bend = f"the robot's file allows bends of {steering.radius:.3g} m"
+            yield where, f"{said:g} m is tighter than {bend}"
+    if steering is not None and abs(steering.axle) > _AXLE_OFF:
+        yield (
+            f"{LOCAL_COSTMAP.name}: robot_base_frame",
+            f"'{frame}' is {-steering.axle:.2f} m before the axle that does not steer: planned"
+            " bends are those of the axle, name a frame there",
+        )

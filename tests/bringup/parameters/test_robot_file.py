@@ -1,0 +1,103 @@
+"""Parameters beside the file of the robot that drives by them: its outline."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from arjuna_core.config import load
+from arjuna_core.files.shipped import shipped_file
+from bringup.cli_parser import parse
+from bringup.parameters.checking import check_file
+from bringup.parameters.files import SAFETY, for_node
+from bringup.parameters.inputs import gather
+from bringup.parameters.remarks import Kind
+from bringup.stack import CONTROLLER_SERVER, LOCAL_COSTMAP
+
+pytestmark = pytest.mark.ros
+SMALL = "robot_radius: 0.22 m, but the robot's body reaches 0.276 m from base_link"
+
+
+def of_radius(tmp_path: Path, outline: str, costmaps: tuple[str, ...] = ("local", "global")) -> str:
+    file = tmp_path / "other.yaml"
+    node = "{0}_costmap: {{{0}_costmap: {{ros__parameters: {{{1}}}}}}}\n"
+    file.write_text("".join(node.format(each, outline) for each in costmaps), encoding="utf-8")
+    return str(file)
+
+
+def body_of(words: list[str]) -> str:
+    parameters = gather(parse(words))
+    return str(for_node(parameters, CONTROLLER_SERVER.name).get("body", ""))
+
+
+def test_an_outline_smaller_than_the_robot_is_reported_once_with_its_cure(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["demo", "--params", of_radius(tmp_path, "robot_radius: 0.22")]
+    body = body_of(words)
+    assert body.startswith("[[0.225, ")
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"unlike the robot (SAFETY): {LOCAL_COSTMAP.name}: {SMALL}")
+    assert "(global_costmap too)" in line
+    cure = line.rpartition("--param ")[2].strip("'")
+    assert body_of([*words, "--param", cure]) == ""
+    assert not capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "outline",
+    [
+        "robot_radius: 0.28",
+        "footprint: '[[0.23, 0.2], [0.23, -0.2], [-0.23, -0.2], [-0.23, 0.2]]'",
+        "inflation_layer.inflation_radius: 0.4",
+    ],
+)
+def test_an_outline_that_holds_the_body_is_left_alone(
+    outline: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert body_of(["demo", "--params", of_radius(tmp_path, outline)]) == ""
+    assert not capsys.readouterr().err
+
+
+def test_a_file_s_radius_is_right_for_its_own_robot(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = of_radius(tmp_path, "robot_radius: 0.12")
+    parameters = gather(parse(["demo", "--robot", "urdf/burger.urdf", "--params", file]))
+    assert not capsys.readouterr().err
+    values = parameters[LOCAL_COSTMAP.name]
+    assert (values["robot_radius"], values.get("footprint", "[]")) == (0.12, "[]")
+    assert "body" not in parameters[CONTROLLER_SERVER.name]
+
+
+def test_a_polygon_s_own_text_and_what_stands_out_of_it_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    square = "[[0.18, 0.2], [0.18, -0.2], [-0.18, -0.2], [-0.18, 0.2]]"
+    body_of(["demo", "--params", of_radius(tmp_path, f"footprint: '{square}'", ("global",))])
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"global_costmap: footprint: {square}, but the robot's body stands out of it" in line
+    assert body_of(["demo", "--params", of_radius(tmp_path, f"footprint: '{square}'")])
+
+
+def test_a_real_robot_s_file_is_held_against_parameters_too(tmp_path: Path) -> None:
+    file = of_radius(tmp_path, "robot_radius: 0.22")
+    words = ["robot", "--slam", "--params", file]
+    assert not gather(parse(words))[SAFETY]
+    (line,) = gather(parse([*words, "--robot", "urdf/arjuna.urdf"]))[SAFETY].values()
+    assert SMALL in line[0]
+
+
+def test_a_check_names_the_line_and_asks_for_the_robot(tmp_path: Path) -> None:
+    path = Path(of_radius(tmp_path, "robot_radius: 0.12"))
+    (remark,) = check_file(path).remarks
+    assert (remark.kind, remark.safety, remark.location) == (Kind.UNLIKE, True, f"{path}:1")
+    assert check_file(path, str(shipped_file("urdf/burger.urdf"))).remarks == []
+
+
+def test_the_body_is_a_valid_outline_of_the_follower(tmp_path: Path) -> None:
+    body = body_of(["demo", "--params", of_radius(tmp_path, "robot_radius: 0.1")])
+    assert load(CONTROLLER_SERVER.config, {"body": body}).body == body
