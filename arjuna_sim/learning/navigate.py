@@ -70,9 +70,13 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
         simulator: Time steps and errors of the devices.
         task: Values of `TaskConfig` that differ from its defaults.
 
+    Attributes:
+        config: The task.
+        simulation: The robot in its world.
+
     Raises:
-        ConfigError: A value of the task is wrong, or the robot has no lidar.
-        RobotError: The robot cannot be simulated.
+        ConfigError: A value of the task is wrong, or nothing is free.
+        RobotError: The robot cannot be simulated, or has no lidar.
         WorldError: The world cannot be simulated.
     """
 
@@ -97,10 +101,12 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
         # It is read once a step, and never by itself; nothing else is.
         self._lidar = replace(lidar, rate=1e-9)
         robot = replace(robot, settings=replace(robot.settings, sensors=(self._lidar,)))
-        self._sim = Simulation(solo(robot), world, simulator, np.random.default_rng(0))
+        self.simulation = Simulation(solo(robot), world, simulator, np.random.default_rng(0))
         self._radius = float(np.hypot(*footprint(robot, robot.urdf.root).T).max(initial=0.0))
         self._free = free_points(
-            self._sim.robot.surfaces(), self._radius + self.config.clearance, self.config.longest
+            self.simulation.robot.surfaces(),
+            self._radius + self.config.clearance,
+            self.config.longest,
         )
         angles = np.linspace(lidar.angle_min, lidar.angle_max, lidar.samples)
         self._beams = beams_of(angles, mounted(robot, lidar).planar().array())
@@ -108,7 +114,7 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
         self._make_spaces()
 
     def _make_spaces(self) -> None:
-        config, limits = self.config, self._sim.robot.limits
+        config, limits = self.config, self.simulation.robot.limits
         ahead = min(config.max_speed, limits.forward.value)
         back = min(config.max_reverse, limits.reverse.value)
         turn = min(config.max_turn, limits.turn.value)
@@ -136,8 +142,8 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
         start, self._goal = _row(given, "start", start), _row(given, "goal", self._goal)
         if given:
             raise ConfigError(f"options {sorted(given)} are unknown; valid: 'start' and 'goal'")
-        self._sim.robot.spawn = SE2.from_array(start)
-        self._sim.reset(self.np_random)
+        self.simulation.robot.spawn = SE2.from_array(start)
+        self.simulation.reset(self.np_random)
         self._velocity = np.zeros((1, len(self._bounds)))
         self._pose, self._elapsed = start[None], 0
         self._distance = self._away()
@@ -148,7 +154,7 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
         for _ in range(100):
             start, goal = drawn(self.config, self._free, self.np_random)
             ends = SE2.from_array(start), SE2(goal[0], goal[1], 0.0)
-            if not any(self._sim.robot.obstacles_at(pose) for pose in ends):
+            if not any(self.simulation.robot.obstacles_at(pose) for pose in ends):
                 return start, goal
         raise ConfigError("none of 100 starts and goals is free; a smaller 'longest' may find some")
 
@@ -159,7 +165,7 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
         v, *aside, w = (float(value) for value in action)
         command, touched = Velocity(v, y=sum(aside), yaw_rate=w), False
         for _ in range(self._ticks):
-            last = self._sim.drive(command)
+            last = self.simulation.drive(command)
             touched |= bool(last.contacts)
         self._elapsed += 1
         moved = last.odometry
@@ -187,7 +193,7 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
 
     def _look(self) -> Observed:
         """Return what the robot observes now."""
-        scan = self._sim.robot.sense(self._lidar, self._sim.time)
+        scan = self.simulation.robot.sense(self._lidar, self.simulation.time)
         points = scan_points(scan.ranges[None], *self._beams)
         goals = goals_seen(self._pose, self._goal[None], self.config.goal_reach)
         seen = observed(self.config, points, goals, self._velocity, self._bounds)
@@ -195,7 +201,7 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
 
     def close(self) -> None:
         """Free what the simulation holds."""
-        self._sim.close()
+        self.simulation.close()
 
 
 def _whole(step: float, tick: float) -> int:
