@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -79,8 +79,6 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
         RobotError: The robot cannot be simulated, or has no lidar.
         WorldError: The world cannot be simulated.
     """
-
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
 
     def __init__(
         self,

@@ -81,4 +81,4 @@ def _together(step: float, arguments: argparse.Namespace) -> float:
         envs.step(action)
     elapsed = time.monotonic() - began
     envs.close()
-    return arguments.steps * arguments.robots / elapsed
+    return float(arguments.steps * arguments.robots / elapsed)
