@@ -116,16 +116,22 @@ class Batch:
         self._drive = BatchDrive(base, limits, np.array(most), config.tick, angle, self.count)
         rngs = [np.random.default_rng([seed, i]) for i in range(self.count)]
         self._draw(rngs, variation or Variation())
-        self._scans, seeds = 0, np.array([rng.integers(2**31) for rng in rngs], np.int32)
         with wp.ScopedDevice(self._device):
-            self._seeds = wp.array(seeds, dtype=int)
+            self._seeds = wp.zeros(self.count, dtype=int)
             self._make_worlds(scene)
             self._make_beams(scene.model)
             self._advance()  # compiles what is recorded then: launches alone would take longer
             with wp.ScopedCapture() as recording:
                 self._advance()
         self._tick = recording.graph
+        self.reseed(seed)
         self.place(starts)
+
+    def reseed(self, seed: int) -> None:
+        """Rewind the noise to that of a seed; frictions and masses stay."""
+        rngs = [np.random.default_rng([seed, i, 1]) for i in range(self.count)]
+        self._seeds.assign(np.array([rng.integers(2**31) for rng in rngs], np.int32))
+        self._scans = 0
 
     def _draw(self, rngs: list[np.random.Generator], variation: Variation) -> None:
         drawn = [(rng.uniform(*variation.friction), rng.uniform(*variation.mass)) for rng in rngs]
