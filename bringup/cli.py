@@ -12,6 +12,7 @@ OK, REFUSED, INTERRUPTED = 0, 2, 130
 EXTRAS = {
     "foxglove": "view",
     "gymnasium": "learn",
+    "mujoco_warp": "gpu",
     "optuna": "tune",
     "pyarrow": "campaign",
     "rerun": "view",

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from scripts.steps import Step, StepError, clean_environment, run, say
 
-EXTRAS = ("campaign", "dev", "learn", "tune", "view")
+EXTRAS = ("campaign", "dev", "gpu", "learn", "tune", "view")
 """Optional packages: those that the demo does not need."""
 INSTALLER = "setup"
 """The extra of the program that installs the others."""

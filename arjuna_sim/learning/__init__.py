@@ -8,3 +8,7 @@ def register() -> None:
     import gymnasium
 
     gymnasium.register("arjuna/Navigate-v0", "arjuna_sim.learning.navigate:Navigate")
+    gymnasium.register(
+        "arjuna/NavigateBatch-v0",
+        vector_entry_point="arjuna_sim.learning.navigate_batch:NavigateBatch",
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -70,13 +70,19 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
         simulator: Time steps and errors of the devices.
         task: Values of `TaskConfig` that differ from its defaults.
 
+    Attributes:
+        config: The task.
+        simulation: The robot in its world.
+        ticks: Of the simulation, in a step.
+        radius: Of the robot's farthest corner [m].
+        beams: Of its lidar, as `beams_of` returns them.
+        bounds: Greatest observed velocities, `(A,)` [m/s, rad/s].
+
     Raises:
-        ConfigError: A value of the task is wrong, or the robot has no lidar.
-        RobotError: The robot cannot be simulated.
+        ConfigError: A value of the task is wrong, or nothing is free.
+        RobotError: The robot cannot be simulated, or has no lidar.
         WorldError: The world cannot be simulated.
     """
-
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
 
     def __init__(
         self,
@@ -87,7 +93,7 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
     ) -> None:
         self.config = load(TaskConfig, task, "arjuna/Navigate-v0")
         simulator = simulator or SimulatorConfig()
-        self._ticks = _whole(self.config.step, simulator.tick)
+        self.ticks = _whole(self.config.step, simulator.tick)
         if not isinstance(robot, RobotModel):
             robot = named_robot(str(robot), "")
         world = world if isinstance(world, World) else named_world(str(world))
@@ -97,18 +103,20 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
         # It is read once a step, and never by itself; nothing else is.
         self._lidar = replace(lidar, rate=1e-9)
         robot = replace(robot, settings=replace(robot.settings, sensors=(self._lidar,)))
-        self._sim = Simulation(solo(robot), world, simulator, np.random.default_rng(0))
-        self._radius = float(np.hypot(*footprint(robot, robot.urdf.root).T).max(initial=0.0))
+        self.simulation = Simulation(solo(robot), world, simulator, np.random.default_rng(0))
+        self.radius = float(np.hypot(*footprint(robot, robot.urdf.root).T).max(initial=0.0))
         self._free = free_points(
-            self._sim.robot.surfaces(), self._radius + self.config.clearance, self.config.longest
+            self.simulation.robot.surfaces(),
+            self.radius + self.config.clearance,
+            self.config.longest,
         )
         angles = np.linspace(lidar.angle_min, lidar.angle_max, lidar.samples)
-        self._beams = beams_of(angles, mounted(robot, lidar).planar().array())
+        self.beams = beams_of(angles, mounted(robot, lidar).planar().array())
         self._sideways = robot.drive.kind in (DriveKind.MECANUM, DriveKind.OMNI)
         self._make_spaces()
 
     def _make_spaces(self) -> None:
-        config, limits = self.config, self._sim.robot.limits
+        config, limits = self.config, self.simulation.robot.limits
         ahead = min(config.max_speed, limits.forward.value)
         back = min(config.max_reverse, limits.reverse.value)
         turn = min(config.max_turn, limits.turn.value)
@@ -117,7 +125,7 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
         high = np.array([ahead, *aside, turn], np.float32)
         self.action_space = spaces.Box(low, high)
         fastest = 2.0 * np.maximum(-low, high)
-        self._bounds, reach = fastest.astype(np.float64), np.float32(config.goal_reach)
+        self.bounds, reach = fastest.astype(np.float64), np.float32(config.goal_reach)
         self.observation_space: Any = spaces.Dict(
             {
                 "scan": spaces.Box(0.0, 1.0, (config.sectors,)),
@@ -132,23 +140,23 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
         """Begin an episode; see the class."""
         super().reset(seed=seed)
         given = dict(options or {})
-        start, self._goal = self._drawn()
-        start, self._goal = _row(given, "start", start), _row(given, "goal", self._goal)
+        start, self._goal = self.draw(self.np_random)
+        start, self._goal = numbers_of(given, "start", start), numbers_of(given, "goal", self._goal)
         if given:
             raise ConfigError(f"options {sorted(given)} are unknown; valid: 'start' and 'goal'")
-        self._sim.robot.spawn = SE2.from_array(start)
-        self._sim.reset(self.np_random)
-        self._velocity = np.zeros((1, len(self._bounds)))
+        self.simulation.robot.spawn = SE2.from_array(start)
+        self.simulation.reset(self.np_random)
+        self._velocity = np.zeros((1, len(self.bounds)))
         self._pose, self._elapsed = start[None], 0
         self._distance = self._away()
         return self._look(), {"is_success": False, "touched": False}
 
-    def _drawn(self) -> tuple[Floats, Floats]:
+    def draw(self, rng: np.random.Generator) -> tuple[Floats, Floats]:
         """Draw a start and a goal at which the robot touches nothing, seen by the lidar or not."""
         for _ in range(100):
-            start, goal = drawn(self.config, self._free, self.np_random)
+            start, goal = drawn(self.config, self._free, rng)
             ends = SE2.from_array(start), SE2(goal[0], goal[1], 0.0)
-            if not any(self._sim.robot.obstacles_at(pose) for pose in ends):
+            if not any(self.simulation.robot.obstacles_at(pose) for pose in ends):
                 return start, goal
         raise ConfigError("none of 100 starts and goals is free; a smaller 'longest' may find some")
 
@@ -158,8 +166,8 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
         """Drive for `step`; see the class."""
         v, *aside, w = (float(value) for value in action)
         command, touched = Velocity(v, y=sum(aside), yaw_rate=w), False
-        for _ in range(self._ticks):
-            last = self._sim.drive(command)
+        for _ in range(self.ticks):
+            last = self.simulation.drive(command)
             touched |= bool(last.contacts)
         self._elapsed += 1
         moved = last.odometry
@@ -175,7 +183,7 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
             seen["scan"].min(keepdims=True) * self.config.scan_reach,
             np.array([touched]),
             np.array([self._elapsed * self.config.step]),
-            self._radius,
+            self.radius,
         )
         reached = bool(out.reached[0])
         info = {"is_success": reached, "touched": touched}
@@ -187,15 +195,15 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
 
     def _look(self) -> Observed:
         """Return what the robot observes now."""
-        scan = self._sim.robot.sense(self._lidar, self._sim.time)
-        points = scan_points(scan.ranges[None], *self._beams)
+        scan = self.simulation.robot.sense(self._lidar, self.simulation.time)
+        points = scan_points(scan.ranges[None], *self.beams)
         goals = goals_seen(self._pose, self._goal[None], self.config.goal_reach)
-        seen = observed(self.config, points, goals, self._velocity, self._bounds)
+        seen = observed(self.config, points, goals, self._velocity, self.bounds)
         return {name: values[0] for name, values in seen.items()}
 
     def close(self) -> None:
         """Free what the simulation holds."""
-        self._sim.close()
+        self.simulation.close()
 
 
 def _whole(step: float, tick: float) -> int:
@@ -210,9 +218,14 @@ def _whole(step: float, tick: float) -> int:
     return ticks
 
 
-def _row(given: dict[str, Any], name: str, default: Floats) -> Floats:
-    """Take a row of numbers out of options, of the default's length."""
+def numbers_of(given: dict[str, Any], name: str, default: Floats) -> Floats:
+    """Take numbers out of options, of the default's shape.
+
+    Raises:
+        ConfigError: They are of another, or not finite.
+    """
     row = np.array(given.pop(name, default), np.float64)
     if row.shape != default.shape or not np.isfinite(row).all():
-        raise ConfigError(f"option '{name}' is {row.tolist()}; valid: {len(default)} numbers")
+        shape = " x ".join(map(str, default.shape))
+        raise ConfigError(f"option '{name}' is {row.tolist()}; valid: {shape} numbers")
     return row

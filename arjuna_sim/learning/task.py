@@ -87,6 +87,7 @@ def beams_of(angles: Floats, T_base_sensor: Floats) -> tuple[Floats, Floats]:
     return T_base_sensor[:2].copy(), np.column_stack((np.cos(turned), np.sin(turned)))
 
 
+@njit(cache=True)
 def scan_points(ranges: Floats, origin: Floats, directions: Floats) -> Floats:
     """Return where beams end in the robot's frame, `(N, B, 2)` [m]; inf where nothing was hit.
 
@@ -95,9 +96,15 @@ def scan_points(ranges: Floats, origin: Floats, directions: Floats) -> Floats:
             the lidar.
         origin: As `directions` of `beams_of`.
     """
-    lengths = np.where(ranges == -np.inf, 0.0, ranges)[..., None]
-    hit = np.isfinite(lengths)
-    return np.where(hit, origin + np.where(hit, lengths, 0.0) * directions, np.inf)
+    count, beams = ranges.shape
+    points = np.full((count, beams, 2), np.inf)
+    for i in range(count):
+        for j in range(beams):
+            length = 0.0 if ranges[i, j] == -np.inf else ranges[i, j]
+            if length < np.inf:
+                points[i, j, 0] = origin[0] + length * directions[j, 0]
+                points[i, j, 1] = origin[1] + length * directions[j, 1]
+    return points
 
 
 @njit(cache=True)

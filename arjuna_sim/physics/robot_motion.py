@@ -114,3 +114,14 @@ def _truth(
     v = vx * ahead[0] + vy * ahead[1] + vz * ahead[2]
     side = vx * left[0] + vy * left[1] + vz * left[2]
     return qpos[at], qpos[at + 1], yaw, v, qvel[rate + 5], qpos[at + 2], roll, pitch, side
+
+
+@njit(cache=True)
+def truth_of_each(
+    qpos: NDArray[np.float64], qvel: NDArray[np.float64], at: int, rate: int
+) -> NDArray[np.float64]:
+    """Return x, y, yaw and the other values of a `Truth` for robots of a row each, `(N, 9)`."""
+    found = np.empty((len(qpos), 9))
+    for i in range(len(qpos)):
+        found[i] = _truth(qpos[i], qvel[i], at, rate)
+    return found

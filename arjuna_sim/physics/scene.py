@@ -26,6 +26,10 @@ from arjuna_sim.physics.wheels.servo import ServoConfig, Servos, roller_addresse
 from arjuna_sim.physics.wheels.tyres import STICTION, WheelSupport, sag_of, tune_tyres
 
 _ARENA = (64_000_000, 1_000_000_000)  # least and most memory for contacts [bytes]
+LEVEL, SUNK = 0.7, 0.02
+"""A robot stands on what has a normal of so large a z (45 degrees), sunk in by at most [m]."""
+GRAZED = 1e-9
+"""A contact sunk in by less only grazes: it has no direction [m]."""
 
 
 @dataclass(frozen=True)
@@ -229,10 +233,9 @@ def touched(scene: Scene, data: Any, robot: str) -> tuple[str, ...]:
     is_hit = scene.is_obstacle[others]
     if not is_hit.any():
         return ()
-    # A robot stands on what is less steep than 45 degrees and within 0.02 m of its surface.
     distance = data.contact.dist[rows]
-    stands = (np.abs(data.contact.frame[rows, 2]) > 0.7) & (distance > -0.02)
-    stands |= distance > -1e-9  # a contact that only grazes has no direction [m]
+    stands = (np.abs(data.contact.frame[rows, 2]) > LEVEL) & (distance > -SUNK)
+    stands |= distance > -GRAZED
     return tuple(sorted({scene.names[geom] for geom in others[is_hit & ~stands]}))
 
 

@@ -43,4 +43,4 @@ def test_the_extras_are_those_of_the_project() -> None:
     text = PYPROJECT.read_text(encoding="utf-8")
     for module, extra in cli.EXTRAS.items():
         (packages,) = re.findall(rf"^{extra} = \[(.*)\]", text, re.MULTILINE)
-        assert re.search(rf'"{module}(-sdk)?"', packages), module
+        assert re.search(rf'"{module.replace("_", "-")}(-sdk)?"', packages), module

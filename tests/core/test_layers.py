@@ -16,8 +16,8 @@ PACKAGES = ("arjuna_core", *CORES, "bringup")
 ORDER = {
     "arjuna_core": ("ros", "bags", "files", ""),
     "arjuna_sim": (
-        *("nodes", "learning", "", "physics", "devices", "fusion", "processing", "files"),
-        "model",
+        *("nodes", "learning", "batch", "", "physics", "devices", "fusion", "processing"),
+        *("files", "model"),
     ),
     "arjuna_slam": ("nodes", "", "amcl", "mapping", "graph", "matching", "logs"),
     "arjuna_nav": (
@@ -78,6 +78,8 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "foxglove": ("bringup/viewing/",),
     "optuna": ("bringup/tuning/",),
     "gymnasium": ("arjuna_sim/learning/",),
+    "mujoco_warp": ("arjuna_sim/batch/",),
+    "warp": ("arjuna_sim/batch/",),
     "mcap": ("arjuna_core/bags/",),
     "rosbags": ("arjuna_core/bags/",),
 }

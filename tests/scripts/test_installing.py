@@ -104,6 +104,6 @@ def test_extras_are_all_unless_they_are_named(
 def test_an_unknown_extra_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EXTRAS", "view rviz")
     with pytest.raises(
-        StepError, match="EXTRAS has no rviz; valid: campaign, dev, learn, tune, view"
+        StepError, match="EXTRAS has no rviz; valid: campaign, dev, gpu, learn, tune, view"
     ):
         wanted_extras()

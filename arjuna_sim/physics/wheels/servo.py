@@ -14,6 +14,8 @@ from arjuna_core.config import param
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import center
 
+Rows = NDArray[np.float32] | NDArray[np.float64]
+
 
 def add_rollers(body: Any, robot: RobotModel, joint: str) -> None:
     """Add the freedom of a wheel's rollers to its body, where it has any, before its own joint.
@@ -150,6 +152,25 @@ def _turn(
         behind -= response_time * (speeds[i] - setpoint[i])
         wanted[i] = angle + min(max(behind, -room), room) + lead[i] * speeds[i]
         setpoint[i] = speeds[i]
+
+
+@njit(cache=True)
+def turn_each(
+    qpos: Rows,
+    qvel: Rows,
+    wanted: Rows,
+    setpoint: Rows,
+    speeds: NDArray[np.float64],
+    position: NDArray[np.int64],
+    velocity: NDArray[np.int64],
+    lead: NDArray[np.float64],
+    reach: NDArray[np.float64],
+    response_time: float,
+) -> None:
+    """Do as `ServosAt.turn` for robots that have a row each."""
+    limits = position, velocity, lead, reach, response_time
+    for i in range(len(speeds)):
+        _turn(qpos[i], qvel[i], wanted[i], setpoint[i], speeds[i], *limits)
 
 
 def armature(robot: RobotModel, config: ServoConfig, timestep: float) -> float:
