@@ -6,6 +6,8 @@ import enum
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.matching.surface import Surface, extract
@@ -61,7 +63,7 @@ class Skip(enum.Enum):
     STAMP = "its stamp is no number"
     STALE = "it is no newer than the one before"
     GEOMETRY = "its angles or range limits are not valid"
-    EMPTY = "it has nothing in range"
+    EMPTY = "no beam of it is valid"
     LOST = "it lies nowhere on the map"
 
 
@@ -92,14 +94,11 @@ class ScanFilter:
     def take(self, scan: Scan) -> Surface | None:
         """Return what a scan saw, or None if it cannot be used."""
         reason = self._reason(scan)
-        surface = extract(scan, self._range_max) if reason is None else None
-        if surface is not None and len(surface) == 0:
-            reason = Skip.EMPTY
         if reason is not None:
             self.skip(reason)
             return None
         self._stamp = scan.stamp
-        return surface
+        return extract(scan, self._range_max)
 
     def _reason(self, scan: Scan) -> Skip | None:
         if not math.isfinite(scan.stamp):
@@ -110,4 +109,6 @@ class ScanFilter:
         fan = scan.angle_increment != 0.0 or len(scan.ranges) < 2
         if not (all(map(math.isfinite, numbers)) and fan) or math.isnan(scan.range_max):
             return Skip.GEOMETRY
+        if not np.any(scan.ranges > scan.range_min):  # infinite ones say that nothing is near
+            return Skip.EMPTY
         return None

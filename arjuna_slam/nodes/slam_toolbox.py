@@ -171,8 +171,10 @@ class SlamToolboxNode(ManagedNode):
             self.get_logger().debug(f"keyframe {update.node}, {update.closures} loop edges")
 
     def _log_skipped(self, scan: Scan) -> None:
-        """Warn of each kind of bad scan once; they are counted, and no more is made of them."""
+        """Warn of each kind of bad scan once; odometry carries over those without a beam."""
         reason = self.slam.scans.last
+        if reason is Skip.EMPTY:
+            self._output.hold(scan.stamp)
         if reason is not None and reason not in self._warned:
             self._warned.add(reason)
             self.get_logger().warning(

@@ -158,7 +158,7 @@ def _spoilt(message: Any, **fields: Any) -> Any:
     return message
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf, 0.0])
+@pytest.mark.parametrize("value", [math.nan, 0.0])
 def test_scans_without_a_reading_are_counted_warned_about_once_and_move_nothing(
     robot: Robot, logged: Logged, value: float
 ) -> None:
@@ -168,6 +168,16 @@ def test_scans_without_a_reading_are_counted_warned_about_once_and_move_nothing(
     assert len(logged.warnings) == 1
     assert Skip.EMPTY.value in logged.warnings[0]
     assert_goes_on(robot)
+
+
+def test_where_nothing_is_in_range_odometry_carries_from_the_first_scan(robot: Robot) -> None:
+    node = started(robot)
+    send_spoilt(robot, ranges=[math.inf] * 360)
+    assert node.slam.scans.skipped == 0
+    assert len(robot.poses) == 25
+    assert robot.error() < 0.03
+    robot.drive(5)
+    assert robot.error() < 0.03
 
 
 @pytest.mark.parametrize(

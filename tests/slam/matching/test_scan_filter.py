@@ -34,8 +34,10 @@ KNOWN = np.diag([0.01, 0.01, 0.001])
         (replace(GOOD, stamp=6.0, range_min=math.nan), Skip.GEOMETRY),
         (replace(GOOD, stamp=6.0, range_max=math.nan), Skip.GEOMETRY),
         (replace(GOOD, stamp=6.0, range_max=math.inf), None),
-        (replace(GOOD, stamp=6.0, ranges=np.full(30, 7.5)), Skip.EMPTY),
-        (replace(GOOD, stamp=6.0, ranges=np.full(30, math.inf)), Skip.EMPTY),
+        (replace(GOOD, stamp=6.0, ranges=np.full(30, 7.5)), None),
+        (replace(GOOD, stamp=6.0, ranges=np.full(30, math.inf)), None),
+        (replace(GOOD, stamp=6.0, ranges=np.full(30, math.nan)), Skip.EMPTY),
+        (replace(GOOD, stamp=6.0, ranges=np.full(30, 0.0)), Skip.EMPTY),
     ],
 )
 def test_a_scan_that_cannot_be_used_is_counted_by_its_reason(
