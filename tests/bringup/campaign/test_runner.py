@@ -10,9 +10,10 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
+from bringup.campaign.comparison import compared
 from bringup.campaign.outcome import Outcome
 from bringup.campaign.plan import Campaign, CampaignError, Level, runs_of
-from bringup.campaign.report import PAGE, TABLE, compared, outcomes_in, write_page, write_table
+from bringup.campaign.report import PAGE, TABLE, outcomes_in, write_page, write_table
 from bringup.campaign.runner import run_all
 
 # folder, --seed N: seed 2 fails, 3 breaks, 4 hangs
