@@ -15,8 +15,8 @@ from bringup.campaign.outcome import Outcome
 from bringup.campaign.plan import UNFIT, Campaign
 
 mpl.use("Agg")
-Groups = dict[tuple[str, str], Sequence[Outcome]]
-"""Outcomes by condition and level; those of all first."""
+Groups = dict[str, Sequence[Outcome]]
+"""Outcomes by name: those of all, then those of each level of each condition."""
 _COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown", "tab:cyan")
 
 
@@ -25,11 +25,12 @@ def pictures_of(
 ) -> Iterator[tuple[str, bytes, bytes]]:
     """Yield each picture's name and its bytes as PNG and as PDF, which depend on nothing else."""
     alone = len(groups) == 1 and not campaign.compare
-    for name in ([] if alone else ["success"]) + list(measures):
-        figure = Figure(figsize=(4.0 if alone else 9.0, 3.0), layout="constrained")
+    for name in dict.fromkeys([*([] if alone else ["success"]), *measures]):
+        width = 4.0 if alone else max(9.0, len(groups))
+        figure = Figure(figsize=(width, 3.0), layout="constrained")
         axes = figure.add_subplot()
         if alone:
-            _draw_histogram(axes, name, figures(groups["", "all"], name))
+            _draw_histogram(axes, name, figures(next(iter(groups.values())), name))
         else:
             _draw_groups(axes, campaign, groups, name)
         yield (UNFIT.sub("-", name), *_saved(figure))
@@ -66,7 +67,7 @@ def _draw_groups(axes: Axes, campaign: Campaign, groups: Groups, key: str) -> No
                 _draw_share(axes, x, chosen, colour)
             else:
                 _draw_box(axes, x, 0.8 * width, chosen, key, colour)
-    axes.set_xticks(range(len(groups)), [level for _, level in groups])
+    axes.set_xticks(range(len(groups)), list(groups))
     axes.set_xlim(-0.5, len(groups) - 0.5)
     axes.set(title=key, xlabel=", ".join(campaign.conditions))
     axes.axvline(0.5, color="grey", lw=0.8)

@@ -29,7 +29,8 @@ from bringup.campaign.table import Table
 TABLE, PAGE, PAPER = "results.parquet", "index.html", "paper"
 _STYLE = (
     "body{font:16px sans-serif;max-width:75em;margin:2em auto;padding:0 1em}"
-    "table{border-collapse:collapse;font-size:.9em}td,th{padding:.2em .7em;text-align:left}"
+    "table{border-collapse:collapse;font-size:.9em}"
+    "td,th{padding:.2em .7em;text-align:left;white-space:nowrap}"
     "tr:nth-child(even){background:#f2f2f2}img{max-width:100%}.bad{color:#b00}"
     "figure{display:inline-block;margin:.5em;width:15em}figure img{width:15em}"
     "div{overflow-x:auto}"
@@ -82,7 +83,7 @@ def write_page(folder: Path, campaign: Campaign, outcomes: Sequence[Outcome]) ->
         write_atomically(paper / f"{name}.tex", table.latex().encode())
         parts.append(f"<h2>{heading}</h2><div>{table.html()}</div>")
     parts += [f"<p>{_METHODS}</p>", "<h2>Pictures</h2>"]
-    measures = measures_of(campaign, outcomes)
+    measures = _measures(campaign, outcomes)
     for name, png, pdf in pictures_of(campaign, _groups(campaign, outcomes), measures):
         write_atomically(paper / f"{name}.pdf", pdf)
         data = base64.b64encode(png).decode()
@@ -99,35 +100,27 @@ def share_text(outcomes: Sequence[Outcome]) -> tuple[str, str, str]:
     return f"{len(outcomes)}", share, f"{100.0 * low:.1f} to {100.0 * high:.1f} %"
 
 
-def measures_of(campaign: Campaign, outcomes: Sequence[Outcome]) -> list[str]:
+def _measures(campaign: Campaign, outcomes: Sequence[Outcome]) -> list[str]:
     """Return the keys of the figures to show: those asked for, or all."""
     found = dict.fromkeys(key for one in outcomes for key in one.figures)
     return [key for key in campaign.measures or found if key in found]
 
 
 def _groups(campaign: Campaign, outcomes: Sequence[Outcome]) -> Groups:
-    """Return all outcomes, and those of each level of each condition, by condition and level."""
-    found: Groups = {("", "all"): outcomes}
+    """Return all outcomes, and those of each level of each condition, by name."""
+    found: Groups = {"all runs": outcomes}
     for factor in campaign.conditions:
         for level in campaign.factors[factor]:
-            chosen = [one for one in outcomes if one.levels[factor] == level.label]
-            if chosen:
-                found[factor, level.label] = chosen
-    return found
+            name = level.label if len(campaign.conditions) == 1 else f"{factor} {level.label}"
+            found[name] = [one for one in outcomes if one.levels[factor] == level.label]
+    return {name: chosen for name, chosen in found.items() if chosen}
 
 
 def _tables(campaign: Campaign, outcomes: Sequence[Outcome]) -> Iterator[tuple[str, str, Table]]:
     """Yield tables, each with its file's name and its heading."""
-    measures, compared = (
-        measures_of(campaign, outcomes),
-        [campaign.compare] * bool(campaign.compare),
-    )
-    one, *more = campaign.conditions or [""]
-    groups = {
-        f"{factor} {level}" if factor and more else level: chosen
-        for (factor, level), chosen in _groups(campaign, outcomes).items()
-    }
-    names = ["" if more else one, *compared]
+    groups, measures = _groups(campaign, outcomes), _measures(campaign, outcomes)
+    conditions, compare = campaign.conditions, campaign.compare
+    names = [conditions[0] if len(conditions) == 1 else "", *([compare] if compare else [])]
     rows = [
         [name, *label, *share_text(part), *_means(part, measures)]
         for name, chosen in groups.items()
@@ -135,14 +128,15 @@ def _tables(campaign: Campaign, outcomes: Sequence[Outcome]) -> Iterator[tuple[s
     ]
     head = [*names, "runs", "success", "95 % interval", *measures]
     yield "results", "Results", Table(head, rows, len(names))
-    if not compared or len(campaign.factors[campaign.compare]) < 2:
+    labels = [level.label for level in campaign.factors.get(compare, ())]
+    if len(labels) < 2:
         return
-    base, *others = (level.label for level in campaign.factors[campaign.compare])
+    base, *others = labels
     rows = [
         [name, other, f"{len(pairs)}", *_difference(pairs, measures)]
         for name, chosen in groups.items()
         for other in others
-        if (pairs := _pairs(campaign.compare, chosen, base, other))
+        if (pairs := _pairs(compare, chosen, base, other))
     ]
     head = [*names, "pairs", f"only {base}", "only this", "p", *measures]
     yield "differences", f"Differences from {html.escape(base)}", Table(head, rows, len(names))
@@ -167,13 +161,13 @@ def _means(outcomes: Sequence[Outcome], measures: Sequence[str]) -> list[str]:
 
 def _pairs(factor: str, outcomes: Sequence[Outcome], base: str, other: str) -> Pairs:
     """Return the runs of two levels of a factor that differ in nothing else."""
-    sides: dict[str, dict[tuple[str, ...], Outcome]] = {base: {}, other: {}}
-    for one in outcomes:
-        if (level := one.levels[factor]) in sides:
-            rest = tuple(label for name, label in one.levels.items() if name != factor)
-            sides[level][rest] = one
-    second = sides[other]
-    return [(one, second[rest]) for rest, one in sides[base].items() if rest in second]
+    found = {frozenset(one.levels.items()): one for one in outcomes}
+    pairs = ((one, {**one.levels, factor: other}) for one in outcomes if one.levels[factor] == base)
+    return [
+        (one, found[levels])
+        for one, changed in pairs
+        if (levels := frozenset(changed.items())) in found
+    ]
 
 
 def _difference(pairs: Pairs, measures: Sequence[str]) -> list[str]:

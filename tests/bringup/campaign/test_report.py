@@ -95,8 +95,8 @@ def test_results_are_shown_by_condition_and_by_what_is_compared(folder: Path) ->
     head, _, *found = rows(folder / PAPER / "results.md")
     assert head == ["scene", "controller", "runs", "success", "95 % interval", "time"]
     assert [row[:4] for row in found] == [
-        ["all", "shipped", "16", "16 of 16"],
-        ["all", "mine", "16", "15 of 16"],
+        ["all runs", "shipped", "16", "16 of 16"],
+        ["all runs", "mine", "16", "15 of 16"],
         ["room", "shipped", "8", "8 of 8"],
         ["room", "mine", "8", "7 of 8"],
         ["a & b", "shipped", "8", "8 of 8"],
@@ -110,7 +110,7 @@ def test_differences_are_taken_between_runs_of_one_seed_and_scene(folder: Path) 
     head, _, *found = rows(folder / PAPER / "differences.md")
     assert head[2:] == ["pairs", "only shipped", "only this", "p", "time"]
     assert found == [
-        ["all", "mine", "16", "1", "0", "1.000", "1 *"],
+        ["all runs", "mine", "16", "1", "0", "1.000", "1 *"],
         ["room", "mine", "8", "1", "0", "1.000", "1 *"],
         ["a & b", "mine", "8", "0", "0", "1.000", "1 *"],
     ]
