@@ -192,6 +192,12 @@ def placed(pose: SE2) -> Parameters:
     return {"sim": dict(start), "amcl": {**start, "set_initial_pose": True}}
 
 
+def believed_pose(robot: LockStep, frame: str = "map") -> SE2 | None:
+    """Return the pose of the base in a frame that a robot in lock-step believes in."""
+    base = robot.sim.simulator.robot.model.urdf.root
+    return robot.process.transforms.try_lookup(frame, base)
+
+
 def desired_speed(parameters: Parameters) -> float:
     """Return the speed that the controller is asked to drive [m/s]."""
     values: dict[str, Any] = parameters.get("controller_server", {})

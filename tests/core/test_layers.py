@@ -73,7 +73,7 @@ BRINGUP_WITHOUT_ROS = tuple(
         "parameters/foreign/": "launch_file.py",
         "processes/": "child.py fork.py health.py supervisor.py",
         "recording/": "playback.py selection.py summary.py",
-        "scenarios/": "barn.py doors.py drive.py furnished.py people.py space.py",
+        "scenarios/": "barn.py doors.py drive.py furnished.py people.py scenes.py space.py",
         "ros2/": "completion.py errors.py grammar.py main.py statistics.py",
         "ros2/verbs/": "forward.py",
         "tuning/": "picture.py plan.py space.py study.py tuner.py",

@@ -20,7 +20,8 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup.cli import run
 from bringup.cli_parser import parse
-from bringup.scenarios.goals import SCENES, Arrival, _drawn
+from bringup.scenarios.course import Arrival, Course
+from bringup.scenarios.scenes import SCENES, Scene
 
 
 def drive(out: Path, *words: str) -> tuple[int, dict[str, Any]]:
@@ -29,7 +30,7 @@ def drive(out: Path, *words: str) -> tuple[int, dict[str, Any]]:
 
 
 def arrival(succeeded: bool, touches: int) -> Arrival:
-    return Arrival(succeeded, 0.0, 0.0, 0.0, 4.0, 3.0, 10.0, touches, 0, math.nan, ())
+    return Arrival(succeeded, 0.0, 0.0, 0.0, 4.0, 3.0, 10.0, touches, 0, math.nan)
 
 
 def test_only_a_goal_reached_without_a_touch_scores() -> None:
@@ -64,13 +65,15 @@ def test_a_field_s_map_is_occupied_where_its_cylinders_stand(tmp_path: Path) -> 
 
 def test_goals_are_far_enough_from_each_other_or_refused() -> None:
     frame = GridFrame(0.05, 100, 100, SE2())
-    space = FreeSpace(OccupancyGrid(frame, np.full(frame.shape, FREE, np.int8)), radius=0.2)
-    start = SE2(1.0, 1.0)
-    goals = list(_drawn(space, start, 20, np.random.default_rng(0), shortest=2.0))
+    grid = OccupancyGrid(frame, np.full(frame.shape, FREE, np.int8))
+    rng, start = np.random.default_rng(0), SE2(1.0, 1.0)
+    course = Course(None, FreeSpace(grid, radius=0.2), Scene(Path(), Path(), grid), None)
+    course.before = start
+    goals = [course.draw(rng, shortest=2.0) for _ in range(20)]
     steps = [a.distance(b) for a, b in zip((start, *goals), goals, strict=False)]
     assert min(steps) >= 2.0
     with pytest.raises(ArjunaError, match="the map has no goals 90 m from each other"):
-        list(_drawn(space, start, 1, np.random.default_rng(0), shortest=90.0, tries=3))
+        course.draw(rng, shortest=90.0, tries=3)
     with pytest.raises(ArjunaError, match="the map has no pose that lies 9 m from walls"):
         FreeSpace(OccupancyGrid(frame, np.full(frame.shape, 100, np.int8)), 0.2, clearance=9.0)
 
