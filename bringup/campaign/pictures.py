@@ -69,7 +69,7 @@ def _draw_groups(axes: Axes, campaign: Campaign, groups: Groups, key: str) -> No
                 _draw_box(axes, x, 0.8 * width, chosen, key, colour)
     axes.set_xticks(range(len(groups)), list(groups))
     axes.set_xlim(-0.5, len(groups) - 0.5)
-    axes.set(title=key, xlabel=", ".join(campaign.conditions))
+    axes.set(title=key, xlabel="" if len(campaign.conditions) > 1 else "".join(campaign.conditions))
     axes.axvline(0.5, color="grey", lw=0.8)
     axes.grid(axis="y", alpha=0.3)
     if factor:

@@ -195,8 +195,8 @@ def _failed(folder: Path, outcomes: Sequence[Outcome]) -> Iterator[str]:
             if file.suffix in (".mcap", ".rrd")
         )
         yield (
-            f'<h3><a href="{name}/">{name}</a></h3><p><span class="bad">'
-            f"{html.escape(one.reason)}</span>{' - ' if links else ''}{links}</p>"
+            f'<p><a href="{name}/">{name}</a>: <span class="bad">{html.escape(one.reason)}</span>'
+            f"{'; ' if links else ''}{links}</p>"
         )
         for file in files:
             if file.suffix == ".png":
