@@ -72,7 +72,6 @@ def write_page(folder: Path, campaign: Campaign, outcomes: Sequence[Outcome]) ->
         OSError: It cannot be written.
     """
     paper = folder / PAPER
-    paper.mkdir(exist_ok=True)
     title = html.escape(f"Campaign {campaign.name}")
     parts = [
         f"<!doctype html><meta charset=utf-8><title>{title}</title><style>{_STYLE}</style>",

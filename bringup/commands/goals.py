@@ -6,7 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
-from arjuna_core.errors import InputFileError
+from arjuna_core.files.whole_file import emptied_folder
 from bringup.parameters import options
 
 EXAMPLES = (
@@ -60,20 +60,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     options.extend_search(arguments)
     if arguments.out is not None:
-        _empty(arguments.out)
+        emptied_folder(arguments.out, RESULT, "goal_*.mcap", "goal_*.png")
     result = drive_to_goals(arguments)
     if arguments.out is not None:
         text = json.dumps(result, indent=2)
         (arguments.out / RESULT).write_text(f"{text}\n", encoding="utf-8")
     return 0 if result["missed"] == result["touches"] == 0 else 1
-
-
-def _empty(folder: Path) -> None:
-    """Make a folder, or take away what earlier drives left in it."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for path in (folder / RESULT, *folder.glob("goal_*.mcap"), *folder.glob("goal_*.png")):
-            path.unlink(missing_ok=True)
-    except OSError as error:
-        problem = f"cannot be written: {error.strerror}; valid: a folder that can be written"
-        raise InputFileError(folder, problem) from error
