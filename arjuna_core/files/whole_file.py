@@ -1,10 +1,30 @@
-"""Files written whole or not at all."""
+"""Files written whole or not at all, and the folders that they go to."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from fnmatch import fnmatchcase
 from pathlib import Path
+
+from arjuna_core.errors import InputFileError
+
+
+def emptied_folder(folder: Path, *patterns: str) -> Path:
+    """Return a folder, made if need be, without the files whose names fit one of some patterns.
+
+    Raises:
+        InputFileError: It cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for path in folder.iterdir():
+            if any(fnmatchcase(path.name, pattern) for pattern in patterns):
+                path.unlink()
+    except OSError as error:
+        problem = f"cannot be written: {error.strerror}; valid: a folder that can be written"
+        raise InputFileError(folder, problem) from error
+    return folder
 
 
 def write_atomically(

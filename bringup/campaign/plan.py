@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import re
 import shlex
@@ -11,14 +12,17 @@ from pathlib import Path
 from typing import Any
 
 from arjuna_core.errors import ArjunaError, InputFileError, nearest
+from arjuna_core.files.shipped import found_or_shipped
 from arjuna_core.files.yaml_file import read_yaml
 
+CHANCE = "seed"
+"""The factor that repeats runs: its levels are not shown one by one."""
 FOLDER = "{folder}"
 """The placeholder in a command for the folder of a run."""
 _RUNS_MAX = 100_000  # more are taken for a mistake in the factors
-_KEYS = ("command", "result", "factors", "success", "measures", "timeout")
+_KEYS = ("command", "result", "factors", "success", "measures", "timeout", "compare")
 _RANGE = {"first", "count"}
-_UNFIT = re.compile(r"[^\w.+-]+")
+UNFIT = re.compile(r"[^\w.+-]+")
 Scalar = str | int | float | bool
 
 
@@ -44,6 +48,7 @@ class Campaign:
         success: What a run's result must say: a value, or `at_least` and `at_most`, by key.
         measures: Keys of the numbers to draw; all numbers if empty.
         timeout: How long a run may take [s].
+        compare: The factor whose levels are compared, each with the first; "" for none.
     """
 
     name: str
@@ -53,6 +58,35 @@ class Campaign:
     success: Mapping[str, Any]
     measures: tuple[str, ...] = ()
     timeout: float = 3600.0
+    compare: str = ""
+
+    @property
+    def conditions(self) -> list[str]:
+        """The factors by which figures are shown: with levels to choose from, and not chance."""
+        shown = (name for name, levels in self.factors.items() if len(levels) > 1)
+        return [name for name in shown if name not in (CHANCE, self.compare)]
+
+    def with_level(self, factor: str, label: str, options: Sequence[str]) -> Campaign:
+        """Return the campaign with one more level of a factor.
+
+        Args:
+            factor: Its name.
+            label: The level's.
+            options: What it adds to the command, each as NAME=VALUE.
+
+        Raises:
+            ArjunaError: There is no such factor, it has the level, or an option is not valid.
+        """
+        if factor not in self.factors:
+            raise ArjunaError(f"no factor '{factor}'; {nearest(factor, self.factors)}")
+        if any(level.label == label for level in self.factors[factor]):
+            raise ArjunaError(f"factor '{factor}' has a level '{label}'; valid: a new name")
+        split = [option.partition("=") for option in options]
+        if wrong := [name for name, sign, _ in split if not name or not sign]:
+            raise ArjunaError(f"'{wrong[0]}' is no option of a level; valid: NAME=VALUE")
+        level = Level(label, {name: value for name, _, value in split})
+        factors = {**self.factors, factor: (*self.factors[factor], level)}
+        return dataclasses.replace(self, factors=factors)
 
 
 @dataclass(frozen=True)
@@ -64,12 +98,15 @@ class Run:
     options: Mapping[str, Scalar] = field(default_factory=dict)
 
     def words(self, campaign: Campaign, folder: Path) -> list[str]:
-        """Return the words after `python -m bringup`, results going to a folder."""
-        given = [word.replace(FOLDER, str(folder)) for word in campaign.command]
+        """Return the words after `python -m bringup`, results going to a folder.
+
+        A path that leads nowhere from here is the shipped file's of that name.
+        """
         options = itertools.chain.from_iterable(
             (f"--{name}", str(value)) for name, value in self.options.items()
         )
-        return [*given, *options]
+        words = [found_or_shipped(word) for word in (*campaign.command, *options)]
+        return [word.replace(FOLDER, str(folder)) for word in words]
 
 
 def load_campaign(path: Path) -> Campaign:
@@ -78,6 +115,7 @@ def load_campaign(path: Path) -> Campaign:
     Raises:
         CampaignError: The file cannot be read, or a key or value is not valid; all are named.
     """
+    path = Path(found_or_shipped(str(path)))
     return campaign_of(path, read_yaml(path, CampaignError))
 
 
@@ -113,14 +151,18 @@ def _campaign(path: Path, content: dict[str, Any]) -> Campaign:
     command = tuple(shlex.split(str(content["command"])))
     if not any(FOLDER in word for word in command):
         raise ValueError(f"'command' says nowhere where its results go; write {FOLDER} for it")
+    factors, compare = factors_of(content.get("factors", {})), str(content.get("compare", ""))
+    if compare and compare not in factors:
+        raise ValueError(f"'compare' names no factor: '{compare}'; {nearest(compare, factors)}")
     return Campaign(
         path.stem,
         command,
         str(content["result"]),
-        factors_of(content.get("factors", {})),
+        factors,
         content["success"],
         tuple(map(str, measures)),
         float(timeout),
+        compare,
     )
 
 
@@ -162,7 +204,7 @@ def runs_of(campaign: Campaign) -> list[Run]:
     width = len(str(len(combinations) - 1))
     return [
         Run(
-            "_".join([f"{number:0{width}}", *(_UNFIT.sub("-", level.label) for level in chosen)]),
+            "_".join([f"{number:0{width}}", *(UNFIT.sub("-", level.label) for level in chosen)]),
             {name: level.label for name, level in zip(campaign.factors, chosen, strict=True)},
             {key: value for level in chosen for key, value in level.options.items()},
         )

@@ -1,27 +1,46 @@
-"""A campaign's results: a table as Parquet, and a page that shows it."""
+"""A campaign's results: a table as Parquet, a page that shows them, and what a paper prints.
+
+But for the Parquet table, which has the wall time of runs, all of it is the same, byte for byte,
+wherever and in which order the runs were run.
+"""
 
 from __future__ import annotations
 
 import base64
 import html
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import matplotlib as mpl
-import numpy as np
-from matplotlib.figure import Figure
-from scipy import stats
-
 from arjuna_core.files.whole_file import write_atomically
+from bringup.campaign.comparison import (
+    Pairs,
+    discordant,
+    estimate,
+    figures,
+    paired_difference,
+    wilson_interval,
+)
 from bringup.campaign.outcome import Outcome, read_outcome
+from bringup.campaign.pictures import Groups, pictures_of
 from bringup.campaign.plan import Campaign, CampaignError
+from bringup.campaign.table import Table
 
-mpl.use("Agg")
-TABLE, PAGE = "results.parquet", "index.html"
+TABLE, PAGE, PAPER = "results.parquet", "index.html", "paper"
 _STYLE = (
-    "body{font:16px sans-serif;max-width:60em;margin:2em auto}td,th{padding:.2em .8em;text-align:"
-    "left}tr:nth-child(even){background:#f2f2f2}img{width:20em}.bad{color:#b00}"
+    "body{font:16px sans-serif;max-width:75em;margin:2em auto;padding:0 1em}"
+    "table{border-collapse:collapse;font-size:.9em}"
+    "td,th{padding:.2em .7em;text-align:left;white-space:nowrap}"
+    "tr:nth-child(even){background:#f2f2f2}img{max-width:100%}.bad{color:#b00}"
+    "figure{display:inline-block;margin:.5em;width:15em}figure img{width:15em}"
+    "div{overflow-x:auto}"
+)
+_METHODS = (
+    "Intervals hold with 95 %: of successes Wilson's, of means and of differences, which are taken "
+    "pair by pair, the bootstrap's (bias-corrected and accelerated; none of fewer than six). * "
+    "marks a difference whose interval leaves out 0. 'Only' counts pairs in which one run alone "
+    "succeeded; p is McNemar's, that chance makes them so unequal. Boxes reach from the lower to "
+    "the upper quartile, whiskers at most 1.5 times as far; red dots are runs that failed."
 )
 
 
@@ -47,21 +66,28 @@ def write_table(folder: Path, outcomes: Sequence[Outcome]) -> None:
 
 
 def write_page(folder: Path, campaign: Campaign, outcomes: Sequence[Outcome]) -> None:
-    """Write one page with the share of successes, by factor too, the figures and the worst runs.
+    """Write the page, and into a folder beside it what a paper prints: tables and pictures.
 
     Raises:
         OSError: It cannot be written.
     """
+    paper = folder / PAPER
     title = html.escape(f"Campaign {campaign.name}")
     parts = [
         f"<!doctype html><meta charset=utf-8><title>{title}</title><style>{_STYLE}</style>",
         f"<h1>{title}</h1><p><code>{html.escape(' '.join(campaign.command))}</code></p>",
-        _table(("", "runs", "success", "95 % interval"), _shares(campaign, outcomes)),
-        "<h2>Figures</h2>",
-        *_histograms(campaign, outcomes),
-        "<h2>Runs that failed, the longest first</h2>",
-        _failed(outcomes),
     ]
+    for name, heading, table in _tables(campaign, outcomes):
+        write_atomically(paper / f"{name}.md", table.markdown().encode())
+        write_atomically(paper / f"{name}.tex", table.latex().encode())
+        parts.append(f"<h2>{heading}</h2><div>{table.html()}</div>")
+    parts += [f"<p>{_METHODS}</p>", "<h2>Pictures</h2>"]
+    measures = _measures(campaign, outcomes)
+    for name, png, pdf in pictures_of(campaign, _groups(campaign, outcomes), measures):
+        write_atomically(paper / f"{name}.pdf", pdf)
+        data = base64.b64encode(png).decode()
+        parts.append(f'<img alt="{html.escape(name)}" src="data:image/png;base64,{data}">')
+    parts += ["<h2>Runs that failed</h2>", *_failed(folder, outcomes)]
     write_atomically(folder / PAGE, "\n".join(parts).encode())
 
 
@@ -73,60 +99,111 @@ def share_text(outcomes: Sequence[Outcome]) -> tuple[str, str, str]:
     return f"{len(outcomes)}", share, f"{100.0 * low:.1f} to {100.0 * high:.1f} %"
 
 
-def _shares(campaign: Campaign, outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
-    rows: list[tuple[str, ...]] = [("all", *share_text(outcomes))]
-    for factor, levels in campaign.factors.items():
-        if 1 < len(levels) <= len(outcomes) // 2:  # else each level says next to nothing
-            rows += [
-                (f"{factor} {level.label}", *share_text(chosen))
-                for level in levels
-                if (chosen := [one for one in outcomes if one.levels[factor] == level.label])
-            ]
-    return rows
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = ["".join(f"<th>{html.escape(cell)}</th>" for cell in head)]
-    lines += ["".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows]
-    return "<table>" + "".join(f"<tr>{line}</tr>" for line in lines) + "</table>"
-
-
-def measures_of(campaign: Campaign, outcomes: Sequence[Outcome]) -> list[str]:
+def _measures(campaign: Campaign, outcomes: Sequence[Outcome]) -> list[str]:
     """Return the keys of the figures to show: those asked for, or all."""
     found = dict.fromkeys(key for one in outcomes for key in one.figures)
     return [key for key in campaign.measures or found if key in found]
 
 
-def _histograms(campaign: Campaign, outcomes: Sequence[Outcome]) -> list[str]:
+def _groups(campaign: Campaign, outcomes: Sequence[Outcome]) -> Groups:
+    """Return all outcomes, and those of each level of each condition, by name."""
+    found: Groups = {"all runs": outcomes}
+    for factor in campaign.conditions:
+        for level in campaign.factors[factor]:
+            name = level.label if len(campaign.conditions) == 1 else f"{factor} {level.label}"
+            found[name] = [one for one in outcomes if one.levels[factor] == level.label]
+    return {name: chosen for name, chosen in found.items() if chosen}
+
+
+def _tables(campaign: Campaign, outcomes: Sequence[Outcome]) -> Iterator[tuple[str, str, Table]]:
+    """Yield tables, each with its file's name and its heading."""
+    groups, measures = _groups(campaign, outcomes), _measures(campaign, outcomes)
+    conditions, compare = campaign.conditions, campaign.compare
+    names = [conditions[0] if len(conditions) == 1 else "", *([compare] if compare else [])]
+    rows = [
+        [name, *label, *share_text(part), *_means(part, measures)]
+        for name, chosen in groups.items()
+        for label, part in _parts(campaign, chosen)
+    ]
+    head = [*names, "runs", "success", "95 % interval", *measures]
+    yield "results", "Results", Table(head, rows, len(names))
+    labels = [level.label for level in campaign.factors.get(compare, ())]
+    if len(labels) < 2:
+        return
+    base, *others = labels
+    rows = [
+        [name, other, f"{len(pairs)}", *_difference(pairs, measures)]
+        for name, chosen in groups.items()
+        for other in others
+        if (pairs := _pairs(compare, chosen, base, other))
+    ]
+    head = [*names, "pairs", f"only {base}", "only this", "p", *measures]
+    yield "differences", f"Differences from {html.escape(base)}", Table(head, rows, len(names))
+
+
+def _parts(
+    campaign: Campaign, outcomes: Sequence[Outcome]
+) -> Iterator[tuple[list[str], Sequence[Outcome]]]:
+    """Yield the outcomes of each level that is compared, with its label; all if none is."""
+    if not campaign.compare:
+        yield [], outcomes
+        return
+    for level in campaign.factors[campaign.compare]:
+        part = [one for one in outcomes if one.levels[campaign.compare] == level.label]
+        if part:
+            yield [level.label], part
+
+
+def _means(outcomes: Sequence[Outcome], measures: Sequence[str]) -> list[str]:
+    return [str(estimate(figures(outcomes, key))) for key in measures]
+
+
+def _pairs(factor: str, outcomes: Sequence[Outcome], base: str, other: str) -> Pairs:
+    """Return the runs of two levels of a factor that differ in nothing else."""
+    found = {frozenset(one.levels.items()): one for one in outcomes}
+    pairs = ((one, {**one.levels, factor: other}) for one in outcomes if one.levels[factor] == base)
     return [
-        _histogram(key, [one.figures[key] for one in outcomes if key in one.figures])
-        for key in measures_of(campaign, outcomes)
+        (one, found[levels])
+        for one, changed in pairs
+        if (levels := frozenset(changed.items())) in found
     ]
 
 
-def _histogram(key: str, values: Sequence[float]) -> str:
-    finite = np.array([value for value in values if np.isfinite(value)])
-    figure = Figure(figsize=(4.0, 2.6), layout="constrained")
-    axes = figure.add_subplot()
-    axes.hist(finite, bins="auto", color="tab:blue")
-    median = f"median {np.median(finite):.4g}" if len(finite) else "no figures"
-    axes.set(title=key, xlabel=f"{median}, {len(finite)} runs")
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=100)
-    data = base64.b64encode(buffer.getvalue()).decode()
-    return f'<img alt="{html.escape(key)}" src="data:image/png;base64,{data}">'
+def _difference(pairs: Pairs, measures: Sequence[str]) -> list[str]:
+    first, second, chance = discordant(pairs)
+    found = [paired_difference(pairs, key) for key in measures]
+    marked = [f"{one}{' *' if one.significant else ''}" for one in found]
+    return [f"{first}", f"{second}", f"{chance:.3f}", *marked]
 
 
-def _failed(outcomes: Sequence[Outcome], most: int = 10) -> str:
-    failed = sorted((one for one in outcomes if not one.success), key=lambda one: -one.wall_s)
+def _failed(folder: Path, outcomes: Sequence[Outcome]) -> Iterator[str]:
+    """Yield what shows each run that failed: why, its pictures and its recordings."""
+    failed = [one for one in outcomes if not one.success]
     if not failed:
-        return "<p>None.</p>"
-    items = [
-        f'<li><a href="{html.escape(one.name)}/">{html.escape(one.name)}</a>: '
-        f'<span class="bad">{html.escape(one.reason)}</span>, {one.wall_s:.0f} s</li>'
-        for one in failed[:most]
-    ]
-    return f"<p>{len(failed)} runs.</p><ul>{''.join(items)}</ul>"
+        yield "<p>None.</p>"
+        return
+    yield (
+        f"<p>{len(failed)} of {len(outcomes)}. <code>python -m bringup replay FILE.mcap</code> "
+        "shows a recording in rerun's viewer, and <code>--save FILE.rrd</code> writes it so.</p>"
+    )
+    for one in failed:
+        name, files = html.escape(one.name), sorted((folder / one.name).glob("*"))
+        links = ", ".join(
+            f'<a href="{name}/{html.escape(file.name)}">{html.escape(file.name)}</a>'
+            for file in files
+            if file.suffix in (".mcap", ".rrd")
+        )
+        yield (
+            f'<p><a href="{name}/">{name}</a>: <span class="bad">{html.escape(one.reason)}</span>'
+            f"{'; ' if links else ''}{links}</p>"
+        )
+        for file in files:
+            if file.suffix == ".png":
+                path = f"{name}/{html.escape(file.name)}"
+                yield (
+                    f'<figure><a href="{path}"><img loading=lazy alt="{path}" src="{path}"></a>'
+                    f"<figcaption>{html.escape(file.name)}</figcaption></figure>"
+                )
 
 
 def outcomes_in(folder: Path) -> list[Outcome]:
@@ -140,59 +217,3 @@ def outcomes_in(folder: Path) -> list[Outcome]:
     if not outcomes:
         raise CampaignError(folder, "holds no runs; valid: the folder that a campaign wrote")
     return outcomes
-
-
-def compared(first: Sequence[Outcome], second: Sequence[Outcome], level: float = 0.05) -> list[str]:
-    """Return lines with two campaigns' figures and how probable the difference is by chance.
-
-    Below a level of that probability they differ.
-    """
-    counts = [(sum(one.success for one in each), len(each)) for each in (first, second)]
-    chance = success_difference(*((good, total - good) for good, total in counts))
-    lines = [_line("", ("first", "second"), "p")]
-    lines.append(_line("success", [f"{a} of {b}" for a, b in counts], _verdict(chance, level)))
-    keys = dict.fromkeys(key for one in (*first, *second) for key in one.figures)
-    for key in keys:
-        one, other = ([run.figures.get(key, np.nan) for run in each] for each in (first, second))
-        medians = [f"{_median(each):.4g}" for each in (one, other)]
-        lines.append(_line(key, medians, _verdict(measure_difference(one, other), level)))
-    return lines
-
-
-def _median(values: Sequence[float]) -> float:
-    finite = np.array(values)[np.isfinite(values)]
-    return float(np.median(finite)) if len(finite) else np.nan
-
-
-def _verdict(chance: float, level: float) -> str:
-    return f"{chance:.3f}{' differs' if chance < level else ''}"
-
-
-def _line(name: str, both: Sequence[str], chance: str) -> str:
-    return f"{name:28}{both[0]:>14}{both[1]:>14}  {chance}"
-
-
-def wilson_interval(successes: int, count: int) -> tuple[float, float]:
-    """Return the 95 % confidence interval of a probability, all of 0 to 1 of no trial.
-
-    Wilson, "Probable inference, the law of succession, and statistical inference", JASA 22, 1927:
-    right also where all or none succeed.
-    """
-    if count == 0:
-        return 0.0, 1.0
-    low, high = stats.binomtest(successes, count).proportion_ci(method="wilson")
-    return float(low), float(high)
-
-
-def success_difference(first: tuple[int, int], second: tuple[int, int]) -> float:
-    """Return how probable so great a difference is where there is none (Fisher's exact test)."""
-    return float(stats.fisher_exact([first, second]).pvalue)
-
-
-def measure_difference(first: Sequence[float], second: Sequence[float]) -> float:
-    """Return how probable so great a shift is where there is none (Mann-Whitney's U test)."""
-    one, other = (np.array(each, float) for each in (first, second))
-    one, other = one[~np.isnan(one)], other[~np.isnan(other)]
-    if not len(one) or not len(other):
-        return 1.0
-    return float(stats.mannwhitneyu(one, other).pvalue)

@@ -64,16 +64,20 @@ class Goals:
         self._clients: dict[str, Any] = {}
 
     def navigate(
-        self, goal: SE2, timeout: float, progress: Callable[[Any], None] = lambda feedback: None
+        self,
+        goal: SE2,
+        timeout: float,
+        progress: Callable[[Any], None] = lambda feedback: None,
+        frame: str = "map",
     ) -> GoalEnd:
-        """Drive to a pose in the map frame.
+        """Drive to a pose in a frame.
 
         Args:
             goal: [m, m, rad].
             timeout: After which the goal is cancelled [s].
             progress: Takes nav2's feedback: distance_remaining, number_of_recoveries and more.
         """
-        request = NavigateToPose.Goal(pose=pose_stamped(goal, "map", 0.0))
+        request = NavigateToPose.Goal(pose=pose_stamped(goal, frame, 0.0))
         return self._run(NavigateToPose, "navigate_to_pose", request, timeout, progress)
 
     def spin(self, angle: float, timeout: float) -> GoalEnd:

@@ -21,7 +21,7 @@ _HEADINGS = {
     "Look into it": "doctor top tf params",
     "The world": "entity world",
     "Recordings": "record play info replay",
-    "Measure": "calibrate bench campaign tune",
+    "Measure": "calibrate goals bench campaign tune",
 }
 _OTHERS = "Others"
 

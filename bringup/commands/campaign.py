@@ -15,7 +15,11 @@ if TYPE_CHECKING:
     from bringup.campaign.outcome import Outcome
     from bringup.campaign.plan import Campaign
 
-EXAMPLES = ("campaign campaigns/goals.yaml", "campaign --compare out/one out/other")
+EXAMPLES = (
+    "campaign campaigns/goals.yaml",
+    "campaign campaigns/navigation_suite.yaml --level controller mine params=my_controller.yaml",
+    "campaign --compare out/one out/other",
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -25,6 +29,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     options.add(parser, "--out", help="where all goes (out/campaigns/ and its name)")
     options.add(parser, "--jobs")
     parser.add_argument(
+        "--level",
+        nargs="+",
+        action="append",
+        default=[],
+        metavar=("FACTOR", "LABEL"),
+        help="a further level of a factor, and its options as NAME=VALUE; may be given again",
+    )
+    parser.add_argument(
         "--compare", type=Path, nargs=2, metavar="FOLDER", help="two campaigns that have been run"
     )
 
@@ -32,8 +44,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run a campaign, going on where it was broken off; return 0 where every run succeeded."""
     from arjuna_core.errors import ArjunaError
+    from bringup.campaign.comparison import compared
     from bringup.campaign.plan import load_campaign
-    from bringup.campaign.report import compared, outcomes_in
+    from bringup.campaign.report import outcomes_in
     from bringup.terminal import show
 
     if arguments.compare is not None:
@@ -46,6 +59,8 @@ def run(arguments: argparse.Namespace) -> int:
     if importlib.util.find_spec("pyarrow") is None:  # said before hours of runs, not after
         raise ModuleNotFoundError(name="pyarrow")
     campaign = load_campaign(arguments.file)
+    for factor, label, *given in arguments.level:
+        campaign = campaign.with_level(factor, label, given)
     folder = arguments.out or Path("out/campaigns") / campaign.name
     return _run(campaign, folder, arguments.jobs, vars(arguments).get("main"))
 

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from arjuna_core.errors import InputFileError
+from arjuna_core.files.whole_file import emptied_folder
 from bringup.parameters import options
 
 if TYPE_CHECKING:
@@ -60,24 +60,11 @@ def _options(arguments: argparse.Namespace, parameters: Parameters) -> DemoOptio
     from arjuna_core.se2 import SE2
     from bringup.client.waypoints import load_waypoints
     from bringup.demo.demo import WAYPOINTS, DemoOptions
+    from bringup.demo.report import ARTIFACTS
 
     file = arguments.waypoints
     waypoints = WAYPOINTS if file is None else tuple(SE2(*pose) for pose in load_waypoints(file))
-    out = _emptied(arguments.out)
+    out = emptied_folder(arguments.out.resolve(), *ARTIFACTS)
     return DemoOptions(
         arguments.seed or 0, out, parameters, waypoints, kidnap=not arguments.no_kidnap
     )
-
-
-def _emptied(folder: Path) -> Path:
-    from bringup.demo.report import ARTIFACTS
-
-    out = folder.resolve()
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        for name in ARTIFACTS:
-            (out / name).unlink(missing_ok=True)
-    except OSError as error:
-        problem = f"cannot be written: {error.strerror}; valid: a folder that can be written"
-        raise InputFileError(folder, problem) from error
-    return out

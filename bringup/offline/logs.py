@@ -17,6 +17,7 @@ import numpy as np
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.maps import save_map
+from arjuna_core.files.whole_file import emptied_folder
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -128,11 +129,7 @@ class _Progress:
 
     def watch(self, log: Log) -> Iterator[tuple[Scan, SE2]]:
         """Yield a log's scans and odometry."""
-        try:
-            self._out.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            problem = f"cannot be written: {error.strerror}; valid: a folder that can be written"
-            raise InputFileError(self._out, problem) from error
+        emptied_folder(self._out)
         self._start = time.monotonic(), time.process_time()
         bar, first = Bar(sys.stderr), None
         for scan, odometry in log:

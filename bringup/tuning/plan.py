@@ -11,6 +11,7 @@ from typing import Any
 
 import yaml
 
+from arjuna_core.files.shipped import found_or_shipped
 from arjuna_core.files.whole_file import write_atomically
 from arjuna_core.files.yaml_file import read_yaml
 from bringup.campaign.plan import FOLDER, Campaign, CampaignError, Level, campaign_of, factors_of
@@ -80,6 +81,7 @@ def load_tuning(path: Path, known: Callable[[Sequence[Path]], Known]) -> Tuning:
     Raises:
         CampaignError: The file cannot be read, or a key or value is not valid; all are named.
     """
+    path = Path(found_or_shipped(str(path)))
     content = read_yaml(path, CampaignError)
     campaign = campaign_of(path, content, _KEYS)
     problems = []
@@ -92,7 +94,9 @@ def load_tuning(path: Path, known: Callable[[Sequence[Path]], Known]) -> Tuning:
     files = content.get("params", [])
     if not isinstance(files, list) or not all(isinstance(file, str) for file in files):
         raise CampaignError(path, "'params' is a list of parameter files")
-    dimensions, wrong = dimensions_of(content.get("parameters"), known([Path(f) for f in files]))
+    dimensions, wrong = dimensions_of(
+        content.get("parameters"), known([Path(found_or_shipped(f)) for f in files])
+    )
     confirm = _confirm(path, content.get("confirm", {}), campaign)
     if problems + wrong:
         raise CampaignError(path, "\n".join(problems + wrong))

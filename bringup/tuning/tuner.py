@@ -9,9 +9,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from arjuna_core.files.whole_file import write_atomically
+from bringup.campaign.comparison import compared
 from bringup.campaign.outcome import Outcome
 from bringup.campaign.plan import Campaign, Level, runs_of
-from bringup.campaign.report import compared
 from bringup.campaign.runner import run_all
 from bringup.tuning.plan import Tuning
 from bringup.tuning.space import Value

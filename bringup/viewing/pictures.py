@@ -114,6 +114,9 @@ def draw_snapshot(path: Path, snapshot: Snapshot) -> None:
             )
     if len(snapshot.scan):
         axes.plot(*snapshot.scan.T, ".", color="tab:red", ms=4, label="scan")
+    if snapshot.touches:
+        touches = np.array([(pose.x, pose.y) for pose in snapshot.touches])
+        axes.plot(*touches.T, "x", color="tab:red", ms=12, mew=3, label="touched")
     for goal in snapshot.goals:
         _draw_pose(axes, goal, "tab:orange")
     if snapshot.robot is not None:

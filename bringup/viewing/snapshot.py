@@ -33,6 +33,7 @@ class Snapshot:
         time: The moment [s].
         scan: Points of the last scan, `(N, 2)` [m].
         believed: The positions that it believed in until then, `(N, 2)` [m].
+        touches: Where it was when it touched something, as far as that is known.
         true: Its true positions, by a simulator's odometry without errors, `(N, 2)` [m].
     """
 
@@ -44,6 +45,7 @@ class Snapshot:
     true: list[tuple[float, float]] = field(default_factory=list)
     plan: NDArray[np.float64] = field(default_factory=_none)
     goals: list[SE2] = field(default_factory=list)
+    touches: list[SE2] = field(default_factory=list)
 
 
 def snapshot_of(bag: Bag, moment: float | None = None) -> Snapshot:

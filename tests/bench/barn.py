@@ -14,16 +14,9 @@ import numpy as np
 
 from arjuna_core.se2 import SE2
 from bringup.parameters import options
-from tests.helpers.nav.barn import (
-    AHEAD,
-    REACHED,
-    START,
-    TIME_LIMIT,
-    BarnWorld,
-    load_worlds,
-    make_worlds,
-)
-from tests.helpers.nav.drives import Drive, placed
+from bringup.scenarios.barn import AHEAD, START, make_worlds
+from bringup.scenarios.drive import Drive, placed
+from tests.helpers.nav.barn import REACHED, TIME_LIMIT, BarnWorld, load_worlds
 
 _JACKAL = Path(__file__).parent / "jackal"
 

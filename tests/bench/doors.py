@@ -14,8 +14,8 @@ import numpy as np
 
 from bringup.parameters import options
 from bringup.parameters.files import Parameters, merged
-from tests.helpers.nav.doors import Door
-from tests.helpers.nav.drives import Drive, placed
+from bringup.scenarios.doors import Door
+from bringup.scenarios.drive import Drive, placed
 from tests.helpers.nav.layers import Body
 from tests.helpers.nav.played import Play
 

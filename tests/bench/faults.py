@@ -19,9 +19,9 @@ from arjuna_core.se2 import SE2
 from bringup.lockstep import LockStep
 from bringup.parameters import options
 from bringup.parameters.files import Parameters, merged, shipped_parameters
+from bringup.scenarios.drive import Drive, placed
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
 from tests.helpers.faults import Faults
-from tests.helpers.nav.drives import Drive, placed
 from tests.helpers.nav.faults import BLIND, SURVIVED, TOLERATED, Trial
 
 _TRIALS = {**BLIND, **TOLERATED, **SURVIVED}

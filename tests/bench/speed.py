@@ -32,10 +32,10 @@ from bringup.client.goals import Goals
 from bringup.commands import COMMANDS
 from bringup.lockstep import LockStep
 from bringup.parameters.files import merged, shipped_parameters
+from bringup.scenarios.drive import placed
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
 from tests.bench import sim
 from tests.bench.stack import started
-from tests.helpers.nav.drives import placed
 from tests.helpers.nav.navfn_maps import rooms
 from tests.helpers.nav.planners import make
 from tests.helpers.sampling import Samples

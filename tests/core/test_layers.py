@@ -25,7 +25,8 @@ ORDER = {
         *("controllers", "smoothers", "planners", "costmap"),
     ),
     "bringup": (
-        *("", "commands", "lessons", "tuning", "campaign", "doctor", "demo", "processes"),
+        *("", "commands", "lessons", "tuning", "campaign", "doctor", "demo"),
+        *("scenarios", "processes"),
         *("offline", "ros2", "lockstep", "parameters", "client"),
         *("viewing", "recording", "stack", "terminal"),
     ),
@@ -63,6 +64,7 @@ BRINGUP_WITHOUT_ROS = tuple(
         "parameters/foreign/": "launch_file.py",
         "processes/": "child.py fork.py health.py supervisor.py",
         "recording/": "playback.py selection.py summary.py",
+        "scenarios/": "barn.py doors.py drive.py furnished.py people.py scenes.py space.py",
         "ros2/": "completion.py errors.py grammar.py main.py statistics.py",
         "ros2/verbs/": "forward.py",
         "tuning/": "picture.py plan.py space.py study.py tuner.py",

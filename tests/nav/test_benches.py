@@ -20,10 +20,11 @@ from arjuna_core.errors import InputFileError
 from arjuna_core.files.maps import load_map
 from arjuna_core.grid import OCCUPIED
 from arjuna_core.se2 import SE2
+from bringup.scenarios.barn import CELL, START, make_worlds
+from bringup.scenarios.furnished import make_room
+from bringup.scenarios.space import FreeSpace
 from tests.bench import barn, goals, planner
-from tests.helpers.nav.barn import CELL, START, load_worlds, make_worlds
-from tests.helpers.nav.drives import FreeSpace
-from tests.helpers.nav.furnished import make_room
+from tests.helpers.nav.barn import load_worlds
 from tests.helpers.nav.journal import draw, steadiness
 from tests.helpers.nav.navfn_maps import COURSES
 from tests.nav.worlds import block, empty_grid

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.model.entities import Entity
-from tests.helpers.nav.inhabited import boxes_in, settle, with_boxes
+from bringup.scenarios.drive import Meetings
+from bringup.scenarios.people import boxes_in, settle, with_boxes
 from tests.helpers.nav.layers import Body
-from tests.helpers.nav.people import Meetings, Pushes
+from tests.helpers.nav.people import Pushes
 from tests.nav.worlds import block, empty_grid
 
 CORNERS = Body.box(0.4, 0.4).corners

@@ -18,7 +18,16 @@ pytest.importorskip("rclpy", reason="no ROS here")
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("arjuna_core", "arjuna_sim", "arjuna_slam", "arjuna_nav", "bringup")
-DATA = ("urdf", "worlds", "maps", "params", "guides", "docs/tutorial", "behavior_trees")
+DATA = (
+    "urdf",
+    "worlds",
+    "maps",
+    "params",
+    "guides",
+    "docs/tutorial",
+    "behavior_trees",
+    "campaigns",
+)
 DEADLINE = 120.0
 CHECK = """
 import sys

@@ -49,6 +49,11 @@ def test_every_combination_is_run_in_the_file_s_order(tmp_path: Path) -> None:
         ("{first: 3, count: 2}", "7", "factor 'seed' is none of"),
         ("{succeeded: 20}", "20", "'success' is a mapping"),
         ("result: r.json", "result: r.json\ntimeout: -1", "'timeout' is a number of seconds"),
+        (
+            "result: r.json",
+            "result: r.json\ncompare: plac",
+            "'compare' names no factor: 'plac'; did",
+        ),
         (GOOD, "[1, 2]", "is no mapping; valid keys: command"),
         (GOOD, "[[[[", "is no YAML"),
     ],
@@ -56,6 +61,34 @@ def test_every_combination_is_run_in_the_file_s_order(tmp_path: Path) -> None:
 def test_mistakes_are_named(old: str, new: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(CampaignError, match=message.replace("{", "\\{").replace("[", "\\[")):
         load_campaign(_file(tmp_path, GOOD.replace(old, new)))
+
+
+def test_a_level_can_be_added(tmp_path: Path) -> None:
+    campaign = load_campaign(_file(tmp_path, GOOD + "compare: place\n"))
+    more = campaign.with_level("place", "mine", ["world=my.world", "param=a:=b=c"])
+    assert campaign.conditions == []
+    assert len(runs_of(more)) == 6
+    run = runs_of(more)[2]
+    assert (run.name, run.levels) == ("2_3_mine", {"seed": "3", "place": "mine"})
+    assert run.options == {"seed": 3, "world": "my.world", "param": "a:=b=c"}
+    with pytest.raises(ArjunaError, match="no factor 'plac'; did you mean 'place'"):
+        campaign.with_level("plac", "mine", [])
+    with pytest.raises(ArjunaError, match="'place' has a level 'room'; valid: a new name"):
+        campaign.with_level("place", "room", [])
+    with pytest.raises(ArjunaError, match="'world' is no option of a level; valid: NAME=VALUE"):
+        campaign.with_level("place", "mine", ["world"])
+
+
+def test_shipped_files_are_found_from_anywhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    campaign = load_campaign(Path("campaigns/navigation_suite.yaml"))
+    words = runs_of(campaign)[0].words(campaign, tmp_path)
+    assert words[words.index("--world") + 1] == str(shipped_file("worlds/arjuna_room.world"))
+    (tmp_path / "worlds").mkdir()
+    (tmp_path / "worlds" / "arjuna_room.world").touch()
+    assert "worlds/arjuna_room.world" in runs_of(campaign)[0].words(campaign, tmp_path)
 
 
 def test_too_many_runs_are_refused(tmp_path: Path) -> None:

@@ -10,9 +10,10 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
+from bringup.campaign.comparison import compared
 from bringup.campaign.outcome import Outcome
 from bringup.campaign.plan import Campaign, CampaignError, Level, runs_of
-from bringup.campaign.report import PAGE, TABLE, compared, outcomes_in, write_page, write_table
+from bringup.campaign.report import PAGE, PAPER, TABLE, outcomes_in, write_page, write_table
 from bringup.campaign.runner import run_all
 
 # folder, --seed N: seed 2 fails, 3 breaks, 4 hangs
@@ -35,10 +36,12 @@ def _campaign(seeds: int, limit: float = 30.0) -> Campaign:
     return Campaign("made", ("{folder}",), "r.json", factors, success, (), limit)
 
 
-def _run(campaign: Campaign, folder: Path, reported: list[Outcome] | None = None) -> list[Outcome]:
+def _run(
+    campaign: Campaign, folder: Path, reported: list[Outcome] | None = None, jobs: int = 2
+) -> list[Outcome]:
     program = (sys.executable, "-c", _PROGRAM)
     ended = (reported if reported is not None else []).append
-    return run_all(campaign, runs_of(campaign), folder, 2, ended, threading.Event(), program)
+    return run_all(campaign, runs_of(campaign), folder, jobs, ended, threading.Event(), program)
 
 
 def test_runs_are_judged_by_their_results(tmp_path: Path) -> None:
@@ -119,6 +122,16 @@ def test_table_and_page_hold_every_run(tmp_path: Path) -> None:
     assert "<td>2 of 4</td><td>15.0 to 85.0 %</td>" in page
     assert '<a href="3_3/">3_3</a>' in page
     assert page.count("data:image/png") == 3
+
+
+def test_page_and_paper_are_the_same_whatever_the_jobs(tmp_path: Path) -> None:
+    campaign, written = _campaign(4), []
+    for jobs in (1, 3):
+        folder = tmp_path / f"{jobs}"
+        write_page(folder, campaign, _run(campaign, folder, jobs=jobs))
+        paths = [folder / PAGE, *sorted((folder / PAPER).iterdir())]
+        written.append({path.name: path.read_bytes() for path in paths})
+    assert written[0] == written[1]
 
 
 def test_two_campaigns_are_compared(tmp_path: Path) -> None:

@@ -41,6 +41,9 @@ def test_the_picture_is_written_with_and_without_a_map(tmp_path: Path) -> None:
     draw_snapshot(tmp_path / "without.png", snapshot)
     assert png_size(tmp_path / "with.png") == (990, 990)
     assert png_size(tmp_path / "without.png") == (990, 990)
+    snapshot.touches.append(SE2(0.5, 0.0))
+    draw_snapshot(tmp_path / "touched.png", snapshot)
+    assert (tmp_path / "touched.png").read_bytes() != (tmp_path / "without.png").read_bytes()
 
 
 def test_a_recording_with_nothing_to_see_is_refused(tmp_path: Path) -> None:

@@ -10,14 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from arjuna_core.errors import InputFileError
 from arjuna_core.files.maps import load_map, save_map
-from arjuna_core.files.whole_file import write_atomically
+from arjuna_core.files.whole_file import emptied_folder, write_atomically
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 
 _CHILD = """
 import os, signal, sys
 from pathlib import Path
+from arjuna_core.errors import InputFileError
 from arjuna_core.files.maps import load_map, save_map
 
 new, target, point, number = sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4])
@@ -91,3 +93,15 @@ def test_a_link_at_the_part_s_name_is_not_written_through(tmp_path: Path) -> Non
     write_atomically(tmp_path / "file", b"new")
     assert (tmp_path / "file").read_bytes() == b"new"
     assert foreign.read_bytes() == b"mine"
+
+
+def test_a_folder_is_made_and_only_the_files_named_are_taken_away(tmp_path: Path) -> None:
+    folder = tmp_path / "a" / "b"
+    assert emptied_folder(folder, "x*") == folder
+    for name in ("x1", "y"):
+        (folder / name).touch()
+    (folder / "x2").symlink_to(folder / "nowhere")
+    emptied_folder(folder, "x*", "z")
+    assert [path.name for path in folder.iterdir()] == ["y"]
+    with pytest.raises(InputFileError, match=r"cannot be written: .*; valid: a folder that can be"):
+        emptied_folder(folder / "y")

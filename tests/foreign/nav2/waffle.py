@@ -10,8 +10,8 @@ from bringup.cli_parser import parse
 from bringup.lockstep import LockStep
 from bringup.parameters.files import merged
 from bringup.parameters.inputs import gather
+from bringup.scenarios.drive import placed
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
-from tests.helpers.nav.drives import placed
 from tests.helpers.nav.stock_files import nav2_file
 
 START = SE2(-2.0, -0.5, 0.0)

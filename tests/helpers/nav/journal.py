@@ -21,6 +21,7 @@ from arjuna_core.files.whole_file import write_atomically
 from arjuna_core.se2 import SE2
 from arjuna_sim.model.robot import SOLO
 from bringup.parameters.files import Parameters
+from bringup.scenarios.drive import believed_pose
 
 mpl.use("Agg")
 _HOUR = 3600.0
@@ -105,13 +106,6 @@ def _resume(robot: Any, rng: np.random.Generator) -> dict[str, Any]:
         "walked": {name: stage.walking_time(name) for name in walkers},
         "rng": rng.bit_generator.state,
     }
-
-
-def believed_pose(robot: Any) -> SE2 | None:
-    """Return the map's pose of the base that a robot in lock-step believes in."""
-    base = robot.sim.simulator.robot.model.urdf.root
-    found: SE2 | None = robot.process.transforms.try_lookup("map", base)
-    return found
 
 
 class Ticks:

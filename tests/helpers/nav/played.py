@@ -25,8 +25,9 @@ from arjuna_nav.planners.navfn import NavFn, NavFnConfig
 from arjuna_nav.planners.through import plan_through
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
 from arjuna_nav.safety.sight import Sight
+from bringup.scenarios.drive import AWAY, PUSHED, Meetings
 from tests.helpers.nav.layers import Body, see, whole_map, window
-from tests.helpers.nav.people import AWAY, PUSHED, Meetings, Pushes
+from tests.helpers.nav.people import Pushes
 from tests.nav.worlds import Unicycle
 
 _TICK, _SCANS, _MAPS, _PLANS = 0.05, 2, 10, 20  # [s], and ticks from one to the next

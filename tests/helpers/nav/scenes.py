@@ -18,8 +18,9 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg, scan_msg, transform_msg
 from arjuna_core.se2 import SE2
 from bringup.parameters.files import Parameters, shipped_parameters
+from bringup.scenarios.drive import desired_speed
+from bringup.scenarios.space import FreeSpace
 from bringup.stack import NAVIGATION_GROUP
-from tests.helpers.nav.drives import FreeSpace, desired_speed
 from tests.helpers.nav.monitored import Monitored
 from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
 from tests.helpers.nav.navigator_goals import go

@@ -25,7 +25,7 @@ from arjuna_nav.controllers.gap import (
 from arjuna_nav.controllers.tracker import TrackerConfig
 from arjuna_nav.costmap import Costmap, LayeredCostmap, PlacedScan
 from arjuna_nav.costmap.footprint import Footprint
-from tests.helpers.nav.doors import Door
+from bringup.scenarios.doors import Door
 from tests.helpers.nav.layers import Body, costmap_config, see
 from tests.helpers.nav.played import Play
 from tests.nav.worlds import block, costmap_of, empty_grid, polyline

@@ -12,8 +12,10 @@ from bringup.tuning.space import known_parameters
 
 
 @pytest.mark.parametrize("path", sorted(shipped_file("campaigns/tuning").glob("*.yaml")), ids=str)
-def test_a_shipped_tuning_loads(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(shipped_file("guides").parent)
+def test_a_shipped_tuning_loads(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     tuning = load_tuning(path, known_parameters)
     assert tuning.dimensions
-    assert all(Path(file).exists() for file in tuning.params)
+    assert all(shipped_file(file).exists() for file in tuning.params)

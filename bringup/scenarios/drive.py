@@ -3,29 +3,87 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, label
 
-from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.costmap.costmap import LETHAL
-from arjuna_nav.planners.waves.descent import descend
-from arjuna_nav.planners.waves.potential import spread, traversal_costs
+from arjuna_nav.costmap.footprint import Footprint
 from arjuna_sim.model.robot import footprint
 from arjuna_sim.model.world import PERSON
-from bringup.lockstep import LockStep
 from bringup.parameters.files import Parameters
-from tests.helpers.nav.people import AWAY, PUSHED, Meetings
 
-_BRAKED = 0.2  # after a command to stand a robot stands, and what turns its wheels is a push [s]
-_STRETCH = 0.1  # on less, the encoders' ticks say little of a bend [m]
-_SAMPLES = 4  # of a line of sight, a cell
+if TYPE_CHECKING:
+    from bringup.lockstep import LockStep
+
+PUSHED = 0.5
+"""After somebody has touched the robot, what it touches is their doing [s]."""
+AWAY = 0.15
+"""Until it is so far from where it was pushed against something, it rubs along it [m]."""
+
+
+class Meetings:
+    """Counts touches of a robot and people, who stop for nobody.
+
+    A touch is the robot's own doing if, when it begins or while it lasts, the robot's side towards
+    the person moves towards it: a robot that is at rest, or moves away, has been walked into,
+    and one that was pushed may spring back.
+
+    Args:
+        corners: The robot's outline about its base `(N, 2)` [m].
+        stands: A side that is slower has been walked into [m/s].
+        rebounds: That slowly a robot that was pushed may come back by itself [m/s].
+        gaps: Between the two when a touch begins, and when it is over [m].
+
+    Attributes:
+        hits: How many touches there have been.
+        bumped: How many of them were the robot's own doing.
+    """
+
+    def __init__(
+        self,
+        corners: NDArray[np.float64],
+        stands: float = 0.02,
+        rebounds: float = 0.1,
+        gaps: tuple[float, float] = (0.005, 0.03),
+    ) -> None:
+        self._outline, self._gaps = Footprint.polygon(corners), gaps
+        self._stands, self._rebounds = stands, rebounds
+        self._touching: dict[int, bool] = {}
+        self.hits = self.bumped = 0
+
+    @property
+    def touching(self) -> bool:
+        """True while anybody touches the robot."""
+        return bool(self._touching)
+
+    def update(self, pose: SE2, velocity: Velocity, people: NDArray[np.float64]) -> None:
+        """Count who touches the robot now.
+
+        Args:
+            pose: The robot's.
+            velocity: The robot's.
+            people: Their middles and radii `(N, 3)` [m].
+        """
+        if not len(people):
+            return
+        seen = pose.inverse().apply(people[:, :2])
+        gaps, away = self._outline.gaps(seen)
+        sides = seen - gaps[:, None] * away
+        for k, gap in enumerate((gaps - people[:, 2]).tolist()):
+            before = self._touching.get(k)
+            if gap > self._gaps[before is not None]:
+                self._touching.pop(k, None)
+                continue
+            x, y = sides[k]
+            speed = float(away[k] @ (velocity.x - velocity.yaw_rate * y, velocity.yaw_rate * x))
+            drives = speed > (self._stands if before is None else self._rebounds)
+            self.hits += before is None
+            self.bumped += drives and not before
+            self._touching[k] = drives or bool(before)
 
 
 class Drive:
@@ -33,18 +91,29 @@ class Drive:
 
     Args:
         robot: In lock-step, its simulator running; `on_tick` is taken.
+        then: Called after each tick.
+        braked: After a command to stand a robot stands, and what turns its wheels is a push [s].
+        stretch: On less, the encoders' ticks say little of a bend [m].
 
     Attributes:
         length: The distance driven so far [m].
         touched: Names of what was touched, in order, people among them.
+        touched_at: Where the robot was then.
         curvature: Greatest of the wheels' odometry and of what was commanded [1/m].
     """
 
-    def __init__(self, robot: LockStep) -> None:
-        self._robot = robot
+    def __init__(
+        self,
+        robot: LockStep,
+        then: Callable[[], None] = lambda: None,
+        braked: float = 0.2,
+        stretch: float = 0.1,
+    ) -> None:
+        self._robot, self._then, self._braked, self._least = robot, then, braked, stretch
         self.length, self._contacts, self._pushed = 0.0, 0, 0
         self._pushed_at, self._commanded_at = -math.inf, -math.inf
         self.touched: list[str] = []
+        self.touched_at: list[SE2] = []
         self.curvature, self._stretch, self._at = 0.0, (0.0, 0.0), robot.now
         self._pinned: dict[str, SE2] = {}
         self._before, self._last = frozenset(robot.sim.last.contacts), robot.sim.last
@@ -76,13 +145,14 @@ class Drive:
         self.length += last.truth.pose.distance(before.truth.pose)
         started = sorted(contacts - self._before)
         self.touched += started
+        self.touched_at += [last.truth.pose] * len(started)
         positions = [self._stage.motion(name).pose.position[:2] for name in self._walkers]
         people = np.array([(*position, PERSON[0]) for position in positions]).reshape(-1, 3)
         now, setpoint = self._robot.now, self._robot.sim.simulator.robot.setpoint
         self._commanded_at = (
             now if setpoint.x != 0.0 or setpoint.yaw_rate != 0.0 else self._commanded_at
         )
-        moves = now - self._commanded_at <= _BRAKED
+        moves = now - self._commanded_at <= self._braked
         tick = now - self._at
         self._bend(setpoint, last.odometry.v * tick, last.odometry.w * tick)
         self._at = now
@@ -95,6 +165,7 @@ class Drive:
             if name not in self._walkers:
                 self._count(name)
         self._last, self._before = last, contacts
+        self._then()
 
     def _bend(self, setpoint: Velocity, path: float, turn: float) -> None:
         """Measure the curvature commanded, and driven over each stretch in one direction."""
@@ -102,7 +173,7 @@ class Drive:
             self.curvature = max(self.curvature, abs(setpoint.yaw_rate / setpoint.x))
         length, angle = self._stretch if path * self._stretch[0] > 0.0 else (0.0, 0.0)
         self._stretch = length + path, angle + turn
-        if abs(self._stretch[0]) >= _STRETCH:
+        if abs(self._stretch[0]) >= self._least:
             self.curvature = max(self.curvature, abs(self._stretch[1] / self._stretch[0]))
             self._stretch = 0.0, 0.0
 
@@ -115,89 +186,19 @@ class Drive:
             self._contacts += 1
 
 
-class FreeSpace:
-    """Poses where a robot may stand on a map, and the shortest paths between them.
-
-    Args:
-        grid: The map.
-        radius: The robot's inscribed radius, that no path goes nearer to a wall [m].
-        clearance: From a goal to the nearest wall [m].
-    """
-
-    def __init__(self, grid: OccupancyGrid, radius: float, clearance: float) -> None:
-        self.frame = grid.frame
-        # between the edges of cells, not their centres
-        gaps = (distance_transform_edt(grid.free()) - 0.5) * grid.frame.resolution
-        self._open: NDArray[np.bool_] = gaps >= radius
-        regions, _ = label(self._open)
-        sizes = np.bincount(regions[self._open])
-        self._cells = np.argwhere((gaps >= clearance) & (regions == int(np.argmax(sizes))))
-
-    def draw(self, rng: np.random.Generator) -> SE2:
-        """Return a random pose in the greatest connected part of the free space."""
-        cell = self._cells[rng.integers(len(self._cells))]
-        x, y = self.frame.to_point(int(cell[0]), int(cell[1]))
-        return SE2(x, y, float(rng.uniform(-math.pi, math.pi)))
-
-    def shortest(self, start: SE2, goal: SE2) -> float:
-        """Return the length [m] of the shortest path for the radius, NaN where there is none.
-
-        The path down a potential without costs, pulled tight between cells that see each other.
-        """
-        path = self.shortest_path(start, goal)
-        return math.nan if path is None else float(np.hypot(*np.diff(path, axis=0).T).sum())
-
-    def shortest_path(self, start: SE2, goal: SE2) -> NDArray[np.float64] | None:
-        """Return the corners of the shortest path from the goal to the start, `(N, 2)` [m]."""
-        ends = [self.frame.to_cell(pose.x, pose.y) for pose in (start, goal)]
-        data = np.where(self._open, 0, LETHAL).astype(np.uint8)
-        potential = spread(data, traversal_costs(), np.array([[*ends[0], 0.0]]))
-        if not math.isfinite(potential[ends[1]]):
-            return None
-        path = descend(potential, ends[1])
-        kept = path[_tight(np.isfinite(potential), path)]
-        frame = self.frame
-        cells: NDArray[np.float64] = (kept[:, ::-1] + 0.5) * frame.resolution
-        return frame.origin.apply(cells)
-
-
-@njit(cache=True)
-def _tight(open_: NDArray[np.bool_], path: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the corners of a path whose ends are drawn together from both sides."""
-    kept, count, last = np.zeros(len(path), np.int64), 1, len(path) - 1
-    while kept[count - 1] < last:
-        here, nxt = kept[count - 1], last
-        while nxt > here + 1 and not _sees(open_, path[here], path[nxt]):
-            nxt -= 1
-        kept[count] = nxt
-        count += 1
-    return kept[:count]
-
-
-@njit(cache=True)
-def _sees(open_: NDArray[np.bool_], a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
-    count = int(math.hypot(b[0] - a[0], b[1] - a[1]) * _SAMPLES) + 1
-    for k in range(count + 1):
-        row = a[0] + (b[0] - a[0]) * k / count
-        column = a[1] + (b[1] - a[1]) * k / count
-        if not open_[math.floor(row + 0.5), math.floor(column + 0.5)]:
-            return False
-    return True
-
-
 def placed(pose: SE2) -> Parameters:
     """Return the parameters that put the robot at a pose of the world, and AMCL there as well."""
     start = {"initial_pose.x": pose.x, "initial_pose.y": pose.y, "initial_pose.yaw": pose.theta}
     return {"sim": dict(start), "amcl": {**start, "set_initial_pose": True}}
 
 
+def believed_pose(robot: LockStep, frame: str = "map") -> SE2 | None:
+    """Return the pose of the base in a frame that a robot in lock-step believes in."""
+    base = robot.sim.simulator.robot.model.urdf.root
+    return robot.process.transforms.try_lookup(frame, base)
+
+
 def desired_speed(parameters: Parameters) -> float:
     """Return the speed that the controller is asked to drive [m/s]."""
     values: dict[str, Any] = parameters.get("controller_server", {})
     return float(values.get("FollowPath.desired_linear_vel", 0.5))
-
-
-def files_in(folder: Path, patterns: tuple[str, ...]) -> list[Path]:
-    """Return the files of a folder by patterns, in the order of the numbers in their names."""
-    found = [path for pattern in patterns for path in folder.glob(pattern)]
-    return sorted(found, key=lambda path: (len(path.name), path.name))

@@ -15,20 +15,17 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.world import PERSON, Trajectory, person
-from tests.helpers.nav.drives import FreeSpace
+from bringup.scenarios.space import FreeSpace, length_of
 
 _EDGE, _HEIGHT = 0.5, 1.0  # of a box [m]
-_BESIDE = 1.0  # from a box's middle to walls: the robot passes [m]
 _APART = 1.5  # between boxes, and from the robot to them and to people, at first [m]
-_SLOWEST, _FASTEST = 0.4, 1.2  # of people [m/s]
-_SHORTEST = 3.0  # route of a person, there and back [m]
 
 
 def boxes_in(
-    grid: OccupancyGrid, count: int, start: SE2, rng: np.random.Generator
+    grid: OccupancyGrid, count: int, start: SE2, rng: np.random.Generator, beside: float = 1.0
 ) -> NDArray[np.float64]:
-    """Return the middles of boxes on a map, `(N, 2)` [m]."""
-    space, found = FreeSpace(grid, _EDGE, _BESIDE), [(start.x, start.y)]
+    """Return the middles of boxes on a map, `(N, 2)` [m], each so far beside walls [m]."""
+    space, found = FreeSpace(grid, _EDGE, beside), [(start.x, start.y)]
     while len(found) <= count:
         pose = space.draw(rng)
         if all(math.dist((pose.x, pose.y), other) > _APART for other in found):
@@ -75,20 +72,20 @@ def settle(
         stage.spawn(Entity(name, person(), trajectory=walk, spawned=True), walked.get(name, 0.0))
 
 
-def _walks(grid: OccupancyGrid, start: SE2, rng: np.random.Generator) -> Iterator[Trajectory]:
-    space = FreeSpace(
-        grid, PERSON[0] + grid.frame.resolution, PERSON[0] + 2.0 * grid.frame.resolution
-    )
+def _walks(
+    grid: OccupancyGrid,
+    start: SE2,
+    rng: np.random.Generator,
+    shortest: float = 3.0,
+    speeds: tuple[float, float] = (0.4, 1.2),
+) -> Iterator[Trajectory]:
+    """Yield walks to and fro along paths of a length [m] at least, at speeds between two [m/s]."""
+    edge = grid.frame.resolution
+    space = FreeSpace(grid, PERSON[0] + edge, PERSON[0] + 2.0 * edge)
     while True:
         route = space.shortest_path(space.draw(rng), space.draw(rng))
-        if route is None or _length(route) < _SHORTEST:
+        if route is None or length_of(route) < shortest:
             continue
         if math.dist(route[0], (start.x, start.y)) < _APART:
             continue
-        yield Trajectory.along(
-            np.vstack((route, route[-2:0:-1])), float(rng.uniform(_SLOWEST, _FASTEST))
-        )
-
-
-def _length(route: NDArray[np.float64]) -> float:
-    return float(np.hypot(*np.diff(route, axis=0).T).sum())
+        yield Trajectory.along(np.vstack((route, route[-2:0:-1])), float(rng.uniform(*speeds)))

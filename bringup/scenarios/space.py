@@ -1,0 +1,93 @@
+"""Poses where a robot may stand on a map, and the shortest paths between them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt, label
+
+from arjuna_core.errors import ArjunaError
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.costmap import LETHAL
+from arjuna_nav.planners.waves.descent import descend
+from arjuna_nav.planners.waves.potential import spread, traversal_costs
+
+
+class FreeSpace:
+    """Poses where a robot may stand on a map, and the shortest paths between them.
+
+    Args:
+        grid: The map.
+        radius: The robot's inscribed radius, that no path goes nearer to a wall [m].
+        clearance: From a goal to the nearest wall [m]: there is room to turn.
+
+    Raises:
+        ArjunaError: No pose has so much room.
+    """
+
+    def __init__(self, grid: OccupancyGrid, radius: float, clearance: float = 0.5) -> None:
+        self.frame = grid.frame
+        # between the edges of cells, not their centres
+        gaps = (distance_transform_edt(grid.free()) - 0.5) * grid.frame.resolution
+        self._open: NDArray[np.bool_] = gaps >= radius
+        regions, _ = label(self._open)
+        sizes = np.bincount(regions[self._open])
+        largest = self._open & (regions == np.argmax(sizes)) if len(sizes) else self._open
+        self._cells = np.argwhere((gaps >= clearance) & largest)
+        if not len(self._cells):
+            raise ArjunaError(f"the map has no pose that lies {clearance:g} m from walls")
+
+    def draw(self, rng: np.random.Generator) -> SE2:
+        """Return a random pose in the greatest connected part of the free space."""
+        cell = self._cells[rng.integers(len(self._cells))]
+        x, y = self.frame.to_point(int(cell[0]), int(cell[1]))
+        return SE2(x, y, float(rng.uniform(-math.pi, math.pi)))
+
+    def shortest(self, start: SE2, goal: SE2) -> float:
+        """Return the length [m] of the shortest path for the radius, NaN where there is none.
+
+        The path down a potential without costs, pulled tight between cells that see each other.
+        """
+        path = self.shortest_path(start, goal)
+        return math.nan if path is None else length_of(path)
+
+    def shortest_path(self, start: SE2, goal: SE2) -> NDArray[np.float64] | None:
+        """Return the corners of the shortest path from the goal to the start, `(N, 2)` [m]."""
+        ends = [self.frame.to_cell(pose.x, pose.y) for pose in (start, goal)]
+        data = np.where(self._open, 0, LETHAL).astype(np.uint8)
+        potential = spread(data, traversal_costs(), np.array([[*ends[0], 0.0]]))
+        if not math.isfinite(potential[ends[1]]):
+            return None
+        path = descend(potential, ends[1])
+        kept = path[_tight(np.isfinite(potential), path)]
+        frame = self.frame
+        cells: NDArray[np.float64] = (kept[:, ::-1] + 0.5) * frame.resolution
+        return frame.origin.apply(cells)
+
+
+def length_of(path: NDArray[np.float64]) -> float:
+    """Return the length of a path of points `(N, 2)` [m]."""
+    return float(np.hypot(*np.diff(path, axis=0).T).sum())
+
+
+def _tight(open_: NDArray[np.bool_], path: NDArray[np.float64]) -> list[int]:
+    """Return the corners of a path whose ends are drawn together from both sides."""
+    kept, last = [0], len(path) - 1
+    while kept[-1] < last:
+        here = kept[-1]
+        seen = (k for k in range(last, here + 1, -1) if _sees(open_, path[here], path[k]))
+        kept.append(next(seen, here + 1))
+    return kept
+
+
+def _sees(
+    open_: NDArray[np.bool_], a: NDArray[np.float64], b: NDArray[np.float64], samples: int = 4
+) -> bool:
+    """Return whether the straight line between two cells is open, by some samples a cell."""
+    count = int(math.hypot(*(b - a)) * samples) + 1
+    points = a + (b - a) * np.arange(count + 1)[:, None] / count
+    rows, columns = np.floor(points + 0.5).astype(np.int64).T
+    return bool(open_[rows, columns].all())

@@ -1,0 +1,102 @@
+"""Drives to goals in scenes that are made up, by the command that a campaign runs."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from arjuna_core.errors import ArjunaError
+from arjuna_core.grid import FREE, GridFrame, OccupancyGrid
+from arjuna_core.se2 import SE2
+from bringup.scenarios import barn
+from bringup.scenarios.space import FreeSpace
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from bringup.cli import run
+from bringup.cli_parser import parse
+from bringup.scenarios.course import Arrival, Course
+from bringup.scenarios.scenes import SCENES, Scene
+
+
+def drive(out: Path, *words: str) -> tuple[int, dict[str, Any]]:
+    code = run(parse(["goals", "--log-level", "fatal", "--out", str(out), *words]))
+    return code, json.loads((out / "result.json").read_text(encoding="utf-8"))
+
+
+def arrival(succeeded: bool, touches: int) -> Arrival:
+    return Arrival(succeeded, 0.0, 0.0, 0.0, 4.0, 3.0, 10.0, touches, 0, math.nan)
+
+
+def test_only_a_goal_reached_without_a_touch_scores() -> None:
+    scores = [arrival(*one).score for one in ((True, 0), (True, 1), (False, 0))]
+    assert scores == [0.3, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("scene", [name for name in SCENES if name])
+def test_a_seed_makes_one_scene_through_which_there_is_a_path(scene: str, tmp_path: Path) -> None:
+    arguments = parse(["goals", "--scene", scene])
+    made = []
+    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
+        (tmp_path / name).mkdir()
+        made.append(SCENES[scene](arguments, tmp_path / name, np.random.default_rng(seed)))
+    one, same, other = (each.world.read_bytes() for each in made)
+    assert one == same != other
+    for each in made:
+        space = FreeSpace(each.grid, radius=0.2)
+        if each.start is not None:
+            length = space.shortest(each.start, each.goals[0])
+            assert 0.99 * each.start.distance(each.goals[0]) < length < 20.0  # of cells of 5 cm
+
+
+def test_a_field_s_map_is_occupied_where_its_cylinders_stand(tmp_path: Path) -> None:
+    world, grid = barn.make_world(tmp_path, 0, barn.KINDS[0], np.random.default_rng(0))
+    text = world.read_text(encoding="ascii")
+    poses = [part.split()[:2] for part in text.split("<pose>")[1:]]
+    cells = grid.frame.to_cells(np.array(poses, dtype=float))
+    assert grid.occupied()[tuple(cells.T)].all()
+    assert grid.occupied().sum() == 9 * len(poses)  # of 5 cm in one of 15
+
+
+def test_goals_are_far_enough_from_each_other_or_refused() -> None:
+    frame = GridFrame(0.05, 100, 100, SE2())
+    grid = OccupancyGrid(frame, np.full(frame.shape, FREE, np.int8))
+    rng, start = np.random.default_rng(0), SE2(1.0, 1.0)
+    course = Course(None, FreeSpace(grid, radius=0.2), Scene(Path(), Path(), grid), None)
+    course.before = start
+    goals = [course.draw(rng, shortest=2.0) for _ in range(20)]
+    steps = [a.distance(b) for a, b in zip((start, *goals), goals, strict=False)]
+    assert min(steps) >= 2.0
+    with pytest.raises(ArjunaError, match="the map has no goals 90 m from each other"):
+        course.draw(rng, shortest=90.0, tries=3)
+    with pytest.raises(ArjunaError, match="the map has no pose that lies 9 m from walls"):
+        FreeSpace(OccupancyGrid(frame, np.full(frame.shape, 100, np.int8)), 0.2, clearance=9.0)
+
+
+@pytest.mark.ros
+@pytest.mark.system
+def test_a_drive_that_fails_keeps_what_shows_it_and_one_that_succeeds_nothing(
+    tmp_path: Path,
+) -> None:
+    code, result = drive(tmp_path, "--scene", "door", "--width", "0.3", "--seed", "1")
+    assert (code, result["missed"], result["score"]) == (1, 1, 0.0)
+    recording, picture = tmp_path / "goal_1.mcap", tmp_path / "goal_1.png"
+    assert 10_000 < recording.stat().st_size < 2_000_000
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    code, result = drive(tmp_path, "--scene", "door", "--seed", "1")
+    assert (code, result["missed"], result["touches"]) == (0, 0, 0)
+    assert 0.2 < result["score"] < 0.4
+    assert [path.name for path in tmp_path.iterdir()] == ["result.json"]
+
+
+@pytest.mark.ros
+@pytest.mark.system
+def test_a_field_is_crossed_without_a_map(tmp_path: Path) -> None:
+    code, result = drive(tmp_path, "--scene", "field", "--seed", "3")
+    assert (code, result["count"], result["touches"]) == (0, 1, 0)
+    assert result["path_ratio"] < 1.2
