@@ -46,8 +46,11 @@ def _name_of(folder: Path) -> str:
     return named[1] if named else folder.name
 
 
-def build(root: Path, prefix: Path | None = None) -> list[str]:
+def build(root: Path, target: Path | None = None) -> list[str]:
     """Build the packages below a folder into the environment; return their names.
+
+    Args:
+        target: A prefix in place of the environment's, Python's files in its `site-packages`.
 
     Raises:
         ValueError: They cannot be built: no packages, or one of the environment's own.
@@ -57,36 +60,40 @@ def build(root: Path, prefix: Path | None = None) -> list[str]:
     from rosidl_build.generate import find_prefix, generate
     from rosidl_build.package import copy_python, data_files
 
-    packages, prefix = packages_below(root), prefix or find_prefix()
-    site = Path(sysconfig.get_paths()["platlib"])
+    packages, prefix = packages_below(root), find_prefix()
+    installed = Path(sysconfig.get_paths()["platlib"])
     for package in packages:
-        if (site / package.name).exists() and not (
-            prefix / "share" / package.name / _MARK
-        ).exists():
+        share = prefix / "share" / package.name
+        if (installed / package.name).exists() and not (share / _MARK).exists():
             raise ValueError(f"'{package.name}' is a package of the environment; use another name")
     needed = _without_headers(packages, prefix)
     with tempfile.TemporaryDirectory() as folder:
         out, built = Path(folder) / "rosidl", Path(folder) / "site"
         out.mkdir()
+        built.mkdir()
         generate([*needed, *packages], prefix, out)
+        for package in needed:  # their libraries are linked to
+            (built / package.name).symlink_to(installed / package.name)
         for package in packages:
             copy_python(package, out, built)
-        for package in needed:  # their libraries are linked to
-            (built / package.name).symlink_to(site / package.name)
         beside = [package.name for package in needed]
         compile_packages(packages, Toolchain(prefix, out), out, built, beside)
+        site = target / "site-packages" if target else installed
         for package in packages:
             shutil.rmtree(site / package.name, ignore_errors=True)
             shutil.copytree(built / package.name, site / package.name)
             (out / "share" / package.name / _MARK).touch()
-        for target, files in data_files(packages, out, "0.0.0"):
-            if any(package.name in Path(target).parts for package in packages) or (
-                "ament_index" in target
-            ):
-                (prefix / target).mkdir(parents=True, exist_ok=True)
-                for file in files:
-                    shutil.copy2(file, prefix / target)
+        for place, files in data_files(packages, out, "0.0.0"):
+            _copy(files, (target or prefix) / place, {package.name for package in packages})
     return [package.name for package in packages]
+
+
+def _copy(files: list[str], place: Path, packages: set[str]) -> None:
+    """Copy the files of some packages, and their entries of the index, to a folder."""
+    for file in map(Path, files):
+        if packages & {*place.parts, file.name}:
+            place.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(file, place)
 
 
 def _without_headers(packages: list[InterfacePackage], prefix: Path) -> list[InterfacePackage]:
