@@ -42,6 +42,7 @@ KNOWN = {
     "arjuna_core/bags/ros1_file.py: path.open": "is `_Source.open`",
     "arjuna_core/bags/sqlite_file.py: sqlite3.connect": "checked in `_open`",
     "bringup/tuning/study.py: JournalFileBackend": "checked before",
+    "ros_packages/cv_bridge/core.py: Picture.open": "bytes of a message",
     "bringup/ros2/programs/python_file.py: runpy.run_path": "runs what the user names as a program",
     "arjuna_sim/files/urdf/xacro_child.py: xacro.open": "takes the place of xacro's own",
     # Folders, for their names to be forced to disk.

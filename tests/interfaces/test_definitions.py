@@ -16,7 +16,7 @@ WITHOUT_HASHES = tuple(
     f"{package}/"
     for package in (
         *("example_interfaces", "composition_interfaces"),
-        *("ackermann_msgs", "control_msgs", "vision_msgs"),
+        *("ackermann_msgs", "control_msgs", "rosbag2_interfaces", "vision_msgs"),
     )
 )
 """The packages whose hashes of a release we have not."""

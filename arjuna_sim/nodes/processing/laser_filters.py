@@ -19,7 +19,8 @@ from arjuna_core.ros.convert import header, seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_sim.nodes.processing.frames import MountedFrames
-from arjuna_sim.processing.scan_filters import FILTERS, Sweep
+from arjuna_sim.processing.scan_filters import FILTERS
+from arjuna_sim.processing.sweep import Sweep
 
 _FILTER = re.compile(r"filter\d+")
 
