@@ -132,9 +132,16 @@ class Toolchain:
 
 
 def compile_packages(
-    packages: list[InterfacePackage], toolchain: Toolchain, out: Path, target: Path
+    packages: list[InterfacePackage],
+    toolchain: Toolchain,
+    out: Path,
+    target: Path,
+    beside: Iterable[str] = (),
 ) -> None:
     """Compile what `generate` left in `out`; libraries go to `target/PACKAGE/`.
+
+    Args:
+        beside: Other packages whose libraries are in `target`.
 
     Raises:
         CompileError: the compiler or the linker failed; its output is in the message.
@@ -148,7 +155,8 @@ def compile_packages(
             _run_all(pool, toolchain.compile_object, objects)
         with step("link"):
             for package in packages:
-                siblings = [other.name for other in packages if other.name in package.dependencies]
+                names = [*beside, *(other.name for other in packages)]
+                siblings = [name for name in names if name in package.dependencies]
                 for library in _LIBRARIES:  # each links only to libraries before it
                     _link_library(package, library, toolchain, out, target, siblings)
                 _link_extension(package, toolchain, out, target)

@@ -41,12 +41,17 @@ def find_packages(root: Path) -> list[InterfacePackage]:
     """
     found = {}
     for folder in sorted(path for path in root.iterdir() if path.is_dir()):
-        files = sorted(path for kind in KINDS for path in folder.glob(f"{kind}/*.{kind}"))
-        if files:
-            relative = tuple(path.relative_to(folder) for path in files)
-            dependencies = tuple(sorted(_dependencies(files) - {folder.name}))
-            found[folder.name] = InterfacePackage(folder.name, folder, relative, dependencies)
-    return _in_dependency_order(found)
+        package = package_of(folder, folder.name)
+        if package.files:
+            found[package.name] = package
+    return in_dependency_order(found)
+
+
+def package_of(folder: Path, name: str) -> InterfacePackage:
+    """Return the package of the definitions in a folder, of which there may be none."""
+    files = sorted(path for kind in KINDS for path in folder.glob(f"{kind}/*.{kind}"))
+    relative = tuple(path.relative_to(folder) for path in files)
+    return InterfacePackage(name, folder, relative, tuple(sorted(_dependencies(files) - {name})))
 
 
 def _dependencies(files: list[Path]) -> set[str]:
@@ -59,7 +64,12 @@ def _dependencies(files: list[Path]) -> set[str]:
     return names
 
 
-def _in_dependency_order(packages: dict[str, InterfacePackage]) -> list[InterfacePackage]:
+def in_dependency_order(packages: dict[str, InterfacePackage]) -> list[InterfacePackage]:
+    """Return packages, each after those of them that it depends on.
+
+    Raises:
+        ValueError: They depend on each other in a circle.
+    """
     ordered: list[InterfacePackage] = []
     waiting = dict(packages)
     while waiting:

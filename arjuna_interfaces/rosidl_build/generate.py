@@ -13,6 +13,7 @@ import json
 import multiprocessing
 import os
 import shutil
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -73,7 +74,7 @@ def generate(packages: list[InterfacePackage], prefix: Path, out: Path) -> None:
     remember_scans()
     with step(f"parse {sum(len(p.files) for p in packages)} definitions"):
         _use_memo()
-        with context.Pool(os.cpu_count()) as pool:
+        with context.Pool(os.cpu_count(), _end_by_signal) as pool:
             tasks = [(p, file, out) for p in packages for file in p.files]
             for path, idl in pool.imap_unordered(_translate, tasks):
                 _parsed[path] = idl
@@ -95,11 +96,16 @@ def _generate_code(
     by_size = sorted(packages, key=lambda package: -len(package.files))
     tasks = [(package, name, prefix, out) for package in by_size for name in _GENERATORS]
     left = {package.name: len(_GENERATORS) for package in packages}
-    with step("generate code"), context.Pool(os.cpu_count()) as pool:
+    with step("generate code"), context.Pool(os.cpu_count(), _end_by_signal) as pool:
         for name in pool.imap_unordered(_run_generator, tasks):
             left[name] -= 1
             if not left[name]:
                 say(f"generated {name}")
+
+
+def _end_by_signal() -> None:
+    """Let a worker end by a signal alone, whatever handler the parent has."""
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def _use_memo() -> None:

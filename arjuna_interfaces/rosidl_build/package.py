@@ -31,18 +31,22 @@ class BuildInterfaces(build_ext):
         toolchain = Toolchain(prefix, out)
         generate(packages, prefix, out)
         for package in packages:
-            _copy_python(package, out, target)
+            copy_python(package, out, target)
         compile_packages(packages, toolchain, out, target)
-        self.distribution.data_files = _data_files(packages, out, self.distribution.get_version())
+        # with it `arjuna messages` builds a user's own
+        ignored = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(_ROOT / "rosidl_build", target / "rosidl_build", ignore=ignored)
+        self.distribution.data_files = data_files(packages, out, self.distribution.get_version())
 
 
-def _copy_python(package: InterfacePackage, out: Path, target: Path) -> None:
+def copy_python(package: InterfacePackage, out: Path, target: Path) -> None:
+    """Copy a package's generated Python files below a folder."""
     source = out / "rosidl_generator_py" / package.name
     shutil.copytree(source, target / package.name, ignore=shutil.ignore_patterns("*.c"))
     (target / package.name / "__init__.py").touch()
 
 
-def _data_files(
+def data_files(
     packages: list[InterfacePackage], out: Path, version: str
 ) -> list[tuple[str, list[str]]]:
     """List definitions, type descriptions and ament index entries for `share/`."""

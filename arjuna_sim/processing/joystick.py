@@ -10,9 +10,11 @@ import struct
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 from arjuna_core.files.input_file import read_text
 
+T = TypeVar("T", int, float)
 _EVENT = struct.Struct("<IhBB")  # time [ms], value, type, number of the axis or button
 _BUTTON, _AXIS, _INITIAL = 0x01, 0x02, 0x80
 _FULL = 32767.0  # a stick's greatest deflection
@@ -43,13 +45,13 @@ class Gamepad:
         self._rest = data[whole:]
         for _, value, kind, number in _EVENT.iter_unpack(data[:whole]):
             if kind & ~_INITIAL == _AXIS:
-                _grow(self.axes, number)[number] = self._deflection(value)
+                _grow(self.axes, number, 0.0)[number] = self._deflection(value)
             elif kind & ~_INITIAL == _BUTTON:
                 self._press(number, value, bool(kind & _INITIAL))
         return before != (self.axes, self.buttons)
 
     def _press(self, number: int, value: int, initial: bool) -> None:
-        buttons = _grow(self.buttons, number)
+        buttons = _grow(self.buttons, number, 0)
         if not self.sticky_buttons:
             buttons[number] = int(value != 0)
         elif value and not initial:
@@ -62,8 +64,9 @@ class Gamepad:
         return -beyond if share > 0.0 else beyond
 
 
-def _grow(values: list, number: int) -> list:  # type: ignore[type-arg]
-    values.extend([type(values[0])() if values else 0] * (number + 1 - len(values)))
+def _grow(values: list[T], number: int, rest: T) -> list[T]:
+    """Return a list that has an entry of a number; new ones are at rest."""
+    values.extend([rest] * (number + 1 - len(values)))
     return values
 
 

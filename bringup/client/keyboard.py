@@ -15,11 +15,12 @@ from bringup.terminal import Keys, show
 
 
 def drive_by_keys(
-    driving: Driving, arguments: argparse.Namespace, period: float = 0.1, patience: float = 10.0
+    driving: Driving, arguments: argparse.Namespace, patience: float, period: float = 0.1
 ) -> None:
     """Drive until a key quits; the robot is stopped however this ends.
 
-    Commands come at a period [s] well within the robot's time-out, so that it keeps driving.
+    Commands come at a period [s] well within the robot's time-out, so that it keeps driving. A
+    robot that listens is waited for up to a patience [s].
 
     Raises:
         ClientError: There is no terminal, or no robot that listens.
@@ -28,8 +29,8 @@ def drive_by_keys(
     if not keys.live:
         raise ClientError("teleop reads keys: it needs a terminal as its standard input")
     with closing(Connection("teleop", arguments.namespace)) as session, _interruptible():
-        output = velocity_output(session, patience, arguments.topic, arguments.stamped)
         show(PAGES[driving.layout])
+        output = velocity_output(session, patience, arguments.topic, arguments.stamped)
         try:
             with keys:
                 while not driving.done:

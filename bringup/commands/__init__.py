@@ -18,7 +18,7 @@ _HEADINGS = {
     "Run the robot": "sim slam nav robot demo",
     "Drive": "teleop avoid goto tour explore initial-pose save-map",
     "See": "view",
-    "Look into it": "doctor top tf params",
+    "Look into it": "doctor top tf params messages",
     "The world": "entity world",
     "Recordings": "record play info replay",
     "Measure": "calibrate goals bench campaign tune",

@@ -25,7 +25,6 @@ from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, seconds
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.tf import TransformError
 from arjuna_sim.fusion.estimator import Estimator
 from arjuna_sim.fusion.filters import ExtendedFilter, Filter, Measurement, UnscentedFilter
 from arjuna_sim.fusion.kinematics import ACCELERATION, POSE, TWIST, Array
@@ -38,6 +37,7 @@ from arjuna_sim.fusion.sensors import (
 )
 from arjuna_sim.nodes.localization.config import FilterConfig, Sensor, UnscentedConfig, square
 from arjuna_sim.nodes.messages import pose3_msg, transform3_msg
+from arjuna_sim.nodes.mounted_frames import MountedFrames
 
 
 @dataclass
@@ -70,7 +70,7 @@ class EkfFilterNode(ManagedNode):
         )
         self._on = not config.disabled_at_startup
         self._published = self._set_at = -np.inf
-        self._unknown: set[tuple[str, str]] = set()  # transforms that were missing
+        self._mount = MountedFrames(self).mount
         self._tf_out = self.publisher(TFMessage, "/tf", qos.TF)
         self._odom_out = self.publisher(Odometry, config.odom_topic, qos.DEFAULT)
         self._acceleration_out = (
@@ -202,19 +202,6 @@ class EkfFilterNode(ManagedNode):
         stamped = self.config.stamped_control
         stamp = seconds(message.header.stamp) if stamped else self.now
         self._estimator.command(_six(message.twist if stamped else message), stamp)
-
-    def _mount(self, target: str, frame: str) -> Pose3 | None:
-        """Return a frame's newest pose in another; say once that there is none."""
-        frame = frame.lstrip("/")
-        if frame in ("", target):
-            return ORIGIN
-        try:
-            return self.transforms.mount(target, frame)
-        except TransformError as error:
-            if (target, frame) not in self._unknown:
-                self._unknown.add((target, frame))
-                self.get_logger().warning(f"what comes in '{frame}' is not used yet: {error}")
-            return None
 
     def _set_pose(self, message: Any) -> None:
         at = self._mount(self.config.world, message.header.frame_id)

@@ -114,7 +114,8 @@ class JointStatePublisherNode(ManagedNode):
             for name, value in zip(message.name, getattr(message, part), strict=False):
                 if name in self._states:
                     self._states[name][part] = value
-        self._publish() if not self.config.delta else None
+        if not self.config.delta:
+            self._publish()
 
     def _follows(self, name: str) -> Mimic | None:
         """Return what a joint follows, if anything."""

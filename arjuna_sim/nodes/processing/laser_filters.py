@@ -18,8 +18,9 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
-from arjuna_sim.nodes.processing.frames import MountedFrames
-from arjuna_sim.processing.scan_filters import FILTERS, Sweep
+from arjuna_sim.nodes.mounted_frames import MountedFrames
+from arjuna_sim.processing.scan_filters import FILTERS
+from arjuna_sim.processing.sweep import Sweep
 
 _FILTER = re.compile(r"filter\d+")
 
@@ -97,7 +98,7 @@ class ScanFilterChainNode(ManagedNode):
             for one, memory in zip(self.config.filters(), self._memories, strict=True):
                 sweep = one.apply(sweep, mounted, memory)
         except TransformError as error:
-            self._frames.report("scans", frame, error)
+            self._frames.warn("", frame, error)
             return
         self._out.publish(_message(message, sweep))
 

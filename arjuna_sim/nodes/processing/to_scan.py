@@ -14,8 +14,7 @@ from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import cloud_from_msg, scan_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.tf import TransformError
-from arjuna_sim.nodes.processing.frames import MountedFrames
+from arjuna_sim.nodes.mounted_frames import MountedFrames
 from arjuna_sim.nodes.sensor_topics import cloud_msg
 from arjuna_sim.processing.to_scan import points_of_scan, scan_of_depth, scan_of_points
 
@@ -77,10 +76,8 @@ class PointcloudToLaserscanNode(ManagedNode):
     def _on_cloud(self, message: Any) -> None:
         config: CloudToScanConfig = self.config
         frame = config.target_frame or message.header.frame_id
-        try:
-            pose = self._frames.mounted(frame, message.header.frame_id)
-        except TransformError as error:
-            self._frames.report("clouds", message.header.frame_id, error)
+        pose = self._frames.mount(frame, message.header.frame_id)
+        if pose is None:
             return
         points = cloud_from_msg(message, pose, _MOST_POINTS).points
         distance = np.hypot(points[:, 0], points[:, 1])
@@ -132,10 +129,8 @@ class LaserscanToPointcloudNode(ManagedNode):
 
     def _on_scan(self, message: Any) -> None:
         frame = self.config.target_frame or message.header.frame_id
-        try:
-            pose = self._frames.mounted(frame, message.header.frame_id)
-        except TransformError as error:
-            self._frames.report("scans", message.header.frame_id, error)
+        pose = self._frames.mount(frame, message.header.frame_id)
+        if pose is None:
             return
         scan = scan_from_msg(message)
         points = points_of_scan(scan.ranges, scan.angles, scan.range_min, scan.range_max)

@@ -15,6 +15,8 @@ from arjuna_core.plugins import names_below, with_configs
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
 
+_LOOK = 2.0  # [s] from one look at the sources' types to the next
+
 
 @dataclass(frozen=True)
 class SourceConfig:
@@ -41,7 +43,7 @@ class Sources:
 class TwistMuxConfig:
     """Parameters of `twist_mux`; each source and each lock adds its own."""
 
-    use_stamped: bool = param(False, "Whether velocities are TwistStamped.", read_only=True)
+    use_stamped: bool = param(True, "Whether velocities are TwistStamped.", read_only=True)
     topics: Sources = field(default_factory=Sources)
     locks: Sources = field(default_factory=Sources)
 
@@ -92,6 +94,20 @@ class TwistMuxNode(ManagedNode):
             self._hear(Bool, lock, lambda source: None)
         if not self._sources:
             self.get_logger().warning("no source: topics.NAME.topic, .timeout, .priority name them")
+        self._unheard: set[str] = set()
+        self.every(_LOOK, self._warn_of_types)
+
+    def _warn_of_types(self) -> None:
+        """Warn once of each source whose publishers are all of the other type."""
+        wanted = "TwistStamped" if self.config.use_stamped else "Twist"
+        for topic in {one.config.topic for one in self._sources.values()} - self._unheard:
+            name = self.resolve_topic_name(self.process.absolute(topic))
+            sent = {one.topic_type for one in self.get_publishers_info_by_topic(name)}
+            if sent and f"geometry_msgs/msg/{wanted}" not in sent:
+                self._unheard.add(topic)
+                flag = str(not self.config.use_stamped).lower()
+                text = f"'{topic}' is not heard: it is of {', '.join(sorted(sent))}"
+                self.get_logger().warning(f"{text}, not {wanted}; set use_stamped to {flag}")
 
     def on_config(self, config: Any) -> None:
         """Take new priorities and time-outs."""

@@ -18,6 +18,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--keys", choices=sorted(PAGES), default="wasd", help="the layout (%(default)s)"
     )
     options.add(parser, "--speed", "--turn")
+    options.add(
+        parser, "--timeout", default=10.0, help="wait for a robot that listens [s] (%(default)g)"
+    )
     parser.add_argument("--topic", default="cmd_vel", help="where the robot listens (%(default)s)")
     parser.add_argument(
         "--stamped", action="store_true", default=None, help="send TwistStamped in any case"
@@ -30,5 +33,5 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.client.keys import Driving
 
     start = Driving(arguments.keys, arguments.speed, arguments.turn)
-    drive_by_keys(start, arguments)
+    drive_by_keys(start, arguments, arguments.timeout)
     return 0

@@ -76,7 +76,7 @@ def _note(found: RosArguments, option: str, word: str) -> None:
 
 def _teleop(words: list[str]) -> NoReturn:
     given = ros_arguments(words)
-    options = ["--keys", "twist"]
+    options = ["--keys", "twist", "--timeout", "1e9"]  # as theirs, which waits for nobody
     if "cmd_vel" in given.remapped:
         options += ["--topic", given.remapped["cmd_vel"]]
     for name, usual in (("speed", "0.5"), ("turn", "1.0")):  # teleop_twist_keyboard's

@@ -153,7 +153,7 @@ def test_ros_arguments_are_parted_from_a_program_s_own() -> None:
     [
         (
             "teleop_twist_keyboard teleop_twist_keyboard --ros-args -r cmd_vel:=/x -p speed:=0.2",
-            "teleop --keys twist --topic /x --speed 0.2 --turn 1.0",
+            "teleop --keys twist --timeout 1e9 --topic /x --speed 0.2 --turn 1.0",
         ),
         ("nav2_map_server map_saver_cli -f maps/room", "save-map maps/room --timeout 10.0"),
         (

@@ -11,14 +11,14 @@ import pytest
 
 from arjuna_core.errors import ConfigError
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_sim.processing.scan_filters import (
-    FILTERS,
+from arjuna_sim.processing.scan_averages import (
     ArrayFilter,
     AverageChain,
     AverageFilter,
     Observations,
-    Sweep,
 )
+from arjuna_sim.processing.scan_filters import FILTERS
+from arjuna_sim.processing.sweep import Sweep
 
 NAN = math.nan
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import pytest
 from geometry_msgs.msg import Twist, TwistStamped
 from std_msgs.msg import Bool
 
@@ -9,7 +12,8 @@ from arjuna_sim.nodes.processing.twist_mux import TwistMuxNode
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import start
 
-VALUES = {
+VALUES: dict[str, Any] = {
+    "use_stamped": False,
     "topics": {
         "navigation": {"topic": "nav_vel", "timeout": 0.5, "priority": 10},
         "joystick": {"topic": "joy_vel", "timeout": 0.5, "priority": 100},
@@ -29,7 +33,7 @@ def _say(bench: RosBench, topic: str, speed: float) -> None:
 
 def test_the_highest_priority_passes_until_its_source_is_silent(bench: RosBench) -> None:
     out = bench.collect(Twist, "cmd_vel_out")
-    start(bench, TwistMuxNode(bench.process, {"topics": VALUES["topics"]}))
+    start(bench, TwistMuxNode(bench.process, {**VALUES, "locks": {}}))
     _say(bench, "nav_vel", 1.0)
     _say(bench, "joy_vel", 2.0)
     _say(bench, "nav_vel", 3.0)
@@ -67,8 +71,18 @@ def test_a_lock_with_a_timeout_locks_while_it_is_silent(bench: RosBench) -> None
 def test_commands_may_be_stamped_and_0_never_passes(bench: RosBench) -> None:
     out = bench.collect(TwistStamped, "cmd_vel_out")
     topics = {"a": {"topic": "a", "priority": 1}, "b": {"topic": "b", "priority": 0}}
-    start(bench, TwistMuxNode(bench.process, {"use_stamped": True, "topics": topics}))
+    start(bench, TwistMuxNode(bench.process, {"topics": topics}))
     bench.publish(TwistStamped, "b", TwistStamped())
     assert not out
     bench.publish(TwistStamped, "a", TwistStamped())
     assert len(out) == 1
+
+
+def test_sources_of_the_other_type_are_named(
+    bench: RosBench, capfd: pytest.CaptureFixture[str]
+) -> None:
+    start(bench, TwistMuxNode(bench.process, {"topics": {"a": {"topic": "nav_vel"}}}))
+    _say(bench, "nav_vel", 1.0)
+    bench.advance(6.0)
+    text = "'nav_vel' is not heard: it is of geometry_msgs/msg/Twist, not TwistStamped"
+    assert capfd.readouterr().err.count(f"{text}; set use_stamped to false") == 1
