@@ -34,6 +34,7 @@ from bringup.stack import (
     WORLD_GROUP,
     Group,
     NodeSpec,
+    with_further,
 )
 
 _OF_SIMULATED_ROBOT = ("demo", "slam", "nav")
@@ -83,7 +84,6 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
     groups, given = groups_of(arguments), vars(arguments)
-    specs = [spec for group in groups for spec in group.nodes]
     namespace, supervised = given.get("namespace", ""), arguments.command != "demo"
     read = merged_sources(
         arguments.params,
@@ -94,6 +94,7 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
     )
     parameters = read.parameters if supervised else merged(read.parameters, _MAPS_FIRST)
     options = of_options(given, groups, parameters)
+    specs = [spec for group in groups for spec in with_further(group, parameters).nodes]
     for spec in specs:
         read_named_files(spec, for_node(merged(parameters, options), spec.name))
     if supervised:

@@ -136,6 +136,16 @@ def test_a_file_that_says_otherwise_of_a_robots_steering_is_reported(
     assert word in capsys.readouterr().err
 
 
+def test_options_are_checked_beside_a_filter_that_a_file_starts(tmp_path: Path) -> None:
+    file = tmp_path / "ekf.yaml"
+    mask = [False] * 6 + [True] + [False] * 8
+    values = f"frequency: 50.0, odom0: wheel/odometry, odom0_config: {mask}"
+    file.write_text(f"ekf_filter_node: {{ros__parameters: {{{values}}}}}".lower())
+    parameters = gather(parse(["demo", "--seed", "3", "--params", str(file)]))
+    assert parameters["ekf_filter_node"]["frequency"] == 50.0
+    assert parameters["sim"]["seed"] == 3
+
+
 def test_the_demo_has_all_its_groups_with_slam_too() -> None:
     assert groups_of(Namespace(command="demo", slam=True)) == DEMO_GROUPS
 

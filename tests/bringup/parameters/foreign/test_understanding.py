@@ -102,6 +102,20 @@ def test_what_is_left_over_of_another_plugin_is_not_needed() -> None:
     assert "FollowPath.max_vel_theta: a parameter of dwb_core::DWBLocalPlanner" in remark
 
 
+@pytest.mark.parametrize(
+    ("node", "key", "reason"),
+    [
+        ("behavior_server", "transform_timeout", "no behavior of Nav2's reads it"),
+        ("amcl", "service_introspection_mode", "of Nav2 after Jazzy"),
+        ("amcl", "random_seed", "the option --seed"),
+    ],
+)
+def test_a_name_that_is_not_needed_has_its_own_node_s_reason(
+    node: str, key: str, reason: str
+) -> None:
+    assert reason in only(understood({node: {key: 1}}), Kind.NOT_NEEDED)
+
+
 def test_a_section_of_a_plugin_that_no_list_names_is_not_needed() -> None:
     given = {"planner_plugins": ["GridBased"], "Straight.step": 0.1}
     remark = only(understood({"planner_server": given}), Kind.NOT_NEEDED)
