@@ -61,7 +61,7 @@ class BatchState(NamedTuple):
         measured: The velocities by the wheels' encoders, `(N, 3)`.
         touched: Whether a robot touches something that it does not stand on, `(N,) bool`.
         lost: Whether its contacts could not be solved in 32 bits: its other values are those of no
-            robot, until it is placed again, `(N,) bool`.
+            robot, until it is put down again, `(N,) bool`.
     """
 
     poses: Floats
@@ -125,7 +125,7 @@ class Batch:
                 self._advance()
         self._tick = recording.graph
         self.reseed(seed)
-        self.place(starts)
+        self.put(starts)
 
     def reseed(self, seed: int) -> None:
         """Rewind the noise to that of a seed; frictions and masses stay."""
@@ -175,7 +175,7 @@ class Batch:
         """MuJoCo's positions of all joints of each robot, `(N, nq) float32`."""
         return np.array(self._data.qpos.numpy())
 
-    def place(self, poses: Floats, which: NDArray[np.bool_] | None = None) -> None:
+    def put(self, poses: Floats, which: NDArray[np.bool_] | None = None) -> None:
         """Put robots down at rest, whatever they would stand in; all, or those that are meant.
 
         Args:
@@ -203,6 +203,9 @@ class Batch:
 
         Args:
             commands: Forward, to the left and turning, `(N, 3)` [m/s, m/s, rad/s].
+
+        Raises:
+            CommandError: One is not finite.
         """
         data, servos = self._data, self._found.servos
         qpos, qvel, act, ctrl = (

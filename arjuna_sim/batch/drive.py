@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.drive import Base
-from arjuna_sim.devices.driving.controller import Limits
+from arjuna_sim.devices.driving.controller import CommandError, Limits
 
 Floats = NDArray[np.float64]
 
 
 class BatchDrive:
-    """What `Drive`, `WheelSpeeds` and `Odometry` do for one robot, for many of one kind.
+    """`Drive`, `WheelSpeeds` and `Odometry` of many robots of one kind.
 
     A command holds for its tick: there is one each tick.
 
@@ -51,7 +51,13 @@ class BatchDrive:
 
         Args:
             commands: Forward, to the left and turning, `(N, 3)` [m/s, m/s, rad/s].
+
+        Raises:
+            CommandError: One is not finite.
         """
+        if not np.isfinite(commands).all():
+            wrong = np.flatnonzero(~np.isfinite(commands).all(axis=1)).tolist()
+            raise CommandError(f"commands of robots {wrong} must be finite")
         wanted = np.clip(commands, self._low, self._high)
         self._current += np.clip(wanted - self._current, -self._step, self._step)
         speeds: Floats = self._current @ self._turning

@@ -83,7 +83,7 @@ class NavigateBatch(VectorEnv[Observed, NDArray[np.float32], NDArray[Any]]):
 
     def _begin(self, which: Bools) -> None:
         """Begin episodes of some robots, at the starts and goals that were drawn."""
-        self._batch.place(self._poses, which)
+        self._batch.put(self._poses, which)
         self._velocities[which] = 0.0
         self._elapsed[which] = 0.0
         self._over[which] = False

@@ -43,7 +43,7 @@ def batch() -> Batch:
 
 def drive(batch: Batch, ticks: int) -> list[bytes]:
     """Return all that the same commands bring from the start."""
-    batch.place(STARTS)
+    batch.put(STARTS)
     states = [batch.step(np.tile(AHEAD, (3, 1))) for _ in range(ticks)]
     return [field.tobytes() for state in states for field in state]
 
@@ -73,13 +73,13 @@ def test_a_robot_that_runs_into_a_box_touches_it_when_the_simulations_does() -> 
     np.testing.assert_allclose(state.poses[0], seen.truth.pose.array(), atol=0.02)
 
 
-def test_a_robot_that_is_lost_is_marked_until_it_is_placed_again(batch: Batch) -> None:
+def test_a_robot_that_is_lost_is_marked_until_it_is_put_down_again(batch: Batch) -> None:
     drive(batch, 0)
     nowhere = STARTS.copy()
     nowhere[1, 0] = np.inf
-    batch.place(nowhere)
+    batch.put(nowhere)
     assert batch.step(np.tile(AHEAD, (3, 1))).lost.tolist() == [False, True, False]
-    batch.place(STARTS, np.array([False, True, False]))
+    batch.put(STARTS, np.array([False, True, False]))
     assert not batch.step(np.tile(AHEAD, (3, 1))).lost.any()
 
 
@@ -111,7 +111,7 @@ def test_some_are_put_down_and_the_others_drive_on(batch: Batch) -> None:
     whole = drive(batch, 10)
     before = drive(batch, 5)
     elsewhere = np.array([[-1.0, 0.0, 1.0], [np.nan] * 3, [np.nan] * 3])
-    batch.place(elsewhere, np.array([True, False, False]))
+    batch.put(elsewhere, np.array([True, False, False]))
     states = [batch.step(np.tile(AHEAD, (3, 1))) for _ in range(5)]
     np.testing.assert_allclose(states[0].poses[0], elsewhere[0], atol=0.01)
     assert np.abs(states[0].velocities[0]).max() < 0.1
@@ -121,7 +121,7 @@ def test_some_are_put_down_and_the_others_drive_on(batch: Batch) -> None:
 
 
 def test_noise_is_each_robots_own_and_comes_again_with_the_seed(batch: Batch) -> None:
-    batch.place(np.zeros((3, 3)))
+    batch.put(np.zeros((3, 3)))
     noise = first(load_robot(ROBOT), LidarSettings).noise
     scans = np.array([batch.scan() for _ in range(4)]).astype(np.float64)
     apart = (scans[:, 0] - scans[:, 1])[np.isfinite(scans[:, :2]).all(axis=1)]

@@ -11,7 +11,7 @@ from arjuna_core.twist import Velocity
 from arjuna_sim.batch.drive import BatchDrive
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.driving.bases import WheelSpeeds, base_of
-from arjuna_sim.devices.driving.controller import Drive, limited
+from arjuna_sim.devices.driving.controller import CommandError, Drive, limited
 from arjuna_sim.devices.odometry import Odometry
 from arjuna_sim.files.robots.robot_file import load_robot
 from tests.sim.builders import ROOT
@@ -46,6 +46,14 @@ def test_each_robot_is_driven_and_measured_as_alone(file: str) -> None:
         for k, odometry in enumerate(counted):
             found = odometry.update(base.encoders(angles[k]), tick)
             np.testing.assert_allclose(moved[k], (found.v, found.side, found.w), atol=1e-9)
+
+
+def test_commands_that_are_not_finite_are_refused() -> None:
+    robot = load_robot(ROOT / ROBOTS[0])
+    base, limits = base_of(robot, CONFIG.drive), limited(CONFIG.drive, robot.drive, 1.5)
+    batch = BatchDrive(base, limits, np.full(4, np.inf), CONFIG.tick, TICK_ANGLE, 3)
+    with pytest.raises(CommandError, match=r"robots \[1\] must be finite"):
+        batch.speeds(np.array([[0.1, 0.0, 0.0], [np.nan, 0.0, 0.0], [0.1, 0.0, 0.0]]))
 
 
 def test_a_robot_that_is_put_down_starts_from_rest_and_the_others_drive_on() -> None:
