@@ -121,7 +121,7 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
         back = min(config.max_reverse, limits.reverse.value)
         turn = min(config.max_turn, limits.turn.value)
         aside = [ahead] if self._sideways else []
-        low = np.array([-back, *(-value for value in aside), -turn], np.float32)
+        low = np.array([0.0 - back, *(-value for value in aside), -turn], np.float32)
         high = np.array([ahead, *aside, turn], np.float32)
         self.action_space = spaces.Box(low, high)
         fastest = 2.0 * np.maximum(-low, high)

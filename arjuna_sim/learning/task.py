@@ -235,6 +235,9 @@ def free_points(surfaces: Floats, room: float, longest: float) -> Floats:
         fence = np.hstack((corners, np.roll(corners, -1, axis=0)))
         enclosure = enclosure_of(np.vstack((within, fence)), room)
     if enclosure is None:
-        raise ConfigError(f"the world has no connected free space with {room:.2f} m of room in it")
+        raise ConfigError(
+            f"the world has no connected space that is {room:.2f} m from all walls; a smaller"
+            " 'clearance' may find some"
+        )
     cells = np.argwhere(enclosure.inside)[:, ::-1]
     return np.asarray((cells + 0.5) * enclosure.cell + enclosure.origin)

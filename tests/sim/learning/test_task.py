@@ -101,5 +101,5 @@ def test_free_points_keep_their_room_inside_the_walls() -> None:
 def test_a_world_without_walls_is_cut_to_a_square() -> None:
     points = task.free_points(surfaces(load_world(EMPTY), 0.2), 0.5, 8.0)
     np.testing.assert_allclose(np.abs(points).max(axis=0), 3.5, atol=0.11)
-    with pytest.raises(ConfigError, match=r"no connected free space with 5\.00 m of room"):
+    with pytest.raises(ConfigError, match=r"no connected space that is 5\.00 m from all walls"):
         task.free_points(surfaces(load_world(EMPTY), 0.2), 5.0, 8.0)
