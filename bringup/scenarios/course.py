@@ -64,7 +64,7 @@ class Arrival:
 
 @dataclass(frozen=True)
 class Continuation:
-    """What a process begins with that continues another one's drives.
+    """State in which a process continues the drives of another one.
 
     Attributes:
         at: Where the robot believes to be; None at its start.

@@ -20,7 +20,7 @@ from bringup.scenarios.furnished import make_room
 
 @dataclass(frozen=True)
 class Scene:
-    """Where goals are driven to.
+    """A world, its maps, and the goals that it has.
 
     Attributes:
         world: Its file.
