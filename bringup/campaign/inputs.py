@@ -108,6 +108,8 @@ class _Search:
             size += path.stat().st_size
             if size > _ALL_MAX:
                 raise CampaignError(path, f"makes the inputs larger than {_ALL_MAX >> 20} MB")
+            for manifest in _manifests(path):
+                self._add(manifest)
             text = _text(path)
             for name in dict.fromkeys(filter(None, sum(_ADDRESS.findall(text), ()))):
                 if (package := search.package(path, name)) is not None:
@@ -168,6 +170,12 @@ def _text(path: Path) -> str:
         return ""
     data = read_bytes(path, _TEXT_MAX)
     return "" if b"\0" in data else data.decode("utf-8", "replace")
+
+
+def _manifests(path: Path) -> Iterator[Path]:
+    """Yield those of the packages and models around a file, which say where its paths may lead."""
+    for folder in path.parents:
+        yield from filter(_is_file, (folder / name for name in ("package.xml", "model.config")))
 
 
 def _modules(working: Path) -> Iterator[tuple[str, Path]]:

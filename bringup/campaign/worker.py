@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import bringup
+from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.shipped import shipped_file
 from bringup.campaign.inputs import ELSEWHERE
 from bringup.campaign.plan import Campaign, Run
@@ -37,6 +38,7 @@ _LIBRARIES = (
     *("google-re2", "llvmlite", "matplotlib", "mcap", "mujoco", "numba", "numpy", "pillow"),
     *("ros-jazzy-rclpy", "scipy", "trimesh", "xacro", "yourdfpy"),
 )
+_LARGEST = 1 << 30  # of a file that is carried [bytes]
 _SCRATCH = "arjuna-worker-"
 Fetch = Callable[[Sequence[str]], Iterable[bytes]]
 """Returns the contents of files by their SHA-256, in order."""
@@ -51,7 +53,7 @@ def identity(benchmarks: bool = False) -> dict[str, str]:
         for path in sorted(folder.rglob("*")):
             if path.is_file() and "__pycache__" not in path.parts:
                 found.update(f"{folder.name}/{path.relative_to(folder)}\0".encode())
-                found.update(hashlib.sha256(path.read_bytes()).digest())
+                found.update(hashlib.sha256(read_bytes(path, _LARGEST)).digest())
     arjuna = f"{_version('arjuna')} (files {found.hexdigest()[:12]})"
     libraries = {name: _version(name) for name in _LIBRARIES}
     return {"Arjuna": arjuna, "Python": platform.python_version(), "machine": platform.machine(),
@@ -132,7 +134,7 @@ class _Worker:
         try:
             answer = self._answer({**order, "tree": str(tree)})
             return {**answer, "files": {
-                str(path.relative_to(folder)): path.read_bytes()
+                str(path.relative_to(folder)): read_bytes(path, _LARGEST)
                 for path in sorted(folder.rglob("*")) if path.is_file()
             }}  # fmt: skip
         finally:
