@@ -15,6 +15,7 @@ EXTRAS = {
     "mujoco_warp": "gpu",
     "optuna": "tune",
     "pyarrow": "campaign",
+    "ray": "cluster",
     "rerun": "view",
 }
 """The modules that not every command needs, and the extra of `make setup` that installs each."""

@@ -143,6 +143,11 @@ class Bar(_Line):
             self._tenth = int(10.0 * share)
             self._write(f"{100.0 * share:3.0f} %  {detail}\n")
 
+    def clear(self) -> None:
+        """Take the line off a terminal, for others to be written there."""
+        if self._live:
+            self._write("\r\033[K")
+
     def finish(self, detail: str) -> None:
         """Show that all is done."""
         self._rewrite(f"{self._bar(1.0)}  {detail}", end="\n")

@@ -12,6 +12,8 @@ from scripts.steps import Step, StepError, clean_environment, run, say
 
 EXTRAS = ("campaign", "dev", "gpu", "learn", "tune", "view")
 """Optional packages: those that the demo does not need."""
+ON_REQUEST = ("cluster",)
+"""Those that `all` leaves out, for they are large and few machines need them."""
 INSTALLER = "setup"
 """The extra of the program that installs the others."""
 PIP = ("-m", "pip", "install", "--no-deps")
@@ -32,17 +34,20 @@ def lines_of(lock: Path, extra: str = "") -> list[str]:
 def wanted_extras() -> tuple[str, ...]:
     """Return the extras that `EXTRAS` names; all if it is not set, none if it is empty.
 
+    `all` may stand beside those that it leaves out.
+
     Raises:
         StepError: It names others.
     """
-    words = os.environ.get("EXTRAS", "all").replace(",", " ").split()
-    if words == ["all"]:
-        return EXTRAS
-    if unknown := sorted(set(words) - set(EXTRAS)):
+    words = set(os.environ.get("EXTRAS", "all").replace(",", " ").split())
+    if "all" in words:
+        words = words - {"all"} | set(EXTRAS)
+    valid = (*EXTRAS, *ON_REQUEST)
+    if unknown := sorted(words - set(valid)):
         raise StepError(
-            f"EXTRAS has no {', '.join(unknown)}; valid: {', '.join(EXTRAS)}, all, or nothing"
+            f"EXTRAS has no {', '.join(unknown)}; valid: {', '.join(valid)}, all, or nothing"
         )
-    return tuple(sorted(set(words)))
+    return tuple(sorted(words))
 
 
 def install(title: str, log: Path, python: Path, uv: Path | None, arguments: list[str]) -> None:

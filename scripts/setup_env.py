@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from scripts import installing, kernels, preflight
-from scripts.installing import EXTRAS, find_uv, lines_of, locked, wanted_extras
+from scripts.installing import EXTRAS, ON_REQUEST, find_uv, lines_of, locked, wanted_extras
 from scripts.steps import Step, StepError, run, say, stopped_at_the_end
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -140,7 +140,11 @@ def install_packages(packages: str, extras: list[str]) -> None:
 
 def kept_extras(others: set[str]) -> list[str]:
     """Return the extras that the environment has already, to be brought up to date too."""
-    return [e for e in EXTRAS if e not in others and (VENV / f"extra-{e}.stamp").exists()]
+    return [
+        e
+        for e in (*EXTRAS, *ON_REQUEST)
+        if e not in others and (VENV / f"extra-{e}.stamp").exists()
+    ]
 
 
 def install(title: str, log: str, arguments: list[str]) -> None:

@@ -20,7 +20,10 @@ CHANCE = "seed"
 FOLDER = "{folder}"
 """The placeholder in a command for the folder of a run."""
 _RUNS_MAX = 100_000  # more are taken for a mistake in the factors
-_KEYS = ("command", "result", "factors", "success", "measures", "timeout", "compare")
+_KEYS = (
+    *("command", "result", "factors", "success", "measures", "timeout", "compare"),
+    *("cpus", "memory"),
+)
 _RANGE = {"first", "count"}
 UNFIT = re.compile(r"[^\w.+-]+")
 Scalar = str | int | float | bool
@@ -49,6 +52,8 @@ class Campaign:
         measures: Keys of the numbers to draw; all numbers if empty.
         timeout: How long a run may take [s].
         compare: The factor whose levels are compared, each with the first; "" for none.
+        cpus: How many a run keeps busy, for a cluster to plan with; 0 to measure it.
+        memory: How much a run takes at most [MB], for the same; 0 to measure it.
     """
 
     name: str
@@ -59,6 +64,8 @@ class Campaign:
     measures: tuple[str, ...] = ()
     timeout: float = 3600.0
     compare: str = ""
+    cpus: float = 0.0
+    memory: float = 0.0
 
     @property
     def conditions(self) -> list[str]:
@@ -140,11 +147,12 @@ def campaign_of(path: Path, content: Any, others: Sequence[str] = ()) -> Campaig
 
 
 def _campaign(path: Path, content: dict[str, Any]) -> Campaign:
-    timeout = content.get("timeout", Campaign.timeout)
     if not isinstance(content["success"], dict):
         raise ValueError("'success' is a mapping of a result's keys")
-    if not isinstance(timeout, int | float) or not timeout > 0:
-        raise ValueError("'timeout' is a number of seconds above 0")
+    timeout, cpus, memory = (
+        _positive(content, key, unit)
+        for key, unit in (("timeout", "seconds"), ("cpus", "processors"), ("memory", "megabytes"))
+    )
     measures = content.get("measures", [])
     if not isinstance(measures, list):
         raise ValueError("'measures' is a list of a result's keys")
@@ -161,9 +169,18 @@ def _campaign(path: Path, content: dict[str, Any]) -> Campaign:
         factors,
         content["success"],
         tuple(map(str, measures)),
-        float(timeout),
+        timeout,
         compare,
+        cpus,
+        memory,
     )
+
+
+def _positive(content: dict[str, Any], key: str, unit: str) -> float:
+    value = content.get(key)
+    if value is not None and (not isinstance(value, int | float) or not value > 0):
+        raise ValueError(f"'{key}' is a number of {unit} above 0")
+    return float(getattr(Campaign, key) if value is None else value)
 
 
 def factors_of(given: Any) -> dict[str, tuple[Level, ...]]:

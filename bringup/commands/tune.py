@@ -7,9 +7,11 @@ import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bringup.commands.campaign import pool_of
 from bringup.parameters import options
 
 if TYPE_CHECKING:
+    from bringup.campaign.pool import Pool
     from bringup.tuning.plan import Tuning
     from bringup.tuning.study import Study, Tried
 
@@ -27,7 +29,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--trials", type=int, metavar="N", help="how many in all, those of earlier times too"
     )
     options.add(parser, "--out", help="where all goes (out/tuning/ and its name)")
-    options.add(parser, "--jobs")
+    parser.add_argument(
+        "--at-once", type=int, metavar="N", default=1,
+        help="trials side by side (1); another number gives other trials, any pool the same",
+    )  # fmt: skip
+    options.add(parser, "--jobs", "--cluster")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -36,22 +42,25 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.tuning.plan import load_tuning
     from bringup.tuning.space import known_parameters
 
-    if arguments.jobs < 1 or (arguments.trials is not None and arguments.trials < 1):
-        raise ArjunaError("--jobs and --trials are at least 1")
+    counts = arguments.jobs, arguments.at_once, arguments.trials
+    if any(count is not None and count < 1 for count in counts):
+        raise ArjunaError("--jobs, --at-once and --trials are at least 1")
     tuning = load_tuning(arguments.file, known_parameters)
     if arguments.trials is not None:
         tuning = dataclasses.replace(tuning, trials=arguments.trials)
-    return _run(tuning, arguments.out or Path("out/tuning") / tuning.campaign.name, arguments.jobs)
+    with pool_of(tuning.campaign, arguments) as pool:
+        folder = arguments.out or Path("out/tuning") / tuning.campaign.name
+        return _run(tuning, folder, pool, arguments.at_once)
 
 
-def _run(tuning: Tuning, folder: Path, jobs: int) -> int:
+def _run(tuning: Tuning, folder: Path, pool: Pool, at_once: int) -> int:
     from bringup.campaign.plan import CampaignError
     from bringup.terminal import show, stopped_by_signals
     from bringup.tuning.picture import PICTURE, write_picture
     from bringup.tuning.tuner import BEST, Tuner
 
     try:
-        tuner = Tuner(tuning, folder.resolve(), jobs, stopped_by_signals())
+        tuner = Tuner(tuning, folder.resolve(), pool, stopped_by_signals(), at_once)
 
         def report(one: Tried) -> None:
             best = tuner.study.ranked()[0]
@@ -59,6 +68,8 @@ def _run(tuning: Tuning, folder: Path, jobs: int) -> int:
             show(f"{one.number + 1:5} of {tuning.trials}  {tuner.verdict(one)}{mark}")
 
         complete = tuner.run(report)
+        for end in tuner.lost:
+            show(f"LOST  {end.job.folder}: {end.cause}; the same words try it again")
         if tuner.study.tried():
             write_picture(folder, tuning, tuner.study)
             for line in [*_table(tuning, tuner.study), *(tuner.confirm() if complete else [])]:

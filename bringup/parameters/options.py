@@ -210,6 +210,11 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     ),
     "--out": _path("", "FOLDER"),
     "--jobs": _value(int, "N", "runs at a time (cores)", default=os.cpu_count() or 1),
+    "--cluster": _value(
+        str,
+        "ADDRESS",
+        "run on a Ray cluster, HOST:PORT; auto: the one of $RAY_ADDRESS, else one of this machine",
+    ),
     "x": _value(finite, "X", "of the map [m]"),
     "y": _value(finite, "Y", "of the map [m]"),
     "yaw": _value(finite, "YAW", "heading [rad] (0)", nargs="?", default=0.0),

@@ -84,20 +84,37 @@ class Study:
             for one in self._study.get_trials(deepcopy=False)
         ]
 
-    def proposal(self) -> dict[str, Value]:
-        """Return the values to try next: first those of now, then what the sampler expects of.
+    def proposal(
+        self, number: int, going: Sequence[Mapping[str, Value]] = (), at_once: int = 1
+    ) -> dict[str, Value]:
+        """Return the values of a trial: first those of now, then what the sampler expects of.
 
         The tree-structured Parzen estimator of Bergstra et al., "Algorithms for hyper-parameter
         optimization", NIPS 2011, with failed runs as a constraint: fewer of them come before
-        any figure.
+        any figure. Of trials that may run beside it only the values count, as bad ones (a constant
+        liar), whether or not they have ended: what is proposed does not depend on who is first.
+
+        Args:
+            number: The trial's.
+            going: The values of the trials before it that have not ended, in order.
+            at_once: How many trials run side by side.
         """
-        trials = self._study.get_trials(deepcopy=False)
-        if not trials:
+        if number == 0:
             return self._tuning.now
-        sampler = optuna.samplers.TPESampler(seed=len(trials))
+        trials = self._study.get_trials(deepcopy=False)[:number]
+        known = trials[: max(0, number - at_once + 1)]
+        beside = [*(one.params for one in trials[len(known) :]), *going]
+        sampler = optuna.samplers.TPESampler(seed=number, constant_liar=at_once > 1)
         copy = optuna.create_study(sampler=sampler, direction=self._study.direction)
-        copy.add_trials(trials)
-        proposed = copy.ask(_distributions(self._tuning.dimensions)).params
+        space = _distributions(self._tuning.dimensions)
+        copy.add_trials(known)
+        copy.add_trials(
+            optuna.create_trial(
+                state=optuna.trial.TrialState.RUNNING, params=dict(one), distributions=space
+            )
+            for one in beside
+        )
+        proposed = copy.ask(space).params
         return {one.name: _rounded(one, proposed[one.name]) for one in self._tuning.dimensions}
 
     def add(self, values: Mapping[str, Value], outcomes: Sequence[Outcome]) -> Tried:

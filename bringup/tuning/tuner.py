@@ -3,22 +3,33 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from arjuna_core.files.whole_file import write_atomically
 from bringup.campaign.comparison import compared
 from bringup.campaign.outcome import Outcome
 from bringup.campaign.plan import Campaign, Level, runs_of
-from bringup.campaign.runner import run_all
+from bringup.campaign.pool import Ended, Job, Pool
+from bringup.campaign.runner import resumed, run_all, run_jobs
 from bringup.tuning.plan import Tuning
 from bringup.tuning.space import Value
 from bringup.tuning.study import Study, Tried
 
 BEST = "best.yaml"
-_PROGRAM = (sys.executable, "-m", "bringup")
+
+
+@dataclass
+class _Trial:
+    """A trial in progress: its values, its jobs and outcomes, and how many these will be."""
+
+    values: Mapping[str, Value]
+    waiting: deque[Job]
+    outcomes: dict[str, Outcome]
+    count: int
 
 
 class Tuner:
@@ -26,8 +37,14 @@ class Tuner:
 
     Args:
         folder: Where the study, a folder a trial and the best parameters go.
+        pool: Where the runs are run.
         stop: Set to break off; unfinished runs are run again next time.
-        program: What takes the words of a run.
+        at_once: How many trials run side by side. A trial is proposed from those that ended
+            `at_once` before it and the values of those between: the same number gives the same
+            trials on any pool, another one gives others.
+
+    Attributes:
+        lost: The runs that were given up, whose trials have not ended.
 
     Raises:
         CampaignError: The folder is another tuning's.
@@ -38,28 +55,61 @@ class Tuner:
         self,
         tuning: Tuning,
         folder: Path,
-        jobs: int,
+        pool: Pool,
         stop: threading.Event,
-        program: Sequence[str] = _PROGRAM,
+        at_once: int = 1,
     ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
-        self._tuning, self._folder, self._jobs = tuning, folder, jobs
-        self._stop, self._program = stop, program
+        self._tuning, self._folder, self._pool = tuning, folder, pool
+        self._stop, self._at_once = stop, at_once
+        self._going: dict[int, _Trial] = {}
+        self.lost: list[Ended] = []
         self.study = Study(tuning, folder)
 
     def run(self, report: Callable[[Tried], None]) -> bool:
         """Run the trials that are left; return whether all have been run."""
-        tried = self.study.tried()
-        for one in tried:
+        for one in self.study.tried():
             report(one)
-        for number in range(len(tried), self._tuning.trials):
-            values = self.study.proposal()
-            outcomes = self._outcomes(values, self._folder / "trials" / f"{number:04}")
-            if outcomes is None:
-                return False
-            report(self.study.add(values, outcomes))
+        for end in run_jobs(lambda: self._next(report), self._pool, self._stop):
+            trial = self._going[int(end.job.folder.parent.name)]
+            if end.outcome is None:
+                self.lost.append(end)
+            else:
+                trial.outcomes[end.outcome.name] = end.outcome
+            self._add_ended(report)
+        return len(self.study.tried()) >= self._tuning.trials
+
+    def _next(self, report: Callable[[Tried], None]) -> Job | None:
+        """Return the next run of a trial in progress, or of a new one; None where none is due."""
+        while True:
+            for trial in self._going.values():
+                if trial.waiting:
+                    return trial.waiting.popleft()
+            number = len(self.study.tried()) + len(self._going)
+            if len(self._going) >= self._at_once or number >= self._tuning.trials:
+                return None
+            self._going[number] = self._begun(number)
+            self._add_ended(report)
+
+    def _begun(self, number: int) -> _Trial:
+        going = [trial.values for trial in self._going.values()]
+        values = self.study.proposal(number, going, self._at_once)
+        folder = self._folder / "trials" / f"{number:04}"
+        campaign = self._tuning.trial(values, folder)
+        runs = runs_of(campaign)
+        outcomes, waiting = resumed(campaign, runs, folder)
+        return _Trial(values, waiting, outcomes, len(runs))
+
+    def _add_ended(self, report: Callable[[Tried], None]) -> None:
+        """Add the trials that ended to the study, in order of their numbers."""
+        while self._going:
+            number, trial = next(iter(self._going.items()))
+            if len(trial.outcomes) < trial.count:
+                return
+            del self._going[number]
+            outcomes = [trial.outcomes[name] for name in sorted(trial.outcomes)]
+            report(self.study.add(trial.values, outcomes))
             self._write_best()
-        return True
 
     def confirm(self) -> list[str]:
         """Compare the best with what is now on runs that chose neither; return lines to show."""
@@ -88,9 +138,7 @@ class Tuner:
         if factors is not None:
             campaign = dataclasses.replace(campaign, factors=factors)
         runs = runs_of(campaign)
-        outcomes = run_all(
-            campaign, runs, folder, self._jobs, lambda outcome: None, self._stop, self._program
-        )
+        outcomes = run_all(campaign, runs, folder, self._pool, lambda outcome: None, self._stop)
         return outcomes if len(outcomes) == len(runs) else None
 
     def _best(self) -> Tried:

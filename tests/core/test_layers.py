@@ -82,6 +82,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "gymnasium": ("arjuna_sim/learning/",),
     "mujoco_warp": ("arjuna_sim/batch/",),
     "warp": ("arjuna_sim/batch/",),
+    "ray": ("bringup/campaign/",),
     "mcap": ("arjuna_core/bags/",),
     "rosbags": ("arjuna_core/bags/",),
 }

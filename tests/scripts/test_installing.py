@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from scripts import installing
-from scripts.installing import EXTRAS, INSTALLER, lines_of, wanted_extras
+from scripts.installing import EXTRAS, INSTALLER, ON_REQUEST, lines_of, wanted_extras
 from scripts.setup_env import LOCK
 from scripts.steps import StepError
 
@@ -77,8 +77,9 @@ def test_comments_name_the_extras_of_a_line(tmp_path: Path) -> None:
 
 def test_our_lock_file_has_no_other_extras() -> None:
     named = re.findall(r"  # ([a-z ]+)$", LOCK.read_text(), re.MULTILINE)
-    assert {word for words in named for word in words.split()} == {*EXTRAS, INSTALLER}
-    assert all(lines_of(LOCK, extra) for extra in EXTRAS)
+    known = *EXTRAS, *ON_REQUEST
+    assert {word for words in named for word in words.split()} == {*known, INSTALLER}
+    assert all(lines_of(LOCK, extra) for extra in known)
     assert len(lines_of(LOCK, INSTALLER)) == 1
 
 
@@ -87,6 +88,7 @@ def test_our_lock_file_has_no_other_extras() -> None:
     [
         (None, EXTRAS),
         ("all", EXTRAS),
+        ("all cluster", tuple(sorted((*EXTRAS, "cluster")))),
         ("", ()),
         ("view", ("view",)),
         ("view,tune", ("tune", "view")),
@@ -104,6 +106,6 @@ def test_extras_are_all_unless_they_are_named(
 def test_an_unknown_extra_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EXTRAS", "view rviz")
     with pytest.raises(
-        StepError, match="EXTRAS has no rviz; valid: campaign, dev, gpu, learn, tune, view"
+        StepError, match="EXTRAS has no rviz; valid: campaign, dev, gpu, learn, tune, view, cluster"
     ):
         wanted_extras()

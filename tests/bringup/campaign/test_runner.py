@@ -13,6 +13,7 @@ import pytest
 from bringup.campaign.comparison import compared
 from bringup.campaign.outcome import Outcome
 from bringup.campaign.plan import Campaign, CampaignError, Level, runs_of
+from bringup.campaign.pool import Ended, Job, LocalPool
 from bringup.campaign.report import PAGE, PAPER, TABLE, outcomes_in, write_page, write_table
 from bringup.campaign.runner import run_all
 
@@ -41,7 +42,8 @@ def _run(
 ) -> list[Outcome]:
     program = (sys.executable, "-c", _PROGRAM)
     ended = (reported if reported is not None else []).append
-    return run_all(campaign, runs_of(campaign), folder, jobs, ended, threading.Event(), program)
+    pool = LocalPool(jobs, program)
+    return run_all(campaign, runs_of(campaign), folder, pool, ended, threading.Event())
 
 
 def test_runs_are_judged_by_their_results(tmp_path: Path) -> None:
@@ -57,7 +59,8 @@ _FORKS = """
 import json, os, sys, threading
 from pathlib import Path
 from bringup.campaign.plan import Campaign, Level, runs_of
-from bringup.campaign.runner import Forks, run_all
+from bringup.campaign.pool import Forks, LocalPool
+from bringup.campaign.runner import run_all
 
 def main():
     Path(sys.argv[1], "r.json").write_text(json.dumps({"parent": os.getppid()}))
@@ -70,8 +73,8 @@ campaign = Campaign("made", ("{folder}",), "r.json", factors, success)
 program = sys.executable, "-m", "made"
 for _ in range(2):  # the second time nothing is left to run
     stop, folder = threading.Event(), Path(sys.argv[1])
-    given = campaign, runs_of(campaign), folder, 2, lambda one: None, stop, program
-    found = run_all(*given, forks)
+    pool = LocalPool(2, program, forks)
+    found = run_all(campaign, runs_of(campaign), folder, pool, lambda one: None, stop)
     print([one.success for one in found], flush=True)
 """
 
@@ -107,7 +110,51 @@ def test_a_folder_is_of_one_campaign(tmp_path: Path) -> None:
 def test_a_campaign_broken_off_leaves_no_outcome(tmp_path: Path) -> None:
     campaign, stop = _campaign(1), threading.Event()
     stop.set()
-    assert run_all(campaign, runs_of(campaign), tmp_path, 1, lambda outcome: None, stop) == []
+    pool = LocalPool(1)
+    assert run_all(campaign, runs_of(campaign), tmp_path, pool, lambda outcome: None, stop) == []
+
+
+class _Dying:
+    """A pool whose workers die under a run as often as it is said."""
+
+    slots, capacity = 2, 3
+
+    def __init__(self, deaths: dict[str, int]) -> None:
+        self._deaths, self._going = deaths, list[Job]()
+        self.started: list[str] = []
+        self.most = 0
+
+    def start(self, job: Job) -> None:
+        self.started.append(job.run.name)
+        self._going.append(job)
+        self.most = max(self.most, len(self._going))
+
+    def ended(self, timeout: float) -> list[Ended]:
+        job = self._going.pop(0)
+        name = job.run.name
+        if self._deaths.get(name, 0) > 0:
+            self._deaths[name] -= 1
+            return [Ended(job, None, f"node of {name} died")]
+        job.folder.mkdir(exist_ok=True)
+        return [Ended(job, Outcome(name, {}, True, "", 1.0, {}))]
+
+    def stop(self) -> None:
+        self._going.clear()
+
+
+def test_a_run_whose_worker_dies_is_tried_thrice_then_lost(tmp_path: Path) -> None:
+    campaign, pool, lost = _campaign(6), _Dying({"1_1": 2, "4_4": 3}), list[Ended]()
+    given = campaign, runs_of(campaign), tmp_path
+    ended: list[Outcome] = []
+    found = run_all(*given, pool, ended.append, threading.Event(), lost.append)
+    assert [one.name for one in found] == ["0_0", "1_1", "2_2", "3_3", "5_5"]
+    assert sorted(one.name for one in ended) == sorted(one.name for one in found)
+    assert [(end.job.run.name, end.cause) for end in lost] == [("4_4", "node of 4_4 died")]
+    assert [pool.started.count(f"{n}_{n}") for n in range(6)] == [1, 3, 1, 1, 3, 1]
+    assert pool.most == pool.capacity
+    again = _Dying({})
+    assert len(run_all(*given, again, ended.append, threading.Event())) == 6
+    assert again.started == ["4_4"]  # what was lost has no outcome
 
 
 def test_table_and_page_hold_every_run(tmp_path: Path) -> None:

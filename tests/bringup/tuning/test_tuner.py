@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import random
 import sys
 import threading
 from collections.abc import Mapping
@@ -10,10 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from arjuna_core.param import ParamInfo
 from bringup.campaign.outcome import Outcome
 from bringup.campaign.plan import CampaignError
+from bringup.campaign.pool import Ended, Job, LocalPool
 from bringup.tuning.picture import PICTURE, write_picture
 from bringup.tuning.plan import Tuning, load_tuning
 from bringup.tuning.space import Known, Value
@@ -76,7 +79,7 @@ def _outcomes(values: Mapping[str, Any]) -> list[Outcome]:
 def _studied(tuning: Tuning, folder: Path, trials: int) -> Study:
     study = Study(tuning, folder)
     for _ in range(len(study.tried()), trials):
-        values = study.proposal()
+        values = study.proposal(len(study.tried()))
         study.add(values, _outcomes(values))
     return study
 
@@ -120,7 +123,8 @@ def test_a_folder_is_of_one_tuning(tmp_path: Path) -> None:
 
 
 def _tuner(tuning: Tuning, folder: Path, stop: threading.Event | None = None) -> Tuner:
-    return Tuner(tuning, folder, 2, stop or threading.Event(), (sys.executable, "-c", _PROGRAM))
+    pool = LocalPool(2, (sys.executable, "-c", _PROGRAM))
+    return Tuner(tuning, folder, pool, stop or threading.Event())
 
 
 def test_trials_are_run_reported_and_resumed(tmp_path: Path) -> None:
@@ -138,6 +142,49 @@ def test_trials_are_run_reported_and_resumed(tmp_path: Path) -> None:
     assert len(again) == 3
     write_picture(tmp_path, _tuning(tmp_path), tuner.study)
     assert (tmp_path / PICTURE).read_bytes().startswith(b"\x89PNG")
+
+
+class _Shuffled:
+    """A pool without processes, whose runs end in an order of its own."""
+
+    slots = 4
+
+    def __init__(self, order: int, capacity: int = 4) -> None:
+        self._rng, self.capacity = random.Random(order), capacity
+        self._going: list[Job] = []
+        self.most = 0
+
+    def start(self, job: Job) -> None:
+        self._going.append(job)
+        self.most = max(self.most, len({job.folder.parent for job in self._going}))
+
+    def ended(self, timeout: float) -> list[Ended]:
+        job = self._going.pop(self._rng.randrange(len(self._going)))
+        text = (job.folder.parent / "parameters.yaml").read_text(encoding="utf-8")
+        values = {f"driver: {k}": v for k, v in
+                  yaml.safe_load(text)["driver"]["ros__parameters"].items()}  # fmt: skip
+        (outcome,) = _outcomes(values)
+        job.folder.mkdir(exist_ok=True)
+        return [Ended(job, dataclasses.replace(outcome, name=job.run.name))]
+
+    def stop(self) -> None:
+        self._going.clear()
+
+
+def _tried_on(pool: _Shuffled, folder: Path, at_once: int, trials: int = 16) -> list[Tried]:
+    tuner = Tuner(_tuning(folder, trials), folder, pool, threading.Event(), at_once)
+    assert tuner.run(lambda one: None)
+    return tuner.study.tried()
+
+
+def test_trials_side_by_side_do_not_depend_on_who_ends_first(tmp_path: Path) -> None:
+    pools = [_Shuffled(order) for order in (1, 2)]
+    first, second = (_tried_on(pool, tmp_path / f"{n}", 3) for n, pool in enumerate(pools))
+    assert first == second
+    assert [pool.most for pool in pools] == [3, 3]
+    parts = [_tried_on(_Shuffled(3), tmp_path / "parts", 3, trials) for trials in (5, 16)]
+    assert parts[1] == first
+    assert first != _tried_on(_Shuffled(4), tmp_path / "alone", 1)
 
 
 def test_the_winner_is_compared_on_runs_that_did_not_choose_it(tmp_path: Path) -> None:

@@ -1,0 +1,185 @@
+"""Where a campaign's runs are run: one Protocol, and the processes of this machine behind it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from arjuna_core.config import dotted
+from arjuna_core.errors import InputFileError
+from arjuna_core.files.input_file import read_json
+from bringup.campaign.outcome import Outcome, figures_of, judged
+from bringup.campaign.plan import Campaign, Run
+from bringup.processes.child import Child, ChildSpec, describe_exit
+
+PROGRAM = (sys.executable, "-m", "bringup")
+"""The program that takes the words of a run."""
+LOG = "log.txt"
+"""The file in a run's folder that has its output."""
+_POLL = 0.1  # [s] from one look at the running processes to the next
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run to do, and the folder of its own that its files come to lie in."""
+
+    campaign: Campaign
+    run: Run
+    folder: Path
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A job that ended: its outcome, or None and the cause where its worker died meanwhile."""
+
+    job: Job
+    outcome: Outcome | None
+    cause: str = ""
+
+
+class Pool(Protocol):
+    """Where runs are run; it neither plans them nor records their outcomes."""
+
+    @property
+    def slots(self) -> int:
+        """How many runs can run at a time."""
+
+    @property
+    def capacity(self) -> int:
+        """The most runs to have started, with those that wait for a slot."""
+
+    def start(self, job: Job) -> None:
+        """Start a run, or queue it.
+
+        Raises:
+            ArjunaError: No part of the pool can do it.
+            OSError: Its folder cannot be written.
+        """
+
+    def ended(self, timeout: float) -> list[Ended]:
+        """Return the jobs that ended, waiting for the first at most some time [s]."""
+
+    def stop(self) -> None:
+        """End the runs in progress."""
+
+
+@dataclass(frozen=True)
+class Forks:
+    """Runs in forks of this process, which need not import all that they stand on.
+
+    Attributes:
+        main: Does a run, its words in `sys.argv`, and returns its exit code.
+        warm_up: Imports here what runs need; it starts no thread, for a fork would not have it.
+    """
+
+    main: Callable[[], int]
+    warm_up: Callable[[], None]
+
+
+class _Started:
+    """A run in progress; its output goes into its folder."""
+
+    def __init__(self, job: Job, program: Sequence[str], forks: Forks | None) -> None:
+        job.folder.mkdir(parents=True, exist_ok=True)
+        self.job = job
+        self._log = (job.folder / LOG).open("w", encoding="utf-8")
+        self._last = ""
+        self._start = time.monotonic()
+        command = [*program, *job.run.words(job.campaign, job.folder)]
+        main = None if forks is None else forks.main
+        self._child = Child(ChildSpec(job.run.name, command, run=main), self._write)
+
+    def _write(self, line: str) -> None:
+        self._log.write(f"{line}\n")
+        self._last = line.strip() or self._last
+
+    def ended(self) -> Outcome | None:
+        """Return how the run ended; None while it runs."""
+        self._child.read()
+        code, timeout = self._child.poll(), self.job.campaign.timeout
+        passed = time.monotonic() - self._start
+        if code is not None:
+            self._close()
+            return self._judged(code, passed)
+        if passed <= timeout:
+            return None
+        self.stop()
+        return self._outcome(f"took longer than {timeout:g} s", passed)
+
+    def stop(self) -> None:
+        """End the process and close its files."""
+        self._child.send(signal.SIGKILL)
+        while self._child.poll() is None:
+            threading.Event().wait(_POLL)
+        self._close()
+
+    def _close(self) -> None:
+        self._child.close()
+        self._log.close()
+
+    def _judged(self, code: int, passed: float) -> Outcome:
+        try:
+            result = read_json(self.job.folder / self.job.campaign.result)
+        except InputFileError:
+            return self._outcome(f"{describe_exit(code)}, no result; {self._last}", passed)
+        flat = dotted(result) if isinstance(result, dict) else {}
+        reason = judged(flat, self.job.campaign.success)
+        return self._outcome(reason, passed, figures_of(flat))
+
+    def _outcome(
+        self, reason: str, passed: float, figures: dict[str, float] | None = None
+    ) -> Outcome:
+        run = self.job.run
+        return Outcome(run.name, run.levels, not reason, reason, passed, figures or {})
+
+
+class LocalPool:
+    """Processes of this machine, one a run.
+
+    Args:
+        jobs: How many at a time.
+        program: What takes the words of a run.
+        forks: What does the same in forks of this process; None to start the program each time.
+    """
+
+    def __init__(
+        self, jobs: int, program: Sequence[str] = PROGRAM, forks: Forks | None = None
+    ) -> None:
+        self.slots = self.capacity = jobs
+        self._program, self._forks = program, forks
+        self._going: list[_Started] = []
+        self._warm = False
+
+    def start(self, job: Job) -> None:
+        """Start a run."""
+        if not self._warm:
+            os.environ.update(dict.fromkeys(_THREADS, "1"))  # the runs share the cores already
+            if self._forks is not None:
+                self._forks.warm_up()
+            self._warm = True
+        self._going.append(_Started(job, self._program, self._forks))
+
+    def ended(self, timeout: float) -> list[Ended]:
+        """Return the jobs that ended, waiting for the first at most some time [s]."""
+        end = time.monotonic() + timeout
+        while True:
+            threading.Event().wait(_POLL)
+            found = [(one, outcome) for one in self._going if (outcome := one.ended())]
+            if found or time.monotonic() >= end:
+                break
+        for one, _ in found:
+            self._going.remove(one)
+        return [Ended(one.job, outcome) for one, outcome in found]
+
+    def stop(self) -> None:
+        """End the runs in progress."""
+        while self._going:
+            self._going.pop().stop()
