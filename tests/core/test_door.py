@@ -46,7 +46,6 @@ KNOWN = {
     "ros_packages/rosbag2_py/reader.py: reader.open": "is `SequentialReader.open`",
     "ros_packages/cv_bridge/core.py: Picture.open": "of bytes",
     "bringup/tuning/study.py: JournalFileBackend": "checked before",
-    "ros_packages/cv_bridge/core.py: Picture.open": "bytes of a message",
     "bringup/ros2/programs/python_file.py: runpy.run_path": "runs what the user names as a program",
     "arjuna_sim/files/urdf/xacro_child.py: xacro.open": "takes the place of xacro's own",
     # Folders, for their names to be forced to disk.

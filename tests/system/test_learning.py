@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2
-from tests.helpers.nav.drives import Drive, placed
+from bringup.scenarios.drive import Drive, placed
 from tests.helpers.robots import ROOM
 from tests.sim.builders import ROOT
 
