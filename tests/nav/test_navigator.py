@@ -217,7 +217,6 @@ def test_where_every_motion_fails_it_comes_round_to_clearing(script: Script) -> 
         PlanStatus.INVALID_PLANNER,
         PlanStatus.START_OUTSIDE_MAP,
         PlanStatus.GOAL_OUTSIDE_MAP,
-        PlanStatus.START_OCCUPIED,
         PlanStatus.GOAL_OCCUPIED,
     ],
 )
@@ -346,21 +345,23 @@ def test_an_outage_is_stood_through(status: ControlStatus) -> None:
     assert script.recoveries == 0
 
 
-@pytest.mark.parametrize("status", [ControlStatus.TF_ERROR, PlanStatus.TF_ERROR])
+@pytest.mark.parametrize(
+    "status", [ControlStatus.TF_ERROR, PlanStatus.TF_ERROR, PlanStatus.START_OCCUPIED]
+)
 def test_an_outage_that_lasts_ends_the_goal_with_its_reason(
     status: ControlStatus | PlanStatus,
 ) -> None:
     script = Script(config=NavigatorConfig(outage_patience=4.0))
     script.tick()
     while script.now < 20.0 and script.end is None:
-        if status is PlanStatus.TF_ERROR:
+        if isinstance(status, PlanStatus):
             script.tick(0.05, plan=failed(status))
         else:
             script.tick(0.02, plan=planned())
             script.tick(0.03, follow=failed(status))
         if script.end is None:
             assert script.tick(1.05) == ["plan"]
-    assert script.end == Finish(Ending.ABORTED, int(status), "TF_ERROR")
+    assert script.end == Finish(Ending.ABORTED, int(status), status.name)
     assert 4.0 < script.now < 8.0
 
 
