@@ -35,7 +35,7 @@ def of_robots() -> list[Entry]:
 
 
 def _escape() -> None:
-    """Leave tight places: round a box ahead, and through a gap that is as narrow as the robot."""
+    """Leave tight spots: round a box ahead, and through a gap that is as narrow as the robot."""
     from arjuna_core.config import load
     from arjuna_core.grid import GridFrame, OccupancyGrid
     from arjuna_core.se2 import SE2

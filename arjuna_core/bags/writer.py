@@ -43,7 +43,7 @@ class SplitLimits:
 
 @dataclass(frozen=True)
 class BagFormat:
-    """How a recording is stored.
+    """The storage of a recording.
 
     Attributes:
         storage: `mcap` or `sqlite3`.
@@ -170,7 +170,7 @@ class BagFolder:
 
 
 def _pack(path: Path) -> None:
-    """Put a compressed file in a file's place."""
+    """Replace a file by a compressed one."""
     with open_file(path) as source, path.with_name(path.name + PACKED).open("xb") as target:
         zstandard.ZstdCompressor().copy_stream(source, target)
     path.unlink()

@@ -12,13 +12,13 @@ _DRAWN = "/scan_visualization"  # slam_toolbox's own, of a keyframe
 
 
 class Silence(NamedTuple):
-    """What is listened to, for the words on why it does not come.
+    """A subscribed topic, and the advice where nothing comes on it.
 
     Attributes:
         kind: The message's class.
         what: One of its messages, as a "scan".
         profile: What is asked of publishers.
-        cure: What to do where such messages come on another topic.
+        advice: What to do where such messages come on another topic.
         rare: Whether nothing may come for long: only where others publish on another topic, and
             nobody on this, that is reported.
     """
@@ -26,7 +26,7 @@ class Silence(NamedTuple):
     kind: Any
     what: str
     profile: QoSProfile
-    cure: str
+    advice: str
     rare: bool = False
 
     @property
@@ -56,7 +56,7 @@ def _elsewhere(node: Any, kind: str, of: Silence) -> str:
     topics = _topics(node, kind)
     if not topics:
         return f"no node publishes {of.what}s: is the robot, or its sensor's driver, running?"
-    return f"{of.what}s are on {', '.join(topics)}: {of.cure}"
+    return f"{of.what}s are on {', '.join(topics)}: {of.advice}"
 
 
 def _topics(node: Any, kind: str) -> list[str]:

@@ -50,7 +50,7 @@ def build(root: Path, target: Path | None = None) -> list[str]:
     """Build the packages below a folder into the environment; return their names.
 
     Args:
-        target: A prefix in place of the environment's, Python's files in its `site-packages`.
+        target: A prefix instead of the environment's, Python's files in its `site-packages`.
 
     Raises:
         ValueError: They cannot be built: no packages, or one of the environment's own.
@@ -83,17 +83,17 @@ def build(root: Path, target: Path | None = None) -> list[str]:
             shutil.rmtree(site / package.name, ignore_errors=True)
             shutil.copytree(built / package.name, site / package.name)
             (out / "share" / package.name / _MARK).touch()
-        for place, files in data_files(packages, out, "0.0.0"):
-            _copy(files, (target or prefix) / place, {package.name for package in packages})
+        for path, files in data_files(packages, out, "0.0.0"):
+            _copy(files, (target or prefix) / path, {package.name for package in packages})
     return [package.name for package in packages]
 
 
-def _copy(files: list[str], place: Path, packages: set[str]) -> None:
+def _copy(files: list[str], path: Path, packages: set[str]) -> None:
     """Copy the files of some packages, and their entries of the index, to a folder."""
     for file in map(Path, files):
-        if packages & {*place.parts, file.name}:
-            place.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(file, place)
+        if packages & {*path.parts, file.name}:
+            path.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(file, path)
 
 
 def _without_headers(packages: list[InterfacePackage], prefix: Path) -> list[InterfacePackage]:

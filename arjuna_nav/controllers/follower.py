@@ -60,10 +60,17 @@ class FollowerConfig:
         theirs=0.0,
     )
     min_turning_radius: float = min_turning_radius()
+    gap_progress: float = param(
+        0.05,
+        "What a robot that squeezes through a gap moves to make progress.",
+        unit="m",
+        minimum=0.0,
+        maximum=1.0,
+    )
     body: str = param(
         "",
         "The robot's own outline, [[x, y], ...], as its file says, where it stands out of the"
-        " costmap's footprint: the final approach and the escape keep it free.",
+        " costmap's footprint: the final approach keeps it free, the escape in gaps.",
         unit="m",
     )
     foresight: ForesightConfig = field(default_factory=ForesightConfig)
@@ -177,8 +184,9 @@ class PathFollower:
         escape = replace(config.escape, enabled=config.escape.enabled and known)
         self._radius = radius if known else 0.0
         self._approach = FinalApproach(arrival, config.tracker, self._footprint, self._radius)
-        self._escape = Escape(escape, config.tracker, self._footprint, body, self._radius)
+        self._escape = Escape(escape, config.tracker, footprint, body, self._radius)
         self._end: SE2 | None = None
+        self._gap_pose = SE2(math.inf)
         self._failing_since: float | None = None
         self._escape_tried = self._path_changed = self._cancelled = self._has_driven = False
         self.speed_limit = math.inf
@@ -242,8 +250,9 @@ class PathFollower:
             self._escape.reset()
             self._escape_tried = False
         self._path_changed = False
-        if self._escape.in_gap:
+        if self._escape.in_gap and pose.distance(self._gap_pose) > self._config.gap_progress:
             self._progress.reset()  # it is slow
+            self._gap_pose = pose
         if not self._progress.check(pose, now):
             return FollowResult.failed(
                 ControlStatus.FAILED_TO_MAKE_PROGRESS, self._progress.failure_message()

@@ -58,10 +58,10 @@ class CollisionMonitorNode(ManagedNode):
         if config.state_topic:
             self._state = self.publisher(CollisionMonitorState, config.state_topic, qos.LATCHED)
         subscribe_velocity(self, config.cmd_vel_in_topic, stamped, self._on_command)
-        kind, cure = TwistStamped if stamped else Twist, "set cmd_vel_in_topic"
-        commands = Silence(kind, "command", qos.LATEST, cure, rare=True)
+        kind, advice = TwistStamped if stamped else Twist, "set cmd_vel_in_topic"
+        commands = Silence(kind, "command", qos.LATEST, advice, rare=True)
         SilenceWatch(self, config.cmd_vel_in_topic, commands)
-        self._is_heard = False
+        self._has_listener = False
         self.serve(Toggle, f"{self.get_name()}/toggle", self._on_toggle)
 
     def activate(self) -> None:
@@ -98,11 +98,11 @@ class CollisionMonitorNode(ManagedNode):
 
     def _look_for_base(self) -> None:
         """Warn, once, where nobody takes what is to be driven."""
-        if not self._is_heard and not self._output.has_listener():
+        if not self._has_listener and not self._output.has_listener():
             topic = self.config.cmd_vel_out_topic
             text = f"nobody takes the velocities on '{topic}': set cmd_vel_out_topic"
             self.get_logger().warning(text)
-        self._is_heard = True
+        self._has_listener = True
 
     def _judge(self, velocity: Velocity) -> Verdict:
         seen = self._watch.look()

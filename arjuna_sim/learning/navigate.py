@@ -59,7 +59,7 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
     the `margin` around the robot's farthest corner.
 
     Ends: `terminated` within `goal_tolerance` of the goal or where something is touched, which
-    `info["is_success"]` and `info["touched"]` tell apart; `truncated` after `time_limit`.
+    `info["is_success"]` and `info["touched"]` distinguish; `truncated` after `time_limit`.
 
     `reset(seed=...)` makes all that follows the same, bit by bit: starts, goals and noise. Its
     options `start` `(x, y, yaw)` and `goal` `(x, y)` choose an episode.

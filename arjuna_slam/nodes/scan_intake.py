@@ -71,5 +71,5 @@ def shortened(scan: Scan, range_min: float) -> Scan:
 
 def scan_watch(node: ManagedNode, topic: str, profile: QoSProfile) -> SilenceWatch:
     """Return what warns where no scan comes."""
-    cure = "set scan_topic, or start with --scan-topic"
-    return SilenceWatch(node, topic, Silence(LaserScan, "scan", profile, cure))
+    advice = "set scan_topic, or start with --scan-topic"
+    return SilenceWatch(node, topic, Silence(LaserScan, "scan", profile, advice))

@@ -68,7 +68,7 @@ def cluster_pool(
             os.environ.update(_LOOPBACK)
             os.environ.setdefault("RAY_AUTH_TOKEN", secrets.token_hex(32))
             options |= {"num_cpus": jobs, "dashboard_host": "127.0.0.1", "_temp_dir": scratch}
-            options["object_store_memory"] = 256 << 20  # results on their way; more go to disk
+            options["object_store_memory"] = 256 << 20  # results in transit; more go to disk
         else:
             _check_reachable(address)
         import ray
@@ -128,7 +128,7 @@ class ClusterPool:
         campaign: Says what a run takes; what it leaves open is measured, and planned with then.
         show: Takes a line on each node that is refused.
         program: What takes the words of a run.
-        scratch: Folder for the files of runs under way; None for the workers' own.
+        scratch: Folder for the files of running runs; None for the workers' own.
         ahead: How many runs are with the cluster for each that it can run at a time: enough that
             no worker waits, and no more, so that memory does not grow with the campaign.
     """
@@ -158,7 +158,7 @@ class ClusterPool:
 
     @property
     def slots(self) -> int:
-        """How many runs can run at a time, on the nodes that are there by now; 1 at least."""
+        """Return the number of runs that the nodes present can run at a time, at least 1."""
         now = time.monotonic()
         if now - self._slots_at > 2.0:  # [s]; each look asks the head
             slots = sum(map(self._slots_of, _nodes()))

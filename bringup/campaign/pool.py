@@ -1,4 +1,4 @@
-"""Where a campaign's runs are run: one Protocol, and the processes of this machine behind it."""
+"""Pools that run a campaign's runs: one Protocol, and the processes of this machine behind it."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ class Ended:
 
 
 class Pool(Protocol):
-    """Where runs are run; it neither plans them nor records their outcomes."""
+    """A pool that runs; it neither plans them nor records their outcomes."""
 
     @property
     def slots(self) -> int:
-        """How many runs can run at a time."""
+        """The number of runs that can run at a time."""
 
     @property
     def capacity(self) -> int:

@@ -175,9 +175,9 @@ class _Worker:
             (blobs / each).chmod(0o400)
         part = Path(tempfile.mkdtemp(dir=self._root))
         for path, each in files.items():
-            place = _below(part, path)
-            place.parent.mkdir(parents=True, exist_ok=True)
-            place.hardlink_to(blobs / each)
+            target = _below(part, path)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.hardlink_to(blobs / each)
         tree.parent.mkdir(exist_ok=True)
         return part.rename(tree)
 

@@ -55,8 +55,8 @@ def contradictions(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[R
         found.setdefault((reason, body), []).append(where)
     for (reason, body), (where, *others) in found.items():
         too = f" ({others[0].partition('/')[0]} too)" if others else ""
-        cure = f"its own outline: --param 'footprint:={body}'"
-        text = f"{reason} and can touch obstacles{too}; {cure}"
+        advice = f"its own outline: --param 'footprint:={body}'"
+        text = f"{reason} and can touch obstacles{too}; {advice}"
         yield Remark(Kind.UNLIKE, where, text, safety=True)
     for where, reason in () if _is_shipped(sim) else _other_bends(parameters, sim):
         yield Remark(Kind.UNLIKE, where, reason)

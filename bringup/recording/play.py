@@ -67,7 +67,7 @@ class Playing:
 
     @property
     def done(self) -> bool:
-        """Whether all is played; a paused one may be sent back."""
+        """Return whether all is played; a paused one may seek back."""
         return self._stopped or (self.playback.finished and not self.playback.paused)
 
     def stop(self) -> None:

@@ -72,7 +72,7 @@ class PlayOptions:
 
     @property
     def makes_clock(self) -> bool:
-        """Whether /clock is published."""
+        """Return whether /clock is published."""
         return self.clock_hz > 0.0 or self.clock_topics is None or bool(self.clock_topics)
 
 

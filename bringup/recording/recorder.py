@@ -122,7 +122,7 @@ class Recorder:
 
     @property
     def holds(self) -> bool:
-        """Whether messages are held for snapshots and only those are written."""
+        """Return whether messages are kept for snapshots and only those written."""
         return self._options.snapshot
 
     def discover(self) -> None:

@@ -88,10 +88,10 @@ class Tuner:
             number = len(self.study.tried()) + len(self._going)
             if len(self._going) >= self._at_once or number >= self._tuning.trials:
                 return None
-            self._going[number] = self._begun(number)
+            self._going[number] = self._started(number)
             self._add_ended(report)
 
-    def _begun(self, number: int) -> _Trial:
+    def _started(self, number: int) -> _Trial:
         going = [trial.values for trial in self._going.values()]
         values = self.study.proposal(number, going, self._at_once)
         folder = self._folder / "trials" / f"{number:04}"

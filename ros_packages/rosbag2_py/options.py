@@ -12,7 +12,7 @@ from rclpy.time import Time
 
 @dataclass
 class StorageOptions:
-    """Where a recording is or shall be, and in which form."""
+    """The path of a recording, and its form."""
 
     uri: str
     storage_id: str = ""
@@ -116,7 +116,7 @@ class BagMetadata:
 
 
 class ReadOrderSortBy(Enum):
-    """What messages are sorted by."""
+    """The order of messages."""
 
     ReceivedTimestamp = auto()
     PublishedTimestamp = auto()
@@ -132,7 +132,7 @@ class ReadOrder:
 
 
 class CompressionMode(Enum):
-    """What is compressed."""
+    """The unit that is compressed."""
 
     NONE = auto()
     FILE = auto()
@@ -141,7 +141,7 @@ class CompressionMode(Enum):
 
 @dataclass
 class CompressionOptions:
-    """How a recording is compressed."""
+    """The compression of a recording."""
 
     compression_format: str = ""
     compression_mode: CompressionMode = CompressionMode.NONE

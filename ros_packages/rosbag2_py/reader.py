@@ -64,13 +64,13 @@ class SequentialReader:
         """Read no more."""
         self._bag, self._next, self._messages = None, None, iter(())
 
-    def _opened(self) -> Bag:
+    def _current(self) -> Bag:
         if self._bag is None:
             raise RuntimeError("Bag is not open. Call open() before reading.")
         return self._bag
 
     def _restart(self, time: int | None = None) -> None:
-        bag, (start, end) = self._opened(), self._span
+        bag, (start, end) = self._current(), self._span
         first = max(start, 0 if time is None or self._reverse else time)
         last = time if self._reverse and time is not None else end
         found = bag.messages(self._filter.takes, first)
@@ -81,12 +81,12 @@ class SequentialReader:
 
     def has_next(self) -> bool:
         """Return whether there is another message."""
-        self._opened()
+        self._current()
         return self._next is not None
 
     def read_next(self) -> tuple[str, bytes, int]:
         """Return the next message's topic, its bytes and its time [ns]."""
-        self._opened()
+        self._current()
         if self._next is None:
             raise RuntimeError("Bag is at end. No next message.")
         message, self._next = self._next, next(self._messages, None)
@@ -127,15 +127,15 @@ class SequentialReader:
 
     def get_metadata(self) -> BagMetadata:
         """Return the recording in short."""
-        return metadata_of(self._opened())
+        return metadata_of(self._current())
 
     def get_all_topics_and_types(self) -> list[TopicMetadata]:
         """Return the recording's topics."""
-        return [_topic(each, number) for number, each in enumerate(_topics(self._opened()), 1)]
+        return [_topic(each, number) for number, each in enumerate(_topics(self._current()), 1)]
 
     def get_all_message_definitions(self) -> list[MessageDefinition]:
         """Return the definition of each type."""
-        found = {each.type_name: each for each in _topics(self._opened())}
+        found = {each.type_name: each for each in _topics(self._current())}
         return [
             MessageDefinition(name, "ros2msg", each.definition, each.type_hash)
             for name, each in found.items()

@@ -62,14 +62,14 @@ class SequentialWriter:
             self._end()
         self._folder = self._end = None
 
-    def _opened(self) -> BagFolder:
+    def _current(self) -> BagFolder:
         if self._folder is None:
             raise RuntimeError("Bag is not open. Call open() before writing.")
         return self._folder
 
     def create_topic(self, topic: TopicMetadata) -> None:
         """Add a topic, before its messages."""
-        folder = self._opened()
+        folder = self._current()
         offers = tuple(_offer(each) for each in topic.offered_qos_profiles)
         try:
             definition, known = message_definition(topic.type), type_hash(topic.type)
@@ -87,7 +87,7 @@ class SequentialWriter:
         self, topic_name: str, message: bytes, time_stamp: int, sequence_number: int = 0
     ) -> None:
         """Add a message by its bytes and its time [ns]."""
-        folder = self._opened()
+        folder = self._current()
         if topic_name not in self._topics:
             raise RuntimeError(
                 f"Topic '{topic_name}' has not been created yet! Call 'create_topic' first."
@@ -96,7 +96,7 @@ class SequentialWriter:
 
     def split_bagfile(self) -> None:
         """Continue in a new file."""
-        self._opened().split()
+        self._current().split()
 
 
 class SequentialCompressionWriter(SequentialWriter):

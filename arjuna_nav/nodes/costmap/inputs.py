@@ -119,8 +119,8 @@ class CostmapInputs:
         its parameters may lack it.
         """
         name = f"{layer}.{one.source}.topic"
-        cure = f"set {name}, or start with --scan-topic"
-        of = Silence(LaserScan, "scan", qos.SENSOR_SUBSCRIPTION, cure)
+        advice = f"set {name}, or start with --scan-topic"
+        of = Silence(LaserScan, "scan", qos.SENSOR_SUBSCRIPTION, advice)
         watch = SilenceWatch(self._node, topic, of)
 
         def take(message: Any) -> None:

@@ -155,8 +155,10 @@ class Watch:
         """Return the reason of `silent`, with what can be done."""
         for name, source in self.sources.items():
             if problem := source.problem():
-                cure = f"set {name}.topic" if source.config.topic else "set scan_topic"
-                of = Silence(source.message_type, source.config.type, qos.SENSOR_SUBSCRIPTION, cure)
+                advice = f"set {name}.topic" if source.config.topic else "set scan_topic"
+                of = Silence(
+                    source.message_type, source.config.type, qos.SENSOR_SUBSCRIPTION, advice
+                )
                 return f"{problem}: {why_silent(self._node, source.topic, of)}"
         return ""
 

@@ -127,7 +127,7 @@ class _Body:
     def _hollows(self) -> NDArray[np.float64]:
         """Points of the faces whose neighbours rise before them, `(H, 3)`; none if it is convex."""
         middles = self.triangles.mean(axis=1)
-        normals, _ = _looks(self.triangles)
+        normals, _ = _normals(self.triangles)
         first, second = self._pairs.T
         rises = np.einsum("ij,ij->i", normals[first], middles[second] - middles[first]) > _SLIVER
         faces = np.unique(self._pairs[rises])
@@ -139,7 +139,7 @@ class _Body:
     @cached_property
     def levels(self) -> list[NDArray[np.int64]]:
         """Its faces but slivers, level ones together where their outline is convex."""
-        normals, height = _looks(self.triangles)
+        normals, height = _normals(self.triangles)
         first, second = self._pairs.T
         is_level = np.einsum("ij,ij->i", normals[first], normals[second]) > 1.0 - 1e-9
         found = []
@@ -150,12 +150,12 @@ class _Body:
 
     @cached_property
     def slabs(self) -> list[NDArray[np.float64]]:
-        """What is behind each of the levels, as deep as the body is there, `(M, 3)` [m]."""
+        """The solids behind the levels, as deep as the body is there, `(M, 3)` [m]."""
         depth = np.full(self.triangles.shape[:2], _SHEET)
         if self._is_closed:
             depth = depths(self.triangles, _DEPTH)
             depth[depth.max(axis=1) < _FLAT] = _FLAT
-        backs = self.triangles - depth[..., None] * _looks(self.triangles)[0][:, None]
+        backs = self.triangles - depth[..., None] * _normals(self.triangles)[0][:, None]
         found = []
         for group in self.levels:
             points = np.stack((self.triangles[group], backs[group]), axis=1)
@@ -166,7 +166,7 @@ class _Body:
         return found
 
 
-def _looks(triangles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _normals(triangles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the unit vectors that faces look along, `(N, 3)`, and their least heights [m]."""
     sides = np.roll(triangles, -1, axis=1) - triangles
     crossed = np.cross(sides[:, 0], sides[:, 1])

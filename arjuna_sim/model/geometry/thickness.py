@@ -73,12 +73,12 @@ def outward(
             last = int(before[face])
             turned[face] = turned[last] != ((last, face) in odd)
     sign = np.where(turned, -1.0, 1.0)
-    looks = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    crossed = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     if is_closed:
         middles = triangles.mean(axis=1)
-        agree = sign @ np.einsum("ij,ij->i", middles - middles.mean(axis=0), looks)
+        agree = sign @ np.einsum("ij,ij->i", middles - middles.mean(axis=0), crossed)
     else:
-        agree = sign @ np.linalg.norm(looks, axis=1)
+        agree = sign @ np.linalg.norm(crossed, axis=1)
     return np.where((turned ^ (agree < 0.0))[:, None, None], triangles[:, ::-1], triangles)
 
 

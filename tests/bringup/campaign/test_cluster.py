@@ -81,7 +81,7 @@ def _campaign(working: Path, seeds: int, seconds: float = 0.0) -> Campaign:
     )
 
 
-def _begun(working: Path) -> Counter[str]:
+def _started(working: Path) -> Counter[str]:
     """Return how often each seed was run."""
     return Counter((working.parent / "noted").read_text(encoding="utf-8").split())
 
@@ -125,9 +125,9 @@ def test_a_node_that_dies_costs_no_run(cluster: Any, working: Path) -> None:
     assert node not in cluster.worker_nodes
     assert [one.success for one in outcomes] == [True] * 9
     assert not lost
-    begun = _begun(working)
-    assert max(begun.values()) == 2  # what it ran was run once more, elsewhere
-    assert sum(begun.values()) == 10
+    started = _started(working)
+    assert max(started.values()) == 2  # what it ran was run once more, elsewhere
+    assert sum(started.values()) == 10
 
 
 _DRIVER = """
@@ -157,9 +157,9 @@ def test_a_driver_that_is_killed_resumes(cluster: Any, working: Path) -> None:
     outcomes, lost, _ = _run(cluster.address, _campaign(working, 6, 1.0), working / "out")
     assert [one.success for one in outcomes] == [True] * 6
     assert not lost
-    begun = _begun(working)
-    assert max(begun.values()) <= 2
-    assert all(begun[seed] == 1 for seed in before)
+    started = _started(working)
+    assert max(started.values()) <= 2
+    assert all(started[seed] == 1 for seed in before)
 
 
 def test_a_worker_of_another_version_is_refused_by_name(working: Path) -> None:
@@ -195,7 +195,7 @@ def _descendants(process: int) -> set[int]:
     return found
 
 
-_STRANGER = """
+_OTHER_VERSION = """
 import sys, ray
 try:
     ray.init(address=sys.argv[1], logging_level="error")
@@ -217,12 +217,12 @@ def test_a_cluster_of_this_machine_alone_is_closed(working: Path) -> None:
             for line in done.stdout.splitlines()
             if ours & {int(process) for process in re.findall(r"pid=(\d+)", line)}
         ]
-        words = [sys.executable, "-c", _STRANGER, address]
+        words = [sys.executable, "-c", _OTHER_VERSION, address]
         environment = {**os.environ, "RAY_AUTH_TOKEN": "1" * 64}
-        stranger = subprocess.run(words, capture_output=True, text=True, env=environment)
+        other_version = subprocess.run(words, capture_output=True, text=True, env=environment)
     assert len(listening) > 4
     assert [one for one in listening if "127.0.0.1" not in one] == []
-    assert stranger.stdout.startswith("refused")
+    assert other_version.stdout.startswith("refused")
 
 
 @pytest.mark.parametrize(

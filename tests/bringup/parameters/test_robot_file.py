@@ -33,7 +33,7 @@ def body_of(words: list[str]) -> str:
     return str(for_node(parameters, CONTROLLER_SERVER.name).get("body", ""))
 
 
-def test_an_outline_smaller_than_the_robot_is_reported_once_with_its_cure(
+def test_an_outline_smaller_than_the_robot_is_reported_once_with_its_advice(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["demo", "--params", of_radius(tmp_path, "robot_radius: 0.22")]
@@ -42,8 +42,8 @@ def test_an_outline_smaller_than_the_robot_is_reported_once_with_its_cure(
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(f"unlike the robot (SAFETY): {LOCAL_COSTMAP.name}: {SMALL}")
     assert "(global_costmap too)" in line
-    cure = line.rpartition("--param ")[2].strip("'")
-    assert body_of([*words, "--param", cure]) == ""
+    advice = line.rpartition("--param ")[2].strip("'")
+    assert body_of([*words, "--param", advice]) == ""
     assert not capsys.readouterr().err
 
 

@@ -15,6 +15,7 @@ from arjuna_core.config import load, param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers import ControlResult, ControlStatus
+from arjuna_nav.controllers.escape import Escape
 from arjuna_nav.controllers.follower import FollowerConfig, FollowResult, FollowState, PathFollower
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -195,6 +196,17 @@ def test_who_does_not_get_on_fails_with_the_reason() -> None:
     )
     followed.follower.start(PATH, 5.2)
     assert followed.tick(5.2).state is FollowState.RUNNING
+
+
+@pytest.mark.parametrize(("moved", "fails"), [(0.04, True), (0.06, False)])
+def test_who_squeezes_through_a_gap_may_be_slow_but_not_stand(
+    moved: float, fails: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Escape, "in_gap", True)
+    followed = Followed(PATH, **{"progress_checker.movement_time_allowance": 5.0})
+    followed.tick(0.0)
+    followed.tick(4.0, SE2(1.0 + moved, 2.0))
+    assert (followed.tick(5.1, SE2(1.0 + moved, 2.0)).state is FollowState.FAILED) is fails
 
 
 END = PATH[60:]  # its last metre

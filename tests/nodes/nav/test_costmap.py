@@ -211,8 +211,8 @@ def test_a_costmap_that_gets_no_scan_says_so_once_and_where_scans_are(
     robot.run(10.0)
     lines = [line for line in capfd.readouterr().err.splitlines() if "no scan comes on" in line]
     assert len(lines) == count
-    cure = "nobody publishes it; scans are on /scan: set obstacle_layer.scan.topic"
-    assert all(f"no scan comes on '/front/scan': {cure}" in line for line in lines)
+    advice = "nobody publishes it; scans are on /scan: set obstacle_layer.scan.topic"
+    assert all(f"no scan comes on '/front/scan': {advice}" in line for line in lines)
 
 
 def updates(robot: PlayedRobot, name: str) -> tuple[list[Any], list[Any]]:

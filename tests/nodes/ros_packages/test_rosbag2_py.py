@@ -1,4 +1,4 @@
-"""rosbag2_py: what scripts write is read by others' readers, and the other way round."""
+"""rosbag2_py: what scripts write is read by others' readers, and vice versa."""
 
 from __future__ import annotations
 

@@ -74,9 +74,9 @@ def shared() -> Iterator[SimpleNamespace]:
     bench.close()
 
 
-def parsed(words: str, **places: Path) -> Any:
+def parsed(words: str, **paths: Path) -> Any:
     """Return the arguments of words after `ros2 bag`, with paths for the names in braces."""
-    given = [word.format(**places) for word in words.split()]
+    given = [word.format(**paths) for word in words.split()]
     return build_parser(COMMANDS).parse_args(["bag", *given])
 
 
@@ -460,7 +460,7 @@ def test_record(row: Record, shared: SimpleNamespace, tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def played_bags(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Two recordings, of which the first goes on in a second file after 2 s."""
+    """Two recordings, of which the first continues in a second file after 2 s."""
     folder = tmp_path_factory.mktemp("played")
 
     def topic(name: str, kind: str) -> TopicInfo:
@@ -486,8 +486,8 @@ def played_bags(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 
 @dataclass
-class Heard:
-    """What a player published: the wall time [s], topic and value of each message.
+class Received:
+    """The messages that a player published: the wall time [s], topic and value of each message.
 
     Attributes:
         clock: The stamps on /clock [s].
@@ -503,7 +503,7 @@ class Heard:
 
     @property
     def topics(self) -> Counter[str]:
-        """How many messages each topic had."""
+        """Return the number of messages of each topic."""
         return Counter(name for _, name, _ in self.messages)
 
     @property
@@ -516,7 +516,7 @@ class Stage:
     """A player whose time is the test's, and who listens."""
 
     def __init__(self, bench: RosBench, given: Any) -> None:
-        self.bench, self.heard, self.wall = bench, Heard(), 0.0
+        self.bench, self.received, self.wall = bench, Received(), 0.0
         if given.run.endswith("burst"):
             bags, options = [Bag(Path(given.bag_path))], verbs.burst_options(given)
         else:
@@ -526,28 +526,30 @@ class Stage:
         for name, kind in (*PUBLISHED.items(), ("/front", Int32)):
             listener.create_subscription(kind, name, self.listens(name), qos.TF)
         listener.create_subscription(
-            Clock, "/clock", lambda message: self.heard.clock.append(stamp(message)), qos.CLOCK
+            Clock, "/clock", lambda message: self.received.clock.append(stamp(message)), qos.CLOCK
         )
         listener.create_subscription(
             ReadSplitEvent,
             "/events/read_split",
-            lambda message: self.heard.splits.append(Path(message.opened_file).name),
+            lambda message: self.received.splits.append(Path(message.opened_file).name),
             1,
         )
         listener.create_service(AddTwoInts, "/add", self._add)
         node = bench.process.make_node(options.node_name, spun=False)
-        self.playing = Playing(bags, node, options, self.heard.notes.append)
+        self.playing = Playing(bags, node, options, self.received.notes.append)
         self.controls = playing.control(self.playing, node)
         self._nodes = (listener, node)
 
     def listens(self, name: str) -> Callable[[Any], None]:
         def take(message: Any) -> None:
-            self.heard.messages.append((round(self.wall, 3), name, getattr(message, "data", None)))
+            self.received.messages.append(
+                (round(self.wall, 3), name, getattr(message, "data", None))
+            )
 
         return take
 
     def _add(self, request: Any, response: Any) -> Any:
-        self.heard.asked.append(request.a + request.b)
+        self.received.asked.append(request.a + request.b)
         return response
 
     def run(self, seconds: float = 6.0) -> None:
@@ -577,14 +579,14 @@ class Play:
 
     words: str
     promise: str
-    holds: Callable[[Heard], bool]
+    holds: Callable[[Received], bool]
     during: Callable[[Stage], None] = lambda stage: stage.run()
     refused: str = ""
 
 
-def hears(**expected: int) -> Callable[[Heard], bool]:
-    """Return whether these topics were heard so often, and no other."""
-    return lambda heard: heard.topics == {f"/{name}": n for name, n in expected.items()}
+def hears(**expected: int) -> Callable[[Received], bool]:
+    """Return whether these topics were received so often, and no other."""
+    return lambda received: received.topics == {f"/{name}": n for name, n in expected.items()}
 
 
 def by_services(stage: Stage) -> None:
@@ -592,7 +594,7 @@ def by_services(stage: Stage) -> None:
     stage.call(srv.Pause, "pause")
     assert stage.call(srv.IsPaused, "is_paused").paused
     stage.run(3.0)
-    assert len(stage.heard.scans) == 2
+    assert len(stage.received.scans) == 2
     assert stage.call(srv.PlayNext, "play_next").success
     assert stage.call(srv.Burst, "burst", num_messages=2).actually_burst == 2
     back = srv.Seek.Request().time
@@ -631,7 +633,7 @@ def bursts(stage: Stage) -> None:
 
 def resumed_at_end(stage: Stage) -> None:
     stage.run()
-    assert not stage.heard.messages
+    assert not stage.received.messages
     stage.call(srv.Resume, "resume")
     stage.run()
 
@@ -640,24 +642,26 @@ ONE = "/scan", "/scan_filtered"
 PLAY = [
     Play(
         *("{one}", "the messages at their recorded times, services' events as topics"),
-        lambda heard: (
-            [time for time, _ in heard.scans] == [0.0, 1.0, 2.0, 3.0]
-            and heard.topics["/add/_service_event"] == 1
-            and heard.splits == ["one_1.mcap"]
+        lambda received: (
+            [time for time, _ in received.scans] == [0.0, 1.0, 2.0, 3.0]
+            and received.topics["/add/_service_event"] == 1
+            and received.splits == ["one_1.mcap"]
         ),
     ),
     Play(
-        "{one} -r 2", "twice as fast", lambda heard: [t for t, _ in heard.scans] == [0, 0.5, 1, 1.5]
+        "{one} -r 2",
+        "twice as fast",
+        lambda received: [t for t, _ in received.scans] == [0, 0.5, 1, 1.5],
     ),
     Play(
         "{one} --topics /scan --services /add",
         "only these topics and services",
-        lambda heard: set(heard.topics) == {"/scan", "/add/_service_event"},
+        lambda received: set(received.topics) == {"/scan", "/add/_service_event"},
     ),
     Play("{one} -e /scan.*", "names that the expression matches", hears(scan=4, scan_filtered=4)),
     Play(
         *("{one} -e scan", "it matches whole names"),
-        lambda heard: not heard.messages,
+        lambda received: not received.messages,
         refused="nothing is left to play; the recording's topics: /add",
     ),
     Play("{one} -x /scan_.* --exclude-services /add", "not these", hears(scan=4)),
@@ -671,95 +675,98 @@ PLAY = [
     ),
     Play(
         *("{one} --topics /scan -l", "starts again at the end"),
-        lambda heard: [value for _, value in heard.scans[:6]] == [0, 1, 2, 3, 0, 1],
+        lambda received: [value for _, value in received.scans[:6]] == [0, 1, 2, 3, 0, 1],
     ),
     Play(
         *("{one} --topics /scan -d 1.5 -l", "waits before each turn"),
-        lambda heard: (
-            [time for time, _ in heard.scans[:5]]
+        lambda received: (
+            [time for time, _ in received.scans[:5]]
             == pytest.approx([1.5, 2.5, 3.5, 4.5, 6.0], abs=0.11)
         ),
         lambda stage: stage.run(8.0),
     ),
     Play(
         *("{one} --topics /scan --start-offset 1.5", "this many seconds into the bag"),
-        lambda heard: heard.scans == [(0.5, 2), (1.5, 3)],
+        lambda received: received.scans == [(0.5, 2), (1.5, 3)],
     ),
     Play(
         *("{one} --topics /scan --start-offset 1 --playback-duration 1.2", "of the played part"),
-        lambda heard: [value for _, value in heard.scans] == [1, 2],
+        lambda received: [value for _, value in received.scans] == [1, 2],
     ),
-    Play("{one} --playback-duration 0", "nothing is played", lambda heard: not heard.messages),
+    Play(
+        "{one} --playback-duration 0", "nothing is played", lambda received: not received.messages
+    ),
     Play(
         *("{one} --topics /scan --playback-until-sec 101.5", "until this time"),
-        lambda heard: [value for _, value in heard.scans] == [0, 1],
+        lambda received: [value for _, value in received.scans] == [0, 1],
     ),
     Play(
         *(
             "{one} --topics /scan --playback-until-nsec 102000000000 --playback-duration 1",
             "the later of both",
         ),
-        lambda heard: [value for _, value in heard.scans] == [0, 1, 2],
+        lambda received: [value for _, value in received.scans] == [0, 1, 2],
     ),
     Play(
         *("{one} --clock 10", "the time ten times a second, the recorded /clock left out"),
-        lambda heard: len(heard.clock) == 36 and heard.clock[:2] == [100.0, 100.1],
+        lambda received: len(received.clock) == 36 and received.clock[:2] == [100.0, 100.1],
     ),
     Play(
         *("{one} --clock-topics /scan_filtered", "the time with each message of the topic"),
-        lambda heard: heard.clock == [100.5, 101.5, 102.5, 103.5],
+        lambda received: received.clock == [100.5, 101.5, 102.5, 103.5],
     ),
     Play(
         *("{one} --clock-topics-all --topics /scan", "the time with each message"),
-        lambda heard: heard.clock == [100.0, 101.0, 102.0, 103.0],
+        lambda received: received.clock == [100.0, 101.0, 102.0, 103.0],
     ),
     Play(
         *("-i {one} -i {two} mcap", "several bags, in the order of their times"),
-        lambda heard: (
-            [name for _, name, _ in heard.messages[:3]] == ["/scan", "/imu/data", "/scan_filtered"]
+        lambda received: (
+            [name for _, name, _ in received.messages[:3]]
+            == ["/scan", "/imu/data", "/scan_filtered"]
         ),
     ),
     Play(
         *("{one} --publish-service-requests", "the requests, not the events"),
-        lambda heard: heard.asked == [5] and "/add/_service_event" not in heard.topics,
+        lambda received: received.asked == [5] and "/add/_service_event" not in received.topics,
     ),
     Play(
         *(
             "{one} --publish-service-requests --service-requests-source client_introspection",
             "those that the client noted: none",
         ),
-        lambda heard: heard.asked == [] and "/add/_service_event" not in heard.topics,
+        lambda received: received.asked == [] and "/add/_service_event" not in received.topics,
     ),
     Play(
         *("{one} --topics /scan -p", "begins paused; resumed by the service"),
-        lambda heard: [value for _, value in heard.scans] == [0, 1, 2, 3],
+        lambda received: [value for _, value in received.scans] == [0, 1, 2, 3],
         resumed_at_end,
     ),
     Play(
         *("{one} --topics /scan -p --read-ahead-queue-size 9", "keys: right, up, down, space"),
-        lambda heard: heard.scans[0] == (0.2, 0) and len(heard.scans) == 4,
+        lambda received: received.scans[0] == (0.2, 0) and len(received.scans) == 4,
         by_keys,
     ),
     Play(
         *("{one} --topics /scan --disable-keyboard-controls", "pause, step, burst, seek, rate"),
-        lambda heard: [value for _, value in heard.scans] == [0, 1, 2, 3, 1, 2, 3],
+        lambda received: [value for _, value in received.scans] == [0, 1, 2, 3, 1, 2, 3],
         by_services,
     ),
     Play(
         *("burst {one} --topics /scan -n 3", "so many at once, then paused"),
-        lambda heard: heard.scans == [(0.0, 0), (0.0, 1), (0.0, 2)],
+        lambda received: received.scans == [(0.0, 0), (0.0, 1), (0.0, 2)],
         bursts,
     ),
     Play(
         *("burst {one} --start-offset 1.2 -m /scan:=/front", "all that are left"),
-        lambda heard: (
-            [(t, v) for t, name, v in heard.messages if name == "/front"] == [(0.0, 2), (0.0, 3)]
+        lambda received: (
+            [(t, v) for t, name, v in received.messages if name == "/front"] == [(0.0, 2), (0.0, 3)]
         ),
         bursts,
     ),
     Play(
         *("{one} --topics /scan --log-level error", "a service stops it"),
-        lambda heard: len(heard.scans) == 2,
+        lambda received: len(received.scans) == 2,
         stopped,
     ),
 ]
@@ -775,7 +782,7 @@ def test_play(row: Play, played_bags: dict[str, Path], bench: RosBench) -> None:
         return
     with closing(Stage(bench, given)) as stage:
         row.during(stage)
-    assert row.holds(stage.heard)
+    assert row.holds(stage.received)
 
 
 @dataclass(frozen=True)
@@ -905,8 +912,8 @@ def test_others(
     if "{copy}" in row.words:
         shutil.copytree(played_bags["one"], tmp_path / "copy")
         (tmp_path / "copy" / "metadata.yaml").unlink()
-    places = {**played_bags, "file": file, "out": tmp_path, "copy": tmp_path / "copy"}
-    assert main(["bag", *(word.format(**places) for word in row.words.split())]) == row.code
+    paths = {**played_bags, "file": file, "out": tmp_path, "copy": tmp_path / "copy"}
+    assert main(["bag", *(word.format(**paths) for word in row.words.split())]) == row.code
     assert row.holds("".join(capsys.readouterr()), tmp_path)
 
 
