@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 
@@ -18,7 +17,9 @@ def shipped_file(relative: str) -> Path:
 
 def found_or_shipped(name: str) -> str:
     """Return a name as it is, or the shipped file's path where the name is a path to that only."""
-    if "/" not in name or os.path.exists(name):  # noqa: PTH110 - too long a name does not exist
-        return name
-    shipped = shipped_file(name)
-    return str(shipped) if shipped.is_file() else name
+    try:
+        if "/" in name and not Path(name).exists() and shipped_file(name).is_file():
+            return str(shipped_file(name))
+    except OSError:  # no file can have such a name: who opens it says so
+        pass
+    return name
