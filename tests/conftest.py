@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
 from typing import TYPE_CHECKING, Any
@@ -79,6 +80,15 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
             super()._assign_work_unit(node)
 
     return ByFile(config, log)
+
+
+@pytest.fixture(autouse=True)
+def _log_level_given_back() -> Iterator[None]:
+    """Give the level back that a command or a benchmark sets for the whole process."""
+    yield
+    logging = sys.modules.get("rclpy.logging")
+    if logging is not None:
+        logging.set_logger_level("", logging.LoggingSeverity.INFO)
 
 
 @pytest.fixture

@@ -7,8 +7,6 @@ import json
 import lzma
 import math
 import re
-import sys
-from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -35,14 +33,6 @@ _CYLINDER = (
     "</geometry></collision></link></model>"
 )
 _MAP = "type octile\nheight 3\nwidth 5\nmap\n.....\n.@@@.\n....T\n"
-
-
-@pytest.fixture(autouse=True)
-def _log_level_given_back() -> Iterator[None]:
-    yield
-    logging = sys.modules.get("rclpy.logging")
-    if logging is not None:  # a benchmark has run
-        logging.set_logger_level("", logging.LoggingSeverity.INFO)
 
 
 def run(module: ModuleType, *argv: str) -> dict[str, Any]:
