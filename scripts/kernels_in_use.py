@@ -27,7 +27,7 @@ def of_robots() -> list[Entry]:
     from arjuna_sim.model.geometry.thickness import depths
 
     of_a_demo()
-    depths(np.zeros((1, 3, 3)), 0.1)
+    depths(np.zeros((1, 3, 3)), np.zeros((1, 3)), 0.1)
     _escape()
     for parameters in _each_plugin():
         _drive(parameters)

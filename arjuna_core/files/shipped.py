@@ -18,8 +18,9 @@ def shipped_file(relative: str) -> Path:
 def found_or_shipped(name: str) -> str:
     """Return a name as it is, or the shipped file's path where the name is a path to that only."""
     try:
-        if "/" in name and not Path(name).exists() and shipped_file(name).is_file():
-            return str(shipped_file(name))
+        shipped = shipped_file(name)
+        if "/" in name and not Path(name).exists() and shipped.is_file():
+            return str(shipped)
     except OSError:  # no file can have such a name: who opens it says so
         pass
     return name

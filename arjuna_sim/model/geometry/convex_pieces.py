@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from arjuna_sim.model.geometry.thickness import depths, edges, joined, outward
+from arjuna_sim.model.geometry.thickness import depths, edges, groups, joined, outward
 
 PIECES_MAX = 5000
 """Greatest number of pieces of a fast mesh: beyond, a scene takes seconds to compile."""
@@ -104,13 +104,17 @@ class _Body:
 
     Attributes:
         triangles: That look outward, `(N, 3, 3) float64` [m].
-        hull: The corners of its convex hull, `(M, 3) float64` [m].
     """
 
     def __init__(self, triangles: NDArray[np.float64], faces: NDArray[np.int64]) -> None:
         self._pairs, alike, self._is_closed = edges(faces)
         self.triangles = outward(triangles, self._pairs, alike, self._is_closed)
-        self.hull = hull(triangles.reshape(-1, 3))
+        self._normals, self._heights = _normals(self.triangles)
+
+    @cached_property
+    def hull(self) -> NDArray[np.float64]:
+        """The corners of its convex hull, `(M, 3) float64` [m]."""
+        return hull(self.triangles.reshape(-1, 3))
 
     def fills(self, off: float) -> bool:
         """Return whether it is closed, and fills its hull but for hollows not deeper than this."""
@@ -127,9 +131,10 @@ class _Body:
     def _hollows(self) -> NDArray[np.float64]:
         """Points of the faces whose neighbours rise before them, `(H, 3)`; none if it is convex."""
         middles = self.triangles.mean(axis=1)
-        normals, _ = _normals(self.triangles)
         first, second = self._pairs.T
-        rises = np.einsum("ij,ij->i", normals[first], middles[second] - middles[first]) > _SLIVER
+        rises = (
+            np.einsum("ij,ij->i", self._normals[first], middles[second] - middles[first]) > _SLIVER
+        )
         faces = np.unique(self._pairs[rises])
         sides = (self.triangles + np.roll(self.triangles, 1, axis=1)) / 2
         return np.concatenate(
@@ -139,23 +144,23 @@ class _Body:
     @cached_property
     def levels(self) -> list[NDArray[np.int64]]:
         """Its faces but slivers, level ones together where their outline is convex."""
-        normals, height = _normals(self.triangles)
+        normals = self._normals
         first, second = self._pairs.T
         is_level = np.einsum("ij,ij->i", normals[first], normals[second]) > 1.0 - 1e-9
         found = []
         for group in joined(self._pairs[is_level], len(normals)):
             whole = len(group) == 1 or _is_convex(self.triangles[group])
             found += [group] if whole else list(group[:, None])
-        return [group for group in found if height[group].max() > _SLIVER]
+        return [group for group in found if self._heights[group].max() > _SLIVER]
 
     @cached_property
     def slabs(self) -> list[NDArray[np.float64]]:
         """The solids behind the levels, as deep as the body is there, `(M, 3)` [m]."""
         depth = np.full(self.triangles.shape[:2], _SHEET)
         if self._is_closed:
-            depth = depths(self.triangles, _DEPTH)
+            depth = depths(self.triangles, self._normals, _DEPTH)
             depth[depth.max(axis=1) < _FLAT] = _FLAT
-        backs = self.triangles - depth[..., None] * _normals(self.triangles)[0][:, None]
+        backs = self.triangles - depth[..., None] * self._normals[:, None]
         found = []
         for group in self.levels:
             points = np.stack((self.triangles[group], backs[group]), axis=1)
@@ -205,9 +210,7 @@ def _of_cells(triangles: NDArray[np.float64], most: int) -> Pieces:
         cells = np.floor(parts.mean(axis=1) / side).astype(np.int64)
         _, cell = np.unique(cells, axis=0, return_inverse=True)
         if int(cell.max()) < most:
-            order = np.argsort(cell, kind="stable")
-            starts = np.flatnonzero(np.diff(cell[order], prepend=-1))
-            return Pieces([_thick(parts[g]) for g in np.split(order, starts[1:])], float(side))
+            return Pieces([_thick(parts[group]) for group in groups(cell)], float(side))
         # Larger cells make fewer pieces, until these are within their budget.
         side *= 1.25
     return Pieces([hull(triangles.reshape(-1, 3))], reach)

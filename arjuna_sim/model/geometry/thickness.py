@@ -38,9 +38,8 @@ def edges(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.bool_
     directed = np.stack((faces, np.roll(faces, -1, axis=1)), axis=2).reshape(-1, 2)
     low, high = directed.min(axis=1), directed.max(axis=1)
     order = np.lexsort((high, low))
-    is_new = np.diff(low[order], prepend=-1) + np.diff(high[order], prepend=-1) != 0
-    is_new |= np.diff(low[order], prepend=-1) != 0
-    starts = np.flatnonzero(is_new)
+    ends = np.stack((low[order], high[order]), axis=1)
+    starts = np.flatnonzero(np.diff(ends, axis=0, prepend=-1).any(axis=1))
     counts = np.diff(starts, append=len(order))
     pairs = order[starts[counts == 2][:, None] + np.arange(2)]
     alike = directed[pairs[:, 0], 0] == directed[pairs[:, 1], 0]
@@ -82,11 +81,14 @@ def outward(
     return np.where((turned ^ (agree < 0.0))[:, None, None], triangles[:, ::-1], triangles)
 
 
-def depths(triangles: NDArray[np.float64], most: float) -> NDArray[np.float64]:
+def depths(
+    triangles: NDArray[np.float64], normals: NDArray[np.float64], most: float
+) -> NDArray[np.float64]:
     """Return how deep a closed body is behind each corner of its faces, `(N, 3) float64` [m].
 
     Args:
         triangles: `(N, 3, 3) float64` that look outward [m].
+        normals: The unit vectors along which they look, `(N, 3) float64`.
         most: What is deeper counts as so deep [m].
     """
     middle = triangles.mean(axis=1, keepdims=True)
@@ -94,8 +96,6 @@ def depths(triangles: NDArray[np.float64], most: float) -> NDArray[np.float64]:
     low, high = triangles.min(axis=1), triangles.max(axis=1)
     axis = int(np.argmax(np.ptp(middle[:, 0], axis=0)))
     order = np.argsort(low[:, axis], kind="stable")
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
     longest = float((high - low)[:, axis].max(initial=0.0))
     found = np.empty((len(triangles), 4))
     found[order] = _lengths(
