@@ -86,13 +86,32 @@ class Meetings:
             self._touching[k] = drives or bool(before)
 
 
+class OwnMotion:
+    """The wheels' motion that commands cause; a push turns them as well.
+
+    Args:
+        braked: After a command to stand a robot stands, and what turns its wheels is a push [s].
+        rests: Wheels that are slower have come to rest before that [m/s, rad/s].
+    """
+
+    def __init__(self, braked: float = 0.2, rests: float = 0.02) -> None:
+        self._braked, self._rests, self._commanded_at = braked, rests, -math.inf
+
+    def update(self, now: float, command: Velocity, wheels: Velocity) -> Velocity:
+        """Return how the robot moves itself at a time [s], by its command and its wheels."""
+        if command.x != 0.0 or command.yaw_rate != 0.0:
+            self._commanded_at = now
+        elif max(abs(wheels.x), abs(wheels.yaw_rate)) <= self._rests:
+            self._commanded_at = -math.inf
+        return wheels if now - self._commanded_at <= self._braked else STILL
+
+
 class Drive:
     """A robot's drive from now on: its length and its contacts.
 
     Args:
         robot: In lock-step, its simulator running; `on_tick` is taken.
         then: Called after each tick.
-        braked: After a command to stand a robot stands, and what turns its wheels is a push [s].
         stretch: On less, the encoders' ticks say little of a bend [m].
 
     Attributes:
@@ -106,12 +125,11 @@ class Drive:
         self,
         robot: LockStep,
         then: Callable[[], None] = lambda: None,
-        braked: float = 0.2,
         stretch: float = 0.1,
     ) -> None:
-        self._robot, self._then, self._braked, self._least = robot, then, braked, stretch
+        self._robot, self._then, self._least = robot, then, stretch
         self.length, self._contacts, self._pushed = 0.0, 0, 0
-        self._pushed_at, self._commanded_at = -math.inf, -math.inf
+        self._pushed_at, self._own = -math.inf, OwnMotion()
         self.touched: list[str] = []
         self.touched_at: list[SE2] = []
         self.curvature, self._stretch, self._at = 0.0, (0.0, 0.0), robot.now
@@ -149,15 +167,12 @@ class Drive:
         positions = [self._stage.motion(name).pose.position[:2] for name in self._walkers]
         people = np.array([(*position, PERSON[0]) for position in positions]).reshape(-1, 3)
         now, setpoint = self._robot.now, self._robot.sim.simulator.robot.setpoint
-        self._commanded_at = (
-            now if setpoint.x != 0.0 or setpoint.yaw_rate != 0.0 else self._commanded_at
-        )
-        moves = now - self._commanded_at <= self._braked
         tick = now - self._at
         self._bend(setpoint, last.odometry.v * tick, last.odometry.w * tick)
         self._at = now
-        wheels = Velocity(before.odometry.v, yaw_rate=before.odometry.w) if moves else STILL
-        self._meetings.update(last.truth.pose, wheels, people)
+        wheels = Velocity(before.odometry.v, yaw_rate=before.odometry.w)
+        moves = self._own.update(now, setpoint, wheels)
+        self._meetings.update(last.truth.pose, moves, people)
         self._pushed_at = now if self._meetings.touching else self._pushed_at
         if now - self._pushed_at <= PUSHED:
             self._pinned.update(dict.fromkeys(contacts, last.truth.pose))

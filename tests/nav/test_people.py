@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.model.entities import Entity
-from bringup.scenarios.drive import Meetings
+from bringup.scenarios.drive import Meetings, OwnMotion
 from bringup.scenarios.people import boxes_in, settle, with_boxes
 from tests.helpers.nav.layers import Body
 from tests.helpers.nav.people import Pushes
@@ -56,6 +56,22 @@ def test_one_touch_counts_once_and_as_the_robots_where_it_presses_on() -> None:
     meetings.update(SE2(), STILL, np.array([(1.0, 0.0, 0.25)]))
     meetings.update(SE2(), STILL, person)
     assert (meetings.hits, meetings.bumped) == (2, 1)
+
+
+def test_wheels_that_came_to_rest_are_turned_by_a_push_alone() -> None:
+    motion = OwnMotion()
+    moves = [
+        motion.update(now, command, wheels)
+        for now, command, wheels in (
+            (0.00, FORWARD, FORWARD),
+            (0.02, STILL, Velocity(0.2)),  # it brakes
+            (0.04, STILL, Velocity(0.01)),  # it stands
+            (0.06, STILL, BACK),  # somebody pushes
+            (0.08, BACK, BACK),
+            (0.30, STILL, BACK),  # longer than it brakes
+        )
+    ]
+    assert moves == [FORWARD, Velocity(0.2), STILL, STILL, BACK, STILL]
 
 
 class Stage:
