@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
+from html import escape
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 from geometry_msgs.msg import Pose, PoseStamped
 from simulation_interfaces.msg import EntityFilters, EntityState, Resource, Result, SimulationState
@@ -169,7 +169,7 @@ def walker(name: str, points: list[tuple[float, float]], speed: float, once: boo
             lines.append(f"<waypoint><time>{time!r}</time>{pose}</waypoint>")
         now = end
     return Resource(
-        resource_string=f"<sdf version='1.7'><actor name={quoteattr(name)}><script>"
+        resource_string=f"<sdf version='1.7'><actor name='{escape(name)}'><script>"
         f"<loop>{str(not once).lower()}</loop><trajectory id='0' type='walk'>{''.join(lines)}"
         "</trajectory></script></actor></sdf>"
     )

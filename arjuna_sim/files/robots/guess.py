@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Set
+from html import escape
 from pathlib import Path
-from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +30,8 @@ NO_DRIVE = DriveSettings((), (), 1.0, 1.0, TORQUE, 1.0, 1.0)
 """Of a robot that has no wheels."""
 
 _GUESS = """<?xml version="1.0"?>
-<robot name={name} xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:include filename={source}/>
+<robot name="{name}" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:include filename="{source}"/>
   <gazebo>
     <plugin name="guessed_drive" filename="libgazebo_ros_diff_drive.so">
       {joints}<wheel_separation>{drive.separation:.6g}</wheel_separation>
@@ -146,7 +146,7 @@ def save_guess(path: Path, source: Path, name: str, drive: DriveSettings) -> Non
         f"<{side}_joint>{escape(n)}</{side}_joint>\n      " for side, names in sides for n in names
     )
     text = _GUESS.format(
-        name=quoteattr(name), source=quoteattr(str(source.resolve())), joints=joints, drive=drive
+        name=escape(name), source=escape(str(source.resolve())), joints=joints, drive=drive
     )
     try:
         path.write_text(text, encoding="utf-8")

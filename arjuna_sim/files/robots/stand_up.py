@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable
-from xml.sax.saxutils import quoteattr
+from html import escape
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,7 +119,7 @@ def _with_root(urdf: Urdf, name: str, rpy: str) -> Urdf:
     joint = Joint(f"{name}_joint", "fixed", name, urdf.root, turn)
     before, _, after = urdf.text.rpartition("</robot>")
     link = f'<link name="{name}"/><joint name="{joint.name}" type="fixed"><parent link="{name}"/>'
-    link += f'<child link={quoteattr(urdf.root)}/><origin xyz="0 0 0" rpy="{rpy}"/></joint>'
+    link += f'<child link="{escape(urdf.root)}"/><origin xyz="0 0 0" rpy="{rpy}"/></joint>'
     return dataclasses.replace(
         urdf,
         text=f"{before}{link}</robot>{after}" if urdf.text else "",

@@ -10,9 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
@@ -23,7 +21,6 @@ from arjuna_sim.model.robot import SOLO
 from bringup.parameters.files import Parameters
 from bringup.scenarios.drive import believed_pose
 
-mpl.use("Agg")
 _HOUR = 3600.0
 _LARGEST = 2**28
 
@@ -184,6 +181,8 @@ def draw(rows: list[dict[str, Any]], picture: Path) -> None:
     Raises:
         OSError: It cannot be written.
     """
+    from matplotlib.figure import Figure
+
     table, figure = _table(rows), Figure(figsize=(11.0, 10.0), layout="constrained")
     hours, alone = table["hours"], table["met"] == 0
     axes = figure.subplots(4, 1, sharex=True)
