@@ -234,6 +234,13 @@ class TransformTree(Generic[T]):
         edge.received = received
         return edge.insert(stamp, transform, self._duration)
 
+    def rigid_root(self, frame: str) -> str:
+        """Return the highest frame that static transforms join to one, itself if there is none."""
+        for one in self.chain(frame):
+            if one not in self._edges or not self._edges[one].static:
+                return one
+        return frame
+
     def knows(self, frame: str) -> bool:
         """Return whether a frame is in the tree."""
         return frame in self._edges or any(edge.parent == frame for edge in self._edges.values())

@@ -8,7 +8,7 @@ from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
 
 from arjuna_core.ros.node import ManagedNode
 
-_DRAWN = "/scan_visualization"  # slam_toolbox's own, of a keyframe
+_NO_SENSORS = ("/scan_visualization", "/ground_truth/odom")  # of a keyframe; the simulator's
 
 
 class Silence(NamedTuple):
@@ -60,14 +60,14 @@ def _elsewhere(node: Any, kind: str, of: Silence) -> str:
 
 
 def _topics(node: Any, kind: str) -> list[str]:
-    """Return the topics on which others publish a type, but for slam_toolbox's drawn scans."""
+    """Return the topics on which others publish a type, but for those of no sensor."""
     found = [name for name, types in node.get_topic_names_and_types() if kind in types]
     infos = {name: node.get_publishers_info_by_topic(name) for name in found}
     nodes = {
         name: {info.node_name for info in each if info.topic_type == kind} - {node.get_name()}
         for name, each in infos.items()
     }
-    return [name for name in found if nodes[name] and not name.endswith(_DRAWN)]
+    return [name for name in found if nodes[name] and not name.endswith(_NO_SENSORS)]
 
 
 class SilenceWatch:

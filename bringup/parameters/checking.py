@@ -81,7 +81,17 @@ def merged_sources(
         parameters = read.parameters
         remarks += read.remarks
     parameters = as_theirs(parameters, meant, replaces=False)
+    parameters = merged(_chained(parameters), parameters)
     return Checked(_of_one_type(parameters), remarks, [])
+
+
+def _chained(parameters: Parameters) -> Parameters:
+    """Return where the smoothed velocity goes: where the collision monitor takes it from.
+
+    Nav2's launch files connect the two by remapping; there is no parameter of theirs for it.
+    """
+    topic = parameters.get("collision_monitor", {}).get("cmd_vel_in_topic")
+    return {"velocity_smoother": {"cmd_vel_out_topic": topic}} if topic else {}
 
 
 def checked(

@@ -122,6 +122,14 @@ def test_a_mount_is_found_in_space() -> None:
         np.testing.assert_allclose(found.rotation(), pose.rotation(), atol=1e-12)
 
 
+def test_the_rigid_root_is_above_all_static_transforms() -> None:
+    buffer = robot()
+    buffer.insert("lidar", "imu", 0.0, SE2(0.1), static=True)
+    assert [buffer.rigid_root(f) for f in ("imu", "base", "odom", "none")] == [
+        *("base", "base", "odom", "none")
+    ]
+
+
 def test_the_base_is_what_moves_and_carries_something() -> None:
     buffer = robot()
     assert buffer.base_below("odom") == buffer.base_below("map") == "base"

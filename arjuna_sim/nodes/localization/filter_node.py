@@ -25,6 +25,7 @@ from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, seconds
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.silence import Silence, SilenceWatch
 from arjuna_sim.fusion.estimator import Estimator
 from arjuna_sim.fusion.filters import ExtendedFilter, Filter, Measurement, UnscentedFilter
 from arjuna_sim.fusion.kinematics import ACCELERATION, POSE, TWIST, Array
@@ -48,6 +49,7 @@ class _Input:
     pose: PoseInput | None
     twist: Part | None
     acceleration: Part | None
+    watch: SilenceWatch | None = None
     last: float = -np.inf
 
 
@@ -122,11 +124,15 @@ class EkfFilterNode(ManagedNode):
         depth = QoSProfile(
             depth=max(1, sensor.queue_size), reliability=ReliabilityPolicy.BEST_EFFORT
         )
+        silence = Silence(kind, f"{sensor.kind} message", depth, f"set {sensor.name}")
+        made.watch = SilenceWatch(self, sensor.topic, silence)
         self.subscribe(kind, sensor.topic, lambda message: self._take(made, take, message), depth)
         return made
 
     def _take(self, one: _Input, take: Callable[[_Input, Any], None], message: Any) -> None:
         stamp = seconds(message.header.stamp)
+        if one.watch is not None:
+            one.watch.received()
         if self._on and stamp >= one.last and stamp > self._set_at:
             one.last = stamp
             take(one, message)
@@ -283,8 +289,15 @@ class EkfFilterNode(ManagedNode):
             self._acceleration_out.publish(said)
 
     def _publish_transform(self, pose: Pose3, stamp: float) -> None:
-        """Publish odom to the robot, or map to odom by what is known of odom to the robot."""
+        """Publish odom to the robot, or map to odom by what is known of odom to the robot.
+
+        Where the robot's frame has a parent already, as its description gives base_link's, odom
+        becomes the parent of what carries both: a frame has one.
+        """
         config, parent, child = self.config, self.config.world, self.config.output
+        carrier = self.transforms.rigid_root(child)
+        if parent == config.odom_frame and carrier not in (parent, child):
+            pose, child = pose @ self.transforms.mount(child, carrier), carrier
         if parent != config.odom_frame:
             T_odom_base = self._mount(config.odom_frame, child)
             if T_odom_base is None:

@@ -39,6 +39,17 @@ def test_words_come_over_files_and_reach_the_nodes_that_have_them() -> None:
     assert checked(of_words([]), below).parameters is below
 
 
+def test_the_smoothed_velocity_goes_where_the_monitor_takes_it_from(tmp_path: Path) -> None:
+    file = tmp_path / "monitor.yaml"
+    file.write_text("collision_monitor:\n  ros__parameters:\n    cmd_vel_in_topic: cmd_vel_raw\n")
+    assert merged_sources([file]).parameters["velocity_smoother"]["cmd_vel_out_topic"] == (
+        "cmd_vel_raw"
+    )
+    own = ["velocity_smoother:cmd_vel_out_topic:=smooth"]
+    found = merged_sources([file], own).parameters["velocity_smoother"]
+    assert found["cmd_vel_out_topic"] == "smooth"
+
+
 MPPI = """
 controller_server:
   ros__parameters:

@@ -108,6 +108,39 @@ def test_a_filter_of_the_map_publishes_map_to_odom(bench: RosBench) -> None:
     assert odometry[-1].header.frame_id == "map"
 
 
+def test_a_frame_that_has_a_parent_is_carried_by_it(bench: RosBench) -> None:
+    mount = transform3_msg(Pose3((0.2, 0.0, 0.1)), "base_footprint", "base_link", 0.0)
+    bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[mount]), qos.TF_STATIC)
+    start(bench, EkfFilterNode(bench.process, PLANAR))
+    odometry = bench.collect(Odometry, "odometry/filtered")
+    transforms = bench.collect(TFMessage, "/tf")
+    _drive(bench, 20)
+    tf, pose = transforms[-1].transforms[0], odometry[-1].pose.pose
+    assert (tf.header.frame_id, tf.child_frame_id) == ("odom", "base_footprint")
+    T_odom_base = Pose3((pose.position.x, pose.position.y, pose.position.z), _wxyz(pose))
+    at = (T_odom_base @ Pose3((-0.2, 0.0, -0.1))).position
+    T = tf.transform.translation
+    assert (T.x, T.y, T.z) == pytest.approx(at)
+    assert bench.process.transforms.knows("base_link")
+
+
+def _wxyz(pose: Any) -> tuple[float, float, float, float]:
+    q = pose.orientation
+    return q.w, q.x, q.y, q.z
+
+
+def test_a_sensor_that_is_silent_is_named_once_with_the_topics_there_are(
+    bench: RosBench, capfd: pytest.CaptureFixture[str]
+) -> None:
+    bench.publish(Imu, "imu/data", _imu(0.0, 0.0))
+    start(bench, EkfFilterNode(bench.process, PLANAR))
+    bench.advance(10.0)
+    text = capfd.readouterr().err
+    line = "no imu message comes on '/imu': nobody publishes it; imu messages are on /imu/data"
+    assert text.count(f"{line}: set imu0") == 1
+    assert text.count("no odom message comes on '/wheels'") == 1
+
+
 def test_what_comes_in_a_frame_that_is_not_there_is_passed_over(bench: RosBench) -> None:
     values = {"twist0": "twist", "twist0_config": _mask(6)}
     start(bench, EkfFilterNode(bench.process, values))
