@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 import shutil
 import subprocess
 import time
@@ -44,6 +45,7 @@ class Page:
         profile, size = f"--user-data-dir={folder}", f"--window-size={WIDTH},{HEIGHT}"
         self._process = subprocess.Popen(
             [program, *_FLAGS, profile, size, "about:blank"],
+            env={**os.environ, "LC_ALL": "en_US.UTF-8"},  # of "C" a page's number formats throw
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
