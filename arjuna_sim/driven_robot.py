@@ -24,7 +24,7 @@ from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.model.geometry.walls import enclosure_of, surfaces
 from arjuna_sim.model.robot import RobotModel, inscribed_radius
 from arjuna_sim.model.settings import DriveKind, SensorSettings
-from arjuna_sim.physics.placing import Placer
+from arjuna_sim.physics.placing import EDGE, Placer
 from arjuna_sim.physics.robot_motion import JointStates, RobotMotion, Truth
 from arjuna_sim.physics.stage import Stage
 
@@ -243,9 +243,10 @@ class DrivenRobot:
         self.spawn = self._placer.nearest_free(wanted)
         self._spawn_notes = ()
         if self.spawn != wanted:
-            names = ", ".join(self._placer.touched(wanted))
+            touched = self._placer.touched(wanted)
+            where = f"at {EDGE}" if touched == (EDGE,) else f"inside {', '.join(touched)}"
             self._spawn_notes = (
-                f"the start ({wanted.x:.4g}, {wanted.y:.4g}) is inside {names}: the robot starts"
+                f"the start ({wanted.x:.4g}, {wanted.y:.4g}) is {where}: the robot starts"
                 f" at ({self.spawn.x:.4g}, {self.spawn.y:.4g})",
             )
         self._spawn_notes += self._if_outside()

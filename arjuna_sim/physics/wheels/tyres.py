@@ -55,6 +55,7 @@ class WheelSupport:
         sill: Up to which height it crosses sills, as its contacts and friction allow [m].
         facts: What keeps it from crossing sills.
         tyres: Its tyres' geoms, rising.
+        contacts: Where it touches level ground, from above, in its root's frame, `(N, 2)` [m].
     """
 
     ride_height: float
@@ -63,6 +64,7 @@ class WheelSupport:
     sill: float
     facts: tuple[str, ...]
     tyres: tuple[int, ...]
+    contacts: NDArray[np.float64]
 
 
 def sag_of(robot: RobotModel, timestep: float) -> float:
@@ -132,6 +134,7 @@ def tune_tyres(model: Any, robot: RobotModel, sag: float) -> WheelSupport:
         max(0.0, min(lifting, climbed)),
         sill_notes(lifting, climbed, radius),
         tuple(sorted(wheels)),
+        contacts.positions,
     )
 
 
