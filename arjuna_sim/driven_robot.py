@@ -16,6 +16,7 @@ from arjuna_sim.devices.camera import Camera, CameraError, Shot
 from arjuna_sim.devices.device import mounted
 from arjuna_sim.devices.driving.bases import WheelSpeeds, base_of
 from arjuna_sim.devices.driving.controller import Drive, Limits, limited
+from arjuna_sim.devices.driving.joints import JointControllers
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import Odometry, OdometryEstimate
 from arjuna_sim.devices.sensor_suite import SensorSuite
@@ -62,6 +63,7 @@ class DrivenRobot:
 
     Attributes:
         spawn: Its start: where that was wanted, or the nearest free pose.
+        controllers: What commands its driven joints.
         seeds: Of the noise from the next `begin` on.
     """
 
@@ -103,6 +105,13 @@ class DrivenRobot:
         self.is_imu_faster = self._sensors.is_imu_faster(config.tick)
         rng = np.random.default_rng(int(seeds[2]))
         self._odometry = Odometry(config.odometry, self._base, rng)
+        self.controllers = JointControllers(self.model)
+        self._rest_joints()
+
+    def _rest_joints(self) -> None:
+        """Put its driven joints where they start, commanded by nothing."""
+        self.controllers.rest(self.controllers.initial)
+        self._motion.set_joints(self.controllers.initial)
 
     def rebind(self) -> None:
         """Continue with the stage's new MuJoCo model."""
@@ -129,6 +138,14 @@ class DrivenRobot:
         wanted = self._base.reachable(self._drive.velocity(elapsed, tick))
         self.setpoint = self._wheels.slowed(wanted)
         self._motion.turn_wheels(self._base.speeds(self.setpoint), self._base.angles(self.setpoint))
+        if self.controllers.names:
+            at = self._motion.driven_joints()
+            self._motion.drive_joints(self.controllers.update(elapsed, tick, at))
+
+    @property
+    def elapsed(self) -> float:
+        """The time by which its controllers go: of the physics since the last restart [s]."""
+        return self._stage.elapsed
 
     def take_cuts(self) -> tuple[str, ...]:
         """Return which limits have cut its commands, each once."""
@@ -230,6 +247,7 @@ class DrivenRobot:
     def return_to_start(self) -> None:
         """Put it where it starts, the odometry at its origin."""
         self._odometry.reset()
+        self._rest_joints()
         self.set_pose(self.spawn)
 
     def resume(self, pose: SE2, odometry: SE2) -> None:

@@ -86,6 +86,7 @@ def _settings_below(prefix: str, settings: GazeboSettings) -> GazeboSettings:
         ),
         friction={prefix + link: value for link, value in settings.friction.items()},
         colours={prefix + link: value for link, value in settings.colours.items()},
+        driven=tuple(replace(joint, name=prefix + joint.name) for joint in settings.driven),
     )
 
 

@@ -11,6 +11,7 @@ from functools import cache
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
 from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_sim.model.joints import ControllerSettings, DrivenJoint
 
 OUTPUTS = (
     *("plugin", "max_acceleration", "max_velocity", "max_reverse", "max_turn"),
@@ -170,6 +171,9 @@ class GazeboSettings:
         grips: By link, the unit vector of the ground along which friction acts.
         uneven: Notes on links whose friction differs along and across, unless they have rollers.
         wheelless: Topics, frames and limits of a drive plugin that names no wheels.
+        driven: The joints that have a motor, beside wheels and their steering.
+        controllers: What commands them, in the file's order.
+        hardware: Name and class of what ros2_control calls the hardware; "" for none.
     """
 
     drive: DriveSettings | None = None
@@ -181,6 +185,9 @@ class GazeboSettings:
     grips: dict[str, tuple[float, float]] = field(default_factory=dict)
     uneven: tuple[str, ...] = ()
     wheelless: DriveSettings | None = None
+    driven: tuple[DrivenJoint, ...] = ()
+    controllers: tuple[ControllerSettings, ...] = ()
+    hardware: tuple[str, str] = ("", "")
 
     def first(self, kind: type[S]) -> S | None:
         """Return the first sensor of just this kind, None for none."""

@@ -37,6 +37,7 @@ class Joint:
         damping: Per speed [N m s/rad or N s/m].
         friction: Dry friction [N m or N].
         max_speed: Greatest speed, 0 for none [rad/s or m/s].
+        max_effort: Greatest effort of a motor, 0 for none [N m or N].
     """
 
     name: str
@@ -50,6 +51,7 @@ class Joint:
     damping: float = 0.0
     friction: float = 0.0
     max_speed: float = 0.0
+    max_effort: float = 0.0
 
     @property
     def has_position(self) -> bool:

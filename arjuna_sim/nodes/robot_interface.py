@@ -13,6 +13,7 @@ from arjuna_core.twist import Velocity
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.driven_robot import DrivenRobot, Observation
 from arjuna_sim.nodes.camera import CameraTopics
+from arjuna_sim.nodes.control.control import JointControl
 from arjuna_sim.nodes.robot_topics import ContactTopic, RobotTopics
 from arjuna_sim.nodes.sensor_topics import SensorTopics
 from arjuna_sim.nodes.sim_config import SimConfig
@@ -41,6 +42,7 @@ class RobotInterface:
         cameras = [s for s in sensors if isinstance(s, CameraSettings)]
         self._cameras = [CameraTopics(node, robot, stage, camera) for camera in cameras]
         self._further = SensorTopics(node, robot, self.topics.settings.further)
+        self._joints = JointControl(node, robot)
         self.contacts = ContactTopic(node, robot.model.urdf.name)
         self._topic = self.topics.drive.command_topic
         self._stamped = config.enable_stamped_cmd_vel or self.topics.drive.stamped
@@ -69,6 +71,7 @@ class RobotInterface:
         for cut in self._robot.take_cuts():
             self._node.get_logger().warning(f"{self._topic}: {cut}")
         self.topics.publish(observation)
+        self._joints.publish(observation)
         self._further.publish(now)
         for camera in self._cameras:
             camera.publish(now, interactive)

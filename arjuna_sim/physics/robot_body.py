@@ -15,6 +15,7 @@ from arjuna_sim.model.geometry.shapes import Group, Part
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.urdf import Joint
 from arjuna_sim.physics.geoms import add_part
+from arjuna_sim.physics.joint_servos import add_joint_servos
 from arjuna_sim.physics.wheels.servo import (
     ServoConfig,
     add_rollers,
@@ -25,6 +26,8 @@ from arjuna_sim.physics.wheels.servo import (
 from arjuna_sim.physics.wheels.tyres import add_tyre
 
 _PASSIVE_DAMPING = 1e-3  # at most, lets casters come to rest [N m s/rad]
+FAST = 1e9
+"""Inertia of a robot that is fixed to the world, which no arm can move [kg]."""
 ROBOTS_MAX = 30
 """Robots in one world: each takes one of 31 bits that say what touches what."""
 
@@ -48,8 +51,7 @@ def add_robot(spec: Any, robot: RobotModel, servo: ServoConfig, sag: float) -> N
     body = spec.worldbody.add_body(name=f"body:{robot.urdf.root}")
     joint = body.add_freejoint(name=free_joint(robot))
     if robot.anchored:
-        # [kg] No arm can move so large an inertia.
-        joint.armature, joint.damping[0] = 1e9, 1e9
+        joint.armature, joint.damping[0] = FAST, FAST
     _fill_body(spec, body, robot, robot.urdf.root, servo)
     for name in robot.drive.rolling:
         add_tyre(spec.body(f"body:{robot.urdf.joints[name].child}"), robot, name, sag)
@@ -57,6 +59,7 @@ def add_robot(spec: Any, robot: RobotModel, servo: ServoConfig, sag: float) -> N
         add_servo(spec, name, robot.drive.torque)
     for name in robot.drive.steering:
         add_steering(spec, name)
+    add_joint_servos(spec, robot)
     for follower in robot.urdf.joints.values():
         if follower.name not in robot.drive.steering:
             _add_mimic(spec, follower)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.pose3 import Pose3, rpy_of
 from arjuna_core.se2 import SE2
+from arjuna_sim.devices.driving.joints import JointCommands
 from arjuna_sim.physics.stage import Stage
 
 _rpy_of = njit(cache=True)(rpy_of)
@@ -21,6 +23,12 @@ class JointStates(NamedTuple):
     names: tuple[str, ...]
     positions: NDArray[np.float64]
     velocities: NDArray[np.float64]
+
+    def of(self, joints: Sequence[str]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return positions and velocities of some joints; those that do not move stand at 0."""
+        at = np.array([self.names.index(n) if n in self.names else -1 for n in joints], np.int64)
+        padded = [np.append(values, 0.0) for values in (self.positions, self.velocities)]
+        return padded[0][at], padded[1][at]
 
 
 class Truth(NamedTuple):
@@ -79,6 +87,22 @@ class RobotMotion:
             angles: In the order of `DriveSettings.steering`, `(S,) float64`.
         """
         self._servos.turn(speeds, angles)
+
+    def drive_joints(self, commands: JointCommands) -> None:
+        """Set what the driven joints do until the next call."""
+        model = self._stage.scene.model
+        self._found.joint_servos.drive(model, self._data, *commands)
+
+    def driven_joints(self) -> NDArray[np.float64]:
+        """Return the positions of the driven joints, `(N,) float64` [rad or m]."""
+        positions: NDArray[np.float64] = self._qpos[self._found.joint_servos.position]
+        return positions
+
+    def set_joints(self, positions: NDArray[np.float64]) -> None:
+        """Put the driven joints somewhere, at rest [rad or m]."""
+        servos = self._found.joint_servos
+        self._qpos[servos.position], self._qvel[servos.velocity] = positions, 0.0
+        self._data.act[servos.sums] = positions
 
     def wheel_angles(self) -> NDArray[np.float64]:
         """Return how far the wheels' joints have turned, `(W,) float64` [rad]."""

@@ -20,7 +20,8 @@ from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.entity_body import add_entity
 from arjuna_sim.physics.geoms import add_world, rank_friction
-from arjuna_sim.physics.robot_body import add_mounts, add_robot, free_joint, let_meet
+from arjuna_sim.physics.joint_servos import JointServos, tune_joint_servos
+from arjuna_sim.physics.robot_body import FAST, add_mounts, add_robot, free_joint, let_meet
 from arjuna_sim.physics.running import let_sleep
 from arjuna_sim.physics.wheels.servo import ServoConfig, Servos, roller_addresses, tune_servos
 from arjuna_sim.physics.wheels.tyres import STICTION, WheelSupport, sag_of, tune_tyres
@@ -46,6 +47,7 @@ class RobotInScene:
         is_solid: For each geom whether it is a collision shape of the robot, `(G,) bool`.
         support: What it stands on.
         servos: The wheels' motors.
+        joint_servos: The motors of the other driven joints.
     """
 
     title: str
@@ -57,6 +59,7 @@ class RobotInScene:
     is_solid: NDArray[np.bool_]
     support: WheelSupport
     servos: Servos
+    joint_servos: JointServos
 
 
 @dataclass(frozen=True)
@@ -111,8 +114,19 @@ def build_scene(
     moving = {entity.name for entity in entities if entity.mass > 0.0}
     spec.memory = _memory(sum(owner in moving for owner in owners))
     model = _compiled(spec, robots, world)
+    _set_scale(model)
     let_sleep(model, [_root(model, robot) for robot in robots.values()])
     return _scene(model, _tuned(model, robots, servo, timestep), models, owners)
+
+
+def _set_scale(model: Any) -> None:
+    """Let the solver's tolerance go by what moves: a robot held fast has an inertia beyond all.
+
+    The solver would take the world for solved while an arm on such a robot has not moved yet.
+    """
+    moving = model.dof_armature < FAST
+    if not moving.all() and moving.any():
+        model.opt.tolerance *= model.dof_M0[moving].mean() / model.dof_M0.mean()
 
 
 def _compiled(spec: Any, robots: Mapping[str, RobotModel], world: World) -> Any:
@@ -133,8 +147,7 @@ def _tuned(
     }
     rank_friction(model, sorted(tyre for each in support.values() for tyre in each.tyres))
     return {
-        name: _found(model, name, robot, tune_servos(model, robot, servo), support[name])
-        for name, robot in robots.items()
+        name: _found(model, name, robot, servo, support[name]) for name, robot in robots.items()
     }
 
 
@@ -182,7 +195,7 @@ def _root(model: Any, robot: RobotModel) -> int:
 
 
 def _found(
-    model: Any, name: str, robot: RobotModel, servos: Servos, support: WheelSupport
+    model: Any, name: str, robot: RobotModel, servo: ServoConfig, support: WheelSupport
 ) -> RobotInScene:
 
     def positions(names: tuple[str, ...]) -> NDArray[np.int64]:
@@ -201,7 +214,8 @@ def _found(
         roller_addresses(model, robot),
         is_own & (model.geom_group == Group.ROBOT_COLLISION.value),
         support,
-        servos,
+        tune_servos(model, robot, servo),
+        tune_joint_servos(model, robot, servo),
     )
 
 

@@ -35,7 +35,8 @@ ORDER = {
 ROS = {
     *("rclpy", "rosidl_runtime_py", "ament_index_python", "arjuna_interfaces", "bond"),
     *("action_msgs", "builtin_interfaces", "diagnostic_msgs", "geographic_msgs", "geometry_msgs"),
-    *("dwb_msgs", "nav_2d_msgs"),
+    *("dwb_msgs", "nav_2d_msgs", "control_msgs", "controller_manager_msgs", "gazebo_msgs"),
+    *("trajectory_msgs",),
     *("lifecycle_msgs", "map_msgs", "nav2_msgs", "nav_msgs", "rcl_interfaces", "rosgraph_msgs"),
     *(
         "robot_localization",

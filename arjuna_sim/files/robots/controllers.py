@@ -6,14 +6,14 @@ A controller's parameters are put into the form of a drive plugin, which `plugin
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement  # nothing is parsed here
 
 from arjuna_core.errors import InputFileError, RobotError
 from arjuna_core.files.yaml_file import read_yaml
-from arjuna_sim.files.robots.plugins import controller_kind
+from arjuna_sim.files.robots.plugins import controller_kind, is_control
 from arjuna_sim.files.tag_text import texts
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
@@ -37,13 +37,7 @@ def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
     Returns:
         A plugin; None where no controller drives wheels.
     """
-    for path in _files(xml, plugin):
-        try:
-            content = read_yaml(path, RobotError)
-        except InputFileError as error:
-            xml.note(f"controllers of '{path.name}' are left out: {error.problem}", NoteKind.BROKEN)
-            continue
-        sections = list(_sections(content))
+    for path, sections in _contents(xml, plugin):
         types = {name: str(v["type"]) for name, v in sections if isinstance(v.get("type"), str)}
         for name, values in sections:
             lists = _joints(values)
@@ -56,7 +50,36 @@ def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
     return None
 
 
-def _joints(values: dict[str, Any]) -> dict[str, list[str]]:
+def parameters_of_controllers(xml: XmlFile, plugin: Element) -> dict[str, dict[str, Any]]:
+    """Return the parameters of the controllers of a plugin that have a `type`, by their names."""
+    found: dict[str, dict[str, Any]] = {}
+    for _, sections in _contents(xml, plugin) if is_control(plugin) else ():
+        for section, values in sections:
+            found.setdefault(section.rpartition("/")[2], {}).update(values)
+    return {
+        name: each for name, each in found.items() if name and isinstance(each.get("type"), str)
+    }
+
+
+def wheels_of_controller(values: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the interfaces that a drive's controller claims, as `wheel/velocity`."""
+    for side, joints in _joints(values).items():
+        for joint in joints:
+            yield f"{joint}/{'position' if side == 'steering' else 'velocity'}"
+
+
+def _contents(
+    xml: XmlFile, plugin: Element
+) -> Iterator[tuple[Path, list[tuple[str, dict[str, Any]]]]]:
+    """Yield the files of a plugin's controllers and their sections; broken ones are noted."""
+    for path in _files(xml, plugin):
+        try:
+            yield path, list(_sections(read_yaml(path, RobotError)))
+        except InputFileError as error:
+            xml.note(f"controllers of '{path.name}' are left out: {error.problem}", NoteKind.BROKEN)
+
+
+def _joints(values: Mapping[str, Any]) -> dict[str, list[str]]:
     sides = {side: _names(values, keys) for side, keys in _SIDES.items()}
     if all(sides.values()):
         return sides
@@ -118,7 +141,7 @@ def _nested(content: Any, depth: int = 0) -> Any:
     return made
 
 
-def _names(values: dict[str, Any], keys: tuple[str, ...]) -> list[str]:
+def _names(values: Mapping[str, Any], keys: tuple[str, ...]) -> list[str]:
     found = [values[key] for key in keys if key in values]
     lists = [value if isinstance(value, list) else [value] for value in found]
     return [name for names in lists for name in names if isinstance(name, str)]

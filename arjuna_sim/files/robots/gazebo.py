@@ -6,7 +6,8 @@ import dataclasses
 from collections.abc import Iterator, Sequence
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
-from arjuna_sim.files.robots.controllers import drive_of_controllers
+from arjuna_sim.files.robots.controllers import drive_of_controllers, parameters_of_controllers
+from arjuna_sim.files.robots.joint_controllers import is_joint_plugin
 from arjuna_sim.files.robots.plugins import (
     drive_kind,
     is_control,
@@ -84,6 +85,8 @@ class _Reader:
 
     def _other_plugin(self, plugin: Element, name: str, link: str | None) -> None:
         kind, sensor = _type(plugin), sensor_type(plugin)
+        if is_joint_plugin(plugin):
+            return
         if sensor:
             self._xml.note(
                 f"plugin '{name}': stands outside <sensor>, so that it makes none, as in Gazebo:"
@@ -93,7 +96,8 @@ class _Reader:
         elif "jointstate" in kind:
             self._xml.note(f"plugin '{name}': all moving joints are published, each tick")
         elif is_control(plugin):
-            self._xml.note(f"plugin '{name}': its controllers move no wheels of two sides")
+            if not parameters_of_controllers(self._xml, plugin):
+                self._xml.note(f"plugin '{name}': its controllers move no wheels of two sides")
         elif "p3d" in kind or "posepublisher" in kind or "odometrypublisher" in kind:
             self._xml.note(f"plugin '{name}': the true pose is published on ground_truth/odom")
         else:

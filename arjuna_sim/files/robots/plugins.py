@@ -90,7 +90,7 @@ def _plain(text: str) -> str:
     return re.sub(r"[-_]", "", text).lower()
 
 
-def _types(plugin: Element) -> tuple[str, str]:
+def types_of(plugin: Element) -> tuple[str, str]:
     """Return a plugin's type by its file's name, and by its class if its name is one."""
     file = _FILE.fullmatch(plugin.get("filename", "").rpartition("/")[2].strip())
     _, is_class, name = plugin.get("name", "").rpartition("::")
@@ -99,17 +99,17 @@ def _types(plugin: Element) -> tuple[str, str]:
 
 def drive_kind(plugin: Element) -> DriveKind | None:
     """Return the kind of drive that a plugin is; None for no drive, or one of unknown type."""
-    return next((_DRIVES[name] for name in _types(plugin) if name in _DRIVES), None)
+    return next((_DRIVES[name] for name in types_of(plugin) if name in _DRIVES), None)
 
 
 def sensor_type(plugin: Element) -> str:
     """Return the type of the `<sensor>` that a plugin belongs into; "" for another plugin."""
-    return _SENSORS.get(_types(plugin)[0], "")
+    return _SENSORS.get(types_of(plugin)[0], "")
 
 
 def is_control(plugin: Element) -> bool:
     """Return whether a plugin runs ros2_control's or ros_control's controllers."""
-    file, name = _types(plugin)
+    file, name = types_of(plugin)
     return file in _CONTROLS or name in _CONTROL_CLASSES
 
 

@@ -18,6 +18,7 @@ from arjuna_sim.files.robots.completion import (
 from arjuna_sim.files.robots.drive_kinds import arranged, with_outputs_of
 from arjuna_sim.files.robots.gazebo import settings_of
 from arjuna_sim.files.robots.guess import guess_drive
+from arjuna_sim.files.robots.joint_controllers import joint_control
 from arjuna_sim.files.robots.stand_up import stand_up
 from arjuna_sim.files.sdf.robot import read_sdf_robot
 from arjuna_sim.files.search_path import SearchPath
@@ -107,7 +108,9 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
         if not is_round(urdf, name):
             off = eccentricity(urdf, name)
             xml.note(f"joint '{name}': is {off:.2g} m off the middle of its wheel, which so limps")
-    settings = dataclasses.replace(settings, friction=friction_of(xml, urdf, settings, drive))
+    control = joint_control(xml, urdf, tags.plugins, drive)
+    friction = friction_of(xml, urdf, settings, drive)
+    settings = dataclasses.replace(settings, friction=friction, **control._asdict())
     urdf = complete_masses(xml, bound_inertias(xml, urdf, drive))
     if urdf.root == ANCHOR and drive.wheels:
         xml.note(f"link '{ANCHOR}': fixes it to the world, as in Gazebo: it does not drive")

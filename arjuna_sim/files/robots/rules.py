@@ -51,13 +51,16 @@ def checked_joint(xml: XmlFile, joint: Joint) -> Joint:
     return dataclasses.replace(joint, kind=kind, limits=limits, axis=(x, y, z))
 
 
-def speed_of(text: str | None) -> float:
-    """Return a joint's greatest speed; what is no number above 0, as exporters write, is none."""
+def limit_of(text: str | None) -> float:
+    """Return a joint's greatest speed or effort; what is no number above 0 is none.
+
+    Exporters write 0 and -1 for none.
+    """
     try:
-        speed = float(text or 0.0)
+        limit = float(text or 0.0)
     except ValueError:
         return 0.0
-    return speed if 0.0 < speed < math.inf else 0.0
+    return limit if 0.0 < limit < math.inf else 0.0
 
 
 def check_mimics(xml: XmlFile, joints: dict[str, Joint]) -> dict[str, Joint]:

@@ -18,8 +18,8 @@ from arjuna_sim.files.robots.rules import (
     check_mimics,
     checked_joint,
     inertial_of,
+    limit_of,
     root_of,
-    speed_of,
 )
 from arjuna_sim.files.sdf.frames import raw_pose
 from arjuna_sim.files.sdf.geometry_tags import read_friction
@@ -197,7 +197,8 @@ def _moving(joint: SdfJoint, fixed: Joint, T_axis: Pose3, label: str) -> Joint:
         mimic=_mimic(joint, axis, label),
         damping=damping,
         friction=friction,
-        max_speed=speed_of(axis.findtext("limit/velocity")),
+        max_speed=limit_of(axis.findtext("limit/velocity")),
+        max_effort=limit_of(axis.findtext("limit/effort")),
     )
 
 

@@ -18,8 +18,8 @@ from arjuna_sim.files.robots.rules import (
     check_mimics,
     checked_joint,
     inertial_of,
+    limit_of,
     root_of,
-    speed_of,
 )
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import GREY, Inertial, Kind, Part, Shape
@@ -202,7 +202,8 @@ def read_joint(xml: XmlFile, element: Element, links: Collection[str]) -> Joint:
         Joint(
             *(name, kind, ends[0], ends[1], pose, (x, y, z), limits),
             *(_mimic(xml, element, label), damping, friction),
-            max_speed=0.0 if limit is None else speed_of(limit.get("velocity")),
+            max_speed=0.0 if limit is None else limit_of(limit.get("velocity")),
+            max_effort=0.0 if limit is None else limit_of(limit.get("effort")),
         ),
     )
 

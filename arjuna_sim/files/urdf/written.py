@@ -74,7 +74,7 @@ def _write_joint(root: Element, joint: Joint) -> None:
     if joint.kind == "fixed":
         return
     SubElement(element, "axis", xyz=_text(joint.axis))
-    limit = {"velocity": repr(joint.max_speed), "effort": "0"}
+    limit = {"velocity": repr(joint.max_speed), "effort": repr(joint.max_effort)}
     if joint.limits is not None:
         limit |= {"lower": repr(joint.limits[0]), "upper": repr(joint.limits[1])}
     SubElement(element, "limit", limit)

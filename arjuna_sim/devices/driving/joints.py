@@ -1,0 +1,307 @@
+"""Commands of driven joints: which controller commands which joint, and what each joint does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.errors import ArjunaError, nearest
+from arjuna_sim.devices.driving.trajectory import Trajectory
+from arjuna_sim.model.joints import EFFORT, VELOCITY, ControllerKind, ControllerSettings
+from arjuna_sim.model.robot import RobotModel
+
+UNLOADED, UNCONFIGURED, INACTIVE, ACTIVE = "", "unconfigured", "inactive", "active"
+"""States of a controller; it is unloaded where only its file names it."""
+Array = NDArray[np.float64]
+
+
+class JointCommands(NamedTuple):
+    """What driven joints do in a tick, in the order of `GazeboSettings.driven`, each `(N,)`.
+
+    Attributes:
+        is_effort: Which push with an effort; the others follow a position.
+        position: Wanted at the tick's start [rad or m].
+        velocity: How fast that changes [rad/s or m/s].
+        effort: The effort, or what is added to that of the servo [N m or N].
+    """
+
+    is_effort: NDArray[np.bool_]
+    position: Array
+    velocity: Array
+    effort: Array
+
+
+class ControllerError(ArjunaError):
+    """A controller cannot do what it is asked for."""
+
+
+class _Running:
+    """A controller as it runs.
+
+    Attributes:
+        values: The last command, for each of its joints; before the first no effort, and of other
+            commands what is not a number.
+        path: The trajectory that is followed, and the time when it began [s].
+    """
+
+    def __init__(self, settings: ControllerSettings, index: Sequence[int]) -> None:
+        self.settings = settings
+        self.joints = np.array(index, np.int64)
+        self.state = ACTIVE
+        self.stop()
+
+    def stop(self) -> None:
+        is_push = self.settings.kind is ControllerKind.FORWARD and self.settings.command == EFFORT
+        self.values = np.full(len(self.joints), 0.0 if is_push else np.nan)
+        self.path: tuple[Trajectory, float] | None = None
+
+
+class JointControllers:
+    """The controllers of a robot's driven joints.
+
+    A joint that no active controller commands is held where it is.
+
+    Args:
+        robot: The robot, its joints named as in its file.
+    """
+
+    def __init__(self, robot: RobotModel) -> None:
+        driven = robot.settings.driven
+        self.names = tuple(joint.name for joint in driven)
+        self.initial = np.array([joint.initial for joint in driven], np.float64)
+        joints = [robot.urdf.joints[name] for name in self.names]
+        limits = [joint.limits or (-np.inf, np.inf) for joint in joints]
+        self._low, self._high = np.array(limits, np.float64).reshape(-1, 2).T
+        # [rad/s or m/s] A joint that jumps to a position and has no limit goes so fast.
+        self._speed = np.array([joint.max_speed or np.inf for joint in joints])
+        self._jump = np.minimum(
+            self._speed, [1.0 if j.kind == "prismatic" else np.pi for j in joints]
+        )
+        self._gains = [joint.gains for joint in driven]
+        self._running = {
+            settings.name: _Running(settings, [self._index(name) for name in settings.joints])
+            for settings in robot.settings.controllers
+        }
+        self._settle_conflicts()
+        self.rest(self.initial)
+
+    def _index(self, name: str) -> int:
+        return self.names.index(name) if name in self.names else -1
+
+    def _settle_conflicts(self) -> None:
+        """Leave inactive, of controllers that claim one joint, all but the first."""
+        for running in self._running.values():
+            if self._blockers(running.settings, running):
+                running.state = INACTIVE
+
+    def _blockers(self, wanted: ControllerSettings, until: _Running | None = None) -> list[str]:
+        """Return the active controllers that claim a joint which another one wants, in order."""
+        joints = {claim.rpartition("/")[0] for claim in wanted.claims}
+        found = []
+        for name, running in self._running.items():
+            if running is until:
+                break
+            theirs = {claim.rpartition("/")[0] for claim in running.settings.claims}
+            if running.state == ACTIVE and name != wanted.name and joints & theirs:
+                found.append(name)
+        return found
+
+    @property
+    def states(self) -> list[tuple[ControllerSettings, str]]:
+        """All controllers and their states, in the file's order."""
+        return [(running.settings, running.state) for running in self._running.values()]
+
+    @property
+    def claimed(self) -> set[str]:
+        """The interfaces that active controllers claim."""
+        return {c for settings, state in self.states if state == ACTIVE for c in settings.claims}
+
+    def is_active(self, name: str) -> bool:
+        """Return whether a controller commands its joints."""
+        return self._find(name).state == ACTIVE
+
+    def _find(self, name: str) -> _Running:
+        if name not in self._running:
+            problem = f"controller '{name}' does not exist; {nearest(name, self._running)}"
+            raise ControllerError(problem)
+        return self._running[name]
+
+    def set_state(self, name: str, state: str, allowed: Iterable[str]) -> None:
+        """Put a controller from one of some states into another.
+
+        Raises:
+            ControllerError: It does not exist, or is in none of these states.
+        """
+        found = self._find(name)
+        if found.state not in allowed:
+            valid = " or ".join(allowed)
+            state = found.state or "not loaded"
+            raise ControllerError(f"controller '{name}' is {state}; valid: {valid or 'not loaded'}")
+        found.state = state
+        found.stop()
+
+    def switch(self, activate: Sequence[str], deactivate: Sequence[str], forced: bool) -> None:
+        """Deactivate controllers and activate others.
+
+        Args:
+            forced: Whether those that stand in the way are deactivated too.
+
+        Raises:
+            ControllerError: One does not exist, is not configured or would command a joint that
+                another one commands; nothing has changed.
+        """
+        before = {name: running.state for name, running in self._running.items()}
+        try:
+            for name in deactivate:
+                self.set_state(name, INACTIVE, (ACTIVE, INACTIVE))
+            for name in activate:
+                self._activate(name, forced)
+        except ControllerError:
+            for name, state in before.items():
+                self._running[name].state = state
+            raise
+
+    def _activate(self, name: str, forced: bool) -> None:
+        found = self._find(name)
+        if found.state == ACTIVE:
+            return
+        blockers = self._blockers(found.settings)
+        if blockers and not forced:
+            listed = ", ".join(f"'{other}'" for other in blockers)
+            problem = f"controller '{name}' wants joints that {listed} commands"
+            raise ControllerError(f"{problem}; deactivate that in the same call")
+        for other in blockers:
+            self._running[other].state = INACTIVE
+        self.set_state(name, ACTIVE, (INACTIVE,))
+
+    def rest(self, positions: Array) -> None:
+        """Hold the joints at positions [rad or m], and forget all commands."""
+        self._wanted = positions.copy()
+        self._sum = np.zeros(len(positions))
+        for running in self._running.values():
+            running.stop()
+
+    def command(self, name: str, values: Sequence[float]) -> None:
+        """Command a controller's joints, by one value for all or one for each.
+
+        Raises:
+            ControllerError: They are too few or too many, or not finite; or it is not active.
+        """
+        found = self._active(name)
+        if len(values) not in (1, len(found.joints)):
+            problem = f"'{name}' got {len(values)} values; it has {len(found.joints)} joints"
+            raise ControllerError(problem)
+        if not np.isfinite(values).all():
+            raise ControllerError(f"'{name}' got {list(values)}; all must be finite")
+        found.values, found.path = np.broadcast_to(values, len(found.joints)).copy(), None
+
+    def _active(self, name: str) -> _Running:
+        found = self._find(name)
+        if found.state != ACTIVE:
+            raise ControllerError(f"controller '{name}' is {found.state}; activate it first")
+        return found
+
+    def follow(
+        self, name: str, joints: Sequence[str], path: Trajectory, begin: float
+    ) -> Trajectory:
+        """Follow a trajectory of some joints of a controller from a time on [s].
+
+        Returns:
+            What is followed, of all its joints: from where they are wanted now.
+
+        Raises:
+            ControllerError: It is not active, has other joints, or all must be named.
+        """
+        self.check_joints(name, joints)
+        found = self._find(name)
+        own = found.settings.joints
+        now = np.array([self._wanted[i] if i >= 0 else 0.0 for i in found.joints])
+        order = [own.index(joint) for joint in joints]
+        shape = len(path.times), len(own)
+        positions, velocities = np.tile(now, (shape[0], 1)), np.zeros(shape)
+        accelerations = np.zeros(shape)
+        positions[:, order], velocities[:, order] = path.positions, path.velocities
+        accelerations[:, order] = path.accelerations
+        whole = Trajectory(path.times, positions, velocities, accelerations)
+        whole = whole.begun_at(now, np.zeros(len(own)))
+        found.values, found.path = np.full(len(own), np.nan), (whole, begin)
+        return whole
+
+    def check_joints(self, name: str, joints: Sequence[str]) -> None:
+        """Refuse joints that a trajectory of a controller cannot have.
+
+        Raises:
+            ControllerError: It is not active, has other joints, or all must be named.
+        """
+        found = self._active(name)
+        own = found.settings.joints
+        if unknown := [joint for joint in joints if joint not in own]:
+            raise ControllerError(f"joint '{unknown[0]}' is none of {', '.join(own)}")
+        missing = [joint for joint in own if joint not in joints]
+        if missing and not found.settings.partial:
+            raise ControllerError(f"joint '{missing[0]}' is missing; all must be named")
+
+    def path(self, name: str) -> Trajectory | None:
+        """Return the trajectory that a controller follows, None for none."""
+        path = self._find(name).path
+        return None if path is None else path[0]
+
+    def hold(self, name: str) -> None:
+        """Stop a controller's joints where they are wanted now."""
+        self._find(name).stop()
+
+    def update(self, now: float, tick: float, at: Array) -> JointCommands:
+        """Return what the joints do in a tick.
+
+        Args:
+            now: The time at its start [s].
+            tick: How long it is [s].
+            at: The joints' positions [rad or m].
+        """
+        count = len(self.names)
+        is_effort, effort, velocity = np.zeros(count, bool), np.zeros(count), np.zeros(count)
+        for running in self._running.values():
+            if running.state != ACTIVE:
+                continue
+            given = np.isfinite(running.values) & (running.joints >= 0)
+            joints, values = running.joints[given], running.values[given]
+            command = running.settings.command
+            if running.path is not None:
+                path, begin = running.path
+                own = running.joints >= 0
+                joints = running.joints[own]
+                velocity[joints] = (path.at(now + tick - begin)[own] - self._wanted[joints]) / tick
+            elif command == EFFORT and running.settings.kind is ControllerKind.FORWARD:
+                is_effort[joints], effort[joints] = True, values
+                self._wanted[joints] = at[joints]
+            elif command == VELOCITY and running.settings.kind is ControllerKind.FORWARD:
+                velocity[joints] = values
+                # [rad or m] What is held fast is not made up for.
+                behind = np.clip(self._wanted[joints] - at[joints], -0.1, 0.1)
+                self._wanted[joints] = at[joints] + behind
+            else:
+                velocity[joints] = self._towards(joints, values, tick)
+        velocity = np.clip(velocity, -self._speed, self._speed)
+        position = self._wanted
+        self._wanted = np.clip(position + velocity * tick, self._low, self._high)
+        velocity = (self._wanted - position) / tick
+        return JointCommands(
+            is_effort, position, velocity, effort + self._integral(position - at, tick)
+        )
+
+    def _towards(self, joints: NDArray[np.int64], values: Array, tick: float) -> Array:
+        goal = np.clip(values, self._low[joints], self._high[joints])
+        most = self._jump[joints] * tick
+        steps: Array = np.clip(goal - self._wanted[joints], -most, most) / tick
+        return steps
+
+    def _integral(self, error: Array, tick: float) -> Array:
+        """Return the efforts of integral gains, where files give them."""
+        for i, gains in enumerate(self._gains):
+            if gains is not None:
+                self._sum[i] += gains.i * error[i] * tick
+                self._sum[i] = np.clip(self._sum[i], -gains.clamp, gains.clamp)
+        return self._sum

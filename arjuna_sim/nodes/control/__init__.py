@@ -1,0 +1,1 @@
+"""Topics, actions and services of the controllers of a robot's joints."""

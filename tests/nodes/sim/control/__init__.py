@@ -1,0 +1,1 @@
+"""Claims on the topics, actions and services of joints."""

@@ -1,0 +1,82 @@
+"""Controllers of joints, and joints with motors, as ros2_control's and Gazebo's tags name them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from arjuna_sim.files.robots.robot_file import load_robot
+from arjuna_sim.model.joints import ControllerKind, Gains
+from arjuna_sim.model.robot import RobotModel
+from tests.sim.arms import CONTROLLERS, JOINTS, write_arm
+from tests.sim.drive_cases import Robot, Wheel, plugin
+
+POSITION = "<plugin filename='gz-sim-joint-position-controller-system' name='p'>{}</plugin>"
+
+
+def notes(robot: RobotModel) -> str:
+    return "\n".join(note.text for note in robot.notes)
+
+
+def test_controllers_and_motors_are_read(tmp_path: Path) -> None:
+    robot = load_robot(write_arm(tmp_path, CONTROLLERS))
+    found = {one.name: one for one in robot.settings.controllers}
+    assert list(found) == list(CONTROLLERS)
+    assert found["arm_controller"].goal_tolerance == (0.01,) * 3
+    assert found["arm_controller"].goal_time == 0.5
+    assert [found[n].command for n in ("positions", "speeds", "efforts")] == [
+        *("position", "velocity", "effort")
+    ]
+    assert found["gripper"].kind is ControllerKind.GRIPPER
+    assert found["broadcaster"].kind is ControllerKind.OTHER
+    assert found["speeds"].claims == tuple(f"{joint}/velocity" for joint in JOINTS)
+    driven = {joint.name: joint for joint in robot.settings.driven}
+    assert set(driven) == {*JOINTS, "finger"}  # what mimics has no motor of its own
+    assert (driven["elbow"].initial, driven["elbow"].commands) == (0.25, ("position",))
+    assert robot.settings.hardware == ("arm_system", "gz_ros2_control/GazeboSimSystem")
+
+
+def test_gains_count_where_a_controller_commands_efforts(tmp_path: Path) -> None:
+    gains = {joint: {"p": 40.0, "i": 2.0, "d": 3.0, "i_clamp": 5.0} for joint in JOINTS}
+    for command, wanted in (("effort", Gains(40.0, 2.0, 3.0, 5.0)), ("position", None)):
+        arm = {**CONTROLLERS["arm_controller"], "gains": gains, "command_interfaces": [command]}
+        robot = load_robot(write_arm(tmp_path, {"arm": arm}))
+        given = {joint.name: joint.gains for joint in robot.settings.driven}
+        assert [given[joint] for joint in JOINTS] == [wanted] * 3
+
+
+def test_gazebos_plugin_has_its_topic_gains_and_start(tmp_path: Path) -> None:
+    tags = "<joint_name>elbow</joint_name><p_gain>90</p_gain><d_gain>4</d_gain>"
+    tags += "<initial_position>0.7</initial_position><cmd_max>3</cmd_max>"
+    robot = load_robot(write_arm(tmp_path, extra=f"<gazebo>{POSITION.format(tags)}</gazebo>"))
+    (controller,), (joint,) = robot.settings.controllers, robot.settings.driven
+    assert controller.topic == "/model/arm/joint/elbow/cmd_pos"
+    assert (joint.gains, joint.initial) == (Gains(90.0, 0.0, 4.0), 0.7)
+    assert "not simulated: <cmd_max>" in notes(robot)
+
+
+def test_what_names_no_joint_is_noted(tmp_path: Path) -> None:
+    arm = {**CONTROLLERS["positions"], "joints": ["elbow", "nobody"]}
+    robot = load_robot(
+        write_arm(tmp_path, {"arm": arm, "empty": CONTROLLERS["gripper"] | {"joint": ""}})
+    )
+    assert "joint 'nobody' does not exist" in notes(robot)
+    assert "controller 'empty': names no joints" in notes(robot)
+
+
+def test_wheels_stay_the_drives(tmp_path: Path) -> None:
+    wheels = (Wheel("left_wheel", 0.0, 0.2), Wheel("right_wheel", 0.0, -0.2))
+    names = "".join(f"<joint_name>{wheel.name}_joint</joint_name>" for wheel in wheels)
+    tag = plugin("gz-sim-joint-controller-system", names)
+    robot = load_robot(Robot(wheels, tag).write(tmp_path))
+    assert robot.settings.driven == ()
+    assert robot.drive.wheels == ("left_wheel_joint", "right_wheel_joint")
+    assert "is the drive's" in notes(robot)
+
+
+@pytest.mark.parametrize("value", ["0", "-1", "inf", "much"])
+def test_efforts_that_are_no_limit_count_for_none(tmp_path: Path, value: str) -> None:
+    path = write_arm(tmp_path)
+    path.write_text(path.read_text().replace("effort='60'", f"effort='{value}'"))
+    assert load_robot(path).urdf.joints["elbow"].max_effort == 0.0
