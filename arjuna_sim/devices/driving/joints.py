@@ -45,12 +45,13 @@ class _Running:
         values: The last command, for each of its joints; before the first no effort, and of other
             commands what is not a number.
         path: The trajectory that is followed, and the time when it began [s].
+        yields: Whether it is active because no client has chosen: it makes way for one that is.
     """
 
     def __init__(self, settings: ControllerSettings, index: Sequence[int]) -> None:
         self.settings = settings
         self.joints = np.array(index, np.int64)
-        self.state = ACTIVE
+        self.state, self.yields = ACTIVE, True
         self.stop()
 
     def stop(self) -> None:
@@ -62,7 +63,8 @@ class _Running:
 class JointControllers:
     """The controllers of a robot's driven joints.
 
-    A joint that no active controller commands is held where it is.
+    From the start all are active that claim different joints, until a client chooses others. A
+    joint that no active controller commands is held where it is.
 
     Args:
         robot: The robot, its joints named as in its file.
@@ -169,13 +171,15 @@ class JointControllers:
         if found.state == ACTIVE:
             return
         blockers = self._blockers(found.settings)
-        if blockers and not forced:
-            listed = ", ".join(f"'{other}'" for other in blockers)
+        chosen = [other for other in blockers if not self._running[other].yields]
+        if chosen and not forced:
+            listed = ", ".join(f"'{other}'" for other in chosen)
             problem = f"controller '{name}' wants joints that {listed} commands"
             raise ControllerError(f"{problem}; deactivate that in the same call")
         for other in blockers:
             self._running[other].state = INACTIVE
         self.set_state(name, ACTIVE, (INACTIVE,))
+        found.yields = False
 
     def rest(self, positions: Array) -> None:
         """Hold the joints at positions [rad or m], and forget all commands."""

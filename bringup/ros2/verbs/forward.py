@@ -137,6 +137,8 @@ def _run_node(words: list[str], package: str, program: str) -> None:
 
 # What `ros2 run PACKAGE EXECUTABLE` runs
 PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
+    ("controller_manager", "spawner"): f"{_PROGRAMS}.spawner",
+    ("controller_manager", "unspawner"): f"{_PROGRAMS}.spawner:unspawn",
     ("nav2_map_server", "map_saver_cli"): _save_map,
     ("slam_toolbox", "async_slam_toolbox_node"): _slam_toolbox,
     ("slam_toolbox", "map_and_localization_slam_toolbox_node"): _slam_toolbox,
@@ -184,8 +186,9 @@ def run(words: list[str]) -> int:
         raise Ros2Error(f"No executable found; {valid}")
     program = PROGRAMS[package, name]
     if isinstance(program, str):
-        module = importlib.import_module(program)
-        module.main(ros_arguments(words[2:]).own)  # rclpy reads the others itself
+        module, _, function = program.partition(":")
+        main = getattr(importlib.import_module(module), function or "main")
+        main(ros_arguments(words[2:]).own)  # rclpy reads the others itself
     else:
         program(words[2:])
     return 0

@@ -190,11 +190,12 @@ def test_manager_lists_and_switches(bench: RosBench, tmp_path: Path) -> None:
         **dict.fromkeys(CONTROLLERS, "active"),
         **dict.fromkeys(("positions", "speeds", "efforts"), "inactive"),
     }
-    refused = switch(bench, ["positions"], [])
+    assert switch(bench, ["positions"], []).ok  # the arm's was only active for want of a choice
+    assert states(bench) == first | {"positions": "active", "arm_controller": "inactive"}
+    refused = switch(bench, ["arm_controller"], [])
     assert not refused.ok
-    assert "arm_controller" in refused.message
-    assert states(bench) == first
-    assert switch(bench, ["positions"], ["arm_controller"]).ok
+    assert "positions" in refused.message
+    assert states(bench)["positions"] == "active"
     seen = bench.collect(JointState, "/joint_states")
     command = Float64MultiArray(data=[0.5, -0.4, 0.3])
     bench.publish(Float64MultiArray, "/positions/commands", command)

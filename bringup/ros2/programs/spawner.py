@@ -1,0 +1,62 @@
+"""`ros2 run controller_manager spawner` and `unspawner`: controllers brought to a state."""
+
+from __future__ import annotations
+
+import argparse
+
+from bringup.ros2.client import Client
+from bringup.ros2.verbs.control import Manager
+
+
+def _parser(name: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog=f"ros2 run controller_manager {name}")
+    parser.add_argument("controller_names", nargs="+", help="the controllers, in this order")
+    parser.add_argument("-c", "--controller-manager", default="/controller_manager")
+    parser.add_argument("--switch-timeout", type=float, default=5.0, help="accepted")
+    return parser
+
+
+def main(words: list[str]) -> None:
+    """Load, configure and activate controllers; those that are active stay so."""
+    parser = _parser("spawner")
+    parser.add_argument("-p", "--param-file", action="append", help="accepted: see the robot's")
+    parser.add_argument("-n", "--namespace", default="", help="namespace of the manager")
+    parser.add_argument("--load-only", action="store_true", help="do not configure them")
+    parser.add_argument("--inactive", action="store_true", help="do not activate them")
+    parser.add_argument("-u", "--unload-on-kill", action="store_true", help="wait, then unload")
+    parser.add_argument("--activate-as-group", action="store_true", help="all in one step")
+    parser.add_argument("--controller-manager-timeout", type=float, default=0.0, metavar="N")
+    parser.add_argument("--service-call-timeout", type=float, default=10.0, metavar="N")
+    parser.add_argument("--controller-ros-args", action="append", help="accepted")
+    given = parser.parse_args(words)
+    if given.namespace:
+        given.controller_manager = f"{given.namespace}/{given.controller_manager.lstrip('/')}"
+    state = "unconfigured" if given.load_only else "inactive" if given.inactive else "active"
+    patience = given.controller_manager_timeout or 600.0  # theirs waits for ever
+    with Client(given, f"spawner_{given.controller_names[0]}") as client:
+        manager = Manager(client, given, patience)
+        known = manager.states()
+        for name in given.controller_names:
+            if known.get(name) == "active" or (state == known.get(name)):
+                print(f"Controller {name} is {known[name]} already")
+            else:
+                manager.bring_to(name, state)
+        if given.unload_on_kill:
+            try:
+                client.spin(lambda: False)
+            finally:
+                _unspawn(manager, given.controller_names)
+
+
+def unspawn(words: list[str]) -> None:
+    """Deactivate and unload controllers."""
+    given = _parser("unspawner").parse_args(words)
+    with Client(given, f"unspawner_{given.controller_names[0]}") as client:
+        _unspawn(Manager(client, given), given.controller_names)
+
+
+def _unspawn(manager: Manager, names: list[str]) -> None:
+    for name in names:
+        if manager.states().get(name) == "active":
+            manager.bring_to(name, "inactive")
+        manager.step("unload", name, "unloaded")

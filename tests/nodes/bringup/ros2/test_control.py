@@ -1,0 +1,110 @@
+"""`ros2 control` and the spawners print and do what ros2controlcli's do, beside a simulated arm."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from arjuna_core.files.shipped import shipped_file
+from bringup.ros2.errors import Ros2Error
+from bringup.ros2.grammar import build_parser, load
+from bringup.ros2.programs import spawner
+from bringup.ros2.tables import COMMANDS
+from bringup.ros2.verbs import control
+from tests.helpers.ros import RosBench
+from tests.nodes.sim.running import start_sim
+from tests.sim.arms import CONTROLLERS, write_arm
+
+
+class BenchClient:
+    """Calls services within the process under test."""
+
+    def __init__(self, bench: RosBench) -> None:
+        self._bench = bench
+
+    def __enter__(self) -> BenchClient:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        return None
+
+    def call(self, kind: Any, name: str, request: Any, timeout: float) -> Any:
+        return self._bench.call(kind, name, request)
+
+
+@pytest.fixture
+def ros2(bench: RosBench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    path = write_arm(tmp_path, CONTROLLERS)
+    start_sim(bench, robot=str(path), world=str(shipped_file("worlds/empty.world")))
+    for module in (control, spawner):
+        monkeypatch.setattr(module, "Client", lambda *given: BenchClient(bench))
+
+    def run(line: str) -> None:
+        arguments: argparse.Namespace = build_parser(COMMANDS).parse_args(
+            ["control", *line.split()]
+        )
+        load(arguments.run)(arguments)
+
+    return run
+
+
+def test_controllers_are_listed_in_columns(
+    ros2: Callable[[str], None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    ros2("list_controllers --claimed-interfaces")
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].split() == [
+        *("arm_controller", "joint_trajectory_controller/JointTrajectoryController", "active")
+    ]
+    assert lines[1:3] == ["\tclaimed interfaces:", "\t\tshoulder/position"]
+    ros2("list_hardware_interfaces")
+    assert "\tfinger/position [available] [claimed]" in capsys.readouterr().out.splitlines()
+    ros2("list_hardware_components")
+    assert "\tname: arm_system\n" in capsys.readouterr().out
+    ros2("list_controller_types")
+    assert "controller_interface::ControllerInterface" in capsys.readouterr().out
+
+
+def test_a_controller_goes_through_its_states(
+    ros2: Callable[[str], None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    ros2("set_controller_state arm_controller inactive")
+    ros2("unload_controller arm_controller")
+    ros2("load_controller arm_controller --set-state active")
+    ros2("switch_controllers --deactivate arm_controller --activate positions --strict")
+    assert capsys.readouterr().out.splitlines() == [
+        "Successfully deactivated arm_controller",
+        "Successfully unloaded arm_controller",
+        "Successfully loaded arm_controller",
+        "Successfully configured arm_controller",
+        "Successfully activated arm_controller",
+        "Successfully switched controllers",
+    ]
+    with pytest.raises(Ros2Error, match="'arm_controller' wants joints that 'positions' commands"):
+        ros2("set_controller_state arm_controller active")
+    with pytest.raises(Ros2Error, match="Error loading controller nobody"):
+        ros2("load_controller nobody")
+    with pytest.raises(Ros2Error, match="a controller is loaded"):
+        ros2("reload_controller_libraries")
+    ros2("reload_controller_libraries --force-kill")
+    ros2("list_controllers")
+    assert "No controllers are currently loaded!" in capsys.readouterr().out
+
+
+def test_spawners_bring_controllers_up_and_down(
+    ros2: Callable[[str], None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    spawner.main(["gripper", "speeds", "-c", "controller_manager"])
+    spawner.unspawn(["gripper"])
+    spawner.main(["gripper", "--inactive"])
+    ros2("list_controllers")
+    out = capsys.readouterr().out
+    assert "Controller gripper is active already\nSuccessfully activated speeds\n" in out
+    found = {line.split()[0]: line.split()[-1] for line in out.splitlines()[-6:]}
+    assert (found["speeds"], found["gripper"], found["arm_controller"]) == (
+        *("active", "inactive", "inactive"),
+    )
