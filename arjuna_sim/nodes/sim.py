@@ -24,6 +24,7 @@ from arjuna_sim.nodes.robot_interface import RobotInterface
 from arjuna_sim.nodes.robot_topics import ContactTopic
 from arjuna_sim.nodes.run_memory import RunMemory
 from arjuna_sim.nodes.services.entities import EntityServices
+from arjuna_sim.nodes.services.gazebo import GazeboServices
 from arjuna_sim.nodes.services.known_entities import KnownEntities
 from arjuna_sim.nodes.services.simulation import SimulationServices, StepAction
 from arjuna_sim.nodes.services.spawning import SpawnServices
@@ -92,8 +93,8 @@ class SimNode(ManagedNode):
         known = KnownEntities(self.simulator)
         self._steps = StepAction(self, lambda: self.state)
         SimulationServices(self, self._steps, known.infos.clear)
-        EntityServices(self, known)
-        SpawnServices(self, known)
+        answers = {**EntityServices(self, known).answers, **SpawnServices(self, known).answers}
+        GazeboServices(self, known, answers)
         WorldServices(self, known.infos.clear)
 
     def activate(self) -> None:

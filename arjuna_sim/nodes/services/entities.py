@@ -29,11 +29,16 @@ def in_world(host: Host, answer: Callable[[Any, Any], None]) -> Callable[[Any, A
 
 
 class EntityServices:
-    """Serves what concerns entities that are there."""
+    """Serves what concerns entities that are there.
+
+    Attributes:
+        answers: What answers each service, by its name.
+    """
 
     def __init__(self, host: Host, known: KnownEntities) -> None:
         self._host = host
         self._known = known
+        self.answers: dict[str, Callable[[Any, Any], Any]] = {}
         for service, name, answer in (
             (srv.GetEntities, "get_entities", self._get_entities),
             (srv.GetEntitiesStates, "get_entities_states", self._get_entities_states),
@@ -44,7 +49,8 @@ class EntityServices:
             (srv.GetEntityBounds, "get_entity_bounds", self._get_entity_bounds),
             (srv.DeleteEntity, "delete_entity", self._delete),
         ):
-            host.serve(service, name, in_world(host, answer))
+            self.answers[name] = in_world(host, answer)
+            host.serve(service, name, self.answers[name])
 
     def _matching(self, filters: Any) -> list[Entity]:
         known = self._known

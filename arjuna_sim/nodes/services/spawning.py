@@ -27,17 +27,23 @@ _EXAMPLES = ("box:0.5,0.5,1.0", "cylinder:0.2,1.0", "sphere:0.25", "person")
 
 
 class SpawnServices:
-    """Serves what brings entities into the world."""
+    """Serves what brings entities into the world.
+
+    Attributes:
+        answers: What answers each service, by its name.
+    """
 
     def __init__(self, host: Host, known: KnownEntities) -> None:
         self._host = host
         self._known = known
+        self.answers: dict[str, Callable[[Any, Any], Any]] = {}
         for service, name, answer in (
             (GetSpawnables, "get_spawnables", self._get_spawnables),
             (SpawnEntity, "spawn_entity", self._spawn),
             (SpawnEntities, "spawn_entities", self._spawn_all),
         ):
-            host.serve(service, name, in_world(host, answer))
+            self.answers[name] = in_world(host, answer)
+            host.serve(service, name, self.answers[name])
 
     def _get_spawnables(self, request: Any, response: Any) -> None:
         if request.sources:

@@ -1,0 +1,176 @@
+"""gazebo_msgs: entities by the services of Gazebo classic, which some clients still call.
+
+Some of them have the names of simulation_interfaces' services and other types. A participant knows
+a name by one type, so that they live in one of their own, made when a client of theirs is seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from gazebo_msgs import srv
+from rclpy.clock import Clock, ClockType
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node, NodeNameNonExistentError
+from simulation_interfaces.msg import Result
+from simulation_interfaces.srv import DeleteEntity, GetEntityState, SetEntityState, SpawnEntity
+
+from arjuna_core.ros.context import discovery, new_context
+from arjuna_core.ros.convert import header
+from arjuna_core.ros.node import ManagedNode
+from arjuna_sim.nodes.messages import WORLD, pose3_from_msg, pose3_msg
+from arjuna_sim.nodes.services.known_entities import KnownEntities
+
+_WORLDS = ("", "world", "map")
+"""Names of the world's frame."""
+_PERIOD, _LOOK = 0.05, 20  # between two looks at requests [s], and how many a look for clients
+
+
+class GazeboServices:
+    """Answers gazebo_msgs' services by those of simulation_interfaces.
+
+    Args:
+        answers: What answers simulation_interfaces' services, by name.
+    """
+
+    def __init__(
+        self,
+        node: ManagedNode,
+        known: KnownEntities,
+        answers: Mapping[str, Callable[[Any, Any], Any]],
+    ) -> None:
+        self._node, self._known, self._answers = node, known, answers
+        self._own: Node | None = None
+        self._executor: SingleThreadedExecutor | None = None
+        self._looks = 0
+        self._timer: Any = None
+        if node.transport is None:  # else there are no clients but those of this process
+            clock = Clock(clock_type=ClockType.STEADY_TIME)
+            self._timer = node.create_timer(_PERIOD, self._poll, clock=clock)
+        node.keep(self)
+
+    def services(self) -> list[tuple[Any, str, Callable[[Any, Any], Any]]]:
+        """Return the types and names, and what answers them."""
+        found = [
+            (srv.SpawnEntity, "spawn_entity", self._spawn),
+            (srv.DeleteEntity, "delete_entity", self._delete),
+            (srv.GetEntityState, "get_entity_state", self._get_state),
+            (srv.SetEntityState, "set_entity_state", self._set_state),
+            (srv.GetModelList, "get_model_list", self._list),
+        ]
+        return [(kind, f"{space}{name}", a) for kind, name, a in found for space in ("", "gazebo/")]
+
+    def destroy(self) -> None:
+        """Leave the graph."""
+        if self._timer is not None:
+            self._node.destroy_timer(self._timer)
+        if self._own is not None and self._executor is not None:
+            self._executor.shutdown()
+            self._own.destroy_node()
+            self._own.context.shutdown()
+            self._own = None
+
+    def _poll(self) -> None:
+        """Answer what is asked; before there is a client, look for one once a second."""
+        if self._executor is not None:
+            self._executor.spin_once(0.0)
+            return
+        self._looks += 1
+        if self._looks % _LOOK == 0 and self._has_clients():
+            self._serve()
+
+    def _has_clients(self) -> bool:
+        node = self._node
+        for name, space in node.get_node_names_and_namespaces():
+            try:
+                clients = node.get_client_names_and_types_by_node(name, space)
+            except NodeNameNonExistentError:  # it has left since
+                continue
+            if any(kind.startswith("gazebo_msgs/") for _, kinds in clients for kind in kinds):
+                return True
+        return False
+
+    def _serve(self) -> None:
+        with discovery(isolated=False):
+            context = new_context()
+            namespace = self._node.process.namespace
+            self._own = Node("gazebo", context=context, namespace=namespace)
+        self._executor = SingleThreadedExecutor(context=context)
+        self._executor.add_node(self._own)
+        for kind, name, answer in self.services():
+            guarded = self._node.answering(name, answer)
+            self._own.create_service(kind, name, guarded)
+        self._node.get_logger().info("gazebo_msgs' services are there, for a client asks for them")
+
+    def _ask(self, name: str, kind: Any, **fields: Any) -> tuple[Any, str]:
+        """Return the response of a service of simulation_interfaces, and why it failed."""
+        response = self._answers[name](kind.Request(**fields), kind.Response())
+        result = response.result
+        return response, "" if result.result == Result.RESULT_OK else result.error_message
+
+    def _spawn(self, request: Any, response: Any) -> Any:
+        kind = SpawnEntity.Request(
+            name=request.name,
+            allow_renaming=not request.name,
+            entity_namespace=request.robot_namespace,
+        )
+        kind.entity_resource.resource_string = request.xml
+        kind.initial_pose.pose = request.initial_pose
+        kind.initial_pose.header.frame_id = _frame(request.reference_frame)
+        answer = self._answers["spawn_entity"](kind, SpawnEntity.Response())
+        response.success = answer.result.result == Result.RESULT_OK
+        done = f"SpawnEntity: Successfully spawned entity [{answer.entity_name}]"
+        response.status_message = done if response.success else answer.result.error_message
+        return response
+
+    def _delete(self, request: Any, response: Any) -> Any:
+        _, problem = self._ask("delete_entity", DeleteEntity, entity=request.name)
+        response.success = not problem
+        done = f"DeleteEntity: Successfully deleted entity [{request.name}]"
+        response.status_message = problem or done
+        return response
+
+    def _get_state(self, request: Any, response: Any) -> Any:
+        found, problem = self._ask("get_entity_state", GetEntityState, entity=request.name)
+        response.header = header(request.reference_frame or WORLD, self._node.now)
+        if problem:
+            return response
+        pose, twist = found.state.pose, found.state.twist
+        frame = _frame(request.reference_frame)
+        if frame:
+            other, problem = self._ask("get_entity_state", GetEntityState, entity=frame)
+            if problem:
+                return response
+            T_world_frame = pose3_from_msg(other.state.pose)
+            pose = pose3_msg(T_world_frame.inverse() @ pose3_from_msg(pose))
+            for vector in (twist.linear, twist.angular):
+                turned = T_world_frame.rotation().T @ np.array([vector.x, vector.y, vector.z])
+                vector.x, vector.y, vector.z = turned.tolist()
+        response.state.name, response.state.reference_frame = request.name, request.reference_frame
+        response.state.pose, response.state.twist = pose, twist
+        response.success = True
+        return response
+
+    def _set_state(self, request: Any, response: Any) -> Any:
+        state = request.state
+        kind = SetEntityState.Request(entity=state.name, set_pose=True)
+        kind.state.pose = state.pose
+        kind.state.header.frame_id = _frame(state.reference_frame)
+        answer = self._answers["set_entity_state"](kind, SetEntityState.Response())
+        response.success = answer.result.result == Result.RESULT_OK
+        if not response.success:
+            self._node.get_logger().warning(f"set_entity_state: {answer.result.error_message}")
+        return response
+
+    def _list(self, request: Any, response: Any) -> Any:
+        response.header = header(WORLD, self._node.now)
+        response.model_names = [entity.name for entity in self._known.all()]
+        response.success = True
+        return response
+
+
+def _frame(name: str) -> str:
+    """Return a frame as simulation_interfaces names it."""
+    return "" if name in _WORLDS else name

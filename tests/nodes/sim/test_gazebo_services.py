@@ -1,0 +1,73 @@
+"""gazebo_msgs' services answer by simulation_interfaces', each in its own words."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from gazebo_msgs import srv
+
+from arjuna_core.ros.convert import quaternion
+from arjuna_sim.nodes.services.gazebo import GazeboServices
+from tests.helpers.ros import RosBench
+from tests.nodes.sim.running import start_in
+
+CRATE = """<sdf version="1.7"><model name="crate"><link name="l"><inertial><mass>1</mass></inertial>
+<collision name="c"><geometry><box><size>0.4 0.4 0.4</size></box></geometry></collision>
+</link></model></sdf>"""
+
+
+@pytest.fixture
+def ask(bench: RosBench) -> Any:
+    sim = start_in(bench)
+    (gazebo,) = sim.kept(GazeboServices)
+    answers = {name: (kind, answer) for kind, name, answer in gazebo.services()}
+
+    def call(service: str, /, **fields: Any) -> Any:
+        kind, answer = answers[service]
+        return answer(kind.Request(**fields), kind.Response())
+
+    return call
+
+
+def spawn(ask: Any, name: str, x: float, yaw: float = 0.0, frame: str = "") -> Any:
+    request = srv.SpawnEntity.Request()
+    request.initial_pose.position.x = x
+    request.initial_pose.orientation = quaternion(yaw)
+    pose = request.initial_pose
+    return ask("spawn_entity", name=name, xml=CRATE, initial_pose=pose, reference_frame=frame)
+
+
+def test_entities_come_move_and_go(ask: Any) -> None:
+    answer = spawn(ask, "", 2.0)
+    assert answer.success
+    assert answer.status_message == "SpawnEntity: Successfully spawned entity [crate]"
+    assert "crate" in ask("get_model_list").model_names
+    state = ask("gazebo/get_entity_state", name="crate").state
+    state.name, state.pose.position.y = "crate", 1.5
+    assert ask("gazebo/set_entity_state", state=state).success
+    moved = ask("get_entity_state", name="crate", reference_frame="world")
+    assert (moved.state.pose.position.x, moved.state.pose.position.y) == pytest.approx((2.0, 1.5))
+    assert moved.header.frame_id == "world"
+    assert ask("delete_entity", name="crate").success
+    assert "crate" not in ask("get_model_list").model_names
+
+
+def test_poses_are_relative_to_an_entity_where_it_is_named(ask: Any) -> None:
+    assert spawn(ask, "one", 2.0, math.pi / 2).success
+    assert spawn(ask, "two", 1.0, frame="one").success
+    world = ask("get_entity_state", name="two").state.pose.position
+    assert (world.x, world.y) == pytest.approx((2.0, 1.0))
+    near = ask("get_entity_state", name="two", reference_frame="one").state.pose.position
+    assert (near.x, near.y) == pytest.approx((1.0, 0.0), abs=1e-9)
+
+
+def test_what_cannot_be_done_fails_with_a_reason(ask: Any) -> None:
+    assert spawn(ask, "crate", 2.0).success
+    assert "taken" in spawn(ask, "crate", 3.0).status_message
+    assert "does not exist" in ask("delete_entity", name="nobody").status_message
+    assert not ask("get_entity_state", name="nobody").success
+    assert not ask("get_entity_state", name="crate", reference_frame="nobody").success
+    assert not ask("set_entity_state").success
+    assert not ask("spawn_entity", name="x", xml="<nothing/>").success
