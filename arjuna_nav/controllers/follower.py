@@ -327,8 +327,10 @@ class PathFollower:
         reach = self._footprint.circumscribed_radius + self._config.moving_obstacle_distance
         if costmap.moves_within(pose.x, pose.y, reach):
             return ControlResult(ControlStatus.SUCCEEDED, STILL, control.message)
-        if self._escape_tried or self._brakes(velocity):
+        if self._escape_tried or not self._config.escape.enabled:
             return control
+        if self._brakes(velocity):  # the escape begins at rest
+            return ControlResult(ControlStatus.SUCCEEDED, STILL, control.message)
         self._escape_tried = True  # once: the next tick's search would find no more
         if escape.begin(pose, path, costmap):
             command = escape.compute(pose, velocity, path, costmap, now, self.speed_limit)

@@ -296,3 +296,12 @@ def test_an_arc_that_was_widened_into_an_obstacle_is_not_driven() -> None:
     followed = Followed(**own)
     followed.script.answer = ControlResult(ControlStatus.SUCCEEDED, Velocity(0.5, yaw_rate=3.0))
     assert "on the tightest bend" in followed.tick(0.0, costmap=costmap_of(grid)).message
+
+
+def test_an_escape_begins_once_the_robot_has_braked() -> None:
+    own: dict[str, Any] = {"escape.enabled": True}
+    followed = Followed(**own)
+    followed.script.answer = BLOCKED
+    braking = followed.tick(0.0, velocity=Velocity(0.3))
+    assert (braking.state, braking.velocity) == (FollowState.RUNNING, STILL)
+    assert followed.tick(0.1).velocity != STILL
