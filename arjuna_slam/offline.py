@@ -160,7 +160,6 @@ def localize_log(
 
     Args:
         path: What `open_log` reads.
-        map_path: The map's YAML file.
         parameters: Of amcl, by name.
         scan_topic: Of a recording; "" for the only one.
         odom_topic: Of a recording; "" for what /tf says.

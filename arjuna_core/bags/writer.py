@@ -47,7 +47,6 @@ class BagFormat:
 
     Attributes:
         storage: `mcap` or `sqlite3`.
-        preset: A preset of the storage.
         settings: The storage's own settings, which come before the preset's.
         compression: What is compressed by zstd: "" nothing, `file` or `message`.
         threads: How many files are compressed at once; 0 for one a core.
@@ -76,7 +75,6 @@ class BagFolder:
 
     Args:
         path: The folder; an existing one is never written into.
-        limits: When to continue in a new file.
         on_split: Called with the paths of the file that has ended and of the next one.
 
     Raises:

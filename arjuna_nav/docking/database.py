@@ -64,7 +64,6 @@ def read_docks(path: str | Path, warn: Callable[[str], None]) -> dict[str, DockC
     """Read a file of docks, `docks: {name: {type, frame, pose, id}}`.
 
     Args:
-        path: The file.
         warn: Takes a sentence for each key that no dock has.
 
     Raises:

@@ -27,7 +27,6 @@ class ControllerDisplay:
 
     Args:
         node: A node in its `configure`.
-        configs: The controllers' parameters.
     """
 
     def __init__(self, node: ManagedNode, configs: Iterable[Any]) -> None:

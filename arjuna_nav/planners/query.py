@@ -23,10 +23,6 @@ class Query:
     """A start from which the robot can come to free cells, and a goal on the costmap.
 
     Attributes:
-        costmap: The costs.
-        start: Where the robot is.
-        goal: Where it is to be.
-        goal_cell: The goal's cell.
         out: Paths from the start to the cells where a robot may be.
         allow_unknown: True where paths may cross unknown space.
         tolerance: Greatest distance of the path's end from a blocked goal [m].

@@ -36,7 +36,6 @@ class SmoothResult:
     """A smoothed path, or the path as it was and why.
 
     Attributes:
-        status: How smoothing ended.
         path: `(N, 3) float64` [m, m, rad].
         message: What went wrong; empty on success.
     """

@@ -86,10 +86,8 @@ def optimize(
     """Return the poses of least cost, from a start `(N, 3)` [m, m, rad] of which the first is held.
 
     Args:
-        poses: The start.
         edges: The measurements; they must connect all nodes.
         robust_scale: Scale of the Cauchy kernel on loop edges, in deviations; None for none.
-        iterations: Most accepted or refused steps.
         tolerance: Relative decrease of the cost below which it has converged.
     """
     poses = poses.copy()

@@ -118,7 +118,6 @@ def initialize(poses: NDArray[np.float64], edges: EdgeTable) -> NDArray[np.float
 
     Args:
         poses: `(N, 3) float64` [m, m, rad]; only the first counts, and stays.
-        edges: The measurements.
     """
     i, j, count, first = edges.i, edges.j, len(poses), poses[0]
     weight = edges.information[:, 2, 2]

@@ -83,7 +83,6 @@ class Placed(Generic[T]):
     """A sensor's reading and where the robot was when it was taken.
 
     Attributes:
-        reading: The reading.
         T_global_base: Pose of the base in the costmap's global frame at the reading's stamp.
     """
 
@@ -181,7 +180,6 @@ def as_cloud(seen: Observation, source: SourceConfig, clearing: bool) -> PlacedC
 
     Args:
         seen: The scan, or a cloud, which is returned as it is.
-        source: Its parameters.
         clearing: Whether the points are for clearing.
     """
     if isinstance(seen, PlacedCloud):

@@ -23,11 +23,7 @@ from arjuna_nav.nodes.frames import robot_pose
 
 
 class CostmapNode(ManagedNode):
-    """Keeps a layered costmap current; the servers of its process read `current`.
-
-    Attributes:
-        layered: The costs.
-    """
+    """Keeps a layered costmap current; the servers of its process read `current`."""
 
     Config = CostmapConfig
     DEFAULT_NAME = "global_costmap"

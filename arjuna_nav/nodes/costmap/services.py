@@ -29,7 +29,6 @@ class CostmapServices:
 
     Args:
         node: The node that serves; in its `configure`.
-        layered: The costmap that is served.
         robot_pose: Returns the robot's pose in the costmap's frame.
     """
 

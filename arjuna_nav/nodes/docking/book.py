@@ -48,7 +48,6 @@ class DockBook:
     """Looks up docks and their kinds.
 
     Args:
-        config: Parameters of the docking server.
         warn: Takes what is odd about a file of docks.
 
     Raises:
@@ -87,7 +86,6 @@ class DockBook:
         """Return the dock that a goal of dock_robot names or describes.
 
         Args:
-            goal: The goal.
             frame: The frame of a pose that names none.
 
         Raises:
@@ -127,11 +125,6 @@ class Order:
     """One goal that is carried out.
 
     Attributes:
-        server: Whose goal it is.
-        action: The goal's action type.
-        kind: The dock's kind.
-        type: The name of that kind.
-        core: What is done.
         since: When it began [s].
         dock: The dock to drive to; None where the robot leaves one.
         nominal: Where that dock is in the fixed frame, once it was needed.

@@ -32,8 +32,6 @@ class Admission:
 
     Args:
         node: bt_navigator; made in its `configure`.
-        clients: The source of plans.
-        trees: The behavior trees.
         on_change: Called where it is time to ask again.
     """
 
@@ -69,8 +67,6 @@ class Admission:
         """Return the poses of the newest goal in the global frame, None while it must wait.
 
         Args:
-            navigator: Of its action.
-            goal: Its request.
             preempts: Whether it is to replace the one that runs.
 
         Raises:

@@ -18,8 +18,6 @@ class GoalNavigator(Protocol):
     those of bt_navigator's fields that the action has, by Nav2's names.
 
     Attributes:
-        name: The action's name.
-        action: Its type.
         through: Whether errors of planning count from 300, as those of paths through poses.
     """
 

@@ -181,7 +181,6 @@ def laid_out(
     """Return a lattice as a table for a search, from the heading nearest to one.
 
     Args:
-        lattice: In cells.
         heading: Of the robot [rad].
         reverse: Whether the pieces are driven back, too.
         factors: On the cost of what is driven back, of bends, added to that where the side

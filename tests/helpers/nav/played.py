@@ -61,17 +61,11 @@ class Play:
     Args:
         walls: Segments `(N, 4)` x0, y0, x1, y1 of the world [m].
         grid: The map; None for none: it navigates in odom.
-        start: In the world.
-        goal: In the world.
-        body: The robot.
-        rng: For what errs.
-        errors: How much.
         people: Gives the segments of each of those who walk, at a time [s].
 
     Attributes:
         arrived: Whether the follower says so.
         touched: Whether the robot met a wall by itself.
-        meetings: Whom it met.
         time: [s]
         why: What was said last where it stood still.
     """
