@@ -15,7 +15,7 @@ import zstandard
 from arjuna_core.bags.file_writer import FileWriter, McapWriter, RecordingError
 from arjuna_core.bags.metadata import METADATA, FileEntry, metadata_yaml, read_metadata
 from arjuna_core.bags.reader import PACKED, Bag
-from arjuna_core.bags.sqlite_writer import SqliteWriter
+from arjuna_core.bags.sqlite_file import SqliteWriter
 from arjuna_core.bags.topic import TopicInfo
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import open_file

@@ -12,8 +12,7 @@ from scipy.sparse.linalg import splu
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.linearization import chi2
-from arjuna_slam.graph.optimizer import OptimizerResult, optimize
+from arjuna_slam.graph.optimizer import OptimizerResult, chi2, optimize
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, EdgeTable
 
 _VERTICES = ("VERTEX_SE2", "VERTEX2")

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.plugins import NamedConfigs, names_in
 from arjuna_core.pose3 import Pose3
-from arjuna_core.readings import Cloud, RangeReading
-from arjuna_core.scan import Scan
+from arjuna_core.scan import Cloud, RangeReading, Scan
 from arjuna_core.se2 import SE2
 
 

@@ -11,11 +11,11 @@ import numpy as np
 from sensor_msgs.msg import LaserScan, PointCloud2, Range
 
 from arjuna_core.pose3 import Pose3
-from arjuna_core.readings import RangeReading
 from arjuna_core.ros.convert import cloud_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.scan_queue import BaseFrames, scan_seen_from
 from arjuna_core.ros.tf import TransformError
+from arjuna_core.scan import RangeReading
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_nav.costmap import PlacedCloud, PlacedRange, PlacedScan
 

@@ -12,14 +12,15 @@ from arjuna_core.files.maps_folder import path_in_folder
 from arjuna_core.ros.convert import se2_from_pose
 from arjuna_core.ros.goal_server import GoalError, GoalServer
 from arjuna_core.se2 import SE2
-from arjuna_nav.docking.database import (
+from arjuna_nav.docking.dock_types import (
+    DOCK_TYPES,
     DOCKS,
     DockConfig,
+    DockType,
     placed,
     read_docks,
     unknown_types,
 )
-from arjuna_nav.docking.dock_types import DOCK_TYPES, DockType
 from arjuna_nav.docking.docking import Docking, DockingConfig, DockingError, Undocking
 
 

@@ -22,7 +22,7 @@ from arjuna_nav.costmap import LayeredCostmap, PlacedScan
 from arjuna_nav.costmap.moving.tracker import REACH, Moving, Tracker
 from arjuna_nav.planners.base import PlanStatus
 from arjuna_nav.planners.navfn import NavFn, NavFnConfig
-from arjuna_nav.planners.through import plan_through
+from arjuna_nav.planners.query import plan_through
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
 from arjuna_nav.safety.sight import Sight
 from bringup.scenarios.drive import AWAY, PUSHED, Meetings
