@@ -150,10 +150,7 @@ def check(name: str, value: Any, hint: Any, info: ParamInfo, where: str = "") ->
     """Return a value converted to its parameter's type.
 
     Args:
-        name: The parameter, for the message.
-        value: What was given.
         hint: The field's type: bool, int, float, str, `tuple[T, ...]` or one of them or None.
-        info: Bounds and choices.
         where: Prefix of the message.
 
     Raises:

@@ -77,7 +77,6 @@ class OccupancyGrid:
     """A map: occupancy in per cent, as nav_msgs/OccupancyGrid has it.
 
     Attributes:
-        frame: Where the grid lies.
         data: `(height, width) int8`, -1 unknown, 0 free to 100 occupied.
         stamp: Time of the map [s].
     """

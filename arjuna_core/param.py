@@ -21,7 +21,6 @@ class ParamInfo:
     """A parameter's unit, bounds and description, beside its name, type and default.
 
     Attributes:
-        description: One sentence.
         unit: SI unit, or "" for none.
         minimum: Least valid value, inclusive.
         maximum: Greatest valid value, inclusive.

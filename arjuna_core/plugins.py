@@ -137,7 +137,6 @@ def names_in(given: Any, default: Any = ()) -> tuple[str, ...]:
     """Return the names in a list, or in a text with spaces between them.
 
     Args:
-        given: The list or the text.
         default: Which of both it has to be; what it is not has these names.
     """
     if isinstance(default, str):

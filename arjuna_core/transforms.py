@@ -32,7 +32,6 @@ class ExtrapolationError(TransformError):
     """A transform is unknown at a time.
 
     Args:
-        stamp: The requested time.
         known: The end of the known times that lies nearest.
     """
 

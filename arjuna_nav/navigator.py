@@ -83,7 +83,6 @@ class Feedback:
     Attributes:
         navigation_time: Since the goal came [s].
         estimated_time_remaining: At the present speed [s]; 0 where it stands.
-        number_of_recoveries: So far.
         distance_remaining: Along the path [m].
         number_of_poses_remaining: Goals not yet passed.
     """
@@ -101,7 +100,6 @@ class Navigator:
     Args:
         tree: The tree; its blackboard has the goals and the configuration's entries, and the path
             once there is one.
-        config: Rates and amounts.
         error_code_names: Entries of the blackboard that hold error codes.
         goals: Poses to drive to, in map.
         start: Time at which the goal came [s].
@@ -139,8 +137,6 @@ class Navigator:
         """Return the requests to servers, in order, and the end once it has come.
 
         Args:
-            state: The robot's state now.
-            goals: New goals that replace the old.
             cancel: Whether to stop for good.
         """
         if cancel:

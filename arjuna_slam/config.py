@@ -12,8 +12,7 @@ from arjuna_core.arrays import Floats
 from arjuna_core.config import info_of, param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.graph.back_end import BackEndConfig
-from arjuna_slam.mapping.keyframes import Mapper
-from arjuna_slam.mapping.lifelong import LifelongConfig
+from arjuna_slam.mapping.keyframes import LifelongConfig, Mapper
 from arjuna_slam.mapping.reference_map import ReferenceConfig
 from arjuna_slam.matching.tracking import TrackerConfig
 

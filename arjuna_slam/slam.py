@@ -13,8 +13,7 @@ from arjuna_slam.config import SlamConfig
 from arjuna_slam.graph.back_end import BackEnd
 from arjuna_slam.graph.loops import LoopCloser
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
-from arjuna_slam.mapping.keyframes import Keyframes
-from arjuna_slam.mapping.lifelong import forget_submap
+from arjuna_slam.mapping.keyframes import Keyframes, forget_submap
 from arjuna_slam.mapping.reference_map import ReferenceMap
 from arjuna_slam.mapping.session import Session, Start, StartKind
 from arjuna_slam.mapping.submap import LocalMap, Submap

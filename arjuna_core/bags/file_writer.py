@@ -24,9 +24,6 @@ class RecordingError(ArjunaError):
 class FileWriter(ABC):
     """One file that is being written.
 
-    Attributes:
-        entry: Name, times and counts so far.
-
     Raises:
         RecordingError: The file exists or cannot be written, or a setting is not known.
     """

@@ -51,7 +51,6 @@ class BagFile(ABC):
 
     Attributes:
         topics: Its topics by name.
-        entry: Its times and counts.
         lost: How many messages of a topic never reached the recorder.
         share: Share (0..1) that has been read.
 

@@ -41,7 +41,6 @@ class Bag:
 
     Attributes:
         storage: `mcap`, `sqlite3` or `rosbag1`.
-        distribution: The ROS release that recorded it.
         topics: Its topics by name.
         lost: How many messages of a topic never reached the recorder.
 
@@ -169,11 +168,7 @@ class Bag:
 
 
 def _files(path: Path, names: list[str] | None) -> list[Path]:
-    """Return a recording's files in the order of their times.
-
-    Args:
-        names: The files that its metadata lists.
-    """
+    """Return a recording's files in the order of their times."""
     if not os.path.lexists(path):
         raise InputFileError(path, f"does not exist; {_VALID}")
     if names is not None:

@@ -15,7 +15,7 @@ import zstandard
 from arjuna_core.bags.file_writer import FileWriter, McapWriter, RecordingError
 from arjuna_core.bags.metadata import METADATA, FileEntry, metadata_yaml, read_metadata
 from arjuna_core.bags.reader import PACKED, Bag
-from arjuna_core.bags.sqlite_writer import SqliteWriter
+from arjuna_core.bags.sqlite_file import SqliteWriter
 from arjuna_core.bags.topic import TopicInfo
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import open_file
@@ -47,7 +47,6 @@ class BagFormat:
 
     Attributes:
         storage: `mcap` or `sqlite3`.
-        preset: A preset of the storage.
         settings: The storage's own settings, which come before the preset's.
         compression: What is compressed by zstd: "" nothing, `file` or `message`.
         threads: How many files are compressed at once; 0 for one a core.
@@ -76,7 +75,6 @@ class BagFolder:
 
     Args:
         path: The folder; an existing one is never written into.
-        limits: When to continue in a new file.
         on_split: Called with the paths of the file that has ended and of the next one.
 
     Raises:

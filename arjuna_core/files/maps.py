@@ -125,7 +125,6 @@ def save_map(
 
     Args:
         stem: Path without suffix.
-        options: Thresholds and mode to write.
 
     Returns:
         The YAML's and the image's path.

@@ -20,7 +20,6 @@ def path_in_folder(folder: str | Path, url: str) -> Path:
     """Return the path that a request names, once it is sure to lie in the maps folder.
 
     Args:
-        folder: The maps folder.
         url: A path, relative to the folder or absolute, or a `file://` URL.
 
     Raises:
@@ -37,7 +36,6 @@ def map_path(folder: str | Path, url: str, suffix: str = "") -> Path:
     """Return the path of a map or graph that a request names, links followed.
 
     Args:
-        folder: The maps folder.
         url: A path, relative to the folder, absolute or from `~/`, or a `file://` URL.
         suffix: Ends the file's name; added where it lacks.
 

@@ -18,9 +18,8 @@ from std_msgs.msg import Header
 
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.pose3 import Pose3
-from arjuna_core.readings import Cloud
 from arjuna_core.ros.messages import maker
-from arjuna_core.scan import Scan
+from arjuna_core.scan import Cloud, Scan
 from arjuna_core.se2 import IDENTITY, SE2, yaw_of
 from arjuna_core.timing import NANOSECONDS
 from arjuna_core.twist import Velocity

@@ -21,12 +21,7 @@ _CANCELED = GoalStatus.STATUS_CANCELED
 
 
 class GoalError(ArjunaError):
-    """A goal cannot be reached.
-
-    Args:
-        code: The action's error code.
-        reason: Why.
-    """
+    """A goal cannot be reached."""
 
     def __init__(self, code: int, reason: str) -> None:
         super().__init__(reason)
@@ -224,12 +219,7 @@ class GoalServer:
             self._end(handle, result, _ABORTED)
 
     def fail(self, error: GoalError, **fields: Any) -> None:
-        """End the goal that waits, or else the running one, as aborted with a code and a reason.
-
-        Args:
-            error: The code and the reason.
-            fields: More fields of the action's result.
-        """
+        """End the goal that waits, or else the running one, as aborted with a code and a reason."""
         self._node.get_logger().warning(f"{self._name}: goal aborted: {error}")
         result = self.explained(str(error), error.code, **fields)
         (self.abort_pending if self.preempt_requested else self.abort)(result)

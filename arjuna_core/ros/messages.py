@@ -111,7 +111,6 @@ def maker(cls: type[Any], *paths: str) -> Callable[..., Any]:
     not converted: a list of numbers is an array.
 
     Args:
-        cls: The type.
         paths: The fields that are given, as `header.stamp.sec`; others have their defaults.
 
     Raises:

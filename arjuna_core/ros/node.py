@@ -34,7 +34,6 @@ class ManagedNode(Guarded, LifecycleNode):
 
     Attributes:
         Config: The frozen dataclass of the node's parameters.
-        transforms: The process's transform buffer.
         due_at: Time before which `run_due` has nothing to do [s].
 
     Args:

@@ -69,7 +69,6 @@ class Process:
     in them, in the order in which they were added: one process runs alike every time.
 
     Args:
-        name: The name of the process's own node.
         use_sim_time: Whether time comes from /clock; else from the system clock.
         isolated: Whether nothing outside the process can see it or reach into it. Else discovery
             is on this machine only, unless ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.

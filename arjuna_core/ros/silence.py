@@ -15,9 +15,7 @@ class Silence(NamedTuple):
     """A subscribed topic, and the advice where nothing comes on it.
 
     Attributes:
-        kind: The message's class.
         what: One of its messages, as a "scan".
-        profile: What is asked of publishers.
         advice: What to do where such messages come on another topic.
         rare: Whether nothing may come for long: only where others publish on another topic, and
             nobody on this, that is reported.
@@ -74,8 +72,6 @@ class SilenceWatch:
     """Warns once when nothing comes, at the start or later on; made while the node configures.
 
     Args:
-        node: Who listens.
-        topic: To what.
         of: What should come.
     """
 

@@ -26,8 +26,6 @@ class TransformListener:
     counted, each by itself.
 
     Args:
-        node: Which subscribes.
-        buffer: What is fed.
         now: Returns the time [s]; None for the node's clock.
     """
 

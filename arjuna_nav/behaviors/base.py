@@ -38,8 +38,6 @@ class BehaviorResult:
     """The velocity to drive now, and the state of the behaviour.
 
     Attributes:
-        status: RUNNING, or how it ended.
-        velocity: What to drive.
         progress: Feedback: angle turned [rad], distance driven [m], time driven or left [s].
         message: What went wrong, with numbers; empty while it goes well.
     """
@@ -86,8 +84,6 @@ class TimedBehavior(abc.ABC):
     """A behaviour that drives until it is done, its time is over or a collision lies ahead.
 
     Args:
-        config: Parameters.
-        footprint: The robot.
         time_allowance: When to give up [s]; 0 never.
 
     Source: nav2_behaviors, TimedBehavior.

@@ -89,9 +89,6 @@ class FinalApproach:
     where it has not arrived by it.
 
     Args:
-        config: Parameters.
-        tracking: How trajectories are driven.
-        footprint: The robot.
         radius: Of its tightest bend; 0 where it turns on the spot [m].
 
     Source: the curve is Park and Kuipers, A smooth control law for graceful motion of differential
@@ -152,9 +149,7 @@ class FinalApproach:
 
         Args:
             pose: The robot's, in the frame of the costmap.
-            goal: Where to arrive.
             velocity: As measured.
-            costmap: The obstacles.
             now: Time [s].
             left: Length of the path that is left [m].
             speed: Greatest speed [m/s].

@@ -38,7 +38,6 @@ class ControlResult:
 
     Attributes:
         status: SUCCEEDED where the velocity is to be driven.
-        velocity: What to drive.
         message: What went wrong, with numbers; empty where nothing did.
     """
 

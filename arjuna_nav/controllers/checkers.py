@@ -58,9 +58,6 @@ class ProgressConfig:
 class SimpleProgressChecker:
     """Requires that the robot moves some distance in some time.
 
-    Args:
-        config: Distance and time.
-
     Source: nav2_controller, SimpleProgressChecker.
     """
 
@@ -110,9 +107,6 @@ class PoseProgressConfig(ProgressConfig):
 class PoseProgressChecker(SimpleProgressChecker):
     """Requires that the robot moves some distance or turns some angle in some time.
 
-    Args:
-        config: Distance, angle and time.
-
     Source: nav2_controller, PoseProgressChecker.
     """
 
@@ -134,7 +128,6 @@ def is_there(pose: SE2, goal: SE2, tolerance: float, was_there: bool, pushed: fl
     """Return whether a robot is at a goal, or still is: nobody has pushed it away.
 
     Args:
-        pose: The robot's.
         goal: In the same frame.
         tolerance: Greatest distance from the goal [m].
         was_there: Whether it was there and is to be taken as there.
@@ -160,9 +153,6 @@ class PositionGoalConfig:
 
 class PositionGoalChecker:
     """Says whether the position is within its tolerance, whatever the heading.
-
-    Args:
-        config: Tolerance.
 
     Source: nav2_controller, PositionGoalChecker.
     """
@@ -195,9 +185,6 @@ class GoalConfig(PositionGoalConfig):
 
 class SimpleGoalChecker(PositionGoalChecker):
     """Says whether position and heading are within their tolerances.
-
-    Args:
-        config: Tolerances.
 
     Source: nav2_controller, SimpleGoalChecker.
     """
@@ -235,9 +222,6 @@ class StoppedGoalConfig(GoalConfig):
 
 class StoppedGoalChecker(SimpleGoalChecker):
     """Requires that the robot has arrived and stands.
-
-    Args:
-        config: Tolerances and velocities.
 
     Source: nav2_controller, StoppedGoalChecker.
     """

@@ -29,7 +29,6 @@ class Shape:
     """Points drawn alike, published as a Marker.
 
     Attributes:
-        name: The marker's namespace.
         points: `(N, 2) float64` [m].
         colours: Red, green and blue, 0 to 1: `(3,)`, or `(N, 3)` of each point.
         size: Width of the line, or diameter of each point [m].
@@ -101,7 +100,6 @@ class Offer:
     """The part of a controller that offers values.
 
     Attributes:
-        wanted: Topics that somebody listens to.
         shown: Values by topic, of the last command.
     """
 

@@ -77,8 +77,6 @@ class Escape:
     It plans and drives in the costmap's own frame: poses on a map jump, odometry does not.
 
     Args:
-        config: Parameters.
-        tracking: How trajectories are driven.
         footprint: The robot, with padding.
         body: Without.
         radius: Of the robot's tightest bend; 0 where it turns on the spot [m].
@@ -154,8 +152,6 @@ class Escape:
         Args:
             pose: The robot's, in the costmap's frame.
             velocity: As measured.
-            path: Ahead of the robot.
-            costmap: The obstacles.
             now: Time [s].
             speed: Greatest speed [m/s].
         """

@@ -96,9 +96,6 @@ class FollowResult:
     """A velocity to drive now, and the state of following.
 
     Attributes:
-        state: Running, or its end.
-        velocity: What to drive.
-        error: Why it failed.
         message: What went wrong, with numbers; empty while it goes well.
         distance: Left along the path [m].
     """
@@ -139,13 +136,11 @@ class PathFollower:
 
     Args:
         config: Parameters, as `load` made them.
-        footprint: The robot, for the controllers.
         chosen: The plug-ins; the first of each kind if None.
         body: The robot without its padding; the footprint if None. Where it stands out of the
             footprint, what is no controller's keeps it free.
 
     Attributes:
-        chosen: The plug-ins.
         speed_limit: Greatest forward speed from now on [m/s]; inf for none.
         warning: Why the robot cannot drive as the controller wants; "" where it can.
         wanted: Topics of the controller that somebody listens to.

@@ -41,8 +41,6 @@ def rollout(
     """Return the poses along the arc that a constant velocity drives, one round of it at most.
 
     Args:
-        pose: Start.
-        velocity: What is driven.
         duration: For how long [s].
         spacing: Greatest distance between two poses [m].
         turn_step: Greatest angle between two; 0.1 moves a corner 0.5 m out by a cell [rad].

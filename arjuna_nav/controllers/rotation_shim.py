@@ -74,7 +74,6 @@ class RotationShim(Offer):
 
     Args:
         config: Parameters, the primary's among them.
-        footprint: The robot.
         xy_goal_tolerance: Where only the heading is left, if it turns at the goal [m].
         period: Time between two calls [s].
 

@@ -54,10 +54,7 @@ def allowed_speed(
     curvature; the robot may be so fast that it can brake to each of them in time.
 
     Args:
-        config: Parameters.
         path: Ahead of the robot, `(N, 3) float64`, in the costmap's frame.
-        pose: The robot's.
-        costmap: What is beside the path.
         desired: Greatest speed of all [m/s]; where it is below the least, it is returned.
 
     Source: velocity profiles along a path, as Kunz and Stilman, Time-optimal trajectory generation

@@ -86,7 +86,6 @@ class Tracker:
     """Drives the pieces of a trajectory one after the other, each to its end.
 
     Args:
-        config: Parameters.
         blend: Distance before the end of a stretch at which the turn behind it begins [m].
         radius: Of the robot's tightest bend; 0 where it turns on the spot [m].
 
@@ -122,7 +121,6 @@ class Tracker:
         """Return what to drive, None at the end.
 
         Args:
-            pose: The robot's.
             velocity: As measured.
             speed: Greatest speed [m/s].
         """

@@ -52,7 +52,6 @@ def first_collision(
 
     Args:
         costmap: Inflated costs.
-        footprint: The robot.
         poses: `(N, 3) float64` [m, m, rad] in the costmap's frame, the present pose first.
     """
     frame = costmap.frame
@@ -137,8 +136,6 @@ def comes_nearer(data: NDArray[np.uint8], pose: NDArray[np.float64], allowed: fl
     """Return whether a pose that collides is nearer to a lethal cell, or deeper, than allowed.
 
     Args:
-        data: Costs.
-        pose: In cells.
         allowed: Clearance, or below 0 depth, by `clearance_to_keep` [cells]; infinity allows none.
     """
     if allowed < 0.0:

@@ -38,7 +38,6 @@ class Costmap:
     """Costs on a grid. What a `LayeredCostmap` holds is changed in place by its next update.
 
     Attributes:
-        frame: Where the grid lies.
         data: `(height, width) uint8`: 0 free, 1..252 near obstacles, 253 within the robot's
             inscribed radius of one, 254 lethal, 255 unknown.
         stamp: Time of the last update [s].

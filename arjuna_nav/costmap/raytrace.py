@@ -177,7 +177,6 @@ def fill_polygon(data: NDArray[Any], corners: NDArray[np.float64], value: int) -
     Args:
         data: `(height, width)`, of any whole numbers.
         corners: `(N, 2)` x, y in cells.
-        value: What to write.
 
     Source: even-odd rule, row by row.
     """

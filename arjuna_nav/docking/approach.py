@@ -62,9 +62,6 @@ def towards(
     """Return what to drive towards a pose; all poses are of one frame.
 
     Args:
-        config: Limits.
-        pose: Where the robot is.
-        target: The pose to end at.
         backward: Whether to drive backwards.
         dock: What stands near it belongs to the dock and is no obstacle.
         costmap: Obstacles, of the same frame; None lets all pass.
@@ -96,8 +93,6 @@ def at_the_end(
     with the pose, and then stands.
 
     Args:
-        config: Limits.
-        pose: Where the robot is.
         target: The pose to end at, in the same frame.
         tolerances: Distance [m] and heading [rad].
         backward: Whether it drives backwards.
@@ -117,7 +112,6 @@ def steer(config: ApproachConfig, T_base_target: SE2, backward: bool = False) ->
     """Return what to drive towards a pose.
 
     Args:
-        config: Gains and limits.
         T_base_target: The pose to end at, in the robot's base.
         backward: Whether to drive backwards.
     """

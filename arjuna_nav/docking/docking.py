@@ -77,10 +77,7 @@ class DockingState:
 
     Attributes:
         now: Time [s].
-        pose: Where the robot is.
         dock: The dock's pose, None where it is not seen.
-        senses: What shows contact and charging.
-        costmap: Obstacles.
         staged: Whether the staging pose was reached; None while it is driven to.
     """
 
@@ -100,7 +97,6 @@ class DockingStep:
         velocity: What to drive; None leaves the wheels to the one who drives to the staging pose.
         stage: Whether to begin driving to the staging pose.
         ended: How docking ended, None while it continues.
-        message: Why it failed.
     """
 
     velocity: Velocity | None = STILL
@@ -130,14 +126,9 @@ class Docking:
 
     Args:
         config: When to wait, to try again, to give up.
-        kind: The dock's kind.
         footprint: The robot; None where nothing counts as obstacle.
         navigate: Whether to drive to the staging pose first.
         max_staging_time: How long that may take [s].
-
-    Attributes:
-        phase: What is being done.
-        retries: How often it was tried again.
     """
 
     def __init__(
@@ -272,8 +263,6 @@ class Undocking:
     """One order to undock.
 
     Args:
-        config: Tolerances and limits.
-        kind: The dock's kind.
         footprint: The robot; None where nothing counts as obstacle.
         max_time: How long it may take [s].
         docked: Whether the robot is known to have docked; else contact or current must show it.

@@ -56,11 +56,8 @@ def next_goal(
     """Return where to look from next, facing the frontier.
 
     Args:
-        grid: The map as far as it is known.
         costmap: Inflated costs of the same grid; unknown stays unknown.
-        T_map_base: Pose of the robot.
         tried: Goals of before; none near one of them comes again, so that exploration ends.
-        config: Parameters.
 
     Returns:
         The goal, or None where no frontier of interest can be reached.

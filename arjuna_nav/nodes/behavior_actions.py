@@ -26,7 +26,6 @@ class BehaviorAction:
     """One behaviour as an action.
 
     Attributes:
-        type: The action.
         make: Makes the behaviour from a goal; of one that moves, also from the parameters, the
             footprint and the time allowance, and its own parameters if it has any.
         feedback: Makes the feedback from the behaviour's progress.

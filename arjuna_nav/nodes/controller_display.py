@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import Point, Vector3
+from dwb_msgs.msg import CriticScore, LocalPlanEvaluation, Trajectory2D, TrajectoryScore
+from geometry_msgs.msg import Point, Pose2D, Vector3
 from nav_msgs.msg import Path
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import ColorRGBA
@@ -17,7 +18,33 @@ from arjuna_core.ros.convert import duration_msg, header, path_msg
 from arjuna_core.ros.messages import maker
 from arjuna_core.ros.node import ManagedNode
 from arjuna_nav.controllers import display
+from arjuna_nav.controllers.display import Evaluation, Judged
 from arjuna_nav.nodes.costmap.messages import cloud_msg
+
+MESSAGE = LocalPlanEvaluation
+_critic, _pose = maker(CriticScore, "name", "raw_score", "scale"), maker(Pose2D, "x", "y", "theta")
+_trajectory = maker(
+    *(Trajectory2D, "velocity.x", "velocity.y", "velocity.theta", "time_offsets", "poses")
+)
+_score = maker(TrajectoryScore, "traj", "scores", "total")
+
+
+def evaluation_msg(evaluation: Evaluation, frame: str, now: float) -> LocalPlanEvaluation:
+    """Return an evaluation of a frame at a time [s]."""
+    return LocalPlanEvaluation(
+        header=header(frame, now),
+        twists=[_judged(one) for one in evaluation.trajectories],
+        best_index=evaluation.best,
+        worst_index=evaluation.worst,
+    )
+
+
+def _judged(one: Judged) -> TrajectoryScore:
+    times = [duration_msg(time) for time in one.times.tolist()]
+    poses = [_pose(*row) for row in one.poses.tolist()]
+    scores = [_critic(each.name, each.raw_score, each.scale) for each in one.scores]
+    return _score(_trajectory(*one.velocity, times, poses), scores, one.total)
+
 
 _colour, _point = maker(ColorRGBA, "r", "g", "b", "a"), maker(Point, "x", "y")
 
@@ -27,7 +54,6 @@ class ControllerDisplay:
 
     Args:
         node: A node in its `configure`.
-        configs: The controllers' parameters.
     """
 
     def __init__(self, node: ManagedNode, configs: Iterable[Any]) -> None:
@@ -84,7 +110,7 @@ def _markers(shapes: display.Shapes, frame: str, now: float) -> MarkerArray:
 def _messages_of(kind: type[Any]) -> tuple[Any, Callable[[Any, str, float], Any]]:
     """Return the type of the messages of a kind of value, and what makes them."""
     if kind is display.Evaluation:
-        from arjuna_nav.nodes.dwb_evaluation import MESSAGE, evaluation_msg
+        from arjuna_nav.nodes.controller_display import MESSAGE, evaluation_msg
 
         return MESSAGE, evaluation_msg
     return _MESSAGES[kind]

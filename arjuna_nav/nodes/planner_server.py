@@ -73,7 +73,6 @@ class _Plan:
     """A plan that is being made.
 
     Attributes:
-        outline: The robot for which it is made.
         began: When [s].
         limit: How long it may take [s].
         stop: Set where nobody waits for it any more.
@@ -176,8 +175,6 @@ class PlannerServerNode(GoalNode):
         """Begin the plan of a goal; its end is `_finish`.
 
         Args:
-            name: The action.
-            goal: A goal of it.
             waited: How long it has waited [s].
             through: Whether it is through poses.
 

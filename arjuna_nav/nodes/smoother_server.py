@@ -19,7 +19,7 @@ from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.nodes.costmap.reader import CostmapReader
 from arjuna_nav.nodes.frames import poses_of
-from arjuna_nav.smoothers.base import SMOOTHERS, Smoother, SmoothResult, SmoothStatus
+from arjuna_nav.smoothers.smoothers import SMOOTHERS, Smoother, SmoothResult, SmoothStatus
 
 
 @dataclass(frozen=True)

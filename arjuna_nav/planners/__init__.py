@@ -2,6 +2,6 @@
 
 from arjuna_nav.planners.base import Planner, PlanResult, PlanStatus
 from arjuna_nav.planners.navfn import NavFn, NavFnConfig
-from arjuna_nav.planners.through import plan_through
+from arjuna_nav.planners.query import plan_through
 
 __all__ = ["NavFn", "NavFnConfig", "PlanResult", "PlanStatus", "Planner", "plan_through"]

@@ -51,7 +51,6 @@ class PlanResult:
     """A path, or why there is none.
 
     Attributes:
-        status: How planning ended.
         path: `(N, 3) float64` [m, m, rad] in the costmap's frame from start to goal; empty unless
             it succeeded.
         message: What went wrong, with numbers; empty on success.
@@ -124,7 +123,6 @@ def too_tight(name: str, plugin: object, radius: float) -> str:
     """Return what is to be said of a plug-in that bends tighter than a steered robot; "" for none.
 
     Args:
-        name: What it is called.
         plugin: A planner or controller, with `turning_radius` unless it turns on the spot [m].
         radius: Of the robot's tightest bend; 0 where it turns on the spot [m].
     """

@@ -98,9 +98,6 @@ def lead_out(
     where its middle would have to pass an obstacle's cell beside its own.
 
     Args:
-        pose: The robot's.
-        costmap: The costs.
-        footprint: The outline.
         radius: Of the tightest bend of a steered drive, which leaves in bends, too; else 0 [m].
         reach: Greatest length [m].
         step: Between two poses [m].

@@ -44,7 +44,6 @@ def guide(
     """Return a guide to the goal or the nearest to it within the tolerance, or why there is none.
 
     Args:
-        query: What is asked.
         costs: Cost of crossing a cell by its value, `(256,) float32`, `NEUTRAL` where free.
         seeds: `(N, 3)` row, column and value of the cells where the search begins, the likeliest
             first.

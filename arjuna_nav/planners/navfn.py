@@ -53,7 +53,6 @@ class NavFn:
     """Plans by NavFn's potential.
 
     Args:
-        config: Parameters.
         footprint: The robot; the costs hold all that NavFn asks of it.
 
     Source: nav2_navfn_planner (K. Konolige); see `potential`.

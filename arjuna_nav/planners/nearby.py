@@ -22,7 +22,6 @@ class Plan(NamedTuple):
     """A planner's answer.
 
     Attributes:
-        result: The answer.
         path_cost: Cost of the path, inf where it does not end at the goal.
     """
 
@@ -40,11 +39,7 @@ def nearby_first(
     """Return a plan from about the start and the goal if no path beyond can be better, else of all.
 
     Args:
-        plan: Plans on a costmap.
-        costmap: All of it.
         costs: Cost of crossing a cell by its value, `(256,) float32`.
-        start: Where the robot is.
-        goal: Where it is to be.
 
     Source: an ellipse holds all points by which a path of a length may lead; here its box.
     """

@@ -67,11 +67,6 @@ def plan_for_outline(
     heading by heading, nearby; and where there is none, the planner is asked for paths elsewhere.
 
     Args:
-        planner: Any.
-        costmap: The costs.
-        start: The robot's pose.
-        goal: Where to plan to.
-        footprint: The robot's outline.
         closed_radius: Of what is closed to the planner where the outline collides [cells].
         attempts: Greatest number of plans in which one more collision is closed.
     """
@@ -172,9 +167,6 @@ def find_path(
     Args:
         start: The robot's pose in the costmap's frame.
         end: Where to come, with its heading.
-        costmap: The costs.
-        footprint: The outline.
-        drive: What motions there are.
     """
     frame, costs = costmap.frame, traversal_costs()
     cells = [frame.to_cell(one.x, one.y) for one in (start, end)]
@@ -283,8 +275,6 @@ def first_blocked(
 
     Args:
         path: `(N, 3)`.
-        costmap: The costs.
-        footprint: The outline.
         chord: Over which the path's direction is taken; so far from its start it may turn [m].
     """
     index = _first_hit(

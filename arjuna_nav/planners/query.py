@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,8 +12,10 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
-from arjuna_nav.planners.base import PlanResult, PlanStatus
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners.base import Planner, PlanResult, PlanStatus
 from arjuna_nav.planners.escape import Escape
+from arjuna_nav.planners.outline import plan_for_outline
 from arjuna_nav.planners.waves.potential import reachable, spread, traversal_costs
 
 Cell = tuple[int, int]
@@ -23,10 +26,6 @@ class Query:
     """A start from which the robot can come to free cells, and a goal on the costmap.
 
     Attributes:
-        costmap: The costs.
-        start: Where the robot is.
-        goal: Where it is to be.
-        goal_cell: The goal's cell.
         out: Paths from the start to the cells where a robot may be.
         allow_unknown: True where paths may cross unknown space.
         tolerance: Greatest distance of the path's end from a blocked goal [m].
@@ -183,3 +182,35 @@ def oriented(points: NDArray[np.float64], final_yaw: float) -> NDArray[np.float6
     x, y = (points[1:] - points[:-1]).T
     np.arctan2(y, x, out=poses[:-1, 2])
     return poses
+
+
+def plan_through(
+    planner: Planner,
+    costmap: Costmap,
+    start: SE2,
+    goals: Sequence[SE2],
+    footprint: Footprint | None = None,
+) -> PlanResult:
+    """Plan through poses to the last; without any, NO_VALID_PATH.
+
+    Where a footprint is given, a path that its outline could not follow is replaced by one
+    that it can, if there is one.
+    """
+    if not goals:
+        return PlanResult.failed(PlanStatus.NO_VALID_PATH, "no goals were given")
+    pieces: list[NDArray[np.float64]] = []
+    expansions: list[NDArray[np.float64]] = []
+    for goal in goals:
+        result = (
+            planner.plan(costmap, start, goal)
+            if footprint is None
+            else plan_for_outline(planner, costmap, start, goal, footprint)
+        )
+        if result.status is not PlanStatus.SUCCEEDED:
+            return result
+        pieces.append(result.path)
+        if result.expansions is not None:
+            expansions.append(result.expansions)
+        start = SE2.from_array(result.path[-1])
+    expanded = np.vstack(expansions) if expansions else None
+    return PlanResult(PlanStatus.SUCCEEDED, np.vstack(pieces), expansions=expanded)

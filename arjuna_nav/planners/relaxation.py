@@ -77,7 +77,6 @@ def relax(
         w_data: Weight of where they were.
         w_smooth: Weight of their neighbours' middle.
         tolerance: Change at which it has converged.
-        max_its: Most iterations.
 
     Source: Thrun, path smoothing by gradient descent; nav2_smoother.
     """

@@ -59,7 +59,6 @@ class Smac2D:
     """Plans by A* over the eight neighbours of each cell, cost-aware.
 
     Args:
-        config: Parameters.
         footprint: The robot; the costs hold all that is asked of it.
 
     Source: Hart, Nilsson and Raphael 1968; nav2_smac_planner, SmacPlanner2D.

@@ -58,7 +58,6 @@ class ThetaStar:
     """Plans by lazy Theta* with costs.
 
     Args:
-        config: Parameters.
         footprint: The robot; the costs hold all that is asked of it.
 
     Source: Nash, Daniel, Koenig and Felner, Theta*: any-angle path planning on grids, AAAI 2007;

@@ -25,7 +25,6 @@ class GraphOperation:
     Attributes:
         type: Name of the plug-in that performs it.
         trigger: `NODE` where a node is passed, `ON_ENTER` and `ON_EXIT` of an edge.
-        metadata: For the plug-in.
     """
 
     type: str

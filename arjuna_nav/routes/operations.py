@@ -30,8 +30,6 @@ class RouteEvent:
         edge: The edge that it drives, None before the first node and at the end.
         ahead: The edges from the next node on.
         node: The node that it has just passed, None where it has passed none.
-        entered: The edge that it has just entered.
-        exited: The edge that it has just left.
         called: Metadata with which the graph asks for this operation now; None where it does not.
     """
 

@@ -16,11 +16,7 @@ from arjuna_nav.routes.graph import Edge, Graph, Node, Point
 
 @dataclass(frozen=True)
 class Route:
-    """A sequence of edges from a node on; without any it ends there.
-
-    Attributes:
-        costs: The cost of each edge.
-    """
+    """A sequence of edges from a node on; without any it ends there."""
 
     start: Node
     edges: tuple[Edge, ...] = ()
@@ -47,7 +43,6 @@ def find_route(
     """Return the cheapest route between two nodes, None where there is none.
 
     Args:
-        graph: The graph.
         start: Number of the first node.
         goal: Number of the last.
         cost: Returns what an edge costs, at least 0; None where it is closed.
@@ -93,7 +88,6 @@ def pruned(
     where the goal lies along the edge to it.
 
     Args:
-        route: The route.
         start: Where the robot stands; None to keep the first node.
         goal: Where it is to come; None to keep the last.
         least: How far along an edge counts as along it [m].
@@ -139,7 +133,6 @@ class Tracker:
     """Tracks which nodes of a route are behind the robot.
 
     Args:
-        route: The route.
         radius: How near to a node the robot passes it [m].
         end_radius: How near to the last node it has come there [m].
         edge: The edge to the route's first node where the robot is on it already.

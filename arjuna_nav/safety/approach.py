@@ -56,7 +56,6 @@ class Approach:
     """Slows the robot down so that a collision stays a time away.
 
     Args:
-        config: How far ahead it looks.
         least: Points within the outline that are a collision.
     """
 

@@ -37,8 +37,6 @@ class Verdict:
     """The velocity that may be driven, and why it is not the commanded one.
 
     Attributes:
-        velocity: What may be driven.
-        action: What was done.
         zone: Because of which zone; empty where nothing was done.
     """
 

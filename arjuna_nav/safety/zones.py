@@ -124,7 +124,6 @@ class Zone:
         config: Its parameters, of `ZoneConfig`.
 
     Attributes:
-        action: What it does.
         shape: Its outline as a message brought it; None where none has come.
 
     Source: nav2_collision_monitor, Polygon and CollisionMonitor::processStopSlowdownLimit.

@@ -13,11 +13,7 @@ class TreeError(ArjunaError):
 
 
 class Writes:
-    """The number of writes to the blackboards of a tree.
-
-    Attributes:
-        count: So far.
-    """
+    """The number of writes to the blackboards of a tree."""
 
     __slots__ = ("count",)
 
@@ -50,7 +46,6 @@ class Blackboard:
     """Entries by name; a subtree's entries may be those of the tree above under other names.
 
     Args:
-        above: Of the tree above.
         renamed: The name above of each entry that is the same there.
         all_shared: Whether every other entry is the same above, under its own name.
         own: Entries that are its own even so, with their values.

@@ -75,9 +75,7 @@ class TreeState:
     Attributes:
         now: Time [s].
         pose: Of the robot in the global frame, None where it is not known.
-        velocity: Of the robot.
         measured_at: When it had that velocity [s].
-        answers: Of what was asked, once.
         feedback: The newest of what is asked and not answered yet, once, in plain values.
         selected: What was chosen on the selectors' topics.
         moved_goal: The newest pose on the topic goal_update since the goal came.

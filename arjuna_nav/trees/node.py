@@ -260,10 +260,7 @@ class Tree:
 
     Attributes:
         root: Its uppermost node.
-        topics: The topics that its nodes listen to.
-        blackboard: The entries of the whole tree.
         state: The state of the robot and the requests in this tick.
-        asking: The nodes that ask servers.
     """
 
     root: TreeNode

@@ -55,7 +55,6 @@ class Kind:
     """The values of a port.
 
     Attributes:
-        name: In words.
         convert: Makes one of a text or of the blackboard's value; raises where that is none.
         literal: Whether a text can be one.
     """
@@ -89,7 +88,6 @@ class Port:
     """One port of a kind of nodes: an attribute of its class that is read from the node's XML.
 
     Attributes:
-        kind: Of its values.
         default: Its value where the XML does not name it, or the blackboard has no such entry.
         field: The field of the server's request that it fills, or of the result that it takes;
             empty: none in a request, the port's own name in a result.

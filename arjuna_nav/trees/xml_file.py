@@ -115,8 +115,6 @@ def build_tree(
     """Build a tree from its XML.
 
     Args:
-        text: The XML.
-        where: The file's name in errors.
         folder: What it includes lies there, or below.
         nodes: Those that it may have.
         contents: Of files that are not read again.

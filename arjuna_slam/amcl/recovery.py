@@ -11,7 +11,7 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.estimate import Hypothesis
 from arjuna_slam.amcl.scan_view import ScanView, share_agreeing
-from arjuna_slam.matching.global_search import GlobalSearch, distinct
+from arjuna_slam.matching.correlative import GlobalSearch, distinct
 from arjuna_slam.matching.map_field import MapField
 
 # Coarse to fine, so that the basin is wide and the end unmoved by what the map does not have [m]

@@ -56,8 +56,6 @@ class BackEnd:
     """Keeps a pose graph optimised.
 
     Args:
-        config: The parameters.
-        graph: The graph.
         undone: Loop edges taken back from a graph that this one is what is left of.
 
     Attributes:

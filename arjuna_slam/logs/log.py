@@ -31,7 +31,6 @@ class CarmenLog:
     """The scans of a CARMEN log, as text or compressed, each with the odometry.
 
     Attributes:
-        problems: What was passed over.
         progress: Share (0..1) of the log that has been read.
 
     Raises:
@@ -185,7 +184,6 @@ def open_log(path: Path, topics: RecordingTopics) -> Log:
     Args:
         path: `.clf` or `.log`, also compressed; `.mcap`, `.db3`, ROS 1's `.bag`, also with
             `.zstd`; a rosbag2 folder.
-        topics: What is read of a recording.
 
     Raises:
         InputFileError: It does not exist or is of another kind.

@@ -183,7 +183,6 @@ def refine(
     """Return the refined pose and how well it fits.
 
     Args:
-        reference: The field's.
         points: `(N, 2) float64` in the robot's base frame [m].
         normals: Theirs, `(N, 2) float64`, zero where unknown; None for none.
         start: Pose to start from, `(3,) float64`.

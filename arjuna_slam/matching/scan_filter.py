@@ -27,11 +27,7 @@ def motion_within(scan: Scan, delta: SE2, gap: float) -> SE2:
 
 
 class LastOdometry:
-    """The odometry at the last scan: the next one's prior and the motion during it follow.
-
-    Attributes:
-        T_odom_base: The pose.
-    """
+    """The odometry at the last scan: the next one's prior and the motion during it follow."""
 
     def __init__(self) -> None:
         self.T_odom_base = IDENTITY

@@ -40,7 +40,6 @@ class MapMemory:
     3000 keyframes of 720 beams take it 80 ms, in which a scan's callback waits for 10 ms at most.
 
     Args:
-        node: The slam_toolbox node.
         file: Where the session is kept; empty: it is not.
 
     Attributes:

@@ -42,8 +42,6 @@ class Row:
     """The result of one kind of attack.
 
     Attributes:
-        what: The attack.
-        count: What came of it.
         bar: What was to come.
         held: Whether it did; None where this machine cannot try.
         seconds: It took [s, wall].

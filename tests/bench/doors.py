@@ -30,7 +30,6 @@ class Passage:
 
     Attributes:
         passed: Whether the goal was reached without a touch.
-        touched: What was touched.
         time: It took [s].
         why: What navigation says where it gave up.
     """

@@ -38,7 +38,6 @@ class Run:
 
     Attributes:
         reached: Whether the robot is where it says that it is.
-        reason: Why it gave up, if it did.
         ended: Whether the goal ended at all.
         touches: Contacts with the world.
         stood_after: From the fault to the last motion within it [s]; None where it moved on.

@@ -36,20 +36,11 @@ class Trial:
     """The map of a drive through a building.
 
     Attributes:
-        seed: Of the building and the drive.
         kind: Of building, or the log's name.
-        size_m: Of it.
-        length_m: Of the drive.
-        scans: Of the drive.
-        loops: Stretches that return to an area.
         found: Those of them of which most positions agree.
-        pairs: Near positions, each seen twice.
         agree: Share of them that agree with the truth within 0.15 m.
-        closures: Loop edges left in the graph.
         wrong: Those of them that are off by more than three deviations of what they claim.
-        undone: Loop edges taken back.
         ate_m: Root mean square error of the positions, after alignment.
-        cpu_s: Time.
     """
 
     seed: int
@@ -161,7 +152,6 @@ def attempt(
         seed: Of all that is random.
         largest: Share of the greatest size that the building has at most.
         length: Of the longest drive [m].
-        drift: Of the odometry.
         kind: Of building; None for the one whose turn it is.
     """
     name, walls, log = case(seed, largest, length, drift, kind)
@@ -172,10 +162,8 @@ def measure(seed: int, kind: str, walls: Building | None, log: Drive) -> Trial:
     """Map one drive.
 
     Args:
-        seed: What the drive was made of.
         kind: As `Trial` names it.
         walls: Of the building; None where they are not known.
-        log: The drive, its stamps all different.
     """
     slam = Slam()
     start = time.process_time()

@@ -111,10 +111,6 @@ def _points(segments: NDArray[np.float64]) -> NDArray[np.float64]:
 class _Drive:
     """Wanders about and notes how far the estimate is off; the truth is for measuring alone.
 
-    Args:
-        robot: The robot.
-        values: Parameters of its mapper.
-
     Attributes:
         maps: How many maps have come.
     """

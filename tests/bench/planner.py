@@ -176,7 +176,6 @@ class Scenario:
     """One query of MovingAI.
 
     Attributes:
-        map: The map's file.
         start: In cells, x right and y down.
         goal: As `start`.
         optimal: Length of the octile optimum [cells].

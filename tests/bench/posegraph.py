@@ -16,7 +16,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import splu
 
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.linearization import assemble, damp
+from arjuna_slam.graph.optimizer import assemble, damp
 from arjuna_slam.graph.pose_graph import EdgeTable
 from arjuna_slam.graph.sparse_cholesky import Pattern, factorize, pattern, solve
 from tests.helpers.posegraph import cost, optimize_globally, read_graph

@@ -19,7 +19,7 @@ from arjuna_slam import offline
 from arjuna_slam.graph.pose_graph import EdgeKind
 from arjuna_slam.logs.log import open_log
 from arjuna_slam.logs.recording import RecordingTopics
-from arjuna_slam.logs.relations import evaluate, read_relations
+from arjuna_slam.offline import evaluate, read_relations
 from arjuna_slam.pose_tracker import SlamUpdate
 from arjuna_slam.slam import Slam
 

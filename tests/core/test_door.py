@@ -32,7 +32,7 @@ KNOWN = {
     "arjuna_core/files/map_image.py: Image.open": "of an open file",
     "arjuna_sim/files/sdf/solids.py: Image.open": "of an open file",
     "arjuna_sim/files/meshes.py: trimesh.load_scene": "of bytes",
-    "arjuna_slam/logs/relations.py: np.loadtxt": "of text",
+    "arjuna_slam/offline.py: np.loadtxt": "of text",
     "arjuna_slam/mapping/session.py: zipfile.ZipFile": "of bytes",
     "bringup/viewing/drawing/visual_model.py: trimesh.load_scene": "of an open file",
     "arjuna_core/bags/mcap_file.py: frame.open": "of bytes",
@@ -40,8 +40,7 @@ KNOWN = {
     # Libraries that open what the door has opened before.
     "arjuna_core/bags/ros1_file.py: super().open": "calls `_Source.open`",
     "arjuna_core/bags/ros1_file.py: path.open": "is `_Source.open`",
-    "arjuna_core/bags/sqlite_file.py: sqlite3.connect": "checked in `_open`",
-    "arjuna_core/bags/sqlite_writer.py: sqlite3.connect": "a new file of our own",
+    "arjuna_core/bags/sqlite_file.py: sqlite3.connect": "checked in `_open`; a new file of our own",
     "ros_packages/rosbag2_py/reader.py: self.open": "is `SequentialReader.open`",
     "ros_packages/rosbag2_py/reader.py: reader.open": "is `SequentialReader.open`",
     "ros_packages/cv_bridge/core.py: Picture.open": "of bytes",

@@ -27,8 +27,8 @@ from arjuna_core.files.shipped import shipped_file
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_nav.docking.database import read_docks
-from arjuna_nav.planners.hybrid import primitives
+from arjuna_nav.docking.dock_types import read_docks
+from arjuna_nav.planners.hybrid import lattice
 from arjuna_nav.routes.graph import read_graph
 from arjuna_nav.trees.blackboard import TreeError
 from arjuna_nav.trees.xml_file import read_tree
@@ -38,8 +38,8 @@ from arjuna_sim.files.sdf.solids import read_heights
 from arjuna_sim.files.world_file import load_world
 from arjuna_slam.logs.log import open_log
 from arjuna_slam.logs.recording import RecordingTopics
-from arjuna_slam.logs.relations import read_relations
 from arjuna_slam.mapping.session import SessionFileError, load_session
+from arjuna_slam.offline import read_relations
 from bringup.campaign.plan import load_campaign
 from bringup.client.waypoints import load_waypoints
 from bringup.lessons.page import load_page
@@ -352,7 +352,7 @@ READERS = (
         _text("docks.yaml", _DOCKS),
     ),
     Reader("route graph", lambda path: read_graph(path, "map"), InputFileError, routes.written),
-    Reader("lattice", primitives.read, InputFileError, lattices.written),
+    Reader("lattice", lattice.read, InputFileError, lattices.written),
     Reader(
         "tree",
         read_tree,

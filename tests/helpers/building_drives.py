@@ -65,11 +65,9 @@ def drive(
     """Return a drive through a building.
 
     Args:
-        building: Where.
         seed: Of all that is random.
         length: Of the drive [m].
         spacing: Of the scans [m].
-        lidar: What sees.
         drift: How the odometry errs; the sign of its bias and of its scale is drawn.
     """
     rng = np.random.default_rng([seed, 2])
@@ -87,7 +85,6 @@ class DriftingOdometry:
     """Odometry that errs.
 
     Args:
-        drift: How.
         rng: Source of randomness; the signs of bias and scale are drawn.
     """
 
@@ -144,7 +141,6 @@ def along(corners: NDArray[np.float64], spacing: float, rng: np.random.Generator
     Args:
         corners: `(K, 2) float64` [m].
         spacing: Between poses [m].
-        rng: Source of randomness.
     """
     cut = _cut(corners)
     pieces = np.hypot(*np.diff(cut, axis=0).T)
@@ -189,7 +185,6 @@ def corrected(path: Path, *, as_is: bool) -> list[tuple[Scan, SE2]]:
     """Return a log's scans and where each was taken.
 
     Args:
-        path: The log.
         as_is: Whether its poses are corrected already; else it is mapped, and what comes out of
             that is taken for the truth.
     """
@@ -215,8 +210,6 @@ def drifting(posed: Sequence[tuple[Scan, SE2]], seed: int, drift: Drift) -> Driv
 
     Args:
         posed: Scans and their true poses.
-        seed: Of the drift.
-        drift: How the odometry errs.
     """
     error = DriftingOdometry(drift, np.random.default_rng([seed, 4]))
     result, odometry, before = [], SE2(), posed[0][1]

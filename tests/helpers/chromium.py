@@ -38,7 +38,6 @@ class Page:
     Args:
         program: The browser.
         folder: An empty folder for its profile.
-        address: What to open.
     """
 
     def __init__(self, program: str, folder: Path, address: str) -> None:

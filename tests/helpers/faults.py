@@ -42,7 +42,6 @@ class Faults:
     """Puts faults on topics and takes them away again.
 
     Args:
-        nodes: The nodes whose publishers can fail.
         rng: Decides what becomes of each message.
         now: Returns the time [s].
     """

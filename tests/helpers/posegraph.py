@@ -12,8 +12,7 @@ from scipy.sparse.linalg import splu
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.linearization import chi2
-from arjuna_slam.graph.optimizer import OptimizerResult, optimize
+from arjuna_slam.graph.optimizer import OptimizerResult, chi2, optimize
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, EdgeTable
 
 _VERTICES = ("VERTEX_SE2", "VERTEX2")
@@ -118,7 +117,6 @@ def initialize(poses: NDArray[np.float64], edges: EdgeTable) -> NDArray[np.float
 
     Args:
         poses: `(N, 3) float64` [m, m, rad]; only the first counts, and stays.
-        edges: The measurements.
     """
     i, j, count, first = edges.i, edges.j, len(poses), poses[0]
     weight = edges.information[:, 2, 2]

@@ -67,11 +67,7 @@ def free_poses(rng: np.random.Generator, count: int) -> list[SE2]:
 
 
 class Drivers:
-    """The base and the lidar.
-
-    Args:
-        seed: Of delays, losses and noise.
-    """
+    """The base and the lidar."""
 
     def __init__(self, seed: int) -> None:
         self._rng, self._room = np.random.default_rng(seed), room()

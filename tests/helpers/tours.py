@@ -38,9 +38,7 @@ class Step:
     """One scan of a drive.
 
     Attributes:
-        truth: Pose of the base in the world.
         odometry: Pose of the base by its wheels.
-        scan: What the lidar saw.
     """
 
     truth: SE2
@@ -49,11 +47,7 @@ class Step:
 
 
 class TourWorld:
-    """One of our worlds, its map from its true surfaces, and roads through it.
-
-    Args:
-        name: Of the world's file.
-    """
+    """One of our worlds, its map from its true surfaces, and roads through it."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -174,11 +168,9 @@ def with_odometry(steps: list[Step], kind: str, rng: np.random.Generator) -> lis
     """Return a drive with other odometry.
 
     Args:
-        steps: The drive.
         kind: `wheels`, the simulated skid-steer robot's own; `perfect`; `noisy`, wrong by 5 % of
             the distance and 8 % of the turn, half of it constant; `slipping`, the wheels, which
             spin for a second in six and then count 30 % too much.
-        rng: Source of chance.
     """
     if kind == "wheels":
         return steps

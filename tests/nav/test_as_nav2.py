@@ -42,7 +42,7 @@ from arjuna_nav.planners.waves.potential import spread, traversal_costs
 from arjuna_nav.safety.collision_monitor import CollisionMonitor
 from arjuna_nav.safety.sight import Sight
 from arjuna_nav.safety.velocity_smoother import VelocitySmoother
-from arjuna_nav.smoothers.base import SMOOTHERS
+from arjuna_nav.smoothers.smoothers import SMOOTHERS
 from arjuna_slam.amcl.filter import ParticleFilter
 from arjuna_slam.amcl.motion import differential, omnidirectional
 from bringup.parameters.sources import as_theirs

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from arjuna_core.readings import RangeReading
+from arjuna_core.scan import RangeReading
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.checkers import PoseProgressChecker, PoseProgressConfig

@@ -21,7 +21,7 @@ from arjuna_nav.nodes.safety.sources import SOURCES
 from arjuna_nav.nodes.waypoints.tasks import TASKS
 from arjuna_nav.planners.base import PLANNERS
 from arjuna_nav.safety.zones import ZONES
-from arjuna_nav.smoothers.base import SMOOTHERS
+from arjuna_nav.smoothers.smoothers import SMOOTHERS
 
 pytestmark = pytest.mark.ros
 NAV2: dict[str, dict[str, Any]] = yaml.safe_load(

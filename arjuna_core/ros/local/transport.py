@@ -25,7 +25,6 @@ class LocalExecutor:
     """The counterpart of rclpy's executors for nodes of the local transport.
 
     Attributes:
-        nodes: The nodes whose callbacks run.
         put: Takes a callable without arguments, to be run when it is its turn.
     """
 

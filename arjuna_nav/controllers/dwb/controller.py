@@ -27,8 +27,6 @@ class Dwb(Offer):
     """Follows a path by the dynamic window approach with critics.
 
     Args:
-        config: Parameters.
-        footprint: The robot.
         xy_goal_tolerance: Where the position counts as reached and only the heading is left [m].
         period: Time between two calls [s].
 

@@ -18,8 +18,6 @@ def path_cells(points: NDArray[np.float64], height: int, width: int) -> NDArray[
 
     Args:
         points: `(N, 2) float64` of `(x, y)` in cells.
-        height: Of the grid.
-        width: Of the grid.
     """
     cells = np.empty(4 * (len(points) + height + width), np.int64)
     count, inside = 0, False

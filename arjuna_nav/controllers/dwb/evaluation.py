@@ -36,9 +36,7 @@ class Trials(NamedTuple):
     Attributes:
         velocities: `(N, 3) float64`: forward, to the left [m/s], turning [rad/s].
         trajectory: Returns the poses `(K, 3)` [m, m, rad] that a velocity of an index leads to.
-        pose: Where the robot is.
         path: The part of the path that counts, `(M, 3) float64`.
-        costmap: The costs.
     """
 
     velocities: NDArray[np.float64]
@@ -69,8 +67,6 @@ class Evaluated:
     """The samples of one command and how they were scored; it works when it is asked.
 
     Args:
-        config: Parameters.
-        scoring: What the samples were scored by.
         velocity_scores: The scores that depend on the velocity alone, by critic.
         best: Index of the sample that was chosen, -1 for none.
 

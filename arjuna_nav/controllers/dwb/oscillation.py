@@ -33,9 +33,6 @@ class _Trend:
 class Oscillation:
     """Remembers what was commanded since the robot last got on.
 
-    Args:
-        config: Distances at which the robot got on.
-
     Source: nav2 dwb_critics, OscillationCritic.
     """
 

@@ -53,7 +53,6 @@ class Weights(NamedTuple):
     """Weights of the critics; 0 for those not in use.
 
     Attributes:
-        obstacle: Of the cost under the robot.
         sum_costs: Whether all costs of a trajectory count, else the last.
         path_dist: Of the end's distance from the path, a cell.
         goal_dist: Of the end's distance from the path's end, a cell.
@@ -86,9 +85,6 @@ class Scoring(NamedTuple):
         start: `(x, y, theta)` in the grid [cells, rad].
         samples: `(N, 3) float64` of `(v, side, w)` [m/s, m/s, rad/s].
         base: `(N,) float64` scores that depend on the sample alone; inf where it is forbidden.
-        dynamics: Present velocity and limits.
-        robot: Its outline.
-        weights: The critics'.
         resolution: Of the grid [m].
         data: `(height, width) uint8` costs.
         to_path: `(height, width) int32` distances from the path.

@@ -86,8 +86,6 @@ class Graceful(Offer):
     Of the poses between the lookaheads it takes the farthest that the law reaches unhindered.
 
     Args:
-        config: Parameters.
-        footprint: The robot.
         xy_goal_tolerance: Where the position counts as reached and only the heading is left [m].
         period: Time between two calls [s].
 

@@ -42,8 +42,6 @@ class Mppi(Offer):
     """Follows a path by model predictive path integral control.
 
     Args:
-        config: Parameters.
-        footprint: The robot.
         xy_goal_tolerance: Where the twirling critic counts no more [m].
         period: Time between two calls [s].
 

@@ -48,13 +48,10 @@ class Scene(NamedTuple):
     Attributes:
         path: `(N, 3) float32` [m, m, rad].
         free: `(N,) bool`: whether the robot may stand there.
-        goal: The goal's pose.
         goal_distance: How far away it is [m].
         furthest: Index of the farthest pose of the path that a rollout's end is nearest to.
-        grid: The costs.
         clearances: The costmap's, `(256,) float64` [m].
         inscribed_radius: The robot's [m].
-        limits: What the drive can do.
         dt: Time of a step [s].
         xy_goal_tolerance: Distance at which the position counts as reached [m].
         inflations: The costmap's `circumscribed_cost` and `clearances` by each inflation layer.

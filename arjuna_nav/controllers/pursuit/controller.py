@@ -25,8 +25,6 @@ class RegulatedPurePursuit(Offer):
     """Follows a path by pure pursuit with regulated speed.
 
     Args:
-        config: Parameters.
-        footprint: The robot.
         xy_goal_tolerance: Where the position counts as reached and only the heading is left [m].
         period: Time between two calls [s].
 

@@ -51,9 +51,6 @@ class Master:
     """State that the layers of a costmap share.
 
     Attributes:
-        config: The costmap's parameters.
-        frame: Where the grid lies.
-        footprint: The robot's outline.
         hits: `(height, width) uint32` where in its cell each mark lies, as `hit_points` reads it.
         moving: What moves, by who follows it: a layer and its source.
         moving_times: How far ahead the paths of what moves count, likewise [s].
@@ -88,7 +85,6 @@ class Layer(Protocol):
 
     Attributes:
         Config: The frozen dataclass of its parameters, which has a field `enabled`.
-        config: Its parameters.
         name: Its name in the costmap's `plugins`.
         master: What it shares with the others.
     """
@@ -155,7 +151,6 @@ class Layer(Protocol):
 
         Args:
             costs: Of the window's cells, `(rows, columns) uint8`.
-            window: Where they lie in the costmap.
         """
 
     def own_costs(self) -> NDArray[np.uint8] | None:
@@ -244,7 +239,6 @@ def combine(costs: NDArray[np.uint8], own: NDArray[np.uint8], method: int) -> No
     """Write a layer's costs over others, in place; where a layer knows nothing, the others stay.
 
     Args:
-        costs: The others.
         own: The layer's, of the same shape.
         method: Nav2's `combination_method`: 0 the layer's, 1 the greater, 2 the greater where the
             others know something.
@@ -264,8 +258,6 @@ def moved(data: NDArray[C], old: GridFrame, new: GridFrame, fill: int) -> NDArra
 
     Args:
         data: `(height, width)`; returned itself where the grids are the same.
-        old: Where it lies.
-        new: Where the result lies.
         fill: What else the result holds.
     """
     if new == old:

@@ -37,7 +37,6 @@ class LayerGroup(Layer):
     Args:
         config: Which has the parameters of each layer under its name.
         name: Of the group; empty for that of a costmap.
-        master: What the layers share.
         names: Of the layers, in order.
 
     Attributes:

@@ -38,8 +38,6 @@ class FilterInfo:
 
     Attributes:
         type: Of the filter: 0 keeps out, 1 limits the speed in per cent, 2 in m/s, 3 switches.
-        mask_topic: Where the mask is.
-        base: What is added.
         multiplier: Of a value of the mask.
     """
 

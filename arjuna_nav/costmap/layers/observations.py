@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.plugins import NamedConfigs, names_in
 from arjuna_core.pose3 import Pose3
-from arjuna_core.readings import Cloud, RangeReading
-from arjuna_core.scan import Scan
+from arjuna_core.scan import Cloud, RangeReading, Scan
 from arjuna_core.se2 import SE2
 
 
@@ -83,7 +82,6 @@ class Placed(Generic[T]):
     """A sensor's reading and where the robot was when it was taken.
 
     Attributes:
-        reading: The reading.
         T_global_base: Pose of the base in the costmap's global frame at the reading's stamp.
     """
 
@@ -181,7 +179,6 @@ def as_cloud(seen: Observation, source: SourceConfig, clearing: bool) -> PlacedC
 
     Args:
         seen: The scan, or a cloud, which is returned as it is.
-        source: Its parameters.
         clearing: Whether the points are for clearing.
     """
     if isinstance(seen, PlacedCloud):

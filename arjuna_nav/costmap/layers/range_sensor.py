@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
-from arjuna_core.readings import RangeReading
+from arjuna_core.scan import RangeReading
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
 from arjuna_nav.costmap.layers.base import Input, Master, SensedLayer, absolute

@@ -196,7 +196,6 @@ class PlacedMap:
     """A map and the frame it lies in.
 
     Attributes:
-        grid: The map.
         frame_id: Its frame; empty for the costmap's own.
     """
 
@@ -223,7 +222,6 @@ class Placement:
     """Cells of a map in which the cells of a costmap lie.
 
     Attributes:
-        frame: The costmap's.
         T_global_map: As given.
         covered: `(height, width) bool` which cells of the costmap lie in the map; None for all, and
             the map is the same grid.

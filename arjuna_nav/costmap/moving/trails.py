@@ -23,7 +23,6 @@ class Patch:
     """Costs of a part of a grid.
 
     Attributes:
-        window: Where it lies.
         costs: Of the window's shape, `uint8`.
     """
 
@@ -41,7 +40,6 @@ def path_costs(
         since: How old they are [s].
         time: Time ahead for which their paths count [s].
         radius: The robot's, about its middle [m].
-        frame: Where the grid lies.
     """
     if not len(things):
         return None
@@ -69,8 +67,6 @@ def free_trails(
     Args:
         data: `(height, width)`, of any whole numbers.
         things: `(K, 5)` as `Moving` has them, of the grid's frame.
-        frame: Where the grid lies.
-        free: What to write.
 
     Returns:
         What has changed; None for nothing.

@@ -52,7 +52,6 @@ class CostmapInputs:
 
     Args:
         node: The node of the costmap; in its `configure`.
-        layered: The costmap.
 
     Raises:
         ConfigError: A layer listens to a type of messages that costmaps do not read.

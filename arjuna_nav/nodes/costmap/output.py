@@ -41,7 +41,6 @@ class CostmapOutput:
 
     Args:
         node: The node of the costmap; in its `configure`.
-        layered: The costmap.
     """
 
     def __init__(self, node: ManagedNode, layered: LayeredCostmap) -> None:
@@ -124,7 +123,6 @@ class FilterOutput:
 
     Args:
         node: The node of the costmap; in its `configure`.
-        layered: The costmap.
     """
 
     def __init__(self, node: ManagedNode, layered: LayeredCostmap) -> None:

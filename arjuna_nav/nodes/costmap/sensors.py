@@ -11,11 +11,11 @@ import numpy as np
 from sensor_msgs.msg import LaserScan, PointCloud2, Range
 
 from arjuna_core.pose3 import Pose3
-from arjuna_core.readings import RangeReading
 from arjuna_core.ros.convert import cloud_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.scan_queue import BaseFrames, scan_seen_from
 from arjuna_core.ros.tf import TransformError
+from arjuna_core.scan import RangeReading
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_nav.costmap import PlacedCloud, PlacedRange, PlacedScan
 
@@ -40,9 +40,7 @@ class WatchFrames(SensorFrames):
     """Frames of what has to be current at any time; heights are above the robot's base.
 
     Args:
-        node: The node that reads.
         fixed: Frame in which what is seen stays put.
-        base: The robot's.
         correction: Whether what was seen is moved to where the robot is now.
         tolerance: By how much a transform may be older than what was seen [s].
     """
@@ -83,7 +81,6 @@ def read_scan(frames: SensorFrames, message: Any, T: SE2 = IDENTITY, start: str 
 
     Args:
         frames: The frames that it is read in.
-        message: The message.
         T: `T_fixed_base` at its stamp.
         start: Frame in which its rays start; empty for the message's.
 

@@ -12,14 +12,15 @@ from arjuna_core.files.maps_folder import path_in_folder
 from arjuna_core.ros.convert import se2_from_pose
 from arjuna_core.ros.goal_server import GoalError, GoalServer
 from arjuna_core.se2 import SE2
-from arjuna_nav.docking.database import (
+from arjuna_nav.docking.dock_types import (
+    DOCK_TYPES,
     DOCKS,
     DockConfig,
+    DockType,
     placed,
     read_docks,
     unknown_types,
 )
-from arjuna_nav.docking.dock_types import DOCK_TYPES, DockType
 from arjuna_nav.docking.docking import Docking, DockingConfig, DockingError, Undocking
 
 
@@ -48,7 +49,6 @@ class DockBook:
     """Looks up docks and their kinds.
 
     Args:
-        config: Parameters of the docking server.
         warn: Takes what is odd about a file of docks.
 
     Raises:
@@ -87,7 +87,6 @@ class DockBook:
         """Return the dock that a goal of dock_robot names or describes.
 
         Args:
-            goal: The goal.
             frame: The frame of a pose that names none.
 
         Raises:
@@ -127,11 +126,6 @@ class Order:
     """One goal that is carried out.
 
     Attributes:
-        server: Whose goal it is.
-        action: The goal's action type.
-        kind: The dock's kind.
-        type: The name of that kind.
-        core: What is done.
         since: When it began [s].
         dock: The dock to drive to; None where the robot leaves one.
         nominal: Where that dock is in the fixed frame, once it was needed.

@@ -81,7 +81,6 @@ class DockSensors:
 
         Args:
             distance: From the robot to the dock's pose [m], None where that is not known.
-            joints: The joints watched.
         """
         joint_states = [self._joints[name] for name in joints if name in self._joints]
         if not joint_states:

@@ -50,7 +50,6 @@ class GpsAnchor:
 
     Args:
         node: The node; made in its `configure`.
-        config: Where the map lies.
         frame: The map's frame.
     """
 

@@ -38,14 +38,11 @@ class Source:
     """A topic and what its newest message says.
 
     Args:
-        config: Its parameters.
-        frames: Where it is read.
         topic: What it listens to from now on.
         timeout: How old a message may be [s]; 0 for any age.
         brakes: Whether the robot slows down before that time is over, and a slow sensor has longer.
 
     Attributes:
-        topic: Its full name.
         message: The newest; None before the first.
         tracks: Whether what moves is to be distinguished from what stands.
     """

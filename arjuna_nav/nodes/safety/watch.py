@@ -80,7 +80,6 @@ class Watch:
         node: The node; in its `configure`.
 
     Attributes:
-        monitor: The zones.
         sources: By name.
     """
 

@@ -36,9 +36,7 @@ class _Request:
     """A request that is not answered yet.
 
     Attributes:
-        ask: What is asked.
         since: When it was made, sent, or its action's server last seen [s].
-        client: The client of its server.
         take: Called with the answer.
         sent: Whether it was sent.
         late: How many looks found it unanswered for too long.
@@ -57,7 +55,6 @@ class TreeClients:
 
     Args:
         node: bt_navigator; made in its `configure`.
-        config: Its parameters.
         look_period: From one look for servers to the next [s]; one searches the graph, 0.3 ms.
     """
 
@@ -110,9 +107,7 @@ class TreeClients:
 
         Args:
             pose: Of the robot, None where it is not known.
-            velocity: Of the robot.
             measured_at: When it had that velocity [s].
-            mean: Its mean velocity.
         """
         if self._look.due(self._node.now):
             for key, request in list(self._open.items()):

@@ -26,10 +26,6 @@ class TreeChoice:
         nodes: Those that a tree may have.
         reload: Whether files are read again for each goal, or where another tree drove before.
 
-    Attributes:
-        tree: The tree chosen.
-        topics: Topics of the default trees.
-
     Raises:
         TreeError: A default tree cannot be run.
     """
@@ -55,8 +51,6 @@ class TreeChoice:
         As Nav2's, a goal does not replace one that another tree drives.
 
         Args:
-            kind: The kind of the goal.
-            asked: The tree that it names, if any.
             preempts: Whether it is to replace the one that runs.
         """
         name = asked or self._defaults[kind]

@@ -44,10 +44,6 @@ class WaitConfig:
 class WaitAtWaypoint:
     """Waits.
 
-    Args:
-        config: How long.
-        node: Not used.
-
     Source: nav2_waypoint_follower, WaitAtWaypoint.
     """
 
@@ -83,7 +79,6 @@ class InputAtWaypoint:
     """Waits for a message; without one in time it fails.
 
     Args:
-        config: Which, and how long.
         node: In its `configure`.
 
     Source: nav2_waypoint_follower, InputAtWaypoint.

@@ -42,8 +42,6 @@ def shortest(x: float, y: float, phi: float, reverse: bool) -> NDArray[np.float6
     """Return the shortest curve from the origin, facing x, to a pose: `(2, 5)` kinds and lengths.
 
     Args:
-        x: In turning radii.
-        y: In turning radii.
         phi: Heading [rad].
         reverse: Whether it may be driven backwards: Reeds and Shepp's, else Dubins'.
     """

@@ -104,9 +104,6 @@ def search(
     Args:
         start: `(3,)` [cells, cells, rad].
         goals: `(K, 3)` a pose, and the same with other headings that will do.
-        terrain: The costs.
-        rules: How the robot drives.
-        moves: The pieces.
 
     Returns:
         The poses reached, the last row before the direct curve to the goal, the poses of that

@@ -30,12 +30,8 @@ def driven(
     `rules.shortcuts` Dubins' curves replace pieces where they are free and cost less.
 
     Args:
-        nodes: The search's poses.
         row: Of the last one.
         direct: Poses of the curve from there to the goal.
-        terrain: Where it drives.
-        rules: How it drives.
-        moves: The pieces.
 
     Source: dynamic programming over the path's own poses; Dolgov et al., IJRR 2010, section 4.
     """

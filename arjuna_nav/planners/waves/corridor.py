@@ -129,7 +129,6 @@ def guided(
     Args:
         look: Searches within a corridor.
         path_cost: Returns the cost of the path to the goal that was found, inf for none.
-        within: The corridors.
     """
     for one in within:
         found = look(one)

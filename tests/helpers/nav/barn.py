@@ -22,7 +22,6 @@ class BarnWorld:
 
     Attributes:
         name: As `world_0`.
-        world: Its SDF, unpacked.
         optimal: Length of the path that came with it, from the start to the goal [m].
     """
 
@@ -41,7 +40,6 @@ def load_worlds(folder: Path, unpacked: Path, every: int = 1) -> list[BarnWorld]
 
     Args:
         folder: What was given: the worlds' own folder or the one above.
-        unpacked: Where unpacked worlds are put.
         every: Only each so manieth of them.
     """
     patterns = ("world_*.world", "world_*.world.xz")

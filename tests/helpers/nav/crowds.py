@@ -27,9 +27,7 @@ class Crowd:
 
     Attributes:
         walls: Of the room and the boxes, `(N, 4)` x0, y0, x1, y1 [m].
-        grid: The map.
         walkers: How each walks; they stop for nobody.
-        start: Of the robot.
         goals: One after the other.
     """
 

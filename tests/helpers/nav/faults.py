@@ -39,7 +39,6 @@ class Trial(NamedTuple):
     """A fault of a topic.
 
     Attributes:
-        topic: The topic.
         fault: The treatment of its messages.
         stands_within: From the fault to the last motion, braking included [s]; None where the robot
             continues.

@@ -23,7 +23,6 @@ class Course(NamedTuple):
     """A map and what is asked on it.
 
     Attributes:
-        costmap: The costs.
         start: `(row, column)`.
         goal: As `start`.
         astar: Whether by A*.
@@ -66,7 +65,6 @@ def maze(size: int, passage: int, wall: int, seed: int) -> NDArray[np.uint8]:
         size: Its edge [cells].
         passage: How wide its passages are [cells].
         wall: How thick its walls are [cells].
-        seed: Of its passages.
 
     Source: a spanning tree drawn by a random depth-first search.
     """

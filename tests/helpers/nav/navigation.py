@@ -39,7 +39,6 @@ class Goal:
 
     Attributes:
         accepted: Whether the server took it.
-        feedback: Every feedback message.
     """
 
     def __init__(self, bench: RosBench, client: Any, request: Any) -> None:
@@ -99,7 +98,6 @@ class PlayedRobot:
         shipped: Whether the shipped parameters lie below those given.
 
     Attributes:
-        world: What the lidar sees.
         pose: Where the robot is, in map.
         command: The last velocity on /cmd_vel.
         commands: Every velocity since the last `forget`.
@@ -243,10 +241,8 @@ def started(
     """Return a robot with nodes that run for some time [s] on its map, if they need one.
 
     Args:
-        specs: The nodes.
         start: Where the robot is, in map.
         world: What it sees; the room if none is given.
-        settle: How long they run.
         parameters: Parameters that differ from the shipped ones, by node.
     """
     robot = PlayedRobot(parameters, start)

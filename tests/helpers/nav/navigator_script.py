@@ -44,7 +44,6 @@ class Script:
 
     Attributes:
         asked: The fields of the newest request by its short name.
-        end: The end of navigation.
         entry: Returns an entry of the tree's blackboard.
     """
 

@@ -48,7 +48,6 @@ class Pushes:
         """Return where people and walls push the robot to; the same pose if nothing does.
 
         Args:
-            pose: The robot's.
             people: Their middles and radii `(N, 3)` [m].
         """
         self.pinned = False

@@ -22,7 +22,7 @@ from arjuna_nav.costmap import LayeredCostmap, PlacedScan
 from arjuna_nav.costmap.moving.tracker import REACH, Moving, Tracker
 from arjuna_nav.planners.base import PlanStatus
 from arjuna_nav.planners.navfn import NavFn, NavFnConfig
-from arjuna_nav.planners.through import plan_through
+from arjuna_nav.planners.query import plan_through
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
 from arjuna_nav.safety.sight import Sight
 from bringup.scenarios.drive import AWAY, PUSHED, Meetings
@@ -61,17 +61,11 @@ class Play:
     Args:
         walls: Segments `(N, 4)` x0, y0, x1, y1 of the world [m].
         grid: The map; None for none: it navigates in odom.
-        start: In the world.
-        goal: In the world.
-        body: The robot.
-        rng: For what errs.
-        errors: How much.
         people: Gives the segments of each of those who walk, at a time [s].
 
     Attributes:
         arrived: Whether the follower says so.
         touched: Whether the robot met a wall by itself.
-        meetings: Whom it met.
         time: [s]
         why: What was said last where it stood still.
     """

@@ -64,11 +64,7 @@ def touches(grid: OccupancyGrid, pose: SE2) -> bool:
 
 
 class TwoLidars(PlayedRobot):
-    """A robot whose second lidar sees another world than its first, at another rate.
-
-    Attributes:
-        rear_world: What the second sees.
-    """
+    """A robot whose second lidar sees another world than its first, at another rate."""
 
     def __init__(self, both: bool = True) -> None:
         rear = {"topic": "/rear", "clearing": True, "inf_is_valid": True}
@@ -112,7 +108,6 @@ def two_lidars(seed: int, both: bool = True) -> Outcome:
     """Drive to a goal among obstacles of which each lidar sees one half.
 
     Args:
-        seed: Of the scene.
         both: Whether both are sources; else the first alone, to see that the scene needs both.
     """
     rng = np.random.default_rng(seed)
@@ -165,7 +160,6 @@ class Mask:
     """A mask in a frame of its own.
 
     Attributes:
-        grid: Its values.
         T_map_mask: Where its frame lies in the map.
     """
 

@@ -32,7 +32,6 @@ def run_ros2(words: list[str], folder: Path, environment: Mapping[str, str]) -> 
 
     Args:
         words: What stands after `ros2`.
-        folder: Where its output is kept.
         environment: What its environment has beside this process's.
     """
     out, err = folder / "out", folder / "err"

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from arjuna_core.grid import GridFrame
-from arjuna_core.readings import Cloud
+from arjuna_core.scan import Cloud
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import LETHAL, LayeredCostmap, PlacedCloud, PlacedScan
 from arjuna_nav.costmap.moving.trails import path_costs

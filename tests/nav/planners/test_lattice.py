@@ -14,7 +14,7 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import PlanStatus
-from arjuna_nav.planners.hybrid.primitives import generated, laid_out
+from arjuna_nav.planners.hybrid.lattice import generated, laid_out
 from tests.helpers.nav.lattices import written
 from tests.helpers.nav.planners import make
 from tests.nav.worlds import block, costmap_of, empty_grid, room

@@ -12,12 +12,14 @@ from scipy.signal import savgol_filter
 
 from arjuna_core.errors import ConfigError
 from arjuna_nav.planners import path as paths
-from arjuna_nav.smoothers.base import SMOOTHERS, Smoother, SmoothStatus
 from arjuna_nav.smoothers.smoothers import (
+    SMOOTHERS,
     SavitzkyGolayConfig,
     SavitzkyGolaySmoother,
     SimpleSmoother,
     SimpleSmootherConfig,
+    Smoother,
+    SmoothStatus,
 )
 from tests.nav.worlds import block, costmap_of, empty_grid, polyline
 

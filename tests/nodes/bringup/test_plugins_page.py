@@ -12,13 +12,13 @@ from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_
 from arjuna_nav.costmap.layers.plugins import LAYERS
 from arjuna_nav.docking.dock_types import DOCK_TYPES
 from arjuna_nav.nodes.behavior_actions import BEHAVIORS
-from arjuna_nav.nodes.goals.navigators import NAVIGATORS
+from arjuna_nav.nodes.goals.admission import NAVIGATORS
 from arjuna_nav.nodes.routes.plugins import OPERATIONS, SCORERS
 from arjuna_nav.nodes.safety.sources import SOURCES
 from arjuna_nav.nodes.waypoints.tasks import TASKS
 from arjuna_nav.planners.base import PLANNERS
 from arjuna_nav.safety.zones import ZONES
-from arjuna_nav.smoothers.base import SMOOTHERS
+from arjuna_nav.smoothers.smoothers import SMOOTHERS
 from arjuna_slam.amcl.config import MOTION_MODELS
 from bringup.parameters.checking import check_file
 from tests.helpers.nav.plugins_page import PAGE, blocks, write_parameters

@@ -11,7 +11,7 @@ from nav2_msgs.action import ComputePathToPose, DockRobot, FollowPath, SmoothPat
 from arjuna_nav.controllers import ControlStatus
 from arjuna_nav.docking.docking import DockingError
 from arjuna_nav.planners import PlanStatus
-from arjuna_nav.smoothers.base import SmoothStatus
+from arjuna_nav.smoothers.smoothers import SmoothStatus
 from arjuna_nav.trees.xml_file import NODES
 
 

@@ -15,7 +15,7 @@ from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.estimate import Hypothesis
 from arjuna_slam.amcl.recovery import LikelihoodAverages, LostDetector, MapMatcher, Recovery
 from arjuna_slam.amcl.scan_view import Beams, ScanView
-from arjuna_slam.matching.global_search import GlobalSearch
+from arjuna_slam.matching.correlative import GlobalSearch
 from arjuna_slam.matching.map_field import MapField
 from tests.slam.amcl.room import error, random_pose, room_map, scan_at
 

@@ -10,8 +10,7 @@ from scipy.optimize import least_squares
 
 from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.linearization import fill_jacobians, residual
-from arjuna_slam.graph.optimizer import OptimizerStatus, optimize
+from arjuna_slam.graph.optimizer import OptimizerStatus, fill_jacobians, optimize, residual
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, EdgeTable
 from tests.helpers.posegraph import optimize_globally
 from tests.slam.graph.test_pose_graph import error, random_graph

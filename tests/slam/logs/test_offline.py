@@ -10,8 +10,7 @@ from arjuna_core.arrays import Floats
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
 from arjuna_slam.logs.log import read_carmen
-from arjuna_slam.logs.relations import evaluate, read_relations
-from arjuna_slam.offline import map_log, run
+from arjuna_slam.offline import evaluate, map_log, read_relations, run
 from arjuna_slam.slam import Slam
 from tests.slam.slam_room import ranges_at, room
 

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.pose3 import Pose3
-from arjuna_core.readings import Cloud
-from arjuna_core.scan import Scan
+from arjuna_core.scan import Cloud, Scan
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import FREE, LETHAL, UNKNOWN, LayeredCostmap, PlacedCloud, PlacedScan
 from arjuna_nav.costmap.layers.voxel import VoxelLayer

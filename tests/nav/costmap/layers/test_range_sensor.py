@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from arjuna_core.readings import RangeReading
+from arjuna_core.scan import RangeReading
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import LETHAL, LayeredCostmap, PlacedRange
 from arjuna_nav.costmap.costmap import UNKNOWN

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from arjuna_core.readings import Cloud
-from arjuna_core.scan import Scan
+from arjuna_core.scan import Cloud, Scan
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import LETHAL, LayeredCostmap, PlacedCloud, PlacedScan
 from tests.helpers.nav import layers
