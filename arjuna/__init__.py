@@ -1,23 +1,24 @@
-"""Arjuna for scripts and notebooks: `from arjuna import Robot`, `gymnasium.make("arjuna/...")`."""
+"""Arjuna for scripts and notebooks: `Robot`, `simulate`, `gymnasium.make("arjuna/...")`."""
 
 from __future__ import annotations
 
+from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bringup.client.robot import Robot
+    from bringup.simulated import simulate
 
-__all__ = ["Robot"]
+__all__ = ["Robot", "simulate"]
+_MODULES = {"Robot": "bringup.client.robot", "simulate": "bringup.simulated"}
 
 
 def __getattr__(name: str) -> Any:
-    """Return `Robot`; learning does without ROS, and so need not wait for it."""
-    if name != "Robot":
+    """Import what is asked for; learning does without ROS, and so need not wait for it."""
+    if name not in _MODULES:
         raise AttributeError(f"module 'arjuna' has no attribute '{name}'; valid: {__all__}")
-    from bringup.client.robot import Robot
-
-    return Robot
+    return getattr(import_module(_MODULES[name]), name)
 
 
 if find_spec("gymnasium") is not None:

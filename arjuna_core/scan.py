@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.se2 import IDENTITY, SE2, wrap
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,21 @@ class Scan:
             len(self.ranges), self.angle_min, self.angle_increment,
             mount.x, mount.y, mount.theta, twist,
         )  # fmt: skip
+
+    @property
+    def bearings(self) -> NDArray[np.float64]:
+        """Bearings of all beams as the base sees them, in -pi to pi, `(N,) float64` [rad]."""
+        return np.asarray(wrap(self.angles + self.T_base_sensor.theta))
+
+    def nearest(self, bearing: float = 0.0, width: float = 2.0 * math.pi) -> float:
+        """Return the shortest valid range within a sector of the base's bearings [m]; inf if none.
+
+        Args:
+            bearing: Middle of the sector, 0 ahead, positive to the left [rad].
+            width: Of the sector [rad].
+        """
+        off = np.abs(wrap(self.bearings - bearing))
+        return float(np.min(self.ranges[self.valid & (off <= width / 2.0)], initial=math.inf))
 
     def mirrored(self) -> Scan:
         """Return the scan of a sensor mounted upside down, as it is seen from above."""

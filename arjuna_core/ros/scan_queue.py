@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 
 from arjuna_core.ros.convert import scan_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.tf import TransformError
+from arjuna_core.ros.tf import TransformBuffer, TransformError
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
@@ -146,15 +146,19 @@ class ScanQueue(PosedQueue[tuple[Scan, SE2]]):
     """Laser scans, each with `T_fixed_base` at its stamp."""
 
     def __init__(self, frames: BaseFrames, length: int = 10) -> None:
-        super().__init__(frames, "scans", lambda m, T: (scan_seen_from(frames, m), T), length)
+        super().__init__(frames, "scans", self._seen, length)
+
+    def _seen(self, message: Any, T_fixed_base: SE2) -> tuple[Scan, SE2]:
+        frames = self._frames
+        return scan_seen_from(frames.node.transforms, frames.base, message), T_fixed_base
 
 
-def scan_seen_from(frames: BaseFrames, message: Any) -> Scan:
+def scan_seen_from(transforms: TransformBuffer, base: str, message: Any) -> Scan:
     """Return a LaserScan message as a scan of the robot, as it is seen from above.
 
     Raises:
         TransformError: The sensor's frame is not connected to the base's.
     """
-    transforms, frame = frames.node.transforms, message.header.frame_id.lstrip("/")
-    scan = scan_from_msg(message, transforms.lookup(frames.base, frame))
-    return scan.mirrored() if transforms.upside_down(frames.base, frame) else scan
+    frame = message.header.frame_id.lstrip("/")
+    scan = scan_from_msg(message, transforms.lookup(base, frame))
+    return scan.mirrored() if transforms.upside_down(base, frame) else scan

@@ -82,7 +82,9 @@ class EkfNode(ManagedNode):
 
     def _check_wheels(self) -> None:
         self._silent += self._wheels is None
-        if self._wheels is None and self._silent == 2:
+        # Of a robot without an IMU the simulator publishes odometry itself: nothing is to be fused.
+        alone = self.count_publishers(self._resolved(self.config.odom_topic)) < 2
+        if self._wheels is None and self._silent == 2 and alone:
             topic = self._resolved(self.config.odom0)
             count = self.count_publishers(topic)
             self.get_logger().warning(

@@ -44,8 +44,7 @@ def decide(
 
     Where nothing is seen it is clear for so far [m]; what is nearer than `own` [m] is the robot.
     """
-    bearings = scan.angles + scan.T_base_sensor.theta
-    bearings = np.arctan2(np.sin(bearings), np.cos(bearings))
+    bearings = scan.bearings
     usable = np.isfinite(scan.ranges) & (scan.ranges > own)
 
     def nearest(low: float, high: float) -> float:

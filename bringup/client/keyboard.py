@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 
 from bringup.client.keys import PAGES, Driving
+from bringup.client.motion import stop, velocity_output
 from bringup.client.session import ClientError, Connection
-from bringup.client.velocity import stop, velocity_output
 from bringup.terminal import Keys, show
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import BinaryIO
 
-import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -14,10 +15,8 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from bringup.viewing.snapshot import Snapshot
 
-mpl.use("Agg")
 
-
-def _draw_map(figure: Figure, grid: OccupancyGrid, title: str) -> mpl.axes.Axes:
+def _draw_map(figure: Figure, grid: OccupancyGrid, title: str) -> Axes:
     shades = np.select([grid.occupied(), grid.free()], [0.0, 1.0], 0.8)
     frame = grid.frame
     right = frame.origin.x + frame.width * frame.resolution
@@ -36,7 +35,7 @@ def _draw_map(figure: Figure, grid: OccupancyGrid, title: str) -> mpl.axes.Axes:
     return axes
 
 
-def _save(figure: Figure, path: Path) -> None:
+def _save(figure: Figure, path: Path | BinaryIO) -> None:
     figure.tight_layout()
     figure.savefig(path, dpi=110, metadata={"Software": "arjuna"})
 
@@ -94,15 +93,18 @@ def draw_path(path: Path, grid: OccupancyGrid, poses: NDArray[np.float64]) -> No
     _save(figure, path)
 
 
-def draw_snapshot(path: Path, snapshot: Snapshot) -> None:
-    """Write a picture of a recording's moment."""
-    figure = Figure(figsize=(9.0, 9.0))
-    title = f"The robot after {snapshot.time:.1f} s"
+def draw_snapshot(
+    path: Path | BinaryIO, snapshot: Snapshot, title: str = "", size: float = 9.0
+) -> None:
+    """Write a picture of a recording's moment, of a size [inch]."""
+    figure = Figure(figsize=(size, size))
+    title = title or f"The robot after {snapshot.time:.1f} s"
     if snapshot.grid is not None:
         axes = _draw_map(figure, snapshot.grid, title)
     else:
         axes = figure.add_subplot()
-        axes.set(xlabel="x [m]", ylabel="y [m]", title=title, aspect="equal")
+        axes.set(xlabel="x [m]", ylabel="y [m]", title=title)
+        axes.set_aspect("equal", "datalim")
     for trail, colour, width, label in (
         (snapshot.true, "tab:green", 2.5, "true"),
         (snapshot.believed, "tab:blue", 1.0, "believed"),
@@ -126,7 +128,7 @@ def draw_snapshot(path: Path, snapshot: Snapshot) -> None:
     _save(figure, path)
 
 
-def _draw_pose(axes: mpl.axes.Axes, pose: SE2, colour: str) -> None:
+def _draw_pose(axes: Axes, pose: SE2, colour: str) -> None:
     forward = 0.35 * np.array([np.cos(pose.theta), np.sin(pose.theta)])
     axes.plot(pose.x, pose.y, "o", color=colour, ms=9)
     axes.arrow(pose.x, pose.y, *forward, color=colour, width=0.03)

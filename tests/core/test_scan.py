@@ -47,3 +47,14 @@ def test_rays_start_and_point_where_the_base_has_moved_to() -> None:
         assert ray[2] == pytest.approx(sensor.theta + angle)
     last = motion @ mount @ SE2(4.0 * math.cos(0.5), 4.0 * math.sin(0.5), 0.0)
     assert scan.points()[2] == pytest.approx([last.x, last.y])
+
+
+def test_the_nearest_return_is_looked_for_in_a_sector_of_the_base() -> None:
+    ranges = np.array([0.05, 2.0, 1.0, np.inf, np.nan, 3.0])
+    scan = Scan(ranges, 0.0, math.pi / 3.0, 0.1, 10.0, T_base_sensor=SE2(0.2, 0.0, math.pi))
+    assert scan.nearest() == 1.0
+    assert scan.nearest(-math.pi / 3.0, 0.1) == 1.0
+    assert scan.nearest(math.pi * 5.0 / 3.0, 0.1) == 1.0
+    assert scan.nearest(-2.0 * math.pi / 3.0, 0.1) == 2.0
+    assert scan.nearest(math.pi, 0.1) == math.inf
+    assert scan.nearest(0.0, 0.1) == math.inf

@@ -88,7 +88,8 @@ def read_scan(frames: SensorFrames, message: Any, T: SE2 = IDENTITY, start: str 
         TransformError: The sensor's frame is not connected to the base's.
     """
     own = message.header.frame_id.lstrip("/")
-    scan, mount = scan_seen_from(frames, message), frames.mount(own)
+    scan = scan_seen_from(frames.node.transforms, frames.base, message)
+    mount = frames.mount(own)
     if scan.angle_increment != message.angle_increment:  # it was mirrored
         mount = mount @ _FLIPPED
     origin = frames.mount(start).position if start not in ("", own) else None

@@ -213,6 +213,18 @@ def test_a_file_that_asks_for_the_worlds_odometry_gets_it(bench: RosBench, tmp_p
     assert se2_from_pose(odometry[-1].pose.pose).distance(truth) < 1e-9
 
 
+@pytest.mark.parametrize(("others", "warnings"), [(0, 1), (1, 0)])
+def test_wheels_that_never_come_are_reported_unless_somebody_else_publishes_odometry(
+    bench: RosBench, capfd: pytest.CaptureFixture[str], others: int, warnings: int
+) -> None:
+    start(bench, EkfNode(bench.process))
+    for _ in range(others):
+        bench.node.create_publisher(Odometry, "odom", 1)
+    for _ in range(4):
+        bench.advance(2.0)
+    assert capfd.readouterr().err.count("no odometry of the wheels") == warnings
+
+
 def test_wheels_that_are_silent_for_the_timeout_end_the_odometry(bench: RosBench) -> None:
     node = start(bench, EkfNode(bench.process))
     assert node.set_parameters([Parameter("sensor_timeout", value=0.05)])[0].successful

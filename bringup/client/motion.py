@@ -1,0 +1,228 @@
+"""Velocity commands of a client, and straight drives and turns that its odometry closes."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from arjuna_core.pose3 import Pose3
+from arjuna_core.ros.tf import TransformBuffer
+from arjuna_core.ros.velocity import VelocityOutput, listeners
+from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import STILL, Velocity
+from bringup.client.session import ClientError, Session
+
+if TYPE_CHECKING:
+    from arjuna_nav.controllers.tracker import Tracker
+
+ODOM = "odom"
+_REMEDY = "is 'python -m bringup sim' running?"
+
+
+def velocity_output(
+    session: Session, timeout: float, topic: str = "cmd_vel", stamped: bool | None = None
+) -> VelocityOutput:
+    """Return the output of commands to a robot that listens.
+
+    Raises:
+        ArjunaError: None does in time [s].
+    """
+    node, what = session.client, f"a robot that listens on '{topic}'"
+    session.wait_for(lambda: bool(listeners(node, topic)), timeout, what, _REMEDY)
+    output = VelocityOutput(node, stamped, frame="", topic=topic)
+    session.wait_for(output.has_listener, timeout, what, _REMEDY)
+    return output
+
+
+def stop(session: Session, output: VelocityOutput) -> None:
+    """Stand still; the command reaches the robot before the client leaves."""
+    for _ in range(3):
+        output.stop()
+        session.pause(0.05)
+
+
+class Trail(TransformBuffer):
+    """Transforms that remember where the base was in `odom`, a pose every few centimetres.
+
+    Args:
+        step: From one remembered pose to the next [m].
+        most: Poses remembered; the oldest are forgotten.
+    """
+
+    def __init__(self, step: float = 0.02, most: int = 100_000) -> None:
+        super().__init__()
+        self._step = step
+        self.poses: deque[SE2] = deque(maxlen=most)
+
+    def insert(
+        self,
+        parent: str,
+        child: str,
+        stamp: float,
+        transform: SE2,
+        static: bool = False,
+        mount: Pose3 | None = None,
+        *,
+        received: float = -math.inf,
+    ) -> bool:
+        """Add `T_parent_child`; see `TransformBuffer.insert`."""
+        added = super().insert(parent, child, stamp, transform, static, mount, received=received)
+        moved = not self.poses or self.poses[-1].distance(transform) >= self._step
+        if added and moved and parent == ODOM and child == self.base_below(ODOM):
+            self.poses.append(transform)
+        return added
+
+    def odometry(self) -> tuple[float, SE2]:
+        """Return time [s] and pose of the base in `odom`, where there are `poses`.
+
+        Raises:
+            TransformError: Neither is known.
+        """
+        base = self.base_below(ODOM) or ODOM
+        return self.latest_common(ODOM, base), self.lookup(ODOM, base)
+
+
+class Reckoning:
+    """Straight drives and turns on the spot, closed by the odometry.
+
+    Each begins where the one before should have ended, if the robot stands near it: so a small
+    error of one is made good by the next, and errors do not add up.
+
+    Args:
+        publish: Sends a velocity.
+        timeout: For odometry to come, and beyond three times what a motion takes [s].
+        precision: Distance from the end that is near enough [m, rad].
+        near: Distance [m] and angle [rad] within which the last end is the next start.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        trail: Trail,
+        publish: Callable[[Velocity], None],
+        timeout: float,
+        precision: float = 0.005,
+        near: tuple[float, float] = (0.05, 0.1),
+    ) -> None:
+        self._session, self._trail, self._publish = session, trail, publish
+        self._timeout, self._precision, self._near = timeout, precision, near
+        self._end: SE2 | None = None
+        self._interrupted = False
+
+    def interrupt(self) -> None:
+        """End the motion under way; the next one begins where the robot stands."""
+        self._end, self._interrupted = None, True
+
+    def forward(self, distance: float, speed: float, check: Callable[[float], None]) -> float:
+        """Drive straight by a distance, back where it is negative; return the one driven [m].
+
+        Args:
+            speed: [m/s].
+            check: Takes the distance driven [m]; raises where the robot must stop.
+        """
+        start = self._start()
+        steps = np.linspace(0.0, distance, 2 + int(abs(distance) / 0.02))
+        tracker = self._tracker()
+        tracker.follow(np.array([(start @ SE2(float(x), 0.0)).array() for x in steps]))
+
+        def driven(pose: SE2) -> float:
+            return (start.inverse() @ pose).x
+
+        goal = f"{distance:g} m"
+        done = self._run(tracker, driven, speed, abs(distance) / speed, goal, check)
+        return self._ended(start @ SE2(distance, 0.0), done)
+
+    def turn(self, angle: float, rate: float) -> float:
+        """Turn on the spot by an angle, to the left where it is positive; return it [rad].
+
+        Args:
+            rate: Greatest yaw rate [rad/s].
+        """
+        start = self._start()
+        tracker = self._tracker(max_angular_velocity=rate)
+        turned, heading = 0.0, start.theta
+
+        def steer(pose: SE2) -> float:
+            nonlocal turned, heading
+            turned, heading = turned + wrap(pose.theta - heading), pose.theta
+            # From half a turn on the shorter side is the wrong one: the end is led there.
+            ahead = min(max(angle - turned, -2.0), 2.0)
+            tracker.follow(np.array([pose.array(), (pose @ SE2(0.0, 0.0, ahead)).array()]))
+            return turned
+
+        done = self._run(tracker, steer, 0.0, abs(angle) / rate, f"{angle:g} rad")
+        return self._ended(start @ SE2(0.0, 0.0, angle), done)
+
+    def _start(self) -> SE2:
+        """Return where a motion starts, and forget where the one before should have ended."""
+        trail, end = self._trail, self._end
+        what, remedy = "odometry", "is 'python -m bringup sim' running, and not paused?"
+        self._session.wait_for(lambda: bool(trail.poses), self._timeout, what, remedy)
+        pose, (distance, angle) = trail.odometry()[1], self._near
+        self._end, self._interrupted = None, False
+        if (
+            end is None
+            or pose.distance(end) > distance
+            or abs(wrap(pose.theta - end.theta)) > angle
+        ):
+            return pose
+        return end
+
+    def _ended(self, end: SE2, done: float) -> float:
+        self._end = None if self._interrupted else end
+        return done
+
+    def _tracker(self, **values: float) -> Tracker:
+        from arjuna_nav.controllers.tracker import Tracker, TrackerConfig
+
+        exact = {"xy_precision": self._precision, "yaw_precision": self._precision}
+        return Tracker(replace(TrackerConfig(), **exact, **values))
+
+    def _run(
+        self,
+        tracker: Tracker,
+        progress: Callable[[SE2], float],
+        speed: float,
+        least: float,
+        goal: str,
+        check: Callable[[float], None] = lambda done: None,
+    ) -> float:
+        """Drive until a tracker is done; return the progress, a function of the pose.
+
+        Raises:
+            ClientError: It takes more than three times its least duration [s].
+        """
+        done, duration = 0.0, self._timeout + 3.0 * least
+        for pose, velocity in self._measured(duration):
+            done = progress(pose)
+            wanted = tracker.compute(pose, velocity, speed)
+            if wanted is None or self._interrupted:
+                return done
+            check(done)
+            self._publish(wanted)
+        raise ClientError(
+            f"{done:.2f} of {goal} after {duration:.0f} s: does something hold the robot, or does"
+            " something else command it ('ros2 topic info -v /cmd_vel')?"
+        )
+
+    def _measured(self, duration: float) -> Iterator[tuple[SE2, Velocity]]:
+        """Yield each new pose and velocity of the odometry for a duration [s]."""
+        session, trail, velocity = self._session, self._trail, STILL
+        deadline = session.now + duration
+        stamp, pose = trail.odometry()
+
+        def newer() -> bool:
+            return trail.odometry()[0] > stamp
+
+        while True:
+            yield pose, velocity
+            if not session.run_until(newer, deadline - session.now, required=False):
+                return
+            later, there = trail.odometry()
+            x, y, turn = (pose.inverse() @ there).log() / (later - stamp)
+            stamp, pose, velocity = later, there, Velocity(x, y=y, yaw_rate=turn)
