@@ -73,12 +73,15 @@ class Ground:
     Args:
         model: A `mujoco.MjModel`.
         data: Its `mujoco.MjData`.
+        fixed: Whether only the world counts, not the entities in it.
     """
 
-    def __init__(self, model: Any, data: Any) -> None:
+    def __init__(self, model: Any, data: Any, fixed: bool = False) -> None:
         self._model, self._data = model, data
+        self._surveys: dict[tuple[int, int], Survey] = {}
         mujoco.mj_kinematics(model, data)
         solid = np.isin(model.geom_group, _SOLID) & (model.geom_contype > 0)
+        solid &= (model.geom_bodyid == 0) | (not fixed)
         is_plane = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
         self._planes = np.flatnonzero(solid & is_plane)
         self._geoms = np.flatnonzero(solid & ~is_plane)
@@ -87,14 +90,23 @@ class Ground:
         middle = data.geom_xpos[self._geoms] + (turned @ box[:, :3, None])[:, :, 0]
         half = (np.abs(turned) @ box[:, 3:, None])[:, :, 0]
         self._low, self._high = middle - half, middle + half
+        self._spans = np.column_stack((self._low[:, 2], self._high[:, 2])).tolist()
+
+    @property
+    def is_level(self) -> bool:
+        """Whether no terrain is there."""
+        return bool(self._model.nhfield == 0)
+
+    def stood_on(self, x: float, y: float) -> float:
+        """Return the height at which people stand at a point: of the ground, or a floor on it."""
+        return max(self.levels(x, y))
 
     def column(self, x: float, y: float) -> Column:
         """Return what is above one another at a point."""
         point = np.array([x, y])
         is_here = ((self._low[:, :2] <= point) & (point <= self._high[:, :2])).all(axis=1)
         solids = [
-            self._solid(int(self._geoms[i]), x, y, self._low[i, 2], self._high[i, 2])
-            for i in np.flatnonzero(is_here)
+            self._solid(int(self._geoms[i]), x, y, *self._spans[i]) for i in np.flatnonzero(is_here)
         ]
         plane = self._plane(x, y)
         solids = [(top, low) for top, low in (*solids, (plane, -np.inf)) if np.isfinite(top)]
@@ -144,16 +156,22 @@ class Ground:
         """Return the height of the ground at a point, or of that nearest to it if it is covered.
 
         Args:
-            survey: Of the ground around; made where it is needed if None.
+            survey: Of the ground around; made or used again where it is needed if None.
         """
         column = self.column(x, y)
         if column.base is not None and column.headroom[0] >= _HEADROOM:
             return column.base
-        near = (survey or self.survey(x, y)).height(x, y)
+        near = (survey or self._survey_near(x, y)).height(x, y)
         if np.isnan(near):
             return 0.0
         here = column.nearest(near)
         return here if abs(here - near) <= _LEVEL + RISE_MAX * _CELL else near
+
+    def _survey_near(self, x: float, y: float) -> Survey:
+        center = round(x / (_REACH / 2)), round(y / (_REACH / 2))
+        if center not in self._surveys:
+            self._surveys[center] = self.survey(x, y)
+        return self._surveys[center]
 
     def survey(self, x: float, y: float) -> Survey:
         """Find the ground around a point."""

@@ -14,6 +14,7 @@ from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.entities import (
     BlockedPoseError,
+    Category,
     Entity,
     EntityMotion,
     UnknownEntityError,
@@ -23,6 +24,7 @@ from arjuna_sim.model.entities import (
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.entity_body import addresses_of, motion_of
+from arjuna_sim.physics.ground import Ground
 from arjuna_sim.physics.running import Stepper, carry_over
 from arjuna_sim.physics.scene import Scene, build_scene, touched
 from arjuna_sim.physics.walkers import Manners, Walkers
@@ -59,6 +61,7 @@ class Stage:
     def _set_up(self, world: World) -> None:
         entities, taken = moving_entities(world), frozenset(world.movable)
         self._install(world, entities, taken, *self._compile(world, entities, taken))
+        self._stand_people_up()
         self._steps = 0
         self._began: Counter[str] = Counter()
 
@@ -182,6 +185,7 @@ class Stage:
     def rewind(self) -> None:
         """Put everything that is there to its start, at rest."""
         mujoco.mj_resetData(self.scene.model, self.data)
+        self._stand_people_up()
         self._began = Counter(dict.fromkeys(self._entities, self._steps))
         self._follow()
 
@@ -263,7 +267,8 @@ class Stage:
         walking = {n: e.trajectory for n, e in entities.items() if e.trajectory is not None}
         self._walking = tuple(walking)
         bodies = [self._handles[name][0] for name in walking]
-        self._walkers = Walkers(bodies, list(walking.values()))
+        ground = Ground(scene.model, data, fixed=True)
+        self._walkers = Walkers(bodies, list(walking.values()), ground)
         self._manners = Manners(scene.model, bodies, self._timestep)
         self._runs_alone = not walking and not len(scene.rollers)
 
@@ -276,6 +281,15 @@ class Stage:
             self.data.qpos[at : at + 7] = (*pose.position, *pose.quaternion)
             self.data.qvel[rate : rate + 6] = 0.0
             self.data.qacc_warmstart[rate : rate + 6] = 0.0
+
+    def _stand_people_up(self) -> None:
+        """Put the world's people who stand on its ground, as its file gives them no height."""
+        people = [e for e in self._entities.values() if e.category is Category.HUMAN]
+        standing = [e for e in people if not e.spawned and e.trajectory is None]
+        for person in standing:
+            ground = Ground(self.scene.model, self.data, fixed=True)
+            x, y, _ = person.start.position
+            self._put(person, Pose3((x, y, ground.stood_on(x, y)), person.start.quaternion))
 
     def _touched_robot(self, entity: Entity) -> str | None:
         mujoco.mj_fwdPosition(self.scene.model, self.data)

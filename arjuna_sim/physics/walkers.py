@@ -8,23 +8,26 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.se2 import SE2
 from arjuna_sim.model.world import Trajectory
+from arjuna_sim.physics.ground import Ground
 
 
 class Walkers:
-    """Puts mocap bodies where their trajectories say, as `Trajectory.pose` does one by one."""
+    """Puts mocap bodies where their trajectories say, as `Trajectory.pose` does one by one.
 
-    def __init__(self, bodies: list[int], trajectories: list[Trajectory]) -> None:
-        longest = max((len(each.times) for each in trajectories), default=0)
+    Args:
+        ground: What they walk on.
+    """
+
+    def __init__(self, bodies: list[int], trajectories: list[Trajectory], ground: Ground) -> None:
+        followed = [_on_ground(each, ground) for each in trajectories]
+        longest = max((len(times) for times, _ in followed), default=0)
         self._bodies = np.array(bodies, np.int64)
         self._rows = np.arange(len(bodies))
         self._delay = np.array([each.delay for each in trajectories])
         self._round = np.array([_round(each) for each in trajectories])
-        self._times = np.array([_filled(each.times, longest, np.inf) for each in trajectories])
-        self._poses = np.array(
-            [_filled([_row(pose) for pose in each.poses], longest) for each in trajectories]
-        )
+        self._times = np.array([_filled(times, longest, np.inf) for times, _ in followed])
+        self._poses = np.array([_filled(poses, longest) for _, poses in followed])
 
     def __len__(self) -> int:
         return len(self._bodies)
@@ -45,8 +48,8 @@ class Walkers:
         a, b = self._poses[self._rows, before], self._poses[self._rows, after]
         step = b - a
         step[:, 2] = np.arctan2(np.sin(step[:, 2]), np.cos(step[:, 2]))
-        x, y, theta = (a + ratio[:, None] * step).T
-        data.mocap_pos[self._bodies] = np.column_stack((x, y, np.zeros(len(x))))
+        x, y, theta, z = (a + ratio[:, None] * step).T
+        data.mocap_pos[self._bodies] = np.column_stack((x, y, z))
         zero = np.zeros(len(x))
         data.mocap_quat[self._bodies] = np.column_stack(
             (np.cos(theta / 2), zero, zero, np.sin(theta / 2))
@@ -109,8 +112,25 @@ def _round(trajectory: Trajectory) -> float:
     return whole if trajectory.loop and whole > 0.0 else np.inf
 
 
-def _row(pose: SE2) -> tuple[float, float, float]:
-    return pose.x, pose.y, pose.theta
+def _on_ground(
+    trajectory: Trajectory, ground: Ground
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return times and `(x, y, yaw, z)` of waypoints that follow the ground."""
+    times = np.array(trajectory.times)
+    poses = np.array([(pose.x, pose.y, pose.theta, 0.0) for pose in trajectory.poses])
+    if ground.is_level and ground.stood_on(*poses[0, :2].tolist()) == 0.0:
+        return times, poses
+    lengths = np.hypot(*np.diff(poses[:, :2], axis=0).T)
+    # [m] The ground bends little over so short a distance.
+    counts = np.maximum(np.ceil(lengths / 0.25), 1.0).astype(np.int64)
+    at = np.append(
+        np.concatenate([i + np.arange(n) / n for i, n in enumerate(counts)] or [[]]), len(counts)
+    )
+    whole = np.arange(len(times))
+    poses[:, 2] = np.unwrap(poses[:, 2])
+    dense = np.column_stack([np.interp(at, whole, column) for column in poses.T])
+    dense[:, 3] = [ground.stood_on(x, y) for x, y in dense[:, :2].tolist()]
+    return np.interp(at, whole, times), dense
 
 
 def _filled(values: Any, count: int, last: float | None = None) -> NDArray[np.float64]:

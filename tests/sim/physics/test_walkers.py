@@ -13,11 +13,16 @@ import pytest
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
+from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.model.world import Trajectory, person
+from arjuna_sim.model.world import Actor, Trajectory, person
+from arjuna_sim.physics.ground import Ground
 from arjuna_sim.physics.walkers import Manners, Walkers
+from arjuna_sim.simulation import Simulation, solo
 from tests.sim.builders import run, simulator
+from tests.sim.generated import Chassis
+from tests.sim.start_cases import start_case
 
 
 def test_walkers_walk_together_as_one_by_one() -> None:
@@ -28,13 +33,32 @@ def test_walkers_walk_together_as_one_by_one() -> None:
     ]
     paths.append(dataclasses.replace(paths[0], delay=1.5))
     data = SimpleNamespace(mocap_pos=np.zeros((4, 3)), mocap_quat=np.zeros((4, 4)))
-    walkers = Walkers([2, 0, 3, 1], paths)
+    plane = simulator().stage
+    walkers = Walkers([2, 0, 3, 1], paths, Ground(plane.scene.model, plane.data))
     for elapsed in (0.0, 0.7, 3.3, 9.9, 41.0):
         walkers.put(data, np.full(4, elapsed))
         for body, path in zip((2, 0, 3, 1), paths, strict=True):
             one = Pose3.from_se2(path.pose(elapsed))
             assert data.mocap_pos[body] == pytest.approx(one.position, abs=1e-12)
             assert abs(data.mocap_quat[body] @ one.quaternion) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("number", [4, 13, 5, 6])  # terrain twice, a hill, a raised floor
+def test_people_stand_and_walk_on_the_ground(number: int) -> None:
+    case = start_case(number)
+    walks = Trajectory.along(np.array([[-5.5, -5.5], [5.5, -5.6], [5.5, 5.5]]), 1.2, loop=False)
+    people = (
+        Actor("walks", person(), SE2(), walks),
+        Actor("stands", person(), SE2(-5.6, 5.6, 1.0), None),
+    )
+    world = dataclasses.replace(case.world, actors=people)
+    starts = solo(Chassis().robot(), SE2(7.0, 7.0))
+    stage = Simulation(starts, world, SimulatorConfig(), np.random.default_rng(0)).stage
+    for _ in range(200):
+        for name in ("walks", "stands"):
+            x, y, z = stage.motion(name).pose.position
+            assert z == pytest.approx(case.ground(x, y), abs=0.02)
+        stage.advance(100)
 
 
 @pytest.mark.parametrize("speed", [0.8, 1.2])
