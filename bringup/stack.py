@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Any
 
+_MANAGER = "lifecycle_manager_"
 ORIGINALS = {"nav2": "Nav2", "slam_toolbox": "slam_toolbox"}
 """The stacks whose behaviour `--as-...` sets, and how they are written."""
 
@@ -71,12 +72,12 @@ class Group:
     @property
     def manager(self) -> str:
         """Name of their lifecycle manager."""
-        return f"lifecycle_manager_{self.managed_as or self.name}"
+        return f"{_MANAGER}{self.managed_as or self.name}"
 
     @property
     def manager_spec(self) -> NodeSpec:
         """Their lifecycle manager, which only processes of their own make."""
-        return NodeSpec(self.manager, "bringup.processes.lifecycle.manager", "LifecycleManager")
+        return replace(LIFECYCLE_MANAGER, name=self.manager)
 
 
 def _node(package: str, name: str, module: str = "", cls: str = "") -> NodeSpec:
@@ -287,6 +288,27 @@ PROGRAMS: dict[tuple[str, str], NodeSpec] = {
     ("twist_mux", "twist_mux"): _processing("twist_mux", "twist_mux", "TwistMux"),
 }
 """The node that `ros2 run PACKAGE EXECUTABLE` starts, under its usual name."""
+LIFECYCLE_MANAGER = NodeSpec(
+    f"{_MANAGER}navigation", "bringup.processes.lifecycle.manager", "LifecycleManager"
+)
+NAV2_PROGRAMS: dict[tuple[str, str], NodeSpec] = {
+    ("nav2_amcl", "amcl"): AMCL,
+    ("nav2_behaviors", "behavior_server"): BEHAVIOR_SERVER,
+    ("nav2_bt_navigator", "bt_navigator"): BT_NAVIGATOR,
+    ("nav2_collision_monitor", "collision_monitor"): COLLISION_MONITOR,
+    ("nav2_controller", "controller_server"): CONTROLLER_SERVER,
+    ("nav2_lifecycle_manager", "lifecycle_manager"): LIFECYCLE_MANAGER,
+    ("nav2_map_server", "map_saver_server"): MAP_SAVER,
+    ("nav2_map_server", "map_server"): MAP_SERVER,
+    ("nav2_planner", "planner_server"): PLANNER_SERVER,
+    ("nav2_route", "route_server"): ROUTE_SERVER,
+    ("nav2_smoother", "smoother_server"): SMOOTHER_SERVER,
+    ("nav2_velocity_smoother", "velocity_smoother"): VELOCITY_SMOOTHER,
+    ("nav2_waypoint_follower", "waypoint_follower"): WAYPOINT_FOLLOWER,
+    ("opennav_docking", "opennav_docking"): DOCKING_SERVER,
+}
+"""The same of Nav2's servers, each of which a stack runs too."""
+_WITH_COSTMAP = {CONTROLLER_SERVER: LOCAL_COSTMAP, PLANNER_SERVER: GLOBAL_COSTMAP}
 
 
 def program_of(section: str) -> tuple[str, str] | None:
@@ -295,9 +317,17 @@ def program_of(section: str) -> tuple[str, str] | None:
     return usual.get(section.rpartition("/")[2])
 
 
+def program_nodes(spec: NodeSpec) -> tuple[NodeSpec, ...]:
+    """Return the nodes of a program: its own, behind the costmap that it works on."""
+    return (*filter(None, [_WITH_COSTMAP.get(spec)]), spec)
+
+
 def program_group(spec: NodeSpec, name: str) -> Group:
-    """Return the process of a program's node alone, under a name."""
-    return Group(name, (replace(spec, name=name),))
+    """Return the process of a program's nodes alone, its own under a name."""
+    if spec == LIFECYCLE_MANAGER:
+        return Group(name, (), managed_as=name.removeprefix(_MANAGER))
+    *before, own = program_nodes(spec)
+    return Group(name, (*before, replace(own, name=name)))
 
 
 def all_nodes() -> list[NodeSpec]:

@@ -32,6 +32,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     options.add(parser, "--seed", "--check", "--save-guess")
     parser.set_defaults(use_sim_time=True)
     parser.add_argument(
+        "--without-description",
+        action="store_true",
+        help="a robot_state_publisher of one's own publishes the robot's frames",
+    )
+    parser.add_argument(
         "--viewer",
         action="store_true",
         help="show the world in MuJoCo's own viewer, where there is a screen",

@@ -55,7 +55,7 @@ def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
     command = arguments.command
     if command == "demo":
         return DEMO_GROUPS
-    if command == "sim" and is_fleet(vars(arguments)):
+    if command == "sim" and (is_fleet(vars(arguments)) or arguments.without_description):
         return (WORLD_GROUP,)
     if vars(arguments).get("slam"):
         command += " --slam"

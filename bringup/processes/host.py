@@ -17,7 +17,7 @@ from bringup.parameters.files import SAFETY, Parameters, for_node, sim_time_of
 from bringup.processes.lifecycle.manager import LifecycleManager
 from bringup.processes.reporter import Reporter, Twins
 from bringup.processes.supervisor import QUIT_EXIT, USAGE_EXIT
-from bringup.stack import ALL_GROUPS, PROGRAMS, Group, program_group, with_further
+from bringup.stack import ALL_GROUPS, NAV2_PROGRAMS, PROGRAMS, Group, program_group, with_further
 from bringup.terminal import show
 
 _POLL = 0.05  # [s] at most from one look at the signals to the next
@@ -154,7 +154,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 after a clean stop, 2 where an input is refused, 3 where a client asked to quit.
     """
     groups = {group.name: group for group in ALL_GROUPS}
-    programs = {"/".join(names): spec for names, spec in PROGRAMS.items()}
+    programs = {"/".join(names): spec for names, spec in {**PROGRAMS, **NAV2_PROGRAMS}.items()}
     parser = argparse.ArgumentParser(
         prog="python -m bringup.host", description=__doc__, fromfile_prefix_chars="@"
     )

@@ -16,7 +16,13 @@ from bringup.parameters.checking import checked, write_remarks
 from bringup.parameters.files import EVERY_NODE, SIM_TIME, Parameters, Source, node_of, of_file
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import RosArguments
-from bringup.stack import PROGRAMS, ROBOT_STATE_PUBLISHER
+from bringup.stack import (
+    LIFECYCLE_MANAGER,
+    NAV2_PROGRAMS,
+    PROGRAMS,
+    ROBOT_STATE_PUBLISHER,
+    program_nodes,
+)
 
 _DESCRIPTION = "robot_description"
 _LONGEST = 100_000  # Linux takes arguments of up to 128 KiB each, MAX_ARG_STRLEN
@@ -28,8 +34,10 @@ def start(package: str, program: str, given: RosArguments) -> NoReturn:
     Raises:
         ConfigError: Its parameters are not valid.
     """
-    usual = PROGRAMS[package, program]
+    usual = {**PROGRAMS, **NAV2_PROGRAMS}[package, program]
     name = given.remapped.pop("__node", given.remapped.pop("__name", usual.name))
+    if usual == LIFECYCLE_MANAGER and not name.startswith("lifecycle_manager_"):
+        name = usual.name
     namespace = given.remapped.pop("__ns", "").strip("/")
     spec = replace(usual, name=name)
     values = _values(given, name)
@@ -39,14 +47,18 @@ def start(package: str, program: str, given: RosArguments) -> NoReturn:
         if not {"robot", _DESCRIPTION} & values.keys():
             raise Ros2Error('no robot: -p robot_description:="$(cat FILE)", or a FILE as argument')
     sim_time = values.pop(SIM_TIME, False)
-    source = Source(f"ros2 run {package} {program}", {name: values})
-    read = checked(source, {}, namespace, only=spec)
-    if read.problems:
-        raise ConfigError(*read.problems)
-    write_remarks(read.remarks)
+    parameters: Parameters = {}
+    for one in (spec, *program_nodes(usual)[:-1]):
+        own = values if one == spec else _values(given, one.name)
+        own.pop(SIM_TIME, None)
+        source = Source(f"ros2 run {package} {program}", {one.name: own})
+        read = checked(source, {}, namespace, only=one)
+        if read.problems:
+            raise ConfigError(*read.problems)
+        write_remarks(read.remarks)
+        parameters[one.name] = {**read.parameters.get(one.name, {}), SIM_TIME: sim_time}
     if unused := [*given.own, *given.unused]:
         print(f"no effect: {' '.join(unused)}", flush=True)
-    parameters: Parameters = {name: {**read.parameters.get(name, {}), SIM_TIME: sim_time}}
     words = [f"{package}/{program}", "--alone", "--parameters", _as_word(json.dumps(parameters))]
     words += ["--namespace", namespace] if namespace else []
     renamed = [word for item in given.remapped.items() for word in ("-r", ":=".join(item))]

@@ -40,6 +40,26 @@ PKG = Command(
     *("pkg", "Various package related sub-commands"),
     (
         Verb(
+            *("create", "Create a new ROS 2 package"),
+            (
+                argument("package_name", help="its name"),
+                argument(
+                    "--build-type",
+                    default="ament_python",
+                    choices=["ament_python"],
+                    help="what builds it",
+                ),
+                argument("--dependencies", nargs="+", default=[], help="packages that it needs"),
+                argument("--node-name", help="a first node to write"),
+                argument("--destination-directory", default=".", help="where to put it"),
+                argument("--description", default="TODO: Package description", help="a sentence"),
+                argument("--license", default="TODO: License declaration", help="its name"),
+                argument("--maintainer-email", default="user@todo.todo", help="an address"),
+                argument("--maintainer-name", default="user", help="a name"),
+                argument("--package-format", default="3", choices=["2", "3"], help="3"),
+            ),
+        ),
+        Verb(
             *("executables", "Output a list of package specific executables"),
             (argument("package_name", nargs="?", complete="package", help="the package"),),
         ),

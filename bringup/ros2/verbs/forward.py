@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
+import re
+import signal
 import sys
 import time
 from collections.abc import Callable
@@ -14,10 +16,13 @@ from pathlib import Path
 from typing import NoReturn
 
 from arjuna_core.errors import nearest
+from arjuna_core.files.input_file import head_of
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.programs.python_file import run_file
-from bringup.stack import PROGRAMS as NODES
+from bringup.stack import NAV2_PROGRAMS
+from bringup.stack import PROGRAMS as ROBOT_PROGRAMS
 
+NODES = {**ROBOT_PROGRAMS, **NAV2_PROGRAMS}
 _PROGRAMS = "bringup.ros2.programs"
 
 
@@ -135,6 +140,30 @@ def _run_node(words: list[str], package: str, program: str) -> None:
     module.start(package, program, ros_arguments(words))
 
 
+def _nothing(words: list[str], why: str, stays: bool = True) -> None:
+    """Say why a program has nothing to do; it ends, or stays as the other would."""
+    print(f"nothing to do: {why}", flush=True)
+    if stays:
+        signal.pause()
+
+
+_BRIDGE = partial(_nothing, why="the simulator publishes ROS's topics itself")
+_GAZEBO = f"{_PROGRAMS}.gazebo"
+_GAZEBO_PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
+    ("controller_manager", "ros2_control_node"): partial(
+        _nothing, why="the simulator drives the joints itself, as the robot's file says"
+    ),
+    ("gazebo_ros", "gzclient"): partial(_nothing, why="'arjuna view' shows it", stays=False),
+    ("gazebo_ros", "gzserver"): f"{_GAZEBO}:serve",
+    ("gazebo_ros", "spawn_entity.py"): f"{_GAZEBO}:create",
+    ("gazebo_ros", "spawn_model"): f"{_GAZEBO}:create",
+    ("ros_gz_bridge", "parameter_bridge"): _BRIDGE,
+    ("ros_gz_image", "image_bridge"): _BRIDGE,
+    ("ros_gz_sim", "create"): f"{_GAZEBO}:create",
+    ("ros_gz_sim", "gzserver"): f"{_GAZEBO}:serve",
+}
+
+
 # What `ros2 run PACKAGE EXECUTABLE` runs
 PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("controller_manager", "spawner"): f"{_PROGRAMS}.spawner",
@@ -152,7 +181,12 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
         _slam_toolbox, parameter="synchronous:=true"
     ),
     ("teleop_twist_keyboard", "teleop_twist_keyboard"): _teleop,
+    ("turtlebot3_teleop", "teleop_keyboard"): _teleop,
     **{names: partial(_run_node, package=names[0], program=names[1]) for names in NODES},
+    **_GAZEBO_PROGRAMS,
+    ("joint_state_publisher_gui", "joint_state_publisher_gui"): partial(
+        _run_node, package="joint_state_publisher", program="joint_state_publisher"
+    ),
     ("rviz2", "rviz2"): f"{_PROGRAMS}.rviz2",
     ("tf2_ros", "static_transform_publisher"): f"{_PROGRAMS}.static_transform_publisher",
     ("tf2_ros", "tf2_echo"): f"{_PROGRAMS}.tf2_echo",
@@ -160,10 +194,59 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
 }
 
 
+_DRIVER = (
+    "its driver is ROS's: run it beside 'arjuna robot'; 'arjuna sim' publishes the same topics"
+)
+REMEDIES = {
+    "": "'source install/setup.bash' of its workspace first; 'ros2 pkg list' has all there are",
+    **dict.fromkeys(
+        (
+            *(
+                "rplidar_ros",
+                "sllidar_ros2",
+                "ldlidar_stl_ros2",
+                "ydlidar_ros2_driver",
+                "hls_lfcd_lds_driver",
+            ),
+            *(
+                "urg_node",
+                "sick_scan_xd",
+                "velodyne_driver",
+                "realsense2_camera",
+                "usb_cam",
+                "v4l2_camera",
+            ),
+            *(
+                "depthai_ros_driver",
+                "micro_ros_agent",
+                "turtlebot3_node",
+                "ros2_laser_scan_matcher",
+            ),
+        ),
+        _DRIVER,
+    ),
+    "cartographer_ros": "'ros2 launch slam_toolbox online_async_launch.py' maps",
+    "rtabmap_slam": "'ros2 launch slam_toolbox online_async_launch.py' maps, in 2D",
+    "rqt_gui": "'arjuna view' has plots and nodes",
+    "rqt_graph": "'arjuna top' and 'arjuna tf' list nodes and frames",
+    "moveit_ros_move_group": "arms are not planned for here",
+    "turtlesim": "it draws on a screen of its own: 'arjuna sim' is the robot here",
+}
+"""What to do instead, by the package that is not there."""
+GENERATED = "share/arjuna/generated"
+"""Marks the prefix of the packages that are made here."""
+_MOST = 65536  # [bytes] of a program that are looked at
+
+
 def arjuna(command: str, words: list[str]) -> NoReturn:
     """Become `arjuna COMMAND`, which stands above this wing."""
-    program = [sys.executable, "-m", "bringup", command, *words]
+    program = [sys.executable, "-m", module_of(command), command, *words]
     os.execv(sys.executable, program)  # noqa: S606 - our own module
+
+
+def module_of(command: str) -> str:
+    """Return the module that runs a command: `run` is `ros2`'s, all others are `arjuna`'s."""
+    return "bringup.ros2.main" if command == "run" else "bringup"
 
 
 def run(words: list[str]) -> int:
@@ -178,20 +261,58 @@ def run(words: list[str]) -> int:
         run_file(Path(words[0]), words[1:])
         return 0
     package, name = words[0], "".join(words[1:2])
-    if package not in {known for known, _ in PROGRAMS}:
+    own = executables_of(package)
+    if name in own:
+        become(own[name], words[2:])
+    if package not in {known for known, _ in PROGRAMS} and not own:
         valid = nearest(package, {known for known, _ in PROGRAMS})
-        raise Ros2Error(f"Package '{package}' not found; {valid}; 'ros2 run FILE.py' runs a file")
+        valid = f"{valid}; 'ros2 run FILE.py' runs a file; {remedy(package)}"
+        raise Ros2Error(f"Package '{package}' not found; {valid}")
     if (package, name) not in PROGRAMS:
-        valid = nearest(name, {known for other, known in PROGRAMS if other == package})
+        valid = nearest(name, {*own, *(known for other, known in PROGRAMS if other == package)})
         raise Ros2Error(f"No executable found; {valid}")
     program = PROGRAMS[package, name]
     if isinstance(program, str):
         module, _, function = program.partition(":")
-        main = getattr(importlib.import_module(module), function or "main")
-        main(ros_arguments(words[2:]).own)  # rclpy reads the others itself
+        own = words[2:] if module == _GAZEBO else ros_arguments(words[2:]).own  # rclpy reads others
+        getattr(importlib.import_module(module), function or "main")(own)
     else:
         program(words[2:])
     return 0
+
+
+def executables_of(package: str) -> dict[str, Path]:
+    """Return the executables of a package of one's own: those of sourced workspaces."""
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    found: dict[str, Path] = {}
+    for prefix in filter(None, prefixes):
+        if Path(prefix) == Path(sys.prefix) or (Path(prefix) / GENERATED).exists():
+            continue
+        for path in sorted(Path(prefix, "lib", package).glob("*")):
+            if path.is_file() and os.access(path, os.X_OK):
+                found.setdefault(path.name, path)
+    return found
+
+
+def become(path: Path, words: list[str]) -> NoReturn:
+    """Become a program; one of Python runs in this environment.
+
+    Raises:
+        Ros2Error: It is of ROS 1.
+    """
+    text = head_of(path, _MOST)
+    if text.startswith(b"#!") and re.search(rb"^\s*(import|from)\s+rospy\b", text, re.MULTILINE):
+        raise Ros2Error(
+            f"{path} is of ROS 1 (it imports rospy); docs/coming-from-ros1.md has ROS 2's"
+        )
+    folder = str(Path(sys.executable).parent)
+    os.environ["PATH"] = os.pathsep.join([folder, os.environ.get("PATH", os.defpath)])
+    os.execv(path, [str(path), *words])  # noqa: S606 - what the user asked for
+
+
+def remedy(package: str) -> str:
+    """Return what to do where a package is not there."""
+    return REMEDIES.get(package, REMEDIES[""])
 
 
 def daemon(words: list[str]) -> None:

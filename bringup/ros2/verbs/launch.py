@@ -1,166 +1,145 @@
-"""`ros2 launch`: the launch files of Nav2 and slam_toolbox, as what starts the same here."""
+"""`ros2 launch`: launch files of one's own, and what starts the same as known packages' files."""
 
 from __future__ import annotations
 
+import os
 import shlex
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import sys
+from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from arjuna_core.errors import nearest
-from bringup.parameters.files import load_parameters
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.verbs.forward import arjuna
+from bringup.ros2.prefix import add_prefix
+from bringup.ros2.tables.launches import (
+    LAUNCHES,
+    PLUGINS,
+    arguments_of,
+    known_arguments,
+    translated,
+)
+from bringup.ros2.verbs.forward import arjuna, module_of, remedy
 
-_STARTS = "nodes start at once"
-_IDLE = {
-    "autostart": ("true", _STARTS),
-    "use_lifecycle_manager": ("", _STARTS),
-    "use_composition": ("", "each group of nodes is one process"),
-    "container_name": ("", "there are no containers"),
-    "use_respawn": ("true", "what dies is started again"),
-    "log_settings": ("", "log_level:=LEVEL counts"),
-}
-"""Arguments without an effect: the value that says what happens anyhow (none: no matter), why."""
-_NAV2 = {"params_file": "--params", "namespace": "--namespace", "log_level": "--log-level"}
-_MAP = {"map": "--map", **_NAV2}
-_SLAM = {"slam_params_file": "--params", **_NAV2}
-_NAV2_ONLY = ("autostart", "use_composition", "container_name", "use_respawn")
+if TYPE_CHECKING:
+    from launch import LaunchDescription
 
-
-@dataclass(frozen=True)
-class Launch:
-    """The command of ours that starts the same as a launch file.
-
-    Attributes:
-        options: The command's option for an argument of the file.
-        idle: Its arguments that have no effect here.
-        instead: Its arguments that say what locates the robot in place of a map.
-    """
-
-    words: tuple[str, ...]
-    options: Mapping[str, str]
-    idle: tuple[str, ...] = _NAV2_ONLY
-    instead: tuple[str, ...] = ()
-
-
-def _mapper(*parameters: str) -> Launch:
-    words = (word for parameter in parameters for word in ("--param", parameter))
-    return Launch(("slam", *words), _SLAM, ("autostart", "use_lifecycle_manager"))
-
-
-LAUNCHES: dict[tuple[str, str], Launch] = {
-    ("nav2_bringup", "bringup_launch.py"): Launch(
-        ("nav",), _MAP, instead=("slam", "use_localization")
-    ),
-    ("nav2_bringup", "localization_launch.py"): Launch(("nav", "--without-navigation"), _MAP),
-    ("nav2_bringup", "navigation_launch.py"): Launch(("nav", "--without-localization"), _NAV2),
-    ("nav2_bringup", "rviz_launch.py"): Launch(
-        ("view",), {"namespace": "--namespace", "rviz_config": "--config"}, ()
-    ),
-    ("nav2_bringup", "slam_launch.py"): Launch(
-        ("slam", "--param", "synchronous:=true"), _NAV2, _NAV2_ONLY
-    ),
-    ("slam_toolbox", "online_async_launch.py"): _mapper(),
-    ("slam_toolbox", "online_sync_launch.py"): _mapper("synchronous:=true"),
-    ("slam_toolbox", "offline_launch.py"): _mapper("synchronous:=true"),
-    ("slam_toolbox", "localization_launch.py"): _mapper("mode:=localization"),
-    ("slam_toolbox", "lifelong_launch.py"): _mapper("mode:=lifelong"),
-}
-
-
-@dataclass
-class Translation:
-    """A launch file with arguments, as a command of ours, and remarks on those without effect."""
-
-    command: list[str] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)
+_USAGE = "usage: ros2 launch [-h] [-s] [-d] package_name|FILE [launch_file] [NAME:=VALUE ...]"
+_SHOW = ("-s", "--show-args", "--show-arguments")
+_SILENT = ("-n", "--noninteractive", "-a", "--show-all-subprocesses-output")
 
 
 def run(words: list[str]) -> int:
-    """Start what a launch file starts; say which command that is."""
-    listed = "\n".join(f"  {package} {file}" for package, file in LAUNCHES)
-    if len(words) < 2 or words[0] in ("-h", "--help"):
-        print(f"usage: ros2 launch [-h] package_name launch_file [NAME:=VALUE ...]\n\n{listed}")
-        return 0 if words[:1] in (["-h"], ["--help"]) else 2
-    package, file = words[:2]
+    """Start what a launch file describes; say which command that is where one of ours does it."""
+    debug = bool({"-d", "--debug"} & set(words))
+    shows = bool(set(_SHOW) & set(words))
+    first, *rest = [word for word in words if word not in (*_SHOW, *_SILENT)] or ["-h"]
+    own = [word for word in rest if word not in ("-d", "--debug")]
+    if first in ("-h", "--help"):
+        listed = "\n".join(f"  {package} {file}" for package, file in LAUNCHES)
+        print(f"{_USAGE}\n\nof ours, beside those of your own packages:\n{listed}")
+        return 0 if words else 2
+    if Path(first).is_file():
+        return start(Path(first), own, shows, debug)
+    if not rest or ":=" in rest[0]:
+        raise Ros2Error(f"there is no launch file {first}\n{_USAGE}")
+    package, file, *rest = (first, *rest)
+    path = _of_package(package, file)
+    if path is not None:
+        return start(path, own[1:], shows, debug)
     if (package, file) not in LAUNCHES:
         near = nearest(f"{package} {file}", [" ".join(known) for known in LAUNCHES])
         raise Ros2Error(
-            f"no launch file '{file}' of '{package}'; {near}\n"
+            f"no launch file '{file}' of '{package}'; {near}\n{remedy(package)}\n"
             "What others start has a command here: 'python -m bringup' lists them all"
         )
-    if {"-s", "--show-args", "--show-arguments"} & set(words[2:]):
+    if shows:
         print(arguments_of(LAUNCHES[package, file]))
         return 0
-    translation = translated(LAUNCHES[package, file], words[2:])
+    translation = translated(LAUNCHES[package, file], rest)
     print("".join(f"{line}\n" for line in translation.remarks), end="")
-    print(f"$ python -m bringup {shlex.join(translation.command)}", flush=True)
-    return arjuna(translation.command[0], translation.command[1:])
+    command = translation.command
+    print(f"$ python -m {module_of(command[0])} {shlex.join(command)}", flush=True)
+    return arjuna(command[0], command[1:])
 
 
-def arguments_of(launch: Launch) -> str:
-    """Return the arguments of a launch file, those without an effect apart."""
-    known = sorted(_known(launch) - set(launch.idle))
-    lines = [f"Arguments (NAME:=VALUE): {', '.join(known)}"]
-    return "\n".join([*lines, f"Without an effect here: {', '.join(sorted(launch.idle))}"])
+def _of_package(package: str, file: str) -> Path | None:
+    """Return a launch file of a package of one's own; None where it has none of that name."""
+    from ament_index_python import get_package_share_directory
+    from ament_index_python.packages import PackageNotFoundError
+
+    folder = add_prefix()
+    try:
+        share = Path(get_package_share_directory(package))
+    except (PackageNotFoundError, ValueError):
+        return None
+    found = sorted(share.rglob(file)) if not share.is_relative_to(folder) else []
+    if not found and not share.is_relative_to(folder):
+        there = sorted(path.name for path in share.rglob("*launch*") if path.is_file())
+        raise Ros2Error(f"'{file}' is not in {share}; {nearest(file, there)}")
+    return found[0] if found else None
 
 
-def translated(launch: Launch, words: list[str]) -> Translation:
-    """Return our command for a launch file with arguments, and what of them has no effect."""
-    found = Translation()
-    known = _known(launch)
-    given: dict[str, str] = {}
-    for word in words:
-        name, sign, value = word.partition(":=")
-        if sign and name in known:
-            given[name] = value
-        else:
-            what = "argument" if sign else "option"
-            found.remarks.append(f"no effect: {word} (unknown {what}; {nearest(name, known)})")
-    found.remarks += _idle(launch, given)
-    if given.get("use_namespace", "true").lower() == "false" and given.pop("namespace", ""):
-        found.remarks.append("no effect: namespace (use_namespace is false)")
-    found.command = _command(launch, given)
-    return found
+def start(path: Path, words: list[str], shows: bool = False, debug: bool = False) -> int:
+    """Launch a file of one's own, or list its arguments."""
+    import launch
+    from launch.actions import IncludeLaunchDescription
+    from launch.launch_description_sources import AnyLaunchDescriptionSource
+    from launch.logging import launch_config
+    from launch_ros.actions import LoadComposableNodes, Missing
+
+    add_prefix()
+    Missing.remedy = staticmethod(remedy)
+    LoadComposableNodes.plugins = PLUGINS
+    folder = str(Path(sys.executable).parent)
+    os.environ["PATH"] = os.pathsep.join([folder, os.environ.get("PATH", os.defpath)])
+    source = AnyLaunchDescriptionSource(str(path))
+    if wrong := [word for word in words if ":=" not in word]:
+        raise Ros2Error(f"'{wrong[0]}' is no argument; valid: NAME:=VALUE")
+    if shows:
+        found = source.get_launch_description(launch.LaunchContext())
+        return _show(found.get_launch_arguments())
+    if not os.environ.get("ROS_LOG_DIR"):
+        os.environ["ROS_LOG_DIR"] = launch_config.log_dir
+    log = launch.logging.get_logger("launch")
+    log.info(f"All log files can be found below {launch_config.log_dir}")
+    service = launch.LaunchService(argv=words, debug=debug)
+    pairs = [(name, value) for name, _, value in (word.partition(":=") for word in words)]
+    included = IncludeLaunchDescription(source, launch_arguments=pairs)
+    service.include_launch_description(launch.LaunchDescription([included]))
+    return service.run()
 
 
-def _known(launch: Launch) -> set[str]:
-    return {*launch.options, *launch.idle, *launch.instead, "use_namespace", "use_sim_time"}
+def _show(arguments: Iterable[Any]) -> int:
+    print("Arguments (pass arguments as '<name>:=<value>'):\n")
+    for one in arguments:
+        default = "".join(
+            getattr(part, "text", part.describe()) for part in one.default_value or ()
+        )
+        print(f"    '{one.name}':\n        {one.description}")
+        if one.choices:
+            print(f"        one of: {', '.join(one.choices)}")
+        print(f"        (default: '{default}')\n" if one.default_value is not None else "")
+    return 0
 
 
-def _idle(launch: Launch, given: Mapping[str, str]) -> list[str]:
-    lines = []
-    for name in (name for name in launch.idle if name in given):
-        anyhow, reason = _IDLE[name]
-        if given[name].lower() != anyhow:
-            lines.append(f"no effect: {name}:={given[name]} ({reason})")
-    return lines
+def description(package: str, file: str) -> LaunchDescription:
+    """Return what a launch file of a known package is, as an action that starts ours."""
+    from launch import LaunchDescription
+    from launch.actions import DeclareLaunchArgument, ExecuteProcess, LogInfo, OpaqueFunction
 
+    one = LAUNCHES[package, file]
 
-def _command(launch: Launch, given: dict[str, str]) -> list[str]:
-    first, *rest = launch.words
-    if given.get("use_sim_time", "true").lower() == "false":
-        if first == "slam":
-            rest += ["--use-sim-time", "false"]
-        first = "robot" if first == "nav" else first
-    if "map" in launch.options:
-        rest += _located(given)
-    for name, option in launch.options.items():
-        if given.get(name):
-            rest += [option, given[name]]
-    return [first, *rest]
+    def started(context: Any) -> list[Any]:
+        known = context.launch_configurations
+        given = {name: known[name] for name in sorted(known_arguments(one)) if known.get(name)}
+        if "namespace" in one.options and (outer := known.get("ros_namespace", "")):
+            given.setdefault("namespace", outer.strip("/"))
+        found = translated(one, [f"{name}:={value}" for name, value in given.items()])
+        command = [sys.executable, "-m", module_of(found.command[0]), *found.command]
+        process = ExecuteProcess(cmd=command, name=one.words[0], output="screen")
+        return [*(LogInfo(msg=line) for line in found.remarks), process]
 
-
-def _located(given: dict[str, str]) -> list[str]:
-    if given.get("slam", "false").lower() == "true":
-        given.pop("map", None)
-        return ["--slam"]
-    if given.get("use_localization", "true").lower() == "false":
-        given.pop("map", None)
-        return ["--without-localization"]
-    if not given.get("map") and given.get("params_file"):
-        nodes = load_parameters([Path(given["params_file"])])
-        named = (values.get("yaml_filename") for values in nodes.values())
-        given["map"] = next((name for name in named if isinstance(name, str) and name), "")
-    return []
+    names = sorted(known_arguments(one))
+    declared = [DeclareLaunchArgument(name, default_value="") for name in names]
+    return LaunchDescription([*declared, OpaqueFunction(function=started)])

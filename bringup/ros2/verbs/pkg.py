@@ -1,9 +1,11 @@
-"""`ros2 pkg list`, `prefix`, `xml`, `executables`."""
+"""`ros2 pkg create`, `list`, `prefix`, `xml`, `executables`."""
 
 from __future__ import annotations
 
 import argparse
+import re
 from pathlib import Path
+from xml.sax.saxutils import escape
 
 from ament_index_python import get_package_prefix, get_packages_with_prefixes
 from ament_index_python.packages import PackageNotFoundError
@@ -11,9 +13,94 @@ from defusedxml import ElementTree
 
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.xml_text import parse_xml
-from arjuna_core.ros.context import add_environment_to_ament_index
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.verbs.forward import PROGRAMS
+from bringup.ros2.prefix import add_prefix
+from bringup.ros2.verbs.forward import PROGRAMS, executables_of
+
+_MANIFEST = """<?xml version="1.0"?>
+<?xml-model href="http://download.ros.org/schema/package_format3.xsd"
+  schematypens="http://www.w3.org/2001/XMLSchema"?>
+<package format="{package_format}">
+  <name>{package_name}</name>
+  <version>0.0.0</version>
+  <description>{description}</description>
+  <maintainer email="{maintainer_email}">{maintainer_name}</maintainer>
+  <license>{license}</license>
+
+{depends}  <export>
+    <build_type>{build_type}</build_type>
+  </export>
+</package>
+"""
+_SETUP = """from setuptools import find_packages, setup
+
+package_name = '{package_name}'
+
+setup(
+    name=package_name,
+    version='0.0.0',
+    packages=find_packages(exclude=['test']),
+    data_files=[
+        ('share/ament_index/resource_index/packages',
+            ['resource/' + package_name]),
+        ('share/' + package_name, ['package.xml']),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=True,
+    maintainer='{maintainer_name}',
+    maintainer_email='{maintainer_email}',
+    description='{description}',
+    license='{license}',
+    entry_points={{
+        'console_scripts': [
+{scripts}        ],
+    }},
+)
+"""
+_CONFIG = """[develop]
+script_dir=$base/lib/{0}
+[install]
+install_scripts=$base/lib/{0}
+"""
+_NODE = """def main():
+    print('Hi from {0}.')
+
+
+if __name__ == '__main__':
+    main()
+"""
+
+
+def create(arguments: argparse.Namespace) -> None:
+    """Write the files of a new package of Python."""
+    given, name, node = vars(arguments), arguments.package_name, arguments.node_name
+    if not re.fullmatch(r"[a-z]\w*", name):
+        raise Ros2Error(f"'{name}' is no name of a package; valid: small letters, digits and _")
+    folder = Path(arguments.destination_directory) / name
+    if folder.exists():
+        raise Ros2Error(f"Aborted! The directory already exists: {folder.resolve()}")
+    depends = "".join(f"  <depend>{one}</depend>\n" for one in arguments.dependencies)
+    texts = {
+        "package.xml": _MANIFEST.format(
+            **{key: escape(str(value)) for key, value in given.items()},
+            depends=depends + ("\n" if depends else ""),
+        ),
+        "setup.py": _SETUP.format(
+            **{key: str(value).replace("'", "\\'") for key, value in given.items()},
+            scripts=f"            '{node} = {name}.{node}:main',\n" if node else "",
+        ),
+        "setup.cfg": _CONFIG.format(name),
+        f"resource/{name}": "",
+        f"{name}/__init__.py": "",
+        **({f"{name}/{node}.py": _NODE.format(name)} if node else {}),
+    }
+    print(f"going to create a new package\npackage name: {name}")
+    print(f"destination directory: {folder.parent.resolve()}\nbuild type: {arguments.build_type}")
+    print(f"dependencies: {arguments.dependencies}\ncreating folder {folder}")
+    for path, text in texts.items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_text(text, encoding="utf-8")
+        print(f"creating {folder / path}")
 
 
 def list_(arguments: argparse.Namespace) -> None:
@@ -22,12 +109,12 @@ def list_(arguments: argparse.Namespace) -> None:
 
 
 def _packages() -> set[str]:
-    add_environment_to_ament_index()
+    add_prefix()
     return {*get_packages_with_prefixes(), *(package for package, _ in PROGRAMS)}
 
 
 def _prefix(package: str) -> Path:
-    add_environment_to_ament_index()
+    add_prefix()
     try:
         return Path(get_package_prefix(package))
     except (PackageNotFoundError, ValueError) as error:
@@ -61,6 +148,7 @@ def executables(arguments: argparse.Namespace) -> None:
     wanted = arguments.package_name
     if wanted is not None and wanted not in _packages():
         raise Ros2Error(f"Package '{wanted}' not found")
-    for package, name in sorted(PROGRAMS):
+    own = {(package, name) for package in _packages() for name in executables_of(package)}
+    for package, name in sorted({*PROGRAMS, *own}):
         if wanted in (None, package):
             print(package, name)

@@ -12,6 +12,7 @@ from bringup.cli_parser import parse
 from bringup.ros2.grammar import VERBS, Command, Verb, build_parser
 from bringup.ros2.main import main, real_ros2, without_wheels
 from bringup.ros2.tables import COMMANDS
+from bringup.ros2.tables.launches import LAUNCHES
 from bringup.ros2.verbs import forward, launch
 from bringup.ros2.verbs.forward import RosArguments, ros_arguments
 
@@ -289,7 +290,7 @@ def test_the_map_may_be_named_by_the_parameter_file(
     assert started == [expected]
 
 
-@pytest.mark.parametrize(("package", "file"), launch.LAUNCHES)
+@pytest.mark.parametrize(("package", "file"), LAUNCHES)
 def test_every_launch_file_lists_its_arguments(
     package: str, file: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,0 +1,269 @@
+"""`colcon build`: packages of Python, and of data, into a workspace that can be sourced.
+
+What colcon 0.18 and colcon-ros 0.5 lay down for them: `install/PACKAGE` with `lib/PACKAGE`,
+`lib/pythonX.Y/site-packages` and `share/PACKAGE`, and `install/setup.bash`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+from arjuna_core.errors import ArjunaError, nearest
+from arjuna_core.files.input_file import read_bytes, read_text
+from arjuna_core.files.xml_text import parse_xml
+from bringup.ros2.errors import Ros2Error
+from bringup.ros2.main import become, real_program
+
+_IGNORED = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE")
+_MADE = ("build", "install", "log")
+_DEPENDS = re.compile(r"(build|exec|run|buildtool|test|build_export|)_?depend")
+_COMPILED = ("add_executable", "add_library", "pybind11_add_module")
+_CALL = re.compile(r"^\s*(\w+)\s*\(([^)]*)\)", re.MULTILINE)
+_SITE = f"lib/python{sys.version_info.major}.{sys.version_info.minor}/site-packages"
+_CURE = "C++ is built by ROS's own tools; packages of Python and of data are built here"
+
+
+@dataclass(frozen=True)
+class Package:
+    """A package of a workspace.
+
+    Attributes:
+        kind: Its build type: `ament_python`, `ament_cmake`, ...
+        depends: Names of packages.
+    """
+
+    name: str
+    folder: Path
+    kind: str
+    depends: frozenset[str]
+
+
+def run() -> None:
+    """Run colcon: that of a sourced ROS where there is one, else this."""
+    real = real_program("colcon", os.environ, Path(sys.argv[0]))
+    if real is not None:
+        become(real)
+    sys.exit(main(sys.argv[1:]))
+
+
+def main(words: Sequence[str]) -> int:
+    """Build or list the packages below the working folder; return the exit code."""
+    parser = argparse.ArgumentParser(prog="colcon", description=__doc__.splitlines()[0])
+    verbs = parser.add_subparsers(dest="verb", required=True)
+    listing = verbs.add_parser("list", help="list the packages")
+    build = verbs.add_parser("build", help="build them")
+    for verb in (listing, build):
+        verb.add_argument("--base-paths", nargs="+", default=["."])
+        for option in ("--packages-select", "--packages-up-to", "--packages-skip"):
+            verb.add_argument(option, nargs="+", default=[], metavar="PACKAGE")
+    build.add_argument("--symlink-install", action="store_true", help="link to the sources")
+    for base in ("build", "install"):
+        build.add_argument(f"--{base}-base", type=Path, default=Path(base))
+    for option in ("--event-handlers", "--cmake-args", "--ament-cmake-args", "--mixin"):
+        build.add_argument(option, nargs="*", help="without an effect")
+    build.add_argument("--parallel-workers", type=int, help="without an effect")
+    for flag in ("--merge-install", "--continue-on-error", "--allow-overriding"):
+        build.add_argument(flag, action="store_true", help="without an effect")
+    arguments, unknown = parser.parse_known_args(words)
+    if unknown:
+        print(f"no effect: {' '.join(unknown)}")
+    try:
+        packages = _chosen(arguments)
+        if arguments.verb == "list":
+            print("\n".join(f"{p.name}\t{p.folder}\t({p.kind})" for p in packages))
+            return 0
+        return _build_all(packages, arguments)
+    except ArjunaError as error:
+        sys.stderr.write(f"{error}\n")
+        return 1
+
+
+def packages_below(folders: Sequence[str | Path]) -> Iterator[Package]:
+    """Yield the packages below folders; there are none in a package."""
+    for folder in map(Path, folders):
+        for here, inside, files in os.walk(folder):
+            path = Path(here)
+            if set(_IGNORED) & set(files):
+                inside.clear()
+            elif "package.xml" in files or "setup.py" in files:
+                inside.clear()
+                yield _package(path)
+            inside[:] = sorted(
+                n for n in inside if n not in ("build", "install", "log") and n[0] != "."
+            )
+
+
+def _package(folder: Path) -> Package:
+    path = folder / "package.xml"
+    if not path.is_file():
+        return Package(folder.resolve().name, folder, "python", frozenset())
+    root = parse_xml(path, read_bytes(path, 2**20))
+    name = (root.findtext("name") or "").strip()
+    if not re.fullmatch(r"[A-Za-z][\w-]*", name):
+        raise Ros2Error(f"{path}: <name> is '{name}'; valid: letters, digits and _")
+    kind = (root.findtext("export/build_type") or "").strip()
+    if not kind:
+        kind = "ament_python" if (folder / "setup.py").is_file() else "catkin"
+    depends = {(e.text or "").strip() for e in root if _DEPENDS.fullmatch(e.tag)}
+    return Package(name, folder, kind, frozenset(depends))
+
+
+def _chosen(arguments: argparse.Namespace) -> list[Package]:
+    """Return the packages that are meant, those that others need first."""
+    found: dict[str, Package] = {}
+    for package in packages_below(arguments.base_paths):
+        if package.name in found:
+            both = f"{found[package.name].folder} and {package.folder}"
+            raise Ros2Error(f"two packages are called '{package.name}': {both}")
+        found[package.name] = package
+    named = (arguments.packages_select, arguments.packages_up_to, arguments.packages_skip)
+    for name in (name for names in named[:2] for name in names if name not in found):
+        raise Ros2Error(f"there is no package '{name}'; {nearest(name, found)}")
+    graph = {name: package.depends & found.keys() for name, package in found.items()}
+    try:
+        order = list(TopologicalSorter(graph).static_order())
+    except CycleError as error:
+        raise Ros2Error(f"packages need each other: {' -> '.join(error.args[1])}") from error
+    wanted = set(arguments.packages_up_to)
+    for name in reversed(order):
+        wanted |= graph[name] if name in wanted else set()
+    wanted |= set(arguments.packages_select)
+    kept = (name for name in order if name in wanted or not any(named[:2]))
+    return [found[name] for name in kept if name not in named[2]]
+
+
+def _build_all(packages: list[Package], arguments: argparse.Namespace) -> int:
+    began, failed = time.monotonic(), []
+    install = arguments.install_base.resolve()
+    for package in packages:
+        start = time.monotonic()
+        print(f"Starting >>> {package.name}", flush=True)
+        try:
+            _build(package, install / package.name, arguments)
+        except ArjunaError as error:
+            failed.append(package.name)
+            print(f"--- stderr: {package.name}\n{error}\n---", file=sys.stderr)
+            print(f"Failed   <<< {package.name} [{time.monotonic() - start:.2f}s]")
+            continue
+        print(f"Finished <<< {package.name} [{time.monotonic() - start:.2f}s]", flush=True)
+    _write_setup(install)
+    count, plural = len(packages) - len(failed), "s" if len(packages) - len(failed) != 1 else ""
+    print(f"\nSummary: {count} package{plural} finished [{time.monotonic() - began:.2f}s]")
+    if failed:
+        print(f"  {len(failed)} package{'s' if len(failed) > 1 else ''} failed: {' '.join(failed)}")
+    return 1 if failed else 0
+
+
+def _build(package: Package, prefix: Path, arguments: argparse.Namespace) -> None:
+    if prefix.exists():
+        shutil.rmtree(prefix)
+    linked, share = arguments.symlink_install, prefix / "share" / package.name
+    if package.kind in ("ament_python", "python"):
+        _python(package, prefix, arguments.build_base.resolve() / package.name, linked)
+    elif (package.folder / "CMakeLists.txt").is_file():
+        _cmake(package, prefix, linked)
+    else:
+        raise Ros2Error(f"{package.name} is of the type '{package.kind}'; {_CURE}")
+    if not (share / "package.xml").exists() and (package.folder / "package.xml").is_file():
+        put(package.folder / "package.xml", share / "package.xml", linked)
+    marker = prefix / "share" / "ament_index" / "resource_index" / "packages" / package.name
+    marker.parent.mkdir(parents=True, exist_ok=True)
+    marker.touch()
+
+
+def put(source: Path, target: Path, linked: bool) -> None:
+    """Copy or link a file or folder, in place of what is there."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    if target.is_dir() and not target.is_symlink():
+        shutil.rmtree(target)
+    else:
+        target.unlink(missing_ok=True)
+    if linked:
+        target.symlink_to(source.resolve())
+    elif source.is_dir():
+        shutil.copytree(source, target)
+    else:
+        shutil.copy2(source, target)
+
+
+def _python(package: Package, prefix: Path, build: Path, linked: bool) -> None:
+    if not (package.folder / "setup.py").is_file():
+        raise Ros2Error(f"{package.folder} has no setup.py; 'ros2 pkg create' writes one")
+    build.mkdir(parents=True, exist_ok=True)
+    words = [package.name, str(prefix), str(build), str(int(linked)), _SITE]
+    done = subprocess.run(  # noqa: S603 - ours
+        [sys.executable, "-m", "bringup.ros2.setup_py", *words],
+        cwd=package.folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    if done.returncode:
+        raise Ros2Error(f"setup.py of {package.name} failed:\n{done.stdout.strip()[-400:]}")
+
+
+def _cmake(package: Package, prefix: Path, linked: bool) -> None:
+    """Install what a CMakeLists.txt installs, where it compiles nothing."""
+    text = re.sub(r"#.*", "", read_text(package.folder / "CMakeLists.txt"))
+    text = text.replace("${PROJECT_NAME}", package.name).replace("${CMAKE_CURRENT_SOURCE_DIR}/", "")
+    calls = [(name.lower(), shlex.split(words)) for name, words in _CALL.findall(text)]
+    if "rosidl_generate_interfaces" in {name for name, _ in calls}:
+        from rosidl_build.environment import build
+
+        try:
+            build(package.folder)
+        except (ValueError, OSError) as error:
+            raise Ros2Error(f"interfaces of {package.name}: {error}") from error
+        return
+    if compiled := {name for name, _ in calls} & set(_COMPILED):
+        raise Ros2Error(f"{package.name} has {', '.join(sorted(compiled))}; {_CURE}")
+    for name, words in calls:
+        if name == "ament_python_install_package" and words:
+            put(package.folder / words[0], prefix / _SITE / words[0], linked)
+        if name != "install" or "DESTINATION" not in words:
+            continue
+        at = words.index("DESTINATION")
+        kind, sources, into = words[0], words[1:at], prefix / words[at + 1].rstrip("/")
+        into = into if into.is_relative_to(prefix) else prefix
+        for source in (package.folder / one for one in sources):
+            is_content = kind == "DIRECTORY" and str(sources[0]).endswith("/")
+            for each in sorted(source.glob("*")) if is_content else [source]:
+                put(each, into / each.name, linked)
+            if kind == "PROGRAMS":
+                (into / source.name).resolve().chmod(0o755)
+
+
+_SETUP = """# Puts the packages of this workspace before those of its environment.
+_prepend() {{ eval "case :\\$$1: in *:$2:*) ;; *) export $1=$2\\${{$1:+:\\$$1}} ;; esac"; }}
+for _package in "{0}"/*/share/ament_index/resource_index/packages; do
+  _prefix="${{_package%/share/ament_index/resource_index/packages}}"
+  _prepend AMENT_PREFIX_PATH "$_prefix"
+  _prepend COLCON_PREFIX_PATH "{0}"
+  [ -d "$_prefix/{1}" ] && _prepend PYTHONPATH "$_prefix/{1}"
+  [ -d "$_prefix/bin" ] && _prepend PATH "$_prefix/bin"
+done
+_prepend PATH "{2}"
+unset _package _prefix
+unset -f _prepend
+"""
+
+
+def _write_setup(install: Path) -> None:
+    install.mkdir(parents=True, exist_ok=True)
+    (install / "COLCON_IGNORE").touch()
+    text = _SETUP.format(install, _SITE, Path(sys.executable).parent)
+    for name in ("setup", "local_setup"):
+        for shell in ("sh", "bash", "zsh"):
+            (install / f"{name}.{shell}").write_text(text, encoding="utf-8")

@@ -1,0 +1,128 @@
+"""The packages that other people's launch files refer to, as folders of an ament prefix.
+
+Made once from the tables of programs and launch files: `lib/PACKAGE/EXECUTABLE` starts what
+`ros2 run` does, `share/PACKAGE/launch/FILE` what `ros2 launch` does, and worlds, models and
+parameters are those that ship with Arjuna.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+from arjuna_core.files.shipped import shipped_file
+from arjuna_core.ros.context import add_environment_to_ament_index
+from bringup.ros2.tables.launches import LAUNCHES
+from bringup.ros2.verbs.forward import GENERATED, PROGRAMS
+
+_VARIABLE = "AMENT_PREFIX_PATH"
+_LAUNCH = '''"""Starts what this launch file of {package} starts, by a command of Arjuna."""
+
+from bringup.ros2.verbs.launch import description
+
+
+def generate_launch_description():
+    return description("{package}", "{file}")
+'''
+_PROGRAM = '#!/bin/sh\nexec {python} -m bringup.ros2.main run {package} {name} "$@"\n'
+_MANIFEST = """<?xml version="1.0"?>
+<package format="3">
+  <name>{0}</name>
+  <version>0.0.0</version>
+  <description>What Arjuna has of {0}.</description>
+  <maintainer email="none@example.com">Arjuna</maintainer>
+  <license>Apache-2.0</license>
+</package>
+"""
+_BURGER, _PILLARS = "urdf/burger.urdf", "worlds/pillar_arena.world"
+SHIPPED = {
+    "gazebo_ros/worlds/empty.world": "worlds/empty.world",
+    "nav2_bringup/maps/tb3_sandbox.yaml": "maps/pillar_arena.yaml",
+    "nav2_bringup/maps/pillar_arena.png": "maps/pillar_arena.png",
+    "nav2_bringup/maps/turtlebot3_world.yaml": "maps/pillar_arena.yaml",
+    "nav2_bringup/params/nav2_params.yaml": "params/arjuna_nav.yaml",
+    "ros_gz_sim/worlds/empty.sdf": "worlds/empty.world",
+    **{
+        f"slam_toolbox/config/mapper_params_{name}.yaml": "params/arjuna_slam.yaml"
+        for name in ("lifelong", "localization", "offline", "online_async", "online_sync")
+    },
+    "turtlebot3_description/urdf/turtlebot3_burger.urdf": _BURGER,
+    "turtlebot3_description/urdf/turtlebot3_burger.urdf.xacro": _BURGER,
+    "turtlebot3_gazebo/models/turtlebot3_burger/model.sdf": _BURGER,
+    "turtlebot3_gazebo/urdf/turtlebot3_burger.urdf": _BURGER,
+    "turtlebot3_gazebo/worlds/empty_world.world": "worlds/empty.world",
+    "turtlebot3_gazebo/worlds/pillar_arena.png": "worlds/pillar_arena.png",
+    "turtlebot3_gazebo/worlds/turtlebot3_world.world": _PILLARS,
+    "turtlebot3_navigation2/map/map.yaml": "maps/pillar_arena.yaml",
+    "turtlebot3_navigation2/map/pillar_arena.png": "maps/pillar_arena.png",
+    "turtlebot3_navigation2/param/burger.yaml": "params/arjuna_nav.yaml",
+}
+"""Files below `share` that are shipped ones."""
+
+
+def add_prefix() -> Path:
+    """Put the prefix behind those of sourced workspaces, before this Python environment's."""
+    folder = _made()
+    given = [one for one in os.environ.get(_VARIABLE, "").split(os.pathsep) if one]
+    kept = [one for one in given if one not in (str(folder), sys.prefix)]
+    os.environ[_VARIABLE] = os.pathsep.join([*kept, str(folder)])
+    add_environment_to_ament_index()
+    return folder
+
+
+def _made() -> Path:
+    """Return the folder, made where it is not there yet: in the user's cache, or for this run."""
+    texts = _texts()
+    named = repr((sys.prefix, sorted(texts.items()), sorted(SHIPPED.items()), shipped_file("maps")))
+    digest = hashlib.sha256(named.encode()).hexdigest()[:12]
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "arjuna"
+    folder = cache / f"ros-{digest}"
+    if folder.is_dir():
+        return folder
+    try:
+        cache.mkdir(parents=True, exist_ok=True)
+        made = Path(tempfile.mkdtemp(prefix="ros-", dir=cache))
+    except OSError:
+        made = folder = Path(tempfile.mkdtemp(prefix="arjuna-ros-"))
+    _write(made, texts)
+    try:
+        made.rename(folder)
+    except OSError:  # another process was faster
+        shutil.rmtree(made)
+    return folder
+
+
+def _texts() -> dict[str, str]:
+    """Return the texts of the files that are written, by path."""
+    packages = {package for package, _ in (*PROGRAMS, *LAUNCHES)}
+    packages |= {name.partition("/")[0] for name in SHIPPED}
+    found = {GENERATED: "This folder can be removed: it is made again.\n"}
+    for package in packages:
+        found[f"share/ament_index/resource_index/packages/{package}"] = ""
+        found[f"share/{package}/package.xml"] = _MANIFEST.format(package)
+    for package, name in PROGRAMS:
+        program = _PROGRAM.format(python=sys.executable, package=package, name=name)
+        found[f"lib/{package}/{name}"] = program
+    for package, file in LAUNCHES:
+        found[f"share/{package}/launch/{file}"] = _LAUNCH.format(package=package, file=file)
+    return found
+
+
+def _write(folder: Path, texts: dict[str, str]) -> None:
+    for name, text in texts.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        path.chmod(0o755 if name.startswith("lib/") else 0o644)
+    for name, source in SHIPPED.items():
+        path = folder / "share" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.symlink_to(shipped_file(source))
+    for share in (folder / "share").iterdir():  # interfaces of the same package
+        for beside in Path(sys.prefix, "share", share.name).glob("*"):
+            if share.name != "ament_index" and not (share / beside.name).exists():
+                (share / beside.name).symlink_to(beside)

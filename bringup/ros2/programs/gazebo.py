@@ -1,0 +1,145 @@
+"""Gazebo's programs, as the simulator: a world that waits for its robot, and what spawns it."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import tempfile
+import time
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+from rclpy.qos import QoSProfile
+from simulation_interfaces.msg import Result
+from simulation_interfaces.srv import SpawnEntity
+from std_msgs.msg import String
+
+from arjuna_core.errors import ArjunaError, nearest
+from arjuna_core.files.shipped import shipped_file
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import quaternion, yaw
+from arjuna_sim.inputs import named_robot
+from bringup.client.simulator import SimulatorClient, SimulatorError, resource_of
+from bringup.ros2.client import Client
+from bringup.ros2.errors import Ros2Error
+from bringup.ros2.verbs.forward import arjuna, ros_arguments
+
+_PATIENCE = 60.0  # [s] for a description, and for a world that takes it
+_LINGER = 0.5  # [s] in which an answer reaches who asked
+_WITH_VALUE = ("-v", "-s", "-p", "-e", "-u", "--iterations", "--physics", "--physics-engine")
+_ENDINGS = (".world", ".sdf", ".yaml")
+
+
+def serve(words: list[str]) -> None:
+    """Wait for a robot to be spawned, then become the simulator of it in a world.
+
+    Args:
+        words: Gazebo's: the first that is no option is the world.
+    """
+    rest = iter(ros_arguments(words).own)
+    named = [
+        w for w in rest if not (w in _WITH_VALUE and next(rest, "")) and w[:1] not in ("-", "")
+    ]
+    world = world_of(next((w for w in named if w.endswith(_ENDINGS)), "empty.world"))
+    wanted: list[list[str]] = []
+
+    def spawn(request: Any, response: Any) -> Any:
+        resource = request.entity_resource
+        path = Path(resource.uri) if resource.uri else _written(resource.resource_string)
+        try:
+            named_robot(str(path), "")
+        except ArjunaError as error:
+            response.result.result = Result.RESULT_INCORRECT_STATE
+            response.result.error_message = f"the world waits for a robot that drives: {error}"
+            return response
+        pose = request.initial_pose.pose
+        x, y, heading = pose.position.x, pose.position.y, yaw(pose.orientation)
+        options = ["--robot", str(path), "--at", f"{x}", f"{y}", "--yaw", f"{heading}"]
+        space = request.entity_namespace.strip("/")
+        wanted.append([*options, *(["--namespace", space] if space else [])])
+        response.result.result, response.entity_name = Result.RESULT_OK, request.name
+        return response
+
+    with Client(argparse.Namespace(), "gazebo") as client:
+        client.node.create_service(SpawnEntity, "/spawn_entity", spawn)
+        print(
+            f"{world.name} waits for a robot: 'ros2 run ros_gz_sim create' spawns one", flush=True
+        )
+        client.spin(lambda: bool(wanted))
+        client.spin(lambda: False, _LINGER)
+        described = client.node.count_publishers("/robot_description") > 0
+    own = ["--without-description"] if described else []
+    arjuna("sim", ["--world", str(world), *wanted[0], *own])
+
+
+def world_of(name: str) -> Path:
+    """Return the file of a world: a path, or a name in a package or among the shipped ones."""
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    names = (name, f"worlds/{name}")
+    shares = [found for p in prefixes if p for found in sorted(Path(p).glob("share/*/"))]
+    shipped = shipped_file("worlds/empty.world").parent
+    for path in (Path(name), *(share / n for share in shares for n in names), shipped / name):
+        if path.is_file():
+            return path.resolve()
+    there = [path.name for path in shipped.glob("*.world")]
+    raise Ros2Error(f"there is no world '{name}'; {nearest(Path(name).name, there)}")
+
+
+def create(words: list[str]) -> None:
+    """Spawn a robot or a model, as `ros_gz_sim create` and `gazebo_ros spawn_entity.py` do."""
+    given, parser = ros_arguments(words), argparse.ArgumentParser(prog="create", add_help=False)
+    for names in (("topic",), ("file",), ("string",), ("database",), ("name", "entity", "model")):
+        parser.add_argument(*(f"-{one}" for one in names), *(f"--{one}" for one in names))
+    parser.add_argument("-robot_namespace", "--robot_namespace", "-namespace", default="")
+    for name in ("x", "y", "z", "R", "P", "Y"):
+        parser.add_argument(f"-{name}", f"--{name}", type=float, default=0.0)
+    chosen, _ = parser.parse_known_args(given.own)
+    by_name = {name.lstrip("/"): value for name, value in given.parameters.items()}
+    for name, value in by_name.items():
+        if hasattr(chosen, name):
+            setattr(chosen, name, float(value) if len(name) == 1 else value)
+    resource = None
+    with closing(SimulatorClient(_PATIENCE, given.remapped.get("__ns", ""))) as client:
+        if chosen.topic:
+            resource = resource_of(str(_written(_heard(client, chosen.topic))))
+        elif named := chosen.file or chosen.database:
+            resource = resource_of(str(named).removeprefix("file://"))
+        elif chosen.string:
+            resource = resource_of(str(_written(chosen.string)))
+        else:
+            raise Ros2Error("nothing to spawn; valid: -topic T, -file F, -string TEXT")
+        name = chosen.name or "robot"
+        request = SpawnEntity.Request(name=name, entity_resource=resource, allow_renaming=True)
+        request.entity_namespace = chosen.robot_namespace
+        place = request.initial_pose.pose
+        place.position.x, place.position.y, place.position.z = chosen.x, chosen.y, chosen.z
+        place.orientation = quaternion(chosen.Y)
+        print(f"spawned {_ask(client, request)}", flush=True)
+
+
+def _ask(client: SimulatorClient, request: Any) -> str:
+    end = time.monotonic() + _PATIENCE
+    while True:
+        try:
+            return str(client.ask(SpawnEntity, "/spawn_entity", request).entity_name)
+        except SimulatorError as error:
+            if time.monotonic() > end or f"({Result.RESULT_INCORRECT_STATE})" not in str(error):
+                raise
+            client.run_until(lambda: False, 1.0, required=False)
+
+
+def _heard(client: SimulatorClient, topic: str) -> str:
+    """Return a robot's description from a topic."""
+    heard: list[str] = []
+    profile: QoSProfile = qos.LATCHED
+    client.client.create_subscription(String, topic, lambda m: heard.append(m.data), profile)
+    if not client.run_until(lambda: bool(heard), _PATIENCE, required=False):
+        raise Ros2Error(f"nobody publishes a robot's description on {topic}")
+    return heard[0]
+
+
+def _written(text: str) -> Path:
+    with tempfile.NamedTemporaryFile("w", suffix=".urdf", prefix="robot_", delete=False) as file:
+        file.write(text)
+    return Path(file.name)

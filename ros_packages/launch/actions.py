@@ -1,0 +1,447 @@
+"""Actions: arguments, configurations, groups, files included, timers, and handlers of events."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from launch.action import Action, Entities, LaunchDescriptionEntity, entities
+from launch.event_handler import BaseEventHandler, Event
+from launch.events import Shutdown as ShutdownEvent
+from launch.execute_process import ExecuteLocal, ExecuteProcess
+from launch.launch_context import LaunchContext
+from launch.launch_description_source import LaunchDescriptionSource
+from launch.logging import get_logger
+from launch.substitution import (
+    SomeSubstitutionsType,
+    TextSubstitution,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+__all__ = [
+    "AppendEnvironmentVariable",
+    "DeclareLaunchArgument",
+    "EmitEvent",
+    "ExecuteLocal",
+    "ExecuteProcess",
+    "GroupAction",
+    "IncludeLaunchDescription",
+    "LogInfo",
+    "OpaqueCoroutine",
+    "OpaqueFunction",
+    "PopEnvironment",
+    "PopLaunchConfigurations",
+    "PushEnvironment",
+    "PushLaunchConfigurations",
+    "RegisterEventHandler",
+    "ResetEnvironment",
+    "ResetLaunchConfigurations",
+    "SetEnvironmentVariable",
+    "SetLaunchConfiguration",
+    "Shutdown",
+    "TimerAction",
+    "UnregisterEventHandler",
+    "UnsetEnvironmentVariable",
+    "UnsetLaunchConfiguration",
+]
+
+
+class _Doing(Action):
+    """An action that is one function of the context."""
+
+    def __init__(self, do: Callable[[LaunchContext], Any], **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self._do = do
+
+    def execute(self, context: LaunchContext) -> None:
+        """Do it."""
+        self._do(context)
+
+
+class DeclareLaunchArgument(Action):
+    """Declares an argument of the launch file.
+
+    Attributes:
+        name: Its name.
+        default_value: None where it has to be given.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        default_value: SomeSubstitutionsType | None = None,
+        description: str = "",
+        choices: Iterable[str] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        self.name, self.description = name, description or "no description given"
+        self.choices = list(choices) if choices is not None else None
+        self.default_value = (
+            None if default_value is None else normalize_to_list_of_substitutions(default_value)
+        )
+        texts = all(isinstance(one, TextSubstitution) for one in self.default_value or ())
+        default = "".join(getattr(one, "text", "") for one in self.default_value or ())
+        if self.choices and self.default_value and texts and default not in self.choices:
+            raise ValueError(f"default '{default}' of '{name}' is not one of {self.choices}")
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set the default where nothing was given, and check the value."""
+        known = context.launch_configurations
+        if self.name not in known:
+            if self.default_value is None:
+                raise RuntimeError(
+                    f"Required launch argument '{self.name}' was not provided: {self.name}:=VALUE;"
+                    f" {self.description}"
+                )
+            known[self.name] = perform_substitutions(context, self.default_value)
+        if self.choices is not None and known[self.name] not in self.choices:
+            valid = ", ".join(self.choices)
+            raise RuntimeError(f"Argument '{self.name}': '{known[self.name]}'; valid: {valid}")
+
+
+class SetLaunchConfiguration(Action):
+    """Sets a configuration."""
+
+    def __init__(
+        self, name: SomeSubstitutionsType, value: SomeSubstitutionsType, **kwargs: Any
+    ) -> None:
+        super().__init__(**kwargs)
+        self.name, self.value = name, value
+
+    def _pair(self, context: LaunchContext) -> tuple[str, str]:
+        return perform_substitutions(context, self.name), perform_substitutions(context, self.value)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set it."""
+        name, value = self._pair(context)
+        context.launch_configurations[name] = value
+
+
+class SetEnvironmentVariable(SetLaunchConfiguration):
+    """Sets a variable of the environment."""
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set it."""
+        name, value = self._pair(context)
+        context.environment[name] = value
+
+
+class AppendEnvironmentVariable(SetLaunchConfiguration):
+    """Appends to a variable of the environment, or prepends."""
+
+    def __init__(
+        self,
+        name: SomeSubstitutionsType,
+        value: SomeSubstitutionsType,
+        prepend: bool = False,
+        separator: SomeSubstitutionsType = ":",
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(name, value, **kwargs)
+        self.prepend, self.separator = prepend, separator
+
+    def execute(self, context: LaunchContext) -> None:
+        """Append it."""
+        name, value = self._pair(context)
+        parts = [context.environment.get(name, ""), value]
+        if self.prepend:
+            parts.reverse()
+        joined = perform_substitutions(context, self.separator).join(filter(None, parts))
+        context.environment[name] = joined
+
+
+class UnsetLaunchConfiguration(_Doing):
+    """Drops a configuration."""
+
+    def __init__(self, name: SomeSubstitutionsType, **kwargs: Any) -> None:
+        super().__init__(
+            lambda c: c.launch_configurations.pop(perform_substitutions(c, name), None), **kwargs
+        )
+
+
+class UnsetEnvironmentVariable(_Doing):
+    """Drops a variable of the environment."""
+
+    def __init__(self, name: SomeSubstitutionsType, **kwargs: Any) -> None:
+        super().__init__(
+            lambda c: c.environment.pop(perform_substitutions(c, name), None), **kwargs
+        )
+
+
+class PushLaunchConfigurations(_Doing):
+    """Saves the configurations."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(LaunchContext.push_launch_configurations, **kwargs)
+
+
+class PopLaunchConfigurations(_Doing):
+    """Takes the saved configurations back."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(LaunchContext.pop_launch_configurations, **kwargs)
+
+
+class PushEnvironment(_Doing):
+    """Saves the environment."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(LaunchContext.push_environment, **kwargs)
+
+
+class PopEnvironment(_Doing):
+    """Takes the saved environment back."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(LaunchContext.pop_environment, **kwargs)
+
+
+class ResetLaunchConfigurations(Action):
+    """Drops all configurations but those given."""
+
+    def __init__(
+        self,
+        launch_configurations: Mapping[Any, SomeSubstitutionsType] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        self._kept = dict(launch_configurations or {})
+
+    def execute(self, context: LaunchContext) -> None:
+        """Drop them; the values of those given are taken before."""
+        context.launch_configurations = {
+            perform_substitutions(context, name): perform_substitutions(context, value)
+            for name, value in self._kept.items()
+        }
+
+
+class ResetEnvironment(_Doing):
+    """Takes the environment back that launching began with."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(self._reset, **kwargs)
+
+    @staticmethod
+    def _reset(context: LaunchContext) -> None:
+        context.environment.clear()
+        context.environment.update(context.first)
+
+
+class GroupAction(Action):
+    """Actions together, whose configurations and environment may stay among them."""
+
+    def __init__(
+        self,
+        actions: Iterable[Action],
+        *,
+        scoped: bool = True,
+        forwarding: bool = True,
+        launch_configurations: Mapping[Any, SomeSubstitutionsType] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        self._actions, self._scoped, self._forwarding = list(actions), scoped, forwarding
+        self._given = dict(launch_configurations or {})
+
+    def children(self) -> Iterable[LaunchDescriptionEntity]:
+        """Yield its actions."""
+        return self._actions
+
+    def execute(self, context: LaunchContext) -> Entities:
+        """Return its actions, between saving and taking back."""
+        given: list[Action] = (
+            [SetLaunchConfiguration(name, value) for name, value in self._given.items()]
+            if self._forwarding
+            else [ResetLaunchConfigurations(self._given)]
+        )
+        if not self._scoped:
+            return [*given, *self._actions]
+        before = [PushLaunchConfigurations(), PushEnvironment()]
+        return [*before, *given, *self._actions, PopEnvironment(), PopLaunchConfigurations()]
+
+
+class IncludeLaunchDescription(Action):
+    """Another launch file, with arguments."""
+
+    def __init__(
+        self,
+        launch_description_source: LaunchDescriptionSource | SomeSubstitutionsType,
+        *,
+        launch_arguments: Iterable[tuple[SomeSubstitutionsType, SomeSubstitutionsType]] = (),
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        if not isinstance(launch_description_source, LaunchDescriptionSource):
+            launch_description_source = LaunchDescriptionSource(location=launch_description_source)
+        self.launch_description_source = launch_description_source
+        given: Any = launch_arguments or ()
+        self.launch_arguments = list(given.items() if isinstance(given, Mapping) else given)
+
+    def execute(self, context: LaunchContext) -> Entities:
+        """Return the other file's description, with the arguments set before it."""
+        description = self.launch_description_source.get_launch_description(context)
+        given = [SetLaunchConfiguration(*pair) for pair in self.launch_arguments]
+        names = {perform_substitutions(context, name) for name, _ in self.launch_arguments}
+        for argument in description.get_launch_arguments():
+            is_known = argument.name in names or argument.name in context.launch_configurations
+            if argument.default_value is None and argument.condition is None and not is_known:
+                where = self.launch_description_source.location
+                raise RuntimeError(
+                    f"Included launch description '{where}' is missing required argument"
+                    f" '{argument.name}' ({argument.description}), given: "
+                    f"[{', '.join(sorted(names))}]"
+                )
+        locals_ = context.get_locals_as_dict()
+        path = Path(self.launch_description_source.location)
+        here = {"current_launch_file_path": path, "current_launch_file_directory": path.parent}
+        back = {name: locals_.get(name) for name in here}
+        return [
+            *given,
+            _Doing(lambda c: c.extend_locals(here)),
+            description,
+            _Doing(lambda c: c.extend_locals(back)),
+        ]
+
+
+class OpaqueFunction(Action):
+    """A function of the context, which returns what is visited next."""
+
+    def __init__(
+        self,
+        *,
+        function: Callable[..., Any],
+        args: Iterable[Any] | None = None,
+        kwargs: Mapping[str, Any] | None = None,
+        **rest: Any,
+    ) -> None:
+        super().__init__(**rest)
+        self._function, self._args, self._kwargs = function, tuple(args or ()), dict(kwargs or {})
+
+    def execute(self, context: LaunchContext) -> Entities:
+        """Call it."""
+        return entities(self._function(context, *self._args, **self._kwargs))
+
+
+class OpaqueCoroutine(OpaqueFunction):
+    """A coroutine that runs beside."""
+
+    def __init__(self, *, coroutine: Callable[..., Any], **kwargs: Any) -> None:
+        self._ignored = kwargs.pop("ignore_context", False)
+        super().__init__(function=coroutine, **kwargs)
+
+    def execute(self, context: LaunchContext) -> Entities:
+        """Start it."""
+        first = () if self._ignored else (context,)
+        context.start(self._function(*first, *self._args, **self._kwargs))
+        return []
+
+
+class LogInfo(Action):
+    """Prints a message."""
+
+    level = "info"
+
+    def __init__(self, *, msg: SomeSubstitutionsType, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.msg = msg
+
+    def execute(self, context: LaunchContext) -> None:
+        """Print it."""
+        getattr(get_logger("user"), self.level)(perform_substitutions(context, self.msg))
+
+
+class RegisterEventHandler(Action):
+    """Has events handled from now on."""
+
+    def __init__(self, event_handler: BaseEventHandler, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.event_handler = event_handler
+
+    def execute(self, context: LaunchContext) -> None:
+        """Register the handler, with the configurations of now."""
+        self.event_handler.configurations = dict(context.launch_configurations)
+        context.register_event_handler(self.event_handler)
+
+    def children(self) -> Iterable[LaunchDescriptionEntity]:
+        """Yield what the handler visits, where it is no function."""
+        given = getattr(self.event_handler, "entities", None)
+        return () if callable(given) else entities(given)
+
+
+class UnregisterEventHandler(RegisterEventHandler):
+    """Has events no longer handled."""
+
+    def execute(self, context: LaunchContext) -> None:
+        """Drop the handler."""
+        context.unregister_event_handler(self.event_handler)
+
+
+class EmitEvent(Action):
+    """Lets an event happen."""
+
+    def __init__(self, *, event: Event, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.event = event
+
+    def execute(self, context: LaunchContext) -> None:
+        """Emit it."""
+        context.emit_event_sync(self.event)
+
+
+class Shutdown(EmitEvent):
+    """Ends all."""
+
+    def __init__(
+        self, *, reason: SomeSubstitutionsType = "reason not given", **kwargs: Any
+    ) -> None:
+        super().__init__(event=ShutdownEvent(reason=str(reason)), **kwargs)
+
+    def execute(self, context: LaunchContext) -> None:
+        """End all; a process whose end it follows is named."""
+        ended: Any = getattr(context.locals, "event", None)
+        if getattr(ended, "returncode", None) is not None:
+            get_logger("launch").info(f"process[{ended.process_name}] was required: shutting down")
+        super().execute(context)
+
+
+class TimerAction(Action):
+    """Actions after a time [s]."""
+
+    def __init__(
+        self,
+        *,
+        period: float | SomeSubstitutionsType,
+        actions: Iterable[LaunchDescriptionEntity],
+        cancel_on_shutdown: bool | SomeSubstitutionsType = True,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        self.period, self.actions = period, list(actions)
+        self._canceled = False
+
+    def children(self) -> Iterable[LaunchDescriptionEntity]:
+        """Yield its actions."""
+        return self.actions
+
+    def cancel(self) -> None:
+        """Have it do nothing."""
+        self._canceled = True
+
+    def execute(self, context: LaunchContext) -> None:
+        """Start the timer."""
+        given = self.period if not isinstance(self.period, int | float) else str(self.period)
+        seconds = float(perform_substitutions(context, given))
+        now = dict(context.launch_configurations)
+
+        async def wait() -> None:
+            await asyncio.sleep(seconds)
+            if not self._canceled and not context.is_shutdown:
+                context.within(now, lambda: context.visit_all(self.actions))
+
+        task = context.start(wait())
+        context.on_end.append(task.cancel)

@@ -1,0 +1,291 @@
+"""Actions that run a process: its output in lines, nothing left of it after the end."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import os
+import shlex
+import signal
+import sys
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from functools import partial
+from typing import Any
+
+from launch.action import Action, Entities
+from launch.event_handler import EventHandler
+from launch.event_handlers import OnProcessExit
+from launch.events import ExecutionComplete
+from launch.events.process import (
+    ProcessExited,
+    ProcessStarted,
+    ProcessStderr,
+    ProcessStdout,
+    ShutdownProcess,
+    SignalProcess,
+)
+from launch.launch_context import LaunchContext
+from launch.logging import get_logger, write_to_file
+from launch.substitution import (
+    SomeSubstitutionsType,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+_NUMBERS = itertools.count(1)
+_LONGEST = 2**20  # [bytes] of a line of output
+_SHOWN = {  # what reaches the screen, by `output`: standard output, standard error
+    "screen": (True, True),
+    "both": (True, True),
+    "tty": (True, True),
+    "log": (False, True),
+    "own_log": (False, False),
+    "full": (True, True),
+}
+_END = {signal.SIGINT: "SIGINT", signal.SIGTERM: "SIGTERM", signal.SIGKILL: "SIGKILL"}
+
+
+class ExecuteProcess(Action):
+    """Runs a process.
+
+    Attributes:
+        process_details: Its name, command and, once it runs, its `pid`.
+    """
+
+    def __init__(
+        self,
+        *,
+        cmd: Iterable[SomeSubstitutionsType],
+        name: SomeSubstitutionsType | None = None,
+        prefix: SomeSubstitutionsType | None = None,
+        cwd: SomeSubstitutionsType | None = None,
+        env: Mapping[Any, SomeSubstitutionsType] | None = None,
+        additional_env: Mapping[Any, SomeSubstitutionsType] | None = None,
+        shell: bool = False,
+        sigterm_timeout: float | SomeSubstitutionsType = 5.0,
+        sigkill_timeout: float | SomeSubstitutionsType = 5.0,
+        output: SomeSubstitutionsType | Mapping[str, str] = "log",
+        respawn: bool | SomeSubstitutionsType = False,
+        respawn_delay: float | None = None,
+        respawn_max_retries: int = -1,
+        on_exit: Any = None,
+        condition: Any = None,
+        **unused: Any,
+    ) -> None:
+        known = {"emulate_tty", "log_cmd", "cached_output", "output_format"}
+        if unused.keys() - known:
+            raise TypeError(f"{type(self).__name__}: no {', '.join(sorted(unused.keys() - known))}")
+        super().__init__(condition=condition)
+        self.cmd = [normalize_to_list_of_substitutions(one) for one in cmd]
+        self._name, self._prefix, self._cwd, self._shell = name, prefix, cwd, shell
+        self._env, self._additional, self._output = env, dict(additional_env or {}), output
+        self._respawn, self._delay, self._retries = respawn, respawn_delay, respawn_max_retries
+        self._on_exit, self._patience = on_exit, (sigterm_timeout, sigkill_timeout)
+        self.process_details: dict[str, Any] = {}
+        self._process: asyncio.subprocess.Process | None = None
+        self._ending = False
+
+    @property
+    def name(self) -> str:
+        """Its name, as in its output."""
+        return str(self.process_details.get("name", ""))
+
+    @property
+    def return_code(self) -> int | None:
+        """Its exit code, once it has ended."""
+        return None if self._process is None else self._process.returncode
+
+    def words(self, context: LaunchContext) -> list[str]:
+        """Return the program and its arguments."""
+        found = [perform_substitutions(context, one) for one in self.cmd]
+        prefix = self._prefix or context.launch_configurations.get("launch-prefix", "")
+        return [*shlex.split(perform_substitutions(context, prefix)), *found]
+
+    def execute(self, context: LaunchContext) -> Entities | None:
+        """Start it, and follow it until its end."""
+        if context.is_shutdown:
+            return None
+        words = self.words(context)
+        wanted = perform_substitutions(context, self._name or os.path.basename(words[0]))  # noqa: PTH119
+        env = dict(context.environment)
+        if self._env is not None:
+            env = _performed(context, self._env)
+        env |= _performed(context, self._additional)
+        cwd = None if self._cwd is None else perform_substitutions(context, self._cwd)
+        name = f"{wanted.split(' ')[0]}-{next(_NUMBERS)}"
+        self.process_details = {"name": name, "cmd": words, "cwd": cwd, "env": env}
+        respawn = self._respawn
+        if not isinstance(respawn, bool):
+            respawn = perform_substitutions(context, respawn).lower() in ("true", "1")
+        handlers = [self._on(context, kind, do) for kind, do in _ORDERS]
+        if self._on_exit is not None:
+            after = OnProcessExit(target_action=self, on_exit=self._on_exit)
+            after.configurations = dict(context.launch_configurations)
+            handlers.append(after)
+        for handler in handlers:
+            context.register_event_handler(handler)
+        context.on_end.append(partial(self.end, context))
+        context.on_kill.append(partial(self.signal, signal.SIGKILL))
+        context.start(self._live(context, bool(respawn), self._shown(context)))
+        return None
+
+    def _on(self, context: LaunchContext, kind: type[Any], do: Any) -> EventHandler:
+        def matches(event: Any) -> bool:
+            return isinstance(event, kind) and bool(event.process_matcher(self))
+
+        return EventHandler(
+            matcher=matches, entities=lambda event, context: do(self, event, context)
+        )
+
+    def _shown(self, context: LaunchContext) -> tuple[bool, bool]:
+        given = self._output
+        if isinstance(given, Mapping):
+            pair = (given.get("stdout", given.get("both")), given.get("stderr", given.get("both")))
+            return tuple(str(one) in ("screen", "both", "tty") for one in pair)  # type: ignore[return-value]
+        override = context.environment.get("OVERRIDE_LAUNCH_PROCESS_OUTPUT")
+        text = override or perform_substitutions(context, given)
+        if text not in _SHOWN:
+            raise RuntimeError(f"output '{text}' of {self.name}; valid: {', '.join(_SHOWN)}")
+        return _SHOWN[text]
+
+    async def _live(self, context: LaunchContext, respawn: bool, shown: tuple[bool, bool]) -> None:
+        log, runs = get_logger(self.name), 0
+        while True:
+            runs += 1
+            try:
+                self._process = process = await self._started()
+            except OSError as error:
+                context.problems.append(f"{self.name}: {error}")
+                log.error(f"cannot be started: {error}")
+                return
+            details = {"action": self, **self.process_details, "pid": process.pid}
+            self.process_details["pid"] = process.pid
+            log.info(f"process started with pid [{process.pid}]")
+            context.emit_event_sync(ProcessStarted(**details))
+            pipes = (process.stdout, process.stderr)
+            await asyncio.gather(
+                *(
+                    self._follow(context, details, *pair)
+                    for pair in zip(pipes, shown, (1, 2), strict=True)
+                )
+            )
+            code = await process.wait()
+            self._say_end(process.pid, code)
+            context.emit_event_sync(ProcessExited(returncode=code, **details))
+            again = self._retries < 0 or runs <= self._retries
+            if not respawn or not again or self._ending or context.is_shutdown:
+                break
+            await asyncio.sleep(self._delay or 0.0)
+            if context.is_shutdown:
+                break
+        context.emit_event_sync(ExecutionComplete(action=self))
+
+    async def _started(self) -> asyncio.subprocess.Process:
+        from bringup.processes.fork import die_with
+
+        details = self.process_details
+        words = ["/bin/sh", "-c", " ".join(details["cmd"])] if self._shell else details["cmd"]
+        return await asyncio.create_subprocess_exec(
+            *words,
+            cwd=details["cwd"],
+            env={"PYTHONUNBUFFERED": "1", **details["env"]},
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.PIPE,
+            start_new_session=True,
+            preexec_fn=partial(die_with, os.getpid()),
+            limit=_LONGEST,
+        )
+
+    async def _follow(
+        self,
+        context: LaunchContext,
+        details: dict[str, Any],
+        pipe: asyncio.StreamReader | None,
+        shown: bool,
+        number: int,
+    ) -> None:
+        kind = (ProcessStdout, ProcessStderr)[number - 1]
+        out = (sys.stdout, sys.stderr)[number - 1]
+        while pipe is not None:
+            try:
+                line = await pipe.readline()
+            except ValueError:  # longer than any line
+                continue
+            if not line:
+                return
+            text = f"[{self.name}] {line.decode('utf-8', 'replace').rstrip()}"
+            if shown:
+                print(text, file=out, flush=True)
+            write_to_file(text)
+            context.emit_event_sync(kind(text=line, fd=number, **details))
+
+    def _say_end(self, pid: int, code: int) -> None:
+        log = get_logger(self.name)
+        if code == 0:
+            log.info(f"process has finished cleanly [pid {pid}]")
+        elif self._ending and -code in (signal.SIGINT, signal.SIGTERM):
+            log.info(f"process has ended by {signal.Signals(-code).name} [pid {pid}]")
+        else:
+            command = " ".join(self.process_details["cmd"])
+            log.error(f"process has died [pid {pid}, exit code {code}, cmd '{command}'].")
+
+    def signal(self, number: signal.Signals) -> None:
+        """Send a signal to the process and what it has started."""
+        if self._process is not None and self._process.returncode is None:
+            with suppress(ProcessLookupError):
+                os.killpg(self._process.pid, number)
+
+    def end(self, context: LaunchContext) -> None:
+        """Have it end: by SIGINT, else by SIGTERM, else by force."""
+        if self._process is None or self._process.returncode is not None or self._ending:
+            return
+        self._ending = True
+        waits = [
+            float(w) if isinstance(w, int | float) else float(perform_substitutions(context, w))
+            for w in self._patience
+        ]
+
+        async def ending() -> None:
+            process = self._process
+            assert process is not None
+            for number, wait in zip(_END, (*waits, 1.0), strict=True):
+                if number != signal.SIGINT:
+                    get_logger(self.name).error(
+                        f"process[{self.name}] failed to terminate: '{number.name}' follows"
+                    )
+                self.signal(number)
+                with suppress(asyncio.TimeoutError):
+                    await asyncio.wait_for(process.wait(), wait)
+                    return
+
+        context.start(ending())
+
+    def _on_signal(self, event: SignalProcess, context: LaunchContext) -> None:
+        self.signal(event.signal)
+
+    def _on_shutdown(self, event: ShutdownProcess, context: LaunchContext) -> None:
+        self.end(context)
+
+
+_ORDERS = (
+    (SignalProcess, ExecuteProcess._on_signal),
+    (ShutdownProcess, ExecuteProcess._on_shutdown),
+)
+
+
+class ExecuteLocal(ExecuteProcess):
+    """Runs a process that an `Executable` describes."""
+
+    def __init__(self, *, process_description: Any, **kwargs: Any) -> None:
+        super().__init__(cmd=process_description.cmd, **kwargs)
+
+
+def _performed(
+    context: LaunchContext, given: Mapping[Any, SomeSubstitutionsType]
+) -> dict[str, str]:
+    return {
+        perform_substitutions(context, name): perform_substitutions(context, value)
+        for name, value in given.items()
+    }

@@ -1,0 +1,132 @@
+"""What is known while launching."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import Callable, Coroutine, Iterable, Mapping
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from launch.event_handler import BaseEventHandler, Event
+    from launch.substitution import Substitution
+
+
+class LaunchContext:
+    """The configurations, the environment, and the handlers of events.
+
+    Attributes:
+        launch_configurations: Values by name.
+        locals: What actions have left here, as attributes.
+        first: The environment at the beginning.
+        tasks: What still runs: processes and timers.
+        problems: What could not be started, a line each.
+        on_end: Called when all is to end.
+        on_kill: Called when that is asked for again.
+        visit_all: Visits entities; the service's.
+    """
+
+    def __init__(self, *, argv: Iterable[str] | None = None, noninteractive: bool = False) -> None:
+        self.argv, self.noninteractive = list(argv or ()), noninteractive
+        self.launch_configurations: dict[str, Any] = {}
+        self.locals = SimpleNamespace()
+        self.environment, self.first = os.environ, dict(os.environ)
+        self.tasks: set[asyncio.Task[Any]] = set()
+        self.problems: list[str] = []
+        self.on_end: list[Callable[[], Any]] = []
+        self.on_kill: list[Callable[[], Any]] = []
+        self.visit_all: Callable[[Iterable[Any]], None] = lambda entities: None
+        self.asyncio_loop: asyncio.AbstractEventLoop | None = None
+        self.is_shutdown = False
+        self._saved_configurations: list[dict[str, Any]] = []
+        self._saved_environments: list[dict[str, str]] = []
+        self._handlers: list[BaseEventHandler] = []
+        self._events: list[Event] = []
+        self._woken = asyncio.Event()
+
+    def extend_locals(self, extra: Mapping[str, Any]) -> None:
+        """Set attributes of `locals`."""
+        vars(self.locals).update(extra)
+
+    extend_globals = extend_locals
+
+    def get_locals_as_dict(self) -> dict[str, Any]:
+        """Return a copy of `locals`."""
+        return dict(vars(self.locals))
+
+    def perform_substitution(self, sub: Substitution) -> str:
+        """Return the value of a substitution."""
+        return sub.perform(self)
+
+    def push_launch_configurations(self) -> None:
+        """Save the configurations."""
+        self._saved_configurations.append(dict(self.launch_configurations))
+
+    def pop_launch_configurations(self) -> None:
+        """Take the saved configurations back."""
+        self.launch_configurations = self._saved_configurations.pop()
+
+    def push_environment(self) -> None:
+        """Save the environment."""
+        self._saved_environments.append(dict(os.environ))
+
+    def pop_environment(self) -> None:
+        """Take the saved environment back."""
+        os.environ.clear()
+        os.environ.update(self._saved_environments.pop())
+
+    def within(self, configurations: Mapping[str, Any], visit: Callable[[], Any]) -> None:
+        """Visit with configurations of an earlier time over those of now; new ones stay."""
+        before = self.launch_configurations
+        start = {**before, **configurations}
+        self.launch_configurations = dict(start)
+        visit()
+        changed = {k: v for k, v in self.launch_configurations.items() if start.get(k) != v}
+        self.launch_configurations = {**before, **changed}
+
+    def register_event_handler(self, event_handler: BaseEventHandler) -> None:
+        """Take a handler; the last comes first."""
+        self._handlers.insert(0, event_handler)
+
+    def unregister_event_handler(self, event_handler: BaseEventHandler) -> None:
+        """Drop a handler."""
+        self._handlers.remove(event_handler)
+
+    def handlers(self, event: Event) -> list[BaseEventHandler]:
+        """Return the handlers of an event."""
+        return [one for one in self._handlers if one.matches(event)]
+
+    def emit_event_sync(self, event: Event) -> None:
+        """Let an event be handled next."""
+        self._events.append(event)
+        self._woken.set()
+
+    async def emit_event(self, event: Event) -> None:
+        """Let an event be handled next."""
+        self.emit_event_sync(event)
+
+    def take_event(self) -> Event | None:
+        """Return the next event, or None."""
+        return self._events.pop(0) if self._events else None
+
+    def start(self, work: Coroutine[Any, Any, Any]) -> asyncio.Task[Any]:
+        """Run something beside; launching lasts as long as it does."""
+        task = asyncio.get_running_loop().create_task(work)
+        self.tasks.add(task)
+        task.add_done_callback(self._ended)
+        return task
+
+    def _ended(self, task: asyncio.Task[Any]) -> None:
+        self.tasks.discard(task)
+        self._woken.set()
+        if not task.cancelled() and (error := task.exception()) is not None:
+            from launch.logging import get_logger
+
+            self.problems.append(str(error))
+            get_logger("launch").error(f"{type(error).__name__}: {error}")
+
+    async def wait(self) -> None:
+        """Wait for an event, or for the end of something that runs."""
+        await self._woken.wait()
+        self._woken.clear()

@@ -1,0 +1,50 @@
+"""A list of entities to launch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from launch.action import Entities, LaunchDescriptionEntity
+from launch.launch_context import LaunchContext
+
+if TYPE_CHECKING:
+    from launch.actions import DeclareLaunchArgument
+
+
+class LaunchDescription(LaunchDescriptionEntity):
+    """A list of entities to launch, and the arguments that they declare."""
+
+    def __init__(self, initial_entities: Iterable[LaunchDescriptionEntity] | None = None) -> None:
+        self.entities: list[LaunchDescriptionEntity] = list(initial_entities or ())
+
+    def add_action(self, action: LaunchDescriptionEntity) -> None:
+        """Append an action."""
+        self.entities.append(action)
+
+    add_entity = add_action
+
+    def visit(self, context: LaunchContext) -> Entities:
+        """Return its entities."""
+        return list(self.entities)
+
+    def children(self) -> Iterable[LaunchDescriptionEntity]:
+        """Yield its entities."""
+        return self.entities
+
+    def get_launch_arguments(
+        self, conditional_inclusion: bool = False
+    ) -> list[DeclareLaunchArgument]:
+        """Return the arguments that it and what it includes declare, each name once."""
+        from launch.actions import DeclareLaunchArgument
+
+        found: dict[str, DeclareLaunchArgument] = {}
+
+        def walk(entity: Any) -> None:
+            if isinstance(entity, DeclareLaunchArgument):
+                found.setdefault(entity.name, entity)
+            for child in entity.children():
+                walk(child)
+
+        walk(self)
+        return list(found.values())

@@ -1,0 +1,72 @@
+"""Sources of launch descriptions: files of Python, XML and YAML."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+from typing import Any
+
+from arjuna_core.files.input_file import head_of
+from launch.launch_context import LaunchContext
+from launch.launch_description import LaunchDescription
+from launch.substitution import SomeSubstitutionsType, perform_substitutions
+
+_FUNCTION = "generate_launch_description"
+
+
+class InvalidLaunchFileError(RuntimeError):
+    """A file is no launch file; the message says why."""
+
+
+class LaunchDescriptionSource:
+    """A launch file, or a description as it is.
+
+    Attributes:
+        location: Path of the file, once it was read.
+    """
+
+    def __init__(
+        self,
+        launch_description: LaunchDescription | None = None,
+        location: SomeSubstitutionsType = "",
+        method: str = "unspecified",
+    ) -> None:
+        self._description, self._location, self.method = launch_description, location, method
+        self.location = ""
+
+    def get_launch_description(self, context: LaunchContext) -> LaunchDescription:
+        """Return the description; a file is read once."""
+        self.location = self.location or perform_substitutions(context, self._location)
+        if self._description is None:
+            self._description = description_of(Path(self.location))
+        return self._description
+
+    try_get_launch_description_without_context = None
+
+
+def description_of(path: Path) -> LaunchDescription:
+    """Read a launch file: by its ending, else by how it begins."""
+    from launch.frontend import of_xml, of_yaml
+
+    if not path.is_file():
+        beside = sorted(each.name for each in path.parent.glob("*") if each.is_file())
+        there = f"; there are {', '.join(beside[:20])}" if beside else ""
+        raise InvalidLaunchFileError(f"launch file {path} does not exist{there}")
+    if path.suffix == ".py":
+        return _of_python(path)
+    if path.suffix in (".yaml", ".yml"):
+        return of_yaml(path)
+    first = head_of(path, 200).lstrip(b"\xef\xbb\xbf \t\r\n")
+    return of_xml(path) if first.startswith(b"<") else of_yaml(path)
+
+
+def _of_python(path: Path) -> LaunchDescription:
+    names: dict[str, Any] = runpy.run_path(str(path), run_name=path.name.partition(".")[0])
+    if _FUNCTION not in names:
+        raise InvalidLaunchFileError(f"launch file {path} has no function {_FUNCTION}()")
+    found = names[_FUNCTION]()
+    if not isinstance(found, LaunchDescription):
+        raise InvalidLaunchFileError(
+            f"{_FUNCTION}() of {path} returns {type(found).__name__}; valid: LaunchDescription"
+        )
+    return found

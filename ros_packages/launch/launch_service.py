@@ -1,0 +1,128 @@
+"""The service that launches: visits what is described, until nothing runs."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import threading
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from functools import partial
+
+from launch.action import LaunchDescriptionEntity
+from launch.event_handler import BaseEventHandler, Event
+from launch.events import Shutdown
+from launch.launch_context import LaunchContext
+from launch.logging import get_logger
+
+
+class LaunchService:
+    """Launches descriptions; one after the other has `run`.
+
+    Attributes:
+        context: What is known while launching.
+    """
+
+    def __init__(
+        self,
+        *,
+        argv: Iterable[str] | None = None,
+        noninteractive: bool = False,
+        debug: bool = False,
+    ) -> None:
+        self.context = LaunchContext(argv=argv, noninteractive=noninteractive)
+        self.context.visit_all = self._visit_all
+        self._descriptions: list[LaunchDescriptionEntity] = []
+        self._failed, self._debug, self._interrupts = False, debug, 0
+
+    def include_launch_description(self, launch_description: LaunchDescriptionEntity) -> None:
+        """Launch a description too."""
+        self._descriptions.append(launch_description)
+
+    def emit_event(self, event: Event) -> None:
+        """Let an event happen."""
+        self.context.emit_event_sync(event)
+
+    def shutdown(self, force_sync: bool = False) -> None:
+        """End all that runs."""
+        self.emit_event(Shutdown(reason="LaunchService.shutdown() called"))
+
+    def run(self, *, shutdown_when_idle: bool = True) -> int:
+        """Launch until nothing runs; return 0, or 1 where something could not be launched."""
+        return asyncio.run(self.run_async(shutdown_when_idle=shutdown_when_idle))
+
+    async def run_async(self, *, shutdown_when_idle: bool = True) -> int:
+        """Launch until nothing runs; return 0, or 1 where something could not be launched."""
+        context = self.context
+        context.asyncio_loop = loop = asyncio.get_running_loop()
+        numbers = (signal.SIGINT, signal.SIGTERM)
+        if threading.current_thread() is threading.main_thread():
+            for number in numbers:
+                loop.add_signal_handler(number, self._on_signal, number)
+        try:
+            await self._run(shutdown_when_idle)
+        finally:
+            for number in numbers:
+                with suppress(ValueError, RuntimeError):
+                    loop.remove_signal_handler(number)
+        return int(self._failed or bool(context.problems))
+
+    async def _run(self, shutdown_when_idle: bool) -> None:
+        context = self.context
+        while True:
+            while self._descriptions:
+                self._guarded(partial(self._visit, self._descriptions.pop(0)))
+            while (event := context.take_event()) is not None:
+                self._handle(event)
+            if not context.tasks and (context.is_shutdown or shutdown_when_idle):
+                if context.is_shutdown:
+                    return
+                context.emit_event_sync(Shutdown(reason="idle"))
+                continue
+            await context.wait()
+
+    def _on_signal(self, number: int) -> None:
+        name = signal.Signals(number).name
+        self._interrupts += 1
+        if number == signal.SIGINT and self._interrupts == 1:
+            get_logger("launch").warning("user interrupted with ctrl-c (SIGINT)")
+        self.emit_event(Shutdown(reason=f"signal {name}", due_to_sigint=number == signal.SIGINT))
+
+    def _handle(self, event: Event) -> None:
+        context = self.context
+        if isinstance(event, Shutdown):
+            if context.is_shutdown:  # asked again: what still runs ends by force
+                for end in context.on_kill:
+                    end()
+                return
+            context.is_shutdown = True
+        for handler in context.handlers(event):
+            self._guarded(partial(self._handle_by, handler, event))
+        if isinstance(event, Shutdown):
+            for end in context.on_end:
+                end()
+
+    def _handle_by(self, handler: BaseEventHandler, event: Event) -> None:
+        context = self.context
+        context.within(
+            handler.configurations,
+            lambda: self._visit_all(handler.handle(event, context) or ()),
+        )
+
+    def _guarded(self, do: Callable[[], None]) -> None:
+        try:
+            do()
+        except Exception as error:  # noqa: BLE001 - of a launch file of anyone
+            if self._debug:
+                get_logger("launch").exception("the traceback")
+            self._failed = True
+            name = "" if isinstance(error, RuntimeError) else f"{type(error).__name__}: "
+            get_logger("launch").error(f"Caught exception in launch: {name}{error}")
+            self.emit_event(Shutdown(reason="exception in launch"))
+
+    def _visit_all(self, given: Iterable[LaunchDescriptionEntity]) -> None:
+        for entity in given:
+            self._visit(entity)
+
+    def _visit(self, entity: LaunchDescriptionEntity) -> None:
+        self._visit_all(entity.visit(self.context) or ())

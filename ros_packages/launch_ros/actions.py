@@ -1,0 +1,302 @@
+"""Actions: nodes, what all nodes of a scope get, and containers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from launch.action import Action, Entities
+from launch.execute_process import ExecuteProcess
+from launch.launch_context import LaunchContext
+from launch.logging import get_logger
+from launch.substitution import (
+    SomeSubstitutionsType,
+    SubstitutionFailure,
+    perform_substitutions,
+)
+
+from launch_ros.descriptions import ComposableNode
+from launch_ros.lifecycle import LifecycleTransitions
+from launch_ros.parameter_descriptions import ParameterFile, files_of, value_of
+from launch_ros.substitutions import ExecutableInPackage
+
+__all__ = [
+    "ComposableNodeContainer",
+    "LifecycleNode",
+    "LoadComposableNodes",
+    "Node",
+    "PushROSNamespace",
+    "PushRosNamespace",
+    "RosTimer",
+    "SetParameter",
+    "SetParametersFromFile",
+    "SetROSLogDir",
+    "SetRemap",
+    "SetUseSimTime",
+]
+_NAMESPACE, _PARAMETERS, _REMAPS = "ros_namespace", "global_params", "ros_remaps"
+
+
+class Node(ExecuteProcess):
+    """Runs a node of a package."""
+
+    def __init__(
+        self,
+        *,
+        executable: SomeSubstitutionsType,
+        package: SomeSubstitutionsType | None = None,
+        name: SomeSubstitutionsType | None = None,
+        namespace: SomeSubstitutionsType | None = None,
+        exec_name: SomeSubstitutionsType | None = None,
+        parameters: Iterable[Any] | None = None,
+        remappings: Iterable[tuple[Any, Any]] | None = None,
+        ros_arguments: Iterable[SomeSubstitutionsType] | None = None,
+        arguments: Iterable[SomeSubstitutionsType] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        if isinstance(parameters, str | bytes | Mapping):
+            raise TypeError(f"parameters of '{executable}': valid: a list of files and mappings")
+        path = executable if package is None else ExecutableInPackage(executable, package)
+        super().__init__(cmd=[path], name=exec_name or executable, **kwargs)
+        self.node_package, self.node_executable = package, executable
+        self._node_name, self._namespace = name, namespace
+        self._parameters, self._remappings = list(parameters or ()), list(remappings or ())
+        self._arguments, self._ros_arguments = list(arguments or ()), list(ros_arguments or ())
+        self.expanded_node_name = ""
+
+    @property
+    def node_name(self) -> str:
+        """Its full name, once it was started."""
+        return self.expanded_node_name
+
+    def words(self, context: LaunchContext) -> list[str]:
+        """Return the program, its arguments, and ROS's between `--ros-args` and the end."""
+        outer = context.launch_configurations.get(_NAMESPACE, "")
+        own = _performed(context, self._namespace)
+        space = own if own.startswith("/") else f"{outer}/{own}".strip("/")
+        space = f"/{space.strip('/')}" if space.strip("/") else ""
+        name = _performed(context, self._node_name)
+        self.expanded_node_name = f"{space}/{name or '<node_name_unspecified>'}"
+        given = [*context.launch_configurations.get(_PARAMETERS, ()), *self._parameters]
+        node = self.expanded_node_name if name else "/**"
+        remaps = [*([("__node", name)] if name else []), *([("__ns", space)] if space else [])]
+        remaps += [*context.launch_configurations.get(_REMAPS, ()), *self._remappings]
+        ros = [perform_substitutions(context, one) for one in self._ros_arguments]
+        for old, new in remaps:
+            pair = (perform_substitutions(context, old), perform_substitutions(context, new))
+            ros += ["-r", ":=".join(pair)]
+        for file in files_of(context, given, node):
+            ros += ["--params-file", file]
+        own_words = [perform_substitutions(context, one) for one in self._arguments]
+        return [*super().words(context), *own_words, *(["--ros-args", *ros] if ros else [])]
+
+    def execute(self, context: LaunchContext) -> Entities | None:
+        """Start it; where it is not to be had, the others start all the same."""
+        try:
+            return super().execute(context)
+        except SubstitutionFailure as error:
+            package = _performed(context, self.node_package)
+            missing = Missing(package, _performed(context, self.node_executable), str(error))
+            context.problems.append(str(missing))
+            get_logger("launch").error(str(missing))
+            return None
+
+
+class Missing(RuntimeError):
+    """A node's package or executable is not there."""
+
+    remedy: Callable[[str], str] = staticmethod(lambda package: "")
+    """Returns what to do instead, by package."""
+
+    def __init__(self, package: str, executable: str, why: str) -> None:
+        problem = f"{package} {executable} is not started: {why}; {self.remedy(package)}"
+        super().__init__(problem.rstrip("; "))
+
+
+def _performed(context: LaunchContext, given: SomeSubstitutionsType | None) -> str:
+    return "" if given is None else perform_substitutions(context, given)
+
+
+class LifecycleNode(Node):
+    """Runs a node with a lifecycle; events change its state, and tell of it."""
+
+    def __init__(
+        self,
+        *,
+        name: SomeSubstitutionsType,
+        namespace: SomeSubstitutionsType = "",
+        autostart: bool = False,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(name=name, namespace=namespace, **kwargs)
+        self._autostart = autostart
+
+    @property
+    def is_lifecycle_node(self) -> bool:
+        """True: it has a lifecycle."""
+        return True
+
+    def execute(self, context: LaunchContext) -> Entities | None:
+        """Start it, and follow its lifecycle."""
+        found = super().execute(context)
+        if self.expanded_node_name:
+            LifecycleTransitions.of(context).follow(self, self._autostart)
+        return found
+
+
+class _Pushing(Action):
+    """Puts something into the configurations that nodes of the scope take."""
+
+    def __init__(self, key: str, value: Any, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self._key, self._value = key, value
+
+    def execute(self, context: LaunchContext) -> None:
+        """Append it to what is there."""
+        known = context.launch_configurations
+        known[self._key] = [*known.get(self._key, ()), self.value(context)]
+
+    def value(self, context: LaunchContext) -> Any:
+        """Return what is appended."""
+        return self._value
+
+
+class SetParameter(_Pushing):
+    """Sets a parameter of all nodes that follow in the scope."""
+
+    def __init__(self, name: SomeSubstitutionsType, value: Any, **kwargs: Any) -> None:
+        super().__init__(_PARAMETERS, (name, value), **kwargs)
+
+    def value(self, context: LaunchContext) -> Any:
+        """Return the name with the value."""
+        name, value = self._value
+        return {perform_substitutions(context, name): value_of(context, value)}
+
+
+class SetUseSimTime(SetParameter):
+    """Sets `use_sim_time` of all nodes that follow in the scope."""
+
+    def __init__(self, value: Any, **kwargs: Any) -> None:
+        super().__init__("use_sim_time", value, **kwargs)
+
+
+class SetParametersFromFile(_Pushing):
+    """Gives a file of parameters to all nodes that follow in the scope."""
+
+    def __init__(self, filename: SomeSubstitutionsType, **kwargs: Any) -> None:
+        super().__init__(_PARAMETERS, filename, **kwargs)
+
+    def value(self, context: LaunchContext) -> Any:
+        """Return the file."""
+        return ParameterFile(perform_substitutions(context, self._value))
+
+
+class SetRemap(_Pushing):
+    """Gives a name another name in all nodes that follow in the scope."""
+
+    def __init__(
+        self, src: SomeSubstitutionsType, dst: SomeSubstitutionsType, **kwargs: Any
+    ) -> None:
+        super().__init__(_REMAPS, (src, dst), **kwargs)
+
+    def value(self, context: LaunchContext) -> Any:
+        """Return both names."""
+        return tuple(perform_substitutions(context, one) for one in self._value)
+
+
+class PushRosNamespace(Action):
+    """Puts all nodes that follow in the scope below a namespace."""
+
+    def __init__(self, namespace: SomeSubstitutionsType, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.namespace = namespace
+
+    def execute(self, context: LaunchContext) -> None:
+        """Append it to the namespace of the scope, unless it is absolute."""
+        own = perform_substitutions(context, self.namespace)
+        outer = "" if own.startswith("/") else context.launch_configurations.get(_NAMESPACE, "")
+        context.launch_configurations[_NAMESPACE] = f"{outer}/{own}".replace("//", "/").rstrip("/")
+
+
+PushROSNamespace = PushRosNamespace
+
+
+class SetROSLogDir(Action):
+    """Sets the folder of log files."""
+
+    def __init__(self, new_log_dir: SomeSubstitutionsType, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.log_dir = new_log_dir
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set it."""
+        context.environment["ROS_LOG_DIR"] = perform_substitutions(context, self.log_dir)
+
+
+class LoadComposableNodes(Action):
+    """Starts nodes of a container, each in a process of its own."""
+
+    plugins: Mapping[str, tuple[str, str]] = {}
+    """Package and executable of a plug-in that has another's name."""
+
+    def __init__(
+        self,
+        *,
+        composable_node_descriptions: Iterable[ComposableNode],
+        target_container: Any = None,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        self._descriptions = list(composable_node_descriptions)
+
+    def execute(self, context: LaunchContext) -> Entities:
+        """Return the nodes."""
+        chosen = (
+            one
+            for one in self._descriptions
+            if one.condition is None or one.condition.evaluate(context)
+        )
+        return [self._node(context, one) for one in chosen]
+
+    def _node(self, context: LaunchContext, given: ComposableNode) -> Node:
+        plugin = perform_substitutions(context, given.plugin)
+        package = perform_substitutions(context, given.package)
+        package, executable = self.plugins.get(plugin, (package, plugin))
+        return Node(
+            package=package,
+            executable=executable,
+            name=given.name,
+            namespace=given.namespace,
+            parameters=given.parameters,
+            remappings=given.remappings,
+            output="screen",
+        )
+
+
+class ComposableNodeContainer(LoadComposableNodes):
+    """A container: its nodes, for there is no process of it."""
+
+    def __init__(
+        self,
+        *,
+        name: SomeSubstitutionsType = "",
+        namespace: SomeSubstitutionsType = "",
+        package: Any = None,
+        executable: Any = None,
+        composable_node_descriptions: Iterable[ComposableNode] | None = None,
+        condition: Any = None,
+        **unused: Any,
+    ) -> None:
+        super().__init__(
+            composable_node_descriptions=composable_node_descriptions or (), condition=condition
+        )
+
+
+class RosTimer(Action):
+    """Actions after a time [s] of the launching machine's clock."""
+
+    def __new__(cls, **kwargs: Any) -> Any:
+        """Return a timer."""
+        from launch.actions import TimerAction
+
+        return TimerAction(**kwargs)

@@ -1,0 +1,148 @@
+"""Parameters of nodes: values, files, and what launching makes of them."""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import yaml
+from launch.launch_context import LaunchContext
+from launch.substitution import SomeSubstitutionsType, Substitution, perform_substitutions
+
+from arjuna_core.files.input_file import read_text
+
+__all__ = ["Parameter", "ParameterFile", "ParameterValue", "SomeParameters"]
+
+SomeParameters = Iterable[Any]
+_TYPES = {"str": str, "int": int, "float": float, "bool": bool}
+_SUBSTITUTED = re.compile(r"\$\([\w-]+[^()]*(?:\([^()]*\)[^()]*)*\)")
+
+
+class ParameterValue:
+    """A value, of a type where one is given."""
+
+    def __init__(self, value: Any, *, value_type: Any = None) -> None:
+        self.value, self.value_type = value, value_type
+
+    def evaluate(self, context: LaunchContext) -> Any:
+        """Return the value."""
+        return value_of(context, self.value, self.value_type, typed=True)
+
+
+class Parameter(ParameterValue):
+    """A value with a name."""
+
+    def __init__(
+        self, name: SomeSubstitutionsType, value: Any, *, value_type: Any = None, **unused: Any
+    ) -> None:
+        super().__init__(value, value_type=value_type)
+        self.name = name
+
+
+class ParameterFile:
+    """A file of parameters, whose `$(...)` may be replaced."""
+
+    def __init__(
+        self,
+        param_file: SomeSubstitutionsType,
+        *,
+        allow_substs: bool | SomeSubstitutionsType = False,
+    ) -> None:
+        self.param_file, self.allow_substs = param_file, allow_substs
+
+    def evaluate(self, context: LaunchContext) -> Path:
+        """Return the path of the file to read."""
+        path = Path(perform_substitutions(context, self.param_file))
+        allowed = self.allow_substs
+        if not isinstance(allowed, bool):
+            allowed = perform_substitutions(context, allowed).lower() in ("true", "1")
+        if not allowed:
+            return path
+        from launch.frontend import parse_substitution
+
+        def replaced(match: re.Match[str]) -> str:
+            return perform_substitutions(context, parse_substitution(match[0]))
+
+        return _temporary(_SUBSTITUTED.sub(replaced, read_text(path)))
+
+
+def value_of(context: LaunchContext, value: Any, kind: Any = None, typed: bool = False) -> Any:
+    """Return a parameter's value; texts that substitutions make are read as YAML.
+
+    Args:
+        kind: The type it must have; None for what it is.
+        typed: Whether a plain text is read as YAML too.
+    """
+    if isinstance(value, ParameterValue):
+        return value.evaluate(context)
+    several = isinstance(value, list | tuple)
+    if isinstance(value, Substitution) or (several and any(_is_one_text(value))):
+        value, typed = perform_substitutions(context, value), True
+    elif several:
+        return [value_of(context, one) for one in value]
+    kind = _TYPES.get(kind, kind) if isinstance(kind, str) else kind
+    if not isinstance(value, str) or kind is str or not (typed or kind):
+        return value if kind is None else kind(value)
+    found: Any = value
+    with suppress(yaml.YAMLError):
+        found = yaml.safe_load(value)
+    if isinstance(found, Mapping) or found is None or (found == "" and value):
+        return value  # a robot's description may look like a mapping
+    if kind in (int, float, bool):
+        return kind(found)
+    return found
+
+
+def _is_one_text(parts: Iterable[Any]) -> Iterable[bool]:
+    """Yield, of parts of a list, whether they make it one text: substitutions do."""
+    return (isinstance(part, Substitution) for part in parts)
+
+
+def flattened(
+    context: LaunchContext, values: Mapping[Any, Any], prefix: str = ""
+) -> dict[str, Any]:
+    """Return parameters by name, those of sections with dots."""
+    found: dict[str, Any] = {}
+    for key, value in values.items():
+        name = prefix + perform_substitutions(context, key)
+        if isinstance(value, Mapping):
+            found |= flattened(context, value, f"{name}.")
+        else:
+            found[name] = value_of(context, value)
+    return found
+
+
+def files_of(context: LaunchContext, given: Iterable[Any], node: str) -> list[str]:
+    """Return paths of files that hold parameters: those given, and new ones of values.
+
+    Args:
+        node: The full name of the node that they are of, or `/**`.
+    """
+    found: list[str] = []
+    for one in given:
+        if isinstance(one, Parameter):
+            values = {perform_substitutions(context, one.name): one.evaluate(context)}
+        elif isinstance(one, Mapping):
+            values = flattened(context, one)
+        else:
+            file = one if isinstance(one, ParameterFile) else ParameterFile(one)
+            path = file.evaluate(context)
+            if not path.is_file():
+                raise RuntimeError(f"there is no parameter file {path}")
+            found.append(str(path))
+            continue
+        text = yaml.safe_dump({node: {"ros__parameters": values}}, sort_keys=False)
+        found.append(str(_temporary(text)))
+    return found
+
+
+def _temporary(text: str) -> Path:
+    handle, name = tempfile.mkstemp(prefix="launch_params_", suffix=".yaml")
+    with os.fdopen(handle, "w", encoding="utf-8") as file:
+        file.write(text)
+    return Path(name)
