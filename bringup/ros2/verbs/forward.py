@@ -274,8 +274,10 @@ def run(words: list[str]) -> int:
     program = PROGRAMS[package, name]
     if isinstance(program, str):
         module, _, function = program.partition(":")
-        own = words[2:] if module == _GAZEBO else ros_arguments(words[2:]).own  # rclpy reads others
-        getattr(importlib.import_module(module), function or "main")(own)
+        given = (
+            words[2:] if module == _GAZEBO else ros_arguments(words[2:]).own
+        )  # rclpy reads others
+        getattr(importlib.import_module(module), function or "main")(given)
     else:
         program(words[2:])
     return 0
