@@ -103,7 +103,7 @@ def test_what_is_missing_broken_or_on_no_box_is_noted(tmp_path: Path) -> None:
         assert drawn(world) == []
         (note,) = (note for note in world.notes if "picture" in note.text)
         assert problem in note.text
-    (ball,) = (body.part for body in world.bodies if not body.collides)
+    (ball,) = (b.part for b in world.bodies if b.model == "board" and not b.collides)
     assert ball.rgba == pytest.approx((100 / 255, 100 / 255, 100 / 255, 1.0))
 
 
