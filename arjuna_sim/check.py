@@ -23,6 +23,7 @@ from arjuna_sim.files.urdf.xacro_file import parse_arguments
 from arjuna_sim.files.world_file import MAP_SUFFIXES, load_world
 from arjuna_sim.files.xml_file import BYTES_MAX, root_tag
 from arjuna_sim.model.geometry.shapes import Part
+from arjuna_sim.model.joints import ControllerKind
 from arjuna_sim.model.notes import Note, NoteKind
 from arjuna_sim.model.robot import SOLO, RobotModel, footprint
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
@@ -164,6 +165,7 @@ def _robot_lines(robot: RobotModel) -> Iterator[str]:
     if len(outline):
         yield f"  outline from above, a costmap's footprint: {outline.tolist()}"
     yield from _drive_lines(robot.drive, urdf.root, bool(robot.anchored))
+    yield from _joint_lines(robot.settings)
     yield from _sensor_lines(robot.settings)
     for name, mu in robot.settings.friction.items():
         yield f"  friction of {name}: {mu:g}"
@@ -224,6 +226,15 @@ def _or_none(value: float) -> str:
 
 def _forever(seconds: float) -> str:
     return f"{seconds:.4g} s" if seconds > 0.0 else "ever"
+
+
+def _joint_lines(settings: GazeboSettings) -> Iterator[str]:
+    if settings.driven:
+        yield f"  driven joints: {', '.join(joint.name for joint in settings.driven)}"
+    for one in settings.controllers:
+        if one.kind is not ControllerKind.OTHER:
+            where = one.name if one.is_managed else f"on {one.topic}"
+            yield f"    {one.kind.value} for {', '.join(one.joints)}: {where}"
 
 
 def _sensor_lines(settings: GazeboSettings) -> Iterator[str]:

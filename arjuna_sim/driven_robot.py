@@ -143,6 +143,11 @@ class DrivenRobot:
             self._motion.drive_joints(self.controllers.update(elapsed, tick, at))
 
     @property
+    def camera_seed(self) -> int:
+        """The seed of its cameras' noise."""
+        return int(self.seeds[3])
+
+    @property
     def elapsed(self) -> float:
         """The time by which its controllers go: of the physics since the last restart [s]."""
         return self._stage.elapsed
@@ -209,7 +214,7 @@ class DrivenRobot:
         if camera.name not in self._cameras:
             staged = self.staged(camera)
             assert isinstance(staged, CameraSettings)
-            self._cameras[camera.name] = Camera(staged)
+            self._cameras[camera.name] = Camera(staged, self.camera_seed)
         found = self._cameras[camera.name]
         return found.shoot(self._stage.scene.model, self._stage.data, color, depth)
 

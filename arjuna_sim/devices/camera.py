@@ -76,10 +76,13 @@ class Camera:
     """Draws what the robot's camera sees, and follows the simulation from model to model.
 
     All calls must come from one thread, which OpenGL wants.
+
+    Args:
+        seed: Of its noise.
     """
 
-    def __init__(self, settings: CameraSettings) -> None:
-        self._settings = settings
+    def __init__(self, settings: CameraSettings, seed: int = 0) -> None:
+        self._settings, self._seed = settings, seed
         self._shape = (settings.height, settings.width, 3)
         self._view = mujoco.MjvCamera()
         self._view.type = mujoco.mjtCamera.mjCAMERA_FIXED
@@ -114,9 +117,18 @@ class Camera:
             buffer = np.empty(self._shape[:2], np.float32)
             self._draw(None, buffer)
         return Shot(
-            None if image is None else image[::-1],
+            None if image is None else self._noisy(image[::-1], float(data.time)),
             None if buffer is None else self._distances(buffer[::-1]),
         )
+
+    def _noisy(self, image: NDArray[np.uint8], time: float) -> NDArray[np.uint8]:
+        """Return a picture with the noise of a time [s], whatever was drawn before."""
+        sigma = 255.0 * self._settings.noise
+        if not sigma:
+            return image
+        rng = np.random.default_rng([self._seed, round(time * 1e6)])
+        noise = rng.standard_normal(image.shape, np.float32) * np.float32(sigma)
+        return np.asarray(np.clip(np.rint(image + noise), 0, 255), np.uint8)
 
     def _open(self, model: Any) -> None:
         self.close()
@@ -158,8 +170,8 @@ class Camera:
 class CameraThread:
     """Draws one picture at a time in a thread of its own; what it is too slow for is left out."""
 
-    def __init__(self, settings: CameraSettings) -> None:
-        self._camera = Camera(settings)
+    def __init__(self, settings: CameraSettings, seed: int = 0) -> None:
+        self._camera = Camera(settings, seed)
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="camera")
         self._drawing: Future[Shot] | None = None
         self._stamp = 0.0
@@ -172,6 +184,7 @@ class CameraThread:
             return
         if model is not self._model:
             self._model, self._data = model, mujoco.MjData(model)
+        self._data.time = data.time
         self._data.qpos[:] = data.qpos  # copied, for the physics continues meanwhile
         self._data.mocap_pos[:], self._data.mocap_quat[:] = data.mocap_pos, data.mocap_quat
         self._stamp = stamp

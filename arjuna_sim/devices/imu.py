@@ -64,10 +64,12 @@ class Imu:
         own = {"gyro_noise": settings.gyro_noise, "accel_noise": settings.accel_noise}
         config = replace(config, **{key: v for key, v in own.items() if v is not None})
         self.rebind(model)
+        biases = [_biases(rng, *bias) for bias in (settings.gyro_bias, settings.accel_bias)]
         self._draws = _endless(rng)
         sigmas = config.gyro_noise, config.accel_noise
         walks = config.gyro_bias_walk, config.accel_bias_walk
         self._errors = np.repeat([(0.0, 0.0), walks, sigmas], 3, axis=1)
+        self._errors[0] = np.concatenate(biases)
         self._tilt_noise = config.tilt_noise
         self._variances = sigmas[0] ** 2, sigmas[1] ** 2, config.tilt_noise**2
         self._headings = np.zeros(2)
@@ -120,6 +122,13 @@ class Imu:
 @simulates(ImuSettings)
 def _imu(settings: ImuSettings, mount: Mount) -> Imu:
     return Imu(mount.model, settings, mount.config.imu, mount.rng)
+
+
+def _biases(rng: np.random.Generator, mean: float, spread: float) -> NDArray[np.float64]:
+    """Return the biases of three axes at the start, each of either sign, as Gazebo draws them."""
+    if not mean and not spread:
+        return np.zeros(3)
+    return np.asarray(rng.normal(mean, spread, 3) * rng.choice((-1.0, 1.0), 3), np.float64)
 
 
 def _endless(rng: np.random.Generator) -> Iterator[NDArray[np.float64]]:

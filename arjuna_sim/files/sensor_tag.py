@@ -101,6 +101,15 @@ class SensorTag:
             raise self.fail(f"<stddev> is {noise}; it must not be negative")
         return noise
 
+    def bias(self, path: str) -> tuple[float, float]:
+        """Return mean and standard deviation of a noise's bias.
+
+        Raises:
+            RobotError: One is no number.
+        """
+        mean, spread = (self.number(f"{path}/bias_{key}", 0.0) for key in ("mean", "stddev"))
+        return mean, abs(spread)
+
     def first(self, *tags: str) -> Element | None:
         """Return the first child that has one of these tags."""
         return next((e for tag in tags if (e := self.element.find(tag)) is not None), None)

@@ -162,7 +162,7 @@ def entity_of_robot(urdf: Urdf) -> Entity:
     for name, link in urdf.links.items():
         T_root = urdf.T_root(name)
         solid += [Part(p.shape, T_root @ p.pose, p.rgba) for p in link.collisions]
-        drawn += [Part(p.shape, T_root @ p.pose, p.rgba) for p in link.visuals]
+        drawn += [dataclasses.replace(p, pose=T_root @ p.pose) for p in link.visuals]
     about = f"the robot of {urdf.path.name}"
     return Entity(
         urdf.name,

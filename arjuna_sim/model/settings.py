@@ -174,6 +174,8 @@ class GazeboSettings:
         driven: The joints that have a motor, beside wheels and their steering.
         controllers: What commands them, in the file's order.
         hardware: Name and class of what ros2_control calls the hardware; "" for none.
+        reported: The joints whose states are published; none for all that move.
+        report_rate: How often, 0 for each tick [Hz].
     """
 
     drive: DriveSettings | None = None
@@ -188,6 +190,8 @@ class GazeboSettings:
     driven: tuple[DrivenJoint, ...] = ()
     controllers: tuple[ControllerSettings, ...] = ()
     hardware: tuple[str, str] = ("", "")
+    reported: tuple[str, ...] = ()
+    report_rate: float = 0.0
 
     def first(self, kind: type[S]) -> S | None:
         """Return the first sensor of just this kind, None for none."""

@@ -77,7 +77,7 @@ class CameraTopics:
         if self._thread is None:
             staged = self._robot.staged(self._settings)
             assert isinstance(staged, CameraSettings)
-            self._thread = CameraThread(staged)
+            self._thread = CameraThread(staged, self._robot.camera_seed)
         self._thread.ask(self._stage.scene.model, self._stage.data, now, color, depth)
 
     def _shoot(self, now: float, color: bool, depth: bool) -> None:

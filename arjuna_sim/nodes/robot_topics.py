@@ -30,7 +30,7 @@ from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.nodes.ekf import WHEEL_ODOMETRY
 from arjuna_sim.nodes.messages import WORLD, imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.nodes.sim_config import SimConfig
-from arjuna_sim.physics.robot_motion import Truth
+from arjuna_sim.physics.robot_motion import JointStates, Truth
 from arjuna_sim.physics.scene import ContactLog
 
 TOPIC = "ground_truth/contacts"
@@ -142,6 +142,7 @@ class RobotTopics:
         _check_rates(node, self.settings, config)
         self._create_publishers(node)
         self._odom_due = _slower(self.drive.rate, config.tick)
+        self._joints_due = _slower(settings.report_rate, config.tick)
         # messages of each tick are used again: making an Odometry costs five times as much
 
     def _create_publishers(self, node: ManagedNode) -> None:
@@ -169,11 +170,20 @@ class RobotTopics:
         now = observation.time
         if self.drive.wheels and (self._odom_due is None or self._odom_due.due(now)):
             self._publish_odometry(observation)
-        if self._joints_out.get_subscription_count() > 0:
-            self._joints_out.publish(joint_state_msg(observation.joints, now))
+        if self._joints_due is None or self._joints_due.due(now):
+            self._publish_joints(observation.joints, now)
         self._publish_sensors(observation)
         if self._truth and self._truth_out.get_subscription_count() > 0:
             self._truth_out.publish(truth_msg(observation.truth, self._base, now))
+
+    def _publish_joints(self, joints: JointStates, now: float) -> None:
+        """Publish the states of the joints that the file lists, of all where it lists none."""
+        reported = self.settings.reported
+        if self._joints_out.get_subscription_count() == 0:
+            return
+        if reported and reported != joints.names:
+            joints = JointStates(reported, *joints.of(reported))
+        self._joints_out.publish(joint_state_msg(joints, now))
 
     def _publish_odometry(self, observation: Observation) -> None:
         drive, now = self.drive, observation.time

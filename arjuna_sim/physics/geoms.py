@@ -60,6 +60,8 @@ def add_part(spec: Any, body: Any, part: Part, group: Group, most: int = PIECES_
     """
     if part.shape.kind is Kind.TERRAIN:
         return [_add_terrain(spec, body, part, group)]
+    if part.picture is not None and group in (Group.WORLD_VISUAL, Group.ROBOT_VISUAL):
+        return [_add_pictured(spec, body, part, group)]
     if part.shape.kind is not Kind.MESH:
         return [_add_simple(body, part, group)]
     assert part.shape.mesh is not None
@@ -80,6 +82,49 @@ def add_part(spec: Any, body: Any, part: Part, group: Group, most: int = PIECES_
         for called in names:
             geoms.append(_new_mesh_geom(body, part, Group.WORLD_CONTACT, called))
     return geoms
+
+
+def _add_pictured(spec: Any, body: Any, part: Part, group: Group) -> Any:
+    """Add a box with a picture on each of its sides, as triangles that know their place in it."""
+    assert part.picture is not None
+    picture = part.picture.path.as_posix()
+    if spec.material(picture) is None:
+        rows, columns, channels = part.picture.pixels.shape
+        texture = spec.add_texture(name=picture, width=columns, height=rows, nchannel=channels)
+        texture.type, texture.data = mujoco.mjtTexture.mjTEXTURE_2D, part.picture.pixels.tobytes()
+        material = spec.add_material(name=picture)
+        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = picture
+    name = f"{picture}@{part.shape.size}"
+    if spec.mesh(name) is None:
+        points, places = _sides(np.array(part.shape.size))
+        spec.add_mesh(
+            name=name,
+            uservert=points.ravel(),
+            usertexcoord=places.ravel(),
+            userface=np.arange(len(points)),
+            userfacetexcoord=np.arange(len(points)),
+        )
+    geom = _new_mesh_geom(body, part, group, name)
+    geom.material, geom.rgba = picture, [1.0, 1.0, 1.0, 1.0]
+    return geom
+
+
+def _sides(size: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the corners of a box's triangles [m], and where they are in a picture, from its top.
+
+    On the upright sides the picture's top is up; it is to +x on the top, to -x on the bottom.
+    """
+    points, places = [], []
+    for axis, up in ((0, 2), (1, 2), (2, 0)):
+        for sign in (1.0, -1.0):
+            normal, upward = np.zeros(3), np.zeros(3)
+            normal[axis], upward[up] = sign, sign if axis == 2 else 1.0
+            right = np.cross(upward, normal)
+            for u, v in ((0, 1), (1, 1), (1, 0), (0, 1), (1, 0), (0, 0)):
+                point = normal + (2 * u - 1) * right + (1 - 2 * v) * upward
+                points.append(point * size / 2)
+                places.append((u, v))
+    return np.array(points), np.array(places, np.float64)
 
 
 def _add_terrain(spec: Any, body: Any, part: Part, group: Group) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
@@ -141,7 +142,7 @@ def _add_parts(spec: Any, body: Any, robot: RobotModel, name: str, T_body_link: 
     link = robot.urdf.links[name]
     for part in link.visuals:
         colour = robot.settings.colours.get(name, part.rgba)
-        placed = Part(part.shape, T_body_link @ part.pose, colour)
+        placed = dataclasses.replace(part, pose=T_body_link @ part.pose, rgba=colour)
         add_part(spec, body, placed, Group.ROBOT_VISUAL)
     for i, part in enumerate(() if _is_wheel(robot, name) else link.collisions):
         friction = robot.settings.friction.get(name)

@@ -25,6 +25,7 @@ class CameraSettings(SensorSettings):
         depth_topic: Topic of distances; "" for `depth/image_raw` beside the colours.
         cloud_topic: Topic of its points; "" for none.
         info_topic: Topic of its calibration; "" for `camera_info` beside the colours.
+        noise: Standard deviation of each colour of a pixel, of 1.
     """
 
     TITLE: ClassVar[str] = "camera"
@@ -41,6 +42,7 @@ class CameraSettings(SensorSettings):
     depth_topic: str = ""
     cloud_topic: str = ""
     info_topic: str = ""
+    noise: float = 0.0
 
     @property
     def title(self) -> str:
@@ -88,7 +90,10 @@ def _camera(tag: SensorTag, depth: bool) -> CameraSettings:
         near=xml.number(lens, "clip/near", 0.05, label),
         far=xml.number(lens, "clip/far", 100.0, label),
         depth=depth,
+        noise=tag.deviation("camera/noise") or 0.0,
     )
+    if any(tag.number(f"camera/distortion/{key}", 0.0) for key in ("k1", "k2", "k3", "p1", "p2")):
+        tag.note("<distortion>: not simulated: the picture is that of an ideal lens")
     if not (0 < settings.width <= _PIXELS_MAX and 0 < settings.height <= _PIXELS_MAX):
         size = f"{settings.width} x {settings.height}"
         raise tag.fail(f"image is {size}; valid: 1 to {_PIXELS_MAX} pixels")

@@ -44,6 +44,8 @@ class ImuSettings(SensorSettings):
     Attributes:
         gyro_noise: Standard deviation of a turn rate; None where the file names none [rad/s].
         accel_noise: Of an acceleration; None where the file names none [m/s^2].
+        gyro_bias: Mean and standard deviation of the turn rates' bias at the start [rad/s].
+        accel_bias: The same of the accelerations [m/s^2].
     """
 
     TITLE: ClassVar[str] = "imu"
@@ -52,6 +54,8 @@ class ImuSettings(SensorSettings):
     topic: str = TOPIC
     gyro_noise: float | None = None
     accel_noise: float | None = None
+    gyro_bias: tuple[float, float] = (0.0, 0.0)
+    accel_bias: tuple[float, float] = (0.0, 0.0)
 
 
 @reads("imu")
@@ -70,6 +74,8 @@ def read(tag: SensorTag) -> list[ImuSettings]:
             **tag.mount(50.0, ImuSettings.TOPIC),
             gyro_noise=tag.deviation(*gyro),
             accel_noise=tag.deviation(*accel),
+            gyro_bias=tag.bias(gyro[0]),
+            accel_bias=tag.bias(accel[0]),
         )
     ]
 

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Iterator, Sequence
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
+from arjuna_core.errors import nearest
 from arjuna_sim.files.robots.controllers import drive_of_controllers, parameters_of_controllers
 from arjuna_sim.files.robots.joint_controllers import is_joint_plugin
 from arjuna_sim.files.robots.plugins import (
@@ -16,7 +17,7 @@ from arjuna_sim.files.robots.plugins import (
     sensor_type,
 )
 from arjuna_sim.files.sensor_tag import PluginTag, SensorTag, Tags
-from arjuna_sim.files.tag_text import plain, text_of
+from arjuna_sim.files.tag_text import plain, text_of, texts, value
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import (
@@ -51,6 +52,8 @@ def settings_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> GazeboSettings:
         tags.grips,
         tuple(tags.uneven),
         reader.wheelless,
+        reported=tuple(dict.fromkeys(reader.reported)),
+        report_rate=reader.report_rate,
     )
 
 
@@ -62,6 +65,8 @@ class _Reader:
         self.kind: DriveKind | None = None
         self.wheelless: DriveSettings | None = None
         self.sensors: list[SensorSettings] = []
+        self.reported: list[str] = []
+        self.report_rate = 0.0
 
     def plugin(self, plugin: Element, link: str | None) -> None:
         """Take a plugin."""
@@ -94,7 +99,7 @@ class _Reader:
                 NoteKind.BROKEN,
             )
         elif "jointstate" in kind:
-            self._xml.note(f"plugin '{name}': all moving joints are published, each tick")
+            self._reports(plugin, f"plugin '{name}'")
         elif is_control(plugin):
             if not parameters_of_controllers(self._xml, plugin):
                 self._xml.note(f"plugin '{name}': its controllers move no wheels of two sides")
@@ -102,6 +107,17 @@ class _Reader:
             self._xml.note(f"plugin '{name}': the true pose is published on ground_truth/odom")
         else:
             self._xml.note(f"plugin '{name}': not simulated", NoteKind.IGNORED)
+
+    def _reports(self, plugin: Element, label: str) -> None:
+        """Take the joints whose states a plugin publishes; one that names none means all."""
+        moving = [joint.name for joint in self._urdf.joints.values() if joint.has_position]
+        for joint in texts(plugin, "jointname"):
+            if joint not in moving:
+                text = f"{label}: joint '{joint}' does not move; {nearest(joint, moving)}"
+                self._xml.note(text, NoteKind.IGNORED)
+        self.reported += [j for j in texts(plugin, "jointname") if j in moving] or moving
+        rate = value(self._xml, plugin, label, 0.0, "updaterate")
+        self.report_rate = max(self.report_rate, rate)
 
     def sensor(self, tag: SensorTag) -> None:
         """Take a sensor, of which there may be any number of each kind."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.pictures import with_picture
 from arjuna_sim.files.sdf.frames import MERGE, Scope
 from arjuna_sim.files.sdf.geometry_tags import read_colour, read_friction, read_shape
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
@@ -215,7 +216,8 @@ def _part(
         return None
     shape, T_own = read
     pose = T_world @ scope.pose(element, label, T_link) @ T_own
-    return Part(shape, pose, read_colour(xml, element, label), read_friction(xml, element, label))
+    friction, colour = read_friction(xml, element, label), read_colour(xml, element, label)
+    return with_picture(xml, Part(shape, pose, colour, friction), element, label)
 
 
 def is_static(model: Element) -> bool:

@@ -130,7 +130,7 @@ def _robot_parts(xml: XmlFile, parts: list[Part], pose: Pose3, label: str) -> It
         if shape.kind is Kind.CAPSULE:
             xml.note(f"{label}: the <capsule> is taken to be a cylinder")
             shape = Shape(Kind.CYLINDER, shape.size)
-        yield Part(shape, pose.inverse() @ part.pose, part.rgba)
+        yield dataclasses.replace(part, shape=shape, pose=pose.inverse() @ part.pose, friction=None)
 
 
 def _inertial(

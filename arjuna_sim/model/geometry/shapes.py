@@ -128,6 +128,14 @@ class Shape:
         return None if self.mesh is None else self.mesh.triangles * np.array(self.size)
 
 
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A picture on a shape, `(rows, columns, 3) uint8` RGB, the top row first."""
+
+    path: Path
+    pixels: NDArray[np.uint8]
+
+
 @dataclass(frozen=True)
 class Part:
     """A shape at a pose.
@@ -135,12 +143,14 @@ class Part:
     Attributes:
         pose: Its pose in its link or world.
         friction: Coefficient of dry friction; None where its file names none.
+        picture: Drawn upright on each side of a box; None for the colour alone.
     """
 
     shape: Shape
     pose: Pose3 = ORIGIN
     rgba: tuple[float, ...] = GREY
     friction: float | None = None
+    picture: Picture | None = None
 
 
 def corners(shape: Shape) -> NDArray[np.float64]:

@@ -147,7 +147,8 @@ def _nothing(words: list[str], why: str, stays: bool = True) -> None:
         signal.pause()
 
 
-_BRIDGE = partial(_nothing, why="the simulator publishes ROS's topics itself")
+_IMAGES = partial(_nothing, why="the simulator publishes ROS's topics itself")
+_BRIDGE = f"{_PROGRAMS}.bridge"
 _GAZEBO = f"{_PROGRAMS}.gazebo"
 _GAZEBO_PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("controller_manager", "ros2_control_node"): partial(
@@ -158,7 +159,7 @@ _GAZEBO_PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("gazebo_ros", "spawn_entity.py"): f"{_GAZEBO}:create",
     ("gazebo_ros", "spawn_model"): f"{_GAZEBO}:create",
     ("ros_gz_bridge", "parameter_bridge"): _BRIDGE,
-    ("ros_gz_image", "image_bridge"): _BRIDGE,
+    ("ros_gz_image", "image_bridge"): _IMAGES,
     ("ros_gz_sim", "create"): f"{_GAZEBO}:create",
     ("ros_gz_sim", "gzserver"): f"{_GAZEBO}:serve",
 }
@@ -275,7 +276,7 @@ def run(words: list[str]) -> int:
     if isinstance(program, str):
         module, _, function = program.partition(":")
         given = (
-            words[2:] if module == _GAZEBO else ros_arguments(words[2:]).own
+            words[2:] if module in (_GAZEBO, _BRIDGE) else ros_arguments(words[2:]).own
         )  # rclpy reads others
         getattr(importlib.import_module(module), function or "main")(given)
     else:

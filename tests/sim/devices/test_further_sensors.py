@@ -151,6 +151,24 @@ def test_heading_of_an_imu_drifts_with_its_gyros_and_survives_a_kidnapping(tmp_p
     assert after.rpy[2] == pytest.approx(before.rpy[2], abs=0.1)
 
 
+def test_imu_starts_with_the_bias_of_its_file(tmp_path: Path) -> None:
+    maker = RobotMaker(tmp_path)
+    noise = (
+        "<noise><stddev>0</stddev><bias_mean>{}</bias_mean><bias_stddev>{}</bias_stddev></noise>"
+    )
+    gyro = f"<angular_velocity><x>{noise.format(0.05, 0)}</x></angular_velocity>"
+    accel = f"<linear_acceleration><x>{noise.format(0.3, 0.05)}</x></linear_acceleration>"
+    maker.add("imu", "biased", f"<imu>{gyro}{accel}</imu>")
+    sim = simulator(EMPTY, robot=maker.write(), config=QUIET)
+    run(sim, 1.0)  # it stands
+    reading = run(sim, 0.1).imu
+    assert reading is not None
+    assert np.abs(reading.angular_velocity) == pytest.approx([0.05] * 3, abs=1e-3)
+    off = reading.linear_acceleration - (0.0, 0.0, 9.81)
+    assert np.abs(off) == pytest.approx([0.3] * 3, abs=0.2)
+    assert len({round(value, 3) for value in off}) == 3
+
+
 def test_positions_on_earth_are_those_of_the_world(tmp_path: Path) -> None:
     maker = RobotMaker(tmp_path)
     maker.add("navsat", "gps", T_link=Pose3((0.0, 0.0, 0.5)))

@@ -297,3 +297,14 @@ def test_gazebos_trajectories_and_forces_move_joints(bench: RosBench, tmp_path: 
     run(bench, sim, 70)
     assert (at(seen)["shoulder"], at(seen)["elbow"]) == pytest.approx((0.5, 0.2), abs=0.01)
     assert at(seen)["wrist"] == pytest.approx(-2.5, abs=0.1)
+
+
+def test_joint_states_are_those_that_the_file_lists(bench: RosBench, tmp_path: Path) -> None:
+    tags = "<joint_name>wrist</joint_name><joint_name>elbow</joint_name>"
+    tags += "<joint_name>foot</joint_name><update_rate>10</update_rate>"
+    extra = GZ.format(file="joint-state-publisher", name="JointStatePublisher", tags=tags)
+    sim = start_arm(bench, tmp_path, extra, managed=False)
+    assert any("joint 'foot' does not move" in note for note in sim.simulator.notes)
+    seen = bench.collect(JointState, "/joint_states")
+    run(bench, sim, 50)
+    assert [list(message.name) for message in seen] == [["wrist", "elbow"]] * 10

@@ -216,6 +216,27 @@ def test_red_box_stands_in_the_middle_as_wide_as_geometry_says() -> None:
     assert columns.mean() == pytest.approx(319.5, abs=2)
 
 
+def test_noise_of_the_file_is_that_of_each_pixel_and_the_same_each_time(tmp_path: Path) -> None:
+    noise = "<camera><noise><type>gaussian</type><stddev>0.02</stddev></noise>"
+    robot = edited(ROBOT, tmp_path, "<camera>", noise)
+    plain, first, again = (simulator(ROOM, robot=one) for one in (ROBOT, robot, robot))
+    ideal, one, other = (_picture(sim) for sim in (plain, first, again))
+    first.drive()
+    error = one.astype(int)[240:] - ideal[240:]
+    assert error.std() == pytest.approx(0.02 * 255, rel=0.05)
+    assert abs(error.mean()) < 0.1
+    assert np.array_equal(one, other)
+    assert not np.array_equal(_picture(first), one)
+    for sim in (plain, first, again):
+        sim.close()
+
+
+def test_lens_that_distorts_is_noted() -> None:
+    _, notes = read_with_notes("<camera><distortion><k1>-0.2</k1></distortion></camera>")
+    assert any("<distortion>: not simulated" in note for note in notes)
+    assert read_with_notes("<camera><distortion><k1>0.0</k1></distortion></camera>")[1] == ()
+
+
 def test_camera_turns_with_the_robot() -> None:
     sim = simulator(ROOM, spawn=SE2(0.0, 0.0, 0.3))
     picture = _picture(sim).astype(int)

@@ -1,0 +1,107 @@
+"""`ros2 run ros_gz_bridge parameter_bridge`: topics of the simulator under the names of a bridge.
+
+The simulator publishes ROS's messages itself, on the topics that the robot's file names. So only
+where a bridge gives a topic another name is there something to do.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from arjuna_core.files.yaml_file import read_yaml
+from arjuna_core.ros import qos
+from arjuna_core.ros.context import class_of
+from bringup.ros2.client import Client, absolute
+from bringup.ros2.errors import Ros2Error
+from bringup.ros2.verbs.forward import ros_arguments
+
+_TOPIC = re.compile(r"(?P<topic>[^@]+)@(?P<type>[^@\[\]]+)(?P<way>[@\[\]])[^@\[\]]+")
+_WAYS = {"[": "GZ_TO_ROS", "]": "ROS_TO_GZ", "@": "BIDIRECTIONAL"}
+
+
+class Bridged(NamedTuple):
+    """A topic under two names.
+
+    Attributes:
+        way: `GZ_TO_ROS`, `ROS_TO_GZ` or `BIDIRECTIONAL`.
+    """
+
+    gz: str
+    ros: str
+    kind: str
+    way: str
+
+
+def bridged(words: list[str]) -> Iterator[Bridged]:
+    """Yield what a bridge's arguments and its `config_file` say.
+
+    Raises:
+        Ros2Error: An argument or an entry is none.
+    """
+    given = ros_arguments(words)
+    for word in given.own:
+        found = _TOPIC.fullmatch(word)
+        if found is None:
+            raise Ros2Error(f"'{word}' is no topic; valid: /topic@package/msg/Type[gz.msgs.Type")
+        topic = found["topic"]
+        ros = given.remapped.get(topic.lstrip("/"), topic)
+        yield Bridged(absolute(topic), absolute(ros), found["type"], _WAYS[found["way"]])
+    config = given.parameters.get("config_file", "")
+    for entry in (read_yaml(Path(config)) or ()) if config else ():
+        names = entry if isinstance(entry, dict) else {}
+        topic = names.get("topic_name", "")
+        ros, gz = (str(names.get(f"{side}_topic_name", topic)) for side in ("ros", "gz"))
+        if not ros or not gz or not names.get("ros_type_name"):
+            problem = "needs ros_topic_name, gz_topic_name (or topic_name) and ros_type_name"
+            raise Ros2Error(f"{config}: the entry {entry} {problem}")
+        ros = given.remapped.get(ros.lstrip("/"), ros)
+        way = str(names.get("direction", "BIDIRECTIONAL"))
+        yield Bridged(absolute(gz), absolute(ros), str(names["ros_type_name"]), way)
+
+
+class Relay:
+    """Hands a topic's messages on under another name, as long as somebody wants them.
+
+    Args:
+        raw: Whether messages are handed on as bytes.
+    """
+
+    def __init__(self, node: Any, topic: Bridged, raw: bool = True) -> None:
+        self._node, self._raw = node, raw
+        self._kind = class_of(topic.kind)
+        hears = node.count_subscribers(topic.gz) and not node.count_publishers(topic.gz)
+        is_out = topic.way == "GZ_TO_ROS" or (topic.way == "BIDIRECTIONAL" and not hears)
+        self._source, target = (topic.gz, topic.ros) if is_out else (topic.ros, topic.gz)
+        self._profile = qos.SENSOR_SUBSCRIPTION if is_out else qos.DEFAULT
+        self._out = node.create_publisher(self._kind, target, qos.DEFAULT)
+        self._heard: Any = None
+
+    def look(self) -> None:
+        """Listen where the new name has subscribers, else not: pictures cost time."""
+        wanted = self._out.get_subscription_count() > 0
+        if wanted and self._heard is None:
+            arguments = self._kind, self._source, self._out.publish, self._profile
+            self._heard = self._node.create_subscription(*arguments, raw=self._raw)
+        elif not wanted and self._heard is not None:
+            self._node.destroy_subscription(self._heard)
+            self._heard = None
+
+
+def main(words: list[str]) -> None:
+    """Hand on what has two names until interrupted."""
+    topics = [topic for topic in bridged(words) if topic.gz != topic.ros]
+    with Client(argparse.Namespace(), "ros_gz_bridge") as client:
+        client.discover()
+        relays = [Relay(client.node, topic) for topic in topics]
+        for topic in topics:
+            print(f"{topic.gz} is {topic.ros} too ({topic.way})", flush=True)
+        if not topics:
+            print("nothing to do: the simulator publishes ROS's topics itself", flush=True)
+        while True:
+            for relay in relays:
+                relay.look()
+            client.spin(lambda: False, 0.5)
