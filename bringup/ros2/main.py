@@ -36,6 +36,29 @@ def main(argv: Sequence[str] | None = None) -> int:
     os._exit(code)  # all is closed; taking the modules apart costs a fifth of a command
 
 
+def roslaunch() -> NoReturn:
+    """Run ROS 1's command of that name as `ros2 launch`."""
+    _instead("roslaunch", "launch")
+
+
+def rosrun() -> NoReturn:
+    """Run ROS 1's command of that name as `ros2 run`."""
+    _instead("rosrun", "run")
+
+
+def rospack() -> NoReturn:
+    """Run `rospack find PACKAGE` as `ros2 pkg prefix --share`."""
+    words = {"find": ["pkg", "prefix", "--share"], "list": ["pkg", "list"]}
+    _instead("rospack", *words.get("".join(sys.argv[1:2]), ["pkg", "-h"]), skip=1)
+
+
+def _instead(name: str, *words: str, skip: int = 0) -> NoReturn:
+    real = real_program(name, os.environ, Path(sys.argv[0]))
+    if real is not None:
+        become(real)
+    sys.exit(main([*words, *sys.argv[1 + skip :]]))
+
+
 def _guarded(words: list[str]) -> int:
     """Run one command; its mistakes and its end by the user or the reader become exit codes."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")

@@ -39,6 +39,23 @@ _MANIFEST = """<?xml version="1.0"?>
 </package>
 """
 _BURGER, _PILLARS = "urdf/burger.urdf", "worlds/pillar_arena.world"
+_RVIZ = """Visualization Manager:
+  Displays:
+    - {Class: rviz_default_plugins/RobotModel, Description Topic: {Value: /robot_description}}
+    - {Class: rviz_default_plugins/TF, Enabled: true}
+    - {Class: rviz_default_plugins/LaserScan, Enabled: true, Topic: {Value: /scan}}
+    - {Class: rviz_default_plugins/Map, Enabled: true, Topic: {Value: /map}}
+    - {Class: rviz_default_plugins/Path, Enabled: true, Topic: {Value: /plan}}
+  Global Options: {Fixed Frame: map}
+"""
+_VIEWS = (
+    "nav2_bringup/rviz/nav2_default_view.rviz",
+    "nav2_bringup/rviz/nav2_namespaced_view.rviz",
+    "slam_toolbox/config/slam_toolbox_default.rviz",
+    "turtlebot3_bringup/rviz/model.rviz",
+    "turtlebot3_navigation2/rviz/tb3_navigation2.rviz",
+)
+_OF_ROS1 = ("turtlebot3_navigation", "turtlebot3_slam", "turtlebot3_teleop")
 SHIPPED = {
     "gazebo_ros/worlds/empty.world": "worlds/empty.world",
     "nav2_bringup/maps/tb3_sandbox.yaml": "maps/pillar_arena.yaml",
@@ -99,7 +116,7 @@ def _made() -> Path:
 def _texts() -> dict[str, str]:
     """Return the texts of the files that are written, by path."""
     packages = {package for package, _ in (*PROGRAMS, *LAUNCHES)}
-    packages |= {name.partition("/")[0] for name in SHIPPED}
+    packages |= {*_OF_ROS1, *(name.partition("/")[0] for name in SHIPPED)}
     found = {GENERATED: "This folder can be removed: it is made again.\n"}
     for package in packages:
         found[f"share/ament_index/resource_index/packages/{package}"] = ""
@@ -107,6 +124,7 @@ def _texts() -> dict[str, str]:
     for package, name in PROGRAMS:
         program = _PROGRAM.format(python=sys.executable, package=package, name=name)
         found[f"lib/{package}/{name}"] = program
+    found |= {f"share/{name}": _RVIZ for name in _VIEWS}
     for package, file in LAUNCHES:
         found[f"share/{package}/launch/{file}"] = _LAUNCH.format(package=package, file=file)
     return found

@@ -21,7 +21,10 @@ class LaunchService:
 
     Attributes:
         context: What is known while launching.
+        explain: Returns what to do about an error of a launch file.
     """
+
+    explain: Callable[[Exception], str] = staticmethod(lambda error: "")
 
     def __init__(
         self,
@@ -117,7 +120,8 @@ class LaunchService:
                 get_logger("launch").exception("the traceback")
             self._failed = True
             name = "" if isinstance(error, RuntimeError) else f"{type(error).__name__}: "
-            get_logger("launch").error(f"Caught exception in launch: {name}{error}")
+            text = f"Caught exception in launch: {name}{error}; {self.explain(error)}"
+            get_logger("launch").error(text.rstrip("; "))
             self.emit_event(Shutdown(reason="exception in launch"))
 
     def _visit_all(self, given: Iterable[LaunchDescriptionEntity]) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-import sys
 import time
 from pathlib import Path
 
@@ -27,6 +26,11 @@ class LaunchConfig:
         return str(self.folder)
 
 
+class _Screen(logging.Handler):
+    def emit(self, record: logging.LogRecord) -> None:
+        print(self.format(record), flush=True)  # noqa: T201 - what it is there for
+
+
 launch_config = LaunchConfig()
 
 
@@ -34,7 +38,7 @@ def get_logger(name: str | None = None) -> logging.Logger:
     """Return the logger of a name, which writes to the screen."""
     root = logging.getLogger("launch")
     if not root.handlers:
-        handler = logging.StreamHandler(sys.stdout)
+        handler = _Screen()
         handler.setFormatter(logging.Formatter(_FORMAT))
         root.addHandler(handler)
         root.setLevel(logging.INFO)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from contextlib import suppress
 from typing import Any
 
 from launch.event_handler import EventHandler
@@ -28,8 +29,14 @@ class LifecycleTransitions:
         self._node = rclpy.create_node("launch_ros", context=self._ros)
         self._executor = SingleThreadedExecutor(context=self._ros)
         self._executor.add_node(self._node)
-        threading.Thread(target=self._executor.spin, daemon=True).start()
+        threading.Thread(target=self._spin, daemon=True).start()
         context.on_end.append(self._ros.try_shutdown)
+
+    def _spin(self) -> None:
+        from rclpy.executors import ExternalShutdownException
+
+        with suppress(ExternalShutdownException):
+            self._executor.spin()
 
     @classmethod
     def of(cls, context: LaunchContext) -> LifecycleTransitions:

@@ -9,8 +9,9 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element  # a type alone
 
 import yaml
@@ -25,14 +26,32 @@ _LARGEST = 2**20  # [bytes] a bound on the memory that a foreign file can take
 _SUBSTITUTION = re.compile(r"\$\((\w+)\s*([^()]*)\)")
 # Among a node's arguments: a new name, a parameter (_), or what roslaunch itself means (__).
 _GIVEN = re.compile(r"^/?(?P<private>_*)(?P<name>\w+):=(?P<value>\S+)$")
+_OF_PACKAGE = re.compile(r"\$\(find (\w+)\)/.*?([^/]+\.launch)")
 _FILES_MAX = 100
 _NO = ("false", "0")
+
+
+class Program(NamedTuple):
+    """A node, or a launch file of a package that is not there.
+
+    Attributes:
+        name: Its executable, or the file's name.
+        given: Its arguments: words of a node, NAME:=VALUE of a file.
+        node: Its own name.
+    """
+
+    package: str
+    name: str
+    given: tuple[str, ...]
+    node: str = ""
 
 
 class LaunchFile:
     """The settings of a launch file and of those that it includes.
 
     Attributes:
+        programs: What it starts, in order.
+        description: Path of the robot's description, "" where it names none.
         document: Parameters by section: `{"amcl": {...}, "move_base": {"DWAPlannerROS": {...}}}`.
         topics: New names of topics by section: `{"amcl": {"scan": "robot/laser/scan"}}`.
         notes: What could not be followed, a line each.
@@ -45,6 +64,8 @@ class LaunchFile:
         self.document: dict[str, Any] = {}
         self.topics: dict[str, dict[str, str]] = {}
         self.notes: list[str] = []
+        self.programs: list[Program] = []
+        self.description = ""
         self.files = 0
         _Reading(self, path, {}, ()).run()
 
@@ -101,6 +122,10 @@ class _Reading:
         elif element.tag == "param" and "value" in element.attrib:
             name = (*inside, *self._words(element, "name"))
             self._put(name, _typed(self._value(element, "value"), element.get("type", "auto")))
+        elif element.tag == "param" and element.get("name") == "robot_description":
+            words = self._value(element, "textfile" if "textfile" in element.attrib else "command")
+            paths = [word for word in words.split() if ":=" not in word]
+            self._into.description = paths[-1] if paths else ""
         elif element.tag == "rosparam":
             self._take_file(element, (*inside, *self._words(element, "ns")))
         elif element.tag == "remap":
@@ -115,7 +140,13 @@ class _Reading:
                 self._arguments[name] = self._value(element, key)
 
     def _take_node(self, element: Element) -> None:
-        section = element.get("type", "")
+        section, given = element.get("type", ""), element.get("args", "")
+        with suppress(_Unknown):
+            given = self._replaced(given)
+        program = Program(
+            element.get("pkg", ""), section, tuple(given.split()), element.get("name", "")
+        )
+        self._into.programs.append(program)
         if section not in SECTIONS:
             return
         for word in self._value(element, "args").split():
@@ -151,20 +182,25 @@ class _Reading:
         self._put(inside, content)
 
     def _include(self, element: Element) -> None:
-        path = self._named_file(element)
-        given = {
+        path, given = self._named_file(element), self._arguments_of(element)
+        passed = {**self._arguments, **given} if element.get("pass_all_args") == "true" else given
+        _Reading(self._into, path, passed, (*self._above, self._path)).run()
+
+    def _arguments_of(self, element: Element) -> dict[str, str]:
+        return {
             child.get("name", ""): self._value(
                 child, "value" if "value" in child.attrib else "default"
             )
             for child in element
             if child.tag == "arg"
         }
-        passed = {**self._arguments, **given} if element.get("pass_all_args") == "true" else given
-        _Reading(self._into, path, passed, (*self._above, self._path)).run()
 
     def _named_file(self, element: Element) -> Path:
         path = self._path.parent / self._value(element, "file")
         if not os.path.isfile(path):  # noqa: PTH113 - Path.is_file raises where a name is too long
+            if (found := _OF_PACKAGE.fullmatch(element.get("file", ""))) is not None:
+                words = (f"{k}:={v}" for k, v in self._arguments_of(element).items())
+                self._into.programs.append(Program(found[1], found[2], tuple(words)))
             raise _Unknown(f"there is no file {path}")
         return path
 

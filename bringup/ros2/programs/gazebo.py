@@ -111,7 +111,7 @@ def create(words: list[str]) -> None:
             raise Ros2Error("nothing to spawn; valid: -topic T, -file F, -string TEXT")
         name = chosen.name or "robot"
         request = SpawnEntity.Request(name=name, entity_resource=resource, allow_renaming=True)
-        request.entity_namespace = chosen.robot_namespace
+        request.entity_namespace = chosen.robot_namespace or given.remapped.get("__ns", "")
         place = request.initial_pose.pose
         place.position.x, place.position.y, place.position.z = chosen.x, chosen.y, chosen.z
         place.orientation = quaternion(chosen.Y)

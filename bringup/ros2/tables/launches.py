@@ -20,10 +20,8 @@ _IDLE = {
     "container_name": ("", "there are no containers"),
     "use_respawn": ("true", "what dies is started again"),
     "log_settings": ("", "log_level:=LEVEL counts"),
-    **dict.fromkeys(
-        ("gui", "verbose", "pause", "server", "gz_version", "on_exit_shutdown", "debug"),
-        ("", "the simulator has no window; 'arjuna view' shows it"),
-    ),
+    "gui": ("false", "the simulator has no window; 'arjuna view' shows it"),
+    "pause": ("false", "'arjuna world pause' pauses it"),
 }
 """Arguments without an effect: the value that says what happens anyhow (none: no matter), why."""
 _NAV2 = {"params_file": "--params", "namespace": "--namespace", "log_level": "--log-level"}
@@ -32,8 +30,8 @@ _SLAM = {"slam_params_file": "--params", **_NAV2}
 _BURGER = ("--robot", str(shipped_file("urdf/burger.urdf")))
 _AT = {"x_pose": "", "y_pose": ""}
 _WORLD = {"world": ""}
-_GZ = {"gz_args": "", "ign_args": "", "world_sdf_file": ""}
-_GZ_IDLE = (*("gui", "verbose", "pause", "server", "gz_version", "on_exit_shutdown"), "debug")
+_GZ_ARGS = {"gz_args": "", "ign_args": "", "world_sdf_file": ""}
+_GZ = ("gui", "pause"), ("debug", "gz_version", "on_exit_shutdown", "server", "verbose")
 _NAV2_ONLY = ("autostart", "use_composition", "container_name", "use_respawn")
 
 
@@ -72,23 +70,24 @@ LAUNCHES: dict[tuple[str, str], Launch] = {
         ("slam", "--param", "synchronous:=true"), _NAV2, _NAV2_ONLY
     ),
     **{
-        (package, file): Launch(("run", package, "gzserver"), options, _GZ_IDLE)
+        (package, file): Launch(("run", package, "gzserver"), options, *_GZ)
         for package, file, options in (
             ("gazebo_ros", "gazebo.launch.py", _WORLD),
             ("gazebo_ros", "gzserver.launch.py", _WORLD),
-            ("ros_gz_sim", "gz_sim.launch.py", _GZ),
-            ("ros_gz_sim", "gz_server.launch.py", _GZ),
+            ("ros_gz_sim", "gz_sim.launch.py", _GZ_ARGS),
+            ("ros_gz_sim", "gz_server.launch.py", _GZ_ARGS),
         )
     },
-    ("gazebo_ros", "gzclient.launch.py"): Launch(("run", "gazebo_ros", "gzclient"), {}, _GZ_IDLE),
+    ("gazebo_ros", "gzclient.launch.py"): Launch(("run", "gazebo_ros", "gzclient"), {}, *_GZ),
     **{
         ("turtlebot3_gazebo", f"{file}.launch.py"): Launch(
-            ("sim", *_BURGER, "--world", str(shipped_file(f"worlds/{world}.world"))), _AT, _GZ_IDLE
+            ("sim", *_BURGER, "--world", str(shipped_file(f"worlds/{world}.world")), "--at", *at),
+            *(_AT, *_GZ),
         )
-        for file, world in (
-            ("empty_world", "empty"),
-            ("turtlebot3_world", "pillar_arena"),
-            ("turtlebot3_house", "office"),
+        for file, world, at in (
+            ("empty_world", "empty", ("0", "0")),
+            ("turtlebot3_world", "pillar_arena", ("-2", "-0.5")),
+            ("turtlebot3_house", "office", ("0", "0")),
         )
     },
     ("turtlebot3_bringup", "rviz2.launch.py"): Launch(("view",), {}, ()),
@@ -184,7 +183,7 @@ def _command(launch: Launch, given: dict[str, str]) -> list[str]:
     if "map" in launch.options:
         rest += _located(given)
     if "at" in given:
-        rest += ["--at", *shlex.split(given["at"])]
+        rest[-3:] = ["--at", *shlex.split(given["at"])]
     for name, option in launch.options.items():
         if given.get(name):
             rest += [option, given[name]] if option else shlex.split(given[name])

@@ -135,6 +135,11 @@ def _slam_toolbox(words: list[str], parameter: str = "") -> NoReturn:
     arjuna("slam", options)
 
 
+def _xacro(words: list[str]) -> NoReturn:
+    program = [sys.executable, "-c", "import xacro; xacro.main()", *ros_arguments(words).own]
+    os.execv(sys.executable, program)  # noqa: S606 - what the user asked for
+
+
 def _run_node(words: list[str], package: str, program: str) -> None:
     module = importlib.import_module(f"{_PROGRAMS}.node")
     module.start(package, program, ros_arguments(words))
@@ -192,6 +197,7 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("tf2_ros", "static_transform_publisher"): f"{_PROGRAMS}.static_transform_publisher",
     ("tf2_ros", "tf2_echo"): f"{_PROGRAMS}.tf2_echo",
     ("tf2_tools", "view_frames"): f"{_PROGRAMS}.view_frames",
+    ("xacro", "xacro"): _xacro,
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import sys
 from collections.abc import Iterable
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from arjuna_core.errors import nearest
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.prefix import add_prefix
+from bringup.ros2.roslaunch import commands, commands_of, is_ros1
 from bringup.ros2.tables.launches import (
     LAUNCHES,
     PLUGINS,
@@ -23,6 +25,7 @@ from bringup.ros2.verbs.forward import arjuna, module_of, remedy
 
 if TYPE_CHECKING:
     from launch import LaunchDescription
+    from launch.actions import ExecuteProcess
 
 _USAGE = "usage: ros2 launch [-h] [-s] [-d] package_name|FILE [launch_file] [NAME:=VALUE ...]"
 _SHOW = ("-s", "--show-args", "--show-arguments")
@@ -47,6 +50,8 @@ def run(words: list[str]) -> int:
     path = _of_package(package, file)
     if path is not None:
         return start(path, own[1:], shows, debug)
+    if of_ros1 := commands_of(package, file, own[1:]) if file.endswith(".launch") else []:
+        return _launched(_all(of_ros1))
     if (package, file) not in LAUNCHES:
         near = nearest(f"{package} {file}", [" ".join(known) for known in LAUNCHES])
         raise Ros2Error(
@@ -103,11 +108,49 @@ def start(path: Path, words: list[str], shows: bool = False, debug: bool = False
         os.environ["ROS_LOG_DIR"] = launch_config.log_dir
     log = launch.logging.get_logger("launch")
     log.info(f"All log files can be found below {launch_config.log_dir}")
-    service = launch.LaunchService(argv=words, debug=debug)
+    if is_ros1(path):
+        words_of, problems = commands(path)
+        for line in problems:
+            log.error(line)
+        return _launched(_all(words_of), debug)
     pairs = [(name, value) for name, _, value in (word.partition(":=") for word in words)]
     included = IncludeLaunchDescription(source, launch_arguments=pairs)
-    service.include_launch_description(launch.LaunchDescription([included]))
+    return _launched(launch.LaunchDescription([included]), debug)
+
+
+def _launched(description: LaunchDescription, debug: bool = False) -> int:
+    from launch import LaunchService
+
+    LaunchService.explain = staticmethod(_explained)
+    service = LaunchService(debug=debug)
+    service.include_launch_description(description)
     return service.run()
+
+
+def _explained(error: Exception) -> str:
+    """Return what to do about an error of a launch file."""
+    if isinstance(error, ModuleNotFoundError):
+        return f"'{error.name}' is not installed here; {remedy(str(error.name))}"
+    package = re.search(r"package '(\w+)' not found", str(error))
+    return remedy(package[1]) if package else ""
+
+
+def _all(found: list[list[str]]) -> LaunchDescription:
+    """Return commands of ours as a description."""
+    from launch import LaunchDescription
+    from launch.actions import LogInfo
+
+    lines = (f"$ python -m {module_of(one[0])} {shlex.join(one)}" for one in found)
+    return LaunchDescription([*(LogInfo(msg=one) for one in lines), *map(_process, found)])
+
+
+def _process(command: list[str]) -> ExecuteProcess:
+    """Return the action of a command of ours."""
+    from launch.actions import ExecuteProcess
+
+    words = [sys.executable, "-m", module_of(command[0]), *command]
+    name = command[2] if command[0] == "run" else command[0]
+    return ExecuteProcess(cmd=words, name=name, output="screen")
 
 
 def _show(arguments: Iterable[Any]) -> int:
@@ -126,7 +169,7 @@ def _show(arguments: Iterable[Any]) -> int:
 def description(package: str, file: str) -> LaunchDescription:
     """Return what a launch file of a known package is, as an action that starts ours."""
     from launch import LaunchDescription
-    from launch.actions import DeclareLaunchArgument, ExecuteProcess, LogInfo, OpaqueFunction
+    from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
 
     one = LAUNCHES[package, file]
 
@@ -136,9 +179,7 @@ def description(package: str, file: str) -> LaunchDescription:
         if "namespace" in one.options and (outer := known.get("ros_namespace", "")):
             given.setdefault("namespace", outer.strip("/"))
         found = translated(one, [f"{name}:={value}" for name, value in given.items()])
-        command = [sys.executable, "-m", module_of(found.command[0]), *found.command]
-        process = ExecuteProcess(cmd=command, name=one.words[0], output="screen")
-        return [*(LogInfo(msg=line) for line in found.remarks), process]
+        return [*(LogInfo(msg=line) for line in found.remarks), _process(found.command)]
 
     names = sorted(known_arguments(one))
     declared = [DeclareLaunchArgument(name, default_value="") for name in names]

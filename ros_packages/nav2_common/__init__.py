@@ -1,0 +1,1 @@
+"""Nav2's `nav2_common`: what its launch files make of parameter files."""
