@@ -24,7 +24,7 @@ _TESTS = {
     "files": ("no file, bombs, holes x readers", "tests/fuzz/test_attacks.py"),
     "models": ("hostile robots, worlds, meshes", "tests/fuzz/test_models.py"),
     "doors": ("files opened in another way", "tests/core/test_door.py"),
-    "sockets": ("sockets beyond 127.0.0.1", "tests/nodes/core/test_context.py"),
+    "sockets": ("sockets beyond 127.0.0.1", "tests/nodes/core/test_process.py"),
     "client": ("what a client once ended a robot with", "tests/system/test_hostile_client.py"),
     "extremes": (
         "numbers at their bounds, a goal after",

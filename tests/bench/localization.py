@@ -17,8 +17,7 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.estimate import Estimate, Status
 from arjuna_slam.amcl.filter import ParticleFilter
-from tests.helpers.clutter import crowded, without_walls
-from tests.helpers.tours import Step, TourWorld, with_odometry
+from tests.helpers.tours import Step, TourWorld, crowded, with_odometry, without_walls
 
 WORLDS = ("arjuna_room", "office", "warehouse")
 ODOMETRY = ("wheels", "perfect", "noisy", "slipping")

@@ -15,16 +15,22 @@ import numpy as np
 from arjuna_slam import offline
 from arjuna_slam.graph.pose_graph import EdgeKind
 from arjuna_slam.slam import Slam
-from tests.helpers.building_drives import LIDARS, Drift, Drive, corrected, drifting, drive, thinned
-from tests.helpers.buildings import CHOSEN_KINDS, KINDS, RESOLUTION, Building, building
-from tests.helpers.loop_measures import (
+from tests.helpers.building_drives import (
+    LIDARS,
+    Drift,
+    Drive,
     agreement_of_loops,
     aligned_error,
+    corrected,
+    drifting,
+    drive,
     errors,
     is_wrong,
     near_pairs,
+    thinned,
     travelled,
 )
+from tests.helpers.buildings import CHOSEN_KINDS, KINDS, RESOLUTION, Building, building
 
 _AGREE = 0.15  # [m]
 _SPACINGS = (1.0, 1.0, 0.5)

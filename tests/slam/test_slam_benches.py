@@ -1,3 +1,5 @@
+"""Claims: benches of SLAM and AMCL say what they promise; AMCL's bars hold on a short tour."""
+
 from __future__ import annotations
 
 import argparse
@@ -5,9 +7,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 
-from tests.bench import loops, posegraph, scanmatch, slam
+from tests.bench import amcl, localization, loops, posegraph, scanmatch, slam
+from tests.helpers.tours import TourWorld, crowded, with_odometry, without_walls
 from tests.slam.logs.test_offline import text
 
 SQUARE = """\
@@ -70,3 +74,46 @@ def test_a_building_is_measured() -> None:
     assert result["trials"][0]["length_m"] == pytest.approx(60.0, rel=0.3)
     assert result["trials"][0]["ate_m"] < 0.3
     assert 0.0 <= result["agree_worst"] <= result["agree"] <= 1.0
+
+
+def test_localization_is_exact_and_finds_itself_in_the_office(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    options = ("--worlds", "office", "--seeds", "2", "--seconds", "12")
+    result = run(localization, *options, "--starts", "6", "--kidnaps", "3")
+    assert result["tracking_rmse_m"] <= 0.02
+    assert result["tracking_rmse_rad"] <= 0.01
+    assert result["tracking_p99_m"] <= 0.05
+    assert result["global_success"] == 1.0
+    assert result["kidnap_success"] == 1.0
+    rows = {row["case"]: row for row in result["rows"]}
+    assert rows["crowded"]["rmse_m"] <= 0.04
+    assert all(row.get("diverged", 0) == 0 for row in rows.values())
+    assert "office" in capsys.readouterr().out
+
+
+def test_an_update_is_timed_where_there_is_no_peer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(amcl, "_PARTICLES", (250,))
+    monkeypatch.setattr(amcl, "_BEAMS", ())
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    (row,) = run(amcl, "--budget", "0.01")["rows"]
+    assert (row["particles"], row["beams"], row["amcl_ms"]) == (250, 60, None)
+    assert 0.0 < row["best_ms"] <= row["ms"]
+
+
+def test_clutter_and_poor_odometry_are_what_they_say() -> None:
+    world = TourWorld("arjuna_room")
+    drive = world.drive(0, 6.0)
+    rng = np.random.default_rng(0)
+    noisy = with_odometry(drive, "noisy", rng)
+    assert noisy[-1].odometry.distance(drive[-1].odometry) > 0.02
+    perfect = with_odometry(drive, "perfect", rng)
+    moved = drive[0].truth.inverse() @ drive[-1].truth
+    by_odometry = perfect[0].odometry.inverse() @ perfect[-1].odometry
+    assert by_odometry.distance(moved) < 1e-9
+    nearer = [
+        (a.scan.ranges < b.scan.ranges - 1e-9).mean()
+        for a, b in zip(crowded(world, drive, rng), drive, strict=True)
+    ]
+    assert 0.01 < np.mean(nearer) < 0.8
+    assert without_walls(world.map, rng).occupied().sum() < 0.9 * world.map.occupied().sum()

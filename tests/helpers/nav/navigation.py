@@ -7,7 +7,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 from action_msgs.msg import GoalStatus
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Point, Twist
+from nav2_msgs.action import AssistedTeleop, BackUp, DriveOnHeading, Spin, Wait
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry
 from rclpy.lifecycle import TransitionCallbackReturn
@@ -16,14 +17,14 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import grid_msg, scan_msg, time_msg, transform_msg
+from arjuna_core.ros.convert import duration_msg, grid_msg, scan_msg, time_msg, transform_msg
 from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from bringup.parameters.files import Parameters, for_node, merged, shipped_parameters
 from bringup.stack import COLLISION_MONITOR, GLOBAL_COSTMAP, NodeSpec
 from tests.helpers.ros import TICK, RosBench
-from tests.nav.worlds import room, scan_from
+from tests.nav.worlds import block, room, scan_from
 
 SUCCEEDED = GoalStatus.STATUS_SUCCEEDED
 CANCELED = GoalStatus.STATUS_CANCELED
@@ -259,3 +260,65 @@ def assert_failed(goal: Goal, code: int) -> None:
     assert goal.done, "the goal has no result"
     assert (goal.status, goal.result.error_code) == (ABORTED, code), goal.result.error_msg
     assert re.search(r"\d|'|nan|inf", goal.result.error_msg), goal.result.error_msg
+
+
+COSTMAP = "local_costmap/local_costmap"
+KINDS = ("spin", "backup", "drive_on_heading", "assisted_teleop", "wait")
+MOVING = KINDS[:4]
+UNKNOWN = {"spin": 700, "backup": 710, "drive_on_heading": 720, "assisted_teleop": 730, "wait": 740}
+
+
+def spin(robot: PlayedRobot, angle: float, allowance: float = 10.0) -> Goal:
+    request = Spin.Goal(target_yaw=angle, time_allowance=duration_msg(allowance))
+    return robot.send(Spin, "spin", request)
+
+
+def backup(
+    robot: PlayedRobot, x: float, speed: float, allowance: float = 10.0, y: float = 0.0
+) -> Goal:
+    request = BackUp.Goal(
+        target=Point(x=x, y=y), speed=speed, time_allowance=duration_msg(allowance)
+    )
+    return robot.send(BackUp, "backup", request)
+
+
+def drive(
+    robot: PlayedRobot, x: float, speed: float, allowance: float = 10.0, y: float = 0.0
+) -> Goal:
+    request = DriveOnHeading.Goal(
+        target=Point(x=x, y=y), speed=speed, time_allowance=duration_msg(allowance)
+    )
+    return robot.send(DriveOnHeading, "drive_on_heading", request)
+
+
+def wait(robot: PlayedRobot, time: float) -> Goal:
+    return robot.send(Wait, "wait", Wait.Goal(time=duration_msg(time)))
+
+
+def teleop(robot: PlayedRobot, allowance: float = 10.0) -> Goal:
+    request = AssistedTeleop.Goal(time_allowance=duration_msg(allowance))
+    return robot.send(AssistedTeleop, "assisted_teleop", request)
+
+
+def command(robot: PlayedRobot, v: float, w: float = 0.0) -> None:
+    """Command a velocity as a person at a joystick does."""
+    message = Twist()
+    message.linear.x, message.angular.z = v, w
+    robot.bench.publish(Twist, "/cmd_vel_teleop", message)
+
+
+def start(robot: PlayedRobot, kind: str, allowance: float = 10.0) -> Goal:
+    if kind == "wait":
+        return wait(robot, 3.0)
+    if kind == "spin":
+        return spin(robot, 3.0, allowance)
+    if kind == "assisted_teleop":
+        goal = teleop(robot, allowance)
+        command(robot, 0.2)
+        return goal
+    return (backup if kind == "backup" else drive)(robot, 1.0, 0.2, allowance)
+
+
+def wall_ahead(robot: PlayedRobot, x: float) -> None:
+    """Put a wall across the robot's path at a distance [m] from the origin."""
+    block(robot.world, 5.5 + x, 4.5, 0.1, 2.0)

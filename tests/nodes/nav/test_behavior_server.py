@@ -12,21 +12,24 @@ from arjuna_core.ros.convert import seconds
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from bringup.stack import BEHAVIOR_SERVER, LOCAL_COSTMAP
-from tests.helpers.nav.behaviors import (
+from tests.helpers.nav.navigation import (
     COSTMAP,
     KINDS,
     MOVING,
+    SUCCEEDED,
     UNKNOWN,
+    PlayedRobot,
+    assert_failed,
     backup,
     command,
     drive,
     spin,
     start,
+    started,
     teleop,
     wait,
     wall_ahead,
 )
-from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot, assert_failed, started
 from tests.nav.worlds import block, room
 
 

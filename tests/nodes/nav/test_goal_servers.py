@@ -31,8 +31,16 @@ from bringup.stack import (
     SMOOTHER_SERVER,
     NodeSpec,
 )
-from tests.helpers.nav.behaviors import KINDS, UNKNOWN, start
-from tests.helpers.nav.navigation import CANCELED, Goal, PlayedRobot, assert_failed, started
+from tests.helpers.nav.navigation import (
+    CANCELED,
+    KINDS,
+    UNKNOWN,
+    Goal,
+    PlayedRobot,
+    assert_failed,
+    start,
+    started,
+)
 from tests.helpers.nav.navigator_goals import assert_stopped_for_good, go, stamped, through
 from tests.helpers.nav.routes import written
 from tests.nav.worlds import polyline

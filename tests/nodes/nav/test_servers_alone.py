@@ -31,8 +31,16 @@ from bringup.stack import (
     SMOOTHER_SERVER,
     NodeSpec,
 )
-from tests.helpers.nav.behaviors import backup, drive, wall_ahead
-from tests.helpers.nav.navigation import SUCCEEDED, Goal, PlayedRobot, assert_failed, started
+from tests.helpers.nav.navigation import (
+    SUCCEEDED,
+    Goal,
+    PlayedRobot,
+    assert_failed,
+    backup,
+    drive,
+    started,
+    wall_ahead,
+)
 from tests.nav.worlds import polyline
 
 IN_MAP = dataclasses.replace(BACKUP, area="global")

@@ -7,18 +7,37 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.nodes.slam.nodes import Logged
+
 pytest.importorskip("rclpy")
 pytest.importorskip("nav2_msgs")
 
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav2_msgs.msg import ParticleCloud
 from nav2_msgs.srv import SetInitialPose
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty
+from tf2_msgs.msg import TFMessage
 
+from arjuna_core.errors import ConfigError
+from arjuna_core.grid import FREE, OCCUPIED, OccupancyGrid
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import pose_msg, seconds
-from arjuna_core.se2 import SE2
-from tests.helpers.amcl_room import Room, started
-from tests.slam.amcl.room import BOXES
+from arjuna_core.ros.convert import (
+    header,
+    pose_msg,
+    scan_msg,
+    se2_from_pose,
+    seconds,
+    transform_msg,
+)
+from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_slam.nodes.amcl import AmclNode
+from tests.helpers.amcl_room import ROOM, Room, started
+from tests.helpers.ros import RosBench
+from tests.slam.amcl.room import BOXES, DT, Robot, room_map
 
 pytestmark = pytest.mark.ros
 
@@ -133,3 +152,289 @@ def test_the_particle_cloud_is_published_to_those_who_listen(room: Room) -> None
     assert len(clouds[-1].particles) >= 500
     weights = [particle.weight for particle in clouds[-1].particles]
     assert sum(weights) == pytest.approx(1.0)
+
+
+NAN = float("nan")
+
+
+def initial_pose(
+    pose: SE2 = IDENTITY, frame: str = "map", covariance: tuple[float, ...] = (0.25, 0.25, 0.0685)
+) -> PoseWithCovarianceStamped:
+    message = PoseWithCovarianceStamped(header=header(frame, 0.0))
+    message.pose.pose = pose_msg(pose)
+    message.pose.covariance[0], message.pose.covariance[7] = covariance[:2]
+    message.pose.covariance[35] = covariance[2]
+    if len(covariance) > 3:
+        message.pose.covariance[1] = message.pose.covariance[6] = covariance[3]
+    return message
+
+
+@pytest.mark.parametrize(
+    ("message", "reason"),
+    [
+        (initial_pose(frame="odom"), "frame 'odom', valid: 'map'"),
+        (initial_pose(frame=""), "frame '', valid: 'map'"),
+        (initial_pose(SE2(99.0, 0.0, 0.0)), "lies outside the map, which spans x"),
+        (initial_pose(SE2(NAN, 0.0, 0.0)), "nan is not finite"),
+        (initial_pose(SE2(0.0, 0.0, NAN)), "nan is not finite"),
+        (initial_pose(covariance=(NAN, 0.25, 0.07)), "nan is not finite"),
+        (initial_pose(covariance=(0.25, -0.25, 0.07)), "a variance is -0.25"),
+        (initial_pose(covariance=(0.1, 0.1, 0.07, 0.3)), "positive semi-definite"),
+    ],
+)
+def test_a_bad_initial_pose_is_refused_with_a_reason_and_changes_nothing(
+    room: Room, logged: Logged, message: PoseWithCovarianceStamped, reason: str
+) -> None:
+    started(room)
+    room.drive(3)
+    room.bench.publish(PoseWithCovarianceStamped, "initialpose", message, qos.DEFAULT)
+    (line,) = logged.errors + logged.warnings
+    assert "initial pose refused" in line or "initialpose refused" in line
+    assert reason in line
+    room.drive(3)
+    assert room.error[0] < 0.06
+
+
+def map_message(width: int, height: int, value: int, resolution: float = 0.05) -> OccupancyGridMsg:
+    message = OccupancyGridMsg(header=header("map", 0.0))
+    message.info.resolution = resolution
+    message.info.width, message.info.height = width, height
+    message.info.origin.orientation.w = 1.0
+    message.data = [value] * (width * height)
+    return message
+
+
+@pytest.mark.parametrize(
+    ("message", "reason"),
+    [
+        (map_message(0, 0, 0), "0 cells for 0 x 0"),
+        (map_message(40, 40, 0, resolution=0.0), "cells of 0.0 m"),
+        (map_message(40, 40, 0, resolution=NAN), "info.resolution: nan"),
+        (map_message(1, 1, 0), "has no occupied cell"),
+        (map_message(1, 1, 100), "has no free cell"),
+        (map_message(1, 1, -1), "has no free cell"),
+        (map_message(40, 40, 0), "has no occupied cell"),
+    ],
+)
+def test_a_bad_map_is_refused_with_a_reason_and_the_last_one_kept(
+    room: Room, logged: Logged, message: OccupancyGridMsg, reason: str
+) -> None:
+    node = started(room)
+    room.drive(3)
+    room.bench.publish(OccupancyGridMsg, "map", message, qos.LATCHED)
+    (line,) = logged.errors + logged.warnings
+    assert "refused" in line
+    assert reason in line
+    node.set_parameters([Parameter("max_particles", value=1500)])  # builds the filter anew
+    room.drive(3)
+    assert room.error[0] < 0.06
+
+
+def test_on_a_map_of_another_building_the_pose_is_no_longer_broadcast(room: Room) -> None:
+    node = started(room)
+    room.put_robot(room.robot.pose)
+    room.drive(10)
+    corridors = np.full(ROOM.data.shape, FREE, np.int8)
+    corridors[::30], corridors[:, ::90] = OCCUPIED, OCCUPIED
+    room.publish_map(OccupancyGrid(ROOM.frame, corridors))
+    room.transforms.clear()
+    room.drive(10)
+    assert room.transforms == []
+    assert "lost since the map was replaced: only" in node.trouble()
+    room.publish_map(ROOM)
+    room.drive(3)
+    assert room.transforms
+    assert node.trouble() == ""
+    assert room.error < (0.3, 0.2)
+
+
+def test_on_a_newer_map_of_the_same_building_the_pose_is_kept(room: Room) -> None:
+    started(room)
+    room.put_robot(room.robot.pose)
+    room.drive(10)
+    room.publish_map(room_map(boxes=BOXES[1:]))
+    room.transforms.clear()
+    room.drive(5)
+    assert len(room.transforms) >= 4
+    assert room.error < (0.2, 0.1)
+
+
+def test_a_bad_map_as_the_first_is_refused_and_a_good_one_then_used(
+    room: Room, logged: Logged
+) -> None:
+    started(room, with_map=False)
+    room.bench.publish(OccupancyGridMsg, "map", map_message(1, 1, 0), qos.LATCHED)
+    room.drive(3)
+    assert room.poses == []
+    assert any("has no occupied cell" in line for line in logged.errors)
+    room.publish_map()
+    room.drive(3)
+    assert room.error[0] < 0.06
+
+
+def test_scans_of_an_unknown_frame_are_dropped_with_a_reason(room: Room, logged: Logged) -> None:
+    started(room)
+    room.drive(3)
+    count = len(room.poses)
+    message = scan_msg(room.robot.scan(), "nowhere", DT)
+    room.bench.publish(LaserScan, "scan", message, qos.SENSOR_PUBLISHER)
+    room.drive(3)
+    assert any("nowhere" in line for line in logged.warnings)
+    assert len(room.poses) == count + 3
+    assert room.error[0] < 0.06
+
+
+def test_odometry_that_is_no_pose_leaves_the_filter_as_it_was(room: Room) -> None:
+    started(room)
+    room.drive(3)
+    odometry = transform_msg(room.robot.odometry, "odom", "base_footprint", room.robot.now + DT)
+    odometry.transform.translation.x = NAN
+    room.bench.advance(DT)
+    room.bench.publish(TFMessage, "/tf", TFMessage(transforms=[odometry]), qos.TF)
+    room.publish_scan(room.robot.step())
+    room.drive(4)
+    assert room.error[0] < 0.06
+
+
+def test_a_configured_pose_off_the_map_is_refused_and_the_map_searched(
+    room: Room, logged: Logged
+) -> None:
+    started(room, set_initial_pose=True, initial_pose={"x": 90.0, "y": 0.0, "yaw": 0.0})
+    assert "lies outside the map" in logged.errors[0]
+    room.drive(2)
+    assert room.error[0] < 0.06
+
+
+def test_a_scan_waits_for_its_transform(room: Room) -> None:
+    started(room)
+    room.bench.advance(DT)
+    scan = room.robot.step()
+    room.publish_scan(scan)
+    assert room.poses == []
+    room.publish_odometry()
+    room.bench.advance(0.02)
+    assert len(room.poses) == 1
+
+
+def test_scans_without_transforms_are_dropped_and_later_ones_used(room: Room) -> None:
+    started(room)
+    for _ in range(15):
+        room.bench.advance(DT)
+        room.publish_scan(room.robot.step())
+    assert room.poses == []
+    room.drive(2)
+    assert room.error[0] < 0.06
+    assert seconds(room.poses[0].header.stamp) > 1.0
+
+
+def test_the_lifecycle_can_be_run_through_twice(room: Room) -> None:
+    node = started(room)
+    room.drive(2)
+    for step in ("deactivate", "cleanup", "configure", "activate"):
+        assert getattr(node, f"trigger_{step}")() == TransitionCallbackReturn.SUCCESS
+        room.bench.process.drain()
+    room.publish_map()
+    count = len(room.poses)
+    room.drive(3)
+    assert len(room.poses) > count
+    assert room.error[0] < 0.06
+
+
+def test_an_inactive_node_neither_publishes_nor_broadcasts(room: Room) -> None:
+    node = started(room)
+    room.drive(2)
+    node.trigger_deactivate()
+    poses, transforms = len(room.poses), len(room.transforms)
+    room.drive(5)
+    assert (len(room.poses), len(room.transforms)) == (poses, transforms)
+    node.trigger_activate()
+    room.drive(30)
+    assert room.error[0] < 0.08
+
+
+def test_crossed_particle_limits_are_refused_at_the_start_and_at_run_time(room: Room) -> None:
+    with pytest.raises(ConfigError, match="must not exceed max_particles"):
+        AmclNode(room.bench.process, {"min_particles": 3000})
+    node = started(room)
+    (result,) = node.set_parameters([Parameter("min_particles", value=3000)])
+    assert "min_particles (3000) must not exceed max_particles (2000)" in result.reason
+    assert node.config.min_particles == node.get_parameter("min_particles").value == 500
+
+
+def test_parameters_change_at_run_time_and_the_pose_stays(room: Room) -> None:
+    node = started(room)
+    room.drive(3)
+    (result,) = node.set_parameters([Parameter("max_particles", value=800)])
+    assert result.successful
+    room.drive(3)
+    assert room.error[0] < 0.06
+    assert node.config.max_particles == 800
+    (result,) = node.set_parameters([Parameter("laser_model_type", value="sonar")])
+    assert not result.successful
+    assert "likelihood_field" in result.reason
+
+
+def test_after_the_clock_is_set_back_it_finds_itself_again(room: Room) -> None:
+    started(room)
+    room.drive(5)
+    room.robot = Robot(np.random.default_rng(11))
+    room.bench._ticks = 0
+    room.drive(5)
+    assert room.error[0] < 0.06
+
+
+@pytest.mark.parametrize("mode", ["auto", "always", "never"])
+def test_the_search_at_the_start_is_as_configured(room: Room, mode: str) -> None:
+    wrong = {"x": 2.0, "y": -4.0, "yaw": 1.0}
+    started(
+        room,
+        global_localization_at_start=mode,
+        set_initial_pose=True,
+        initial_pose=wrong,
+        relocalize_patience=100.0,
+    )
+    room.drive(2)
+    assert (room.error[0] < 0.06) == (mode == "always")
+
+
+def test_the_pose_is_saved_at_its_rate_and_a_later_start_goes_on_from_there(room: Room) -> None:
+    node = started(room, save_pose_rate=2.0, set_initial_pose=False)
+    room.drive(12)
+    saved = node.config.initial_pose
+    assert SE2(saved.x, saved.y).distance(room.robot.pose) < 0.5
+    belief = node._filter
+    room.drive(6)
+    assert node._filter is belief  # saving builds nothing anew
+    assert (saved.x, saved.y) != (node.config.initial_pose.x, node.config.initial_pose.y)
+
+
+def test_parameters_can_give_the_initial_pose(room: Room) -> None:
+    pose = room.robot.pose
+    start = {"x": pose.x, "y": pose.y, "yaw": pose.theta}
+    started(room, set_initial_pose=True, initial_pose=start, relocalize=False)
+    room.drive(2)
+    assert room.error[0] < 0.06
+
+
+def test_tf_broadcast_can_be_switched_off(room: Room) -> None:
+    started(room, tf_broadcast=False)
+    room.drive(3)
+    assert room.transforms == []
+    assert room.poses
+
+
+def newest_pose(room: Room) -> SE2:
+    return se2_from_pose(room.poses[-1].pose.pose)
+
+
+def test_two_runs_are_the_same_to_the_byte() -> None:
+    def trace() -> bytes:
+        bench = RosBench()
+        room = Room(bench)
+        started(room)
+        room.drive(20)
+        values = np.array([newest_pose(room).array(), room.poses[-1].pose.covariance[:3]])
+        bench.close()
+        return values.tobytes()
+
+    assert trace() == trace()

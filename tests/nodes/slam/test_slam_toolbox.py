@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,17 +13,32 @@ pytest.importorskip("rclpy")
 pytest.importorskip("slam_toolbox")
 
 from nav_msgs.srv import GetMap
+from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.parameter import Parameter
-from slam_toolbox.srv import Pause, Reset, SaveMap
+from sensor_msgs.msg import LaserScan
+from slam_toolbox.srv import (
+    Clear,
+    DeserializePoseGraph,
+    LoopClosure,
+    Pause,
+    Reset,
+    SaveMap,
+    SerializePoseGraph,
+    ToggleInteractive,
+)
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
-from visualization_msgs.msg import MarkerArray
+from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerUpdate, MarkerArray
+from visualization_msgs.srv import GetInteractiveMarkers
 
 from arjuna_core.files.maps import load_map
-from arjuna_core.ros.convert import grid_from_msg, se2_from_pose, seconds
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import grid_from_msg, pose_msg, se2_from_pose, seconds
 from arjuna_core.se2 import SE2
 from arjuna_slam.localization import Localizer
-from tests.helpers.slam_robot import LOG, Robot, started
+from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
+from tests.helpers.ros import RosBench
+from tests.helpers.slam_robot import DT, LOG, Robot, started
 from tests.slam.slam_room import distance_to_walls, room
 
 pytestmark = pytest.mark.ros
@@ -178,3 +195,189 @@ def test_a_clock_set_back_starts_a_new_map(robot: Robot) -> None:
     node.on_time_jump()
     assert len(node.slam.graph) == 0
     assert node.slam.session() is None
+
+
+DOWN = 10  # scans that nobody hears
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "slam_toolbox"
+
+
+@pytest.fixture
+def killed(robot: Robot, file: Path) -> SlamToolboxNode:
+    """A mapper that has kept its map; no node learns that the process ends."""
+    node = started(robot, resume_file=str(file), maps_folder=str(file.parent))
+    robot.drive(55)
+    node.memory.settle()
+    return node
+
+
+@pytest.fixture
+def next_process(robot: Robot) -> Iterator[Robot]:
+    """The robot as the next process meets it, which has driven on and is elsewhere by now."""
+    bench = RosBench()
+    later = Robot(bench)
+    yield later
+    bench.close()
+
+
+def drive_on(robot: Robot, later: Robot, count: int = 10) -> None:
+    """Let the robot be where it came to meanwhile, and drive on."""
+    later.k, later.now = robot.k + DOWN, robot.now + DOWN * DT
+    later.bench.advance(later.now)
+    later.drive(count)
+
+
+def test_the_next_process_goes_on_with_map_and_pose(
+    robot: Robot, killed: SlamToolboxNode, file: Path, next_process: Robot
+) -> None:
+    again = started(next_process, resume_file=str(file))
+    nodes = len(again.slam.graph)
+    assert nodes > 5
+    drive_on(robot, next_process)
+    assert len(next_process.poses) == 10
+    assert next_process.error() < 0.05
+    assert len(again.slam.graph) > nodes
+    again.memory.settle()
+    assert file.is_file()
+
+
+def test_a_process_that_dies_before_its_first_scan_leaves_the_map_to_the_next(
+    killed: SlamToolboxNode, file: Path, next_process: Robot
+) -> None:
+    before = file.read_bytes()
+    started(next_process, resume_file=str(file))
+    next_process.bench.advance(6.0)
+    assert file.read_bytes() == before
+
+
+def test_a_damaged_file_is_refused_with_an_error_and_a_new_map_begins(
+    robot: Robot,
+    killed: SlamToolboxNode,
+    file: Path,
+    next_process: Robot,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    errors: list[str] = []
+    monkeypatch.setattr(RcutilsLogger, "error", lambda self, text: errors.append(text))
+    file.write_bytes(file.read_bytes()[:-100])
+    again = started(next_process, resume_file=str(file))
+    assert len(errors) == 1
+    assert "a new map begins" in errors[0]
+    assert "cut short" in errors[0]
+    assert len(again.slam.graph) == 0
+    drive_on(robot, next_process, 3)
+    assert len(next_process.poses) == 3
+
+
+def test_a_clock_that_was_set_back_meanwhile_begins_a_new_map(
+    killed: SlamToolboxNode, file: Path, next_process: Robot
+) -> None:
+    again = started(next_process, resume_file=str(file))
+    assert len(again.slam.graph) > 5
+    next_process.drive(1)
+    assert len(again.slam.graph) == 1
+    assert not file.exists()
+
+
+@pytest.mark.parametrize("how", ["reset", "deactivated", "another map"])
+def test_what_is_given_up_is_not_gone_on_with(
+    robot: Robot, killed: SlamToolboxNode, file: Path, how: str
+) -> None:
+    assert file.is_file()
+    if how == "reset":
+        robot.call(Reset, "reset")
+    if how == "deactivated":
+        killed.trigger_deactivate()
+    if how == "another map":
+        robot.call(SerializePoseGraph, "serialize_map", filename="room")
+        robot.call(DeserializePoseGraph, "deserialize_map", filename="room", match_type=1)
+    assert not file.exists()
+
+
+def test_a_map_is_kept_only_where_that_is_asked_for(robot: Robot, tmp_path: Path) -> None:
+    node = started(robot, maps_folder=str(tmp_path))
+    robot.drive(55)
+    node.memory.settle()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_disk_that_takes_nothing_does_not_end_the_mapping(robot: Robot, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    node = started(robot, resume_file=str(tmp_path / "file/slam_toolbox"))
+    robot.drive(70)
+    node.memory.settle()
+    assert robot.error() < 0.03
+
+
+def test_keyframes_can_be_moved_by_hand_and_are_put_back(robot: Robot) -> None:
+    node = started(robot)
+    robot.drive(60)
+    updates = robot.bench.collect(InteractiveMarkerUpdate, "/slam_toolbox/update")
+    scans = robot.bench.collect(LaserScan, "/slam_toolbox/scan_visualization", qos.DEFAULT)
+    robot.call(ToggleInteractive, "toggle_interactive_mode")
+    assert len(updates[-1].markers) == len(node.slam.graph)
+    count = len(robot.poses)
+    robot.drive(3)
+    assert len(robot.poses) == count  # the graph does not change under the hand
+    where = node.slam.graph.pose(5) @ SE2(0.3, 0.1, 0.0)
+    feedback = InteractiveMarkerFeedback(
+        marker_name="5", pose=pose_msg(where), event_type=InteractiveMarkerFeedback.MOUSE_UP
+    )
+    before = node.slam.graph.poses.copy()
+    for action in (Clear, LoopClosure):
+        robot.bench.publish(InteractiveMarkerFeedback, "/slam_toolbox/feedback", feedback)
+        listed = robot.call(GetInteractiveMarkers, "get_interactive_markers")
+        assert listed.markers[5].pose.position.x == pytest.approx(where.x)
+        name = "clear_changes" if action is Clear else "manual_loop_closure"
+        robot.call(action, name)
+        listed = robot.call(GetInteractiveMarkers, "get_interactive_markers")
+        assert listed.markers[5].pose.position.x == pytest.approx(before[5, 0], abs=0.02)
+    assert scans[-1].header.frame_id == "scan_visualization"
+    assert np.abs(node.slam.graph.poses - before).max() < 0.02  # it did not fit there
+    robot.call(ToggleInteractive, "toggle_interactive_mode")
+    assert len(updates[-1].erases) == len(node.slam.graph)
+    robot.drive(3)
+    assert robot.error() < 0.03
+
+
+@pytest.mark.parametrize("mode", ["mapping", "localization"])
+def test_the_interactive_mode_is_off_until_it_is_toggled(robot: Robot, mode: str) -> None:
+    started(robot, enable_interactive_mode=True, mode=mode)
+    robot.drive(5)
+    assert len(robot.maps) == 1
+    assert len(robot.poses) == 5
+    robot.call(ToggleInteractive, "toggle_interactive_mode")
+    robot.drive(5)
+    assert len(robot.poses) == 5
+    robot.call(ToggleInteractive, "toggle_interactive_mode")
+    robot.drive(5)
+    assert len(robot.poses) == 10
+
+
+def test_where_it_is_not_allowed_nothing_is_toggled_closed_or_cleared(robot: Robot) -> None:
+    started(robot, enable_interactive_mode=False)
+    robot.call(ToggleInteractive, "toggle_interactive_mode")
+    robot.call(LoopClosure, "manual_loop_closure")
+    robot.call(Clear, "clear_changes")
+    robot.drive(5)
+    assert len(robot.poses) == 5
+
+
+def test_feedback_of_no_keyframe_or_no_pose_is_ignored(robot: Robot) -> None:
+    node = started(robot, enable_interactive_mode=True)
+    robot.call(Pause, "pause_new_measurements")
+    for name in ("99", "-1", "all", ""):
+        message = InteractiveMarkerFeedback(marker_name=name, event_type=5)
+        robot.bench.publish(InteractiveMarkerFeedback, "/slam_toolbox/feedback", message)
+    robot.call(ToggleInteractive, "toggle_interactive_mode")
+    robot.call(Pause, "pause_new_measurements")
+    robot.drive(5)
+    robot.call(ToggleInteractive, "toggle_interactive_mode")
+    broken = InteractiveMarkerFeedback(marker_name="0", event_type=5)
+    broken.pose.position.x = math.nan
+    robot.bench.publish(InteractiveMarkerFeedback, "/slam_toolbox/feedback", broken)
+    robot.call(LoopClosure, "manual_loop_closure")
+    assert np.isfinite(node.slam.graph.poses).all()

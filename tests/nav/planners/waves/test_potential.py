@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from arjuna_nav.planners.waves.descent import descend
 from arjuna_nav.planners.waves.potential import reachable, spread, traversal_costs
 from tests.helpers.nav.navfn_maps import inflated
-from tests.helpers.nav.plain_wave import plain_potential
 
 Cells = NDArray[np.uint8]
 COSTS = traversal_costs()
@@ -79,3 +78,26 @@ def test_several_seeds_keep_what_they_cost() -> None:
     np.testing.assert_allclose(found, plain, rtol=0.03)
     assert found[35, 35] == 900.0
     assert found[5, 5] == 0.0
+
+
+def plain_potential(
+    data: NDArray[np.uint8], costs: NDArray[np.float32], seeds: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return what `spread` returns, `(height, width) float64`, by the formula alone."""
+    cost = np.pad(costs[data].astype(np.float64), 1, constant_values=np.inf)
+    values = np.full(cost.shape, np.inf)
+    rows, columns = seeds[:, :2].astype(int).T + 1
+    values[rows, columns] = seeds[:, 2]
+    middle, open_ = (slice(1, -1), slice(1, -1)), np.isfinite(cost[1:-1, 1:-1])
+    while True:
+        across = np.minimum(values[1:-1, :-2], values[1:-1, 2:])
+        along = np.minimum(values[:-2, 1:-1], values[2:, 1:-1])
+        low = np.minimum(across, along)
+        with np.errstate(invalid="ignore"):
+            ratio = np.abs(across - along) / cost[middle]
+            fit = 0.7040 + 0.5307 * ratio - 0.2301 * ratio**2
+            fitted = low + cost[middle] * np.where(ratio < 1.0, fit, 1.0)
+        found = np.where(open_ & (fitted < values[middle] - 1e-9), fitted, values[middle])
+        if (found == values[middle]).all():
+            return found
+        values[middle] = found
