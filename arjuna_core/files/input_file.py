@@ -79,7 +79,7 @@ def read_bytes(
         within: How long reading it may take [s].
 
     Raises:
-        InputFileError: As of `open_file`, or it takes too long.
+        InputFileError: As of `open_file`, it takes too long, or it is only a pointer of Git LFS.
     """
     end, parts, size = time.monotonic() + within, [], 0
     with open_file(path, error, largest) as file:
@@ -93,7 +93,10 @@ def read_bytes(
                     raise error(path, f"cannot be read within {within:g} s")
         except OSError as cause:
             raise error(path, f"cannot be read: {cause.strerror}") from cause
-    return parts[0] if len(parts) == 1 else b"".join(parts)
+    content = parts[0] if len(parts) == 1 else b"".join(parts)
+    if content.startswith(b"version https://git-lfs"):
+        raise error(path, "is a pointer of Git LFS; 'git lfs pull' in its folder fetches the file")
+    return content
 
 
 def read_text(path: Path, largest: int = 2**20, error: _Error = InputFileError) -> str:

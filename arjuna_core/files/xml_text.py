@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder  # parsing is defusedxml's
+from xml.parsers.expat import errors
 
 from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
@@ -17,6 +18,11 @@ _DEPTH_MAX = 100
 _PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
 _DECLARED = re.compile(rb"xmlns:([A-Za-z_][\w.-]*)\s*=")
 _ROOT = re.compile(rb"<[A-Za-z_][\w.-]*")
+_PAGE = re.compile(rb"\s*<(!doctype\s+)?html\b", re.IGNORECASE)
+_CUT_OFF = (
+    errors.codes[errors.XML_ERROR_NO_ELEMENTS],
+    errors.codes[errors.XML_ERROR_UNCLOSED_TOKEN],
+)
 _OPENS, _CLOSES = b"<!--", b"-->"
 _WESTERN = "cp1252"  # in which files are written that are not in UTF-8 and do not say so
 
@@ -54,6 +60,10 @@ def parse_xml(
         InputFileError: It is broken, unsafe or too large, or its encoding is unknown; of the kind
             given as `error`.
     """
+    if not text.strip():
+        raise error(path, "is empty; valid: XML")
+    if _PAGE.match(text):
+        raise error(path, "is a web page that was saved in its place; download the file itself")
     try:
         try:
             return _parse(text)
@@ -61,7 +71,10 @@ def parse_xml(
             mended = _declared(_in_utf8(_without_comments(text)))
         return _parse(mended)
     except ParseError as reason:
-        raise error(path, f"is broken XML: {reason.msg}", f"line {reason.position[0]}") from reason
+        is_cut_off = reason.code in _CUT_OFF
+        rest = "; it ends too early: fetch or save it again" if is_cut_off else ""
+        problem = f"is broken XML: {reason.msg}{rest}"
+        raise error(path, problem, f"line {reason.position[0]}") from reason
     except DefusedXmlException as reason:
         problem = f"declares a DTD or entities ({type(reason).__name__}); plain XML is valid"
         raise error(path, problem) from reason

@@ -34,6 +34,7 @@ _FACES_MAX = 1_000_000
 _PLACED_MAX = 10_000  # geometries that COLLADA's nodes place
 _STL_HEADER, _STL_FACE = 84, 50  # bytes of binary STL
 _REACH_MAX = 1e5  # [m]
+_OPTIONS = {"package": "--package-path", "model": "--model-path"}
 _BROKEN = (
     *(ValueError, LookupError, AttributeError, TypeError, OverflowError, struct.error),
     *(RuntimeError, SyntaxError),  # a bare raise of pycollada's, and lxml's
@@ -63,7 +64,10 @@ def mesh_shape(
         raise xml.fail(f"{label} scale", f"{scale!r} must not be zero")
     path = xml.find(uri, label)
     if path is None:
-        xml.note(f"{label}: mesh '{uri}' does not exist, so it is left out", NoteKind.MISSING)
+        option = _OPTIONS.get(uri.partition("://")[0])
+        rest = "" if option is None else f"; {option} DIR finds it below DIR"
+        problem = f"mesh '{uri}' does not exist, so it is left out{rest}"
+        xml.note(f"{label}: {problem}", NoteKind.MISSING)
         return None
     if path.suffix.lower() not in MESH_SUFFIXES:
         xml.note(

@@ -16,6 +16,8 @@ from arjuna_sim.model.geometry.shapes import Mesh, Terrain
 from arjuna_sim.model.notes import Note, NoteKind
 
 BYTES_MAX = 20_000_000  # a hostile file still loads within 2 s and 500 MB
+UNLIMITED = 1e6
+"""A joint's limit beyond it is none [rad or m]; SDF writes 1e16 for a joint without limits."""
 _TEXT_MAX = 1000
 _SIZE_MAX = 1e5  # [m]
 _POSITION_MAX = 1e6  # [m]
@@ -147,6 +149,19 @@ class XmlFile:
     def attribute_number(self, element: Element, name: str, default: str, label: str) -> float:
         """Return the finite number in an attribute, or in the default where it is not there."""
         return self.numbers(element.get(name, default), 1, f"{label} {name}")[0]
+
+    def limit(self, text: str | None, default: float, label: str) -> float:
+        """Return the limit of a joint, the default where there is no text; it may be infinite.
+
+        What is infinite is replaced by the largest limit that is simulated.
+        """
+        try:
+            value = default if text is None else float(text)
+        except ValueError:
+            value = math.nan
+        if math.isnan(value):
+            raise self.fail(label, f"{text!r} is no number; valid: as 1.57, or inf for no stop")
+        return min(max(value, -UNLIMITED), UNLIMITED)
 
     def positive(self, text: str, count: int, label: str) -> tuple[float, ...]:
         """Return `count` finite numbers above zero."""

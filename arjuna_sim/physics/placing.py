@@ -53,9 +53,12 @@ class Placer:
         Raises:
             WorldError: No pose within 3 m is free.
         """
-        if not self.touched(pose):
+        touched = self.touched(pose)
+        if not touched:
             return pose
         survey = self._ground.survey(pose.x, pose.y)
+        if touched == (EDGE,) and not len(survey.points):  # a world without ground
+            return pose
         for is_ground in (True, False):  # a raised floor only where the ground is nowhere free
             found = self._nearest(pose, survey, is_ground)
             if found is not None:

@@ -28,11 +28,13 @@ from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.written import urdf_text
 from arjuna_sim.files.urdf.xacro_file import Expanded, expand, has_macros
 from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile, root_tag
+from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.robot import ANCHOR, RobotModel
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import eccentricity, is_round, wheel_sign
 
+_MACRO = re.compile(rb"<xacro:macro\s[^>]*?name\s*=\s*[\"']([\w.-]+)")
 _DRIVES = re.compile(rb"<plugin[^>]*(drive|control|planar|ackermann|steering)", re.IGNORECASE)
 
 
@@ -55,7 +57,19 @@ def load_robot(
     search = SearchPath.of() if search is None else search
     if has_macros(path, text):
         expanded = expand(path, search, arguments or {})
-    return robot_of_text(path, expanded, search)
+        macros = [name.decode("utf-8", "replace") for name in _MACRO.findall(text)]
+        if macros and b"<link" not in expanded.text:
+            problem = f"only defines macros ({', '.join(macros[:5])}) and makes no robot of them"
+            raise RobotError(path, f"{problem}; give a file that calls <xacro:{macros[0]} .../>")
+    try:
+        return robot_of_text(path, expanded, search)
+    except RobotError as error:
+        missing = [note.text for note in expanded.notes if note.kind is NoteKind.MISSING]
+        if not missing:
+            raise
+        where = f"{error.location}: " if error.location else ""
+        problem = f"{'; '.join(missing[:3])}; so {where}{error.problem}"
+        raise RobotError(error.path, problem) from error
 
 
 def robot_of_text(path: Path, expanded: Expanded, search: SearchPath) -> RobotModel:

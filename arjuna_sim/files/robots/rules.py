@@ -33,7 +33,7 @@ def checked_joint(xml: XmlFile, joint: Joint) -> Joint:
         xml.note(f"{label}: moves freely as a {joint.kind} joint; its position is not published")
     limits, kind = joint.limits, joint.kind
     if limits is not None and limits[0] > limits[1]:
-        raise xml.fail(label, f"limit lower {limits[0]} is above upper {limits[1]}")
+        raise xml.fail(label, f"limit lower {limits[0]} is above upper {limits[1]}; swap them")
     # [rad] A revolute joint that may turn 50 times has no stop.
     if kind == "revolute" and limits is not None and limits[1] - limits[0] > 100.0 * math.pi:
         kind, limits = "continuous", None
@@ -43,7 +43,7 @@ def checked_joint(xml: XmlFile, joint: Joint) -> Joint:
             raise xml.fail(f"{label} {name}", f"is {number:g}; valid: 0 to {_FACTOR_MAX:g}")
     length = math.hypot(*joint.axis)
     if not 0.0 < length < math.inf:
-        raise xml.fail(label, "axis must not be zero")
+        raise xml.fail(label, "axis must not be zero; valid: as 0 0 1")
     mimic = joint.mimic
     if mimic is not None and max(abs(mimic.multiplier), abs(mimic.offset)) > _FACTOR_MAX:
         raise xml.fail(f"{label} mimic", f"multiplier and offset may reach {_FACTOR_MAX:g}")
@@ -145,16 +145,20 @@ def root_of(xml: XmlFile, links: Mapping[str, Link], joints: Mapping[str, Joint]
         RobotError: They span none, or one too deep.
     """
     if not links:
-        raise RobotError(xml.path, "has no links")
+        raise RobotError(xml.path, "has no links; valid: one or more")
     parents: dict[str, str] = {}
     for joint in joints.values():
         if joint.child in parents:
-            raise xml.fail(f"joint '{joint.name}'", f"link '{joint.child}' has two parents")
+            two = f"has two parents, '{parents[joint.child]}' and '{joint.parent}'"
+            raise xml.fail(f"joint '{joint.name}'", f"link '{joint.child}' {two}; one is valid")
         parents[joint.child] = joint.parent
     roots = [name for name in links if name not in parents]
     if len(roots) != 1:
-        found = ", ".join(roots) or "none, the joints form a loop"
-        raise RobotError(xml.path, f"must have one root link; it has: {found}")
+        found = ", ".join(roots) or "none, the joints form a loop: one must go"
+        problem = f"must have one root link; it has: {found}"
+        if roots:
+            problem += f"; a fixed joint ties each to '{roots[0]}'"
+        raise RobotError(xml.path, problem)
     for start in links:
         link, steps = start, 0
         while link in parents:

@@ -139,7 +139,11 @@ def leaving_out(xml: XmlFile, what: str) -> Iterator[None]:
 
 
 class Includes:
-    """Replaces the includes of a world by their models, and keeps the file of each model."""
+    """Replaces the includes of a world by their models, and keeps the file of each model.
+
+    Attributes:
+        missing: Where the models should be that are not there.
+    """
 
     def __init__(self, xml: XmlFile) -> None:
         self._root = xml
@@ -147,6 +151,7 @@ class Includes:
         self._found: dict[tuple[Path, str], Path | None] = {}
         self._of_model: dict[int, XmlFile] = {}
         self._count = 0
+        self.missing: list[str] = []
 
     def file_of(self, model: Element, default: XmlFile) -> XmlFile:
         """Return the file that an included model is from, else the default."""
@@ -204,6 +209,8 @@ class Includes:
         self, xml: XmlFile, element: Element, uri: str, chain: tuple[Path, ...], depth: int
     ) -> Element | None:
         label = f"include '{uri}'"
+        if not uri:
+            raise xml.fail(label, "lacks its <uri>; valid: as model://ground_plane")
         name = uri.strip("/").rpartition("/")[2].lower().replace(" ", "_")
         if name == "sun":
             return None
@@ -229,6 +236,7 @@ class Includes:
             self._found[xml.path, uri] = xml.find_model(uri, label)
         path = self._found[xml.path, uri]
         if path is None:
+            self.missing.append(uri)
             built_in = ", ".join(BUILT_IN)
             problem = f"model '{uri}' does not exist, so it is left out; built in: {built_in}"
             xml.note(f"include: {problem}", NoteKind.MISSING)

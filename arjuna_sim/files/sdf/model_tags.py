@@ -28,8 +28,6 @@ _OF_LINK = (
 )
 WORLD = "world"
 """Name of the world as the parent of a joint."""
-UNLIMITED = 1e6
-"""A joint's limit beyond it is none [rad or m]; SDF writes 1e16 for a joint without limits."""
 
 
 @dataclass

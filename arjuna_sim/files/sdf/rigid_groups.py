@@ -12,8 +12,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from arjuna_sim.files.sdf.includes import leaving_out
-from arjuna_sim.files.sdf.model_tags import UNLIMITED, WORLD, SdfJoint, SdfLink
-from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.files.sdf.model_tags import WORLD, SdfJoint, SdfLink
+from arjuna_sim.files.xml_file import UNLIMITED, XmlFile
 from arjuna_sim.model.entities import bounds
 from arjuna_sim.model.geometry.shapes import Kind
 from arjuna_sim.model.urdf import Hinge
@@ -53,8 +53,8 @@ def read_hinge(joint: SdfJoint, link: SdfLink, own: set[str]) -> Hinge:
 
 
 def _limits(xml: XmlFile, axis: Element, label: str) -> tuple[float, float] | None:
-    low = max(xml.number(axis, "limit/lower", -UNLIMITED, label), -UNLIMITED)
-    high = min(xml.number(axis, "limit/upper", UNLIMITED, label), UNLIMITED)
+    low = xml.limit(axis.findtext("limit/lower"), -UNLIMITED, f"{label} <lower>")
+    high = xml.limit(axis.findtext("limit/upper"), UNLIMITED, f"{label} <upper>")
     return (low, high) if low > -UNLIMITED or high < UNLIMITED else None
 
 

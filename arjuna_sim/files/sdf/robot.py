@@ -24,9 +24,9 @@ from arjuna_sim.files.robots.rules import (
 from arjuna_sim.files.sdf.frames import raw_pose
 from arjuna_sim.files.sdf.geometry_tags import read_friction
 from arjuna_sim.files.sdf.includes import Includes
-from arjuna_sim.files.sdf.model_tags import UNLIMITED, WORLD, ModelReader, SdfJoint, SdfLink
+from arjuna_sim.files.sdf.model_tags import WORLD, ModelReader, SdfJoint, SdfLink
 from arjuna_sim.files.sensor_tag import PluginTag, SensorTag, Tags
-from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.files.xml_file import UNLIMITED, XmlFile
 from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
@@ -181,8 +181,8 @@ def _moving(joint: SdfJoint, fixed: Joint, T_axis: Pose3, label: str) -> Joint:
     axis = xml.child(joint.element, "axis", label)
     numbers = xml.numbers(xml.child(axis, "xyz", label).text or "", 3, f"{label} <xyz>")
     x, y, z = (T_axis.rotation() @ numbers).tolist()
-    low = xml.number(axis, "limit/lower", -UNLIMITED, label)
-    high = xml.number(axis, "limit/upper", UNLIMITED, label)
+    low = xml.limit(axis.findtext("limit/lower"), -UNLIMITED, f"{label} <lower>")
+    high = xml.limit(axis.findtext("limit/upper"), UNLIMITED, f"{label} <upper>")
     kind = fixed.kind
     if kind == "revolute" and low <= -UNLIMITED and high >= UNLIMITED:
         kind = "continuous"

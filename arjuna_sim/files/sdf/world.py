@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+import re
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
@@ -31,6 +32,7 @@ from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
 from arjuna_sim.model.geometry.shapes import MASS_MAX, Kind, estimated_inertial
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.world import (
+    GROUND,
     Actor,
     Body,
     Earth,
@@ -41,6 +43,11 @@ from arjuna_sim.model.world import (
     person,
 )
 
+# Gazebo's systems whose work the simulator does by itself.
+_OWN = re.compile(
+    r"(?i)\b(physics|sensors|imu|magnetometer|altimeter|nav-?sat|contact|user-?commands"
+    r"|scene-?broadcaster)(-system)?\b|libgazebo_ros_(init|factory)\b"
+)
 _WAYPOINTS_MAX = 10_000
 _ANGLES = {"latitude_deg": 90.0, "longitude_deg": 360.0, "heading_deg": 360.0}
 _UNLIT = (
@@ -181,8 +188,10 @@ def read_world(xml: XmlFile) -> World:
         raise ExcessError(xml.path, f"has too many parts; valid: up to {PARTS_MAX}")
     reader = _Reader(xml)
     reader.read(world)
+    reader.note_missing()
     for plugin in world.iter("plugin"):
-        xml.note(f"plugin '{plugin.get('name', '?')}': not simulated", NoteKind.IGNORED)
+        if not _OWN.search(f"{plugin.get('filename')} {plugin.get('name')}"):
+            xml.note(f"plugin '{plugin.get('name', '?')}': not simulated", NoteKind.IGNORED)
     bodies, earth, gravity = reader.bodies, read_earth(xml, world), read_gravity(xml, world)
     flat = (Kind.PLANE, Kind.TERRAIN)
     if not any(body.part.shape.kind in flat and body.collides for body in bodies):
@@ -230,6 +239,21 @@ class _Reader:
                     self.actors.append(read_actor(xml, element, pose))
                 elif element.tag not in _UNLIT:
                     xml.note(f"<{element.tag}>: not simulated", NoteKind.IGNORED)
+
+    def note_missing(self) -> None:
+        """Note how to get models that are not there, first where nothing is without them."""
+        missing = self._includes.missing
+        if not missing:
+            return
+        of_fuel = [uri for uri in missing if uri.startswith(("http://", "https://"))]
+        models = f"{len(missing)} model{'s' * (len(missing) > 1)}"
+        text = f"{models} of Fuel" if len(of_fuel) == len(missing) else models
+        text += f" {'are' if len(missing) > 1 else 'is'} not on this machine;"
+        text += f" 'gz fuel download -u {of_fuel[0]}' fetches one, or" if of_fuel else ""
+        text += " --model-path DIR finds them below DIR"
+        if all(body.model == GROUND for body in self.bodies) and not self.actors:
+            text = f"is an empty world now: {text}"
+        self._xml.note(text, NoteKind.MISSING)
 
     def _top(self, model: Element, pose: Pose3, placed: bool) -> None:
         """Read a model of the world, under a name of its own."""

@@ -53,13 +53,13 @@ def read_urdf(xml: XmlFile) -> Urdf:
     for element in xml.root.findall("link"):
         link = _link(xml, element, colours)
         if link.name in links:
-            raise xml.fail(f"link '{link.name}'", "is there twice")
+            raise xml.fail(f"link '{link.name}'", "is there twice; each name is valid once")
         links[link.name] = link
     joints: dict[str, Joint] = {}
     for element in xml.root.findall("joint"):
         joint = read_joint(xml, element, links)
         if joint.name in joints:
-            raise xml.fail(f"joint '{joint.name}'", "is there twice")
+            raise xml.fail(f"joint '{joint.name}'", "is there twice; each name is valid once")
         joints[joint.name] = joint
     joints = check_mimics(xml, joints)
     root, name = root_of(xml, links, joints), xml.root.get("name", "robot")
@@ -189,8 +189,9 @@ def read_joint(xml: XmlFile, element: Element, links: Collection[str]) -> Joint:
         return Joint(name, kind, ends[0], ends[1], pose)
     limits, dynamics, limit = None, element.find("dynamics"), element.find("limit")
     if kind in ("revolute", "prismatic"):
-        bounds = xml.child(element, "limit", label)
-        low, high = (xml.attribute_number(bounds, k, "0", label) for k in ("lower", "upper"))
+        if limit is None:
+            raise xml.fail(label, "lacks <limit>; valid: its lower and upper, or type 'continuous'")
+        low, high = (xml.limit(limit.get(k), 0.0, f"{label} {k}") for k in ("lower", "upper"))
         limits = low, high
     damping, friction = (
         0.0 if dynamics is None else xml.attribute_number(dynamics, key, "0", label)

@@ -35,6 +35,12 @@ _MEMORY_BYTES = 400_000_000
 _FILE_BYTES = 5_000_000
 _OUTPUT_BYTES = 5_000_000
 _CONDITIONS = ("xacro:if", "xacro:unless")
+_REMEDIES = (
+    ("unknown macro name", "<xacro:include> a file that defines it, or correct its name"),
+    ("is not defined when evaluating", "<xacro:property> or <xacro:arg> defines it"),
+    ("Undefined parameters", "a call of its macro must give it a value, or params a default"),
+    ("when evaluating expression", "what stands in ${} is Python"),
+)
 _UNKNOWN = re.compile(r"unknown macro name: (\S+)")
 
 
@@ -175,7 +181,9 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
         return {"error": f"it takes more than {_MEMORY_BYTES // 1_000_000} MB"}
     except Exception as error:  # noqa: BLE001 - macros are code: they can raise anything
         reason = " ".join(str(error).split()) or type(error).__name__
-        return {"error": "; ".join([reason, *(text for _, text in expansion.notes)])}
+        remedies = [remedy for text, remedy in _REMEDIES if text in reason][:1]
+        notes = (text for _, text in expansion.notes)
+        return {"error": "; ".join([reason, *remedies, *notes])}
     return {"text": text, "notes": list(expansion.notes), "files": list(xacro.all_includes)}
 
 
