@@ -56,6 +56,10 @@ class RouteServerConfig:
         1.0, "How old the robot's pose may be.", unit="s", minimum=0.0
     )
     path_density: float = param(0.05, "Between poses of a path.", unit="m", minimum=0.001)
+    smooth_corners: bool = param(False, "Whether arcs round the corners of a path.")
+    smoothing_radius: float = param(
+        1.0, "Radius of these arcs; a corner with no room stays.", unit="m", minimum=0.01
+    )
     tracker_update_rate: float = param(
         50.0, "How often progress is looked at.", unit="Hz", minimum=0.1, read_only=True
     )
@@ -287,8 +291,9 @@ class RouteServerNode(RouteHost):
 
     def _messages(self, route: Route) -> tuple[Any, Any]:
         """Return a route's path, which is published, and its message."""
-        frame = self.config.route_frame
-        path = path_msg(path_along(route, self.config.path_density), frame, self.now)
+        config, frame = self.config, self.config.route_frame
+        radius = config.smoothing_radius if config.smooth_corners else 0.0
+        path = path_msg(path_along(route, config.path_density, radius), frame, self.now)
         self._out.publish(path)
         message = RouteMsg(header=header(frame, self.now), route_cost=route.cost)
         message.nodes = [RouteNode(nodeid=one.id, position=_at(one)) for one in route.nodes]

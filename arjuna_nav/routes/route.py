@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import heapq
-import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -116,17 +115,51 @@ def along_edge(edge: Edge, point: Point) -> tuple[float, float]:
     return along, float(np.hypot(*(np.array(point) - first - along * unit)))
 
 
-def path_along(route: Route, spacing: float) -> NDArray[np.float64]:
-    """Return poses `(N, 3)` [m, m, rad] along a route, at most a spacing apart [m]."""
+def path_along(route: Route, spacing: float, radius: float = 0.0) -> NDArray[np.float64]:
+    """Return poses `(N, 3)` [m, m, rad] along a route, at most a spacing apart [m].
+
+    Args:
+        radius: Of the arc that rounds a corner [m], where its edges are long enough; 0 for none.
+
+    Source: nav2_route, PathConverter and CornerArc.
+    """
     corners = np.array([node.point for node in route.nodes])
     pieces = [corners[:1]]
-    for a, b in itertools.pairwise(corners):
-        count = max(math.ceil(float(np.hypot(*(b - a))) / spacing - 1e-9), 1)
-        pieces.append(a + (b - a) * np.arange(1, count + 1)[:, None] / count)
+    for corner, after in zip(corners[1:], [*corners[2:], None], strict=False):
+        start = pieces[-1][-1]
+        arc = _arc(start, corner, after, radius, spacing) if radius and after is not None else None
+        end = corner if arc is None else arc[0]
+        count = max(math.ceil(float(np.hypot(*(end - start))) / spacing - 1e-9), 1)
+        pieces.append(start + (end - start) * np.arange(1, count + 1)[:, None] / count)
+        pieces += [] if arc is None else [arc[1:]]
     points = np.vstack(pieces)
     steps = np.diff(points, axis=0)
     yaw = np.arctan2(steps[:, 1], steps[:, 0])
     return np.column_stack((points, np.append(yaw, yaw[-1:] if len(yaw) else 0.0)))
+
+
+def _arc(
+    start: NDArray[np.float64],
+    corner: NDArray[np.float64],
+    after: NDArray[np.float64],
+    radius: float,
+    spacing: float,
+) -> NDArray[np.float64] | None:
+    """Return the points of an arc that touches both edges of a corner, None if there is no room."""
+    ahead, behind = corner - start, after - corner
+    lengths = np.hypot(*ahead), np.hypot(*behind)
+    turn = math.atan2(ahead[0] * behind[1] - ahead[1] * behind[0], float(ahead @ behind))
+    cut = radius * math.tan(0.5 * abs(turn))
+    if not 1e-3 < abs(turn) < math.pi - 1e-3 or not cut < min(lengths):
+        return None
+    along = ahead / lengths[0]
+    to_middle = math.copysign(radius, turn) * np.array((-along[1], along[0]))
+    count = math.ceil(radius * abs(turn) / spacing)
+    angles = np.linspace(0.0, turn, count + 1)
+    cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    across = np.array((-to_middle[1], to_middle[0]))
+    points: NDArray[np.float64] = corner - cut * along + to_middle - cos * to_middle - sin * across
+    return points
 
 
 class Tracker:

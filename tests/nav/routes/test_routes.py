@@ -133,6 +133,20 @@ def test_a_path_goes_over_the_nodes(tmp_path: Path) -> None:
     np.testing.assert_allclose(path_along(Route(graph.nodes[1]), 0.3), [[4.0, 0.0, 0.0]])
 
 
+@pytest.mark.parametrize(("radius", "rounded"), [(1.0, True), (3.9, True), (4.1, False)])
+def test_an_arc_rounds_a_corner_that_has_room(tmp_path: Path, radius: float, rounded: bool) -> None:
+    graph = read_graph(written(tmp_path), "map")
+    path = path_along(route_round(graph), 0.1, radius)
+    steps = np.diff(path[:, :2], axis=0)
+    assert np.hypot(*steps.T).max() <= 0.1 + 1e-9
+    np.testing.assert_allclose(path[[0, -1], :2], [[0.0, 0.0], [4.0, 4.0]], atol=1e-12)
+    on_arc = np.hypot(*(path[:, :2] - (4.0 - radius, radius)).T) < radius + 1e-9
+    assert (np.abs(path[:, :2] - (4.0, 0.0)).sum(axis=1) < 1e-9).any() != rounded
+    if rounded:
+        assert on_arc.sum() > 10
+        assert np.abs(np.diff(path[:, 2])).max() < 0.11 / radius
+
+
 def test_a_node_is_passed_where_the_route_bends_there(tmp_path: Path) -> None:
     graph = read_graph(written(tmp_path), "map")
     route = route_round(graph)
