@@ -47,6 +47,15 @@ def test_sim_comes_up_dies_comes_up_again_and_stops_cleanly() -> None:
         assert ended(second)
 
 
+def test_a_second_simulator_says_what_is_wrong_and_ends() -> None:
+    with Lines("-m", "bringup", "sim") as first:
+        first.wait_for(ACTIVE)
+        with Lines("-m", "bringup", "sim") as second:
+            assert second.read_to_end() == 2
+            assert second.matching("a simulator runs already: /sim in domain 91; end it")
+        assert not first.matching("another process has")
+
+
 def test_stopped_while_it_starts_it_ends_without_a_traceback() -> None:
     with Lines("-m", "bringup", "nav", "--slam") as bringup:
         bringup.wait_for("log: ")
