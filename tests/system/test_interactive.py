@@ -36,7 +36,8 @@ def _imports(pid: int) -> bool:
 def test_sim_comes_up_dies_comes_up_again_and_stops_cleanly() -> None:
     with Lines("-m", "bringup", "sim") as bringup:
         bringup.wait_for(ACTIVE)
-        assert bringup.matching("sim active after")
+        bringup.wait_for("3 nodes active after")
+        assert len(bringup.seen) == 3, "the log, the manager's line, and this one"
         (first,) = _children(bringup.process.pid)
         os.kill(first, signal.SIGKILL)
         bringup.wait_for("sim died (SIGKILL); it starts again in 0.2 s")
