@@ -64,7 +64,7 @@ def open_file(
 
 
 def _nearest_file(path: Path, most: int = 1000) -> str:
-    """Return the name in a file's folder, of this many at most, that is nearest to one not there."""
+    """Return which name in a missing file's folder, of so many at most, is nearest to its own."""
     try:
         with os.scandir(path.parent) as entries:
             names = [entry.name for entry in islice(entries, most)]

@@ -40,6 +40,7 @@ def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]
         (["fly"], "invalid choice: 'fly'"),
         (["simm"], "invalid choice: 'simm'; did you mean 'sim'?"),
         (["lesson", "9"], "invalid choice: 9; valid: 1, 2, 3, 4, 5"),
+        (["sim", "--plugin-path", "no.py"], "'no.py' is no folder, package or .py file"),
         (["sim", "--wrld", "a"], "unrecognized arguments: --wrld; the nearest is '--world'"),
         (["sim", "--wrld=a"], "unrecognized arguments: --wrld; the nearest is '--world'"),
         (["entity", "spawn", "a", "box", "--yow", "1"], "--yow; the nearest is '--yaw'"),

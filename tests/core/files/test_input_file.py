@@ -37,9 +37,9 @@ def test_a_missing_file_is_named_with_the_nearest_of_its_folder(tmp_path: Path, 
     for other in ("arjuna_room.yaml", "office.yaml"):
         (tmp_path / other).touch()
     nearest = re.escape(f"No such file or directory; the nearest is '{tmp_path}/arjuna_room.yaml'")
-    with pytest.raises(InputFileError, match=f"{nearest}$"):
+    with pytest.raises(InputFileError, match=rf"{nearest}$"):
         read_text(tmp_path / name)
-    with pytest.raises(InputFileError, match="No such file or directory$"):
+    with pytest.raises(InputFileError, match=r"No such file or directory$"):
         read_text(tmp_path / "none" / name)
 
 

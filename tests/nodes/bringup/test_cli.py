@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -139,6 +140,36 @@ def test_parameters_of_the_command_line_win_over_files(tmp_path: Path) -> None:
     values = inputs.gather(parse(["slam", "--params", str(path), *words]))["slam_toolbox"]
     named = {"mode": "lifelong", "resolution": 0.1, "map_update_interval": 3.0}
     assert {key: values[key] for key in named} == named
+
+
+PLUGIN = """
+from arjuna_nav.controllers.graceful.controller import Graceful
+
+
+class Mine(Graceful):
+    pass
+"""
+
+
+@pytest.mark.parametrize("path", ["lib", "lib/mine_one.py", "lib/mine_two"])
+def test_plug_ins_are_found_below_a_path_of_their_own(
+    path: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    for name in ("lib/mine_one.py", "lib/mine_two/__init__.py"):
+        Path(name).parent.mkdir(parents=True, exist_ok=True)
+        _write(name, PLUGIN)
+    module = "mine_two" if path.endswith("two") else "mine_one"
+    monkeypatch.delitem(sys.modules, module, raising=False)
+    plugin = f"FollowPath: {{plugin: '{module}:Mine'}}"
+    file = _write("mine.yaml", f"controller_server: {{ros__parameters: {{{plugin}}}}}")
+    assert cli.run(parse(["params", "check", file])) == 1
+    assert "--plugin-path says where it is" in capfd.readouterr().out
+    assert cli.run(parse(["params", "check", file, "--plugin-path", path])) == 0
+    argv = ["nav", "--slam", "--params", file, "--plugin-path", path]
+    assert cli.run(parse(argv)) == 0
+    assert os.environ["PYTHONPATH"].split(os.pathsep)[0] == str(Path("lib").resolve())
 
 
 def test_a_domain_is_that_of_the_processes(monkeypatch: pytest.MonkeyPatch) -> None:
