@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-<<<<<<< HEAD
-from typing import BinaryIO
-=======
-from typing import Any
->>>>>>> 7b0ce95a (Choose a controller per goal, plug-ins by path)
+from typing import Any, BinaryIO
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,14 +15,11 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from bringup.viewing.snapshot import Snapshot
 
-<<<<<<< HEAD
-=======
-mpl.use("Agg")
 # A path that is believed rightly lies on the true one: that one is broad and pale below it.
 _TRUE: dict[str, Any] = {"color": "#9be39b", "lw": 6.0}
 _BELIEVED: dict[str, Any] = {"color": "tab:blue", "lw": 1.5}
 _PLAN: dict[str, Any] = {"color": "tab:purple", "lw": 1.5}
->>>>>>> 7b0ce95a (Choose a controller per goal, plug-ins by path)
+
 
 def _draw_map(figure: Figure, grid: OccupancyGrid, title: str) -> Axes:
     shades = np.select([grid.occupied(), grid.free()], [0.0, 1.0], 0.8)
@@ -115,20 +108,12 @@ def draw_snapshot(
         axes = _draw_map(figure, snapshot.grid, title)
     else:
         axes = figure.add_subplot()
-<<<<<<< HEAD
         axes.set(xlabel="x [m]", ylabel="y [m]", title=title)
         axes.set_aspect("equal", "datalim")
-    for trail, colour, width, label in (
-        (snapshot.true, "tab:green", 2.5, "true"),
-        (snapshot.believed, "tab:blue", 1.0, "believed"),
-        (snapshot.plan, "tab:purple", 1.5, "plan"),
-=======
-        axes.set(xlabel="x [m]", ylabel="y [m]", title=title, aspect="equal")
     for trail, style, label in (
         (snapshot.true, _TRUE, "true"),
         (snapshot.believed, _BELIEVED, "believed"),
         (snapshot.plan, _PLAN, "plan"),
->>>>>>> 7b0ce95a (Choose a controller per goal, plug-ins by path)
     ):
         if len(trail):
             axes.plot(*_broken_at_leaps(np.array(trail), 0.3).T, **style, label=label)

@@ -24,7 +24,8 @@ def gap(route: list[tuple[float, float]], corners: NDArray[np.float64]) -> float
     """Return how near a path comes to a rectangle [m]."""
     points = np.vstack([np.linspace(a, b, 200) for a, b in itertools.pairwise(route)])
     side = corners[1] - corners[0]
-    middle = SE2(*corners.mean(axis=0), math.atan2(side[1], side[0]))
+    x, y = corners.mean(axis=0).tolist()
+    middle = SE2(x, y, math.atan2(side[1], side[0]))
     half = np.linalg.norm([side, corners[2] - corners[1]], axis=1) / 2.0
     outside = np.maximum(np.abs(middle.inverse().apply(points)) - half, 0.0)
     return float(np.hypot(*outside.T).min())

@@ -51,7 +51,7 @@ def test_the_picture_is_written_with_and_without_a_map(tmp_path: Path) -> None:
 def test_the_believed_path_is_seen_on_the_true_one(tmp_path: Path) -> None:
     snapshot = snapshot_of(drive(tmp_path / "bag"))
     snapshot.true = snapshot.believed
-    snapshot.plan, snapshot.grid = [], None
+    snapshot.plan, snapshot.grid = np.empty((0, 2)), None
     draw_snapshot(tmp_path / "paths.png", snapshot)
     picture = Image.open(tmp_path / "paths.png").convert("RGB")
     red, green, blue = np.moveaxis(np.asarray(picture).astype(int), 2, 0)
