@@ -35,7 +35,12 @@ class InputFileError(ArjunaError):
     Args:
         problem: What is wrong and what is valid, one sentence.
         location: Position in the file: a line, an element, a key.
+
+    Attributes:
+        origin: What writes files of the kind, for one that is missing.
     """
+
+    origin = ""
 
     def __init__(self, path: str | Path, problem: str, location: str | None = None) -> None:
         self.path = Path(path)
@@ -49,6 +54,8 @@ class InputFileError(ArjunaError):
 
 class MapError(InputFileError):
     """A map's YAML or image is missing, broken or inconsistent."""
+
+    origin = "; 'save-map' writes maps"
 
 
 class RobotError(InputFileError):

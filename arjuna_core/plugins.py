@@ -93,7 +93,9 @@ def _imported(path: str) -> Any:
     try:
         return getattr(importlib.import_module(module), name)
     except (ImportError, AttributeError, ValueError) as error:
-        raise ConfigError(f"plug-in '{path}' cannot be imported: {error}") from error
+        missing = isinstance(error, ModuleNotFoundError) and error.name == module
+        hint = "; --plugin-path says where it is" if missing else ""
+        raise ConfigError(f"plug-in '{path}' cannot be imported: {error}{hint}") from error
 
 
 def config_class_for(

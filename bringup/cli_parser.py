@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from typing import Any, NoReturn
 
+from arjuna_core.errors import closest, nearest
 from bringup.commands import COMMANDS, module_of
 
 _FIRST = """Arjuna: a ROS 2 robot to map, localize and navigate with, simulated or real.
@@ -14,6 +16,37 @@ New here? Type these, each in a terminal of its own:
   {prog} sim                                drives in its room
   {prog} nav --map maps/arjuna_room.yaml    knows where it is, takes goals"""
 _LAST = "Each command has --help with its options."
+
+
+class Parser(argparse.ArgumentParser):
+    """Says in the first line what is wrong, with the nearest valid word, and the usage below."""
+
+    _unknown: Sequence[str] = ()  # options that it has none of
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Read words as argparse does; one with commands below leaves options to them."""
+        words = [word.partition("=")[0] for word in args or () if word.startswith("--")]
+        if self._subparsers is None:
+            valid = self._option_string_actions
+            self._unknown = [w for w in words if not any(name.startswith(w) for name in valid)]
+        found, rest = super().parse_known_args(args, namespace)
+        if rest and self._unknown:
+            self.error("")
+        return found, rest
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        choices = action.choices
+        if choices is not None and value not in choices:
+            near = nearest(str(value), map(str, choices))
+            raise argparse.ArgumentError(action, f"invalid choice: {value!r}; {near}")
+
+    def error(self, message: str) -> NoReturn:
+        """End with what is wrong; an option that does not exist explains all that follows."""
+        if self._unknown:
+            word = self._unknown[0]
+            near = closest(word, self._option_string_actions)
+            message = f"unrecognized arguments: {word}{near}"
+        self.exit(2, f"error: {message}\n\n{self.format_usage()}")
 
 
 def parse(argv: Sequence[str] | None = None) -> argparse.Namespace:
@@ -38,7 +71,7 @@ def parser_of(command: str) -> argparse.ArgumentParser:
 
 
 def _parser(chosen: str | None) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog=_prog(), formatter_class=argparse.RawDescriptionHelpFormatter, usage="%(prog)s COMMAND"
     )
     parser.description = "\n\n".join([_FIRST.format(prog=parser.prog), *map(_page, COMMANDS)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bz2
+import difflib
 import gzip
 import io
 import json
@@ -13,6 +14,7 @@ import time
 import zlib
 from collections.abc import Iterator
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -45,7 +47,8 @@ def open_file(
         file = open(path, "rb", opener=_descriptor_of)  # noqa: SIM115 - the one place
     except (OSError, ValueError) as cause:  # ValueError: a NUL in the name
         reason = getattr(cause, "strerror", None) or cause
-        raise error(path, f"cannot be read: {reason}") from cause
+        hint = _nearest_file(path) + error.origin if isinstance(cause, FileNotFoundError) else ""
+        raise error(path, f"cannot be read: {reason}{hint}") from cause
     status = os.fstat(file.fileno())
     try:
         _check_kind(path, status, error)
@@ -58,6 +61,17 @@ def open_file(
         file.close()
         raise
     return file
+
+
+def _nearest_file(path: Path, most: int = 1000) -> str:
+    """Return which name in a missing file's folder, of so many at most, is nearest to its own."""
+    try:
+        with os.scandir(path.parent) as entries:
+            names = [entry.name for entry in islice(entries, most)]
+    except OSError:
+        return ""
+    near = difflib.get_close_matches(path.name, sorted(names), 1)
+    return f"; the nearest is '{path.parent / near[0]}'" if near else ""
 
 
 def _descriptor_of(path: str, flags: int) -> int:

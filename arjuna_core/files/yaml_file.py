@@ -48,10 +48,11 @@ def read_yaml(path: Path, error: type[InputFileError] = InputFileError) -> Any:
     Raises:
         InputFileError: It cannot be read or is no YAML; of the kind given as `error`.
     """
+    text = read_text(path, error=error)
     try:
-        return plain(read_text(path, error=error))
+        return plain(text)
     except yaml.YAMLError as reason:
-        raise error(path, *_described(reason)) from reason
+        raise error(path, *_described(reason, text)) from reason
 
 
 def read_nodes(path: Path) -> yaml.Node | None:
@@ -95,8 +96,11 @@ def _check_growth(events: Iterable[Any]) -> None:
             raise yaml.YAMLError(f"holds more than {_MOST} values")
 
 
-def _described(reason: yaml.YAMLError) -> tuple[str, str]:
+def _described(reason: yaml.YAMLError, text: str) -> tuple[str, str]:
     if isinstance(reason, yaml.MarkedYAMLError) and reason.problem_mark is not None:
-        mark = reason.problem_mark
-        return f"is no YAML: {reason.problem}", f"line {mark.line + 1}, column {mark.column + 1}"
+        mark, problem = reason.problem_mark, str(reason.problem)
+        line = "".join(text.splitlines()[mark.line : mark.line + 1])
+        if line[mark.column :].startswith("\t"):
+            problem = "a tab indents; valid: spaces"
+        return f"is no YAML: {problem}", f"line {mark.line + 1}, column {mark.column + 1}"
     return f"is no YAML: {' '.join(str(reason).split())}", "text"

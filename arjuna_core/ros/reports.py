@@ -93,7 +93,8 @@ class Diagnostics:
             KeyValue(key=f"{source} {t.kind}", value=f"{t.count}, the last: {t.reason}")
             for source, t in tallies
         ]
-        trouble = node.trouble()
-        if trouble:
+        # What a node works with is made when it is configured.
+        configured = getattr(node, "state_label", "") in ("inactive", "active")
+        if trouble := node.trouble() if configured else "":
             status.level, status.message = DiagnosticStatus.ERROR, trouble
         return status

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rclpy.qos import QoSProfile
+from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros import qos
@@ -22,6 +23,9 @@ class FrameListener:
         self._parents: dict[str, dict[str, None]] = {}
         self._stamps: dict[str, list[float]] = {}
         self._static: dict[str, bool] = {}
+        self._statics: dict[str, set[tuple[float, ...]]] = {}
+        self._clock: float | None = None
+        session.client.create_subscription(Clock, "clock", self._on_clock, qos.CLOCK)
         self._listen("tf", qos.TF, False)
         self._listen("tf_static", qos.TF_STATIC_SUBSCRIPTION, True)
 
@@ -34,9 +38,14 @@ class FrameListener:
                 parents.pop(parent, None)
                 parents[parent] = None
                 self._static[child] = static
+                if static:
+                    self._statics.setdefault(child, set()).add(_values(item.transform))
                 self._stamps.setdefault(child, []).append(seconds(item.header.stamp))
 
         self._session.client.create_subscription(TFMessage, topic, take, profile)
+
+    def _on_clock(self, message: Any) -> None:
+        self._clock = seconds(message.clock)
 
     @property
     def found(self) -> bool:
@@ -47,9 +56,10 @@ class FrameListener:
         """Return the frames that have come so far.
 
         Args:
-            now: The robot's time [s]; None for the newest stamp.
+            now: The robot's time [s]; None for /clock, and without one for the newest stamp.
         """
         moving = [stamps[-1] for name, stamps in self._stamps.items() if not self._static[name]]
+        now = self._clock if now is None else now
         time = max(moving, default=0.0) if now is None else now
         passed = max(self._session.now - self._since, 1e-3)
         return {
@@ -59,6 +69,13 @@ class FrameListener:
                 self._static[name],
                 len(stamps) / passed,
                 time - stamps[-1],
+                len(self._statics.get(name, ())),
             )
             for name, stamps in self._stamps.items()
         }
+
+
+def _values(transform: Any) -> tuple[float, ...]:
+    """Return a transform's numbers [m], rounded to what two writers of one pose agree on."""
+    t, q = transform.translation, transform.rotation
+    return tuple(round(value, 6) for value in (t.x, t.y, t.z, q.x, q.y, q.z, q.w))

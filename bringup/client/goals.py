@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateToPose, Spin
+from std_msgs.msg import String
 
 from arjuna_core.errors import ArjunaError
+from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, pose_stamped
 from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
@@ -18,6 +21,36 @@ from bringup.client.session import ClientError, Session
 
 _REMEDY = "is 'python -m bringup nav --map FILE' running and active?"
 _ENDS = {GoalStatus.STATUS_CANCELED: "cancelled", GoalStatus.STATUS_ABORTED: "aborted"}
+
+
+@contextmanager
+def chosen(session: Session, what: str, name: str | None, timeout: float = 10.0) -> Iterator[None]:
+    """Let navigation take a plug-in meanwhile, by Nav2's selector topic; None for no choice.
+
+    Args:
+        what: Of which kind, as `controller`.
+
+    Raises:
+        ArjunaError: Nobody listens in time [s].
+    """
+    if name is None:
+        yield
+        return
+    topic = f"{what}_selector"
+    publisher = session.client.create_publisher(String, topic, qos.LATCHED)
+    heard = publisher.get_subscription_count
+    session.wait_for(lambda: heard() > 0, timeout, f"somebody who listens on '{topic}'", _REMEDY)
+
+    def choose(choice: str) -> None:
+        publisher.publish(String(data=choice))
+        session.pause(0.1)  # it is sent
+
+    choose(name)
+    try:
+        yield
+    finally:
+        choose("")  # the tree's own
+        session.client.destroy_publisher(publisher)
 
 
 @dataclass(frozen=True)

@@ -4,17 +4,28 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from geometry_msgs.msg import Pose, PoseStamped
-from simulation_interfaces.msg import EntityFilters, EntityState, Resource, Result, SimulationState
+from numpy.typing import NDArray
+from simulation_interfaces.msg import (
+    EntityCategory,
+    EntityFilters,
+    EntityState,
+    Resource,
+    Result,
+    SimulationState,
+)
 from simulation_interfaces.srv import (
     DeleteEntity,
     GetAvailableWorlds,
     GetCurrentWorld,
     GetEntitiesStates,
+    GetEntityBounds,
     GetSimulationState,
     LoadWorld,
     ResetSimulation,
@@ -27,6 +38,7 @@ from simulation_interfaces.srv import (
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import read_text
 from arjuna_core.ros.convert import quaternion, yaw
+from arjuna_core.se2 import SE2
 from bringup.client.session import ClientError, Connection
 
 
@@ -86,6 +98,37 @@ class SimulatorClient(Connection):
             heading = yaw(state.pose.orientation)
             lines.append(f"{name:<24} x {p.x:8.3f}  y {p.y:8.3f}  z {p.z:7.3f}  yaw {heading:6.3f}")
         return lines
+
+    def obstacles(
+        self, house: float = 3.0, reach: tuple[float, float] = (0.1, 1.7)
+    ) -> list[NDArray[np.float64]]:
+        """Return the corners from above of the boxes round what stands in the world, `(4, 2)` [m].
+
+        Args:
+            house: What is larger in both directions is none: its box holds rooms [m].
+            reach: Heights between which something stands in a person's way [m].
+        """
+        kinds = EntityCategory.CATEGORY_OBJECT, EntityCategory.CATEGORY_STATIC_OBJECT
+        filters = EntityFilters(categories=[EntityCategory(category=kind) for kind in kinds])
+        request = GetEntitiesStates.Request(filters=filters)
+        found = self.ask(GetEntitiesStates, "get_entities_states", request)
+        name = "get_entity_bounds"
+        client = self.client.create_client(GetEntityBounds, name)  # one, for many questions
+        self.run_until(client.service_is_ready, self._timeout, name)
+        requests = [GetEntityBounds.Request(entity=entity) for entity in found.entities]
+        answers = [client.call_async(request) for request in requests]
+        boxes = []
+        for state, answer in zip(found.states, answers, strict=True):
+            bounds = self.result(answer, self._timeout, name).bounds.points
+            if len(bounds) != 2:  # it is gone by now
+                continue
+            (x1, y1, z1), (x0, y0, z0) = ((point.x, point.y, point.z) for point in bounds)
+            at = state.pose.position
+            stands = at.z + z1 > reach[0] and at.z + z0 < reach[1]
+            if stands and min(x1 - x0, y1 - y0) <= house:
+                pose = SE2(at.x, at.y, yaw(state.pose.orientation))
+                boxes.append(pose.apply(np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])))
+        return boxes
 
     def enter(self, state: int) -> None:
         """Pause or play."""
@@ -157,9 +200,8 @@ def resource_of(what: str) -> Resource:
     return Resource(uri=str(path.resolve())) if "<mesh" in text else Resource(resource_string=text)
 
 
-def walker(name: str, points: list[tuple[float, float]], speed: float, once: bool) -> Resource:
+def walker(name: str, path: Sequence[tuple[float, float]], speed: float, loop: bool) -> Resource:
     """Return an SDF actor that walks by two or more points at a speed [m/s]."""
-    path = points if once else [*points, points[0]]
     lines, now = [], 0.0
     for (x0, y0), (x1, y1) in itertools.pairwise(path):
         heading = math.atan2(y1 - y0, x1 - x0)
@@ -170,6 +212,6 @@ def walker(name: str, points: list[tuple[float, float]], speed: float, once: boo
         now = end
     return Resource(
         resource_string=f"<sdf version='1.7'><actor name='{escape(name)}'><script>"
-        f"<loop>{str(not once).lower()}</loop><trajectory id='0' type='walk'>{''.join(lines)}"
+        f"<loop>{str(loop).lower()}</loop><trajectory id='0' type='walk'>{''.join(lines)}"
         "</trajectory></script></actor></sdf>"
     )

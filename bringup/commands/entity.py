@@ -124,7 +124,11 @@ def _spawn(client: SimulatorClient, arguments: argparse.Namespace) -> list[str]:
     if arguments.path is None:
         resource = resource_of(arguments.what)
     elif arguments.what == "person":
-        resource = walker(arguments.name, arguments.path, arguments.speed, arguments.once)
+        from bringup.scenarios.people import route_past
+
+        path = arguments.path if arguments.once else [*arguments.path, arguments.path[0]]
+        path = route_past(path, client.obstacles())
+        resource = walker(arguments.name, path, arguments.speed, loop=not arguments.once)
     else:
         raise SimulatorError(f"only a person walks a path, not '{arguments.what}'")
     x, y = arguments.at

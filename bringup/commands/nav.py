@@ -22,10 +22,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Navigate until stopped, or localize a log."""
+    options.extend_search(arguments)
     if arguments.offline is None:
         from bringup.processes.interactive import supervise
 
-        options.extend_search(arguments)
         return supervise(arguments)
     from bringup.offline.logs import run_amcl
     from bringup.terminal import show

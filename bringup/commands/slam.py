@@ -27,10 +27,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Map until stopped, or map a log."""
+    options.extend_search(arguments)
     if arguments.offline is None:
         from bringup.processes.interactive import supervise
 
-        options.extend_search(arguments)
         return supervise(arguments)
     from bringup.offline.logs import run_slam
     from bringup.terminal import show

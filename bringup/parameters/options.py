@@ -6,6 +6,7 @@ import argparse
 import math
 import os
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,11 @@ from typing import Any
 _DOMAIN_MAX = 232  # ports above do not exist (OMG DDSI-RTPS 2.5, 9.6.2.3)
 _NAMESPACE = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?", re.ASCII)
 _ARGUMENT = re.compile(r"[A-Za-z_]\w*:=")
-_SEARCHED = {"package_path": "ROS_PACKAGE_PATH", "model_path": "GAZEBO_MODEL_PATH"}
+_SEARCHED = {
+    "package_path": "ROS_PACKAGE_PATH",
+    "model_path": "GAZEBO_MODEL_PATH",
+    "plugin_path": "PYTHONPATH",
+}
 """The environment's variable of folders for each option with folders."""
 
 
@@ -94,13 +99,26 @@ def _folder(text: str) -> Path:
     return Path(text)
 
 
+def _importable(text: str) -> Path:
+    """Return the folder in which Python finds a module: that itself, or a package's or file's."""
+    path = Path(text)
+    if (path.suffix == ".py" and path.is_file()) or (path / "__init__.py").is_file():
+        return path.resolve().parent
+    if not path.is_dir():
+        raise argparse.ArgumentTypeError(f"{text!r} is no folder, package or .py file")
+    return path
+
+
 def _argument(text: str) -> str:
     if not _ARGUMENT.match(text):
         raise argparse.ArgumentTypeError(f"{text!r} is no argument; valid: NAME:=VALUE")
     return text
 
 
-NODES = ("--params", "--param", "--strict", "--as-nav2", "--as-slam-toolbox", "--log-level")
+NODES = (
+    *("--params", "--param", "--strict", "--as-nav2", "--as-slam-toolbox", "--log-level"),
+    "--plugin-path",
+)
 """The options of every command that runs nodes."""
 ROBOT_CHOICE = ("--namespace", "--domain-id")
 """Which robot is meant, where there may be several."""
@@ -184,6 +202,11 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "--robot": _path("its URDF, xacro or SDF (urdf/arjuna.urdf)"),
     "--package-path": _paths(
         "folder of ROS packages for package:// and $(find ...)", type=_folder, metavar="DIR"
+    ),
+    "--plugin-path": _paths(
+        "where plug-ins of your own are, module:Class: their folder, package or .py file",
+        type=_importable,
+        metavar="PATH",
     ),
     "robot_arguments": _value(
         _argument, "NAME:=VALUE", "arguments of the robot's xacro file", nargs="*", default=[]
@@ -278,3 +301,4 @@ def extend_search(arguments: argparse.Namespace) -> None:
         known = [os.environ[name]] if os.environ.get(name) else []
         if given:
             os.environ[name] = os.pathsep.join(given + known)
+            sys.path[:0] = given if name == "PYTHONPATH" else []

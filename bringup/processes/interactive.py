@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 import time
 from collections.abc import Sequence
@@ -12,7 +13,7 @@ from datetime import datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from arjuna_core.errors import InputFileError
+from arjuna_core.errors import ArjunaError, InputFileError
 from bringup.parameters.files import Parameters, merged
 from bringup.parameters.inputs import gather, groups_of
 from bringup.processes.child import ChildSpec
@@ -34,12 +35,41 @@ def supervise(arguments: argparse.Namespace) -> int:
     """
     with TemporaryDirectory(prefix="arjuna-resume-") as folder:
         # In a fork: it may import rclpy, which starts threads.
-        parameters = in_fork(lambda: gather(arguments, ask=True))
+        parameters = in_fork(lambda: _gathered(arguments))
         resume = bool(vars(arguments).get("resume"))
         parameters = merged(parameters, _resuming(Path(folder), resume))
         groups = groups_of(arguments)
         warm_up(groups)
-        return _supervise(arguments, groups, json.dumps(parameters))
+        file = Path(folder) / "parameters.json"
+        file.write_text(json.dumps(parameters), encoding="utf-8")
+        return _supervise(arguments, groups, file)
+
+
+def _gathered(arguments: argparse.Namespace) -> Parameters:
+    if arguments.command == "sim":
+        refuse_second(f"/{arguments.namespace}/{SIM.name}".replace("//", "/"))
+    return gather(arguments, ask=True)
+
+
+def refuse_second(simulator: str, patience: float = 2.0) -> None:
+    """Refuse a simulator beside one of its name, looked for within a time [s]; imports rclpy.
+
+    Raises:
+        ArjunaError: There is one.
+    """
+    from bringup.client.graph import nodes
+    from bringup.client.session import Connection
+    from bringup.ros2.discovery import discover, participants
+
+    domain = int(os.environ.get("ROS_DOMAIN_ID") or 0)
+    if participants(domain) == 0 and os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == "LOCALHOST":
+        return
+    with closing(Connection("simulator_probe")) as session:
+        if discover(session, lambda: simulator in nodes(session), missing=0.0, limit=patience):
+            raise ArjunaError(
+                f"a simulator runs already: {simulator} in domain {domain}; end it (Ctrl-C in its"
+                " terminal), or give this one a --namespace or another --domain-id"
+            )
 
 
 def _resuming(folder: Path, goals: bool) -> Parameters:
@@ -48,7 +78,7 @@ def _resuming(folder: Path, goals: bool) -> Parameters:
     return {spec.name: {"resume_file": str(folder / spec.name)} for spec in nodes}
 
 
-def _supervise(arguments: argparse.Namespace, groups: Sequence[Group], parameters: str) -> int:
+def _supervise(arguments: argparse.Namespace, groups: Sequence[Group], parameters: Path) -> int:
     names = [group.name for group in groups]
     specs = [
         ChildSpec(name, host_command(name, parameters, arguments), run=_run_host) for name in names
@@ -89,9 +119,9 @@ def record_command(folder: Path, namespace: str) -> list[str]:
     return [sys.executable, "-m", "bringup", "record", *into, *topics]
 
 
-def host_command(group: str, parameters: str, arguments: argparse.Namespace) -> list[str]:
-    """Return the command of the process that runs a group of nodes."""
-    host = [sys.executable, "-m", "bringup.host", group, "--parameters", parameters]
+def host_command(group: str, parameters: Path, arguments: argparse.Namespace) -> list[str]:
+    """Return the command of the process that runs a group of nodes, their parameters in a file."""
+    host = [sys.executable, "-m", "bringup.host", group, "--parameters", f"@{parameters}"]
     if arguments.namespace:
         host += ["--namespace", arguments.namespace]
     ros = ["--ros-args", "--disable-external-lib-logs", "--log-level", arguments.log_level]

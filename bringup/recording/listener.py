@@ -146,6 +146,7 @@ class TopicListener:
             unpublished: Whether those without a publisher are listened to, too.
             leaves: Whether those without a subscriber are.
         """
+        found = []
         for name, types in self._node.get_topic_names_and_types():
             if name in self._refused or not takes(name, types[0]):
                 continue
@@ -155,9 +156,13 @@ class TopicListener:
                 if not leaves and not self._node.count_subscribers(name):
                     continue
                 if self.listen(name, types[0], offers_of(self._node, name)):
-                    self._note(f"listens to {name} ({types[0]})")
+                    found.append(name)
             elif entry is not None and count != entry.publishers:
                 self._adapt(entry, count)
+        if found:
+            listed = 3  # names that a line has room for
+            names = ", ".join(found) if len(found) <= listed else f"{len(found)} topics"
+            self._note(f"listens to {names}")
 
     def _adapt(self, entry: _Subscription, count: int) -> None:
         entry.publishers = count

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.grid import OCCUPIED, OccupancyGrid
+from arjuna_core.errors import ArjunaError
+from arjuna_core.grid import OCCUPIED, GridFrame, OccupancyGrid
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
 from arjuna_sim.model.entities import Entity
@@ -41,6 +43,43 @@ def with_boxes(grid: OccupancyGrid, boxes: NDArray[np.float64]) -> OccupancyGrid
         row, column = frame.to_cell(x, y)
         data[row - half : row + half + 1, column - half : column + half + 1] = OCCUPIED
     return OccupancyGrid(frame, data)
+
+
+def route_past(
+    points: Sequence[tuple[float, float]], boxes: Iterable[NDArray[np.float64]]
+) -> list[tuple[float, float]]:
+    """Return a path by points that leads a person round boxes; a point in one moves beside it [m].
+
+    Args:
+        boxes: Their corners from above in order, `(4, 2)` each [m].
+
+    Raises:
+        ArjunaError: Two points have no path between them.
+    """
+    edge, margin = 0.05, 3.0  # of a cell, and round the points [m]
+    low = np.min(points, axis=0) - margin
+    height, width = np.ceil((np.max(points, axis=0) + margin - low) / edge).astype(int)[::-1]
+    frame = GridFrame(edge, int(width), int(height), SE2(*low.tolist()))
+    data = np.zeros(frame.shape, np.int8)
+    centres = frame.to_points(np.argwhere(data == 0))
+    for box in boxes:
+        sides = np.roll(box, -1, axis=0) - box
+        x, y = (centres[:, None] - box).T
+        left = sides[:, :1] * y - sides[:, 1:] * x >= 0.0  # of each side
+        data.flat[left.all(axis=0)] = OCCUPIED
+    if not data.any():
+        return list(points)
+    room = PERSON[0] + edge
+    space = FreeSpace(OccupancyGrid(frame, data), room, room)
+    stops = [space.nearest(*point) for point in points]
+    route = [(stops[0].x, stops[0].y)]
+    for start, goal in itertools.pairwise(stops):
+        leg = space.shortest_path(goal, start)
+        if leg is None:
+            ends = f"from {start.x:g},{start.y:g} to {goal.x:g},{goal.y:g}"
+            raise ArjunaError(f"no path {ends} is wide enough for a person")
+        route += [*map(tuple, leg[1:-1].tolist()), (goal.x, goal.y)]
+    return route
 
 
 def settle(

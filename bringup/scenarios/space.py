@@ -46,6 +46,14 @@ class FreeSpace:
         x, y = self.frame.to_point(int(cell[0]), int(cell[1]))
         return SE2(x, y, float(rng.uniform(-math.pi, math.pi)))
 
+    def nearest(self, x: float, y: float) -> SE2:
+        """Return the nearest position with room for the radius, the given one where it has [m]."""
+        cell = self.frame.to_cell(x, y)
+        if self._open[cell]:
+            return SE2(x, y)
+        indices = distance_transform_edt(~self._open, return_distances=False, return_indices=True)
+        return SE2(*self.frame.to_point(*indices[:, cell[0], cell[1]].tolist()))
+
     def shortest(self, start: SE2, goal: SE2) -> float:
         """Return the length [m] of the shortest path for the radius, NaN where there is none.
 

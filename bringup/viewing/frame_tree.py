@@ -16,6 +16,7 @@ class Frame:
         static: Whether its last transform came on /tf_static.
         rate: Transforms a second, of the listener's time [Hz].
         age: How far its newest stamp lies behind the robot's clock [s]; negative is ahead of it.
+        variants: How many different transforms came on /tf_static.
     """
 
     name: str
@@ -23,6 +24,7 @@ class Frame:
     static: bool = False
     rate: float = 0.0
     age: float = 0.0
+    variants: int = 0
 
     @property
     def parent(self) -> str:
@@ -30,10 +32,17 @@ class Frame:
         return self.parents[-1]
 
     @property
+    def of_another_clock(self) -> bool:
+        """Whether its stamps and the robot's clock are days apart, as system and simulated time."""
+        return abs(self.age) > 1e6  # [s]
+
+    @property
     def facts(self) -> str:
         """Its rate and age, in a few words."""
         if self.static:
-            return "static"
+            return "static" if self.variants < 2 else f"static, {self.variants} different ones"
+        if self.of_another_clock:
+            return f"{self.rate:.1f} Hz, stamped by another clock"
         moment = f"{self.age:.2f} s old" if self.age >= 0.0 else f"{-self.age:.2f} s ahead"
         return f"{self.rate:.1f} Hz, {moment}"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,6 +14,11 @@ from numpy.typing import NDArray
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from bringup.viewing.snapshot import Snapshot
+
+# A path that is believed rightly lies on the true one: that one is broad and pale below it.
+_TRUE: dict[str, Any] = {"color": "#9be39b", "lw": 6.0}
+_BELIEVED: dict[str, Any] = {"color": "tab:blue", "lw": 1.5}
+_PLAN: dict[str, Any] = {"color": "tab:purple", "lw": 1.5}
 
 
 def _draw_map(figure: Figure, grid: OccupancyGrid, title: str) -> Axes:
@@ -67,8 +72,8 @@ def draw_trajectory(
     """
     figure = Figure(figsize=(7.5, 7.5))
     axes = _draw_map(figure, grid, "The robot's path, true and estimated")
-    axes.plot(*_broken_at_leaps(table[:, 1:3]).T, color="tab:green", lw=2.5, label="true")
-    axes.plot(*_broken_at_leaps(table[:, 4:6]).T, color="tab:blue", lw=1.0, label="estimated")
+    axes.plot(*_broken_at_leaps(table[:, 1:3]).T, **_TRUE, label="true")
+    axes.plot(*_broken_at_leaps(table[:, 4:6]).T, **_BELIEVED, label="estimated")
     for number, (x, y, yaw, reached) in enumerate(goals, 1):
         colour = "tab:orange" if reached else "tab:red"
         axes.plot(x, y, "o", color=colour, ms=9)
@@ -105,15 +110,13 @@ def draw_snapshot(
         axes = figure.add_subplot()
         axes.set(xlabel="x [m]", ylabel="y [m]", title=title)
         axes.set_aspect("equal", "datalim")
-    for trail, colour, width, label in (
-        (snapshot.true, "tab:green", 2.5, "true"),
-        (snapshot.believed, "tab:blue", 1.0, "believed"),
-        (snapshot.plan, "tab:purple", 1.5, "plan"),
+    for trail, style, label in (
+        (snapshot.true, _TRUE, "true"),
+        (snapshot.believed, _BELIEVED, "believed"),
+        (snapshot.plan, _PLAN, "plan"),
     ):
         if len(trail):
-            axes.plot(
-                *_broken_at_leaps(np.array(trail), 0.3).T, color=colour, lw=width, label=label
-            )
+            axes.plot(*_broken_at_leaps(np.array(trail), 0.3).T, **style, label=label)
     if len(snapshot.scan):
         axes.plot(*snapshot.scan.T, ".", color="tab:red", ms=4, label="scan")
     if snapshot.touches:

@@ -12,6 +12,7 @@ import numpy as np
 
 from arjuna_core.se2 import SE2
 from bringup.commands.goals import add_options
+from bringup.parameters.options import extend_search
 from bringup.scenarios.course import Arrival, Continuation, course
 from bringup.scenarios.goals import figures_of
 from tests.helpers.nav.journal import Journal, Ticks, draw, steadiness
@@ -53,6 +54,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     their routes. Lost are AMCL's particles (drawn again about the belief), what costmaps hold
     beside the map, and who was being tracked.
     """
+    extend_search(arguments)
     rng = np.random.default_rng(arguments.seed or 0)
     journal = Journal(arguments.state, {name: str(vars(arguments)[name]) for name in _SETTING})
     with TemporaryDirectory() as folder:

@@ -38,6 +38,13 @@ def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]
         (["nav"], "one of the arguments --map --slam --without-localization is required"),
         (["nav", "--map", "m", "--slam"], "not allowed with argument --map"),
         (["fly"], "invalid choice: 'fly'"),
+        (["simm"], "invalid choice: 'simm'; did you mean 'sim'?"),
+        (["lesson", "9"], "invalid choice: 9; valid: 1, 2, 3, 4, 5"),
+        (["sim", "--plugin-path", "no.py"], "'no.py' is no folder, package or .py file"),
+        (["sim", "--wrld", "a"], "unrecognized arguments: --wrld; the nearest is '--world'"),
+        (["sim", "--wrld=a"], "unrecognized arguments: --wrld; the nearest is '--world'"),
+        (["entity", "spawn", "a", "box", "--yow", "1"], "--yow; the nearest is '--yaw'"),
+        (["params", "chek", "a.yaml"], "did you mean 'check'?"),
         (["sim", "--seed", "-1"], "'-1' is no seed; valid: a whole number from 0"),
         (["sim", "--seed", "1.5"], "'1.5' is no seed"),
         (["sim", "--seed", "9223372036854775808"], "is no seed"),
@@ -66,7 +73,11 @@ def test_a_wrong_command_line_is_refused_with_exit_code_2(
 ) -> None:
     with pytest.raises(SystemExit, match="2"):
         parse(argv)
-    assert problem in capsys.readouterr().err
+    first, blank, usage = capsys.readouterr().err.split("\n", 2)
+    assert first.startswith("error: ")
+    assert problem in first
+    assert blank == ""
+    assert usage.startswith("usage: python -m bringup")
 
 
 @pytest.mark.parametrize("command", ["sim", "teleop", "avoid", "explore", "world list"])

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import os
 import select
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from types import TracebackType
 from typing import Any
 
@@ -27,6 +29,14 @@ def wait_until(done: Callable[[], Any], step: Callable[[], Any], what: object) -
     while not done():
         assert time.monotonic() < deadline, f"waited {DEADLINE:g} s for {what}"
         step()
+
+
+def given_parameters(command: Sequence[str]) -> dict[str, Any]:
+    """Return the parameters that a host's command names: they are in a file, not in its words."""
+    word = command[command.index("--parameters") + 1]
+    assert word.startswith("@"), word
+    parameters: dict[str, Any] = json.loads(Path(word[1:]).read_text(encoding="utf-8"))
+    return parameters
 
 
 class Lines:

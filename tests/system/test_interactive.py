@@ -36,7 +36,8 @@ def _imports(pid: int) -> bool:
 def test_sim_comes_up_dies_comes_up_again_and_stops_cleanly() -> None:
     with Lines("-m", "bringup", "sim") as bringup:
         bringup.wait_for(ACTIVE)
-        assert bringup.matching("sim active after")
+        bringup.wait_for("3 nodes active after")
+        assert len(bringup.seen) == 3, "the log, the manager's line, and this one"
         (first,) = _children(bringup.process.pid)
         os.kill(first, signal.SIGKILL)
         bringup.wait_for("sim died (SIGKILL); it starts again in 0.2 s")
@@ -45,6 +46,15 @@ def test_sim_comes_up_dies_comes_up_again_and_stops_cleanly() -> None:
         bringup.process.send_signal(signal.SIGINT)
         assert bringup.read_to_end() == 0
         assert ended(second)
+
+
+def test_a_second_simulator_says_what_is_wrong_and_ends() -> None:
+    with Lines("-m", "bringup", "sim") as first:
+        first.wait_for(ACTIVE)
+        with Lines("-m", "bringup", "sim") as second:
+            assert second.read_to_end() == 2
+            assert second.matching("a simulator runs already: /sim in domain 91; end it")
+        assert not first.matching("another process has")
 
 
 def test_stopped_while_it_starts_it_ends_without_a_traceback() -> None:

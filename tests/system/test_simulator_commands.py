@@ -36,7 +36,7 @@ def test_commands_change_the_running_simulation(capfd: pytest.CaptureFixture[str
         listed = says("entity", "list", "--filter", "crate|bob")
         assert re.search(r"crate +x +1\.500 +y +-1\.000", listed)
         assert "paused" in says("world", "pause")
-        says("world", "step", "150")  # bob arrives after 2 s
+        says("world", "step", "200")  # bob goes round the red box
         assert re.search(r"bob +x +3\.000 +y +3\.000", says("entity", "list"))
         says("entity", "delete", "crate")
         assert "crate" not in says("entity", "list")

@@ -21,6 +21,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.stack import EXPLORER_GROUP
     from bringup.terminal import show
 
+    options.extend_search(arguments)
     host = Host(EXPLORER_GROUP, gather(arguments, ask=True), arguments.namespace)
     host.stop_on_signals()
     done = host.run_until_done(arguments.timeout)

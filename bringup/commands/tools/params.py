@@ -33,6 +33,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     check.add_argument("file", type=Path, metavar="FILE")
     about = "the robot that is driven, its URDF, xacro or SDF (urdf/arjuna.urdf)"
     options.add(check, "--robot", help=about)
+    for action in (dump, check):
+        options.add(action, "--plugin-path")
     check.add_argument("--strict", action="store_true", help="an unknown name is a problem")
     check.add_argument(
         "-v", "--verbose", action="store_true", help="list the names that are not needed here"
@@ -49,6 +51,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Do the action; return 1 where a file is wrong, or where files differ."""
     actions = {"dump": _dump, "check": _check, "diff": _diff, "convert": _convert}
+    options.extend_search(arguments)
     return actions[arguments.action](arguments)
 
 

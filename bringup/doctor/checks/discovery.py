@@ -29,7 +29,10 @@ def check(snapshot: Snapshot) -> Iterator[Finding]:
         yield Finding(what, f"python -m bringup doctor --namespace {robots[0].strip('/')}")
     for node, count in sorted(Counter(snapshot.nodes).items()):
         if count > 1:
-            remedy = "stop one; two robots need domains of their own (ROS_DOMAIN_ID)"
+            remedy = (
+                "end one, or start it under another name (--ros-args -r __node:=NAME); of two"
+                " robots one needs a --namespace or a --domain-id of its own"
+            )
             yield Finding(f"{count} nodes are called {node}", remedy)
 
 

@@ -36,7 +36,15 @@ def check(snapshot: Snapshot, late: float = 0.5, ahead: float = 2.0) -> Iterator
         if not frame.static and not -ahead <= frame.age <= late:
             when = "late" if frame.age > 0.0 else "ahead: another clock stamps it"
             what = f"{frame.parent} -> {name} is {abs(frame.age):.1f} s {when}"
-            yield Finding(what, "its publisher is stuck, or stamps by another clock")
+            remedy = "its publisher is stuck, or stamps by another clock"
+            if frame.of_another_clock:
+                remedy = "start its publisher with use_sim_time:=true ('clock' names the node)"
+            yield Finding(what, remedy)
+        if frame.static and frame.variants > 1:
+            nodes = ", ".join(end.node for end in snapshot.publishers("/tf_static"))
+            what = f"static {frame.parent} -> {name} is published {frame.variants} times, each"
+            what += f" different (/tf_static: {nodes}): which one counts is chance"
+            yield Finding(what, "stop one of its publishers; fixed joints of the URDF are some")
 
 
 def _gaps(snapshot: Snapshot) -> Iterator[Finding]:

@@ -224,7 +224,7 @@ class LifecycleManager(GuardedNode):
             return
         if step.transition is Transition.ACTIVATE:
             seconds = time.monotonic() - job.started
-            self.get_logger().info(f"{step.node} active after {seconds:.1f} s")
+            self.get_logger().debug(f"{step.node} active after {seconds:.1f} s")
         self._next(job)
 
     def _next(self, job: _Job) -> None:

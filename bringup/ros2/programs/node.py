@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import sys
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
@@ -25,7 +24,6 @@ from bringup.stack import (
 )
 
 _DESCRIPTION = "robot_description"
-_LONGEST = 100_000  # Linux takes arguments of up to 128 KiB each, MAX_ARG_STRLEN
 
 
 def start(package: str, program: str, given: RosArguments) -> NoReturn:
@@ -68,12 +66,13 @@ def start(package: str, program: str, given: RosArguments) -> NoReturn:
 
 
 def _as_word(text: str) -> str:
-    """Return a text as an argument, by a file where it is too long for one."""
-    if len(text) < _LONGEST:
-        return text
-    with tempfile.NamedTemporaryFile("w", suffix=".json", delete=False) as file:
-        file.write(text)
-    return f"@{file.name}"
+    """Return a text as an argument of what this process becomes: a file in memory, of any length.
+
+    So `ps` and `top` show a line of the node, not its parameters.
+    """
+    file = os.memfd_create("parameters", 0)  # without a flag it stays open
+    os.write(file, text.encode())
+    return f"@/proc/self/fd/{file}"
 
 
 def _values(given: RosArguments, name: str) -> dict[str, Any]:

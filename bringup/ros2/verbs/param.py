@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import re
 import sys
 from typing import Any
@@ -67,6 +68,13 @@ def _list(client: Client, node: str, arguments: argparse.Namespace) -> list[str]
     return sorted(_ask(client, ListParameters, node, arguments, prefixes=prefixes).result.names)
 
 
+def _nearest(client: Client, node: str, arguments: argparse.Namespace) -> str:
+    """Return the names of a node's parameters that are near to one that it does not have."""
+    name, names = arguments.parameter_name, _list(client, node, arguments)
+    near = [] if name in names else difflib.get_close_matches(name, names, 3)
+    return f"; the nearest to '{name}': {', '.join(near)}" if near else ""
+
+
 def _typed(client: Client, node: str, names: list[str], arguments: argparse.Namespace) -> list[str]:
     found = _ask(client, DescribeParameters, node, arguments, names=names).descriptors
     return [f"{item.name} (type: {_NAMES[item.type][0]})" for item in found]
@@ -78,8 +86,9 @@ def get(arguments: argparse.Namespace) -> None:
         node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
         names = [arguments.parameter_name]
         found = _ask(client, GetParameters, node, arguments, names=names).values
+        hint = "" if found else _nearest(client, node, arguments)
     if not found:
-        raise Ros2Error("Parameter not set")
+        raise Ros2Error(f"Parameter not set{hint}")
     kind, label = _NAMES[found[0].type]
     value = None if kind == "not set" else getattr(found[0], _field(kind))
     if arguments.hide_type:
@@ -113,7 +122,8 @@ def _set(arguments: argparse.Namespace, value: Any, done: str, failed: str) -> N
         node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
         parameter = Parameter(name=arguments.parameter_name, value=value)
         (result,) = _ask(client, SetParameters, node, arguments, parameters=[parameter]).results
-    reason = f": {result.reason}" if result.reason else ""
+        hint = "" if result.successful else _nearest(client, node, arguments)
+    reason = f": {result.reason}{hint}" if result.reason else hint
     stream = sys.stdout if result.successful else sys.stderr
     stream.write(f"{done if result.successful else failed}{reason}\n")
 

@@ -111,8 +111,17 @@ def test_a_goal_that_was_moved_is_reached_within_the_tolerance(
     progress(_at(1.0, 0.5))
     end: Any = progress.judged(cast(Any, Ended(True)), 1.0, 1.0, tolerance)
     assert end.succeeded is reached
-    said = "asked for (1.00, 1.00), reached (1.00, 0.50), 0.50 m off: the planner took"
-    assert end.reason.startswith(said) is not reached
+    said = "asked for (1.00, 1.00), reached (1.00, 0.50), 0.50 m off: "
+    why = "as the planner's tolerance or the goal checker's" if reached else "the planner took a"
+    assert end.reason.startswith(said + why)
+    assert ("'--tolerance 0.51' takes that" in end.reason) is not reached
+
+
+def test_a_goal_that_was_reached_needs_no_words() -> None:
+    progress = Progress(lambda line: None)
+    progress(_at(1.0, 0.95))
+    end: Any = progress.judged(cast(Any, Ended(True)), 1.0, 1.0, 0.3)
+    assert (end.succeeded, end.reason) == (True, "")
 
 
 def test_a_goal_that_failed_stays_so() -> None:

@@ -119,7 +119,7 @@ BROKEN = {
     "twins": (
         replace(HEALTHY, nodes=("/amcl", "/amcl", "/sim")),
         "discovery",
-        "2 nodes are called /amcl",
+        "2 nodes are called /amcl: end one, or start it under another name .*__node:=NAME",
     ),
     "a robot with a namespace": (
         replace(HEALTHY, nodes=("/robot1/sim", "/robot1/sim_host")),
@@ -190,7 +190,18 @@ BROKEN = {
     "another clock": (
         _frames(odom=Frame("odom", ("map",), age=-1e9)),
         "transforms",
-        "ahead: another clock",
+        "ahead: another clock stamps it: start its publisher with use_sim_time:=true",
+    ),
+    "a static frame twice": (
+        replace(
+            _with(
+                _end("/robot_state_publisher", "/tf_static", True, "tf2_msgs/msg/TFMessage"),
+                _end("/mine", "/tf_static", True, "tf2_msgs/msg/TFMessage"),
+            ),
+            frames={**FRAMES, "lidar_link": Frame("lidar_link", ("base_link",), True, variants=2)},
+        ),
+        "transforms",
+        "static base_link -> lidar_link is published 2 times.*robot_state_publisher, /mine",
     ),
     "two parents": (
         _frames(odom=Frame("odom", ("world", "map"))),

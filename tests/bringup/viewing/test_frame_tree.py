@@ -35,6 +35,12 @@ def test_the_text_has_each_frame_under_its_parent_with_rate_and_age() -> None:
     assert lines[3].endswith("static  also under mast")
 
 
+def test_stamps_of_the_system_s_clock_are_named_so_beside_simulated_time() -> None:
+    arm = Frame("arm", ("base",), rate=10.0, age=-1.7e9)
+    (line,) = (line for line in tree_text({**TREE, "arm": arm}).splitlines() if " arm" in line)
+    assert line.endswith(" 10.0 Hz, stamped by another clock")
+
+
 def test_two_trees_have_two_roots() -> None:
     frames = {**TREE, "tool": Frame("tool", ("arm",))}
     assert roots(frames) == ["arm", "map"]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
@@ -44,6 +46,18 @@ def test_the_picture_is_written_with_and_without_a_map(tmp_path: Path) -> None:
     snapshot.touches.append(SE2(0.5, 0.0))
     draw_snapshot(tmp_path / "touched.png", snapshot)
     assert (tmp_path / "touched.png").read_bytes() != (tmp_path / "without.png").read_bytes()
+
+
+def test_the_believed_path_is_seen_on_the_true_one(tmp_path: Path) -> None:
+    snapshot = snapshot_of(drive(tmp_path / "bag"))
+    snapshot.true = snapshot.believed
+    snapshot.plan, snapshot.grid = np.empty((0, 2)), None
+    draw_snapshot(tmp_path / "paths.png", snapshot)
+    picture = Image.open(tmp_path / "paths.png").convert("RGB")
+    red, green, blue = np.moveaxis(np.asarray(picture).astype(int), 2, 0)
+    legend = 60  # pixels of a line there
+    assert ((blue - red > 80) & (blue - green > 20)).sum() > 2 * legend, "the believed one"
+    assert ((green - blue > 40) & (green - red > 40)).sum() > 2 * legend, "the true one"
 
 
 def test_a_recording_with_nothing_to_see_is_refused(tmp_path: Path) -> None:

@@ -23,12 +23,38 @@ from arjuna_core.files.input_file import (
     read_lines,
     read_text,
 )
+from arjuna_core.files.yaml_file import read_yaml
 
 
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
     (tmp_path / "file").write_bytes(b"12345")
     return tmp_path / "file"
+
+
+@pytest.mark.parametrize("name", ["arjuna_rom.yaml", "Arjuna_room.yml"])
+def test_a_missing_file_is_named_with_the_nearest_of_its_folder(tmp_path: Path, name: str) -> None:
+    for other in ("arjuna_room.yaml", "office.yaml"):
+        (tmp_path / other).touch()
+    nearest = re.escape(f"No such file or directory; the nearest is '{tmp_path}/arjuna_room.yaml'")
+    with pytest.raises(InputFileError, match=rf"{nearest}$"):
+        read_text(tmp_path / name)
+    with pytest.raises(InputFileError, match=r"No such file or directory$"):
+        read_text(tmp_path / "none" / name)
+
+
+@pytest.mark.parametrize(
+    ("text", "where"),
+    [
+        ("a:\n\tb: 1\n", "line 2, column 1"),
+        ("a:\n  b: 1\n\tc: 2\n", "line 3, column 1"),
+        ("a:\r\n  b:\r\n  \tc: 2\r\n", "line 3, column 3"),
+    ],
+)
+def test_a_tab_that_indents_yaml_is_called_one(path: Path, text: str, where: str) -> None:
+    path.write_bytes(text.encode())
+    with pytest.raises(InputFileError, match=f"{where}: is no YAML: a tab indents; valid: spaces"):
+        read_yaml(path)
 
 
 def test_a_file_is_read_up_to_its_bound(path: Path) -> None:

@@ -164,7 +164,9 @@ def test_an_unknown_key_of_a_map_is_passed_over_with_a_warning(tmp_path: Path) -
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(MapError, match=r"none\.yaml: cannot be read: No such file"):
+    with pytest.raises(
+        MapError, match=r"none\.yaml: cannot be read: No such file or directory; 'save-map' writes"
+    ):
         load_map(tmp_path / "none.yaml")
 
 

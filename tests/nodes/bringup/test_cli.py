@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 
@@ -15,6 +16,7 @@ from bringup.cli_parser import parse
 from bringup.parameters import inputs
 from bringup.processes import interactive
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP, Group
+from tests.helpers.processes import given_parameters
 
 BURGER = str(shipped_file("urdf/burger.urdf"))
 
@@ -23,9 +25,11 @@ class Starts:
     """Stands in for the supervisor: remembers what it was to start."""
 
     specs: tuple[Any, ...] = ()
+    parameters: ClassVar[dict[str, Any]] = {}
 
     def __init__(self, specs: Any, output: Any) -> None:
         Starts.specs = tuple(specs)
+        Starts.parameters = given_parameters(Starts.specs[0].command)
 
     def run(self) -> int:
         """Pretend a clean stop."""
@@ -53,7 +57,8 @@ def test_sim_starts_one_process_that_gets_the_checked_parameters() -> None:
     assert cli.run(parse(["sim", "--seed", "7", "--log-level", "warn"])) == 0
     (spec,) = Starts.specs
     assert spec.name == "sim"
-    assert '"seed": 7' in " ".join(spec.command)
+    assert Starts.parameters["sim"]["seed"] == 7
+    assert len(" ".join(spec.command)) < 300, "a line of ps"
     assert spec.command[-3:] == ["--disable-external-lib-logs", "--log-level", "warn"]
 
 
@@ -135,6 +140,36 @@ def test_parameters_of_the_command_line_win_over_files(tmp_path: Path) -> None:
     values = inputs.gather(parse(["slam", "--params", str(path), *words]))["slam_toolbox"]
     named = {"mode": "lifelong", "resolution": 0.1, "map_update_interval": 3.0}
     assert {key: values[key] for key in named} == named
+
+
+PLUGIN = """
+from arjuna_nav.controllers.graceful.controller import Graceful
+
+
+class Mine(Graceful):
+    pass
+"""
+
+
+@pytest.mark.parametrize("path", ["lib", "lib/mine_one.py", "lib/mine_two"])
+def test_plug_ins_are_found_below_a_path_of_their_own(
+    path: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    for name in ("lib/mine_one.py", "lib/mine_two/__init__.py"):
+        Path(name).parent.mkdir(parents=True, exist_ok=True)
+        _write(name, PLUGIN)
+    module = "mine_two" if path.endswith("two") else "mine_one"
+    monkeypatch.delitem(sys.modules, module, raising=False)
+    plugin = f"FollowPath: {{plugin: '{module}:Mine'}}"
+    file = _write("mine.yaml", f"controller_server: {{ros__parameters: {{{plugin}}}}}")
+    assert cli.run(parse(["params", "check", file])) == 1
+    assert "--plugin-path says where it is" in capfd.readouterr().out
+    assert cli.run(parse(["params", "check", file, "--plugin-path", path])) == 0
+    argv = ["nav", "--slam", "--params", file, "--plugin-path", path]
+    assert cli.run(parse(argv)) == 0
+    assert os.environ["PYTHONPATH"].split(os.pathsep)[0] == str(Path("lib").resolve())
 
 
 def test_a_domain_is_that_of_the_processes(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import pytest
 from nav2_msgs.action import NavigateToPose
+from std_msgs.msg import String
 
+from arjuna_core.ros import qos
 from arjuna_core.ros.goal_server import GoalNode, GoalServer
 from arjuna_core.se2 import SE2
-from bringup.client.goals import Goals
+from bringup.client.goals import Goals, chosen
 from bringup.client.session import POLL, ClientError, Session
 from tests.helpers.ros import RosBench
 
@@ -99,13 +102,17 @@ def test_a_goal_without_an_answer_yet_is_sent_once(
     assert capfd.readouterr().err.count("nothing is heard of it yet") == 1
 
 
-def test_a_server_that_is_not_active_is_waited_for(bench: RosBench) -> None:
+def test_a_server_that_is_not_active_is_waited_for_and_that_is_said(
+    bench: RosBench, capfd: pytest.CaptureFixture[str]
+) -> None:
     node = _server(bench, active=False)
     session = BenchSession(bench)
     session.at = {5.0: node.trigger_activate}
     end = Goals(session).navigate(SE2(1.0, 0.0), 90.0)
     assert (end.succeeded, node.taken) == (True, 1)
     assert 5.0 <= session.now < 8.0
+    said = "'navigate_to_pose' is inactive: waiting until navigation is active"
+    assert capfd.readouterr().err.count(said) == 1
 
 
 def test_a_server_that_is_never_active_is_named(bench: RosBench) -> None:
@@ -119,3 +126,26 @@ def test_a_goal_that_an_active_server_refuses_has_failed(bench: RosBench) -> Non
     end = Goals(BenchSession(bench)).navigate(SE2(1.0, 0.0), 60.0)
     assert (end.succeeded, end.refused, node.taken) == (False, True, 0)
     assert "refuses the goal: another goal runs" in end.reason
+
+
+def test_a_controller_is_chosen_for_one_goal_alone(bench: RosBench) -> None:
+    heard: list[str] = []
+    bench.node.create_subscription(
+        String, "controller_selector", lambda message: heard.append(message.data), qos.LATCHED
+    )
+    session = BenchSession(bench)
+    with chosen(session, "controller", None):
+        pass
+    assert heard == []
+    with suppress(KeyboardInterrupt), chosen(session, "controller", "Crawl"):
+        assert heard == ["Crawl"]
+        raise KeyboardInterrupt
+    assert heard == ["Crawl", ""]
+
+
+def test_a_controller_that_nobody_takes_is_not_waited_for_without_end(bench: RosBench) -> None:
+    with (
+        pytest.raises(ClientError, match="somebody who listens on 'controller_selector' did not"),
+        chosen(BenchSession(bench), "controller", "Crawl", timeout=2.0),
+    ):
+        pass

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.lifecycle import TransitionCallbackReturn
 
 from bringup import stack as stacks
@@ -73,6 +74,7 @@ def test_each_node_shuts_down_from_every_state(bench: RosBench, group: Group, st
 
 
 def test_each_node_survives_time_set_back_in_every_state(bench: RosBench, group: Group) -> None:
+    diagnostics = bench.collect(DiagnosticArray, "/diagnostics")
     for node in made(bench, group):
         for transition in ("", *CYCLE):
             if transition:
@@ -81,6 +83,9 @@ def test_each_node_survives_time_set_back_in_every_state(bench: RosBench, group:
             bench.set_back()
             bench.advance(1.0)
         assert not node.active
+        # from the start on: before it was configured, too
+        name = f"{node.get_fully_qualified_name()}: messages"
+        assert name in {status.name for array in diagnostics for status in array.status}
 
 
 def test_each_node_survives_changed_parameters_in_every_state(

@@ -22,6 +22,7 @@ from bringup.stack import (
     fusion_nodes,
     with_further,
 )
+from tests.helpers.processes import given_parameters
 
 MASK = [True, *[False] * 14]
 ONE: dict[str, Any] = {
@@ -117,7 +118,7 @@ def test_ros2_run_takes_files_names_and_remappings(
     file.write_text(json.dumps({"mine": {"ros__parameters": ONE}}), encoding="utf-8")
     words = ["--params-file", str(file), "-p", "frequency:=10.0", "-r", "__node:=mine"]
     got = _started([*words, "-r", "odometry/filtered:=odom"], monkeypatch, program)
-    values = json.loads(got[got.index("--parameters") + 1])
+    values = given_parameters(got)
     assert values["mine"]["frequency"] == 10.0
     assert values["mine"]["odom0_config"] == MASK
     assert not values["mine"]["use_sim_time"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from bringup.ros2.errors import Ros2Error
 from bringup.ros2.programs import node
 from bringup.ros2.verbs.forward import ros_arguments
 from bringup.stack import PROGRAMS
+from tests.helpers.processes import given_parameters
 
 TEXT = '<?xml version="1.0"?>\n<robot name="r"><link name="base_link"/></robot>'
 RSP = "robot_state_publisher", "robot_state_publisher"
@@ -26,9 +26,7 @@ def _started(
     started: list[list[str]] = []
     monkeypatch.setattr(os, "execv", lambda path, words: started.append(words))
     node.start(*names, ros_arguments(words))
-    given = started[0][started[0].index("--parameters") + 1]
-    text = Path(given[1:]).read_text(encoding="utf-8") if given.startswith("@") else given
-    values: dict[str, Any] = json.loads(text)
+    values = given_parameters(started[0])
     assert started[0][3] == "/".join(names)
     return values
 
@@ -47,7 +45,7 @@ def test_a_descriptions_text_is_a_parameter(monkeypatch: pytest.MonkeyPatch) -> 
     }
 
 
-def test_a_long_text_goes_by_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_text_may_be_long(monkeypatch: pytest.MonkeyPatch) -> None:
     text = f"{TEXT}<!--{'x' * 200_000}-->"
     values = _started(RSP, ["--ros-args", "-p", f"robot_description:={text}"], monkeypatch)
     assert values["robot_state_publisher"]["robot_description"] == text

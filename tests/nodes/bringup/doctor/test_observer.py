@@ -66,7 +66,10 @@ def test_what_is_broken_in_a_running_robot_is_named(stack: Callable[..., LockSte
     twin.header.frame_id = "mast"
     twin.transform.rotation.w = 1.0
     statics = other.create_publisher(TFMessage, "/tf_static", qos.TF_STATIC)
-    statics.publish(TFMessage(transforms=[twin]))
+    moved = TransformStamped(child_frame_id="camera_link")
+    moved.header.frame_id = "base_link"
+    moved.transform.translation.z, moved.transform.rotation.w = 2.0, 1.0
+    statics.publish(TFMessage(transforms=[twin, moved]))
     other.get_logger().warning("I am in the way")
     robot.process.remarks = ("no effect yet (SAFETY): zones: they are not kept",)
     robot.nodes["amcl"].trigger_deactivate()
@@ -78,6 +81,7 @@ def test_what_is_broken_in_a_running_robot_is_named(stack: Callable[..., LockSte
     assert "/sim publishes /clock, and /meddler stamp by the system's clock" in found["clock"]
     assert "frame lidar_link has 2 parents" in found["transforms"]
     assert "no transform map -> odom" in found["transforms"]
+    assert "static base_link -> camera_link is published 2 times" in found["transforms"]
     assert "/amcl is inactive, not active" in found["lifecycle"]
     assert ("meddler", "I am in the way") in snapshot.robot.log
     assert "zones: they are not kept" in found["parameters"]

@@ -77,6 +77,17 @@ def test_topics_that_appear_later_are_found_and_hidden_ones_left(
     assert deserialize_message(message.data, String).data == "heard"
 
 
+def test_many_topics_are_one_line_and_few_are_named(tmp_path: Path, bench: RosBench) -> None:
+    notes: list[str] = []
+    node = bench.process.make_node("recorder", spun=False)
+    with closing(Recorder(node, BagFolder(tmp_path / "bag"), notes.append)) as recorder:
+        for count in (9, 11):
+            for number in range(count):
+                bench.publish(String, f"/many{number}", String())
+            recorder.listener.discover(lambda name, _: name.startswith("/many"))
+    assert notes == ["listens to 9 topics", "listens to /many10, /many9"]
+
+
 def test_a_subscription_yields_to_a_weaker_publisher(tmp_path: Path, bench: RosBench) -> None:
     weak = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
     with closing(record(bench, tmp_path / "bag")) as recorder:

@@ -52,6 +52,7 @@ FAILURES: dict[str, tuple[str, str]] = {
     "node info /nope": ("", "Unable to find node '/nope'\n"),
     "param get /nope gain": ("", "Node not found\n"),
     "param get /stand_in nope": ("", "Parameter not set\n"),
+    "param get /stand_in gian": ("", "Parameter not set; the nearest to 'gian': gain\n"),
     "lifecycle get /nope": ("", "Node not found\n"),
     "lifecycle set /stand_in fly": (
         "",
@@ -123,6 +124,12 @@ def test_a_refused_parameter_is_said_on_the_error_stream(ros2: Run) -> None:
     code, out, err = ros2("param", "set", "/stand_in", "gain", "99.0")
     assert (code, out) == (0, "")
     assert err.startswith("Setting parameter failed: Parameter gain out of range")
+
+
+def test_an_unknown_parameter_is_refused_with_the_nearest_names(ros2: Run) -> None:
+    _, out, err = ros2("param", "set", "/stand_in", "group.name", "1.0")
+    assert (out, err.count("\n")) == ("", 1)
+    assert err.endswith("; the nearest to 'group.name': group.names\n")
 
 
 def test_a_node_s_interfaces_are_under_their_titles(ros2: Run) -> None:
