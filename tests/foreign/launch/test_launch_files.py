@@ -436,7 +436,8 @@ def test_an_argument_decides(
         ("def generate_launch_description():\n    return 1", "valid: LaunchDescription"),
         ("import moveit_configs_utils", "'moveit_configs_utils' is not installed here"),
         (
-            "from ament_index_python import get_package_share_directory as g\ng('cartographer_ros')",
+            "from ament_index_python import get_package_share_directory as share\n"
+            "share('cartographer_ros')",
             "package 'cartographer_ros' not found.*online_async_launch.py' maps",
         ),
         ("def generate_launch_description(:", "SyntaxError"),
