@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
@@ -36,7 +37,7 @@ def with_picture(xml: XmlFile, part: Part, visual: Element, label: str) -> Part:
     uri = uri or ("" if texture is None else texture.get("filename", ""))
     try:
         path = xml.find(uri, label) if uri else next(_of_script(xml, visual), None)
-        picture = None if path is None else _read(path)
+        picture = None if path is None else _read(path, path.stat().st_mtime_ns)
     except InputFileError as error:
         xml.note(f"{label}: its picture {error.problem}, so it is not drawn", NoteKind.BROKEN)
         return part
@@ -82,7 +83,9 @@ def _folder(xml: XmlFile, uri: Element) -> Iterator[Path]:
     yield from [path for path in paths if path.resolve().is_relative_to(root.resolve())][:1]
 
 
-def _read(path: Path) -> Picture:
+@lru_cache(maxsize=64)
+def _read(path: Path, changed: int) -> Picture:
+    """Return a file's picture; a wall's hundred parts have the same one."""
     try:
         with (
             open_file(path, InputFileError, 1 << 27) as file,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
@@ -75,10 +76,11 @@ class JointControllers:
         self.names = tuple(joint.name for joint in driven)
         self.initial = np.array([joint.initial for joint in driven], np.float64)
         joints = [robot.urdf.joints[name] for name in self.names]
-        limits = [joint.limits or (-np.inf, np.inf) for joint in joints]
+        free = -np.inf, np.inf
+        limits = [j.limits if j.limits and j.limits[0] < j.limits[1] else free for j in joints]
         self._low, self._high = np.array(limits, np.float64).reshape(-1, 2).T
-        # [rad/s or m/s] A joint that jumps to a position and has no limit goes so fast.
         self._speed = np.array([joint.max_speed or np.inf for joint in joints])
+        # [rad/s or m/s] A joint that jumps to a position and has no limit goes so fast.
         self._jump = np.minimum(
             self._speed, [1.0 if j.kind == "prismatic" else np.pi for j in joints]
         )
@@ -155,15 +157,14 @@ class JointControllers:
             ControllerError: One does not exist, is not configured or would command a joint that
                 another one commands; nothing has changed.
         """
-        before = {name: running.state for name, running in self._running.items()}
+        before = {name: copy.copy(running) for name, running in self._running.items()}
         try:
             for name in deactivate:
                 self.set_state(name, INACTIVE, (ACTIVE, INACTIVE))
             for name in activate:
                 self._activate(name, forced)
         except ControllerError:
-            for name, state in before.items():
-                self._running[name].state = state
+            self._running = before
             raise
 
     def _activate(self, name: str, forced: bool) -> None:
@@ -177,13 +178,13 @@ class JointControllers:
             problem = f"controller '{name}' wants joints that {listed} commands"
             raise ControllerError(f"{problem}; deactivate that in the same call")
         for other in blockers:
-            self._running[other].state = INACTIVE
+            self.set_state(other, INACTIVE, (ACTIVE,))
         self.set_state(name, ACTIVE, (INACTIVE,))
         found.yields = False
 
     def rest(self, positions: Array) -> None:
         """Hold the joints at positions [rad or m], and forget all commands."""
-        self._wanted = positions.copy()
+        self._wanted, self._moving = positions.copy(), np.zeros(len(positions))
         self._sum = np.zeros(len(positions))
         for running in self._running.values():
             running.stop()
@@ -222,7 +223,8 @@ class JointControllers:
         self.check_joints(name, joints)
         found = self._find(name)
         own = found.settings.joints
-        now = np.array([self._wanted[i] if i >= 0 else 0.0 for i in found.joints])
+        # joints without a motor stay at 0
+        now, moving = (np.append(v, 0.0)[found.joints] for v in (self._wanted, self._moving))
         order = [own.index(joint) for joint in joints]
         shape = len(path.times), len(own)
         positions, velocities = np.tile(now, (shape[0], 1)), np.zeros(shape)
@@ -230,7 +232,7 @@ class JointControllers:
         positions[:, order], velocities[:, order] = path.positions, path.velocities
         accelerations[:, order] = path.accelerations
         whole = Trajectory(path.times, positions, velocities, accelerations)
-        whole = whole.begun_at(now, np.zeros(len(own)))
+        whole = whole.begun_at(now, moving)
         found.values, found.path = np.full(len(own), np.nan), (whole, begin)
         return whole
 
@@ -291,7 +293,7 @@ class JointControllers:
         velocity = np.clip(velocity, -self._speed, self._speed)
         position = self._wanted
         self._wanted = np.clip(position + velocity * tick, self._low, self._high)
-        velocity = (self._wanted - position) / tick
+        self._moving = velocity = (self._wanted - position) / tick
         return JointCommands(
             is_effort, position, velocity, effort + self._integral(position - at, tick)
         )

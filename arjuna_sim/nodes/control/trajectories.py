@@ -24,12 +24,15 @@ from arjuna_sim.physics.robot_motion import JointStates
 _RESULT = FollowJointTrajectory.Result
 
 
+class PastError(ArjunaError):
+    """A trajectory would have ended already."""
+
+
 def trajectory_of(message: JointTrajectory) -> Trajectory:
     """Return a message's trajectory.
 
     Raises:
-        TrajectoryError: It cannot be followed.
-        ControllerError: A joint is named twice.
+        ArjunaError: It cannot be followed.
     """
     names, points = message.joint_names, message.points
     if len(set(names)) < len(names):
@@ -54,8 +57,6 @@ class TrajectoryTopics(GoalServer):
         name = settings.name if settings.is_managed else settings.topic
         topic = f"{name}/joint_trajectory" if settings.is_managed else name
         node.subscribe(JointTrajectory, topic, self._on_message, qos.LATEST)
-        if not settings.is_managed:
-            name = settings.topic.rpartition("/")[0] or settings.topic
         super().__init__(
             *(node, FollowJointTrajectory, f"{name}/follow_joint_trajectory", self._on_goal),
             admit=self._admit,
@@ -85,7 +86,7 @@ class TrajectoryTopics(GoalServer):
         begin = self._robot.elapsed + (stamp - self._owner.now if stamp > 0.0 else 0.0)
         names, path = message.joint_names, trajectory_of(message)
         if begin + path.duration < self._robot.elapsed:
-            raise ArjunaError(f"it ended at {stamp + path.duration:.2f} s, which is over")
+            raise PastError(f"it ended at {stamp + path.duration:.2f} s, which is over")
         controllers = self._robot.controllers
         self._path = controllers.follow(self._settings.name, names, path, begin)
         self._begin = begin
@@ -105,8 +106,8 @@ class TrajectoryTopics(GoalServer):
         try:
             self._follow(goal.trajectory)
         except ArjunaError as error:
-            old = "which is over" in str(error)
-            code = _RESULT.OLD_HEADER_TIMESTAMP if old else _RESULT.INVALID_GOAL
+            is_past = isinstance(error, PastError)
+            code = _RESULT.OLD_HEADER_TIMESTAMP if is_past else _RESULT.INVALID_GOAL
             self.abort(self.explained(str(error), code))
 
     def _on_cancel_goal(self) -> None:
@@ -116,14 +117,14 @@ class TrajectoryTopics(GoalServer):
 
     def publish(self, joints: JointStates, now: float) -> None:
         """Report the joints after a tick that ends at a time [s], and end a goal."""
-        at, rate = joints.of(self._settings.joints)
-        controllers, name = self._robot.controllers, self._settings.name
-        is_own = self._path is not None and controllers.path(name) is self._path
-        time = self._robot.elapsed - self._begin
-        wanted = self._path.at(time) if self._path is not None and is_own else at
         heard = self._state_out.get_subscription_count() > 0
         if not heard and self.goal is None:
             return
+        at, rate = joints.of(self._settings.joints)
+        followed = self._robot.controllers.path(self._settings.name)
+        is_own = followed is not None and followed is self._path
+        time = self._robot.elapsed - self._begin
+        wanted = self._path.at(time) if self._path is not None and is_own else at
         points = [
             JointTrajectoryPoint(positions=each, velocities=speed, time_from_start=duration_msg(0))
             for each, speed in ((wanted, []), (at, rate), (wanted - at, []))

@@ -11,11 +11,13 @@ from typing import Any
 
 import numpy as np
 from gazebo_msgs import srv
+from geometry_msgs.msg import Pose, PoseStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node, NodeNameNonExistentError
-from simulation_interfaces.msg import Result
+from simulation_interfaces.msg import EntityState, Resource, Result
 from simulation_interfaces.srv import DeleteEntity, GetEntityState, SetEntityState, SpawnEntity
+from std_msgs.msg import Header
 
 from arjuna_core.ros.context import discovery, new_context
 from arjuna_core.ros.convert import header
@@ -104,32 +106,29 @@ class GazeboServices:
             self._own.create_service(kind, name, guarded)
         self._node.get_logger().info("gazebo_msgs' services are there, for a client asks for them")
 
-    def _ask(self, name: str, kind: Any, **fields: Any) -> tuple[Any, str]:
+    def _ask(self, service: str, kind: Any, /, **fields: Any) -> tuple[Any, str]:
         """Return the response of a service of simulation_interfaces, and why it failed."""
-        response = self._answers[name](kind.Request(**fields), kind.Response())
-        result = response.result
-        return response, "" if result.result == Result.RESULT_OK else result.error_message
+        response = self._answers[service](kind.Request(**fields), kind.Response())
+        is_done = response.result.result == Result.RESULT_OK
+        return response, "" if is_done else response.result.error_message or "it failed"
 
     def _spawn(self, request: Any, response: Any) -> Any:
-        kind = SpawnEntity.Request(
+        answer, problem = self._ask(
+            *("spawn_entity", SpawnEntity),
             name=request.name,
             allow_renaming=not request.name,
             entity_namespace=request.robot_namespace,
+            entity_resource=Resource(resource_string=request.xml),
+            initial_pose=_stamped(PoseStamped, request.initial_pose, request.reference_frame),
         )
-        kind.entity_resource.resource_string = request.xml
-        kind.initial_pose.pose = request.initial_pose
-        kind.initial_pose.header.frame_id = _frame(request.reference_frame)
-        answer = self._answers["spawn_entity"](kind, SpawnEntity.Response())
-        response.success = answer.result.result == Result.RESULT_OK
         done = f"SpawnEntity: Successfully spawned entity [{answer.entity_name}]"
-        response.status_message = done if response.success else answer.result.error_message
+        response.success, response.status_message = not problem, problem or done
         return response
 
     def _delete(self, request: Any, response: Any) -> Any:
         _, problem = self._ask("delete_entity", DeleteEntity, entity=request.name)
-        response.success = not problem
         done = f"DeleteEntity: Successfully deleted entity [{request.name}]"
-        response.status_message = problem or done
+        response.success, response.status_message = not problem, problem or done
         return response
 
     def _get_state(self, request: Any, response: Any) -> Any:
@@ -154,14 +153,12 @@ class GazeboServices:
         return response
 
     def _set_state(self, request: Any, response: Any) -> Any:
-        state = request.state
-        kind = SetEntityState.Request(entity=state.name, set_pose=True)
-        kind.state.pose = state.pose
-        kind.state.header.frame_id = _frame(state.reference_frame)
-        answer = self._answers["set_entity_state"](kind, SetEntityState.Response())
-        response.success = answer.result.result == Result.RESULT_OK
-        if not response.success:
-            self._node.get_logger().warning(f"set_entity_state: {answer.result.error_message}")
+        state = _stamped(EntityState, request.state.pose, request.state.reference_frame)
+        fields = {"entity": request.state.name, "set_pose": True, "state": state}
+        _, problem = self._ask("set_entity_state", SetEntityState, **fields)
+        if problem:
+            self._node.get_logger().warning(f"set_entity_state: {problem}")
+        response.success = not problem
         return response
 
     def _list(self, request: Any, response: Any) -> Any:
@@ -174,3 +171,8 @@ class GazeboServices:
 def _frame(name: str) -> str:
     """Return a frame as simulation_interfaces names it."""
     return "" if name in _WORLDS else name
+
+
+def _stamped(kind: Any, pose: Pose, frame: str) -> Any:
+    """Return a message of a pose in a frame that Gazebo's client names."""
+    return kind(header=Header(frame_id=_frame(frame)), pose=pose)

@@ -158,6 +158,41 @@ def test_newer_goal_and_cancel_end_the_running_one(bench: RosBench, tmp_path: Pa
     assert at(seen) == pytest.approx(before, abs=1e-3)
 
 
+def test_goal_ends_where_another_controller_takes_its_joints(
+    bench: RosBench, tmp_path: Path
+) -> None:
+    sim = start_arm(bench, tmp_path)
+    running = follower(bench, sim).send(FollowJointTrajectory.Goal(trajectory=trajectory()))
+    ended = running.get_result_async()
+    run(bench, sim, 10)
+    assert not switch(bench, ["positions", "nobody"], []).ok  # nothing has changed
+    run(bench, sim, 10)
+    assert not ended.done()
+    assert switch(bench, ["positions"], []).ok
+    run(bench, sim, 2)
+    assert ended.result().status == GoalStatus.STATUS_ABORTED
+    late = trajectory(POINTS[:1])
+    late.header.stamp.nanosec = 1
+    assert switch(bench, ["arm_controller"], ["positions"]).ok
+    run(bench, sim, 100)
+    _, result = follower(bench, sim).outcome(FollowJointTrajectory.Goal(trajectory=late))
+    assert result.error_code == RESULT.OLD_HEADER_TIMESTAMP
+
+
+def test_newer_trajectory_begins_with_the_motion_of_the_older(
+    bench: RosBench, tmp_path: Path
+) -> None:
+    sim = start_arm(bench, tmp_path)
+    seen = bench.collect(JointState, "/joint_states")
+    for position in (1.0, 2.0):
+        path = trajectory(((2.0 * position, (position, 0.25, 0.0)),), velocities=[0.0] * 3)
+        bench.publish(JointTrajectory, "/arm_controller/joint_trajectory", path)
+        run(bench, sim, 50)
+    speeds = [message.velocity[message.name.index("shoulder")] for message in seen[40:60]]
+    assert min(speeds) > 0.5
+    assert np.abs(np.diff(speeds)).max() < 0.1
+
+
 def test_topic_moves_it_without_an_action(bench: RosBench, tmp_path: Path) -> None:
     sim = start_arm(bench, tmp_path)
     seen = bench.collect(JointState, "/joint_states")
