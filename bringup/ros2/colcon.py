@@ -18,6 +18,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
+from typing import NoReturn
 
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.files.input_file import read_bytes, read_text
@@ -30,6 +31,16 @@ _MADE = ("build", "install", "log")
 _DEPENDS = re.compile(r"(build|exec|run|buildtool|test|build_export|)_?depend")
 _COMPILED = ("add_executable", "add_library", "pybind11_add_module")
 _CALL = re.compile(r"^\s*(\w+)\s*\(([^)]*)\)", re.MULTILINE)
+_NAME = r"[A-Za-z][\w-]*"
+_CATKIN = """<package format="2">
+  <name>{0}</name>
+  <version>0.0.0</version>
+  <description>The {0} package</description>
+  <maintainer email="user@todo.todo">user</maintainer>
+  <license>TODO</license>
+  <buildtool_depend>catkin</buildtool_depend>
+{1}</package>
+"""
 _SITE = f"lib/python{sys.version_info.major}.{sys.version_info.minor}/site-packages"
 _CURE = "C++ is built by ROS's own tools; packages of Python and of data are built here"
 
@@ -89,6 +100,31 @@ def main(words: Sequence[str]) -> int:
         return 1
 
 
+def catkin_make() -> NoReturn:
+    """Run ROS 1's command of that name: build the packages of `src` into `devel`."""
+    real = real_program("catkin_make", os.environ, Path(sys.argv[0]))
+    if real is not None:
+        become(real)
+    sys.exit(main(["build", "--symlink-install", "--base-paths", "src", "--install-base", "devel"]))
+
+
+def catkin_create_pkg() -> NoReturn:
+    """Run ROS 1's command of that name: write a package's manifest and CMakeLists.txt."""
+    real = real_program("catkin_create_pkg", os.environ, Path(sys.argv[0]))
+    if real is not None:
+        become(real)
+    name, *depends = [word for word in sys.argv[1:] if word[:1] != "-"] or ["-"]
+    folder = Path(name)
+    if not re.fullmatch(_NAME, name) or folder.exists():
+        sys.exit(f"usage: catkin_create_pkg NAME [DEPENDENCY ...]; '{name}' is no new name")
+    folder.mkdir()
+    needs = "".join(f"  <depend>{one}</depend>\n" for one in depends)
+    (folder / "package.xml").write_text(_CATKIN.format(name, needs), encoding="utf-8")
+    text = f"project({name})\nfind_package(catkin REQUIRED)\ncatkin_package()\n"
+    (folder / "CMakeLists.txt").write_text(text, encoding="utf-8")
+    sys.exit(0)
+
+
 def packages_below(folders: Sequence[str | Path]) -> Iterator[Package]:
     """Yield the packages below folders; there are none in a package."""
     for folder in map(Path, folders):
@@ -110,7 +146,7 @@ def _package(folder: Path) -> Package:
         return Package(folder.resolve().name, folder, "python", frozenset())
     root = parse_xml(path, read_bytes(path, 2**20))
     name = (root.findtext("name") or "").strip()
-    if not re.fullmatch(r"[A-Za-z][\w-]*", name):
+    if not re.fullmatch(_NAME, name):
         raise Ros2Error(f"{path}: <name> is '{name}'; valid: letters, digits and _")
     kind = (root.findtext("export/build_type") or "").strip()
     if not kind:
@@ -171,6 +207,8 @@ def _build(package: Package, prefix: Path, arguments: argparse.Namespace) -> Non
     linked, share = arguments.symlink_install, prefix / "share" / package.name
     if package.kind in ("ament_python", "python"):
         _python(package, prefix, arguments.build_base.resolve() / package.name, linked)
+    elif package.kind == "catkin":
+        _catkin(package, prefix)
     elif (package.folder / "CMakeLists.txt").is_file():
         _cmake(package, prefix, linked)
     else:
@@ -212,6 +250,14 @@ def _python(package: Package, prefix: Path, build: Path, linked: bool) -> None:
     )
     if done.returncode:
         raise Ros2Error(f"setup.py of {package.name} failed:\n{done.stdout.strip()[-400:]}")
+
+
+def _catkin(package: Package, prefix: Path) -> None:
+    """Link to a package of ROS 1, as its `devel` does: all that is in it, its programs too."""
+    put(package.folder, prefix / "share" / package.name, True)
+    for path in sorted(package.folder.rglob("*")):
+        if path.is_file() and os.access(path, os.X_OK):
+            put(path, prefix / "lib" / package.name / path.name, True)
 
 
 def _cmake(package: Package, prefix: Path, linked: bool) -> None:

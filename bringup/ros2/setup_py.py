@@ -25,7 +25,9 @@ def main(name: str, prefix: Path, build: Path, linked: bool, site: str) -> None:
         *("install_egg_info", "--install-dir", str(prefix / site)),
         *("install_data", "--install-dir", str(prefix)),
     ]
-    distribution = run_setup("setup.py", script_args=words, stop_after="run")
+    distribution: Any = run_setup("setup.py", script_args=words, stop_after="commandline")
+    distribution.data_files = distribution.data_files or []
+    distribution.run_commands()
     _write_programs(distribution, name, prefix, build)
     if linked:
         _link(distribution, prefix, prefix / site)

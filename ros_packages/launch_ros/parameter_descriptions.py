@@ -91,11 +91,8 @@ def value_of(context: LaunchContext, value: Any, kind: Any = None, typed: bool =
     found: Any = value
     with suppress(yaml.YAMLError):
         found = yaml.safe_load(value)
-    if (
-        isinstance(found, Mapping)
-        or found is None
-        or (isinstance(found, str) and value[:1] not in "'\"")
-    ):
+    plain = isinstance(found, str) and value[:1] not in ("'", '"')
+    if plain or found is None or isinstance(found, Mapping):
         return value  # a robot's description may look like a mapping, and keeps its lines
     if kind in (int, float, bool):
         return kind(found)

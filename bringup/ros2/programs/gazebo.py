@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import tempfile
 import time
 from contextlib import closing
@@ -16,6 +17,7 @@ from simulation_interfaces.srv import SpawnEntity
 from std_msgs.msg import String
 
 from arjuna_core.errors import ArjunaError, nearest
+from arjuna_core.files.input_file import read_text
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import quaternion, yaw
@@ -28,6 +30,7 @@ from bringup.ros2.verbs.forward import arjuna, ros_arguments
 _PATIENCE = 60.0  # [s] for a description, and for a world that takes it
 _LINGER = 0.5  # [s] in which an answer reaches who asked
 _WITH_VALUE = ("-v", "-s", "-p", "-e", "-u", "--iterations", "--physics", "--physics-engine")
+_MOVING = re.compile(r"type=['\"](continuous|revolute)|xacro:")
 _ENDINGS = (".world", ".sdf", ".yaml")
 
 
@@ -47,11 +50,9 @@ def serve(words: list[str]) -> None:
     def spawn(request: Any, response: Any) -> Any:
         resource = request.entity_resource
         path = Path(resource.uri) if resource.uri else _written(resource.resource_string)
-        try:
-            named_robot(str(path), "")
-        except ArjunaError as error:
+        if problem := unfit(path):
             response.result.result = Result.RESULT_INCORRECT_STATE
-            response.result.error_message = f"the world waits for a robot that drives: {error}"
+            response.result.error_message = f"the world waits for a robot that drives: {problem}"
             return response
         pose = request.initial_pose.pose
         x, y, heading = pose.position.x, pose.position.y, yaw(pose.orientation)
@@ -71,6 +72,16 @@ def serve(words: list[str]) -> None:
         described = client.node.count_publishers("/robot_description") > 0
     own = ["--without-description"] if described else []
     arjuna("sim", ["--world", str(world), *wanted[0], *own])
+
+
+def unfit(path: Path) -> str:
+    """Return why a file is no robot that drives; nothing where it is one."""
+    try:
+        named_robot(str(path), "")
+        text = read_text(path, 20_000_000)
+    except ArjunaError as error:
+        return str(error)
+    return "" if _MOVING.search(text) else f"{path.name} has no joint that turns"
 
 
 def world_of(name: str) -> Path:

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from arjuna_core.files.shipped import shipped_file
 from bringup.cli_parser import parse
 from bringup.ros2.grammar import VERBS, Command, Verb, build_parser
 from bringup.ros2.main import main, real_ros2, without_wheels
+from bringup.ros2.roslaunch import commands_of
 from bringup.ros2.tables import COMMANDS
 from bringup.ros2.tables.launches import LAUNCHES
 from bringup.ros2.verbs import forward, launch
 from bringup.ros2.verbs.forward import RosArguments, ros_arguments
 
+_BURGER, _PILLARS = shipped_file("urdf/burger.urdf"), shipped_file("worlds/pillar_arena.world")
 ALL = [(command, verb) for command in COMMANDS for verb in command.verbs]
 
 
@@ -276,6 +280,55 @@ def test_a_known_launch_file_becomes_a_command_of_arjuna(
     assert all(word in printed for word in unused)
     assert printed.count("no effect") == len(unused)
     parse(started[0])
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("gazebo_ros gazebo.launch.py world:=w.world", "run gazebo_ros gzserver w.world"),
+        ("gazebo_ros gazebo.launch.py verbose:=false gui:=false", "run gazebo_ros gzserver"),
+        (
+            "ros_gz_sim gz_sim.launch.py gz_args:=-r\\ empty.sdf gz_version:=8",
+            "run ros_gz_sim gzserver -r empty.sdf",
+        ),
+        ("turtlebot3_cartographer cartographer.launch.py", "slam"),
+        (
+            "turtlebot3_gazebo turtlebot3_world.launch.py x_pose:=1 y_pose:=0.5",
+            f"sim --robot {_BURGER} --world {_PILLARS} --at 1 0.5",
+        ),
+        (
+            "turtlebot3_gazebo turtlebot3_world.launch.py",
+            f"sim --robot {_BURGER} --world {_PILLARS} --at -2 -0.5",
+        ),
+    ],
+)
+def test_gazebo_s_launch_files_start_the_simulator(
+    words: str, expected: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    started: list[list[str]] = []
+    monkeypatch.setattr(launch, "arjuna", lambda command, rest: started.append([command, *rest]))
+    main(["launch", *shlex.split(words)])
+    assert started == [expected.split()]
+    assert "no effect" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (
+            "turtlebot3_world.launch x_pos:=0",
+            [f"sim --world {_PILLARS} --robot {_BURGER} --at 0 -0.5"],
+        ),
+        ("turtlebot3_slam.launch slam_methods:=gmapping", ["slam"]),
+        ("turtlebot3_navigation.launch map_file:=m.yaml", ["nav --map m.yaml"]),
+        ("turtlebot3_teleop_key.launch", ["run teleop_twist_keyboard teleop_twist_keyboard"]),
+        ("nope.launch", []),
+    ],
+)
+def test_known_launch_files_of_ros_1_are_commands(words: str, expected: list[str]) -> None:
+    file, *given = words.split()
+    found = commands_of("turtlebot3", file, given)
+    assert [" ".join(command) for command in found] == expected
 
 
 def test_the_map_may_be_named_by_the_parameter_file(

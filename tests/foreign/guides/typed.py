@@ -114,11 +114,11 @@ def type_row(row: Row, folder: Path, guides: Path | None = None) -> tuple[bool, 
         folder: Where it is typed, and the home of who types it.
         guides: The guides' own files, for listings.
     """
-    if row.text:
-        (folder / row.file).write_text(row.text, encoding="utf-8")
     listings = {**({row.file: row.lines} if row.lines else {}), **row.also}
-    for name, lines in listings.items():
-        (folder / name).write_text(_cut(row.guide, lines, guides), encoding="utf-8")
+    texts = {name: _cut(row.guide, lines, guides) for name, lines in listings.items()}
+    for name, text in {**({row.file: row.text} if row.text else {}), **texts}.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8")
     command = (row.here or row.typed).replace("/home/user", str(folder))
     code, printed = _run(command, folder, row)
     well = row.fails == "any" or (code != 0) == bool(row.fails)

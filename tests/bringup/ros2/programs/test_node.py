@@ -235,3 +235,45 @@ def test_a_class_of_filter_that_there_is_not_is_refused(monkeypatch: pytest.Monk
 def test_every_program_has_a_node() -> None:
     for spec in PROGRAMS.values():
         assert spec.config
+
+
+@pytest.mark.parametrize(
+    ("names", "words", "expected"),
+    [
+        (
+            ("nav2_controller", "controller_server"),
+            ["-p", "controller_frequency:=10.0", "--params-file", "FILE"],
+            {
+                "controller_server": {"controller_frequency": 10.0, "use_sim_time": True},
+                "local_costmap/local_costmap": {"width": 4, "use_sim_time": True},
+            },
+        ),
+        (
+            ("nav2_lifecycle_manager", "lifecycle_manager"),
+            ["-r", "__node:=manager", "-p", "node_names:=[planner_server]"],
+            {
+                "lifecycle_manager_navigation": {
+                    "node_names": ["planner_server"],
+                    "use_sim_time": False,
+                }
+            },
+        ),
+    ],
+)
+def test_a_server_of_nav2_brings_its_costmap(
+    names: tuple[str, str],
+    words: list[str],
+    expected: dict[str, Any],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    path = tmp_path / "nav2.yaml"
+    path.write_text(
+        "/**: {ros__parameters: {use_sim_time: true}}\n"
+        "local_costmap: {local_costmap: {ros__parameters: {width: 4}}}\n"
+    )
+    given = [str(path) if word == "FILE" else word for word in words]
+    values = _started(names, ["--ros-args", *given], monkeypatch)
+    assert list(values) == list(expected)
+    found = {node: {key: values[node][key] for key in own} for node, own in expected.items()}
+    assert found == expected

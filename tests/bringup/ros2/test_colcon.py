@@ -1,0 +1,239 @@
+"""Packages of one's own: created, built, sourced, run; what cannot be built is named."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from bringup.ros2.colcon import catkin_create_pkg
+from bringup.ros2.colcon import main as colcon
+from bringup.ros2.main import main as ros2
+
+pytestmark = pytest.mark.ros
+MANIFEST = """<package format="3"><name>{0}</name>{1}
+<export><build_type>{2}</build_type></export></package>"""
+
+
+@pytest.fixture
+def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "src").mkdir()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+    return tmp_path / "src"
+
+
+def _create(source: Path, name: str, *words: str) -> Path:
+    assert ros2(["pkg", "create", name, "--destination-directory", str(source), *words]) == 0
+    return source / name
+
+
+def _sourced(command: str, shell: str = "bash") -> str:
+    """Return what a command prints in a shell that has sourced the workspace."""
+    environment = {"PATH": "/usr/bin:/bin", "HOME": os.environ["HOME"]}
+    environment["XDG_CACHE_HOME"] = os.environ["XDG_CACHE_HOME"]
+    words = [shell, "-c", f". install/setup.{shell} && {command}"]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def _manifest(source: Path, name: str, kind: str = "ament_python", depends: str = "") -> Path:
+    folder = source / name
+    folder.mkdir()
+    needs = "".join(f"<depend>{one}</depend>" for one in depends.split())
+    (folder / "package.xml").write_text(MANIFEST.format(name, needs, kind))
+    return folder
+
+
+def test_a_package_is_created_built_and_run(
+    source: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--build-type", "ament_python", "--node-name", "hello", "--license", "MIT"]
+    _create(source, "my_robot", *words, "--dependencies", "rclpy", "std_msgs")
+    assert colcon(["build", "--symlink-install", "--cmake-args", "-DX=1"]) == 0
+    assert "Starting >>> my_robot\nFinished <<< my_robot [" in capsys.readouterr().out
+    assert _sourced("ros2 run my_robot hello") == "Hi from my_robot.\n"
+    assert _sourced("ros2 pkg xml my_robot -t depend", "sh") == "rclpy\nstd_msgs\n"
+    printed = _sourced("ros2 pkg prefix my_robot; ros2 pkg executables my_robot; ros2 pkg list")
+    assert printed.startswith(f"{source.parent}/install/my_robot\nmy_robot hello\n")
+    assert {"my_robot", "slam_toolbox", "gazebo_ros", "rclpy"} <= set(printed.split())
+
+
+@pytest.mark.parametrize("linked", [True, False])
+def test_only_a_linked_package_follows_its_source(source: Path, linked: bool) -> None:
+    folder = _create(source, "my_robot", "--node-name", "hello")
+    (folder / "launch").mkdir()
+    (folder / "launch" / "a.launch.xml").write_text("<launch/>")
+    setup = (folder / "setup.py").read_text()
+    data = "('share/my_robot/launch', ['launch/a.launch.xml']),\n        ('share/' + package_name,"
+    (folder / "setup.py").write_text(setup.replace("('share/' + package_name,", data))
+    assert colcon(["build", *(["--symlink-install"] if linked else [])]) == 0
+    (folder / "my_robot" / "hello.py").write_text("def main():\n    print('new')\n")
+    (folder / "launch" / "a.launch.xml").write_text("<launch>\n</launch>")
+    assert _sourced("ros2 run my_robot hello") == ("new\n" if linked else "Hi from my_robot.\n")
+    installed = source.parent / "install/my_robot/share/my_robot/launch/a.launch.xml"
+    assert installed.read_text() == ("<launch>\n</launch>" if linked else "<launch/>")
+
+
+def test_the_guide_s_shortest_setup_py_will_do(source: Path) -> None:
+    folder = _create(source, "my_robot")
+    (folder / "my_robot" / "minimal_node.py").write_text("def main():\n    print('alive')\n")
+    (folder / "setup.py").write_text(
+        "from setuptools import setup\nsetup(name='my_robot', version='0.0.1',"
+        " packages=['my_robot'], entry_points={'console_scripts':"
+        " ['minimal_node = my_robot.minimal_node:main']})"
+    )
+    assert colcon(["build"]) == 0
+    assert _sourced("ros2 run my_robot minimal_node") == "alive\n"
+
+
+def test_packages_are_built_in_the_order_of_their_needs(
+    source: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, depends in (("a", "b"), ("b", "c"), ("c", ""), ("d", "")):
+        _manifest(source, name, depends=depends)
+    (_manifest(source, "ignored") / "COLCON_IGNORE").touch()
+    assert colcon(["list"]) == 0
+    names = [line.split("\t")[0] for line in capsys.readouterr().out.splitlines()]
+    assert sorted(names) == ["a", "b", "c", "d"]
+    assert names.index("c") < names.index("b") < names.index("a")
+    assert colcon(["list", "--packages-up-to", "b", "--packages-skip", "d"]) == 0
+    assert [line[0] for line in capsys.readouterr().out.splitlines()] == ["c", "b"]
+    assert colcon(["list", "--packages-select", "bb"]) == 1
+    assert "there is no package 'bb'; did you mean 'b'?" in capsys.readouterr().err
+
+
+def test_a_package_of_data_is_built_from_its_cmake_file(source: Path) -> None:
+    folder = _manifest(source, "my_description", "ament_cmake")
+    (folder / "urdf").mkdir()
+    (folder / "urdf" / "robot.urdf").write_text("<robot/>")
+    (folder / "scripts").mkdir()
+    (folder / "scripts" / "say").write_text("#!/bin/sh\necho said\n")
+    (folder / "CMakeLists.txt").write_text(
+        "project(my_description)\nfind_package(ament_cmake REQUIRED)  # as ever\n"
+        "install(DIRECTORY urdf\n  DESTINATION share/${PROJECT_NAME}/)\n"
+        "install(PROGRAMS scripts/say DESTINATION lib/${PROJECT_NAME})\nament_package()\n"
+    )
+    assert colcon(["build"]) == 0
+    share = Path(_sourced("ros2 pkg prefix --share my_description").strip())
+    assert (share / "urdf" / "robot.urdf").read_text() == "<robot/>"
+    assert _sourced("ros2 run my_description say") == "said\n"
+
+
+def test_a_package_of_ros_1_is_linked(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(source)
+    monkeypatch.setattr(sys, "argv", ["catkin_create_pkg", "udacity_bot", "rospy"])
+    with pytest.raises(SystemExit, match="0"):
+        catkin_create_pkg()
+    monkeypatch.chdir(source.parent)
+    (source / "udacity_bot" / "launch").mkdir()
+    (source / "udacity_bot" / "launch" / "world.launch").write_text("<launch/>")
+    (source / "udacity_bot" / "say.sh").write_text("#!/bin/sh\necho said\n")
+    (source / "udacity_bot" / "say.sh").chmod(0o755)
+    assert colcon(["build", "--base-paths", "src"]) == 0
+    printed = _sourced("cat $(ros2 pkg prefix --share udacity_bot)/launch/world.launch")
+    assert printed == "<launch/>"
+    assert _sourced("ros2 run udacity_bot say.sh") == "said\n"
+    monkeypatch.setattr(sys, "argv", ["catkin_create_pkg", "src"])
+    with pytest.raises(SystemExit, match="'src' is no new name"):
+        catkin_create_pkg()
+
+
+def test_what_cannot_be_built_is_named_and_the_rest_is_built(
+    source: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    compiled = _manifest(source, "compiled", "ament_cmake")
+    (compiled / "CMakeLists.txt").write_text("add_executable(node src/node.cpp)\n")
+    broken = _create(source, "broken")
+    (broken / "setup.py").write_text("from setuptools import setup\nsetup(name='broken'\n")
+    _manifest(source, "bare")
+    _create(source, "good")
+    assert colcon(["build"]) == 1
+    given = capsys.readouterr()
+    assert "compiled has add_executable; C++ is built by ROS's own tools" in given.err
+    assert "setup.py of broken failed" in given.err
+    assert "SyntaxError" in given.err
+    assert "bare has no setup.py; 'ros2 pkg create' writes one" in given.err
+    assert "Summary: 1 package finished" in given.out
+    assert "  3 packages failed: " in given.out
+    assert "good" in _sourced("ros2 pkg list").split()
+
+
+@pytest.mark.parametrize(
+    ("depends", "problem"),
+    [(("b", "a"), "packages need each other: "), (("", ""), "two packages are called 'a'")],
+)
+def test_a_workspace_that_makes_no_sense_is_refused(
+    depends: tuple[str, str],
+    problem: str,
+    source: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    _manifest(source, "a", depends=depends[0])
+    folder = _manifest(source, "b", depends=depends[1])
+    if not depends[0]:
+        (folder / "package.xml").write_text(MANIFEST.format("a", "", "ament_python"))
+    assert colcon(["build"]) == 1
+    assert problem in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        (["pkg", "create", "My-Robot"], "'My-Robot' is no name of a package"),
+        (["pkg", "create", "src"], "The directory already exists"),
+        (["run", "my_robot", "hello"], "'source install/setup.bash' of its workspace first"),
+        (["run", "cartographer_ros", "x"], "online_async_launch.py' maps"),
+    ],
+)
+def test_a_mistake_is_named_with_its_remedy(
+    words: list[str], problem: str, source: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert ros2(words) == 1
+    assert problem in capsys.readouterr().err
+
+
+def test_a_script_of_ros_1_is_named(
+    source: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    program = source / "lib" / "first_pkg" / "old.py"
+    program.parent.mkdir(parents=True)
+    program.write_text("#!/usr/bin/env python3\nimport rospy\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(source))
+    assert ros2(["run", "first_pkg", "old.py"]) == 1
+    assert "is of ROS 1 (it imports rospy); docs/coming-from-ros1.md" in capsys.readouterr().err
+
+
+def test_a_package_s_own_executable_comes_first(
+    source: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = source / "lib" / "tf2_ros" / "tf2_echo"
+    program.parent.mkdir(parents=True)
+    program.write_text("#!/bin/sh\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(source))
+    become: list[list[str]] = []
+
+    def execv(path: Path, words: list[str]) -> None:
+        become.append(words)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "execv", execv)
+    assert ros2(["run", "tf2_ros", "tf2_echo", "a"]) == 2
+    assert become == [[str(program), "a"]]
+
+
+def test_the_build_runs_as_a_program(source: Path) -> None:
+    program = Path(sys.executable).parent / "colcon"
+    if not program.exists():
+        pytest.skip("installed without its commands; 'make setup' brings them")
+    done = subprocess.run([program, "list"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.strip()) == (0, "")

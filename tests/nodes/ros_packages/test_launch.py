@@ -1,0 +1,295 @@
+"""`launch` with real processes: events, ends, output, scopes, and what is left behind: nothing."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from launch import LaunchContext, LaunchDescription, LaunchService
+from launch.actions import (
+    DeclareLaunchArgument,
+    EmitEvent,
+    ExecuteProcess,
+    GroupAction,
+    LogInfo,
+    OpaqueCoroutine,
+    OpaqueFunction,
+    RegisterEventHandler,
+    SetEnvironmentVariable,
+    SetLaunchConfiguration,
+    Shutdown,
+    TimerAction,
+    UnsetEnvironmentVariable,
+)
+from launch.event_handlers import OnProcessExit, OnProcessIO, OnProcessStart, OnShutdown
+from launch.events import matches_action
+from launch.events.process import ShutdownProcess, SignalProcess
+from launch.frontend import parse_substitution
+from launch.substitution import Substitution, perform_substitutions
+from launch.substitutions import (
+    Command,
+    EnvironmentVariable,
+    FileContent,
+    LaunchConfiguration,
+    PathJoinSubstitution,
+    PythonExpression,
+    SubstitutionFailure,
+)
+
+_FOREVER = ["sleep", "60"]
+
+
+@pytest.fixture
+def launched(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Callable[..., tuple[int, str]]:
+    monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path))
+
+    def run(*actions: Any) -> tuple[int, str]:
+        service = LaunchService()
+        service.include_launch_description(LaunchDescription(actions))
+        code = service.run()
+        given = capfd.readouterr()
+        return code, given.out + given.err
+
+    return run
+
+
+def test_events_of_a_process_come_in_their_order(
+    launched: Callable[..., tuple[int, str]],
+) -> None:
+    talker = ExecuteProcess(cmd=["echo", "hello"], output="screen", name="talker")
+    said: list[str] = []
+    code, printed = launched(
+        DeclareLaunchArgument("who", default_value="me"),
+        RegisterEventHandler(OnProcessStart(target_action=talker, on_start=[LogInfo(msg="up")])),
+        RegisterEventHandler(
+            OnProcessIO(target_action=talker, on_stdout=lambda e: said.append(e.text.decode()))
+        ),
+        RegisterEventHandler(
+            OnProcessExit(
+                target_action=talker,
+                on_exit=lambda event, context: [
+                    LogInfo(msg=[LaunchConfiguration("who"), f" ended {event.returncode}"])
+                ],
+            )
+        ),
+        RegisterEventHandler(OnShutdown(on_shutdown=[LogInfo(msg="bye")])),
+        talker,
+    )
+    assert (code, said) == (0, ["hello\n"])
+    name = talker.process_details["name"]
+    order = ["up", f"[{name}] hello", f"[{name}]: process has finished cleanly", "me ended 0"]
+    places = [printed.index(text) for text in [*order, "bye"]]
+    assert places == sorted(places)
+
+
+def test_output_goes_where_it_is_asked_to(
+    launched: Callable[..., tuple[int, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    both = ["bash", "-c", "echo out; echo err >&2"]
+    shown = {}
+    for output in ("screen", "log", "own_log", {"stdout": "screen", "stderr": "log"}):
+        _, printed = launched(ExecuteProcess(cmd=both, output=output))
+        shown[str(output)] = ("] out" in printed, "] err" in printed)
+    assert list(shown.values()) == [(True, True), (False, True), (False, False), (True, False)]
+    code, printed = launched(ExecuteProcess(cmd=both, output="scren"))
+    assert (code, "valid: screen, both" in printed) == (1, True)
+
+
+def test_the_end_of_a_needed_process_ends_all(
+    launched: Callable[..., tuple[int, str]],
+) -> None:
+    needed = ExecuteProcess(cmd=["sh", "-c", "exit 3"], on_exit=Shutdown(reason="no"), name="core")
+    other = ExecuteProcess(cmd=_FOREVER)
+    code, printed = launched(other, needed)
+    assert "process has died [pid " in printed
+    assert "exit code 3" in printed
+    assert "was required: shutting down" in printed
+    assert (code, other.return_code) == (0, -signal.SIGINT)
+
+
+def test_a_process_that_stays_is_ended_by_force(launched: Callable[..., tuple[int, str]]) -> None:
+    deaf = ExecuteProcess(
+        cmd=["bash", "-c", "trap '' INT TERM; echo deaf; sleep 30 & wait; wait"],
+        sigterm_timeout="0.1",
+        sigkill_timeout=0.1,
+    )
+    code, printed = launched(
+        RegisterEventHandler(OnProcessIO(target_action=deaf, on_stdout=lambda e: Shutdown())), deaf
+    )
+    assert (code, deaf.return_code) == (0, -signal.SIGKILL)
+    assert "failed to terminate: 'SIGTERM' follows" in printed
+
+
+@pytest.mark.parametrize(
+    ("event", "number"),
+    [
+        (lambda a: SignalProcess(signal_number="SIGTERM", process_matcher=a), signal.SIGTERM),
+        (lambda a: ShutdownProcess(process_matcher=a), signal.SIGINT),
+    ],
+)
+def test_one_process_is_ended_by_an_event(
+    event: Any, number: int, launched: Callable[..., tuple[int, str]]
+) -> None:
+    one = ExecuteProcess(cmd=_FOREVER)
+    ends = EmitEvent(event=event(matches_action(one)))
+    code, _ = launched(
+        one, RegisterEventHandler(OnProcessStart(target_action=one, on_start=[ends]))
+    )
+    assert (code, one.return_code) == (0, -number)
+
+
+def test_a_process_starts_again_as_often_as_it_may(
+    launched: Callable[..., tuple[int, str]],
+) -> None:
+    again = ExecuteProcess(cmd=["true"], respawn="True", respawn_max_retries=2)
+    _, printed = launched(again)
+    assert printed.count("process started with pid") == 3
+
+
+def test_what_is_not_there_is_named_and_the_rest_runs(
+    launched: Callable[..., tuple[int, str]],
+) -> None:
+    code, printed = launched(
+        ExecuteProcess(cmd=["no_such_program"]), ExecuteProcess(cmd=["echo", "x"], output="screen")
+    )
+    assert code == 1
+    assert "cannot be started: [Errno 2]" in printed
+    assert "] x\n" in printed
+
+
+def test_a_group_keeps_its_settings_to_itself(
+    launched: Callable[..., tuple[int, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("GIVEN", "outside")
+    words = ["printenv", "GIVEN"]
+    show = LogInfo(msg=["a=", LaunchConfiguration("a"), " ", EnvironmentVariable("GIVEN")])
+    inside = [
+        SetLaunchConfiguration("a", "2"),
+        SetEnvironmentVariable("GIVEN", "inside"),
+        ExecuteProcess(cmd=words, output="screen"),
+        TimerAction(period=0.01, actions=[LogInfo(msg=["later ", LaunchConfiguration("a")])]),
+        show,
+    ]
+    first = SetLaunchConfiguration("a", "1")
+    _, printed = launched(first, GroupAction(inside, launch_configurations={"b": "x"}), show)
+    assert "a=2 inside" in printed
+    assert "a=1 outside" in printed
+    assert "later 2" in printed
+    assert "] inside" in printed
+    _, printed = launched(first, GroupAction(inside, scoped=False), show)
+    assert printed.count("a=2 inside") == 2
+    _, printed = launched(UnsetEnvironmentVariable("GIVEN"), show)
+    assert "environment variable 'GIVEN' is not set" in printed or "'a' does not exist" in printed
+
+
+def test_functions_and_coroutines_take_the_context(
+    launched: Callable[..., tuple[int, str]],
+) -> None:
+    async def later(context: LaunchContext) -> None:
+        await asyncio.sleep(0.0)
+        context.extend_locals({"seen": context.launch_configurations["n"]})
+
+    def made(context: LaunchContext, prefix: str) -> list[Any]:
+        return [LogInfo(msg=f"{prefix} {context.launch_configurations['n']}")]
+
+    code, printed = launched(
+        SetLaunchConfiguration("n", "5"),
+        OpaqueCoroutine(coroutine=later),
+        OpaqueFunction(function=made, args=["n is"]),
+    )
+    assert (code, "n is 5" in printed) == (0, True)
+
+
+def test_ctrl_c_ends_all_and_leaves_nothing(tmp_path: Path) -> None:
+    text = (
+        "from launch import *\nfrom launch.actions import *\ns = LaunchService()\n"
+        "s.include_launch_description(LaunchDescription([ExecuteProcess(cmd=['bash', '-c',"
+        f" 'sleep 60 & echo $! > {tmp_path}/pid; echo up; wait'], output='screen')]))\n"
+        "raise SystemExit(s.run())"
+    )
+    environment = {**os.environ, "ROS_LOG_DIR": str(tmp_path)}
+    with subprocess.Popen(
+        [sys.executable, "-c", text], stdout=subprocess.PIPE, text=True, env=environment
+    ) as process:
+        assert process.stdout is not None
+        read = ""
+        while "] up" not in read:
+            line = process.stdout.readline()
+            assert line, read
+            read += line
+        process.send_signal(signal.SIGINT)
+        read += process.communicate(timeout=30)[0]
+    assert "user interrupted with ctrl-c (SIGINT)" in read
+    assert process.returncode == 0
+    status = Path(f"/proc/{(tmp_path / 'pid').read_text().strip()}/stat")
+    assert not status.exists() or status.read_text().split()[2] == "Z"
+
+
+CONTEXT = {"a": "1", "path": "/x"}
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("plain", "plain"),
+        ("$(var a)b$(var path)/c", "1b/x/c"),
+        ("$(var nope other)", "other"),
+        ("$(eval '$(var a) + 1')", "2"),
+        ("$(eval $(var a) + 1)", "2"),
+        ("$(command 'echo -n $(var a) two')", "1 two"),
+        ("$(not $(equals $(var a) 2))", "true"),
+        ("$(and true $(or false 1))", "true"),
+        ("$(if $(equals $(var a) 1.0) yes 'n o')", "yes"),
+        ("$(not-equals a b)", "true"),
+        ("$(env NO_SUCH_VARIABLE 'de fault')", "de fault"),
+        ("cost (of $(var a))", "cost (of 1)"),
+    ],
+)
+def test_a_text_with_substitutions(text: str, value: str) -> None:
+    context = LaunchContext()
+    context.launch_configurations.update(CONTEXT)
+    assert perform_substitutions(context, parse_substitution(text)) == value
+
+
+@pytest.mark.parametrize(
+    ("substitution", "value"),
+    [
+        (PathJoinSubstitution(["/a", ["b", "c"]]) / "d", "/a/bc/d"),
+        (PythonExpression(["'", LaunchConfiguration("a"), "' == '1' and pi > 3"]), "True"),
+        (Command(["echo ", "-n ", LaunchConfiguration("a")]), "1"),
+        (LaunchConfiguration("a") == "1", "true"),
+        (LaunchConfiguration("a") != "2", "true"),
+    ],
+)
+def test_a_substitution_has_its_value(substitution: Any, value: str) -> None:
+    context = LaunchContext()
+    context.launch_configurations.update(CONTEXT)
+    assert perform_substitutions(context, substitution) == value
+
+
+@pytest.mark.parametrize(
+    ("substitution", "problem"),
+    [
+        (PythonExpression(["1 /"]), "failed to evaluate '1 /'"),
+        (Command("false"), "'false' failed"),
+        (Command("sh -c 'echo no >&2'"), "wrote to standard error: no; on_stderr='ignore'"),
+        (Command("no_such_program"), "'no_such_program' failed"),
+    ],
+)
+def test_a_substitution_without_a_value_says_why(substitution: Substitution, problem: str) -> None:
+    with pytest.raises(SubstitutionFailure, match=problem.replace("(", "\\(")):
+        substitution.perform(LaunchContext())
+
+
+def test_a_file_s_content(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("text")
+    assert FileContent([str(tmp_path), "/a.txt"]).perform(LaunchContext()) == "text"
