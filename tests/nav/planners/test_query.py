@@ -92,40 +92,6 @@ def test_from_a_free_cell_there_is_no_path_out() -> None:
     assert out.to((1, 1)).shape == (0, 2)
 
 
-@pytest.mark.parametrize(
-    ("start", "goal", "status", "message"),
-    [
-        (
-            pose_of(-1, 2),
-            pose_of(5, 5),
-            PlanStatus.START_OUTSIDE_MAP,
-            "start (1.24, -1.92) lies out",
-        ),
-        (
-            pose_of(5, 5),
-            pose_of(5, SIDE),
-            PlanStatus.GOAL_OUTSIDE_MAP,
-            "goal (1.83, -0.92) lies out",
-        ),
-        (
-            pose_of(2, 2),
-            pose_of(5, 5),
-            PlanStatus.START_OCCUPIED,
-            "start (1.10, -1.66) has cost 254 a",
-        ),
-    ],
-)
-def test_says_why_there_can_be_no_answer(
-    start: SE2, goal: SE2, status: PlanStatus, message: str
-) -> None:
-    data = np.zeros((SIDE, SIDE), np.uint8)
-    data[1:4, 1:4] = 254
-    answer = asked(data, start, goal)
-    assert isinstance(answer, PlanResult)
-    assert (answer.status, len(answer.path)) == (status, 0)
-    assert answer.message.startswith(message)
-
-
 def made_query(data: np.ndarray | None = None, reach: Reach | None = None) -> Query:
     free = np.zeros((SIDE, SIDE), np.uint8) if data is None else data
     query = asked(free, pose_of(1, 2, 0.3), pose_of(6, 6, 2.0), reach)

@@ -127,24 +127,18 @@ def test_goals_are_rejected_while_inactive(robot: PlayedRobot) -> None:
     assert not robot.commands
 
 
-@pytest.mark.parametrize("transition", ["deactivate", "shutdown"])
+@pytest.mark.parametrize("how", ["deactivate", "shutdown", "set back"])
 def test_the_end_of_activity_stops_the_robot_and_ends_the_goal(
-    robot: PlayedRobot, transition: str
+    robot: PlayedRobot, how: str
 ) -> None:
     goal = go(robot, SE2(3.0, 1.0))
     drive(robot)
-    robot.transition("bt_navigator", transition)
+    if how == "set back":
+        robot.bench.set_back()
+    else:
+        robot.transition("bt_navigator", how)
     assert_failed(goal, 0)
-    assert "deactivated" in goal.result.error_msg
-    assert_stopped_for_good(robot)
-
-
-def test_time_set_back_stops_the_robot_and_ends_the_goal(robot: PlayedRobot) -> None:
-    goal = go(robot, SE2(3.0, 1.0))
-    drive(robot)
-    robot.bench.set_back()
-    assert_failed(goal, 0)
-    assert "set back" in goal.result.error_msg
+    assert ("set back" if how == "set back" else "deactivated") in goal.result.error_msg
     assert_stopped_for_good(robot)
 
 
