@@ -127,21 +127,6 @@ def test_goals_are_rejected_while_inactive(robot: PlayedRobot) -> None:
     assert not robot.commands
 
 
-@pytest.mark.parametrize("how", ["deactivate", "shutdown", "set back"])
-def test_the_end_of_activity_stops_the_robot_and_ends_the_goal(
-    robot: PlayedRobot, how: str
-) -> None:
-    goal = go(robot, SE2(3.0, 1.0))
-    drive(robot)
-    if how == "set back":
-        robot.bench.set_back()
-    else:
-        robot.transition("bt_navigator", how)
-    assert_failed(goal, 0)
-    assert ("set back" if how == "set back" else "deactivated") in goal.result.error_msg
-    assert_stopped_for_good(robot)
-
-
 def test_a_robot_that_does_not_know_its_pose_refuses() -> None:
     robot = made(start_patience=2.0)
     robot.localized = False
