@@ -105,6 +105,18 @@ def rpy_of(w: float, x: float, y: float, z: float) -> tuple[float, float, float]
     return roll, pitch, yaw
 
 
+def unit_quaternion(w: float, x: float, y: float, z: float) -> tuple[float, float, float, float]:
+    """Return a rotation's quaternion of any length as one of length 1.
+
+    Raises:
+        ValueError: The quaternion is zero or not finite.
+    """
+    norm = math.sqrt(w * w + x * x + y * y + z * z)
+    if not math.isfinite(norm) or norm < 1e-6:
+        raise ValueError(f"quaternion ({x}, {y}, {z}, {w}) is no rotation")
+    return w / norm, x / norm, y / norm, z / norm
+
+
 def quaternion_product(
     a: tuple[float, float, float, float], b: tuple[float, float, float, float]
 ) -> tuple[float, float, float, float]:

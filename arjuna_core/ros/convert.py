@@ -17,7 +17,7 @@ from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 
 from arjuna_core.grid import GridFrame, OccupancyGrid
-from arjuna_core.pose3 import Pose3
+from arjuna_core.pose3 import Pose3, unit_quaternion
 from arjuna_core.ros.messages import maker
 from arjuna_core.scan import Cloud, Scan
 from arjuna_core.se2 import IDENTITY, SE2, yaw_of
@@ -126,9 +126,7 @@ def se2_from_transform(message: Transform) -> SE2:
 def pose3_from_transform(message: Transform) -> Pose3:
     """Return a Transform message in space; its quaternion need not be normalised."""
     at, turn = message.translation, message.rotation
-    norm = math.sqrt(turn.w**2 + turn.x**2 + turn.y**2 + turn.z**2)
-    quaternion = turn.w / norm, turn.x / norm, turn.y / norm, turn.z / norm
-    return Pose3((at.x, at.y, at.z), quaternion)
+    return Pose3((at.x, at.y, at.z), unit_quaternion(turn.w, turn.x, turn.y, turn.z))
 
 
 def cloud_from_msg(
@@ -265,6 +263,5 @@ def velocity_from_twist(message: Any) -> Velocity:
 
 def covariance_from_pose(covariance: Any) -> NDArray[np.float64]:
     """Return the `(3, 3)` covariance of x, y, yaw in a pose message's 36 values."""
-    full = np.asarray(covariance, dtype=np.float64).reshape(6, 6)
-    planar: NDArray[np.float64] = full[np.ix_((0, 1, 5), (0, 1, 5))]
+    planar: NDArray[np.float64] = np.asarray(covariance, dtype=np.float64)[PLANAR].reshape(3, 3)
     return planar

@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
 
 
@@ -195,3 +196,32 @@ class TrackedPath:
         ahead = self.part
         along = np.cumsum(np.hypot(*np.diff(ahead[:, :2], axis=0).T))
         return ahead[: max(1 + int(np.searchsorted(along, distance, side="right")), 2)]
+
+
+class PathController:
+    """The robot, the path and the values on display that the controllers here have.
+
+    Attributes:
+        wanted: The topics of values that somebody listens to.
+        shown: Values by topic, of the last command.
+    """
+
+    def __init__(
+        self,
+        config: Any,
+        footprint: Footprint,
+        xy_goal_tolerance: float,
+        period: float,
+        path: TrackedPath,
+    ) -> None:
+        self._config, self._footprint, self._path = config, footprint, path
+        self._xy_goal_tolerance, self._period = xy_goal_tolerance, period
+        self.speed_limit = math.inf
+        self.carrot: SE2 | None = None
+        self.wanted: frozenset[str] = frozenset()
+        self.shown: dict[str, Any] = {}
+
+    @property
+    def path(self) -> NDArray[np.float64]:
+        """The part of the path that is still ahead, `(N, 3) float64`."""
+        return self._path.ahead

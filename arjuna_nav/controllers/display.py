@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_nav.controllers.base import PathController
 from arjuna_nav.controllers.plugins import CONTROLLERS
 
 
@@ -96,18 +97,6 @@ class Evaluation:
     worst: int
 
 
-class Offer:
-    """The part of a controller that offers values.
-
-    Attributes:
-        shown: Values by topic, of the last command.
-    """
-
-    def __init__(self) -> None:
-        self.wanted: frozenset[str] = frozenset()
-        self.shown: dict[str, Any] = {}
-
-
 def topics_of(plugin: str, config: Any) -> Mapping[str, type[Any]]:
     """Return the topics that a class of controllers offers, with the kind of value on each."""
     offers = getattr(CONTROLLERS.resolve(plugin), "shows", None)
@@ -116,10 +105,10 @@ def topics_of(plugin: str, config: Any) -> Mapping[str, type[Any]]:
 
 def want(controller: object, topics: frozenset[str]) -> None:
     """Ask a controller for values with its next command; what it showed before is gone."""
-    if isinstance(controller, Offer):
+    if isinstance(controller, PathController):
         controller.wanted, controller.shown = topics, {}
 
 
 def shown_by(controller: object) -> dict[str, Any]:
     """Return what a controller has shown since it was asked."""
-    return controller.shown if isinstance(controller, Offer) else {}
+    return controller.shown if isinstance(controller, PathController) else {}

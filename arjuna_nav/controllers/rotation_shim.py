@@ -21,9 +21,10 @@ from arjuna_nav.controllers.base import (
     Controller,
     ControlResult,
     ControlStatus,
+    PathController,
     TrackedPath,
 )
-from arjuna_nav.controllers.display import Offer, shown_by, topics_of, want
+from arjuna_nav.controllers.display import shown_by, topics_of, want
 from arjuna_nav.controllers.motion import Turning, gentle_turns, rollout
 from arjuna_nav.controllers.plugins import CONTROLLERS
 from arjuna_nav.costmap.collision import first_collision, footprint_cost
@@ -69,7 +70,7 @@ class RotationShimConfig:
     gentle_turns: bool = gentle_turns()
 
 
-class RotationShim(Offer):
+class RotationShim(PathController):
     """Turns on the spot where a path begins aside, else lets its primary controller follow.
 
     Args:
@@ -103,29 +104,18 @@ class RotationShim(Offer):
     def __init__(
         self, config: Any, footprint: Footprint, xy_goal_tolerance: float, period: float
     ) -> None:
-        super().__init__()
-        self._config = config
-        self._footprint = footprint
-        self._xy_goal_tolerance = xy_goal_tolerance
+        super().__init__(config, footprint, xy_goal_tolerance, period, TrackedPath(2.5))
         limits = config.rotate_to_heading_angular_vel, config.max_angular_accel, period
         self._turn = Turning(*limits, gentle=config.gentle_turns)
         make = CONTROLLERS.resolve(config.primary_controller)
         self._primary: Controller = make(config, footprint, xy_goal_tolerance, period)
-        self._path = TrackedPath(2.5)
         self._due = self._turning = False
         self._last_w = 0.0
-        self.speed_limit = math.inf
-        self.carrot: SE2 | None = None
 
     @property
     def desired_speed(self) -> float:
         """Greatest forward speed where nothing limits it [m/s]."""
         return self._primary.desired_speed
-
-    @property
-    def path(self) -> NDArray[np.float64]:
-        """The part of the path that is still ahead, `(N, 3) float64`."""
-        return self._path.ahead
 
     def set_path(self, path: NDArray[np.float64]) -> None:
         """Take a path `(N, 3) float64`, and turn towards it where that is due."""

@@ -196,12 +196,7 @@ def clearance_in_cells(data: NDArray[np.uint8], pose: NDArray[np.float64], reach
     row, column = math.floor(pose[1]), math.floor(pose[0])
     if not (0 <= row < height and 0 <= column < width):
         return -1.0
-    span, best = int(reach) + 1, reach
-    for r in range(max(row - span, 0), min(row + span + 1, height)):
-        for c in range(max(column - span, 0), min(column + span + 1, width)):
-            if data[r, c] == LETHAL:
-                best = min(best, math.hypot(r + 0.5 - pose[1], c + 0.5 - pose[0]))
-    return best
+    return _distance(data, pose, reach, LETHAL, LETHAL)
 
 
 @njit(cache=True)
@@ -214,11 +209,18 @@ def _depth_in_cells(data: NDArray[np.uint8], pose: NDArray[np.float64], most: fl
     row, column = math.floor(pose[1]), math.floor(pose[0])
     if not (0 <= row < height and 0 <= column < width) or data[row, column] == UNKNOWN:
         return most + 1.0
-    if data[row, column] < INSCRIBED:
-        return 0.0
-    span, best = int(most) + 1, most
+    return 0.0 if data[row, column] < INSCRIBED else _distance(data, pose, most, 0, INSCRIBED - 1)
+
+
+@njit(cache=True)
+def _distance(
+    data: NDArray[np.uint8], pose: NDArray[np.float64], reach: float, least: int, most: int
+) -> float:
+    """Return the distance [cells] to the nearest centre of a cell of such a cost, or `reach`."""
+    height, width = data.shape
+    row, column, span, best = math.floor(pose[1]), math.floor(pose[0]), int(reach) + 1, reach
     for r in range(max(row - span, 0), min(row + span + 1, height)):
         for c in range(max(column - span, 0), min(column + span + 1, width)):
-            if data[r, c] < INSCRIBED:
+            if least <= data[r, c] <= most:
                 best = min(best, math.hypot(r + 0.5 - pose[1], c + 0.5 - pose[0]))
     return best

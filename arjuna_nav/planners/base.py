@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.se2 import SE2
@@ -66,6 +67,23 @@ class PlanResult:
     def failed(status: PlanStatus, message: str) -> PlanResult:
         """Return a result without path."""
         return PlanResult(status, np.empty((0, 3)), message)
+
+
+@dataclass(frozen=True)
+class GridPlannerConfig:
+    """Parameters that planners on a grid have in common."""
+
+    tolerance: float = param(
+        0.5, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
+    )
+    allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
+    escape_radius: float = param(
+        3.0,
+        "How far a start too near to an obstacle is led out of it.",
+        unit="m",
+        minimum=0.0,
+        theirs=0.0,
+    )
 
 
 class Planner(Protocol):

@@ -13,7 +13,7 @@ from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.planners.base import PlanResult
+from arjuna_nav.planners.base import GridPlannerConfig, PlanResult
 from arjuna_nav.planners.nearby import Plan, nearby_first
 from arjuna_nav.planners.query import Query, ask
 from arjuna_nav.planners.theta_star import line_cost
@@ -25,12 +25,9 @@ _SLACK, _SLACK_ASTAR = 0.005, 0.0  # of paths considered, over the best estimate
 
 
 @dataclass(frozen=True)
-class NavFnConfig:
+class NavFnConfig(GridPlannerConfig):
     """Parameters of NavFn, by Nav2's names."""
 
-    tolerance: float = param(
-        0.5, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
-    )
     use_astar: bool = param(
         False,
         "Whether the wave keeps closer to the estimated path, as A* does: `bench planner` shows"
@@ -39,14 +36,6 @@ class NavFnConfig:
     use_final_approach_orientation: bool = param(
         False, "Whether the path ends in its own direction, not the goal's."
     )
-    escape_radius: float = param(
-        3.0,
-        "How far a start too near to an obstacle is led out of it.",
-        unit="m",
-        minimum=0.0,
-        theirs=0.0,
-    )
-    allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
 
 
 class NavFn:

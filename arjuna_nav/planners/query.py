@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.planners.base import Planner, PlanResult, PlanStatus
+from arjuna_nav.planners.base import GridPlannerConfig, Planner, PlanResult, PlanStatus
 from arjuna_nav.planners.escape import Escape
 from arjuna_nav.planners.outline import plan_for_outline
 from arjuna_nav.planners.waves.potential import reachable, spread, traversal_costs
@@ -107,24 +106,8 @@ class Query:
         return PlanResult(PlanStatus.SUCCEEDED, path)
 
 
-class Reach(Protocol):
-    """Parameters that planners on a grid have in common."""
-
-    @property
-    def allow_unknown(self) -> bool:
-        """True where paths may cross unknown space."""
-
-    @property
-    def tolerance(self) -> float:
-        """Greatest distance of the path's end from a blocked goal [m]."""
-
-    @property
-    def escape_radius(self) -> float:
-        """Greatest distance over which a start too near to an obstacle is led out [m]."""
-
-
 def ask(
-    reach: Reach, costmap: Costmap, start: SE2, goal: SE2, ends_along: bool = False
+    config: GridPlannerConfig, costmap: Costmap, start: SE2, goal: SE2, ends_along: bool = False
 ) -> Query | PlanResult:
     """Return a query, or why there can be no answer."""
     frame = costmap.frame
@@ -135,14 +118,14 @@ def ask(
     ):
         if not frame.contains(*cell):
             return PlanResult.failed(status, f"{_named(name, pose)} lies outside the costmap")
-    costs = traversal_costs(reach.allow_unknown)
-    out = Escape(costmap.data, costs, start_cell, reach.escape_radius / frame.resolution)
+    costs = traversal_costs(config.allow_unknown)
+    out = Escape(costmap.data, costs, start_cell, config.escape_radius / frame.resolution)
     if not len(out.exits):
         cost = costmap.cost_at(start.x, start.y)
         message = f"{_named('start', start)} has cost {cost} and no way out"
         return PlanResult.failed(PlanStatus.START_OCCUPIED, message)
     return Query(
-        costmap, start, goal, goal_cell, out, reach.allow_unknown, reach.tolerance, ends_along
+        costmap, start, goal, goal_cell, out, config.allow_unknown, config.tolerance, ends_along
     )
 
 
@@ -182,6 +165,19 @@ def oriented(points: NDArray[np.float64], final_yaw: float) -> NDArray[np.float6
     x, y = (points[1:] - points[:-1]).T
     np.arctan2(y, x, out=poses[:-1, 2])
     return poses
+
+
+def traced(before: NDArray[np.int32], end: Cell, width: int) -> NDArray[np.float64]:
+    """Return the cells from a search's seed to the end, `(N, 2)` rows and columns.
+
+    Args:
+        before: The number of the cell before each, `(height * width,)`; a seed's own.
+    """
+    cells = [end[0] * width + end[1]]
+    while before[cells[-1]] != cells[-1]:
+        cells.append(int(before[cells[-1]]))
+    numbers = np.array(cells[::-1])
+    return np.column_stack((numbers // width, numbers % width)).astype(np.float64)
 
 
 def plan_through(

@@ -18,7 +18,7 @@ from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult, PlanStatus, check_stopped, stop_flag
 from arjuna_nav.planners.hybrid.config import DownsamplingConfig, SmacConfig
 from arjuna_nav.planners.nearby import Plan, coarser, nearby_first
-from arjuna_nav.planners.query import ask, oriented
+from arjuna_nav.planners.query import ask, oriented, traced
 from arjuna_nav.planners.relaxation import smoothed
 from arjuna_nav.planners.waves.corridor import Corridor, corridors, guided, is_outside
 from arjuna_nav.planners.waves.potential import NEUTRAL
@@ -108,7 +108,7 @@ class Smac2D:
         if end is None:
             return Plan(query.failure(values))
         path_cost = float(values[end]) if end == goal_cell else math.inf
-        return Plan(query.answer(_cells_to(before, end)), path_cost)
+        return Plan(query.answer(traced(before, end, data.shape[1])), path_cost)
 
     def _costs(self) -> NDArray[np.float32]:
         """Return what a cell's length costs by its value, `(256,) float32`."""
@@ -131,13 +131,13 @@ def _a_star(
     """Return the cost of each cell until the goal, the cell before it, whether a limit came."""
     height, width = data.shape
     values = np.full((height, width), np.inf, np.float32)
-    before = np.full((height, width), -1, np.int32)
+    before = np.full(height * width, -1, np.int32)
     closed = np.zeros((height, width), np.bool_)
     queue = [(0.0, np.int64(0))]
     queue.pop()
     for row, column, value in seeds:
         r, c = int(row), int(column)
-        values[r, c] = value
+        values[r, c], before[r * width + c] = value, r * width + c
         heapq.heappush(queue, (value + _octile(r, c, goal), np.int64(r * width + c)))
     count, near, until = 0, 0, min(limits.interval, limits.cells)
     while len(queue) > 0:
@@ -166,7 +166,7 @@ def _a_star(
                     continue
                 if costs[data[row, c]] == np.inf or costs[data[r, column]] == np.inf:
                     continue
-                values[r, c], before[r, c] = value, cell
+                values[r, c], before[r * width + c] = value, cell
                 heapq.heappush(queue, (value + _octile(r, c, goal), np.int64(r * width + c)))
     return values, before, False
 
@@ -175,13 +175,3 @@ def _a_star(
 def _octile(row: int, column: int, goal: tuple[int, int]) -> float:
     d_r, d_c = abs(row - goal[0]), abs(column - goal[1])
     return max(d_r, d_c) + (math.sqrt(2.0) - 1.0) * min(d_r, d_c)
-
-
-def _cells_to(before: NDArray[np.int32], end: tuple[int, int]) -> NDArray[np.float64]:
-    """Return the cells from the seed to the end, `(N, 2)` rows and columns."""
-    width = before.shape[1]
-    cells = [end[0] * width + end[1]]
-    while before.flat[cells[-1]] >= 0:
-        cells.append(int(before.flat[cells[-1]]))
-    numbers = np.array(cells[::-1])
-    return np.column_stack((numbers // width, numbers % width)).astype(np.float64)

@@ -16,41 +16,30 @@ from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.planners.base import PlanResult, check_stopped, stop_flag
+from arjuna_nav.planners.base import GridPlannerConfig, PlanResult, check_stopped, stop_flag
 from arjuna_nav.planners.guide import guide
 from arjuna_nav.planners.nearby import Plan, nearby_first
-from arjuna_nav.planners.query import ask
+from arjuna_nav.planners.query import ask, traced
 from arjuna_nav.planners.waves.potential import NEUTRAL
 
 _SLACK = 0.005  # of paths considered on large maps, over the best estimate
 
 
 @dataclass(frozen=True)
-class ThetaStarConfig:
+class ThetaStarConfig(GridPlannerConfig):
     """Parameters of Theta*, by Nav2's names."""
 
     how_many_corners: int = param(8, "Neighbours of a cell.", choices=(4, 8))
-    allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
     w_euc_cost: float = param(1.0, "Weight of length.", minimum=0.0)
     w_traversal_cost: float = param(2.0, "Weight of the costs crossed.", minimum=0.0)
     w_heuristic_cost: float = param(
         1.0, "Weight of the distance left; above 1 is faster, not shortest.", minimum=0.0
-    )
-    tolerance: float = param(
-        0.5, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
     )
     terminal_checking_interval: int = param(
         5000, "Cells looked at between two looks whether the plan is to stop.", minimum=1
     )
     use_final_approach_orientation: bool = param(
         False, "Whether the path ends in its own direction, not the goal's."
-    )
-    escape_radius: float = param(
-        3.0,
-        "How far a start too near to an obstacle is led out of it.",
-        unit="m",
-        minimum=0.0,
-        theirs=0.0,
     )
 
 
@@ -90,7 +79,7 @@ class ThetaStar:
         stop = stop_flag(), config.terminal_checking_interval
         parents = _theta_star(data, costs, seeds, found.end, found.left, *options, *stop)
         check_stopped()
-        points = _spaced(_corners(parents, found.end, data.shape[1]))
+        points = _spaced(traced(parents, found.end, data.shape[1]))
         return Plan(query.answer(points), found.path_cost)
 
 
@@ -215,15 +204,6 @@ def line_cost(
             row += step_r
             column += step_c
             error += 2 * (d_c - d_r)
-
-
-def _corners(parents: NDArray[np.int32], end: tuple[int, int], width: int) -> NDArray[np.float64]:
-    """Return the corners from the seed to the end, `(N, 2)` rows and columns."""
-    cells = [end[0] * width + end[1]]
-    while parents[cells[-1]] != cells[-1]:
-        cells.append(int(parents[cells[-1]]))
-    numbers = np.array(cells[::-1])
-    return np.column_stack((numbers // width, numbers % width)).astype(np.float64)
 
 
 def _spaced(corners: NDArray[np.float64]) -> NDArray[np.float64]:

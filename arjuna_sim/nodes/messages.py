@@ -11,7 +11,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from simulation_interfaces.msg import Bounds, EntityState
 
-from arjuna_core.pose3 import Pose3
+from arjuna_core.pose3 import Pose3, unit_quaternion
 from arjuna_core.ros.convert import PLANAR, header, pose_msg
 from arjuna_core.ros.messages import maker
 from arjuna_sim.devices.imu import ImuReading
@@ -109,10 +109,7 @@ def pose3_from_msg(message: Pose) -> Pose3:
         raise ValueError(f"position ({p.x}, {p.y}, {p.z}) is not finite")
     if max(abs(p.x), abs(p.y), abs(p.z)) > _FARTHEST:
         raise ValueError(f"position ({p.x}, {p.y}, {p.z}) is farther than {_FARTHEST:g} m")
-    norm = math.sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z)
-    if not math.isfinite(norm) or norm < 1e-6:
-        raise ValueError(f"quaternion ({q.x}, {q.y}, {q.z}, {q.w}) is no rotation")
-    return Pose3((p.x, p.y, p.z), (q.w / norm, q.x / norm, q.y / norm, q.z / norm))
+    return Pose3((p.x, p.y, p.z), unit_quaternion(q.w, q.x, q.y, q.z))
 
 
 def box_msg(low: Any, high: Any) -> Bounds:

@@ -10,9 +10,15 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
-from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, TrackedPath
+from arjuna_nav.controllers.base import (
+    NO_PATH,
+    ControlResult,
+    ControlStatus,
+    PathController,
+    TrackedPath,
+)
 from arjuna_nav.controllers.checkers import is_there
-from arjuna_nav.controllers.display import Cloud, Evaluation, Offer, Plan, Shapes
+from arjuna_nav.controllers.display import Cloud, Evaluation, Plan, Shapes
 from arjuna_nav.controllers.dwb.config import CRITICS, NAV2_CRITICS, DwbConfig
 from arjuna_nav.controllers.dwb.distances import path_cells, spread_distances
 from arjuna_nav.controllers.dwb.evaluation import DwbCritic, Evaluated, Trials, simulated
@@ -23,7 +29,7 @@ from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
 
 
-class Dwb(Offer):
+class Dwb(PathController):
     """Follows a path by the dynamic window approach with critics.
 
     Args:
@@ -35,6 +41,7 @@ class Dwb(Offer):
     """
 
     Config: ClassVar[type[Any]] = DwbConfig
+    _config: DwbConfig
 
     @staticmethod
     def shows(config: DwbConfig) -> dict[str, type[Any]]:
@@ -45,15 +52,12 @@ class Dwb(Offer):
     def __init__(
         self, config: DwbConfig, footprint: Footprint, xy_goal_tolerance: float, period: float
     ) -> None:
-        super().__init__()
-        self._config = config
-        self._footprint = footprint
         given = config.xy_goal_tolerance
-        self._xy_goal_tolerance = xy_goal_tolerance if given is None else given
+        tolerance = xy_goal_tolerance if given is None else given
+        super().__init__(config, footprint, tolerance, period, TrackedPath(config.prune_distance))
         self._sim_period: float | None = None
         if config.trajectory_generator_name.endswith("LimitedAccelGenerator"):
             self._sim_period = period if config.sim_period is None else config.sim_period
-        self._path = TrackedPath(config.prune_distance)
         self._oscillation = Oscillation(config.Oscillation)
         self._own_critics: dict[str, DwbCritic] = {
             name: CRITICS.make(getattr(config, name))
@@ -61,18 +65,11 @@ class Dwb(Offer):
             if name not in NAV2_CRITICS
         }
         self._arrived = False
-        self.speed_limit = math.inf
-        self.carrot: SE2 | None = None
 
     @property
     def desired_speed(self) -> float:
         """Greatest forward speed where nothing limits it [m/s]."""
         return float(min(self._config.max_vel_x, self._config.max_speed_xy))
-
-    @property
-    def path(self) -> NDArray[np.float64]:
-        """The part of the path that is still ahead, `(N, 3) float64`."""
-        return self._path.ahead
 
     def set_path(self, path: NDArray[np.float64]) -> None:
         """Take a path `(N, 3) float64`; a path to the same goal keeps what was reached."""

@@ -17,11 +17,12 @@ from arjuna_nav.controllers.base import (
     NO_PATH,
     ControlResult,
     ControlStatus,
+    PathController,
     PluginConfig,
     TrackedPath,
 )
 from arjuna_nav.controllers.checkers import is_there
-from arjuna_nav.controllers.display import Offer, Plan
+from arjuna_nav.controllers.display import Plan
 from arjuna_nav.controllers.graceful.control_law import approach
 from arjuna_nav.controllers.motion import Turning, rollout
 from arjuna_nav.costmap.collision import first_collision
@@ -80,7 +81,7 @@ class GracefulConfig(PluginConfig):
             )
 
 
-class Graceful(Offer):
+class Graceful(PathController):
     """Steers to a pose ahead on the path by Park and Kuipers' law.
 
     Of the poses between the lookaheads it takes the farthest that the law reaches unhindered.
@@ -94,6 +95,7 @@ class Graceful(Offer):
     """
 
     Config: ClassVar[type[Any]] = GracefulConfig
+    _config: GracefulConfig
 
     @staticmethod
     def shows(config: GracefulConfig) -> dict[str, type[Any]]:
@@ -103,11 +105,8 @@ class Graceful(Offer):
     def __init__(
         self, config: GracefulConfig, footprint: Footprint, xy_goal_tolerance: float, period: float
     ) -> None:
-        super().__init__()
-        self._config = config
-        self._footprint = footprint
-        self._xy_goal_tolerance = xy_goal_tolerance
-        self._period = period
+        path = TrackedPath(config.max_robot_pose_search_dist, inverts=config.allow_backward)
+        super().__init__(config, footprint, xy_goal_tolerance, period, path)
         self._turning = Turning(
             config.v_angular_max,
             config.max_angular_accel,
@@ -115,21 +114,13 @@ class Graceful(Offer):
             config.rotation_scaling_factor * config.v_angular_max,
             config.v_angular_min_in_place,
         )
-        self._path = TrackedPath(config.max_robot_pose_search_dist, inverts=config.allow_backward)
         self._arrived = self._rotating = self._had_carrot = False
         self._last_w = 0.0
-        self.speed_limit = math.inf
-        self.carrot: SE2 | None = None
 
     @property
     def desired_speed(self) -> float:
         """Greatest forward speed where nothing limits it [m/s]."""
         return float(self._config.v_linear_max)
-
-    @property
-    def path(self) -> NDArray[np.float64]:
-        """The part of the path that is still ahead, `(N, 3) float64`."""
-        return self._path.ahead
 
     def set_path(self, path: NDArray[np.float64]) -> None:
         """Take a path `(N, 3) float64`; a path to the same goal keeps what was reached."""

@@ -11,8 +11,14 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, TrackedPath
-from arjuna_nav.controllers.display import Offer, Plan, Shape, Shapes
+from arjuna_nav.controllers.base import (
+    NO_PATH,
+    ControlResult,
+    ControlStatus,
+    PathController,
+    TrackedPath,
+)
+from arjuna_nav.controllers.display import Plan, Shape, Shapes
 from arjuna_nav.controllers.motion import rollout, steered
 from arjuna_nav.controllers.mppi import critics, path_critics
 from arjuna_nav.controllers.mppi.config import CRITICS, MppiConfig
@@ -38,7 +44,7 @@ class MppiCritic(Protocol):
         ...
 
 
-class Mppi(Offer):
+class Mppi(PathController):
     """Follows a path by model predictive path integral control.
 
     Args:
@@ -49,6 +55,7 @@ class Mppi(Offer):
     """
 
     Config: ClassVar[type[Any]] = MppiConfig
+    _config: MppiConfig
 
     @staticmethod
     def shows(config: MppiConfig) -> dict[str, type[Any]]:
@@ -58,15 +65,12 @@ class Mppi(Offer):
     def __init__(
         self, config: MppiConfig, footprint: Footprint, xy_goal_tolerance: float, period: float
     ) -> None:
-        super().__init__()
-        self._config = config
-        self._footprint = footprint
-        self._period, self._xy_goal_tolerance = period, xy_goal_tolerance
-        self._path = TrackedPath(
+        path = TrackedPath(
             config.max_robot_pose_search_dist,
             inverts=config.enforce_path_inversion,
             inversion_tolerance=(config.inversion_xy_tolerance, config.inversion_yaw_tolerance),
         )
+        super().__init__(config, footprint, xy_goal_tolerance, period, path)
         self._own_critics: dict[str, MppiCritic] = {
             name: CRITICS.make(getattr(config, name))
             for name in config.critics
@@ -76,18 +80,11 @@ class Mppi(Offer):
         self._last, self._last_at = STILL, math.inf
         steered = config.motion_model == "Ackermann"
         self.turning_radius = config.AckermannConstraints.min_turning_r if steered else 0.0
-        self.speed_limit = math.inf
-        self.carrot: SE2 | None = None
 
     @property
     def desired_speed(self) -> float:
         """Greatest forward speed where nothing limits it [m/s]."""
         return float(self._config.vx_max)
-
-    @property
-    def path(self) -> NDArray[np.float64]:
-        """The part of the path that is still ahead, `(N, 3) float64`."""
-        return self._path.ahead
 
     def set_path(self, path: NDArray[np.float64]) -> None:
         """Take a path `(N, 3) float64`; the controls found for the last one are continued."""

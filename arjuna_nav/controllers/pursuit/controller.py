@@ -10,9 +10,15 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
-from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, TrackedPath
+from arjuna_nav.controllers.base import (
+    NO_PATH,
+    ControlResult,
+    ControlStatus,
+    PathController,
+    TrackedPath,
+)
 from arjuna_nav.controllers.checkers import is_there
-from arjuna_nav.controllers.display import Offer, Plan
+from arjuna_nav.controllers.display import Plan
 from arjuna_nav.controllers.motion import Turning, crossing, curvature_to, rollout
 from arjuna_nav.controllers.pursuit.config import RegulatedPurePursuitConfig
 from arjuna_nav.costmap.collision import first_collision
@@ -21,7 +27,7 @@ from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
 
 
-class RegulatedPurePursuit(Offer):
+class RegulatedPurePursuit(PathController):
     """Follows a path by pure pursuit with regulated speed.
 
     Args:
@@ -36,6 +42,7 @@ class RegulatedPurePursuit(Offer):
     """
 
     Config: ClassVar[type[Any]] = RegulatedPurePursuitConfig
+    _config: RegulatedPurePursuitConfig
 
     @staticmethod
     def shows(config: RegulatedPurePursuitConfig) -> dict[str, type[Any]]:
@@ -49,32 +56,21 @@ class RegulatedPurePursuit(Offer):
         xy_goal_tolerance: float = 0.25,
         period: float = 0.05,
     ) -> None:
-        super().__init__()
-        self._config = config
-        self._footprint = footprint
-        self._xy_goal_tolerance = xy_goal_tolerance
-        self._period = period
-        self._path = TrackedPath(
+        path = TrackedPath(
             config.max_robot_pose_search_dist,
             config.same_goal_tolerance,
             inverts=config.allow_reversing,
         )
+        super().__init__(config, footprint, xy_goal_tolerance, period, path)
         self._arrived = self._turning = False
         self._cancelled, self._braking = False, math.inf
         self._last_w = 0.0
         self.turning_radius = 0.0 if config.use_rotate_to_heading else math.inf
-        self.speed_limit = math.inf
-        self.carrot: SE2 | None = None
 
     @property
     def desired_speed(self) -> float:
         """Greatest forward speed where nothing limits it [m/s]."""
         return float(self._config.desired_linear_vel)
-
-    @property
-    def path(self) -> NDArray[np.float64]:
-        """The part of the path that is still ahead, `(N, 3) float64`."""
-        return self._path.ahead
 
     def set_path(self, path: NDArray[np.float64]) -> None:
         """Take a path `(N, 3) float64`; a path to the same goal keeps what was reached.

@@ -6,17 +6,17 @@ import math
 from dataclasses import dataclass, field
 
 from arjuna_core.config import SEED_MAX, param
+from arjuna_nav.planners.base import GridPlannerConfig
 from arjuna_nav.planners.relaxation import SmootherConfig
 
 
 @dataclass(frozen=True)
-class SmacConfig:
+class SmacConfig(GridPlannerConfig):
     """Parameters of all searches."""
 
     tolerance: float = param(
         0.25, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
     )
-    allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
     max_iterations: int = param(
         1000000, "Most cells or poses expanded; below 1 any number.", maximum=SEED_MAX
     )
@@ -38,13 +38,6 @@ class SmacConfig:
         minimum=0.0,
     )
     smoother: SmootherConfig = field(default_factory=SmootherConfig)
-    escape_radius: float = param(
-        3.0,
-        "How far a start too near to an obstacle is led out of it.",
-        unit="m",
-        minimum=0.0,
-        theirs=0.0,
-    )
 
     def tolerance_on_approach(self, resolution: float) -> float:
         """Return how near to the goal iterations begin to count [cells], below 0 if never."""

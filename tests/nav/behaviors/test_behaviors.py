@@ -50,19 +50,6 @@ def test_spins_by_the_angle_asked_for(angle: float) -> None:
     assert abs(wrap(robot.pose.theta - 0.4 - angle)) < 0.12
 
 
-def test_a_spin_can_be_at_rest_where_it_ends() -> None:
-    spin, angle = Spin(1.0, CONFIG, CIRCLE, 20.0), 0.0
-    for k in range(100):
-        result = spin.tick(SE2(2.0, 2.0, angle), costmap_of(empty_grid(4.0, 4.0)), 0.1 * k)
-        if result.status is not BehaviorStatus.RUNNING:
-            break
-        fastest = math.sqrt(2.0 * CONFIG.rotational_acc_lim * (1.0 - angle))
-        expected = min(max(fastest, CONFIG.min_rotational_vel), CONFIG.max_rotational_vel)
-        assert result.velocity.yaw_rate == pytest.approx(expected)
-        angle += 0.03
-    assert angle == pytest.approx(1.0, abs=0.03)
-
-
 def test_a_spin_that_would_hit_something_is_refused() -> None:
     grid = empty_grid(4.0, 4.0)
     block(grid, 1.8, 2.4, 0.4, 0.1)

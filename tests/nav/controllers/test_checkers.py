@@ -40,13 +40,18 @@ def test_a_tolerance_is_tolerated_to_its_edge(x: float, yaw: float, arrives: boo
     assert at_any.reached(SE2(x), SE2(1.0)) is (x == 0.75)
 
 
-def test_a_position_once_reached_stays_reached_where_stateful() -> None:
-    for stateful in (True, False):
-        checker = SimpleGoalChecker(GoalConfig(xy_goal_tolerance=0.2, stateful=stateful))
-        checker.reached(SE2(0.9, 0.0, 0.0), GOAL)
-        assert checker.reached(SE2(0.7, 0.0, 3.1), GOAL) is stateful
-        checker.reset()
-        assert not checker.reached(SE2(0.7, 0.0, 3.1), GOAL)
+@pytest.mark.parametrize("stateful", [True, False])
+@pytest.mark.parametrize("heading", [True, False])
+def test_a_position_once_reached_stays_reached_where_stateful(
+    heading: bool, stateful: bool
+) -> None:
+    simple = SimpleGoalChecker(GoalConfig(xy_goal_tolerance=0.2, stateful=stateful))
+    checker = simple if heading else PositionGoalChecker(PositionGoalConfig(0.2, stateful))
+    assert not checker.reached(SE2(0.7, 0.0, 3.1), GOAL)
+    assert checker.reached(SE2(0.9, 0.0, 1.0), GOAL) is not heading
+    assert checker.reached(SE2(0.7, 0.0, 3.1), GOAL) is stateful
+    checker.reset()
+    assert not checker.reached(SE2(0.7, 0.0, 3.1), GOAL)
 
 
 @pytest.mark.parametrize(
@@ -71,16 +76,6 @@ def test_arrives_backwards_too_where_that_is_as_good() -> None:
         assert checker.reached(SE2(1.0, 0.0, 0.1), GOAL) is symmetric
         assert checker.reached(SE2(1.0, 0.0, -3.1), GOAL)
         assert not checker.reached(SE2(1.0, 0.0, 1.6), GOAL)
-
-
-def test_a_position_alone_is_reached_at_any_heading() -> None:
-    for stateful in (True, False):
-        checker = PositionGoalChecker(PositionGoalConfig(0.2, stateful))
-        assert not checker.reached(SE2(0.7, 0.0, 3.1), GOAL)
-        assert checker.reached(SE2(0.9, 0.0, 1.0), GOAL)
-        assert checker.reached(SE2(0.7, 0.0, 3.1), GOAL) is stateful
-        checker.reset()
-        assert not checker.reached(SE2(0.7, 0.0, 3.1), GOAL)
 
 
 @pytest.mark.parametrize(

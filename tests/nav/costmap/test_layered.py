@@ -80,13 +80,6 @@ def test_inflation_equals_a_distance_transform() -> None:
     np.testing.assert_array_equal(data, expected)
 
 
-def test_unknown_is_inflated_only_within_the_inscribed_radius() -> None:
-    data = np.full((9, 9), 255, dtype=np.uint8)
-    data[4, 4] = 254
-    Inflation(0.2, 1.0, 0.1, 0.05).apply(data)
-    assert list(data[4, 4:]) == [254, 253, 253, 255, 255]
-
-
 def test_a_maps_cells_become_costs() -> None:
     data = np.array([[-1, 0, 50, 100]], dtype=np.int8)
     assert list(interpret_map(data, CostmapConfig(track_unknown_space=True))[0]) == [255, 0, 0, 254]
@@ -95,65 +88,12 @@ def test_a_maps_cells_become_costs() -> None:
     assert list(interpret_map(data, scaled)[0]) == [255, 0, 127, 254]
 
 
-def test_a_return_marks_its_cell_and_a_longer_one_clears_it() -> None:
-    layered = local()
-    see(layered, SE2(), 0.0, [PlacedScan(one_beam(1.02), SE2())])
-    assert np.flatnonzero(row_ahead(layered.costmap)).tolist() == [20]
-    see(layered, SE2(), 0.1, [PlacedScan(one_beam(1.22), SE2())])
-    assert np.flatnonzero(row_ahead(layered.costmap)).tolist() == [24]
-
-
-def test_a_beam_without_return_clears_by_default_and_not_if_invalid() -> None:
-    for valid in (True, False):
-        layered = local(inf_is_valid=valid)
-        see(layered, SE2(), 0.0, [PlacedScan(one_beam(1.02), SE2())])
-        see(layered, SE2(), 0.1, [PlacedScan(one_beam(math.inf), SE2())])
-        assert bool(row_ahead(layered.costmap).any()) is not valid
-
-
 @pytest.mark.parametrize("bad", [math.nan, -math.inf, 0.05])
 def test_invalid_ranges_neither_mark_nor_clear(bad: float) -> None:
     layered = local()
     see(layered, SE2(), 0.0, [PlacedScan(one_beam(1.02), SE2())])
     see(layered, SE2(), 0.1, [PlacedScan(one_beam(bad), SE2())])
     assert np.flatnonzero(row_ahead(layered.costmap)).tolist() == [20]
-
-
-def test_marks_and_clears_no_further_than_configured() -> None:
-    layered = local(obstacle_max_range=0.9, raytrace_max_range=1.1)
-    see(layered, SE2(), 0.0, [PlacedScan(one_beam(1.02), SE2())])
-    assert not row_ahead(layered.costmap).any()
-    layered = local(raytrace_max_range=1.0)
-    see(layered, SE2(), 0.0, [PlacedScan(one_beam(1.22), SE2())])
-    see(layered, SE2(), 0.1, [PlacedScan(one_beam(math.inf), SE2())])
-    assert np.flatnonzero(row_ahead(layered.costmap)).tolist() == [24]
-
-
-def test_marks_last_until_a_ray_clears_them() -> None:
-    layered = local()
-    see(layered, SE2(), 0.0, [PlacedScan(one_beam(1.02), SE2())])
-    layered.update(SE2(), 100.0)
-    assert np.flatnonzero(row_ahead(layered.costmap)).tolist() == [20]
-
-
-def test_a_scan_is_entered_where_the_robot_was_and_the_sensor_is() -> None:
-    layered = local()
-    scan = Scan(np.array([0.5]), 0.0, 0.01, 0.1, 12.0, T_base_sensor=SE2(0.2, 0.0, math.pi / 2))
-    see(layered, SE2(0.1, 0.0), 0.0, [PlacedScan(scan, SE2(0.0, 0.0, -math.pi / 2))])
-    row, column = np.argwhere(layered.costmap.data == 254)[0]
-    assert layered.costmap.frame.to_cell(0.5, -0.2) == (row, column)
-
-
-def test_cells_under_the_robot_are_free() -> None:
-    config = costmap_config(
-        rolling_window=True,
-        resolution=0.05,
-        robot_radius=0.25,
-        plugins=("obstacle_layer",),
-    )
-    layered = LayeredCostmap(config)
-    see(layered, SE2(), 0.0, [PlacedScan(one_beam(0.15), SE2())])
-    assert not (layered.costmap.data == 254).any()
 
 
 def test_a_rolling_window_keeps_obstacles_where_they_are() -> None:

@@ -97,24 +97,6 @@ def test_a_frontier_that_cannot_be_reached_does_not_make_it_loop() -> None:
     pytest.fail("goals without end")
 
 
-def test_a_small_sliver_is_no_frontier() -> None:
-    grid = empty_grid(4.0, 4.0)
-    grid.data[40, 40] = -1
-    assert frontiers(grid) == []
-    grid.data[40, 40:52] = -1
-    assert len(frontiers(grid)) == 1
-
-
-def test_faces_the_frontier_and_prefers_the_nearer() -> None:
-    grid = empty_grid(8.0, 4.0)
-    grid.data[:, :2] = -1
-    grid.data[:, 150:] = -1
-    goal = next_goal(grid, costmap_of(grid, track_unknown=True), SE2(5.5, 2.0), [])
-    assert goal is not None
-    assert goal.x > 5.5
-    assert abs(goal.theta) < 0.5
-
-
 def test_cells_near_a_goal_tried_are_left_out_and_no_others() -> None:
     grid = empty_grid(8.0, 4.0)
     grid.data[:, :2] = -1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import dijkstra
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap
-from arjuna_nav.planners.base import PlanResult, PlanStatus
+from arjuna_nav.planners.base import GridPlannerConfig, PlanResult, PlanStatus
 from arjuna_nav.planners.escape import Escape
 from arjuna_nav.planners.outline import Drive, path_cost
 from arjuna_nav.planners.query import Query, ask, oriented
@@ -24,11 +24,7 @@ SIDE, CELL = 12, 0.1
 STEPS = [(r, c) for r in (-1, 0, 1) for c in (-1, 0, 1) if (r, c) != (0, 0)]
 
 
-@dataclass(frozen=True)
-class Reach:
-    allow_unknown: bool = True
-    tolerance: float = 0.35
-    escape_radius: float = 0.5
+REACH = GridPlannerConfig(tolerance=0.35, escape_radius=0.5)
 
 
 def costmap_with(data: np.ndarray) -> Costmap:
@@ -41,9 +37,9 @@ def pose_of(row: float, column: float, theta: float = 0.0) -> SE2:
 
 
 def asked(
-    data: np.ndarray, start: SE2, goal: SE2, reach: Reach | None = None
+    data: np.ndarray, start: SE2, goal: SE2, reach: GridPlannerConfig | None = None
 ) -> Query | PlanResult:
-    return ask(reach or Reach(), costmap_with(data), start, goal)
+    return ask(reach or REACH, costmap_with(data), start, goal)
 
 
 def distances_within(data: np.ndarray, start: tuple[int, int], radius: float) -> np.ndarray:
@@ -92,41 +88,7 @@ def test_from_a_free_cell_there_is_no_path_out() -> None:
     assert out.to((1, 1)).shape == (0, 2)
 
 
-@pytest.mark.parametrize(
-    ("start", "goal", "status", "message"),
-    [
-        (
-            pose_of(-1, 2),
-            pose_of(5, 5),
-            PlanStatus.START_OUTSIDE_MAP,
-            "start (1.24, -1.92) lies out",
-        ),
-        (
-            pose_of(5, 5),
-            pose_of(5, SIDE),
-            PlanStatus.GOAL_OUTSIDE_MAP,
-            "goal (1.83, -0.92) lies out",
-        ),
-        (
-            pose_of(2, 2),
-            pose_of(5, 5),
-            PlanStatus.START_OCCUPIED,
-            "start (1.10, -1.66) has cost 254 a",
-        ),
-    ],
-)
-def test_says_why_there_can_be_no_answer(
-    start: SE2, goal: SE2, status: PlanStatus, message: str
-) -> None:
-    data = np.zeros((SIDE, SIDE), np.uint8)
-    data[1:4, 1:4] = 254
-    answer = asked(data, start, goal)
-    assert isinstance(answer, PlanResult)
-    assert (answer.status, len(answer.path)) == (status, 0)
-    assert answer.message.startswith(message)
-
-
-def made_query(data: np.ndarray | None = None, reach: Reach | None = None) -> Query:
+def made_query(data: np.ndarray | None = None, reach: GridPlannerConfig | None = None) -> Query:
     free = np.zeros((SIDE, SIDE), np.uint8) if data is None else data
     query = asked(free, pose_of(1, 2, 0.3), pose_of(6, 6, 2.0), reach)
     assert isinstance(query, Query)
@@ -183,7 +145,7 @@ def test_says_whether_the_goal_or_the_path_was_blocked(
     data[6, 6] = cost
     values = np.full((SIDE, SIDE), np.inf, np.float32)
     values[:2] = 1.0
-    failure = made_query(data, Reach(allow_unknown=unknown)).failure(values)
+    failure = made_query(data, replace(REACH, allow_unknown=unknown)).failure(values)
     assert failure.status is status
     goal = f"goal ({pose_of(6, 6).x:.2f}, {pose_of(6, 6).y:.2f})"
     start = f"start ({pose_of(1, 2).x:.2f}, {pose_of(1, 2).y:.2f})"

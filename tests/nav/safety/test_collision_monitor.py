@@ -121,13 +121,6 @@ def test_a_stop_zone_stops_whatever_the_direction() -> None:
     assert judge(FORWARD, cluster(-0.35, 0.0), **zone).action is Action.DO_NOTHING
 
 
-def test_a_slow_zone_leaves_a_part() -> None:
-    zone = {"polygons": ("PolygonSlow",), "PolygonSlow": {**SLOW, "radius": 1.0}}
-    verdict = judge(Velocity(0.4, yaw_rate=0.2), cluster(0.0, 0.9), **zone)
-    assert verdict.velocity == Velocity(pytest.approx(0.2), yaw_rate=pytest.approx(0.1))  # type: ignore[arg-type]
-    assert verdict.action is Action.SLOWDOWN
-
-
 def test_a_limit_zone_keeps_the_arc() -> None:
     zone = {
         "polygons": ("PolygonLimit",),

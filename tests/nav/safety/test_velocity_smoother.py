@@ -43,17 +43,6 @@ def test_speed_grows_by_no_more_than_the_acceleration() -> None:
     assert speeds[-1] == pytest.approx((0.4, 1.0))
 
 
-def test_braking_has_a_limit_of_its_own() -> None:
-    smoother = VelocitySmoother(load(SmoothingConfig, {"max_decel": (-0.5, 0.0, -3.2)}))
-    smoother.take(Velocity(0.4), 0.0)
-    for k in range(10):
-        smoother.tick(STILL, k * PERIOD)
-    smoother.take(STILL, 0.5)
-    slower = smoother.tick(STILL, 0.5)
-    assert slower is not None
-    assert slower.x == pytest.approx(0.4 - 0.5 * PERIOD)
-
-
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_starting_to_either_side_takes_the_acceleration_turning_round_the_braking(
     side: float,
@@ -145,11 +134,6 @@ def test_speeds_within_the_deadband_are_zero_but_not_forgotten() -> None:
     speeds = said(driven(Velocity(0.4), 10, deadband_velocity=(0.2, 0.0, 0.0)))
     assert speeds[0, 0] == 0.0
     assert speeds[-1, 0] == pytest.approx(0.4)
-
-
-def test_closed_loop_goes_out_from_what_is_measured() -> None:
-    (first,) = driven(Velocity(0.4), 1, Velocity(0.2), feedback="CLOSED_LOOP")
-    assert first == Velocity(0.2 + 2.5 * PERIOD)
 
 
 @pytest.mark.parametrize(

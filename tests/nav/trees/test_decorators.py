@@ -64,29 +64,34 @@ def test_a_path_that_grows_long_near_the_goal_is_noticed() -> None:
     assert play.tick() is SUCCESS
 
 
+GIVEN = 'SpeedController min_speed="0.2" max_speed="0.6" min_rate="1" max_rate="3"'
+
+
 @pytest.mark.parametrize(
-    ("speed", "given", "period"),
+    ("node", "speed", "period", "share"),
     [
-        (0.0, "", 10.0),
-        (0.25, "", 1.0 / 0.55),
-        (-0.25, "", 1.0 / 0.55),  # backwards is no slower
-        (0.5, "", 1.0),
-        (3.0, "", 1.0),
-        (0.3, 'min_speed="0.2" max_speed="0.6" min_rate="1" max_rate="3"', 1.0 / 1.5),
-        (0.1, 'min_speed="0.2" max_speed="0.6" min_rate="1" max_rate="3"', 1.0),
+        ('RateController hz="2.0"', 0.0, 0.5, 0.01),
+        ('RateController hz="0.5"', 0.0, 2.0, 0.01),
+        ("SpeedController", 0.0, 10.0, 0.03),
+        ("SpeedController", 0.25, 1.0 / 0.55, 0.03),
+        ("SpeedController", -0.25, 1.0 / 0.55, 0.03),  # backwards is no slower
+        ("SpeedController", 0.5, 1.0, 0.03),
+        ("SpeedController", 3.0, 1.0, 0.03),
+        (GIVEN, 0.3, 1.0 / 1.5, 0.03),
+        (GIVEN, 0.1, 1.0, 0.03),
     ],
 )
-def test_the_faster_the_robot_the_more_often(speed: float, given: str, period: float) -> None:
-    play = Play(
-        f"<PipelineSequence><SpeedController {given}>{WAIT}</SpeedController><Spin/>"
-        "</PipelineSequence>"
-    )
+def test_the_child_is_ticked_so_often_a_second(
+    node: str, speed: float, period: float, share: float
+) -> None:
+    close = f"</{node.split()[0]}>"
+    play = Play(f"<PipelineSequence><{node}>{WAIT}{close}<Spin/></PipelineSequence>")
     play.now, play.velocity = 50.0, Velocity(speed)
     play.tick()
     play.tick(Wait=True)
-    play.tick(dt=0.97 * period)
+    play.tick(dt=(1.0 - share) * period)
     assert "Wait" not in play.open
-    play.tick(dt=0.06 * period)
+    play.tick(dt=2.0 * share * period)
     assert "Wait" in play.open
 
 
@@ -143,21 +148,6 @@ def test_a_distance_is_gone_once_it_is_reached(gone: float, again: bool) -> None
     play.pose = SE2(gone)
     play.tick()
     assert ("Wait" in play.open) is again
-
-
-@pytest.mark.parametrize(("hz", "period"), [("2.0", 0.5), ("0.5", 2.0)])
-def test_a_rate_is_so_often_a_second(hz: str, period: float) -> None:
-    play = Play(
-        f'<PipelineSequence><RateController hz="{hz}">{WAIT}</RateController><Spin/>'
-        "</PipelineSequence>"
-    )
-    play.now = 50.0
-    play.tick()
-    play.tick(Wait=True)
-    play.tick(dt=0.99 * period)
-    assert "Wait" not in play.open
-    play.tick(dt=0.02 * period)
-    assert "Wait" in play.open
 
 
 @pytest.mark.parametrize(

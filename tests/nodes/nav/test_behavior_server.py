@@ -110,15 +110,6 @@ def test_driving_stops_before_what_is_ahead(robot: PlayedRobot) -> None:
     assert robot.command == STILL
 
 
-def test_backing_up_stops_before_what_is_behind(robot: PlayedRobot) -> None:
-    block(robot.world, 4.8, 4.5, 0.1, 2.0)  # at x = -0.7
-    robot.run(0.5)
-    goal = backup(robot, 1.0, 0.15)
-    robot.run_until_done(goal, 8.0)
-    assert_failed(goal, 714)
-    assert robot.pose.x > -0.6 + 0.28
-
-
 def test_teleoperation_drives_as_commanded_until_it_is_ended(robot: PlayedRobot) -> None:
     goal = teleop(robot)
     robot.run(0.3)
@@ -136,24 +127,6 @@ def test_teleoperation_drives_as_commanded_until_it_is_ended(robot: PlayedRobot)
     command(robot, 0.3)
     robot.run(0.5)
     assert not robot.commands
-
-
-def test_teleoperation_slows_down_and_stops_before_a_wall(robot: PlayedRobot) -> None:
-    wall_ahead(robot, 1.0)
-    robot.run(0.5)
-    teleop(robot, 0.0)
-    speeds = []
-    for _ in range(40):
-        command(robot, 0.4)
-        robot.run(0.1)
-        speeds.append(robot.command.x)
-    assert speeds[3] == pytest.approx(0.4)
-    assert any(0.05 < speed < 0.35 for speed in speeds)
-    assert speeds[-1] == 0.0
-    assert robot.pose.x < 1.0 - 0.28
-    command(robot, -0.2)
-    robot.run(0.2)
-    assert robot.command.x == pytest.approx(-0.2)
 
 
 def test_spinning_stops_where_a_corner_would_hit() -> None:

@@ -84,18 +84,6 @@ def test_a_newer_goal_replaces_the_running_one_without_a_stop(robot: PlayedRobot
     assert robot.pose.distance(SE2(3.0, 1.4)) < TOLERANCE
 
 
-def test_many_goals_in_a_row_each_get_a_result(robot: PlayedRobot) -> None:
-    goals = []
-    for k in range(12):
-        goals.append(go(robot, SE2(1.0, 0.1 * k)))
-        robot.run(0.02 * (k % 3))
-    robot.run_until_done(goals[-1], 30.0)
-    for goal in goals[:-1]:
-        assert_failed(goal, 0)
-    assert goals[-1].status == SUCCEEDED
-    assert robot.pose.distance(SE2(1.0, 1.1)) < TOLERANCE
-
-
 @pytest.mark.parametrize("after", [0.0, 0.02, 0.1, 1.0, 3.0])
 def test_cancellation_stops_the_robot_at_once_and_for_good(
     robot: PlayedRobot, after: float
@@ -108,16 +96,6 @@ def test_cancellation_stops_the_robot_at_once_and_for_good(
     again = go(robot, SE2(0.5, 0.0))
     robot.run_until_done(again, 30.0)
     assert again.status == SUCCEEDED
-
-
-def test_a_preempting_goal_can_be_cancelled(robot: PlayedRobot) -> None:
-    older = go(robot, SE2(3.0, 1.0))
-    drive(robot)
-    newer = go(robot, SE2(3.0, 1.5))
-    newer.cancel()
-    assert newer.status == CANCELED
-    assert older.done
-    assert_stopped_for_good(robot)
 
 
 @pytest.mark.parametrize("topic", ["/goal_pose", "/move_base_simple/goal"])

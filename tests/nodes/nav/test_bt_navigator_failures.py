@@ -127,27 +127,6 @@ def test_goals_are_rejected_while_inactive(robot: PlayedRobot) -> None:
     assert not robot.commands
 
 
-@pytest.mark.parametrize("transition", ["deactivate", "shutdown"])
-def test_the_end_of_activity_stops_the_robot_and_ends_the_goal(
-    robot: PlayedRobot, transition: str
-) -> None:
-    goal = go(robot, SE2(3.0, 1.0))
-    drive(robot)
-    robot.transition("bt_navigator", transition)
-    assert_failed(goal, 0)
-    assert "deactivated" in goal.result.error_msg
-    assert_stopped_for_good(robot)
-
-
-def test_time_set_back_stops_the_robot_and_ends_the_goal(robot: PlayedRobot) -> None:
-    goal = go(robot, SE2(3.0, 1.0))
-    drive(robot)
-    robot.bench.set_back()
-    assert_failed(goal, 0)
-    assert "set back" in goal.result.error_msg
-    assert_stopped_for_good(robot)
-
-
 def test_a_robot_that_does_not_know_its_pose_refuses() -> None:
     robot = made(start_patience=2.0)
     robot.localized = False

@@ -97,26 +97,19 @@ def test_it_can_be_switched_off_and_on(robot: PlayedRobot) -> None:
     assert robot.command.x < 0.1
 
 
-def test_zero_is_repeated_for_a_while_only(robot: PlayedRobot) -> None:
+@pytest.mark.parametrize("timeout", [2.0, 0.3])
+def test_zero_is_repeated_for_a_while_only(timeout: float) -> None:
+    robot = made(stop_pub_timeout=timeout)
     drive(robot, 0.0, 1.0)
     robot.forget()
     drive(robot, 0.0, 0.5)
-    assert robot.commands
+    assert bool(robot.commands) is (timeout == 2.0)
     drive(robot, 0.0, 1.5)
     robot.forget()
     drive(robot, 0.0, 0.5)
     assert not robot.commands
     drive(robot, 0.1, 0.1)
     assert robot.command.x == pytest.approx(0.1)
-
-
-def test_zero_is_repeated_no_longer_than_is_asked() -> None:
-    robot = made(stop_pub_timeout=0.3)
-    drive(robot, 0.1, 0.2)
-    drive(robot, 0.0, 0.5)
-    robot.forget()
-    drive(robot, 0.0, 0.3)
-    assert not robot.commands
 
 
 @pytest.mark.parametrize("brakes", [True, False])

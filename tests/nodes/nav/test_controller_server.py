@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
 import pytest
 from geometry_msgs.msg import PointStamped
 from nav2_msgs.action import FollowPath
@@ -257,15 +256,6 @@ def test_the_local_plan_is_what_the_robot_drives_next(robot: PlayedRobot) -> Non
     count = len(plans)
     robot.run(1.0)
     assert len(plans) == count  # nothing is driven
-
-
-def test_the_end_s_heading_is_turned_to(robot: PlayedRobot) -> None:
-    route = path_msg(polyline([(0.0, 0.0), (1.0, 0.0)], np.pi), "map", 0.0)
-    goal = follow(robot, route)
-    robot.run_until_done(goal, 20.0)
-    assert goal.status == SUCCEEDED
-    assert abs(abs(robot.pose.theta) - math.pi) < 0.15
-    assert robot.pose.distance(SE2(1.0, 0.0)) < 0.15
 
 
 @pytest.mark.parametrize("stops", [True, False])

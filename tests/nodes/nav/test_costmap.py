@@ -138,14 +138,6 @@ def test_parameters_change_the_layers_and_keep_the_map(robot: PlayedRobot) -> No
     assert cost(robot, GLOBAL, 5.05, 3.0) == LETHAL
 
 
-def test_a_map_that_grows_keeps_what_was_seen(robot: PlayedRobot) -> None:
-    robot.sees = False
-    robot.send_map(empty_grid(14.0, 13.0, SE2(-7.0, -6.0)))
-    assert box_cost(robot, GLOBAL) == LETHAL
-    assert cost(robot, GLOBAL, 6.5, 6.5) == FREE
-    assert cost(robot, GLOBAL, 5.05, 3.0) == FREE  # the wall is not on the new map
-
-
 def test_a_broken_map_changes_nothing(robot: PlayedRobot) -> None:
     message = OccupancyGridMsg(data=[0, 0, 0])
     message.info.resolution, message.info.width, message.info.height = 0.05, 2, 2

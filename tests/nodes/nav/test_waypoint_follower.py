@@ -80,15 +80,6 @@ def test_a_waypoint_that_is_not_reached_ends_it_all(robot: PlayedRobot) -> None:
     assert missed.goal.pose.position.x == OUTSIDE.x
 
 
-def test_a_waypoint_may_be_missed_where_failures_do_not_stop() -> None:
-    robot = made(stop_on_failure=False)
-    goal = follow(robot, OUTSIDE, SQUARE[0], OUTSIDE)
-    robot.run_until_done(goal, 30.0)
-    assert goal.status == SUCCEEDED
-    assert [missed.index for missed in goal.result.missed_waypoints] == [0, 2]
-    assert robot.pose.distance(SQUARE[0]) < 0.16
-
-
 def test_the_robot_waits_at_each_waypoint() -> None:
     robot = made(**{"wait_at_waypoint.waypoint_pause_duration": 2000})
     goal = follow(robot, SE2(0.0, 0.0), SE2(0.0, 0.0))

@@ -105,14 +105,6 @@ def test_downsampled_free_space_is_each_second_row_and_column() -> None:
     assert FIELD.free[cells[:, 0], cells[:, 1]].all()
 
 
-def test_particles_are_spread_as_the_covariance_says() -> None:
-    some, root = belief(), np.array([[0.3, 0.0, 0.0], [0.1, 0.2, 0.0], [0.02, -0.05, 0.1]])
-    some.spread(SE2(1.0, -2.0, 0.5), root)
-    np.testing.assert_allclose(some.particles.mean(axis=0), (1.0, -2.0, 0.5), atol=0.03)
-    np.testing.assert_allclose(np.cov(some.particles.T), root @ root.T, atol=0.01)
-    np.testing.assert_allclose(some.weights, 1.0 / 2000.0)
-
-
 def test_clusters_are_six_at_most_and_none_of_little_weight() -> None:
     some = belief()
     poses = [
