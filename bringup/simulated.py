@@ -93,11 +93,12 @@ def simulate(
     if map:
         values = merged(values, {"map_server": {"yaml_filename": found_or_shipped(str(map))}})
         groups = LOCALIZATION_GROUP, NAVIGATION_GROUP
-    set_logger_level("", LoggingSeverity.WARN)
+    set_logger_level("", LoggingSeverity.ERROR)  # a start has nothing else to say
     session = LockStep(values, strict=True)
     try:
         session.start(SIM_GROUP, *groups)
         session.run(settle)
+        set_logger_level("", LoggingSeverity.WARN)
     except BaseException:
         session.close()
         raise

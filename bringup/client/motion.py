@@ -97,6 +97,7 @@ class Reckoning:
         publish: Sends a velocity.
         timeout: For odometry to come, and beyond three times what a motion takes [s].
         precision: Distance from the end that is near enough [m, rad].
+        braking: Deceleration before the end [m/s^2, rad/s^2]; weak motors can do it.
         near: Distance [m] and angle [rad] within which the last end is the next start.
     """
 
@@ -107,10 +108,15 @@ class Reckoning:
         publish: Callable[[Velocity], None],
         timeout: float,
         precision: float = 0.005,
+        braking: tuple[float, float] = (0.25, 0.5),
         near: tuple[float, float] = (0.05, 0.1),
     ) -> None:
         self._session, self._trail, self._publish = session, trail, publish
-        self._timeout, self._precision, self._near = timeout, precision, near
+        self._timeout, self._near = timeout, near
+        self._tracking = {
+            **dict.fromkeys(("xy_precision", "yaw_precision"), precision),
+            **dict(zip(("deceleration", "angular_deceleration"), braking, strict=True)),
+        }
         self._end: SE2 | None = None
         self._interrupted = False
 
@@ -180,8 +186,7 @@ class Reckoning:
     def _tracker(self, **values: float) -> Tracker:
         from arjuna_nav.controllers.tracker import Tracker, TrackerConfig
 
-        exact = {"xy_precision": self._precision, "yaw_precision": self._precision}
-        return Tracker(replace(TrackerConfig(), **exact, **values))
+        return Tracker(replace(TrackerConfig(), **self._tracking, **values))
 
     def _run(
         self,

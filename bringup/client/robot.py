@@ -154,8 +154,9 @@ class Robot:
     @property
     def path(self) -> DrivenPath:
         """The path driven since the robot was connected to, on the map that `map` last gave."""
-        moved = self._transforms.try_lookup("map", ODOM)
-        poses = [pose if moved is None else moved @ pose for pose in self._transforms.poses]
+        trail, moved = self._transforms, self._transforms.try_lookup("map", ODOM)
+        now = [trail.odometry()[1]] if trail.poses else []
+        poses = [pose if moved is None else moved @ pose for pose in (*trail.poses, *now)]
         table = np.array([pose.array() for pose in poses]).reshape(-1, 3)
         return DrivenPath(table, ODOM if moved is None else "map", self._map)
 
@@ -276,7 +277,7 @@ class Robot:
         session, self._stopped = self.session, False
         end = session.now + duration
         with self._driving():
-            while session.now < end and not self._stopped:
+            while not (session.is_past(end) or self._stopped):
                 self.command(v, w)
                 session.pause(min(period, end - session.now))
 

@@ -92,10 +92,21 @@ def test_a_turn_may_be_longer_than_half_a_circle_and_a_drive_go_back() -> None:
         assert robot.forward(0.0) == pytest.approx(0.0, abs=0.01)
         pose = robot.pose("odom")
         assert (pose.x, abs(pose.theta)) == pytest.approx((0.5, math.pi), abs=0.02)
-        robot.drive(0.3, 0.0, 1.0)
+        robot.drive(0.3, 0.0, math.pi / 3.0)  # no whole number of ticks
         stood = robot.pose("odom")
         robot.forward(0.5)  # where `drive` led, not where the motion before ended
         assert robot.pose("odom").distance(stood) == pytest.approx(0.5, abs=0.02)
+
+
+def test_weak_motors_do_not_overshoot(tmp_path: Path) -> None:
+    limits = "{max_linear_acceleration: 0.2, max_angular_acceleration: 0.5}"
+    file = tmp_path / "weak.yaml"
+    file.write_text(f"sim: {{ros__parameters: {{drive: {limits}}}}}")
+    with simulate("urdf/burger.urdf", params=file) as robot:
+        start = robot.session.now
+        assert robot.turn(math.pi / 2) == pytest.approx(math.pi / 2, abs=0.01)
+        assert robot.forward(0.5) == pytest.approx(0.5, abs=0.01)
+        assert robot.session.now - start < 9.0
 
 
 def test_it_stops_before_what_the_lidar_sees() -> None:
@@ -179,6 +190,7 @@ def test_scans_maps_and_paths_are_pictures() -> None:
         grid, path = robot.map(), robot.path
         assert path.frame == "map"
         assert path.grid is grid
+        assert SE2.from_array(path.poses[-1]).distance(robot.pose()) < 0.01
         for picture in (robot.scan(), grid, path):
             assert picture._repr_png_().startswith(PNG)
 
