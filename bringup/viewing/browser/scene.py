@@ -72,6 +72,11 @@ class Scene:
 
     def draw(self, display: str, parts: Parts) -> None:
         """Draw something in place of a display's last; it appears when its frame is known."""
+        parts = {
+            name: part
+            for name, part in parts.items()
+            if not isinstance(part, Solids | Axes) or len(part.positions)
+        }
         for key in [key for key in self._drawn if key[0] == display and key[1] not in parts]:
             self._drawn.pop(key)[1].remove()
             self._unplaced.discard(key)

@@ -86,12 +86,14 @@ def test_a_drawing_changes_its_node_and_removes_it(
 
 
 def test_another_number_of_bodies_is_another_node(scene: Scene) -> None:
-    for count in (2, 3, 0):
+    for count in (2, 3):
         scene.draw("one", {"": solids("sphere", [ROW] * count)})
         scene.update(Frames("map"))
         drawn = scene._drawn["one", ""][0]
         assert isinstance(drawn, Solids)
         assert len(node(scene).batched_positions) == count
+    scene.draw("one", {"": solids("sphere", [])})
+    assert not scene._drawn
 
 
 def test_many_arrows_are_lines(scene: Scene) -> None:
@@ -99,7 +101,7 @@ def test_many_arrows_are_lines(scene: Scene) -> None:
     scene.draw("one", {"": arrows})
     assert type(node(scene)).__name__ == "LineSegmentsHandle"
     scene.draw("one", {"": replace(arrows, segments=arrows.segments[:5])})
-    assert type(node(scene)).__name__ == "ArrowHandle"
+    assert type(node(scene)).__name__ == "ArrowsHandle"
 
 
 def test_points_on_the_floor_are_there_whatever_the_sensor_s_height(scene: Scene) -> None:
