@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from bringup.parameters import options
 from bringup.terminal import stopped_by_signals
@@ -36,7 +38,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--frame", metavar="FRAME", help="frame to draw in (map)")
     parser.add_argument(
-        "--config", type=Path, metavar="FILE.rviz", help="RViz's: its fixed frame and displays"
+        "--config",
+        type=Path,
+        metavar="FILE.rviz",
+        help="RViz's: its fixed frame, displays and settings",
     )
     options.add(parser, *options.ROBOT_CHOICE)
     parser.add_argument(
@@ -61,19 +66,20 @@ def _serve_browser(arguments: argparse.Namespace, stopped: Callable[[], bool]) -
     from bringup.terminal import show
     from bringup.viewing.browser.server import open_server
     from bringup.viewing.browser.viewer import Viewer
-    from bringup.viewing.drawing.visual_model import mesh_finder
+    from bringup.viewing.displays.standard import STANDARD
     from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
     from bringup.viewing.rviz_file import read_rviz
 
     options.extend_search(arguments)
     config = None if arguments.config is None else read_rviz(arguments.config)
     frame = arguments.frame or (config and config.fixed_frame) or "map"
-    topics, layers = (config.topics, config.layers) if config else ({}, None)
     server = open_server(arguments.host, _PORT if arguments.port is None else arguments.port)
-    robot = RobotSide(RobotOptions(arguments.namespace, frame, arguments.cmd_vel, topics))
-    viewer = Viewer(server, robot, mesh_finder(), layers)
+    robot = RobotSide(RobotOptions(arguments.namespace, frame, arguments.cmd_vel))
+    displays = STANDARD if config is None else config.displays
+    viewer = Viewer(server, robot, displays, config, _CpuWatch(robot))
     if config:
-        show(f"{arguments.config}: {', '.join(sorted(config.layers))}, drawn in {frame}")
+        shown = ", ".join(spec.name for spec in config.displays if spec.shown)
+        show(f"{arguments.config}: {shown}, drawn in {frame}")
         for name in config.left_out:
             show(f"not shown here: {name}")
     show(f"open http://{arguments.host}:{server.get_port()} in a browser; Ctrl-C ends it")
@@ -81,6 +87,32 @@ def _serve_browser(arguments: argparse.Namespace, stopped: Callable[[], bool]) -
         viewer.step()
     robot.close()
     server.stop()
+
+
+class _CpuWatch:
+    """Returns the share of a core that each node's process uses, by the node's name."""
+
+    def __init__(self, robot: Any, period: float = 2.0) -> None:
+        self._robot, self._period = robot, period
+        self._before: list[Any] = []
+        self._looked = 0.0
+        self._shares: dict[str, float] = {}
+
+    def __call__(self) -> dict[str, float]:
+        from bringup.doctor.machine import host_processes
+        from bringup.doctor.table import cpu_shares, groups_by_node
+
+        now = time.monotonic()
+        if now >= self._looked + self._period:
+            domain = self._robot.node.context.get_domain_id()
+            hosts = [host for host in host_processes() if host.domain == domain]
+            shares = cpu_shares(self._before, hosts, now - self._looked)
+            self._before, self._looked = hosts, now
+            groups, names = groups_by_node(), self._robot.node.get_node_names()
+            self._shares = {
+                name: shares[groups[name]] for name in names if groups.get(name) in shares
+            }
+        return self._shares
 
 
 def _serve_foxglove(arguments: argparse.Namespace, stopped: Callable[[], bool]) -> None:

@@ -1,56 +1,55 @@
-"""RViz's configuration files: the fixed frame, and which of our layers show which topics."""
+"""RViz's configuration files, read and written: the fixed frame and the displays."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from arjuna_core.errors import InputFileError
+import yaml
+
+from arjuna_core.errors import ConfigError, InputFileError
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.yaml_file import read_yaml
+from bringup.viewing.displays.base import DISPLAYS, DisplaySpec, properties_of, settings_of
 
 _MOVE_BASE = "/move_base/"  # below which ROS 1 publishes what has no such place here
-_KINDS = {
-    "RobotModel": "robot",
-    "LaserScan": "scan",
-    "PoseArray": "particles",
-    "ParticleCloud": "particles",
-    "PoseWithCovariance": "belief",
-    "Polygon": "footprint",
-    "TF": "axes",
-    "Axes": "axes",
-    "Pose": "goal",
-    "Image": "camera",
-    "Camera": "camera",
+_OTHER_NAMES = {
+    "Camera": "Image",
+    "Axes": "TF",
+    "WrenchStamped": "Wrench",
 }
-"""What shows a class of display here: a key of `TOPICS`, or a layer; maps and paths by topic."""
-_LAYER_OF = {"belief": "particles", "footprint": "local_costmap", "goal": "goals"}
-_LAYER_OF |= {"plan": "global_path", "local_plan": "local_path"}
-_OF_OUR_TYPE = (
-    *("scan", "map", "global_costmap", "local_costmap", "footprint", "belief", "camera"),
-    *("plan", "local_plan"),
+"""Displays of RViz that are shown by another one of ours."""
+_PACKAGES = {"ParticleCloud": "nav2_rviz_plugins"} | dict.fromkeys(
+    ("People", "Speed", "LocalizationQuality", "DistanceToGoal", "BehaviorTree"), "arjuna"
 )
-"""What is shown of a display's own topic; a PoseArray is none of our particles, as ROS 1 has it."""
+"""Where RViz has a display's class, if it has it elsewhere than most, or not at all."""
 _FLAT = re.compile(r"^\s*(-\s+)?([\w ()]+?):\s*(.*?)\s*$")
 
 
 @dataclass(frozen=True)
 class RvizFile:
-    """The wanted frame, layers and topics.
+    """The wanted frame and displays.
 
     Attributes:
         fixed_frame: Empty where it names none.
-        topics: Other topics than ours, by the key of what shows them.
-        left_out: Names of displays that nothing here shows.
+        others: Displays that nothing here shows, as the file has them.
+        document: All of the file.
     """
 
     fixed_frame: str
-    layers: frozenset[str]
-    topics: Mapping[str, str]
-    left_out: tuple[str, ...]
+    displays: tuple[DisplaySpec, ...]
+    others: tuple[Mapping[str, Any], ...] = ()
+    document: Mapping[str, Any] | None = None
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """Names of the displays that nothing here shows, though the file does."""
+        shown = (each for each in self.others if each.get("Enabled", True))
+        kinds = ((each, str(each.get("Class", "")).rpartition("/")[2]) for each in shown)
+        return tuple(str(each.get("Name", kind)) for each, kind in kinds if kind != "Grid")
 
 
 def read_rviz(path: Path) -> RvizFile:
@@ -68,45 +67,106 @@ def read_rviz(path: Path) -> RvizFile:
     manager = document.get("Visualization Manager") if isinstance(document, dict) else None
     if not isinstance(manager, dict):
         raise InputFileError(path, "has no 'Visualization Manager'; valid: a file that RViz saved")
-    shown: set[str] = set()
-    topics: dict[str, str] = {}
-    left_out = []
-    for display in _displays(manager):
-        kind = str(display.get("Class", "")).rpartition("/")[2]
-        topic = _topic(display)
-        key = _key(kind, topic)
-        if key is None:
-            left_out += [] if kind == "Grid" else [str(display.get("Name", kind))]
-            continue
-        shown.add(_LAYER_OF.get(key, key))
-        if key in _OF_OUR_TYPE and topic and not topic.startswith(_MOVE_BASE):
-            topics.setdefault(key, topic.lstrip("/"))
-    frame = (manager.get("Global Options") or {}).get("Fixed Frame", "")
-    return RvizFile(str(frame).lstrip("/"), frozenset(shown), topics, tuple(left_out))
+    displays, others = [], []
+    for display, shown in _displays(manager, True):
+        spec = _spec(display, shown)
+        if spec is None:
+            others.append({**display, "Enabled": shown})
+        else:
+            displays.append(spec)
+    frame = str((manager.get("Global Options") or {}).get("Fixed Frame", "")).lstrip("/")
+    return RvizFile(frame, tuple(displays), tuple(others), document)
 
 
-def _displays(parent: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+def _displays(parent: Mapping[str, Any], shown: bool) -> Iterator[tuple[Mapping[str, Any], bool]]:
     for display in parent.get("Displays") or ():
-        if isinstance(display, Mapping) and display.get("Enabled", True):
+        if isinstance(display, Mapping):
+            now = shown and bool(display.get("Enabled", True))
             if "Displays" in display:
-                yield from _displays(display)
+                yield from _displays(display, now)
             else:
-                yield display
+                yield display, now
 
 
-def _topic(display: Mapping[str, Any]) -> str:
+def _spec(display: Mapping[str, Any], shown: bool) -> DisplaySpec | None:
+    """Return a display; None where nothing here shows it."""
+    given = str(display.get("Class", ""))
+    kind, name = given.rpartition("/")[2], str(display.get("Name", ""))
+    kind = _OTHER_NAMES.get(kind, kind)
+    try:
+        cls = DISPLAYS.resolve(kind)
+    except ConfigError:
+        return None
+    topic = _topic(display, cls.property)
+    if kind == "PoseArray" and given.startswith("rviz/") and "particle" in topic:
+        kind, topic = "ParticleCloud", ""  # AMCL's, which in ROS 1 were poses
+    settings = settings_of(kind, display)
+    if kind == "Map" and "costmap" in topic:
+        settings.setdefault("color_scheme", "costmap")
+    if settings.get("color_scheme") == "costmap":
+        settings.setdefault("height", 0.02 if "local" in topic else 0.01)
+    if topic.startswith(_MOVE_BASE):
+        topic = _of_ours(kind, topic)
+    return DisplaySpec(kind, name or kind, topic.lstrip("/"), shown, settings, rviz=display)
+
+
+def _topic(display: Mapping[str, Any], where: str) -> str:
     """Return a display's topic: a name in ROS 1, a mapping with its value in ROS 2."""
-    topic = display.get("Topic") or display.get("Image Topic") or ""
+    topic = display.get(where) or display.get("Topic") or display.get("Image Topic") or ""
+    topic = topic or display.get("Marker Topic") or display.get("Update Topic") or ""
     return str(topic.get("Value", "") if isinstance(topic, Mapping) else topic)
 
 
-def _key(kind: str, topic: str) -> str | None:
+def _of_ours(kind: str, topic: str) -> str:
+    """Return our topic of what ROS 1's move_base publishes; empty for a display's own."""
+    which = "local" if "local" in topic else "global"
     if kind == "Map":
-        costmap = next((name for name in ("global", "local") if f"{name}_costmap" in topic), "")
-        return f"{costmap}_costmap" if costmap else "map"
-    if kind == "Path":
-        return "local_plan" if "local" in topic else "plan"
-    return _KINDS.get(kind)
+        return f"{which}_costmap/costmap" if "costmap" in topic else ""
+    return "local_plan" if kind == "Path" and which == "local" else ""
+
+
+def write_rviz(
+    fixed_frame: str, displays: Iterable[DisplaySpec], read: RvizFile | None = None
+) -> str:
+    """Return a configuration that RViz 2 reads.
+
+    Args:
+        read: The file that they came from; what it says of RViz alone stays.
+    """
+    entries = [{"Class": "rviz_default_plugins/Grid", "Name": "Grid", "Enabled": True}]
+    entries = list(read.others) if read else entries  # type: ignore[arg-type]
+    entries += [_entry(each) for each in displays]
+    document = dict(read.document or {}) if read else {}
+    manager = {"Class": "", **(document.get("Visualization Manager") or {})}
+    manager["Displays"] = [dict(each) for each in entries]
+    manager["Global Options"] = {
+        **(manager.get("Global Options") or {"Background Color": "48; 48; 48", "Frame Rate": 30}),
+        "Fixed Frame": fixed_frame,
+    }
+    document["Visualization Manager"] = manager
+    return str(yaml.safe_dump(document, sort_keys=False, allow_unicode=True))
+
+
+def _entry(spec: DisplaySpec) -> dict[str, Any]:
+    display = spec.make()
+    package = _PACKAGES.get(spec.kind, "rviz_default_plugins")
+    kind = spec.kind if ":" in spec.kind else f"{package}/{spec.kind}"
+    entry = {
+        "Class": kind,
+        **spec.rviz,
+        "Name": spec.name,
+        "Enabled": spec.shown,
+        "Value": spec.shown,
+    }
+    if display.types:
+        before = entry.get(display.property)
+        topic: Any = dict(before) if isinstance(before, Mapping) else {"Depth": 5}
+        if "Interactive" in display.property:
+            topic = display.name
+        else:
+            topic["Value"] = display.name if display.name[0] in "/~" else f"/{display.name}"
+        entry[display.property] = topic
+    return entry | properties_of(display)
 
 
 def _flat(path: Path) -> dict[str, Any] | None:

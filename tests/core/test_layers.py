@@ -70,7 +70,7 @@ BRINGUP_WITHOUT_ROS = tuple(
         "ros2/": "completion.py errors.py grammar.py main.py statistics.py",
         "ros2/verbs/": "forward.py",
         "tuning/": "picture.py plan.py space.py study.py tuner.py",
-        "viewing/": "frame_tree.py pictures.py snapshot.py",
+        "viewing/": "displays/ frame_tree.py pictures.py rviz_file.py snapshot.py",
         "viewing/rerun/": "scene.py series.py shapes.py stream.py",
     }.items()
     for name in names.split()

@@ -19,6 +19,7 @@ from websockets.sync.client import ClientConnection, connect
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 WIDTH, HEIGHT = 800, 520
 _START = 30.0
+_ENDING = 5.0
 _POLL = 0.1
 _FLAGS = (
     *("--headless=new", "--no-sandbox", "--disable-gpu-sandbox", "--no-first-run"),
@@ -55,6 +56,9 @@ class Page:
         self._number = 0
         size_now = {"width": WIDTH, "height": HEIGHT, "deviceScaleFactor": 1, "mobile": False}
         self.call("Emulation.setDeviceMetricsOverride", **size_now)
+        # a headless page that asks for no frames is given none, and its pictures wait for one
+        frames = "(function next() { requestAnimationFrame(next); })()"
+        self.call("Page.addScriptToEvaluateOnNewDocument", source=frames)
         self.call("Page.navigate", url=address)
 
     def _attach(self, port: int) -> ClientConnection:
@@ -100,8 +104,10 @@ class Page:
     def press(self, label: str) -> None:
         """Click the button of a label."""
         script = (
-            "(() => { const all = [...document.querySelectorAll('button, label, [role=button]')];"
-            f" const it = all.find(e => e.innerText.trim() === {json.dumps(label)});"
+            "(() => { const all = [...document.querySelectorAll("
+            "'button, label, [role=button], [style*=pointer]')];"  # the last are folders' heads
+            " const words = e => (e.innerText || '').replace('●', '').trim();"
+            f" const it = all.find(e => words(e) === {json.dumps(label)});"
             " if (!it) return null; it.scrollIntoView({block: 'center'});"
             " const r = it.getBoundingClientRect();"
             " return [r.x + r.width / 2, r.y + r.height / 2]; })()"
@@ -109,6 +115,30 @@ class Page:
         point = self.evaluate(script)
         assert point is not None, f"no button {label!r} in: {self.text()}"
         self.drag(point, point)
+
+    def choose(self, label: str, option: str) -> None:
+        """Choose an option of the list that has a label."""
+        rows = "[...document.querySelectorAll('label')]"
+        field = (
+            f"(() => {{ const it = {rows}.find(e => e.innerText.trim() === {json.dumps(label)});"
+            " const box = it.closest('div').parentElement.querySelector('input');"
+            " box.scrollIntoView({block: 'center'}); const r = box.getBoundingClientRect();"
+            " return [r.x + r.width / 2, r.y + r.height / 2]; })()"
+        )
+        point = self.evaluate(field)
+        assert point is not None, f"no list {label!r} in: {self.text()}"
+        self.drag(point, point)
+        chosen = (
+            "(() => { const all = [...document.querySelectorAll('[role=option]')];"
+            f" const it = all.find(e => e.innerText.trim() === {json.dumps(option)});"
+            " if (!it) return all.map(e => e.innerText); it.click(); return true; })()"
+        )
+        for _ in range(20):
+            self.wait(_POLL)
+            found = self.evaluate(chosen)
+            if found is True:
+                return
+        raise AssertionError(f"no option {option!r} of {label!r}: {found}")
 
     def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         """Press the left button at a point [pixels], move, release at another."""
@@ -143,4 +173,8 @@ class Page:
     ) -> None:
         self._socket.close()
         self._process.terminate()
-        self._process.wait(timeout=_START)
+        try:
+            self._process.wait(timeout=_ENDING)
+        except subprocess.TimeoutExpired:  # it waits for a page that is busy
+            self._process.kill()
+            self._process.wait(timeout=_START)

@@ -48,7 +48,7 @@ class Watched:
             opened.callback(self.side.close)
             server = open_server("127.0.0.1", 0)
             opened.callback(server.stop)
-            self.viewer = Viewer(server, self.side, lambda uri: None)
+            self.viewer = Viewer(server, self.side)
             assert BROWSER is not None
             self.page = opened.enter_context(
                 Page(BROWSER, folder, f"http://127.0.0.1:{server.get_port()}")

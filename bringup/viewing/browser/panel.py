@@ -1,17 +1,18 @@
-"""The panel beside the picture: tools, driving, layers, navigation and nodes."""
+"""The panel beside the picture: tools, views, driving, displays, navigation and nodes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections import deque
+from collections.abc import Callable
 from enum import Enum
 from functools import partial
 from typing import Any
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
-from bringup.viewing.drawing.values import LAYERS
+from bringup.viewing.browser.display_list import DisplayList
+from bringup.viewing.drawing.values import Drawing, Picture, Values, Words
 from bringup.viewing.robot.managed import COMMANDS
 from bringup.viewing.robot.robot_side import RobotSide
 
@@ -23,6 +24,7 @@ class Tool(Enum):
     GOAL = "2D goal"
     POSE = "2D pose estimate"
     POINT = "publish point"
+    MEASURE = "measure"
 
 
 HINTS = {
@@ -30,13 +32,17 @@ HINTS = {
     Tool.GOAL: "Press where the robot shall go, drag to where it shall look, release.",
     Tool.POSE: "Press where the robot is, drag to where it looks, release.",
     Tool.POINT: "Click on the ground.",
+    Tool.MEASURE: "Press at one end, drag to the other, release.",
 }
+VIEWS = {"whole map": (0.0, -0.5, 0.75), "from above": (0.0, -1e-3, 1.0)}
+"""Directions from which the middle of the map is seen, in parts of the map's extent."""
 _KEYS = {  # label: forward and turning speed, in parts of the sliders' values
     "▲ forward": (1.0, 0.0),
     "◀ turn left": (0.0, 1.0),
     "▶ turn right": (0.0, -1.0),
     "▼ back": (-1.0, 0.0),
 }
+_CHOSEN = "● "
 
 
 class Panel:
@@ -44,7 +50,7 @@ class Panel:
 
     Args:
         queue: Queues a function and its arguments, for viser calls back on its own threads.
-        shown: The layers that are shown at first.
+        look: Takes a view's name and whether the robot stays in the middle.
     """
 
     def __init__(
@@ -53,25 +59,29 @@ class Panel:
         robot: RobotSide,
         queue: Callable[..., None],
         take_tool: Callable[[Tool], None],
-        show_layer: Callable[[str, bool], None],
-        shown: Collection[str],
+        look: Callable[[str, bool], None],
     ) -> None:
         self._gui, self._queue = server.gui, queue
         self._gui.configure_theme(show_logo=False, show_share_button=False)
         self._gui.main_panel.dock_right()
+        self._gui.set_panel_label("Arjuna")
         with self._gui.add_folder("Navigation"):
             self._navigation = self._gui.add_markdown("")
         stop = self._gui.add_button("Stop", color="red", icon=viser.Icon.HAND_STOP)
         stop.on_click(self._call(robot.stop))
         with self._gui.add_folder("Tools"):
-            tools = self._gui.add_button_group("", tuple(tool.value for tool in Tool))
-            tools.on_click(self._call(take_tool, lambda: Tool(tools.value)))
+            self._tools = self._gui.add_button_group("", self._tool_labels(Tool.LOOK))
+            label = lambda: Tool(self._tools.value.removeprefix(_CHOSEN))  # noqa: E731
+            self._tools.on_click(self._call(take_tool, label))
             self._hint = self._gui.add_markdown(HINTS[Tool.LOOK])
-        black = np.zeros((60, 80, 3), np.uint8)
-        self._camera = self._gui.add_image(black, label="Camera", format="jpeg", visible=False)
-        with self._gui.add_folder("Layers", expand_by_default=True):
-            for name, layer in LAYERS.items():
-                self._add_layer(name, layer.label, name in shown, show_layer)
+        with self._gui.add_folder("View"):
+            views = self._gui.add_button_group("", tuple(VIEWS))
+            follow = self._gui.add_checkbox("Follow the robot", False)
+            views.on_click(self._call(look, lambda: views.value, lambda: follow.value))
+            follow.on_update(self._call(look, lambda: "", lambda: follow.value))
+        self._beside = self._gui.add_folder("Pictures and plots", visible=False)
+        self._shown_beside: dict[str, tuple[Any, deque[Any]]] = {}
+        self.displays = DisplayList(self._gui, self._call)
         with self._gui.add_folder("Drive by hand", expand_by_default=False):
             self._add_driving(robot)
         with self._gui.add_folder("Nodes", expand_by_default=False):
@@ -89,11 +99,9 @@ class Panel:
 
         return callback
 
-    def _add_layer(
-        self, name: str, label: str, shown: bool, show_layer: Callable[[str, bool], None]
-    ) -> None:
-        box = self._gui.add_checkbox(label, shown)
-        box.on_update(self._call(show_layer, lambda: name, lambda: box.value))
+    @staticmethod
+    def _tool_labels(chosen: Tool) -> tuple[str, ...]:
+        return tuple(f"{_CHOSEN if tool is chosen else ''}{tool.value}" for tool in Tool)
 
     def _add_driving(self, robot: RobotSide) -> None:
         buttons = [self._gui.add_button(k, color="gray", hint="hold it down") for k in _KEYS]
@@ -112,14 +120,56 @@ class Panel:
             if handle.content != text:
                 handle.content = text
 
-    def hint(self, tool: Tool) -> None:
-        """Explain the tool in hand."""
-        self._hint.content = f"**{tool.value}**: {HINTS[tool]}"
+    def show_tool(self, tool: Tool, note: str = "") -> None:
+        """Mark the tool in hand and explain it; after a note on the last click, if there is one."""
+        self._tools.options = self._tool_labels(tool)
+        self._hint.content = "\n\n".join(filter(None, (note, f"**{tool.value}**: {HINTS[tool]}")))
 
-    def show_camera(self, shown: bool) -> None:
-        """Show or hide the camera's picture."""
-        self._camera.visible = shown
+    def name(self, robot: str) -> None:
+        """Give the panel a robot's name."""
+        self._gui.set_panel_label(robot)
 
-    def picture(self, pixels: NDArray[np.uint8]) -> None:
-        """Show a camera's picture, `(rows, columns, 3) uint8`."""
-        self._camera.image = pixels
+    def show_beside(self, key: str, label: str, drawing: Drawing, now: float) -> None:
+        """Show a display's picture, curves or words in place of its last ones.
+
+        Args:
+            now: Time [s, monotonic].
+        """
+        handle, past = self._shown_beside.get(key, (None, deque[Any](maxlen=600)))
+        with self._beside:
+            if isinstance(drawing, Picture):
+                if handle is None:
+                    handle = self._gui.add_image(drawing.pixels, label=label, format="jpeg")
+                handle.image = drawing.pixels
+            elif isinstance(drawing, Words):
+                handle = handle or self._gui.add_markdown("")
+                handle.content = f"**{label}**\n\n{drawing.text}"
+            elif isinstance(drawing, Values):
+                past.append((now, *drawing.values.values()))
+                handle = self._plotted(handle, label, list(drawing.values), past)
+        self._shown_beside[key] = handle, past
+        self._beside.visible = True
+
+    def _plotted(self, handle: Any, label: str, names: list[str], past: deque[Any]) -> Any:
+        """Draw curves of the last minute, twice a second."""
+        if handle is not None and len(past) % 5 and len(past) < (past.maxlen or 0):
+            return handle
+        columns = np.array(past, dtype=np.float64).T
+        columns[0] -= columns[0, -1]  # seconds ago
+        if handle is None:
+            colours = ("#1e6ef0", "#dc2828", "#14a03c")
+            series = ({"label": "s"}, *({"label": n, "stroke": colours[i % 3], "width": 2}
+                                        for i, n in enumerate(names)))  # fmt: skip
+            return self._gui.add_uplot(
+                tuple(columns), series, title=label, height=150,  # type: ignore[arg-type]
+                scales={"x": {"time": False}},
+            )  # fmt: skip
+        handle.data = tuple(columns)
+        return handle
+
+    def hide_beside(self, key: str) -> None:
+        """Remove what a display showed."""
+        handle, _ = self._shown_beside.pop(key, (None, None))
+        if handle is not None:
+            handle.remove()
+        self._beside.visible = bool(self._shown_beside)

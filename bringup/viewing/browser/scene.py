@@ -1,31 +1,38 @@
-"""The picture: drawings and the robot as viser's scene nodes, each in its frame."""
+"""The picture: the drawings of displays as viser's scene nodes, each in its frame."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import viser
 
-from arjuna_core.pose3 import Pose3
-from arjuna_core.se2 import SE2
+from arjuna_core.pose3 import ORIGIN, Pose3
 from bringup.viewing.drawing import textures
 from bringup.viewing.drawing.frames import Frames
+from bringup.viewing.drawing.solids import triangles
 from bringup.viewing.drawing.values import (
-    LAYERS,
     Arrows,
-    Bodies,
-    Body,
+    Axes,
     Drawing,
     Grid,
+    Label,
     Line,
+    Model,
+    Parts,
     Points,
+    Segments,
+    Solids,
 )
+
+_WORLD = "/world"
+_FLOOR = 0.02  # above the map
+_FLAT: dict[str, Any] = {"cast_shadow": False, "receive_shadow": False}
 
 
 class Scene:
-    """Draws layers; a drawing replaces the one before under the same key.
+    """Draws displays; a drawing replaces the one before of the same display and name.
 
     Args:
         decoding: Ticks that a browser takes for a map's picture.
@@ -37,193 +44,253 @@ class Scene:
     ) -> None:
         self._server, self._decoding, self._most_arrows = server, decoding, most_arrows
         self._scene = server.scene
-        self._drawn: dict[str, tuple[Drawing, list[Any]]] = {}
-        self._unplaced: set[str] = set()
-        self._old: list[tuple[int, list[Any]]] = []
+        self._world = self._scene.add_frame(_WORLD, show_axes=False)
+        self._groups: dict[str, Any] = {}
+        self._drawn: dict[tuple[str, str], tuple[Drawing, Any]] = {}
+        self._unplaced: set[tuple[str, str]] = set()
+        self._old: list[tuple[int, Any]] = []
         self._maps = 0
         self._looked = False
-        self._groups = {
-            name: self._scene.add_frame(f"/layers/{name}", show_axes=False, visible=layer.shown)
-            for name, layer in LAYERS.items()
-        }
+        self._middle, self._extent = np.zeros(3), 8.0
         self._scene.world_axes.visible = False
         server.initial_camera.position, server.initial_camera.look_at = (0, -7, 9), (0, 0, 0)
 
-    def show(self, layer: str, shown: bool) -> None:
-        """Show or hide a layer."""
-        self._groups[layer].visible = shown
-
-    def draw(self, layer: str, key: str, drawing: Drawing) -> None:
-        """Draw something in a layer; it appears when its frame is known."""
-        before, handles = self._drawn.pop(key, (None, []))
-        name = f"/layers/{layer}/{key}"
-        if isinstance(drawing, Grid) and drawing.opacity is None:
-            # a browser takes a moment to decode it: the old one stays meanwhile
-            self._maps += 1
-            name += str(self._maps)
-            self._old.append((self._decoding, handles))
-        elif _renewed(before, handles, drawing):
-            self._drawn[key] = (drawing, handles)
-        elif isinstance(drawing, Bodies):
-            _remove(handles)
-        if key not in self._drawn:
-            self._drawn[key] = (drawing, self._add(name, drawing))
-        self._unplaced.add(key)
-
-    def _add(self, name: str, drawing: Drawing) -> list[Any]:
-        if isinstance(drawing, Bodies):
-            return [self._add_body(f"{name}/{path_part(b.name)}", b) for b in drawing.bodies]
-        return [self._add_one(name, drawing)]
-
-    def _add_one(self, name: str, drawing: Drawing) -> Any:
-        scene = self._scene
-        if isinstance(drawing, Grid):
-            flat: dict[str, Any] = {"visible": False, "cast_shadow": False, "receive_shadow": False}
-            if drawing.opacity is None:
-                return scene.add_glb(name, textures.map_glb(drawing.grid, *drawing.size), **flat)
-            pixels = textures.cost_pixels(drawing.grid, drawing.opacity)
-            return scene.add_image(name, pixels, *drawing.size, format="png", **flat)
-        if isinstance(drawing, Points):
-            return scene.add_point_cloud(
-                *(name, drawing.points, drawing.colour),
-                point_size=drawing.size, point_shape="circle", precision="float32", visible=False,
-            )  # fmt: skip
-        if isinstance(drawing, Arrows) and len(drawing.segments) <= self._most_arrows:
-            width = drawing.width
-            return scene.add_arrows(
-                *(name, drawing.segments, drawing.colour), visible=False,
-                shaft_radius=width / 2, head_radius=width * 1.6, head_length=width * 4,
-            )  # fmt: skip
-        assert isinstance(drawing, Line | Arrows)
-        return scene.add_line_segments(
-            *(name, drawing.segments, drawing.colour), visible=False, thickness_units="screen",
-            thickness=drawing.width if isinstance(drawing, Line) else 1.5,
-        )  # fmt: skip
-
-    def _add_body(self, name: str, body: Body) -> Any:
-        dx, dy, dz = body.size
-        if body.person:
-            return self._scene.add_cylinder(
-                name, max(dx, dy) / 2, dz, body.colour, visible=False, cast_shadow=False
-            )
-        return self._scene.add_box(
-            name, body.colour, body.size, opacity=0.8, visible=False, cast_shadow=False
+    def add(self, display: str, shown: bool) -> None:
+        """Add a display."""
+        self._groups[display] = self._scene.add_frame(
+            f"{_WORLD}/{display}", show_axes=False, visible=shown
         )
 
+    def remove(self, display: str) -> None:
+        """Remove a display with all that it drew."""
+        self.draw(display, {})
+        self._groups.pop(display).remove()
+
+    def show(self, display: str, shown: bool) -> None:
+        """Show or hide a display."""
+        self._groups[display].visible = shown
+
+    def draw(self, display: str, parts: Parts) -> None:
+        """Draw something in place of a display's last; it appears when its frame is known."""
+        parts = {
+            name: part
+            for name, part in parts.items()
+            if not isinstance(part, Solids | Axes) or len(part.positions)
+        }
+        for key in [key for key in self._drawn if key[0] == display and key[1] not in parts]:
+            self._drawn.pop(key)[1].remove()
+            self._unplaced.discard(key)
+        for name, drawing in parts.items():
+            self._draw_one((display, name), drawing)
+
+    def _draw_one(self, key: tuple[str, str], drawing: Drawing) -> None:
+        before, handle = self._drawn.get(key, (None, None))
+        if (
+            before is not None
+            and self._is_alike(before, drawing)
+            and _renewed(before, handle, drawing)
+        ):
+            self._drawn[key] = (drawing, handle)
+        else:
+            display, name = key
+            path = f"{_WORLD}/{display}/{path_part(name)}"
+            if isinstance(drawing, Grid) and drawing.opacity is None:
+                # a browser takes a moment to decode it: the old one stays meanwhile
+                self._maps += 1
+                path += str(self._maps)
+                self._old += [] if handle is None else [(self._decoding, handle)]
+            elif handle is not None and type(before) is not type(drawing):
+                handle.remove()
+            self._drawn[key] = (drawing, self._add(path, drawing))
+        self._unplaced.add(key)
+
+    def _is_alike(self, *drawings: Drawing) -> bool:
+        """Return whether drawings are of one kind, and both or none of too many arrows."""
+        many = [isinstance(d, Arrows) and len(d.segments) > self._most_arrows for d in drawings]
+        return len({type(each) for each in drawings}) == len(set(many)) == 1
+
+    def _add(self, name: str, drawing: Drawing) -> Any:
+        if isinstance(drawing, Arrows) and len(drawing.segments) > self._most_arrows:
+            return _lines(self._scene, name, drawing)
+        return _MAKERS[type(drawing)](self._scene, name, drawing)
+
     def update(self, frames: Frames) -> None:
-        """Move every drawing to its frame; one with a stamp stays where it was put."""
-        for key, (drawing, handles) in self._drawn.items():
-            if key not in self._unplaced and drawing.stamp is not None:
+        """Put every drawing where its frame is."""
+        for key, (drawing, handle) in self._drawn.items():
+            if drawing.stamp is not None and key not in self._unplaced:
                 continue
-            pose = frames.pose(drawing.frame, drawing.stamp)
+            pose = frames.pose(drawing.frame, drawing.stamp) if drawing.frame else ORIGIN
             if pose is None:
                 continue
-            self._unplaced.discard(key)
-            for handle, inside in zip(handles, _poses_inside(drawing), strict=True):
-                put(handle, pose @ drawing.pose @ inside)
-                handle.visible = True
+            pose = pose @ drawing.pose @ _inside(drawing)
+            if isinstance(drawing, Points) and drawing.floor:
+                pose = Pose3((*pose.position[:2], _FLOOR), pose.quaternion)
+            put(handle, pose)
+            if key in self._unplaced:
+                self._unplaced.discard(key)
+                if not handle.visible:
+                    handle.visible = True
 
     def drop_old(self) -> None:
         """Remove maps that newer ones have replaced some ticks ago; called once a tick."""
-        for _, handles in (item for item in self._old if item[0] == 0):
-            _remove(handles)
-        self._old = [(ticks - 1, handles) for ticks, handles in self._old if ticks > 0]
+        for handle in (handle for ticks, handle in self._old if ticks == 0):
+            handle.remove()
+        self._old = [(ticks - 1, handle) for ticks, handle in self._old if ticks > 0]
 
-    def look_at(self, corner: SE2, size: tuple[float, float]) -> None:
-        """Turn the view, once, to a map: its lower-left corner, its width and height [m]."""
-        if self._looked:
-            return
-        self._looked = True
-        x, y = corner.apply(np.array([size]) / 2.0)[0]
-        middle = np.array([x, y, 0.0])
-        eye = middle + max(*size, 3.0) * np.array((0.0, -0.5, 0.75))
-        cameras: list[Any] = [self._server.initial_camera]
-        cameras += [client.camera for client in self._server.get_clients().values()]
+    @property
+    def offset(self) -> tuple[float, float]:
+        """The point of the ground that is drawn at the origin [m]."""
+        x, y, _ = self._world.position
+        return -float(x), -float(y)
+
+    def centre(self, point: tuple[float, float]) -> None:
+        """Draw a point of the ground [m] at the origin, so that the view follows it."""
+        put(self._world, Pose3((-point[0], -point[1], 0.0)))
+
+    def frame_map(self, drawing: Grid) -> None:
+        """Turn the view, once, to a map."""
+        width, height = drawing.size
+        x, y = drawing.pose.planar().apply(np.array([[width, height]]) / 2.0)[0]
+        self._middle, self._extent = np.array([x, y, 0.0]), max(width, height, 3.0)
+        if not self._looked:
+            self._looked = True
+            self.look(np.array((0.0, -0.5, 0.75)))
+
+    def look(self, direction: Any, client: Any = None, whole: bool = True) -> None:
+        """Look from a direction, at the whole map or at the origin from near by."""
+        middle = self._middle - (*self.offset, 0.0) if whole else np.zeros(3)
+        eye = middle + (self._extent if whole else 5.0) * direction
+        cameras: list[Any] = [client.camera] if client else [self._server.initial_camera]
+        if client is None:
+            cameras += [each.camera for each in self._server.get_clients().values()]
         for camera in cameras:
             camera.position, camera.look_at = eye, middle
 
 
-def _poses_inside(drawing: Drawing) -> list[Pose3]:
-    """Return the pose of each node of a drawing; an image's origin is its middle."""
-    if isinstance(drawing, Bodies):
-        return [body.pose for body in drawing.bodies]
+def _inside(drawing: Drawing) -> Pose3:
+    """Return the pose of a drawing's node in it; an image's origin is its middle."""
     if isinstance(drawing, Grid) and drawing.opacity is not None:
         width, height = drawing.size
-        return [Pose3((width / 2.0, height / 2.0, 0.0))]
-    return [Pose3()]
+        return Pose3((width / 2.0, height / 2.0, 0.0))
+    return ORIGIN
 
 
-def _remove(handles: list[Any]) -> None:
-    for handle in handles:
-        handle.remove()
+def _grid(scene: Any, name: str, drawing: Grid) -> Any:
+    if drawing.opacity is None:
+        glb = textures.map_glb(drawing.grid, *drawing.size)
+        return scene.add_glb(name, glb, visible=False, **_FLAT)
+    pixels = textures.cost_pixels(drawing.grid, drawing.opacity)
+    return scene.add_image(name, pixels, *drawing.size, format="png", visible=False, **_FLAT)
 
 
-def _renewed(before: Drawing | None, handles: list[Any], drawing: Drawing) -> bool:
+def _points(scene: Any, name: str, drawing: Points) -> Any:
+    return scene.add_point_cloud(
+        *(name, drawing.points, drawing.colour),
+        point_size=drawing.size, point_shape="square" if len(drawing.points) > 5000 else "circle",
+        precision="float32", point_shading="flat", visible=False,
+    )  # fmt: skip
+
+
+def _lines(scene: Any, name: str, drawing: Line | Arrows | Segments) -> Any:
+    colours = drawing.colours if isinstance(drawing, Segments) else drawing.colour
+    thickness = drawing.width if isinstance(drawing, Line | Segments) else 1.5
+    units = "world" if isinstance(drawing, Segments) else "screen"
+    return scene.add_line_segments(
+        *(name, drawing.segments, colours),
+        visible=False, thickness=thickness, thickness_units=units,
+    )  # fmt: skip
+
+
+def _arrows(scene: Any, name: str, drawing: Arrows) -> Any:
+    width = drawing.width
+    return scene.add_arrows(
+        *(name, drawing.segments, drawing.colour), visible=False,
+        shaft_radius=width / 2, head_radius=width * 1.6, head_length=width * 4,
+    )  # fmt: skip
+
+
+def _solids(scene: Any, name: str, drawing: Solids) -> Any:
+    return scene.add_batched_meshes_simple(
+        name, *triangles(drawing.shape), drawing.wxyzs, drawing.positions,
+        batched_scales=drawing.sizes, batched_colors=drawing.colours,
+        batched_opacities=drawing.opacities, lod="off", visible=False, **_FLAT,
+    )  # fmt: skip
+
+
+def _axes(scene: Any, name: str, drawing: Axes) -> Any:
+    length = drawing.length
+    return scene.add_batched_axes(
+        *(name, drawing.wxyzs, drawing.positions),
+        axes_length=length, axes_radius=length / 30.0, visible=False,
+    )  # fmt: skip
+
+
+def _label(scene: Any, name: str, drawing: Label) -> Any:
+    size: dict[str, Any] = {"font_size_mode": "screen", "font_screen_scale": 0.8}
+    if drawing.height is not None:
+        size = {"font_size_mode": "scene", "font_scene_height": drawing.height}
+    return scene.add_label(name, drawing.text, visible=False, **size)
+
+
+def _model(scene: Any, name: str, drawing: Model) -> Any:
+    return scene.add_glb(name, drawing.glb, scale=drawing.scale, visible=False, cast_shadow=False)
+
+
+_MAKERS: dict[type[Drawing], Callable[[Any, str, Any], Any]] = {
+    Grid: _grid,
+    Points: _points,
+    Line: _lines,
+    Segments: _lines,
+    Arrows: _arrows,
+    Solids: _solids,
+    Axes: _axes,
+    Label: _label,
+    Model: _model,
+}
+"""Makes the scene node of each kind of drawing, hidden until it has a place."""
+_FIELDS = {
+    Points: {"points": "points", "colour": "colors"},
+    Line: {"segments": "points"},
+    Arrows: {"segments": "points"},
+    Segments: {"segments": "points", "colours": "colors"},
+    Axes: {"wxyzs": "batched_wxyzs", "positions": "batched_positions"},
+    Solids: {
+        "wxyzs": "batched_wxyzs",
+        "positions": "batched_positions",
+        "sizes": "batched_scales",
+        "colours": "batched_colors",
+        "opacities": "batched_opacities",
+    },
+    Label: {"text": "text"},
+}
+"""The fields of a drawing that a node's properties follow."""
+
+
+def _renewed(before: Drawing, handle: Any, drawing: Drawing) -> bool:
     """Change what is drawn already, where that is enough; return whether it was."""
-    if isinstance(before, Grid) and isinstance(drawing, Grid) and before.size == drawing.size:
+    if isinstance(before, Grid) and isinstance(drawing, Grid):
+        if before.size != drawing.size or None in (before.opacity, drawing.opacity):
+            return False
         assert drawing.opacity is not None
-        handles[0].image = textures.cost_pixels(drawing.grid, drawing.opacity)
+        handle.image = textures.cost_pixels(drawing.grid, drawing.opacity)
         return True
-    if isinstance(before, Bodies) and isinstance(drawing, Bodies):
-        kinds = [[(b.name, b.size, b.colour) for b in each.bodies] for each in (before, drawing)]
-        return kinds[0] == kinds[1]
-    return False
-
-
-class RobotScene:
-    """The tree of frames, with the robot's links in it."""
-
-    def __init__(self, server: viser.ViserServer) -> None:
-        self._scene = server.scene
-        self._glbs: dict[str, bytes] = {}
-        self._parents: dict[str, str] = {}
-        self._frames: dict[str, Any] = {}
-        self._links: dict[str, Any] = {}
-        self._axes = LAYERS["axes"].shown
-        self._shown = LAYERS["robot"].shown
-
-    def set_links(self, glbs: Mapping[str, bytes]) -> None:
-        """Set the robot's links, each as binary glTF."""
-        self._glbs = dict(glbs)
-        self._parents = {}  # so that the next `update` builds the tree again
-
-    def show(self, layer: str, shown: bool) -> None:
-        """Show or hide the robot or the frames' axes."""
-        if layer == "robot":
-            self._shown = shown
-            for link in self._links.values():
-                link.visible = shown
-        elif layer == "axes":
-            self._axes = shown
-            for frame in self._frames.values():
-                frame.show_axes = shown
-
-    def update(self, frames: Frames) -> None:
-        """Move every frame to its pose in its parent."""
-        parents = frames.parents
-        if parents != self._parents:
-            self._build(frames, parents)
-        for name, handle in self._frames.items():
-            if name in parents:
-                put(handle, frames.local(name))
-            elif frames.fixed is not None and (pose := frames.pose(name)) is not None:
-                put(handle, pose)
-
-    def _build(self, frames: Frames, parents: dict[str, str]) -> None:
-        if "/tf" in self._frames:
-            self._frames["/tf"].remove()
-        self._parents, self._links, self._frames = dict(parents), {}, {}
-        root = self._scene.add_frame("/tf", show_axes=False)
-        for name in dict.fromkeys((*parents.values(), *parents)):
-            path = "/".join(["/tf", *(path_part(part) for part in reversed(frames.chain(name)))])
-            self._frames[name] = self._scene.add_frame(
-                path, show_axes=self._axes, axes_length=0.25, axes_radius=0.008
-            )
-            if name in self._glbs:
-                self._links[name] = self._scene.add_glb(
-                    f"{path}/visual", self._glbs[name], visible=self._shown
-                )
-        self._frames["/tf"] = root
+    if isinstance(before, Model) and isinstance(drawing, Model):
+        return before.glb == drawing.glb and before.scale == drawing.scale
+    fields = _FIELDS.get(type(drawing))
+    if fields is None:
+        return False
+    for name in ("size", "width", "height", "length", "shape", "floor"):
+        if getattr(before, name, None) != getattr(drawing, name, None):
+            return False
+    old, new = ([np.shape(getattr(each, f)) for f in fields] for each in (before, drawing))
+    if old != new:
+        empty = not old[0] or not old[0][0] * new[0][0]
+        if isinstance(drawing, Solids | Axes) or empty or [*map(len, old)] != [*map(len, new)]:
+            return False
+    for mine, theirs in fields.items():
+        value = getattr(drawing, mine)
+        setattr(handle, theirs, value if isinstance(value, str) else np.asarray(value))
+    return True
 
 
 def path_part(name: str) -> str:
@@ -233,7 +300,7 @@ def path_part(name: str) -> str:
 
 def put(handle: Any, pose: Pose3) -> None:
     """Move a scene node, if it is elsewhere."""
-    if not np.allclose(handle.position, pose.position, rtol=0.0, atol=1e-4):
+    if max(abs(handle.position - pose.position)) > 1e-4:
         handle.position = pose.position
-    if not np.allclose(handle.wxyz, pose.quaternion, rtol=0.0, atol=1e-4):
+    if max(abs(handle.wxyz - pose.quaternion)) > 1e-4:
         handle.wxyz = pose.quaternion

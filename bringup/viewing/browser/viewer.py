@@ -2,59 +2,92 @@
 
 from __future__ import annotations
 
+import math
 import queue
+import tempfile
 import time
-from collections.abc import Callable, Collection
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import viser
 
-from arjuna_core.pixels import pixels
-from bringup.viewing.browser.panel import Panel, Tool
+from arjuna_core.errors import ArjunaError
+from arjuna_core.pose3 import Pose3
+from arjuna_core.se2 import SE2
+from bringup.viewing.browser.panel import VIEWS, Panel, Tool
 from bringup.viewing.browser.pointer import Point2, Pointer, dragged_pose
-from bringup.viewing.browser.scene import RobotScene, Scene
-from bringup.viewing.drawing import visual_model
+from bringup.viewing.browser.scene import Scene, path_part
+from bringup.viewing.displays.base import Display, DisplaySpec, Moment
+from bringup.viewing.displays.robot import RobotModel
+from bringup.viewing.displays.standard import STANDARD
 from bringup.viewing.drawing.messages import goal_arrow
-from bringup.viewing.drawing.values import LAYERS, Drawing
+from bringup.viewing.drawing.values import Drawing, Grid, Label, Line, Parts, Picture, Values, Words
 from bringup.viewing.robot.managed import nodes_text
 from bringup.viewing.robot.robot_side import RobotSide
-from bringup.viewing.robot.topics import TOPICS
+from bringup.viewing.rviz_file import RvizFile, read_rviz, write_rviz
+
+_MARKS = "marks"
+
+
+@dataclass
+class _Shown:
+    """A display in the viewer.
+
+    Attributes:
+        waiting: Drawings whose frames are not known yet at their stamps.
+        error: What was wrong with its last message.
+        drawn: How often it was drawn.
+    """
+
+    spec: DisplaySpec
+    display: Display
+    waiting: deque[Parts] = field(default_factory=lambda: deque(maxlen=20))
+    error: str = ""
+    drawn: int = 0
 
 
 class Viewer:
     """Shows a robot to browsers and does what their users ask for.
 
     Args:
-        shown: The layers that are shown at first; those of `LAYERS` by default.
+        displays: What is shown at first.
+        config: The file that they came from.
+        cpu: Returns the share of a core that each node's process uses, by the node's name.
     """
 
     def __init__(
         self,
         server: viser.ViserServer,
         robot: RobotSide,
-        find_mesh: visual_model.FindMesh,
-        shown: Collection[str] | None = None,
+        displays: Iterable[DisplaySpec] = STANDARD,
+        config: RvizFile | None = None,
+        cpu: Callable[[], Mapping[str, float]] = dict,
     ) -> None:
-        self._robot = robot
-        self._find_mesh = find_mesh
+        self._robot, self._server, self._config, self._cpu = robot, server, config, cpu
         self._calls: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._scene = Scene(server)
-        self._body = RobotScene(server)
-        usual = {name for name, layer in LAYERS.items() if layer.shown}
-        self._shown = usual if shown is None else set(shown)
-        self._panel = Panel(server, robot, self._queue, self._take, self._toggle, self._shown)
+        self._scene.add(_MARKS, True)
+        self._panel = Panel(server, robot, self._queue, self._take, self._look)
         self._pointer = Pointer(server, partial(self._queue, self._point))
-        self._tool = Tool.LOOK
+        self._tool, self._following = Tool.LOOK, False
+        self._shown: dict[str, _Shown] = {}
+        self._topics: dict[str, str] = {}
+        self._map: Grid | None = None
+        self._people: Parts | None = None
         self._base = ""
-        self._waiting: dict[str, Any] = {}
-        self._due = 0.0
-        self._viewers = 0
-        self._server = server
-        for name in usual ^ self._shown:
-            self._scene.show(name, name in self._shown)
-            self._body.show(name, name in self._shown)
-        self._panel.show_camera("camera" in self._shown)
+        self._due = self._slow_due = 0.0
+        self._viewers = self._number = 0
+        listed = self._panel.displays
+        listed.show, listed.change, listed.rename = self._toggle, self._change, self._rename
+        listed.remove, listed.choose, listed.add = self._remove, self._choose, self._add_new
+        listed.save, listed.load = self._save, self._load
+        for spec in displays:
+            self.add(spec)
         server.on_client_connect(self._on_viewers)
         server.on_client_disconnect(self._on_viewers)
 
@@ -81,47 +114,89 @@ class Viewer:
                 self._draw()
 
     def _draw(self) -> None:
-        self._robot.tick(time.monotonic())
+        robot, now = self._robot, time.monotonic()
+        robot.tick(now)
         self._scene.drop_old()
-        self._waiting.update(self._robot.take())
-        for key in [key for key, item in self._waiting.items() if self._is_placed(item)]:
-            self._show(key, self._waiting.pop(key))
-        if (bodies := self._robot.entities.take(self._base)) is not None:
-            self._scene.draw("people", "people", bodies)
-        self._scene.update(self._robot.frames)
-        self._body.update(self._robot.frames)
-        managed = self._robot.managed
-        nodes = "\n\n".join(filter(None, (managed.report, nodes_text(managed.states))))
-        self._panel.show_state(self._robot.navigation.state.text(), nodes)
+        for key, message in robot.take():
+            self._do(key, partial(_take, message))
+        moment = Moment(
+            now, robot.frames, self._base, robot.navigation.state.distance,
+            robot.entities.take(self._base),
+        )  # fmt: skip
+        for key, each in self._shown.items():
+            if each.spec.shown:
+                self._do(key, partial(_tick, moment))
+                self._show_waiting(key, each, now)
+        self._scene.update(robot.frames)
+        pose = robot.frames.pose(self._base) if self._following and self._base else None
+        if pose is not None:
+            self._scene.centre(pose.position[:2])
+        if now >= self._slow_due:
+            self._slow_due = now + 2.0
+            self._topics = robot.topics()
+            self._panel.displays.offer(self._topics)
+        managed = robot.managed
+        nodes = "\n\n".join(filter(None, (managed.report, nodes_text(managed.states, self._cpu()))))
+        self._panel.show_state(robot.navigation.state.text(), nodes)
+        self._panel.displays.show_status(self._status())
 
-    def _is_placed(self, item: Any) -> bool:
-        """Return whether the transforms have come to a drawing's stamp."""
-        frames = self._robot.frames
-        stamped = isinstance(item, Drawing) and item.stamp is not None
-        return not stamped or frames.pose(item.frame, item.stamp) is not None
-
-    def _show(self, key: str, item: Any) -> None:
-        if key == "robot":
-            self._set_robot(item.data)
-        elif key == "camera":
-            image = (item.encoding, item.height, item.width, item.step, bytes(item.data))
-            self._panel.picture(pixels(*image, widest=320))
-        else:
-            self._scene.draw(TOPICS[key].layer, key, item)
-            if key == "map":
-                self._scene.look_at(item.pose.planar(), item.size)
-
-    def _set_robot(self, description: str) -> None:
-        logger = self._robot.node.get_logger()
+    def _do(self, key: str, draw: Callable[[Display], Parts | None]) -> None:
+        """Let a display draw; what it finds wrong with a message is said once."""
+        each = self._shown[key]
         try:
-            model = visual_model.read(description, self._find_mesh)
-        except visual_model.VisualError as error:
-            logger.warning(str(error))
+            parts = draw(each.display)
+        except (ValueError, ArjunaError) as error:
+            if each.error != str(error):
+                each.error = str(error)
+                self._robot.node.get_logger().warning(f"{each.spec.name}: {error}")
             return
-        for note in model.notes:
-            logger.warning(note)
-        self._base = model.root
-        self._body.set_links(model.glbs)
+        if parts is not None:
+            each.error = ""
+            each.waiting.append(parts)
+
+    def _show_waiting(self, key: str, each: _Shown, now: float) -> None:
+        """Draw the newest of a display's drawings whose frames are known at their stamps."""
+        frames = self._robot.frames
+        for number in reversed(range(len(each.waiting))):
+            parts = each.waiting[number]
+            stamped = (part for part in parts.values() if part.stamp is not None)
+            if all(frames.pose(part.frame, part.stamp) is not None for part in stamped):
+                for _ in range(number + 1):
+                    each.waiting.popleft()
+                self._show(key, each, parts, now)
+                return
+
+    def _show(self, key: str, each: _Shown, parts: Parts, now: float) -> None:
+        each.drawn += 1
+        beside: Any = (Picture, Values, Words)
+        for name, part in parts.items():
+            if isinstance(part, beside):
+                self._panel.show_beside(key, each.spec.name, part, now)
+            elif isinstance(part, Grid) and part.opacity is None and name == "":
+                self._map = part
+                self._scene.frame_map(part)
+        drawn = {name: part for name, part in parts.items() if not isinstance(part, beside)}
+        self._scene.draw(key, drawn)
+        if isinstance(each.display, RobotModel):
+            self._base = each.display.base
+            self._panel.name(each.display.robot or "Arjuna")
+            for note in each.display.notes:
+                self._robot.node.get_logger().warning(note)
+
+    def _status(self) -> str:
+        """Return how the chosen display fares."""
+        each = self._shown.get(self._panel.displays.chosen)
+        if each is None:
+            return ""
+        if each.error:
+            return f"⚠ {each.error}"
+        if each.waiting:
+            part = next(iter(each.waiting[-1].values()))
+            return f"⚠ no transform from '{part.frame}' to '{self._robot.frames.fixed}' at its time"
+        if not each.spec.shown:
+            return "hidden"
+        topic = each.display.name
+        return "shown" if each.drawn else f"nothing has come on '{topic}' yet" if topic else ""
 
     def _count_viewers(self, count: int) -> None:
         self._viewers = count
@@ -129,33 +204,180 @@ class Viewer:
 
     def _listen(self) -> None:
         """Subscribe to what is shown, as long as somebody looks; to the frames always."""
-        self._robot.listen(self._shown | {"axes"} if self._viewers else ())
+        shown = {
+            key: (each.display, each.spec.anywhere)
+            for key, each in self._shown.items()
+            if each.spec.shown
+        }
+        self._robot.listen(shown if self._viewers else None)
 
-    def _toggle(self, layer: str, shown: bool) -> None:
-        (self._shown.add if shown else self._shown.discard)(layer)
-        self._scene.show(layer, shown)
-        self._body.show(layer, shown)
-        if layer == "camera":
-            self._panel.show_camera(shown)
+    def add(self, spec: DisplaySpec) -> str:
+        """Add a display and return its key.
+
+        Raises:
+            ConfigError: There is no such display.
+        """
+        display = spec.make()
+        self._number += 1
+        key = f"{path_part(spec.name).lower().replace(' ', '_')}_{self._number}"
+        self._shown[key] = _Shown(spec, display)
+        self._scene.add(key, spec.shown)
+        self._panel.displays.put(key, spec.name, spec.shown)
+        self._listen()
+        return key
+
+    def _add_new(self, kind: str, topic: str) -> None:
+        key = self.add(DisplaySpec(kind, f"{kind} {topic}".strip(), topic))
+        self._panel.displays.select(key)
+        self._choose(key)
+
+    def _remove(self, key: str) -> None:
+        if key in self._shown:
+            del self._shown[key]
+            self._scene.remove(key)
+            self._panel.hide_beside(key)
+            self._panel.displays.drop(key)
+            self._listen()
+            self._choose(self._panel.displays.chosen)
+
+    def _toggle(self, key: str, shown: bool) -> None:
+        each = self._shown[key]
+        each.spec = replace(each.spec, shown=shown)
+        self._scene.show(key, shown)
+        if not shown:
+            self._panel.hide_beside(key)
         self._listen()
 
-    def _take(self, tool: Tool) -> None:
+    def _choose(self, key: str) -> None:
+        if key in self._shown:
+            self._panel.displays.show_settings(key, self._shown[key].display, self._topics)
+
+    def _change(self, key: str, name: str, value: Any) -> None:
+        """Change one of a display's settings; its next message is drawn by it."""
+        if key in self._shown:
+            spec = self._shown[key].spec
+            self._make_again(key, replace(spec, settings={**spec.settings, name: value}))
+
+    def _rename(self, key: str, topic: str) -> None:
+        if key in self._shown:
+            spec = replace(self._shown[key].spec, topic=topic, anywhere=False)
+            self._make_again(key, spec)
+
+    def _make_again(self, key: str, spec: DisplaySpec) -> None:
+        self._shown[key] = _Shown(spec, spec.make())
+        self._robot.forget(key)  # so that what is published once comes again
+        self._listen()
+
+    def specs(self) -> list[DisplaySpec]:
+        """Return the displays as they are now."""
+        return [each.spec for each in self._shown.values()]
+
+    def _save(self, client: Any) -> None:
+        frame = self._robot.frames.fixed or "map"
+        text = write_rviz(frame, self.specs(), self._config)
+        client.send_file_download("view.rviz", text.encode(), save_immediately=True)
+
+    def _load(self, content: bytes) -> None:
+        """Show the displays of a file in place of those that are here."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "view.rviz"
+            path.write_bytes(content)
+            try:
+                found = read_rviz(path)
+            except ArjunaError as error:
+                self._panel.show_tool(self._tool, f"⚠ {error}")
+                return
+        for key in list(self._shown):
+            self._remove(key)
+        self._config = found
+        self._robot.frames.want(found.fixed_frame or "map")
+        for spec in found.displays:
+            self.add(spec)
+
+    def _look(self, view: str, follow: bool) -> None:
+        """Look from where a view says, and stay at the robot or at the map."""
+        if follow != self._following:
+            self._following = follow
+            if not follow:
+                self._scene.centre((0.0, 0.0))
+            view = view or "whole map"
+        if view:
+            self._scene.look(np.array(VIEWS[view]), whole=not follow)
+
+    def _take(self, tool: Tool, note: str = "") -> None:
         self._tool = tool
         self._pointer.hold(tool is not Tool.LOOK)
-        self._panel.hint(tool)
+        self._panel.show_tool(tool, note)
 
     def _point(self, start: Point2, end: Point2) -> None:
         """Use the tool in hand where the ground was pointed at, and lay it down."""
-        robot = self._robot.frames.pose(self._base)
+        dx, dy = self._scene.offset
+        start, end = (start[0] + dx, start[1] + dy), (end[0] + dx, end[1] + dy)
+        robot, frame = self._robot.frames.pose(self._base), self._robot.frames.fixed
         pose = dragged_pose(start, end, robot.planar() if robot else None)
-        uses = {
-            Tool.GOAL: self._robot.send_goal,
-            Tool.POSE: self._robot.estimate,
-            Tool.POINT: self._robot.publish_point,
-        }
-        if self._tool in uses:
-            uses[self._tool](pose)
-        frame = self._robot.frames.fixed
-        if self._tool is Tool.GOAL and frame is not None:
-            self._scene.draw("goals", "goal", goal_arrow(pose, frame))
-        self._take(Tool.LOOK)
+        if frame is None and self._tool is not Tool.LOOK:
+            self._take(Tool.LOOK, "⚠ Not taken: no frame is known yet; is the robot running?")
+            return
+        note = self._use(pose, start, end, frame or "")
+        self._take(Tool.LOOK, note)
+
+    def _use(self, pose: SE2, start: Point2, end: Point2, frame: str) -> str:
+        """Do what the tool in hand is for and draw it at once; return what there is to say."""
+        at = f"({pose.x:.2f}, {pose.y:.2f})"
+        marks: dict[str, Drawing] = {}
+        note = ""
+        if self._tool is Tool.GOAL:
+            self._robot.send_goal(pose)
+            state = self._robot.navigation.state
+            near = self._obstacle(pose)
+            note = f"⚠ {state.error or near}" if state.error or near else f"goal {at} is sent"
+            marks["goal"] = goal_arrow(pose, frame)
+        elif self._tool is Tool.POSE:
+            self._robot.estimate(pose)
+            note = f"pose {at} is sent"
+            marks["pose"] = replace(goal_arrow(pose, frame), colour=(150, 60, 200))
+        elif self._tool is Tool.POINT:
+            self._robot.publish_point(pose)
+            note = f"point {at} is published"
+        elif self._tool is Tool.MEASURE:
+            length = math.dist(start, end)
+            turn = math.degrees(math.atan2(end[1] - start[1], end[0] - start[0]))
+            note = f"{length:.3f} m, at {turn:.1f}°"
+            ends = np.array([(*start, 0.05), (*end, 0.05)], np.float32)
+            marks["measure"] = Line(frame=frame, points=ends, colour=(255, 120, 0), width=4.0)
+            middle = SE2((start[0] + end[0]) / 2.0, (start[1] + end[1]) / 2.0, 0.0)
+            text = f"{length:.2f} m"
+            marks["length"] = Label(frame=frame, pose=Pose3.from_se2(middle), text=text)
+        self._scene.draw(_MARKS, marks)
+        return note
+
+    def _obstacle(self, goal: SE2, radius: float = 0.2) -> str:
+        """Return what on the map is in a goal's way, or "".
+
+        Args:
+            radius: A usual robot's [m].
+        """
+        if self._map is None or self._map.frame != self._robot.frames.fixed:
+            return ""
+        grid = self._map.grid
+        angles = np.linspace(0.0, 2.0 * math.pi, 16)
+        ring = radius * np.column_stack([np.cos(angles), np.sin(angles)])
+        points = np.vstack([np.zeros(2), ring]) + np.array((goal.x, goal.y))
+        cells = grid.frame.to_cells(points)
+        inside = grid.frame.inside(cells)
+        if not inside[0]:
+            return "the goal is off the map; planners refuse that or stop short of it"
+        values = grid.data[cells[inside, 0], cells[inside, 1]]
+        if values[0] < 0:
+            return "the goal is where the map knows nothing"
+        if values.max() >= 65:
+            return "the goal is in or near a wall: the planner takes a free place near by, or fails"
+        return ""
+
+
+def _take(message: Any, display: Display) -> Parts | None:
+    return display.take(message)
+
+
+def _tick(moment: Moment, display: Display) -> Parts | None:
+    return display.tick(moment)

@@ -23,6 +23,10 @@ class Frames(TransformTree[Pose3]):
         super().__init__(ORIGIN, duration=10.0)
         self._wanted, self._late = fixed, late
 
+    def want(self, fixed: str) -> None:
+        """Draw in another frame, once it is known."""
+        self._wanted = fixed
+
     def take(self, message: Any, static: bool, stamp: float | None = None) -> bool:
         """Insert the transforms of a TFMessage; return whether a frame has a new parent.
 
@@ -42,10 +46,10 @@ class Frames(TransformTree[Pose3]):
         """The parent of each frame that has one."""
         return {child: edge.parent for child, edge in self.edges.items()}
 
-    def local(self, frame: str) -> Pose3:
-        """Return a frame's newest pose in its parent, or the origin for a root."""
-        edge = self.edges.get(frame)
-        return ORIGIN if edge is None else edge.transforms[-1]
+    @property
+    def newest(self) -> float:
+        """The newest stamp of a moving frame [s]; 0 where none moves."""
+        return max((e.stamps[-1] for e in self.edges.values() if not e.static), default=0.0)
 
     def root(self, frame: str) -> str:
         """Return the last ancestor of a frame; the frame itself where they form a loop."""

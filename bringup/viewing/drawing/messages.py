@@ -72,11 +72,16 @@ def goal_arrow(pose: SE2, frame: str) -> Arrows:
     return Arrows(frame=frame, segments=arrow_segments(pose.array()[None], 0.5, 0.06), colour=_GOAL)
 
 
-def _scan(topic: str, message: Any) -> Drawing:
+def scan_of(message: Any) -> Scan:
+    """Return a LaserScan message's beams."""
     ranges = np.asarray(message.ranges, dtype=np.float64)
     limits = message.range_min, message.range_max
-    scan = Scan(ranges, message.angle_min, message.angle_increment, *limits)
-    angles, ranges = scan.angles[scan.valid], ranges[scan.valid]
+    return Scan(ranges, message.angle_min, message.angle_increment, *limits)
+
+
+def _scan(topic: str, message: Any) -> Drawing:
+    scan = scan_of(message)
+    angles, ranges = scan.angles[scan.valid], scan.ranges[scan.valid]
     points = np.stack([ranges * np.cos(angles), ranges * np.sin(angles), 0.0 * ranges], axis=1)
     stamp = seconds(message.header.stamp)
     return Points(

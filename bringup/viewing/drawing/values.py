@@ -1,7 +1,8 @@
-"""Drawings as plain values, each in a frame, at a time or as the frame moves; and their layers."""
+"""Drawings as plain values, each in a frame, at a time or as the frame moves."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,32 +13,7 @@ from arjuna_core.pose3 import ORIGIN, Pose3
 
 Colour = tuple[int, int, int]
 Floats = NDArray[np.float32]
-
-
-@dataclass(frozen=True)
-class Layer:
-    """A part of the picture that can be shown or hidden; `shown` is whether it is at first."""
-
-    label: str
-    shown: bool = True
-
-
-LAYERS = {
-    "robot": Layer("Robot"),
-    "map": Layer("Map"),
-    "scan": Layer("Laser scan"),
-    "global_costmap": Layer("Global costmap", shown=False),
-    "local_costmap": Layer("Local costmap"),
-    "particles": Layer("Particles and covariance"),
-    "global_path": Layer("Global path"),
-    "local_path": Layer("Local path"),
-    "trajectories": Layer("Trajectories weighed", shown=False),
-    "goals": Layer("Goals"),
-    "people": Layer("People and boxes", shown=False),
-    "axes": Layer("TF axes", shown=False),
-    "camera": Layer("Camera", shown=False),
-}
-"""The layers, in the order of the panel."""
+Colours = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,14 +21,18 @@ class Drawing:
     """Something to draw.
 
     Attributes:
-        frame: The frame it is in.
+        frame: The frame it is in; empty for the one that everything is drawn in.
         stamp: The time at which it was there [s]; None where it moves with the frame.
         pose: Its pose in the frame.
     """
 
-    frame: str
+    frame: str = ""
     stamp: float | None = None
     pose: Pose3 = ORIGIN
+
+
+Parts = Mapping[str, Drawing]
+"""The drawings of one display by their names."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,11 +55,16 @@ class Grid(Drawing):
 
 @dataclass(frozen=True, kw_only=True)
 class Points(Drawing):
-    """A cloud of points `(N, 3) float32` [m], each of a size [m]."""
+    """A cloud of points `(N, 3) float32` [m], each of a size [m], of one colour or `(N, 3)`.
+
+    Attributes:
+        floor: Whether it is drawn on the floor, at the height of the fixed frame's plane.
+    """
 
     points: Floats
-    colour: Colour
+    colour: Colour | Colours
     size: float = 0.05
+    floor: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,6 +82,15 @@ class Line(Drawing):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Segments(Drawing):
+    """Lines from point to point, `(N, 2, 3) float32` [m], with colours `(N, 2, 3)`; width [m]."""
+
+    segments: Floats
+    colours: Colours
+    width: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Arrows(Drawing):
     """Arrows `(N, 2, 3) float32` from tail to tip [m]; their width is that of the shafts [m]."""
 
@@ -105,26 +99,69 @@ class Arrows(Drawing):
     width: float = 0.06
 
 
-@dataclass(frozen=True)
-class Body:
-    """A person, drawn round, or a box.
+@dataclass(frozen=True, kw_only=True)
+class Solids(Drawing):
+    """Bodies of one shape, "box", "sphere", "cylinder", "cone" or "arrow".
+
+    A shape fills a box with edges of 1 m; arrows and cones point along x, cylinders along z.
 
     Attributes:
-        pose: Pose of the middle of its bounding box in the drawing's frame.
-        size: Edges of its bounding box [m].
-        colour: Red, green and blue, 0 to 255.
-        person: Whether it is a person.
+        positions: `(N, 3)` [m].
+        wxyzs: `(N, 4)`.
+        sizes: Edges of the box around each, `(N, 3)` [m].
+        colours: `(N, 3)`.
+        opacities: `(N,)`, 0 to 1.
     """
 
-    name: str
-    pose: Pose3
-    size: tuple[float, float, float]
-    colour: Colour
-    person: bool = False
+    shape: str
+    positions: Floats
+    wxyzs: Floats
+    sizes: Floats
+    colours: Colours
+    opacities: Floats
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bodies(Drawing):
-    """Whatever stands and walks around the robot."""
+class Model(Drawing):
+    """A body of triangles as binary glTF."""
 
-    bodies: tuple[Body, ...] = ()
+    glb: bytes
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Label(Drawing):
+    """Words that face the viewer, of a height [m], or of the screen's usual size for None."""
+
+    text: str
+    height: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Axes(Drawing):
+    """Frames: positions `(N, 3)` [m], quaternions `(N, 4)` and the axes' length [m]."""
+
+    positions: Floats
+    wxyzs: Floats
+    length: float = 0.25
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture(Drawing):
+    """A camera's picture `(rows, columns, 3) uint8`, shown beside the room."""
+
+    pixels: NDArray[np.uint8]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Values(Drawing):
+    """Numbers of this moment, drawn as curves over time beside the room."""
+
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Words(Drawing):
+    """A text in Markdown, shown beside the room."""
+
+    text: str

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -69,11 +70,13 @@ class VisualModel:
         root: The link above all others.
         glbs: Each visible link in its own frame, as binary glTF.
         notes: On what is not drawn.
+        name: The robot's.
     """
 
     root: str
     glbs: dict[str, bytes]
     notes: tuple[str, ...]
+    name: str = ""
 
 
 def read(description: str, find_mesh: FindMesh, longest: int = 10_000_000) -> VisualModel:
@@ -94,7 +97,20 @@ def read(description: str, find_mesh: FindMesh, longest: int = 10_000_000) -> Vi
         if meshes:
             with _noting(notes, link.name):
                 glbs[link.name] = bytes(trimesh.Scene(meshes).export(file_type="glb"))
-    return VisualModel(_root(robot), glbs, tuple(notes))
+    return VisualModel(_root(robot), glbs, tuple(notes), str(robot.name))
+
+
+def mesh_glb(uri: str, find_mesh: FindMesh) -> bytes:
+    """Return the mesh that a URI names as binary glTF.
+
+    Raises:
+        VisualError: It is not found or cannot be read.
+    """
+    notes: list[str] = []
+    with _noting(notes, "mesh"):
+        meshes = _loaded(SimpleNamespace(filename=uri, scale=None), find_mesh)
+        return bytes(trimesh.Scene(meshes).export(file_type="glb"))
+    raise VisualError(notes[0])
 
 
 @contextmanager

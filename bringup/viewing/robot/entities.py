@@ -12,7 +12,8 @@ from simulation_interfaces.srv import GetEntitiesStates, GetEntityBounds, GetEnt
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros.convert import seconds
 from bringup.viewing.drawing.messages import pose3
-from bringup.viewing.drawing.values import Bodies, Body, Colour
+from bringup.viewing.drawing.solids import solids
+from bringup.viewing.drawing.values import Colour, Parts
 from bringup.viewing.robot.services import Services
 
 ROBOT, HUMAN = EntityCategory.CATEGORY_ROBOT, EntityCategory.CATEGORY_HUMAN
@@ -21,6 +22,24 @@ _COLOURS: dict[int, Colour] = {
     EntityCategory.CATEGORY_STATIC_OBJECT: (150, 150, 160),
 }
 Corner = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Body:
+    """A person, drawn round, or a box.
+
+    Attributes:
+        pose: Pose of the middle of its bounding box.
+        size: Edges of its bounding box [m].
+        colour: Red, green and blue, 0 to 255.
+        person: Whether it is a person.
+    """
+
+    name: str
+    pose: Pose3
+    size: Corner
+    colour: Colour
+    person: bool = False
 
 
 @dataclass(frozen=True)
@@ -79,13 +98,27 @@ class EntityWatch:
         self._kinds[name] = Kind(category, low, high)
         self._ask_next_kind()
 
-    def take(self, robot_frame: str) -> Bodies | None:
+    def take(self, robot_frame: str) -> Parts | None:
         """Return the bodies around the robot that came since the last call, or None."""
         if self._newest is None:
             return None
         (stamp, poses), self._newest = self._newest, None
         found = bodies(self._kinds, poses)
-        return None if found is None else Bodies(frame=robot_frame, stamp=stamp, bodies=found)
+        if found is None:
+            return None
+        return {
+            shape: solids(
+                shape,
+                (
+                    (each.pose.position, each.pose.quaternion, each.size, each.colour, 0.9)
+                    for each in found
+                    if each.person is (shape == "cylinder")
+                ),
+                frame=robot_frame,
+                stamp=stamp,
+            )
+            for shape in ("cylinder", "box")
+        }
 
 
 def bodies(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 from lifecycle_msgs.srv import GetState
@@ -75,12 +76,16 @@ class ManagedNodes:
             self._services.ask(ClearEntireCostmap, name, request, lambda response: None)
 
 
-def nodes_text(states: Mapping[str, str]) -> str:
-    """Return the lifecycle states of nodes as a Markdown table."""
-    if not states:
+def nodes_text(states: Mapping[str, str], cpu: Mapping[str, float] = MappingProxyType({})) -> str:
+    """Return nodes' lifecycle states and shares of a core as a Markdown table."""
+    if not states and not cpu:
         return "no managed nodes found"
-    rows = [f"| {_MARKS.get(s, '✖')} | {name} | {s} |" for name, s in sorted(states.items())]
-    return "\n".join(["| | node | state |", "|-|-|-|", *rows])
+    rows = [
+        f"| {_MARKS.get(states.get(name, ''), '✖') if name in states else ''} | {name} "
+        f"| {states.get(name, '')} | {f'{cpu[name]:.0%}' if name in cpu else ''} |"
+        for name in sorted({*states, *cpu})
+    ]
+    return "\n".join(["| | node | state | CPU |", "|-|-|-|-|", *rows])
 
 
 def _node(service: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -117,6 +118,11 @@ class NavigationWatch:
     def _on_result(self, response: Any) -> None:
         result = response.result
         self.state = self.state.ended(response.status, result.error_code, result.error_msg)
+
+    def published(self, listeners: Iterable[str]) -> None:
+        """Take note of a goal that was published for nodes that listen."""
+        names = ", ".join(sorted(listeners))
+        self.state = Navigation(f"sent on /goal_pose, where {names} listens")
 
     def send(self, goal: SE2, frame: str) -> None:
         """Ask the navigator to drive to a pose in a frame."""

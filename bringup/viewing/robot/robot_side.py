@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
+from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
@@ -16,10 +16,12 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import new_context
-from arjuna_core.ros.convert import header, planar_covariance, pose_msg
+from arjuna_core.ros.convert import header, planar_covariance, pose_msg, pose_stamped
 from arjuna_core.ros.velocity import VelocityOutput
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
+from bringup.viewing.displays.base import Display
+from bringup.viewing.displays.robot import People
 from bringup.viewing.drawing.frames import Frames
 from bringup.viewing.robot.entities import EntityWatch
 from bringup.viewing.robot.managed import ManagedNodes
@@ -37,17 +39,15 @@ class RobotOptions:
     Attributes:
         fixed_frame: The frame to draw and to command in.
         command_topic: Of velocities by hand.
-        topics: Other names of topics, by the keys of `TOPICS`.
     """
 
     namespace: str = ""
     fixed_frame: str = "map"
     command_topic: str = "cmd_vel"
-    topics: Mapping[str, str] = field(default_factory=dict)
 
 
 class RobotSide:
-    """Listens to layers and publishes commands; everything happens in `spin` and `tick`.
+    """Listens to displays' topics and publishes commands; all happens in `spin` and `tick`.
 
     Args:
         context: An rclpy context to live in; its own if None.
@@ -69,22 +69,27 @@ class RobotSide:
         self.navigation = NavigationWatch(self.node, services)
         self.managed = ManagedNodes(services)
         self.entities = EntityWatch(services)
-        self._feed = Feed(self.node, options.topics)
+        self._feed = Feed(self.node, services)
         self._hand = HandDrive(self.node, options.command_topic)
         self._pose_out = self.node.create_publisher(
             PoseWithCovarianceStamped, "initialpose", qos.DEFAULT
         )
         self._point_out = self.node.create_publisher(PointStamped, "clicked_point", qos.DEFAULT)
-        self._layers: Collection[str] = ()
+        self._goal_out = self.node.create_publisher(PoseStamped, "goal_pose", qos.DEFAULT)
+        self._displays: Mapping[str, tuple[Display, bool]] = {}
         self._transforms: list[Any] = []
         self._questions_due = self._topics_due = 0.0
 
-    def listen(self, layers: Collection[str]) -> None:
-        """Subscribe to layers and the transforms; with no layers, to nothing at all."""
-        self._layers = frozenset(layers)
-        self._feed.listen(self._layers)
-        self.navigation.listen(bool(layers))
-        if layers and not self._transforms:
+    def listen(self, displays: Mapping[str, tuple[Display, bool]] | None) -> None:
+        """Subscribe to the topics of displays and to the transforms; for None to nothing at all.
+
+        Args:
+            displays: By their keys, each with whether another topic of its types will do.
+        """
+        self._displays = displays or {}
+        self._feed.listen(self._displays)
+        self.navigation.listen(displays is not None)
+        if displays is not None and not self._transforms:
             for topic, profile in (("tf", qos.TF), ("tf_static", qos.TF_STATIC_SUBSCRIPTION)):
                 static = topic == "tf_static"
                 subscription = self.node.create_subscription(
@@ -93,12 +98,16 @@ class RobotSide:
                     profile,
                 )
                 self._transforms.append(subscription)
-        elif not layers:
+        elif displays is None:
             self._hand.halt()
             while self._transforms:
                 self.node.destroy_subscription(self._transforms.pop())
             for _ in range(20):  # until what was closed is gone
                 self._executor.spin_once(timeout_sec=0.0)
+
+    def forget(self, display: str) -> None:
+        """Close a display's subscriptions; `listen` opens them again."""
+        self._feed.forget(display)
 
     def spin(self, until: float) -> None:
         """Take in what comes until a time [s, monotonic], and in any case all that waits now."""
@@ -115,23 +124,42 @@ class RobotSide:
         if now >= self._questions_due:
             self._questions_due = now + 0.25
             self.managed.ask_next()
-            if "people" in self._layers:
+            if any(isinstance(display, People) for display, _ in self._displays.values()):
                 self.entities.ask()
         if now >= self._topics_due:
             self._topics_due = now + 2.0
-            self._feed.listen(self._layers)
+            self._feed.listen(self._displays)
 
     def take(self) -> Iterator[tuple[str, Any]]:
-        """Yield the messages since the last call, as `Feed.take` does."""
-        return self._feed.take()
+        """Yield the messages since the last call with their displays' keys."""
+        return self._feed.take(self._displays)
+
+    def topics(self) -> dict[str, str]:
+        """Return the type of each topic that somebody else publishes."""
+        node = self.node
+        own = {publisher.topic_name for publisher in node.publishers}
+        found = node.get_topic_names_and_types()
+        return {
+            name: types[0] for name, types in found if node.count_publishers(name) > (name in own)
+        }
 
     @property
     def _frame(self) -> str:
         return self.frames.fixed or "map"
 
     def send_goal(self, pose: SE2) -> None:
-        """Ask the navigator to drive to a pose in the fixed frame."""
-        self.navigation.send(pose, self._frame)
+        """Ask the navigator to drive to a pose in the fixed frame.
+
+        Where another node listens to /goal_pose it is published there, as RViz does; navigators
+        take it from there too.
+        """
+        infos = self.node.get_subscriptions_info_by_topic(self._goal_out.topic_name)
+        others = {info.node_name for info in infos} - {self.node.get_name(), "bt_navigator"}
+        if others:
+            self._goal_out.publish(pose_stamped(pose, self._frame, 0.0))
+            self.navigation.published(others)
+        else:
+            self.navigation.send(pose, self._frame)
 
     def estimate(self, pose: SE2) -> None:
         """Publish a person's estimate of the robot's pose in the fixed frame."""
@@ -157,7 +185,7 @@ class RobotSide:
 
     def close(self) -> None:
         """Leave the graph."""
-        self.listen(())
+        self.listen(None)
         self.node.destroy_node()
         self._executor.shutdown()
         if self._owned:

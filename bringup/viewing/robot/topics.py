@@ -1,122 +1,122 @@
-"""The topics of the layers: subscribed while they are shown, read as late as can be."""
+"""The messages of the displays that are shown, as they come."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections import deque
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from geometry_msgs.msg import PolygonStamped, PoseStamped, PoseWithCovarianceStamped
-from nav2_msgs.msg import ParticleCloud
-from nav_msgs.msg import OccupancyGrid, Path
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import Image, LaserScan
-from std_msgs.msg import String
-from visualization_msgs.msg import MarkerArray
 
-from arjuna_core.ros import qos
-from bringup.viewing.drawing.messages import DRAWN, SERIALIZED
+from arjuna_core.bags.topic import TopicQos
+from arjuna_core.ros.context import class_of
+from bringup.recording.listener import offers_of, profile_of
+from bringup.viewing.displays.base import Display, Wanted
+from bringup.viewing.robot.services import Services
+
+_MOST = 200
+"""The most messages that wait for a display that may miss none."""
 
 
 @dataclass(frozen=True)
-class Topic:
-    """A topic of a layer.
+class _Source:
+    """Where messages come from: what a subscription is made of."""
 
-    Attributes:
-        name: The topic, relative to the viewer's namespace.
-        anywhere: Whether a topic of the type by another name will do.
-    """
-
-    layer: str
-    name: str
-    kind: Any
-    profile: Any
-    anywhere: bool = False
-
-    @property
-    def type_name(self) -> str:
-        """The type as `package/msg/Name`."""
-        return f"{self.kind.__module__.partition('.')[0]}/msg/{self.kind.__name__}"
-
-
-TOPICS = {
-    "robot": Topic("robot", "robot_description", String, qos.LATCHED),
-    "map": Topic("map", "map", OccupancyGrid, qos.LATCHED),
-    "global_costmap": Topic("global_costmap", "global_costmap/costmap", OccupancyGrid, qos.LATCHED),
-    "local_costmap": Topic("local_costmap", "local_costmap/costmap", OccupancyGrid, qos.LATCHED),
-    "footprint": Topic(
-        "local_costmap", "local_costmap/published_footprint", PolygonStamped, qos.DEFAULT
-    ),
-    "scan": Topic("scan", "scan", LaserScan, qos.SENSOR_SUBSCRIPTION, anywhere=True),
-    "particles": Topic("particles", "particle_cloud", ParticleCloud, qos.SENSOR_SUBSCRIPTION),
-    "belief": Topic("particles", "amcl_pose", PoseWithCovarianceStamped, qos.LATCHED),
-    "slam_belief": Topic("particles", "pose", PoseWithCovarianceStamped, qos.DEFAULT),
-    "plan": Topic("global_path", "plan", Path, qos.DEFAULT),
-    "local_plan": Topic("local_path", "local_plan", Path, qos.DEFAULT),
-    "rollouts": Topic("trajectories", "trajectories", MarkerArray, qos.DEFAULT),
-    "samples": Topic("trajectories", "marker", MarkerArray, qos.DEFAULT),
-    "goal": Topic("goals", "goal_pose", PoseStamped, qos.DEFAULT),
-    "camera": Topic("camera", "camera/image_raw", Image, qos.SENSOR_SUBSCRIPTION, anywhere=True),
-}
+    topic: str
+    type_name: str
+    qos: TopicQos
 
 
 class Feed:
-    """Keeps the newest message of each topic that is shown, serialized until it is taken.
+    """Keeps the newest message of each topic that is shown, serialized until it is taken."""
 
-    Args:
-        names: Other names of topics, by the keys of `TOPICS`.
-    """
+    def __init__(self, node: Node, services: Services) -> None:
+        self._node, self._services = node, services
+        self._open: dict[tuple[str, int], tuple[_Source, Any]] = {}
+        self._arrived: dict[tuple[str, int], deque[Any]] = {}
+        self._asked: set[str] = set()
 
-    def __init__(self, node: Node, names: Mapping[str, str]) -> None:
-        self._node = node
-        self._topics = {
-            key: replace(topic, name=names.get(key, topic.name)) for key, topic in TOPICS.items()
-        }
-        self._open: dict[str, tuple[str, Any]] = {}
-        self._newest: dict[str, bytes] = {}
+    def listen(self, displays: Mapping[str, tuple[Display, bool]]) -> None:
+        """Subscribe to the topics of displays by their keys, and to no others.
 
-    def listen(self, layers: Collection[str]) -> None:
-        """Subscribe to the topics of layers, and to no others."""
-        wanted = {
-            key: self._name(topic) for key, topic in self._topics.items() if topic.layer in layers
-        }
-        for key, (name, subscription) in list(self._open.items()):
-            if wanted.get(key) != name:
-                self._node.destroy_subscription(subscription)
-                del self._open[key]
-                self._newest.pop(key, None)
-        for key in wanted.keys() - self._open.keys():
-            topic = TOPICS[key]
-            subscription = self._node.create_subscription(
-                topic.kind,
-                wanted[key],
-                lambda data, key=key: self._newest.update({key: data}),
-                topic.profile,
-                raw=True,
-            )
-            self._open[key] = (wanted[key], subscription)
-
-    def _name(self, topic: Topic) -> str:
-        """Return a topic's name; where nobody publishes it, perhaps another of its type."""
-        if topic.anywhere and not self._node.count_publishers(topic.name):
-            for other, types in self._node.get_topic_names_and_types():
-                if topic.type_name in types and self._node.count_publishers(other):
-                    return str(other)
-        return topic.name
-
-    def take(self) -> Iterator[tuple[str, Any]]:
-        """Yield the newest message of each topic since the last call: its key and a drawing.
-
-        Messages that are not drawn come as they are; those that make no sense are logged.
+        Args:
+            displays: Each with whether another topic of its types will do.
         """
-        newest, self._newest = self._newest, {}
-        for key, data in newest.items():
-            topic = TOPICS[key]
-            raw = topic.type_name in SERIALIZED
-            try:
-                message = data if raw else deserialize_message(data, topic.kind)
-                draw = DRAWN.get(topic.type_name)
-                yield key, message if draw is None else draw(topic.name, message)
-            except ValueError as error:
-                self._node.get_logger().warning(f"{topic.name}: {error}")
+        types = dict(self._node.get_topic_names_and_types())
+        wanted: dict[tuple[str, int], tuple[_Source, int]] = {}
+        for key, (display, anywhere) in displays.items():
+            for number, each in enumerate(display.wanted()):
+                if "/srv/" in each.types[0]:
+                    self._ask(key, number, each)
+                    continue
+                source = self._source(each, display, types, anywhere)
+                wanted[key, number] = source, _MOST if each.every else 1
+        for place, (source, subscription) in list(self._open.items()):
+            if place not in wanted or wanted[place][0] != source:
+                self._node.destroy_subscription(subscription)
+                del self._open[place]
+                self._arrived.pop(place, None)
+        self._asked &= displays.keys()
+        for place in wanted.keys() - self._open.keys():
+            self._subscribe(place, *wanted[place])
+
+    def forget(self, display: str) -> None:
+        """Close a display's subscriptions; the next `listen` opens them again."""
+        for place in [place for place in self._open if place[0] == display]:
+            self._node.destroy_subscription(self._open.pop(place)[1])
+            self._arrived.pop(place, None)
+        self._asked.discard(display)
+
+    def _subscribe(self, place: tuple[str, int], source: _Source, most: int) -> None:
+        try:
+            kind = class_of(source.type_name)
+        except LookupError as error:
+            self._node.get_logger().warning(f"{source.topic}: {error}", once=True)
+            return
+        arrived: deque[Any] = deque(maxlen=most)
+        self._arrived[place] = arrived
+        subscription = self._node.create_subscription(
+            kind, source.topic, lambda data: arrived.append(data), profile_of(source.qos), raw=True
+        )
+        self._open[place] = source, subscription
+
+    def _source(
+        self, wanted: Wanted, display: Display, types: Mapping[str, list[str]], anywhere: bool
+    ) -> _Source:
+        """Return a topic's name, type and the QoS that its publishers offer.
+
+        Where nobody publishes it, it is perhaps another topic of its types.
+        """
+        topic = wanted.topic
+        if anywhere and not self._node.count_publishers(topic):
+            for other, kinds in types.items():
+                if set(wanted.types) & set(kinds) and self._node.count_publishers(other):
+                    topic = other
+                    break
+        published = types.get(self._node.resolve_topic_name(topic), [])
+        type_name = next((one for one in wanted.types if one in published), wanted.types[0])
+        offers, depth = offers_of(self._node, topic), 100 if wanted.every else 10
+        if not offers:
+            return _Source(topic, type_name, TopicQos(display.latched, display.latched, depth))
+        reliable, latched = (all(o.reliable for o in offers), all(o.latched for o in offers))
+        return _Source(topic, type_name, TopicQos(reliable, latched, depth))
+
+    def _ask(self, key: str, number: int, wanted: Wanted) -> None:
+        """Ask a service once, if somebody serves it."""
+        if key in self._asked:
+            return
+        kind = class_of(wanted.types[0])
+        arrived = self._arrived.setdefault((key, number), deque(maxlen=1))
+        if self._services.ask(kind, wanted.topic, kind.Request(), arrived.append):
+            self._asked.add(key)
+
+    def take(self, displays: Mapping[str, tuple[Display, bool]]) -> Iterator[tuple[str, Any]]:
+        """Yield the messages since the last call with their displays' keys."""
+        for (key, number), arrived in self._arrived.items():
+            while arrived and key in displays:
+                data = arrived.popleft()
+                if isinstance(data, bytes) and not displays[key][0].raw:
+                    data = deserialize_message(data, class_of(self._open[key, number][0].type_name))
+                yield key, data

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,13 @@ import pytest
 
 pytest.importorskip("viser", reason="no viewer here")
 
-from geometry_msgs.msg import PolygonStamped, PoseStamped, PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import (
+    PointStamped,
+    PolygonStamped,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    Twist,
+)
 from nav2_msgs.msg import Particle, ParticleCloud
 from nav_msgs.msg import OccupancyGrid as GridMsg
 from nav_msgs.msg import Path
@@ -27,8 +34,9 @@ from arjuna_core.se2 import SE2
 from bringup.viewing.browser.panel import Tool
 from bringup.viewing.browser.server import open_server
 from bringup.viewing.browser.viewer import Viewer
-from bringup.viewing.drawing.values import LAYERS
+from bringup.viewing.displays.standard import STANDARD
 from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
+from bringup.viewing.rviz_file import write_rviz
 from tests.bringup.viewing.drives import URDF
 from tests.helpers.processes import wait_until
 from tests.helpers.ros import RosBench
@@ -44,7 +52,7 @@ class Shown:
         side = opened.enter_context(closing(RobotSide(RobotOptions(), self.ros.process.context)))
         server = open_server("127.0.0.1", 0)
         opened.callback(server.stop)
-        self.viewer = Viewer(server, side, lambda uri: None, list(LAYERS))
+        self.viewer = Viewer(server, side, [replace(spec, shown=True) for spec in STANDARD])
         self.viewer._count_viewers(1)
         self.handles = server.scene._handle_from_node_name
 
@@ -86,21 +94,97 @@ def publish_everything(ros: RosBench) -> None:
     ros.publish(Image, "/camera/image_raw", image, qos.SENSOR_PUBLISHER)
 
 
-def test_each_topic_is_drawn_in_its_layer(shown: Shown) -> None:
-    expected = {
-        *("map/map1", "global_costmap/global_costmap", "local_costmap/local_costmap"),
-        *("local_costmap/footprint", "scan/scan", "particles/particles", "particles/belief"),
-        *("global_path/plan", "local_path/local_plan", "goals/goal"),
-    }
-    nodes = {f"/layers/{name}" for name in expected} | {"/tf/map/base_link/visual"}
+def test_each_topic_is_drawn_by_its_display(shown: Shown) -> None:
+    expected = (
+        *("robot_1/base_link", "map_2/|1", "laser_scan_3/|", "global_costmap_4/|"),
+        *("local_costmap_5/|", "footprint_6/|", "particles_7/|", "amcl's_pose_8/|"),
+        *("global_path_10/|", "local_path_11/|", "goal_14/|", "tf_16/axes"),
+    )
+    nodes = {f"/world/{name}" for name in expected}
 
     def drawn() -> bool:
         visible = {name for name, handle in shown.handles.items() if handle.visible}
-        return nodes <= visible and shown.viewer._panel._camera.image.shape[:2] == (1, 1)
+        return nodes <= visible and "camera_17" in shown.viewer._panel._shown_beside
 
     shown.until(drawn, lambda: publish_everything(shown.ros))
-    overlay = shown.handles["/layers/local_costmap/local_costmap"]
+    overlay = shown.handles["/world/local_costmap_5/|"]
     assert tuple(overlay.position) == pytest.approx((1.0, 0.5, 0.02))  # its middle
+    scan = shown.handles["/world/laser_scan_3/|"]
+    assert scan.position[2] == pytest.approx(0.02)  # on the floor
+    camera, _ = shown.viewer._panel._shown_beside["camera_17"]
+    assert camera.image.shape[:2] == (1, 1)
+
+
+def test_a_message_that_makes_no_sense_is_said_and_leaves_the_others(shown: Shown) -> None:
+    broken = grid_msg(OccupancyGrid(GridFrame(0.5, 4, 2), np.zeros((2, 4), np.int8)), "map", 0.0)
+    broken.info.width = 5
+    shown.ros.publish(GridMsg, "/map", broken, qos.LATCHED)
+    shown.until(lambda: shown.viewer._shown["map_2"].error)
+    assert "8 cells for a grid of 5 x 2" in shown.viewer._shown["map_2"].error
+    shown.viewer.step(0.01)
+
+
+def test_a_display_is_added_changed_and_removed(shown: Shown) -> None:
+    viewer = shown.viewer
+    viewer._add_new("PointStamped", "/mine")
+    key = next(key for key in viewer._shown if key.startswith("pointstamped"))
+    assert viewer._panel.displays.chosen == key
+    viewer._change(key, "radius", 0.5)
+    viewer._rename(key, "/other")
+    point = PointStamped(header=header("map", 0.0))
+
+    def publish() -> None:
+        publish_everything(shown.ros)
+        shown.ros.publish(PointStamped, "/other", point, qos.DEFAULT)
+
+    shown.until(lambda: viewer._shown[key].drawn, publish)
+    ball: Any = shown.handles[f"/world/{key}/|"]
+    assert ball.batched_scales[0] == pytest.approx([1.0, 1.0, 1.0])
+    saved = write_rviz("map", viewer.specs())
+    assert "/other" in saved
+    viewer._remove(key)
+    assert not [name for name in shown.handles if key in name]
+    viewer._load(saved.encode())
+    assert viewer.specs()[-1].make().config.radius == 0.5
+
+
+def test_the_view_follows_the_robot_and_clicks_with_it(shown: Shown) -> None:
+    viewer = shown.viewer
+    shown.until(lambda: viewer._base, lambda: publish_everything(shown.ros))
+    viewer._look("", True)
+    shown.until(lambda: viewer._scene.offset[0] == pytest.approx(1.0))
+    points = shown.ros.collect(PointStamped, "/clicked_point")
+    shown.until(lambda: viewer._robot.node.count_subscribers("/clicked_point"))
+    viewer._take(Tool.POINT)
+    viewer._point((0.5, 0.0), (0.5, 0.0))
+    shown.until(lambda: points)
+    assert points[0].point.x == pytest.approx(1.5)
+    viewer._look("", False)
+    assert viewer._scene.offset == (0.0, 0.0)
+
+
+def test_a_distance_is_measured(shown: Shown) -> None:
+    shown.until(lambda: shown.viewer._robot.frames.fixed, lambda: publish_everything(shown.ros))
+    shown.viewer._take(Tool.MEASURE)
+    shown.viewer._point((1.0, 1.0), (4.0, 5.0))
+    assert "5.000 m" in shown.viewer._panel._hint.content
+    label: Any = shown.handles["/world/marks/length"]
+    assert label.text == "5.00 m"
+
+
+def test_a_click_that_is_not_taken_says_why_at_once(shown: Shown) -> None:
+    shown.viewer._take(Tool.GOAL)
+    shown.viewer._point((1.0, 1.0), (1.0, 2.0))
+    assert "no frame is known yet" in shown.viewer._panel._hint.content
+    walls = OccupancyGrid(GridFrame(0.5, 4, 2), np.full((2, 4), 100, np.int8))
+    shown.ros.publish(GridMsg, "/map", grid_msg(walls, "map", 0.0), qos.LATCHED)
+    moving = TFMessage(transforms=[transform_msg(SE2(1.0, 0.0, 0.0), "map", "base_link", 1.0)])
+    shown.until(
+        lambda: shown.viewer._map is not None and shown.viewer._robot.frames.fixed,
+        lambda: shown.ros.publish(TFMessage, "/tf", moving),
+    )
+    assert "in or near a wall" in shown.viewer._obstacle(SE2(1.0, 0.5))
+    assert "off the map" in shown.viewer._obstacle(SE2(9.0, 0.5))
 
 
 def test_a_goal_is_sent_and_marked_and_the_tool_laid_down(shown: Shown) -> None:
@@ -110,7 +194,8 @@ def test_a_goal_is_sent_and_marked_and_the_tool_laid_down(shown: Shown) -> None:
     shown.viewer._point((1.0, 1.0), (1.0, 2.0))
     assert "no navigator is running" in shown.viewer._robot.navigation.state.error
     assert shown.viewer._tool is Tool.LOOK
-    assert "/layers/goals/goal" in shown.handles
+    assert "no navigator is running" in shown.viewer._panel._hint.content
+    assert "/world/marks/goal" in shown.handles
 
 
 def test_what_the_panel_calls_is_done_by_the_next_step(shown: Shown) -> None:
@@ -120,6 +205,6 @@ def test_what_the_panel_calls_is_done_by_the_next_step(shown: Shown) -> None:
     drive = panel._call(robot.drive, lambda: 0.25, lambda: -0.5)
     shown.until(lambda: twists, lambda: asyncio.run(drive(None)))
     assert (twists[0].linear.x, twists[0].angular.z) == (0.25, -0.5)
-    asyncio.run(panel._call(shown.viewer._toggle, lambda: "scan", lambda: False)(None))
-    shown.viewer.step(0.01)
-    assert not shown.handles["/layers/scan"].visible
+    box = panel.displays._boxes["laser_scan_3"]
+    box.value = False
+    shown.until(lambda: not shown.handles["/world/laser_scan_3"].visible)

@@ -26,10 +26,14 @@ def test_arrival_has_no_error() -> None:
 
 
 def test_nodes_are_listed_by_name_with_their_states() -> None:
-    rows = nodes_text({"planner": "inactive", "amcl": "active", "x": "errorprocessing"})
+    rows = nodes_text(
+        {"planner": "inactive", "amcl": "active", "x": "errorprocessing"},
+        {"amcl": 0.25, "sim": 1.0},
+    )
     assert rows.splitlines()[2:] == [
-        "| ● | amcl | active |",
-        "| ○ | planner | inactive |",
-        "| ✖ | x | errorprocessing |",
+        "| ● | amcl | active | 25% |",
+        "| ○ | planner | inactive |  |",
+        "|  | sim |  | 100% |",
+        "| ✖ | x | errorprocessing |  |",
     ]
     assert nodes_text({}) == "no managed nodes found"

@@ -1,0 +1,226 @@
+"""The displays' common part: the messages they take, their settings, and where they are found."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any, ClassVar
+
+import numpy as np
+
+from arjuna_core.errors import ConfigError
+from arjuna_core.param import info_of
+from arjuna_core.plugins import PluginTypes
+from bringup.viewing.drawing.frames import Frames
+from bringup.viewing.drawing.messages import DRAWN
+from bringup.viewing.drawing.values import Colour, Colours, Parts
+
+_HERE = "bringup.viewing.displays"
+DISPLAYS = PluginTypes(
+    "display",
+    {
+        name: f"{_HERE}.{module}:{name}"
+        for module, names in {
+            "robot": "RobotModel TF People",
+            "map": "Map",
+            "clouds": "LaserScan PointCloud2",
+            "lines": "Path Polygon",
+            "poses": "Pose PoseArray ParticleCloud PoseWithCovariance Odometry",
+            "markers": "Marker MarkerArray InteractiveMarkers",
+            "sensors": "Range PointStamped Wrench Imu",
+            "panels": "Image Speed LocalizationQuality DistanceToGoal BehaviorTree",
+        }.items()
+        for name in names.split()
+    },
+    "",
+)
+"""The displays by RViz's names of their classes; `module:Class` of a user's own is another."""
+
+
+@dataclass(frozen=True)
+class DisplaySpec:
+    """A display as a user has it.
+
+    Attributes:
+        kind: Its class, a name of `DISPLAYS` or `module:Class`.
+        topic: Empty for the class's own.
+        settings: Of its `Config`, by field; what is not given has its default.
+        anywhere: Whether another topic of its types will do while this one is silent.
+        rviz: What else a file of RViz said of it, to be saved again.
+    """
+
+    kind: str
+    name: str
+    topic: str = ""
+    shown: bool = True
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    anywhere: bool = False
+    rviz: Mapping[str, Any] = field(default_factory=dict)
+
+    def make(self) -> Display:
+        """Return the display.
+
+        Raises:
+            ConfigError: There is no such class.
+        """
+        cls: type[Display] = DISPLAYS.resolve(self.kind)
+        if not (isinstance(cls, type) and issubclass(cls, Display)):
+            raise ConfigError(f"'{self.kind}' is no display; valid: a class of Display")
+        return cls(cls.Config(**self.settings), self.topic or cls.topic)
+
+
+@dataclass
+class Moment:
+    """The robot's surroundings while the displays are drawn.
+
+    Attributes:
+        now: Time [s, monotonic].
+        stamp: The robot's, of the newest transform [s].
+        base: The robot's own frame, empty while it is not known.
+        distance: Left to the goal [m].
+        people: What the simulator says stands around the robot since the last call, or None.
+    """
+
+    now: float
+    frames: Frames
+    base: str = ""
+    distance: float | None = None
+    people: Parts | None = None
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A topic that a display listens to; `every` where no message of it may be missed."""
+
+    topic: str
+    types: tuple[str, ...]
+    every: bool = False
+
+
+@dataclass(frozen=True)
+class NoConfig:
+    """A display without settings."""
+
+
+class Display:
+    """Makes drawings of messages; a plug-in overrides what it needs.
+
+    Attributes:
+        types: Messages that it takes, `package/msg/Name`.
+        topic: The topic that they usually come on.
+        latched: Whether they are published once, for whoever comes later.
+        raw: Whether it takes them serialized.
+        property: Where RViz writes its topic.
+    """
+
+    types: ClassVar[tuple[str, ...]] = ()
+    topic: ClassVar[str] = ""
+    latched: ClassVar[bool] = False
+    raw: ClassVar[bool] = False
+    property: ClassVar[str] = "Topic"
+    Config: ClassVar[type[Any]] = NoConfig
+
+    def __init__(self, config: Any, topic: str) -> None:
+        self.config = config
+        self.name = topic
+
+    def wanted(self) -> tuple[Wanted, ...]:
+        """Return the topics to listen to."""
+        return (Wanted(self.name, self.types),) if self.types else ()
+
+    def take(self, message: Any) -> Parts | None:
+        """Return what to draw in place of what was, or None to leave it.
+
+        Raises:
+            ValueError: The message makes no sense.
+        """
+        return None
+
+    def tick(self, moment: Moment) -> Parts | None:
+        """Return what to draw in place of what was, or None to leave it; called ten times a second.
+
+        It is where a display that takes no messages draws, and where lifetimes end.
+        """
+        return None
+
+    def usual(self, message: Any, **style: Any) -> Parts:
+        """Return the usual drawing of a message of its type, with other colours or sizes."""
+        return {"": dataclasses.replace(DRAWN[self.types[0]](self.name, message), **style)}
+
+
+@cache
+def kinds_of(type_name: str) -> tuple[str, ...]:
+    """Return the displays of a type of message."""
+    return tuple(name for name in DISPLAYS.types if type_name in DISPLAYS.resolve(name).types)
+
+
+def rviz_name(field_name: str) -> str:
+    """Return RViz's name of a setting: `line_width` is "Line Width", `size_m` "Size (m)"."""
+    words = field_name.split("_")
+    unit = f" ({words.pop()})" if words[-1] == "m" else ""
+    return " ".join(word.capitalize() for word in words) + unit
+
+
+def settings_of(kind: str, properties: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a display's settings from RViz's properties; what does not fit is left out."""
+    found: dict[str, Any] = {}
+    for each in dataclasses.fields(DISPLAYS.resolve(kind).Config):
+        value = properties.get(rviz_name(each.name))
+        if value is not None and (fitting := _fitted(value, each)) is not None:
+            found[each.name] = fitting
+    return found
+
+
+def _fitted(value: Any, each: dataclasses.Field[Any]) -> Any:
+    """Return a value as a field has it, within its bounds; None where it is none."""
+    info, default = info_of(each), each.default
+    try:
+        if isinstance(default, bool):
+            return value if isinstance(value, bool) else str(value).lower() == "true"
+        if isinstance(default, (int, float)):
+            return type(default)(np.clip(float(value), *info.bounds))
+        if isinstance(default, tuple):
+            parts = str(value).split(";") if not isinstance(value, tuple) else value
+            red, green, blue = (int(np.clip(float(part), 0, 255)) for part in parts)
+            return red, green, blue
+    except ValueError:
+        return None
+    if isinstance(value, Mapping):  # RViz's namespaces, each with whether it is shown
+        return "" if all(value.values()) else " ".join(key for key, on in value.items() if on)
+    if not info.choices:
+        return str(value)
+    return next((one for one in info.choices if one.lower() == str(value).lower()), None)
+
+
+def properties_of(display: Display) -> dict[str, Any]:
+    """Return a display's settings as RViz writes them."""
+    found = {}
+    for each in dataclasses.fields(display.config):
+        value = getattr(display.config, each.name)
+        if each.name == "namespaces":
+            value = dict.fromkeys(value.split(), True)
+        found[rviz_name(each.name)] = "; ".join(map(str, value)) if type(value) is tuple else value
+    return found
+
+
+def rainbow(values: Any, low: float | None = None, high: float | None = None) -> Colours:
+    """Return colours `(N, 3) uint8` of numbers, red for the least to magenta, as RViz has it."""
+    values = np.asarray(values, dtype=np.float32)
+    finite = values[np.isfinite(values)]
+    low = low if low is not None else float(finite.min(initial=np.inf))
+    high = high if high is not None else float(finite.max(initial=-np.inf))
+    share = np.clip((np.nan_to_num(values) - low) / max(high - low, 1e-6), 0.0, 1.0)
+    turn = share * np.float32(5.0)
+    hues = np.abs((turn[:, None] + np.array([0.0, 4.0, 2.0], np.float32)) % 6.0 - 3.0) - 1.0
+    colours: Colours = (255.0 * np.clip(hues, 0.0, 1.0)).astype(np.uint8)
+    return colours
+
+
+def colour_of(message: Any) -> Colour:
+    """Return a ColorRGBA message's colour."""
+    red, green, blue = (
+        round(255.0 * min(max(v, 0.0), 1.0)) for v in (message.r, message.g, message.b)
+    )
+    return red, green, blue

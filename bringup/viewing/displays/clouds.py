@@ -1,0 +1,131 @@
+"""Laser scans and point clouds, in one colour or coloured by a field."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.param import param
+from bringup.viewing.displays.base import Display, rainbow
+from bringup.viewing.drawing.messages import frame_of, scan_of, seconds
+from bringup.viewing.drawing.values import Colour, Colours, Parts, Points
+
+# sensor_msgs/PointField's datatypes
+_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+
+
+@dataclass(frozen=True)
+class CloudConfig:
+    """Settings of points."""
+
+    color_transformer: str = param(
+        *("Intensity", "What colours the points."),
+        choices=("FlatColor", "Intensity", "AxisColor", "RGB8"),
+    )
+    channel_name: str = param("intensity", "Field that colours them by Intensity.")
+    axis: str = param("Z", "Axis that colours them by AxisColor.", choices=("X", "Y", "Z"))
+    color: tuple[int, int, int] = param((255, 255, 255), "FlatColor's colour.")
+    size_m: float = param(0.03, "Size of a point.", unit="m", minimum=0.001, maximum=1.0)
+    autocompute_intensity_bounds: bool = param(True, "Colours span the values that come.")
+    min_intensity: float = param(0.0, "Value of the first colour.")
+    max_intensity: float = param(4096.0, "Value of the last colour.")
+
+
+class PointCloud2(Display):
+    """A cloud of points."""
+
+    types = ("sensor_msgs/msg/PointCloud2",)
+    topic = "points"
+    Config = CloudConfig
+
+    def take(self, message: Any) -> Parts:
+        values = cloud_fields(message)
+        if not {"x", "y", "z"} <= values.keys():
+            raise ValueError(f"a cloud without x, y and z; its fields: {', '.join(values)}")
+        points = np.stack([values[axis] for axis in "xyz"], axis=1).astype(np.float32, copy=False)
+        finite = np.isfinite(points).all(axis=1)
+        colour = self._colours(points, values)
+        if not finite.all():
+            points = points[finite]
+            colour = colour if isinstance(colour, tuple) else colour[finite]
+        stamp = seconds(message.header.stamp)
+        return {
+            "": Points(
+                frame=frame_of(message), stamp=stamp or None,
+                points=points, colour=colour, size=self.config.size_m,
+            )
+        }  # fmt: skip
+
+    def _colours(self, points: Any, values: dict[str, NDArray[Any]]) -> Colour | Colours:
+        config, by = self.config, self.config.color_transformer
+        packed = values.get("rgb", values.get("rgba"))
+        if packed is not None and (by == "RGB8" or config.channel_name not in values):
+            words = np.ascontiguousarray(packed).astype(packed.dtype.newbyteorder("<"))
+            return words.view(np.uint8).reshape(-1, 4)[:, 2::-1]
+        if by == "AxisColor":
+            return self._spread(points[:, "XYZ".index(config.axis)])
+        if by == "Intensity" and config.channel_name in values:
+            return self._spread(values[config.channel_name])
+        flat: Colour = config.color
+        return flat
+
+    def _spread(self, values: Any) -> Colours:
+        config = self.config
+        if config.autocompute_intensity_bounds:
+            return rainbow(values)
+        return rainbow(values, config.min_intensity, config.max_intensity)
+
+
+def cloud_fields(message: Any) -> dict[str, NDArray[Any]]:
+    """Return the fields of a PointCloud2 message by name, `(N,)` each.
+
+    Raises:
+        ValueError: The data are not as long as the message says.
+    """
+    order, shape = (">" if message.is_bigendian else "<"), (message.height, message.width)
+    strides = (message.row_step, message.point_step)
+    found = {}
+    for each in message.fields:
+        if each.datatype in _TYPES and message.width * message.height:
+            dtype = np.dtype(order + _TYPES[each.datatype])
+            try:
+                cells = np.ndarray(shape, dtype, message.data, each.offset, strides)
+            except TypeError as error:
+                raise ValueError(f"a cloud of {len(message.data)} bytes is too short") from error
+            found[each.name] = cells.reshape(-1)
+        elif each.datatype in _TYPES:
+            found[each.name] = np.zeros(0, np.float32)
+    return found
+
+
+@dataclass(frozen=True)
+class ScanConfig:
+    """Settings of a laser scan."""
+
+    color_transformer: str = param(
+        "FlatColor", "What colours the points.", choices=("FlatColor", "Intensity")
+    )
+    color: tuple[int, int, int] = param((230, 30, 30), "Colour.")
+    size_m: float = param(0.05, "Size of a point.", unit="m", minimum=0.001, maximum=1.0)
+    on_floor: bool = param(True, "Draw the points on the floor, not at the lidar's height.")
+
+
+class LaserScan(Display):
+    """A laser scan."""
+
+    types = ("sensor_msgs/msg/LaserScan",)
+    topic = "scan"
+    Config = ScanConfig
+
+    def take(self, message: Any) -> Parts:
+        config = self.config
+        colour = config.color
+        if config.color_transformer == "Intensity":
+            given = np.asarray(message.intensities, dtype=np.float32)
+            valid = scan_of(message).valid
+            colour = rainbow(given[valid] if len(given) == len(valid) else np.zeros(valid.sum()))
+        style = {"size": config.size_m, "floor": config.on_floor}
+        return self.usual(message, colour=colour, **style)

@@ -1,0 +1,134 @@
+"""Poses: one, many, with a covariance, and odometry's trail of them."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from arjuna_core.param import param
+from bringup.viewing.displays.base import Display
+from bringup.viewing.drawing.messages import DRAWN, arrow_segments, frame_of, planar
+from bringup.viewing.drawing.values import Arrows, Line, Parts
+
+_WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
+
+
+@dataclass(frozen=True)
+class PoseConfig:
+    """Settings of a pose."""
+
+    color: tuple[int, int, int] = param((220, 40, 180), "Colour.")
+    shaft_length: float = param(0.5, "Length.", unit="m", minimum=0.01, maximum=10.0)
+
+
+class Pose(Display):
+    """A pose as an arrow."""
+
+    types = ("geometry_msgs/msg/PoseStamped",)
+    topic = "goal_pose"
+    Config = PoseConfig
+
+    def take(self, message: Any) -> Parts:
+        row = planar(message.pose).array()[None]
+        segments = arrow_segments(row, self.config.shaft_length, 0.06)
+        return {"": Arrows(frame=frame_of(message), segments=segments, colour=self.config.color)}
+
+
+@dataclass(frozen=True)
+class PoseArrayConfig:
+    """Settings of many poses."""
+
+    color: tuple[int, int, int] = param((150, 60, 200), "Colour.")
+    arrow_length: float = param(0.2, "Length.", unit="m", minimum=0.01, maximum=10.0)
+
+
+class PoseArray(Display):
+    """Poses as arrows."""
+
+    types = ("geometry_msgs/msg/PoseArray",)
+    topic = "poses"
+    Config = PoseArrayConfig
+
+    def take(self, message: Any) -> Parts:
+        rows = np.array([planar(each).array() for each in message.poses]).reshape(-1, 3)
+        length = self.config.arrow_length
+        segments = arrow_segments(rows, length, 0.03)
+        style: dict[str, Any] = {"colour": self.config.color, "width": length / 8.0}
+        return {"": Arrows(frame=frame_of(message), segments=segments, **style)}
+
+
+@dataclass(frozen=True)
+class ParticleConfig:
+    """Settings of particles."""
+
+    color: tuple[int, int, int] = param((70, 170, 60), "Colour.")
+
+
+class ParticleCloud(Display):
+    """AMCL's particles."""
+
+    types = ("nav2_msgs/msg/ParticleCloud",)
+    topic, raw = "particle_cloud", True
+    Config = ParticleConfig
+
+    def take(self, message: Any) -> Parts:
+        return self.usual(message, colour=self.config.color)
+
+
+class PoseWithCovariance(Display):
+    """A pose with the ellipse of two sigmas around it."""
+
+    types = (_WITH_COVARIANCE,)
+    topic, latched = "amcl_pose", True
+    Config = PoseArrayConfig
+
+    def take(self, message: Any) -> Parts:
+        return self.usual(message, colour=self.config.color)
+
+
+@dataclass(frozen=True)
+class OdometryConfig:
+    """Settings of odometry."""
+
+    keep: int = param(100, "Arrows that stay.", minimum=1, maximum=1000)
+    position_tolerance: float = param(0.1, "Way to the next one.", unit="m", minimum=0.0)
+    angle_tolerance: float = param(0.1, "Turn to the next one.", unit="rad", minimum=0.0)
+    color: tuple[int, int, int] = param((255, 25, 0), "Colour.")
+    covariance: bool = param(False, "Draw the ellipse of two sigmas.")
+
+
+class Odometry(Display):
+    """Odometry's last poses as arrows."""
+
+    types = ("nav_msgs/msg/Odometry",)
+    topic = "odom"
+    Config = OdometryConfig
+
+    def __init__(self, config: Any, topic: str) -> None:
+        super().__init__(config, topic)
+        self._kept: deque[Any] = deque(maxlen=config.keep)
+
+    def take(self, message: Any) -> Parts:
+        pose, config, frame = planar(message.pose.pose), self.config, frame_of(message)
+        last = self._kept[-1] if self._kept else None
+        if (
+            last is None
+            or last.distance(pose) > config.position_tolerance
+            or abs((last.inverse() @ pose).theta) > config.angle_tolerance
+        ):
+            self._kept.append(pose)
+        rows = np.array([each.array() for each in (*self._kept, pose)])
+        segments = arrow_segments(rows, 0.3, 0.04)
+        parts: dict[str, Any] = {
+            "": Arrows(frame=frame, segments=segments, colour=config.color, width=0.03)
+        }
+        if config.covariance:
+            stamped = SimpleNamespace(header=message.header, pose=message.pose)
+            ellipse = DRAWN[_WITH_COVARIANCE](self.name, stamped)
+            assert isinstance(ellipse, Line)
+            parts["covariance"] = replace(ellipse, colour=config.color)
+        return parts

@@ -1,0 +1,137 @@
+"""Readings at a sensor: ranges, points, forces and accelerations."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from arjuna_core.param import param
+from bringup.viewing.displays.base import Display
+from bringup.viewing.drawing.messages import frame_of
+from bringup.viewing.drawing.solids import arrow_pose, solids
+from bringup.viewing.drawing.values import Axes, Colour, Parts
+
+
+@dataclass(frozen=True)
+class RangeConfig:
+    """Settings of a range."""
+
+    color: tuple[int, int, int] = param((60, 140, 255), "Colour.")
+    alpha: float = param(0.5, "Opacity.", minimum=0.0, maximum=1.0)
+
+
+class Range(Display):
+    """A sonar's or infrared sensor's reading as its cone."""
+
+    types = ("sensor_msgs/msg/Range",)
+    topic = "range"
+    Config = RangeConfig
+
+    def take(self, message: Any) -> Parts:
+        reach = float(message.range)
+        if not math.isfinite(reach) or not message.min_range <= reach <= message.max_range:
+            return {}
+        width = 2.0 * reach * math.tan(min(message.field_of_view, 3.0) / 2.0)
+        row = (  # a cone's tip is at the sensor, so it is turned round
+            *((reach / 2.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (reach, width, width)),
+            *(self.config.color, self.config.alpha),
+        )
+        return {"": solids("cone", [row], frame=frame_of(message))}
+
+
+@dataclass(frozen=True)
+class PointConfig:
+    """Settings of a point."""
+
+    color: tuple[int, int, int] = param((204, 41, 204), "Colour.")
+    alpha: float = param(1.0, "Opacity.", minimum=0.0, maximum=1.0)
+    radius: float = param(0.2, "Radius.", unit="m", minimum=0.001, maximum=10.0)
+
+
+class PointStamped(Display):
+    """A point as a ball."""
+
+    types = ("geometry_msgs/msg/PointStamped",)
+    topic = "clicked_point"
+    Config = PointConfig
+
+    def take(self, message: Any) -> Parts:
+        at = message.point
+        if not all(map(math.isfinite, (at.x, at.y, at.z))):
+            raise ValueError("its position is not finite")
+        size = 3 * (2.0 * self.config.radius,)
+        row = ((at.x, at.y, at.z), (1.0, 0.0, 0.0, 0.0), size, self.config.color, self.config.alpha)
+        return {"": solids("sphere", [row], frame=frame_of(message))}
+
+
+@dataclass(frozen=True)
+class WrenchConfig:
+    """Settings of a wrench."""
+
+    force_color: tuple[int, int, int] = param((204, 51, 51), "Colour of the force.")
+    torque_color: tuple[int, int, int] = param((204, 204, 51), "Colour of the torque.")
+    force_arrow_scale: float = param(2.0, "Length for 1 N.", unit="m", minimum=0.0)
+    torque_arrow_scale: float = param(2.0, "Length for 1 N m.", unit="m", minimum=0.0)
+    arrow_width: float = param(0.1, "Width.", unit="m", minimum=0.001, maximum=10.0)
+
+
+class Wrench(Display):
+    """A force and a torque as arrows."""
+
+    types = ("geometry_msgs/msg/WrenchStamped",)
+    topic = "wrench"
+    Config = WrenchConfig
+
+    def take(self, message: Any) -> Parts:
+        config, rows = self.config, []
+        for vector, colour, scale in (
+            (message.wrench.force, config.force_color, config.force_arrow_scale),
+            (message.wrench.torque, config.torque_color, config.torque_arrow_scale),
+        ):
+            rows.append(_arrow(vector, scale, config.arrow_width, colour))
+        return {"": solids("arrow", [row for row in rows if row], frame=frame_of(message))}
+
+
+@dataclass(frozen=True)
+class ImuConfig:
+    """Settings of an IMU."""
+
+    axes_scale: float = param(0.5, "Length of its axes.", unit="m", minimum=0.01, maximum=10.0)
+    acceleration_scale: float = param(0.05, "Length for 1 m/s2.", unit="m", minimum=0.0)
+    acceleration_color: tuple[int, int, int] = param((255, 160, 0), "Colour of the acceleration.")
+
+
+class Imu(Display):
+    """An IMU's orientation as axes, and its acceleration as an arrow."""
+
+    types = ("sensor_msgs/msg/Imu",)
+    topic = "imu/data"
+    Config = ImuConfig
+
+    def take(self, message: Any) -> Parts:
+        turn, frame, config = message.orientation, frame_of(message), self.config
+        arrow = _arrow(
+            *(message.linear_acceleration, config.acceleration_scale, 0.05),
+            config.acceleration_color,
+        )
+        wxyz = np.array([[turn.w, turn.x, turn.y, turn.z]], np.float32)
+        if not np.isfinite(wxyz).all() or np.linalg.norm(wxyz) < 0.5:
+            wxyz = np.array([[1.0, 0.0, 0.0, 0.0]], np.float32)  # an IMU that knows none
+        origin = np.zeros((1, 3), np.float32)
+        axes = Axes(frame=frame, positions=origin, wxyzs=wxyz, length=config.axes_scale)
+        return {
+            "axes": axes,
+            "acceleration": solids("arrow", [arrow] if arrow else [], frame=frame),
+        }
+
+
+def _arrow(vector: Any, scale: float, width: float, colour: Colour) -> Any:
+    """Return the row of an arrow from the origin; None where it is too short to be seen."""
+    tip = scale * np.array([vector.x, vector.y, vector.z])
+    if not np.isfinite(tip).all():
+        raise ValueError("a vector is not finite")
+    pose = arrow_pose(np.zeros(3), tip)
+    return pose and (*pose[:2], (pose[2], width, width), colour, 1.0)
