@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.array_cache import cached, made_by
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.xml_text import parse_xml
 from arjuna_sim.files.xml_file import XmlFile
@@ -127,8 +128,7 @@ def read_mesh(path: Path, part: str = "") -> NDArray[np.float64]:
         raise MeshError(path, f"has the form '{suffix}'; valid: {', '.join(MESH_SUFFIXES)}")
     content = read_bytes(path, _BYTES_MAX, MeshError)
     try:
-        prepared = {".stl": _stl, ".obj": _obj, ".dae": _collada}[suffix](path, content, part)
-        triangles = _loaded(prepared, suffix) if prepared else np.zeros((0, 3, 3))
+        triangles = (_read if len(content) < 2000 else _kept)(path, content, part)
     except IndexError as error:
         raise MeshError(
             path, "is a broken mesh: a face names a corner that does not exist"
@@ -144,6 +144,18 @@ def read_mesh(path: Path, part: str = "") -> NDArray[np.float64]:
     if not (np.isfinite(triangles).all() and np.abs(triangles).max() < 1e9):
         raise MeshError(path, "is a broken mesh: its corners must be finite, below 1e9")
     return triangles
+
+
+def _kept(path: Path, content: bytes, part: str) -> NDArray[np.float64]:
+    """Return what `_read` returns, from the user's cache where the mesh was read before."""
+    made_of = made_by(__file__), content, f"{path.suffix.lower()}#{part}".encode()
+    return cached("triangles", made_of, lambda: (_read(path, content, part),))[0]
+
+
+def _read(path: Path, content: bytes, part: str) -> NDArray[np.float64]:
+    suffix = path.suffix.lower()
+    prepared = {".stl": _stl, ".obj": _obj, ".dae": _collada}[suffix](path, content, part)
+    return _loaded(prepared, suffix) if prepared else np.zeros((0, 3, 3))
 
 
 def _loaded(content: bytes, suffix: str) -> NDArray[np.float64]:

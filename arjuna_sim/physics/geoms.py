@@ -79,8 +79,13 @@ def add_part(spec: Any, body: Any, part: Part, group: Group, most: int = PIECES_
         if spec.mesh(names[0]) is None:
             for called, piece in zip(names, found, strict=True):
                 spec.add_mesh(name=called, uservert=piece.ravel())
-        for called in names:
-            geoms.append(_new_mesh_geom(body, part, Group.WORLD_CONTACT, called))
+        kind = mujoco.mjtGeom.mjGEOM_MESH
+        look = _look(part, Group.WORLD_CONTACT)
+        pieces = [body.add_geom(type=kind, meshname=called, **look) for called in names]
+        if part.friction is not None:
+            for geom in pieces:
+                name_friction(geom, part.friction)
+        geoms += pieces
     return geoms
 
 
@@ -150,12 +155,22 @@ def _add_terrain(spec: Any, body: Any, part: Part, group: Group) -> Any:
     return geom
 
 
+def _look(part: Part, group: Group) -> dict[str, Any]:
+    """Return what the geoms of a part have in common."""
+    return {
+        "pos": part.pose.position,
+        "quat": part.pose.quaternion,
+        "rgba": part.rgba,
+        "group": group.value,
+        "mass": 0.0,
+        # Robot against world only: neither collides with itself.
+        "contype": int(group in (Group.WORLD_COLLISION, Group.WORLD_CONTACT)),
+        "conaffinity": int(group is Group.ROBOT_COLLISION),
+    }
+
+
 def _new_geom(body: Any, part: Part, group: Group) -> Any:
-    geom = body.add_geom(pos=part.pose.position, quat=part.pose.quaternion, rgba=part.rgba)
-    geom.group, geom.mass = group.value, 0.0
-    # Robot against world only: neither collides with itself.
-    geom.contype = int(group in (Group.WORLD_COLLISION, Group.WORLD_CONTACT))
-    geom.conaffinity = int(group is Group.ROBOT_COLLISION)
+    geom = body.add_geom(**_look(part, group))
     if part.friction is not None:
         name_friction(geom, part.friction)
     return geom

@@ -14,6 +14,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from arjuna_core.files.array_cache import cache_folder
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.context import add_environment_to_ament_index
 from bringup.ros2.tables.launches import LAUNCHES
@@ -96,7 +97,7 @@ def _made() -> Path:
     texts = _texts()
     named = repr((sys.prefix, sorted(texts.items()), sorted(SHIPPED.items()), shipped_file("maps")))
     digest = hashlib.sha256(named.encode()).hexdigest()[:12]
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "arjuna"
+    cache = cache_folder()
     folder = cache / f"ros-{digest}"
     if folder.is_dir():
         return folder

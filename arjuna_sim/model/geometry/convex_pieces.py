@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from arjuna_core.files.array_cache import cached, made_by
+from arjuna_sim.model.geometry import thickness
 from arjuna_sim.model.geometry.thickness import depths, edges, groups, joined, outward
 
 PIECES_MAX = 5000
@@ -97,6 +99,19 @@ def pieces(triangles: NDArray[np.float64], most: int = PIECES_MAX) -> Pieces:
             if 0 < len(found) <= most:
                 return Pieces(found, off if off > _OFF[0] else 0.0)
     return _of_cells(triangles, most)
+
+
+def kept_pieces(triangles: NDArray[np.float64], most: int) -> Pieces:
+    """Return what `pieces` returns, from the user's cache where the mesh was split before."""
+
+    def split() -> tuple[NDArray[np.float64], ...]:
+        made = pieces(triangles, most)
+        counts = np.array([len(corners) for corners in made.corners])
+        return np.concatenate(made.corners), counts, np.array(made.within)
+
+    made_of = made_by(__file__, thickness.__file__), triangles.tobytes(), str(most).encode()
+    corners, counts, within = cached("pieces", made_of, split)
+    return Pieces(np.split(corners, np.cumsum(counts)[:-1]), float(within))
 
 
 class _Body:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_sim.model.geometry.convex_pieces import CUBE, Pieces, hull, pieces
+from arjuna_sim.model.geometry.convex_pieces import CUBE, Pieces, hull, kept_pieces, pieces
 
 _ROUND = 64  # corners that stand for a circle
 _TILTS = (math.pi / 8, math.pi / 4, 3 * math.pi / 8, math.pi / 2)  # rings of a capsule's ends
@@ -74,7 +74,10 @@ class Mesh:
         """Return the convex pieces that it is touched as at a scale."""
         key = (*scale, float(most))
         if key not in self._pieces:
-            self._pieces[key] = pieces(self.triangles * np.array(scale), most)
+            scaled = self.triangles * np.array(scale)
+            # Of few triangles they are computed faster than read.
+            found = pieces if len(scaled) < 200 else kept_pieces
+            self._pieces[key] = found(scaled, most)
         return self._pieces[key]
 
 

@@ -6,12 +6,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.sdf.solids import prism
-from arjuna_sim.model.geometry.convex_pieces import CUBE, hull, pieces, surface
+from arjuna_sim.model.geometry.convex_pieces import (
+    CUBE,
+    PIECES_MAX,
+    hull,
+    kept_pieces,
+    pieces,
+    surface,
+)
 from arjuna_sim.model.geometry.shapes import Kind, Mesh, Part, Shape, Terrain
 from arjuna_sim.model.geometry.walls import surfaces
 from arjuna_sim.model.world import Body, World
@@ -175,3 +183,18 @@ def test_a_hollow_mesh_is_cut_in_its_own_outline_and_not_its_hulls() -> None:
     assert mesh.hull((2.0, 1.0, 3.0)).max(axis=0).tolist() == [6.0, 2.0, 3.0]
     assert mesh.pieces((1.0, 1.0, 1.0), 99) is mesh.pieces((1.0, 1.0, 1.0), 99)
     assert mesh.pieces((1.0, 1.0, 1.0), 1).within > 0.0  # of another budget, others
+
+
+@pytest.mark.parametrize("most", [PIECES_MAX, 24])
+def test_kept_pieces_are_those_that_are_made(
+    most: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    faces = np.asarray(trimesh.creation.torus(0.5, 0.1).triangles, np.float64)
+    made = pieces(faces, most)
+    for _ in range(2):
+        kept = kept_pieces(faces, most)
+        assert kept.within == made.within
+        for one, other in zip(kept.corners, made.corners, strict=True):
+            np.testing.assert_array_equal(one, other)
+    assert len(list(tmp_path.rglob("*.npz"))) == 1
