@@ -192,6 +192,10 @@ class Process:
         outside = self.namespace and name.startswith("/") and not name.startswith(f"{own}/")
         return f"{own}{name}" if outside else name
 
+    def set_time(self, nanoseconds: int) -> None:
+        """Let the clock show a time [ns], as a message on /clock does."""
+        self._advance(nanoseconds / 1e9, nanoseconds)
+
     def problem_of(self, message: Any) -> str | None:
         """Return why the message that is delivered now cannot be used, or None."""
         return problem_of(message, self.now) if self.transport is None else self.transport.problem

@@ -77,3 +77,8 @@ def read_outcome(folder: Path) -> Outcome | None:
         return Outcome(**read_json(folder / _FILE))
     except (InputFileError, TypeError):
         return None
+
+
+def forget(folder: Path) -> None:
+    """Remove a run's outcome, so that it is run again."""
+    (folder / _FILE).unlink(missing_ok=True)

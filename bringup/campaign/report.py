@@ -27,7 +27,7 @@ from bringup.campaign.plan import Campaign, CampaignError
 from bringup.campaign.table import Table
 
 TABLE, PAGE, PAPER = "results.parquet", "index.html", "paper"
-_STYLE = (
+STYLE = (
     "body{font:16px sans-serif;max-width:75em;margin:2em auto;padding:0 1em}"
     "table{border-collapse:collapse;font-size:.9em}"
     "td,th{padding:.2em .7em;text-align:left;white-space:nowrap}"
@@ -74,7 +74,7 @@ def write_page(folder: Path, campaign: Campaign, outcomes: Sequence[Outcome]) ->
     paper = folder / PAPER
     title = html.escape(f"Campaign {campaign.name}")
     parts = [
-        f"<!doctype html><meta charset=utf-8><title>{title}</title><style>{_STYLE}</style>",
+        f"<!doctype html><meta charset=utf-8><title>{title}</title><style>{STYLE}</style>",
         f"<h1>{title}</h1><p><code>{html.escape(' '.join(campaign.command))}</code></p>",
     ]
     for name, heading, table in _tables(campaign, outcomes):

@@ -45,6 +45,7 @@ KNOWN = {
     "ros_packages/rosbag2_py/reader.py: reader.open": "is `SequentialReader.open`",
     "ros_packages/cv_bridge/core.py: Picture.open": "of bytes",
     "bringup/tuning/study.py: JournalFileBackend": "checked before",
+    "bringup/homework/student.py: runpy.run_path": "runs a submission, in its sandbox",
     "bringup/ros2/programs/python_file.py: runpy.run_path": "runs what the user names as a program",
     "bringup/ros2/colcon.py: shutil.copy2": "installs what the user's package names",
     "bringup/ros2/colcon.py: shutil.copytree": "installs what the user's package names",
@@ -57,6 +58,8 @@ KNOWN = {
     # The kernel's files.
     "bringup/doctor/machine.py: .read_text": "/proc",
     "bringup/doctor/machine.py: .read_bytes": "/proc",
+    "bringup/homework/program.py: .read_text": "/proc",
+    "bringup/homework/sandbox.py: os.open": "/proc, and paths whose files are not read",
     "bringup/processes/fork.py: .read_text": "/proc",
     "bringup/processes/health.py: .read_text": "/proc",
     "bringup/ros2/discovery.py: _TABLE.read_text": "/proc",

@@ -25,7 +25,7 @@ ORDER = {
         *("controllers", "smoothers", "planners", "costmap"),
     ),
     "bringup": (
-        *("", "commands", "lessons", "tuning", "campaign", "doctor", "demo"),
+        *("", "commands", "lessons", "homework", "tuning", "campaign", "doctor", "demo"),
         *("scenarios", "processes"),
         *("offline", "ros2", "lockstep", "parameters", "client"),
         *("viewing", "recording", "stack", "terminal"),
@@ -60,6 +60,7 @@ BRINGUP_WITHOUT_ROS = tuple(
         ),
         "client/": "avoidance.py endpoint.py keys.py waypoints.py",
         "demo/": "measures.py report.py",
+        "homework/": "exercise.py sandbox.py",
         "doctor/": "fit.py machine.py report.py snapshot.py table.py",
         "parameters/": "files.py listing.py options.py",
         "parameters/foreign/": "launch_file.py",

@@ -185,7 +185,7 @@ class LocalTimer:
     ) -> None:
         self._registry = registry
         self._clock = clock
-        self._canceled, self._last = False, 0
+        self._canceled, self._waits, self._last = False, False, 0
         self.callback = callback
         self.timer_period_ns = round(period * 1e9)
         self.reset()
@@ -198,9 +198,12 @@ class LocalTimer:
             self._last = now
         if not self._canceled and now - self._last >= self.timer_period_ns:
             self._last += (now - self._last) // self.timer_period_ns * self.timer_period_ns
-            self._registry.executor.put(self._call)
+            if not self._waits:
+                self._waits = True
+                self._registry.executor.put(self._call)
 
     def _call(self) -> None:
+        self._waits = False
         if not self._canceled:
             self.callback()
 
