@@ -50,8 +50,9 @@ def run(arguments: argparse.Namespace) -> int:
         hand_out_seats(every, out)
     except OSError as error:
         raise InputFileError(out, f"cannot be written: {error.strerror}") from error
-    for seat in every if exercise is not None else ():
-        hand_out(exercise, Path(seat.folder) / exercise.name)
+    if exercise is not None:
+        for seat in every:
+            hand_out(exercise, Path(seat.folder) / exercise.name)
     show(f"{len(every)} places: {out / 'class.csv'}; the page: {out / 'index.html'}")
     return _supervise(arguments, every, out)
 
