@@ -33,7 +33,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rtf", type=options.factor, metavar="FACTOR", help="simulated per real seconds (1)"
     )
-    parser.set_defaults(use_sim_time=True, namespace="", record=None, resume=False)
+    sim = {"use_sim_time": True, "namespace": "", "record": None, "without_description": False}
+    parser.set_defaults(**sim)
 
 
 def run(arguments: argparse.Namespace) -> int:
