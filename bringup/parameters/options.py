@@ -11,6 +11,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from arjuna_core.files.shipped import found_or_shipped
+
 _DOMAIN_MAX = 232  # ports above do not exist (OMG DDSI-RTPS 2.5, 9.6.2.3)
 _NAMESPACE = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?", re.ASCII)
 _ARGUMENT = re.compile(r"[A-Za-z_]\w*:=")
@@ -109,6 +111,11 @@ def _importable(text: str) -> Path:
     return path
 
 
+def _input(text: str) -> Path:
+    """Return the path of a file to read; maps/, urdf/ and others are the shipped ones elsewhere."""
+    return Path(found_or_shipped(text))
+
+
 def _argument(text: str) -> str:
     if not _ARGUMENT.match(text):
         raise argparse.ArgumentTypeError(f"{text!r} is no argument; valid: NAME:=VALUE")
@@ -150,7 +157,7 @@ def _value(kind: Callable[[str], Any], metavar: str, about: str, **more: Any) ->
 
 _OPTIONS: dict[str, dict[str, Any]] = {
     "--params": {
-        **_path("a ROS parameter file; may be given again, later files win"),
+        **_path("a ROS parameter file; may be given again, later files win", type=_input),
         "action": "append",
         "default": [],
     },
@@ -165,7 +172,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "default": "info",
         "help": "what to log at least (info)",
     },
-    "--map": _path("the map's YAML file"),
+    "--map": _path("the map's YAML file", type=_input),
     "--slam": _flag("map while navigating"),
     "--without-localization": _flag("navigation alone: others localize"),
     "--without-navigation": _flag("localization or mapping alone"),
@@ -199,7 +206,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "--cmd-vel-topic": _value(str, "TOPIC", "it is driven by (cmd_vel)"),
     "--base-frame": _value(str, "FRAME", "of the robot (base_footprint)"),
     "--odom-frame": _value(str, "FRAME", "of its odometry (odom)"),
-    "--robot": _path("its URDF, xacro or SDF (urdf/arjuna.urdf)"),
+    "--robot": _path("its URDF, xacro or SDF (urdf/arjuna.urdf)", type=_input),
     "--package-path": _paths(
         "folder of ROS packages for package:// and $(find ...)", type=_folder, metavar="DIR"
     ),
@@ -212,7 +219,8 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         _argument, "NAME:=VALUE", "arguments of the robot's xacro file", nargs="*", default=[]
     ),
     "--world": _path(
-        "an SDF world, or a map's YAML whose walls are built (worlds/arjuna_room.world)"
+        "an SDF world, or a map's YAML whose walls are built (worlds/arjuna_room.world)",
+        type=_input,
     ),
     "--model-path": _paths("folder of Gazebo models for model://", type=_folder, metavar="DIR"),
     "--at": {
@@ -222,7 +230,9 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "help": "where the robot starts, or the nearest free place [m] (0 0)",
     },
     "--yaw": _value(finite, "RAD", "its heading there (0)"),
-    "--check": _path("say what is understood of a robot, world or map, and what is not, and end"),
+    "--check": _path(
+        "say what is understood of a robot, world or map, and what is not, and end", type=_input
+    ),
     "--save-guess": _path(
         "with --check: write the drive that was guessed; FILE then loads as the robot"
     ),

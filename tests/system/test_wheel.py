@@ -56,6 +56,9 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     source = folder / "source"
     for name in (*PACKAGES, *DATA):
         shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in DATA:  # as a checkout has them once its scripts have run
+        for folder_of_scripts in {path.parent for path in (source / name).rglob("*.py")}:
+            (folder_of_scripts / "__pycache__").mkdir()
     for name in ("pyproject.toml", "README.md"):
         shutil.copy(ROOT / name, source)
     options = ("--no-deps", "--no-build-isolation", "--no-index", "--quiet")

@@ -78,6 +78,18 @@ def test_files_are_handed_on_as_absolute_paths() -> None:
     assert parameters["sim"]["real_time_factor"] == 0.0
 
 
+def test_shipped_files_are_found_from_any_folder_unless_one_of_that_name_is_there() -> None:
+    names = ["maps/office.yaml", "urdf/burger.urdf", "guides/ros2/params.yaml"]
+    shipped = [shipped_file(name) for name in names]
+    options = zip(["--map", "--robot", "--params"], names, strict=True)
+    argv = ["nav", *(word for pair in options for word in pair)]
+    arguments = parse(argv)
+    assert [arguments.map, arguments.robot, *arguments.params] == shipped
+    Path("maps").mkdir()
+    Path("maps/office.yaml").touch()
+    assert parse(argv).map == Path("maps/office.yaml")
+
+
 def test_a_simulated_robot_starts_where_it_is_put() -> None:
     values = inputs.gather(parse(["sim", "--at", "-2", "0.5", "--yaw", "1.5"]))["sim"]
     assert [values[f"initial_pose.{key}"] for key in ("x", "y", "yaw")] == [-2.0, 0.5, 1.5]
