@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from gazebo_msgs import srv
 from geometry_msgs.msg import Pose, PoseStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import SingleThreadedExecutor
@@ -55,6 +54,8 @@ class GazeboServices:
 
     def services(self) -> list[tuple[Any, str, Callable[[Any, Any], Any]]]:
         """Return the types and names, and what answers them."""
+        from gazebo_msgs import srv  # few clients need them, and all starts would wait
+
         found = [
             (srv.SpawnEntity, "spawn_entity", self._spawn),
             (srv.DeleteEntity, "delete_entity", self._delete),
