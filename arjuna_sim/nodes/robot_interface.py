@@ -13,7 +13,6 @@ from arjuna_core.twist import Velocity
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.driven_robot import DrivenRobot, Observation
 from arjuna_sim.nodes.camera import CameraTopics
-from arjuna_sim.nodes.control.control import JointControl
 from arjuna_sim.nodes.robot_topics import ContactTopic, RobotTopics
 from arjuna_sim.nodes.sensor_topics import SensorTopics
 from arjuna_sim.nodes.sim_config import SimConfig
@@ -42,7 +41,7 @@ class RobotInterface:
         cameras = [s for s in sensors if isinstance(s, CameraSettings)]
         self._cameras = [CameraTopics(node, robot, stage, camera) for camera in cameras]
         self._further = SensorTopics(node, robot, self.topics.settings.further)
-        self._joints = JointControl(node, robot)
+        self._joints = _joint_control(node, robot)
         self.contacts = ContactTopic(node, robot.model.urdf.name)
         self._topic = self.topics.drive.command_topic
         self._stamped = config.enable_stamped_cmd_vel or self.topics.drive.stamped
@@ -71,7 +70,8 @@ class RobotInterface:
         for cut in self._robot.take_cuts():
             self._node.get_logger().warning(f"{self._topic}: {cut}")
         self.topics.publish(observation)
-        self._joints.publish(observation)
+        if self._joints is not None:
+            self._joints.publish(observation)
         self._further.publish(now)
         for camera in self._cameras:
             camera.publish(now, interactive)
@@ -120,3 +120,13 @@ class RobotInterface:
                 f"'{senders[other]}' publishes {self._topic} as {other}, but {listened}, which"
                 f" '{senders[listened]}' publishes, is listened to"
             )
+
+
+def _joint_control(node: ManagedNode, robot: DrivenRobot) -> Any:
+    """Return the interface of driven joints, None where nothing commands any."""
+    if not robot.model.settings.controllers:
+        return None
+    # Its messages take a quarter of a second to import, which most robots do not need.
+    from arjuna_sim.nodes.control.control import JointControl
+
+    return JointControl(node, robot)

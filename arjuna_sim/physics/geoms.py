@@ -90,7 +90,7 @@ def add_part(spec: Any, body: Any, part: Part, group: Group, most: int = PIECES_
 
 
 def _add_pictured(spec: Any, body: Any, part: Part, group: Group) -> Any:
-    """Add a box with a picture on each of its sides, as triangles that know their place in it."""
+    """Add a box with a picture on each of its sides, as triangles with texture coordinates."""
     assert part.picture is not None
     picture = part.picture.path.as_posix()
     if spec.material(picture) is None:
@@ -101,11 +101,11 @@ def _add_pictured(spec: Any, body: Any, part: Part, group: Group) -> Any:
         material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = picture
     name = f"{picture}@{part.shape.size}"
     if spec.mesh(name) is None:
-        points, places = _sides(np.array(part.shape.size))
+        points, coordinates = _sides(np.array(part.shape.size))
         spec.add_mesh(
             name=name,
             uservert=points.ravel(),
-            usertexcoord=places.ravel(),
+            usertexcoord=coordinates.ravel(),
             userface=np.arange(len(points)),
             userfacetexcoord=np.arange(len(points)),
         )
@@ -119,7 +119,7 @@ def _sides(size: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.f
 
     On the upright sides the picture's top is up; it is to +x on the top, to -x on the bottom.
     """
-    points, places = [], []
+    points, coordinates = [], []
     for axis, up in ((0, 2), (1, 2), (2, 0)):
         for sign in (1.0, -1.0):
             normal, upward = np.zeros(3), np.zeros(3)
@@ -128,8 +128,8 @@ def _sides(size: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.f
             for u, v in ((0, 1), (1, 1), (1, 0), (0, 1), (1, 0), (0, 0)):
                 point = normal + (2 * u - 1) * right + (1 - 2 * v) * upward
                 points.append(point * size / 2)
-                places.append((u, v))
-    return np.array(points), np.array(places, np.float64)
+                coordinates.append((u, v))
+    return np.array(points), np.array(coordinates, np.float64)
 
 
 def _add_terrain(spec: Any, body: Any, part: Part, group: Group) -> Any:

@@ -24,7 +24,7 @@ class JointServos:
         damping: Effort per error of velocity.
         lead: How far the wanted position runs ahead of the joint's, per speed [s].
         reach: By how much it may be off until the effort is at its limit [rad or m].
-        is_derived: Whether its gains are derived, so that it also carries what hangs on it.
+        is_derived: Whether its gains are derived, so that it also carries its load.
         motors: Which of all motors are theirs.
         sums: Where MuJoCo keeps the wanted positions.
     """

@@ -1,4 +1,4 @@
-"""Commands of driven joints: which controller commands which joint, and what each joint does."""
+"""Commands of driven joints: which controller commands which joint, and each joint's setpoint."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 class JointCommands(NamedTuple):
-    """What driven joints do in a tick, in the order of `GazeboSettings.driven`, each `(N,)`.
+    """Setpoints of a tick, in the order of `GazeboSettings.driven`, each `(N,)`.
 
     Attributes:
         is_effort: Which push with an effort; the others follow a position.
@@ -46,7 +46,7 @@ class _Running:
         values: The last command, for each of its joints; before the first no effort, and of other
             commands what is not a number.
         path: The trajectory that is followed, and the time when it began [s].
-        yields: Whether it is active because no client has chosen: it makes way for one that is.
+        yields: Whether it is active because no client has chosen, so that any choice displaces it.
     """
 
     def __init__(self, settings: ControllerSettings, index: Sequence[int]) -> None:
@@ -85,33 +85,24 @@ class JointControllers:
             self._speed, [1.0 if j.kind == "prismatic" else np.pi for j in joints]
         )
         self._gains = [joint.gains for joint in driven]
-        self._running = {
-            settings.name: _Running(settings, [self._index(name) for name in settings.joints])
-            for settings in robot.settings.controllers
-        }
-        self._settle_conflicts()
+        self._running: dict[str, _Running] = {}
+        for settings in robot.settings.controllers:
+            index = [self.names.index(n) if n in self.names else -1 for n in settings.joints]
+            running = _Running(settings, index)
+            running.state = INACTIVE if self._blockers(settings) else ACTIVE
+            self._running[settings.name] = running
         self.rest(self.initial)
 
-    def _index(self, name: str) -> int:
-        return self.names.index(name) if name in self.names else -1
-
-    def _settle_conflicts(self) -> None:
-        """Leave inactive, of controllers that claim one joint, all but the first."""
-        for running in self._running.values():
-            if self._blockers(running.settings, running):
-                running.state = INACTIVE
-
-    def _blockers(self, wanted: ControllerSettings, until: _Running | None = None) -> list[str]:
-        """Return the active controllers that claim a joint which another one wants, in order."""
+    def _blockers(self, wanted: ControllerSettings) -> list[str]:
+        """Return the active controllers that claim a joint which another one wants."""
         joints = {claim.rpartition("/")[0] for claim in wanted.claims}
-        found = []
-        for name, running in self._running.items():
-            if running is until:
-                break
-            theirs = {claim.rpartition("/")[0] for claim in running.settings.claims}
-            if running.state == ACTIVE and name != wanted.name and joints & theirs:
-                found.append(name)
-        return found
+        return [
+            settings.name
+            for settings, state in self.states
+            if state == ACTIVE
+            and settings.name != wanted.name
+            and joints & {claim.rpartition("/")[0] for claim in settings.claims}
+        ]
 
     @property
     def states(self) -> list[tuple[ControllerSettings, str]]:
@@ -120,12 +111,8 @@ class JointControllers:
 
     @property
     def claimed(self) -> set[str]:
-        """The interfaces that active controllers claim."""
+        """The claims of active controllers."""
         return {c for settings, state in self.states if state == ACTIVE for c in settings.claims}
-
-    def is_active(self, name: str) -> bool:
-        """Return whether a controller commands its joints."""
-        return self._find(name).state == ACTIVE
 
     def _find(self, name: str) -> _Running:
         if name not in self._running:
@@ -151,7 +138,7 @@ class JointControllers:
         """Deactivate controllers and activate others.
 
         Args:
-            forced: Whether those that stand in the way are deactivated too.
+            forced: Whether those that command the same joints are deactivated too.
 
         Raises:
             ControllerError: One does not exist, is not configured or would command a joint that
@@ -226,13 +213,13 @@ class JointControllers:
         # joints without a motor stay at 0
         now, moving = (np.append(v, 0.0)[found.joints] for v in (self._wanted, self._moving))
         order = [own.index(joint) for joint in joints]
-        shape = len(path.times), len(own)
-        positions, velocities = np.tile(now, (shape[0], 1)), np.zeros(shape)
-        accelerations = np.zeros(shape)
-        positions[:, order], velocities[:, order] = path.positions, path.velocities
-        accelerations[:, order] = path.accelerations
-        whole = Trajectory(path.times, positions, velocities, accelerations)
-        whole = whole.begun_at(now, moving)
+        rest = np.zeros((len(path.times), len(own)))
+        tables = rest + now, rest.copy(), rest.copy()
+        for table, given in zip(
+            tables, (path.positions, path.velocities, path.accelerations), strict=True
+        ):
+            table[:, order] = given
+        whole = Trajectory(path.times, *tables).starting_at(now, moving)
         found.values, found.path = np.full(len(own), np.nan), (whole, begin)
         return whole
 
@@ -299,10 +286,9 @@ class JointControllers:
         )
 
     def _towards(self, joints: NDArray[np.int64], values: Array, tick: float) -> Array:
-        goal = np.clip(values, self._low[joints], self._high[joints])
-        most = self._jump[joints] * tick
-        steps: Array = np.clip(goal - self._wanted[joints], -most, most) / tick
-        return steps
+        """Return how fast joints go to positions, as far as they may jump."""
+        speed: Array = (values - self._wanted[joints]) / tick
+        return np.clip(speed, -self._jump[joints], self._jump[joints])
 
     def _integral(self, error: Array, tick: float) -> Array:
         """Return the efforts of integral gains, where files give them."""

@@ -49,7 +49,9 @@ class Trajectory:
         """The time of the last point [s]."""
         return float(self.times[-1])
 
-    def begun_at(self, position: NDArray[np.float64], velocity: NDArray[np.float64]) -> Trajectory:
+    def starting_at(
+        self, position: NDArray[np.float64], velocity: NDArray[np.float64]
+    ) -> Trajectory:
         """Return it with a first point at time 0, where the joints are."""
         if self.times[0] <= 0.0:
             return self

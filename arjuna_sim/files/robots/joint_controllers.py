@@ -227,7 +227,7 @@ def _below(values: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 
 
 def _number(values: Mapping[str, Any], key: str, default: float = 0.0) -> float:
-    """Return a number from 0; a default for what is none."""
+    """Return a number from 0; a default for anything else."""
     value = values.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
         return default

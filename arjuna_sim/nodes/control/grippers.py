@@ -46,8 +46,11 @@ class GripperTopics(GoalServer):
     def _admit(self, goal: Any) -> str | None:
         if self._is_parallel and not goal.command.position:
             return "it has no position"
-        controllers, name = self._robot.controllers, self._settings.name
-        return None if controllers.is_active(name) else f"controller '{name}' is not active"
+        try:
+            self._robot.controllers.check_joints(self._settings.name, self._settings.joints)
+        except ArjunaError as error:
+            return str(error)
+        return None
 
     def _on_goal(self) -> None:
         goal = self.take_newest()

@@ -117,8 +117,8 @@ class TrajectoryTopics(GoalServer):
 
     def publish(self, joints: JointStates, now: float) -> None:
         """Report the joints after a tick that ends at a time [s], and end a goal."""
-        heard = self._state_out.get_subscription_count() > 0
-        if not heard and self.goal is None:
+        is_wanted = self._state_out.get_subscription_count() > 0
+        if not is_wanted and self.goal is None:
             return
         at, rate = joints.of(self._settings.joints)
         followed = self._robot.controllers.path(self._settings.name)
@@ -130,7 +130,7 @@ class TrajectoryTopics(GoalServer):
             for each, speed in ((wanted, []), (at, rate), (wanted - at, []))
         ]
         names = list(self._settings.joints)
-        if heard:
+        if is_wanted:
             kinds = dict(zip(("reference", "feedback", "error"), points, strict=True))
             self._state_out.publish(
                 JointTrajectoryControllerState(

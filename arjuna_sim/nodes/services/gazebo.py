@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from gazebo_msgs import srv
 from geometry_msgs.msg import Pose, PoseStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import SingleThreadedExecutor
@@ -27,7 +26,7 @@ from arjuna_sim.nodes.services.known_entities import KnownEntities
 
 _WORLDS = ("", "world", "map")
 """Names of the world's frame."""
-_PERIOD, _LOOK = 0.05, 20  # between two looks at requests [s], and how many a look for clients
+_PERIOD, _POLLS = 0.05, 20  # of polling for requests [s], and of clients how many of these
 
 
 class GazeboServices:
@@ -46,7 +45,7 @@ class GazeboServices:
         self._node, self._known, self._answers = node, known, answers
         self._own: Node | None = None
         self._executor: SingleThreadedExecutor | None = None
-        self._looks = 0
+        self._polls = 0
         self._timer: Any = None
         if node.transport is None:  # else there are no clients but those of this process
             clock = Clock(clock_type=ClockType.STEADY_TIME)
@@ -55,6 +54,8 @@ class GazeboServices:
 
     def services(self) -> list[tuple[Any, str, Callable[[Any, Any], Any]]]:
         """Return the types and names, and what answers them."""
+        from gazebo_msgs import srv  # few clients need them, and all starts would wait
+
         found = [
             (srv.SpawnEntity, "spawn_entity", self._spawn),
             (srv.DeleteEntity, "delete_entity", self._delete),
@@ -79,8 +80,8 @@ class GazeboServices:
         if self._executor is not None:
             self._executor.spin_once(0.0)
             return
-        self._looks += 1
-        if self._looks % _LOOK == 0 and self._has_clients():
+        self._polls += 1
+        if self._polls % _POLLS == 0 and self._has_clients():
             self._serve()
 
     def _has_clients(self) -> bool:

@@ -19,21 +19,21 @@ from bringup.ros2.client import Client, absolute
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import ros_arguments
 
-_TOPIC = re.compile(r"(?P<topic>[^@]+)@(?P<type>[^@\[\]]+)(?P<way>[@\[\]])[^@\[\]]+")
-_WAYS = {"[": "GZ_TO_ROS", "]": "ROS_TO_GZ", "@": "BIDIRECTIONAL"}
+_TOPIC = re.compile(r"(?P<topic>[^@]+)@(?P<type>[^@\[\]]+)(?P<direction>[@\[\]])[^@\[\]]+")
+_DIRECTIONS = {"[": "GZ_TO_ROS", "]": "ROS_TO_GZ", "@": "BIDIRECTIONAL"}
 
 
 class Bridged(NamedTuple):
     """A topic under two names.
 
     Attributes:
-        way: `GZ_TO_ROS`, `ROS_TO_GZ` or `BIDIRECTIONAL`.
+        direction: `GZ_TO_ROS`, `ROS_TO_GZ` or `BIDIRECTIONAL`.
     """
 
     gz: str
     ros: str
     kind: str
-    way: str
+    direction: str
 
 
 def bridged(words: list[str]) -> Iterator[Bridged]:
@@ -49,7 +49,9 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
             raise Ros2Error(f"'{word}' is no topic; valid: /topic@package/msg/Type[gz.msgs.Type")
         topic = found["topic"]
         ros = given.remapped.get(topic.lstrip("/"), topic)
-        yield Bridged(absolute(topic), absolute(ros), found["type"], _WAYS[found["way"]])
+        yield Bridged(
+            absolute(topic), absolute(ros), found["type"], _DIRECTIONS[found["direction"]]
+        )
     config = given.parameters.get("config_file", "")
     for entry in (read_yaml(Path(config)) or ()) if config else ():
         names = entry if isinstance(entry, dict) else {}
@@ -59,8 +61,8 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
             problem = "needs ros_topic_name, gz_topic_name (or topic_name) and ros_type_name"
             raise Ros2Error(f"{config}: the entry {entry} {problem}")
         ros = given.remapped.get(ros.lstrip("/"), ros)
-        way = str(names.get("direction", "BIDIRECTIONAL"))
-        yield Bridged(absolute(gz), absolute(ros), str(names["ros_type_name"]), way)
+        direction = str(names.get("direction", "BIDIRECTIONAL"))
+        yield Bridged(absolute(gz), absolute(ros), str(names["ros_type_name"]), direction)
 
 
 class Relay:
@@ -74,21 +76,23 @@ class Relay:
         self._node, self._raw = node, raw
         self._kind = class_of(topic.kind)
         hears = node.count_subscribers(topic.gz) and not node.count_publishers(topic.gz)
-        is_out = topic.way == "GZ_TO_ROS" or (topic.way == "BIDIRECTIONAL" and not hears)
+        is_out = topic.direction == "GZ_TO_ROS" or (
+            topic.direction == "BIDIRECTIONAL" and not hears
+        )
         self._source, target = (topic.gz, topic.ros) if is_out else (topic.ros, topic.gz)
         self._profile = qos.SENSOR_SUBSCRIPTION if is_out else qos.DEFAULT
         self._out = node.create_publisher(self._kind, target, qos.DEFAULT)
-        self._heard: Any = None
+        self._subscription: Any = None
 
     def look(self) -> None:
         """Listen where the new name has subscribers, else not: pictures cost time."""
         wanted = self._out.get_subscription_count() > 0
-        if wanted and self._heard is None:
+        if wanted and self._subscription is None:
             arguments = self._kind, self._source, self._out.publish, self._profile
-            self._heard = self._node.create_subscription(*arguments, raw=self._raw)
-        elif not wanted and self._heard is not None:
-            self._node.destroy_subscription(self._heard)
-            self._heard = None
+            self._subscription = self._node.create_subscription(*arguments, raw=self._raw)
+        elif not wanted and self._subscription is not None:
+            self._node.destroy_subscription(self._subscription)
+            self._subscription = None
 
 
 def main(words: list[str]) -> None:
@@ -98,7 +102,7 @@ def main(words: list[str]) -> None:
         client.discover()
         relays = [Relay(client.node, topic) for topic in topics]
         for topic in topics:
-            print(f"{topic.gz} is {topic.ros} too ({topic.way})", flush=True)
+            print(f"{topic.gz} is {topic.ros} too ({topic.direction})", flush=True)
         if not topics:
             print("nothing to do: the simulator publishes ROS's topics itself", flush=True)
         while True:

@@ -1,4 +1,4 @@
-"""Pictures of materials are found by every way that files name them, and drawn upright."""
+"""Pictures of materials are found however files name them, and drawn upright."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def made(speeds: NDArray[np.float64] = NONE, pushes: NDArray[np.float64] = NONE)
 def test_it_passes_its_points_with_their_velocities_and_accelerations(
     speeds: NDArray[np.float64], pushes: NDArray[np.float64]
 ) -> None:
-    path, h = made(speeds, pushes).begun_at(np.zeros(1), np.zeros(1)), 1e-4
+    path, h = made(speeds, pushes).starting_at(np.zeros(1), np.zeros(1)), 1e-4
     for i, time in enumerate(TIMES):
         before, here, after = (float(path.at(time + step)[0]) for step in (-h, 0.0, h))
         assert here == pytest.approx(POINTS[i, 0])
