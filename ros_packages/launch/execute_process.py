@@ -84,7 +84,7 @@ class ExecuteProcess(Action):
         self._on_exit, self._patience = on_exit, (sigterm_timeout, sigkill_timeout)
         self.process_details: dict[str, Any] = {}
         self._process: asyncio.subprocess.Process | None = None
-        self._ending = False
+        self._ending, self._over = False, asyncio.Event()
 
     @property
     def name(self) -> str:
@@ -154,6 +154,7 @@ class ExecuteProcess(Action):
         while True:
             runs += 1
             try:
+                self._over.clear()
                 self._process = process = await self._started()
             except OSError as error:
                 context.problems.append(f"{self.name}: {error}")
@@ -171,6 +172,7 @@ class ExecuteProcess(Action):
                 )
             )
             code = await process.wait()
+            self._over.set()  # what it has started has let go of its output too
             self._say_end(process.pid, code)
             context.emit_event_sync(ProcessExited(returncode=code, **details))
             again = self._retries < 0 or runs <= self._retries
@@ -233,13 +235,13 @@ class ExecuteProcess(Action):
 
     def signal(self, number: signal.Signals) -> None:
         """Send a signal to the process and what it has started."""
-        if self._process is not None and self._process.returncode is None:
+        if self._process is not None and not self._over.is_set():
             with suppress(ProcessLookupError):
                 os.killpg(self._process.pid, number)
 
     def end(self, context: LaunchContext) -> None:
         """Have it end: by SIGINT, else by SIGTERM, else by force."""
-        if self._process is None or self._process.returncode is not None or self._ending:
+        if self._process is None or self._over.is_set() or self._ending:
             return
         self._ending = True
         waits = [
@@ -248,8 +250,6 @@ class ExecuteProcess(Action):
         ]
 
         async def ending() -> None:
-            process = self._process
-            assert process is not None
             for number, wait in zip(_END, (*waits, 1.0), strict=True):
                 if number != signal.SIGINT:
                     get_logger(self.name).error(
@@ -257,7 +257,7 @@ class ExecuteProcess(Action):
                     )
                 self.signal(number)
                 with suppress(asyncio.TimeoutError):
-                    await asyncio.wait_for(process.wait(), wait)
+                    await asyncio.wait_for(self._over.wait(), wait)
                     return
 
         context.start(ending())

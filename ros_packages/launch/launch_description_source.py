@@ -29,9 +29,8 @@ class LaunchDescriptionSource:
         self,
         launch_description: LaunchDescription | None = None,
         location: SomeSubstitutionsType = "",
-        method: str = "unspecified",
     ) -> None:
-        self._description, self._location, self.method = launch_description, location, method
+        self._description, self._location = launch_description, location
         self.location = ""
 
     def get_launch_description(self, context: LaunchContext) -> LaunchDescription:
@@ -40,8 +39,6 @@ class LaunchDescriptionSource:
         if self._description is None:
             self._description = description_of(Path(self.location))
         return self._description
-
-    try_get_launch_description_without_context = None
 
 
 def description_of(path: Path) -> LaunchDescription:

@@ -6,10 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 from launch.event_handler import Event
-from launch.events import matches_action
 
 __all__ = ["ChangeState", "StateTransition", "matches_node_name"]
-_ = matches_action
 
 
 class ChangeState(Event):
