@@ -3,11 +3,41 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
+from numpy.typing import NDArray
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap import LETHAL, LayeredCostmap, PlacedScan
+from arjuna_nav.costmap import FREE, LETHAL, UNKNOWN, LayeredCostmap, PlacedScan
 from tests.helpers.nav.layers import costmap_config, see
+
+
+def grid(*rows: str) -> NDArray[np.uint8]:
+    """Return a grid drawn with # lethal, ? unknown."""
+    table = {"#": LETHAL, "?": UNKNOWN, ".": FREE}
+    return np.array([[table[c] for c in row] for row in rows], np.uint8)
+
+
+DRAWN = ("#..##..", "...??..", ".#...#.", "..#...#", "......#")
+
+
+@pytest.mark.parametrize(
+    ("least", "connectivity", "left"),
+    [
+        (1, 8, DRAWN),
+        (2, 8, ("...##..", "...??..", ".#...#.", "..#...#", "......#")),
+        (2, 4, ("...##..", "...??..", ".......", "......#", "......#")),
+        (3, 8, (".......", "...??..", ".....#.", "......#", "......#")),
+    ],
+)
+def test_groups_that_are_too_small_are_free(
+    least: int, connectivity: int, left: tuple[str, ...]
+) -> None:
+    data = grid(*DRAWN)
+    values = {"minimal_group_size": least, "group_connectivity_type": connectivity}
+    layered = LayeredCostmap(costmap_config(plugins=("denoise_layer",), denoise_layer=values))
+    layered.layers["denoise_layer"].write(data, (slice(0, 5), slice(0, 7)))
+    assert np.array_equal(data, grid(*left))
 
 
 def test_what_changes_is_as_if_all_were_composed() -> None:
