@@ -29,6 +29,7 @@ from arjuna_slam.amcl.sensor_models import make_sensor
 from arjuna_slam.matching.map_field import MapField
 from arjuna_slam.matching.scan_filter import LastOdometry
 
+_WIDE = 0.6  # deviation of a cluster whose mean says little of where its particles fit [m]
 _INDIFFERENT = 0.015  # difference of agreement that decides nothing: three beams of 180
 
 
@@ -166,9 +167,25 @@ class ParticleFilter:
             return mean, self._matcher.agreement(mean, view)
         deviations = np.sqrt(cluster.covariance.diagonal())
         pose, matched = self._matcher.best_near(mean, view, deviations)
+        if matched < self._config.relocalize_doubt and max(deviations[:2]) > _WIDE:
+            pose, matched = self._best_within(cluster, view, pose, matched)
         if kept is not None and score >= matched - _INDIFFERENT:
             return kept, score
         return pose, matched
+
+    def _best_within(
+        self, cluster: Cluster, view: ScanView, pose: SE2, score: float
+    ) -> tuple[SE2, float]:
+        """Match from particles of a wide cluster, as after a stretch in the open."""
+        starts = 48  # spread over all particles
+        particles = self._belief.particles
+        for start in particles[:: max(1, len(particles) // starts)]:
+            if cluster.holds(start):
+                other = self._matcher.refined(SE2.from_array(start), view)
+                other_score = self._matcher.agreement(other, view)
+                if other_score > score:
+                    pose, score = other, other_score
+        return pose, score
 
     def _unseen(self) -> Hypothesis:
         cluster = self._belief.clusters()[0]

@@ -337,3 +337,16 @@ def test_between_updates_the_pose_follows_the_scan_and_the_particles_wait(slip: 
     assert (
         ParticleFilter(AmclConfig(), ROOM, np.random.default_rng(1)).update(SE2(), blind(0)) is None
     )
+
+
+@pytest.mark.parametrize("off", [SE2(1.3, -1.5), SE2(1.6, -0.4), SE2(0.5, -1.8)])
+def test_a_belief_grown_wide_in_the_open_is_matched_where_the_first_wall_fits(off: SE2) -> None:
+    """The other corners of the room look the same from so near."""
+    truth = SE2(-3.9, 3.9, 0.0)
+    some = ParticleFilter(AmclConfig(), room_map(), np.random.default_rng(1))
+    some.set_pose(truth @ off, np.diag([1.2**2, 1.2**2, 0.05**2]))
+    ranges = seen(truth, 0.1).ranges
+    scan = replace(seen(truth, 0.1), ranges=np.where(ranges < 1.6, ranges, np.inf))
+    found = some.update(SE2(), scan, force=True)
+    assert found is not None
+    assert found.T_map_base.distance(truth) < 0.1
