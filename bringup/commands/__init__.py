@@ -14,7 +14,7 @@ from typing import Any
 
 _FOLDER = Path(__file__).parent
 _HEADINGS = {
-    "Learn": "lesson homework grade",
+    "Learn": "lesson homework grade class",
     "Run the robot": "sim slam nav robot demo",
     "Drive": "teleop avoid goto tour explore initial-pose save-map",
     "See": "view",

@@ -19,7 +19,7 @@ from bringup.homework.sandbox import SHARED, SandboxError, confine, limit, seal,
 
 CPU, MEMORY, FOLDER, PRINTED = 120, 1 << 29, 1 << 24, 1 << 20
 """The most of a program's CPU time [s], memory, folder and output [bytes]."""
-_PACKAGES = ("arjuna", "arjuna_core", "arjuna_sim", "bringup", "ros_packages")
+_PACKAGES = ("arjuna", "arjuna_core", "arjuna_nav", "arjuna_sim", "bringup", "ros_packages")
 
 
 class Pipe:

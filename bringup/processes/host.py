@@ -160,9 +160,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("group", choices=sorted([*groups, *programs]), metavar="GROUP")
     parser.add_argument("--namespace", default="", help="the robot's")
+    parser.add_argument("--domain-id", help="of ROS ($ROS_DOMAIN_ID)")
     parser.add_argument("--parameters", type=json.loads, default={}, help="JSON: node: name: value")
     parser.add_argument("--alone", action="store_true", help="no supervisor reads its events")
     arguments, _ = parser.parse_known_args(argv)  # what follows --ros-args is rclpy's
+    if arguments.domain_id is not None:
+        os.environ["ROS_DOMAIN_ID"] = arguments.domain_id
     report = (lambda line: None) if arguments.alone else show
     try:
         group = groups.get(arguments.group)

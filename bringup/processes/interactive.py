@@ -81,12 +81,19 @@ def _resuming(folder: Path, goals: bool) -> Parameters:
 def _supervise(arguments: argparse.Namespace, groups: Sequence[Group], parameters: Path) -> int:
     names = [group.name for group in groups]
     specs = [
-        ChildSpec(name, host_command(name, parameters, arguments), run=_run_host) for name in names
+        ChildSpec(name, host_command(name, parameters, arguments), run=run_host) for name in names
     ]
     if arguments.record is not None:
         specs.append(
             ChildSpec("record", record_command(arguments.record, arguments.namespace), needed=False)
         )
+    return run_supervised(arguments, specs, names)
+
+
+def run_supervised(
+    arguments: argparse.Namespace, specs: Sequence[ChildSpec], names: Sequence[str]
+) -> int:
+    """Run processes, those that hold nodes by name, until stopped; return the exit code."""
     with closing(RunLog(arguments.command, datetime.now().astimezone())) as log:
         start_up = StartUp(names, time.monotonic())
         output = JsonOutput(start_up, log) if arguments.json else TextOutput(start_up, log)
@@ -95,7 +102,7 @@ def _supervise(arguments: argparse.Namespace, groups: Sequence[Group], parameter
         return Supervisor(specs, output).run()
 
 
-def _run_host() -> int:
+def run_host() -> int:
     """Run what `sys.argv` says; rclpy is imported here, for a fork does not take its threads."""
     from bringup.processes.host import main
 
@@ -119,10 +126,17 @@ def record_command(folder: Path, namespace: str) -> list[str]:
     return [sys.executable, "-m", "bringup", "record", *into, *topics]
 
 
-def host_command(group: str, parameters: Path, arguments: argparse.Namespace) -> list[str]:
-    """Return the command of the process that runs a group of nodes, their parameters in a file."""
+def host_command(
+    group: str, parameters: Path, arguments: argparse.Namespace, domain: int | None = None
+) -> list[str]:
+    """Return the command of the process that runs a group of nodes, in a domain of ROS.
+
+    Their parameters are in a file.
+    """
     host = [sys.executable, "-m", "bringup.host", group, "--parameters", f"@{parameters}"]
     if arguments.namespace:
         host += ["--namespace", arguments.namespace]
+    if domain is not None:
+        host += ["--domain-id", f"{domain}"]
     ros = ["--ros-args", "--disable-external-lib-logs", "--log-level", arguments.log_level]
     return [*host, *ros]

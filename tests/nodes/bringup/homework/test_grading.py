@@ -203,7 +203,6 @@ def test_an_exercise_is_added_by_the_page_alone(tmp_path: Path) -> None:
     nothing = grade(exercise, folder)
     assert nothing.points == 0.0
     assert nothing.marks["reaches"].why == "it ended 2.00 m from the goal"
-    (folder / "there.py").write_text(
-        "from arjuna import Robot\nRobot().drive(0.4, 0.0, 6.0)\nRobot().drive(0.0, 0.0, 1.0)\n"
-    )
+    program = "from arjuna import Robot\n\nwith Robot() as robot:\n    robot.forward(2.0)\n"
+    (folder / "there.py").write_text(program)
     assert grade(exercise, folder).points == 4.0
