@@ -6,6 +6,7 @@ import argparse
 import json
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from bringup.parameters import options
@@ -71,16 +72,16 @@ def _supervise(arguments: argparse.Namespace, every: Sequence[Seat], out: Path) 
     arguments.command = "sim"
     parameters, grid = in_fork(lambda: gather(arguments)), _map_of(arguments)
     warm_up((SIM_GROUP,), also=("bringup.homework.classroom",))
-    specs = []
-    for seat in every:
-        resume = {"sim": {"resume_file": str(Path(seat.folder) / ".resume")}}
-        file = Path(seat.folder) / ".parameters"
-        file.write_text(json.dumps(merged(parameters, resume)), encoding="utf-8")
-        command = host_command(SIM_GROUP.name, file, arguments, seat.domain)
-        specs.append(ChildSpec(seat.name, command, run=run_host))
     command = [sys.executable, "-m", "bringup", "class"]
-    page = ChildSpec("page", command, needed=False, run=lambda: watch(every, out, grid))
-    return run_supervised(arguments, [*specs, page], [seat.name for seat in every])
+    specs = [ChildSpec("page", command, needed=False, run=lambda: watch(every, out, grid))]
+    with TemporaryDirectory(prefix="arjuna-class-") as kept:
+        for seat in every:
+            resume = {"sim": {"resume_file": str(Path(kept) / f"{seat.name}.resume")}}
+            file = Path(kept) / f"{seat.name}.json"
+            file.write_text(json.dumps(merged(parameters, resume)), encoding="utf-8")
+            command = host_command(SIM_GROUP.name, file, arguments, seat.domain)
+            specs.append(ChildSpec(seat.name, command, run=run_host))
+        return run_supervised(arguments, specs, [seat.name for seat in every])
 
 
 def _map_of(arguments: argparse.Namespace) -> OccupancyGrid | None:

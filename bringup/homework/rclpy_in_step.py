@@ -64,9 +64,9 @@ class Steps:
         while self.now < end - 1e-9:
             self.tick()
 
-    def spin_once(self, timeout: float | None = None) -> None:
+    def spin_once(self, timeout_sec: float | None = None) -> None:
         """Run one callback of the program, waiting up to a timeout for it [s]."""
-        end = math.inf if timeout is None or timeout < 0.0 else self.now + timeout
+        end = self._end(timeout_sec)
         called, executor = self.called, self.process.executor
         while self.called == called:
             if len(executor):
@@ -78,9 +78,12 @@ class Steps:
 
     def spin(self, done: Callable[[], bool] = lambda: False, timeout: float | None = None) -> None:
         """Run callbacks until something is done, or a time has passed [s]."""
-        end = math.inf if timeout is None or timeout < 0.0 else self.now + timeout
+        end = self._end(timeout)
         while not done() and self.now < end - 1e-9:
             self.spin_once(end - self.now if math.isfinite(end) else None)
+
+    def _end(self, timeout: float | None) -> float:
+        return math.inf if timeout is None or timeout < 0.0 else self.now + timeout
 
     def counted(self, callback: Callable[..., Any]) -> Callable[..., Any]:
         """Return a callback of the program that `spin_once` knows of."""
@@ -142,7 +145,6 @@ def _node_class(steps: Steps) -> type[PlainNode]:
         def create_subscription(
             self, msg_type: Any, topic: str, callback: Any, *options: Any, **named: Any
         ) -> Any:
-            """Create a subscription."""
             return super().create_subscription(
                 msg_type, topic, steps.counted(callback), *options, **named
             )
@@ -150,13 +152,11 @@ def _node_class(steps: Steps) -> type[PlainNode]:
         def create_timer(
             self, timer_period_sec: float, callback: Any, *options: Any, **named: Any
         ) -> Any:
-            """Create a timer."""
             return super().create_timer(
                 timer_period_sec, steps.counted(callback), *options, **named
             )
 
         def create_rate(self, frequency: float, *options: Any, **named: Any) -> Any:
-            """Create a rate."""
             return _Rate(steps, frequency)
 
     return Node
@@ -175,46 +175,21 @@ class _Rate:
 
 
 def _executor_class(steps: Steps) -> type[Any]:
-    class Executor:
+    class Executor(contextlib.AbstractContextManager[Any]):
         """The counterpart of rclpy's executors: all nodes of the program are of one."""
 
         def __init__(self, *options: Any, **named: Any) -> None:
             self._nodes: list[Any] = []
-
-        def add_node(self, node: Any) -> bool:
-            """Take a node."""
-            self._nodes.append(node)
-            return True
-
-        def remove_node(self, node: Any) -> None:
-            """Forget a node."""
-            self._nodes.remove(node)
-
-        def get_nodes(self) -> list[Any]:
-            """Return the nodes."""
-            return self._nodes
-
-        def spin(self) -> None:
-            """Run callbacks."""
-            steps.spin()
-
-        def spin_once(self, timeout_sec: float | None = None) -> None:
-            """Run one callback."""
-            steps.spin_once(timeout_sec)
+            self.add_node, self.remove_node = self._nodes.append, self._nodes.remove
+            self.get_nodes = lambda: self._nodes
+            self.spin, self.spin_once = steps.spin, steps.spin_once
+            self.shutdown = _nothing
 
         def spin_until_future_complete(self, future: Any, timeout_sec: float | None = None) -> None:
-            """Run callbacks until a future is done."""
             steps.spin(future.done, timeout_sec)
 
-        def shutdown(self, timeout_sec: float | None = None) -> bool:
-            """Do nothing."""
-            return True
-
-        def __enter__(self) -> Any:
-            return self
-
         def __exit__(self, *error: object) -> None:
-            """Do nothing."""
+            pass
 
     return Executor
 
@@ -231,11 +206,9 @@ def _session_class(steps: Steps) -> type[Session]:
             return steps.now
 
         def spin_once(self, timeout: float = POLL) -> None:
-            """Let a tick pass, callbacks running."""
             steps.spin(timeout=timeout)
 
         def close(self) -> None:
-            """Leave."""
             self.client.destroy_node()
 
     return Connection

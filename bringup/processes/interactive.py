@@ -131,8 +131,7 @@ def host_command(
 ) -> list[str]:
     """Return the command of the process that runs a group of nodes, in a domain of ROS.
 
-    Args:
-        parameters: The file that has the nodes' parameters.
+    Their parameters are in a file.
     """
     host = [sys.executable, "-m", "bringup.host", group, "--parameters", f"@{parameters}"]
     if arguments.namespace:
