@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -84,6 +85,7 @@ class Scene:
             self._draw_one((display, name), drawing)
 
     def _draw_one(self, key: tuple[str, str], drawing: Drawing) -> None:
+        drawing = _padded(drawing)
         before, handle = self._drawn.get(key, (None, None))
         if (
             before is not None
@@ -213,7 +215,7 @@ def _solids(scene: Any, name: str, drawing: Solids) -> Any:
     return scene.add_batched_meshes_simple(
         name, *triangles(drawing.shape), drawing.wxyzs, drawing.positions,
         batched_scales=drawing.sizes, batched_colors=drawing.colours,
-        batched_opacities=drawing.opacities, lod="off", visible=False, **_FLAT,
+        batched_opacities=drawing.opacities, lod="off", visible=False, material="toon3", **_FLAT,
     )  # fmt: skip
 
 
@@ -264,6 +266,26 @@ _FIELDS = {
     Label: {"text": "text"},
 }
 """The fields of a drawing that a node's properties follow."""
+
+
+def _padded(drawing: Drawing) -> Drawing:
+    """Return instances padded to a power of two, so that few of their numbers are new.
+
+    A browser compiles the shaders of a node with another number of instances again.
+    """
+    names = {
+        Arrows: ("segments",),
+        Axes: ("positions", "wxyzs"),
+        Solids: ("positions", "wxyzs", "sizes", "colours", "opacities"),
+    }.get(type(drawing))
+    if names is None:
+        return drawing
+    count = len(getattr(drawing, names[0]))
+    rows = np.minimum(np.arange(1 << max(count - 1, 0).bit_length()), max(count - 1, 0))
+    fields: dict[str, Any] = {name: getattr(drawing, name)[rows] for name in names if count}
+    if "sizes" in fields:
+        fields["sizes"] = np.where(np.arange(len(rows))[:, None] < count, fields["sizes"], 0.0)
+    return replace(drawing, **fields)
 
 
 def _renewed(before: Drawing, handle: Any, drawing: Drawing) -> bool:

@@ -59,7 +59,7 @@ def triangles(shape: str) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
     elif shape == "sphere":
         mesh = make.icosphere(subdivisions=1, radius=0.5)
     elif shape == "cylinder":
-        mesh = make.cylinder(0.5, 1.0, sections=12)
+        mesh = make.cylinder(0.5, 1.0, sections=10)
     elif shape == "cone":
         mesh = make.cone(0.5, 1.0, sections=12)
         mesh.apply_translation((0.0, 0.0, -0.5))

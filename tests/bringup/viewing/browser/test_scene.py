@@ -85,13 +85,16 @@ def test_a_drawing_changes_its_node_and_removes_it(
     assert before._impl.removed
 
 
-def test_another_number_of_bodies_is_another_node(scene: Scene) -> None:
-    for count in (2, 3):
+def test_few_numbers_of_bodies_are_another_node(scene: Scene) -> None:
+    nodes = []
+    for count in (3, 4, 5):
         scene.draw("one", {"": solids("sphere", [ROW] * count)})
         scene.update(Frames("map"))
-        drawn = scene._drawn["one", ""][0]
-        assert isinstance(drawn, Solids)
-        assert len(node(scene).batched_positions) == count
+        assert isinstance(scene._drawn["one", ""][0], Solids)
+        nodes.append(node(scene))
+        assert np.count_nonzero(nodes[-1].batched_scales[:, 0]) == count
+    assert nodes[0] is nodes[1]
+    assert nodes[1] is not nodes[2]
     scene.draw("one", {"": solids("sphere", [])})
     assert not scene._drawn
 
