@@ -24,7 +24,7 @@ def resumes(attempt: Any) -> Mark:
 
 def says(attempt: Any) -> Mark:
     """Judge what it says, by where the robot is then."""
-    said = [(at, message.data) for at, message in attempt.heard.get("/emergency_stop", [])]
+    said = [(at, message.data) for at, message in attempt.received.get("/emergency_stop", [])]
     stops = [at for at, data in said if data]
     if not stops:
         return Mark(0.0, "nothing was said on /emergency_stop")

@@ -23,7 +23,7 @@ _SOLID = (Group.WORLD_COLLISION.value, Group.WORLD_CONTACT.value)
 
 
 class Column(NamedTuple):
-    """What is above one another at a point.
+    """Surfaces above one another at a point.
 
     Attributes:
         floors: Heights of what something can stand on, rising [m].
@@ -94,7 +94,7 @@ class Ground:
 
     @property
     def is_level(self) -> bool:
-        """Whether no terrain is there."""
+        """True where no terrain is there."""
         return bool(self._model.nhfield == 0)
 
     def stood_on(self, x: float, y: float) -> float:
@@ -158,6 +158,8 @@ class Ground:
         Args:
             survey: Of the ground around; made or used again where it is needed if None.
         """
+        if not np.isfinite((x, y)).all():  # of a robot that is lost
+            return 0.0
         column = self.column(x, y)
         if column.base is not None and column.headroom[0] >= _HEADROOM:
             return column.base

@@ -38,8 +38,10 @@ def chosen(session: Session, what: str, name: str | None, timeout: float = 10.0)
         return
     topic = f"{what}_selector"
     publisher = session.client.create_publisher(String, topic, qos.LATCHED)
-    heard = publisher.get_subscription_count
-    session.wait_for(lambda: heard() > 0, timeout, f"somebody who listens on '{topic}'", _REMEDY)
+    listeners = publisher.get_subscription_count
+    session.wait_for(
+        lambda: listeners() > 0, timeout, f"somebody who listens on '{topic}'", _REMEDY
+    )
 
     def choose(choice: str) -> None:
         publisher.publish(String(data=choice))

@@ -38,12 +38,12 @@ class Bridge:
 
     Args:
         node: Of the local transport, and not spun: what it hears waits until it is taken.
-        out: What is heard here and goes to the other end.
+        out: What is received here and goes to the other end.
         into: What comes from there and is published here.
     """
 
     def __init__(self, node: Any, out: Iterable[Topic], into: Iterable[Topic]) -> None:
-        self._heard = [
+        self._received = [
             node.create_subscription(*_named(one), _nothing, _profile(one), raw=True) for one in out
         ]
         self._publishers = {
@@ -52,9 +52,9 @@ class Bridge:
         }
 
     def take(self) -> list[list[str]]:
-        """Return what was heard since the last time: names, and bytes in base 64."""
+        """Return what was received since the last time: names, and bytes in base 64."""
         found = []
-        for one in self._heard:
+        for one in self._received:
             while (taken := one.take_message(one.msg_type, True)) is not None:
                 found.append([one.topic_name, base64.b64encode(taken[0]).decode()])
         return found

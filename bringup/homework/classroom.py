@@ -25,7 +25,7 @@ _TRAIL = 600  # points of a path that are drawn
 
 @dataclass(frozen=True)
 class Seat:
-    """A student's place.
+    """A student's seat.
 
     Attributes:
         domain: Of ROS, which nobody else of the class has.
@@ -39,7 +39,7 @@ class Seat:
 
 
 def seats(count: int, out: Path, first_domain: int, first_port: int) -> list[Seat]:
-    """Return the places of a class.
+    """Return the seats of a class.
 
     Raises:
         ArjunaError: There are not so many domains or ports.
@@ -59,7 +59,7 @@ def seats(count: int, out: Path, first_domain: int, first_port: int) -> list[Sea
 
 
 def hand_out_seats(every: Sequence[Seat], out: Path) -> None:
-    """Write the table of the places, and into each folder what its shell reads.
+    """Write the table of the seats, and into each folder what its shell reads.
 
     Raises:
         OSError: A file cannot be written.

@@ -57,7 +57,7 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Exercise:
-    """What a YAML file says; `docs/homework.md` has its keys.
+    """Content of a YAML file; `docs/homework.md` has its keys.
 
     Attributes:
         submit: The file that is handed in; the first of several is the one that is run.
@@ -217,13 +217,13 @@ def _rules(exercise: Exercise) -> Iterator[str]:
     if exercise.function:
         yield "\nThe functions alone are called: nothing of ROS is needed.\n"
     elif exercise.runs:
-        heard, sent = (
+        received, sent = (
             ", ".join(f"`{topic.split()[0]}`" for topic in topics)
             for topics in (exercise.listen, exercise.publish)
         )
         yield (
             f"\nYour program runs as `ros2 run {exercise.submit[0]}` does, for"
-            f" {exercise.duration:g} s of the robot's time.\nIt hears {heard}\nand may publish"
+            f" {exercise.duration:g} s of the robot's time.\nIt hears {received}\nand may publish"
             f" {sent}. Time passes in `rclpy.spin`, `spin_once` and `time.sleep` alone: a loop\n"
             "without them never ends.\n"
         )

@@ -78,7 +78,7 @@ class Attempt:
     Attributes:
         samples: Truth and estimate, a row a tick.
         drive: Length and touches.
-        heard: By topic, the time [s] and message of all that the program published.
+        received: By topic, the time [s] and message of all that the program published.
         finished_at: When the program came to its end [s]; None where it did not.
         ended: Why it ended otherwise; "" where it did not.
     """
@@ -88,7 +88,7 @@ class Attempt:
     ) -> None:
         self.exercise, self.files, self.folder, self.robot = exercise, files, folder, robot
         self.samples, self.drive = Samples(), Drive(robot, self._sample)
-        self.heard: dict[str, list[tuple[float, Any]]] = {}
+        self.received: dict[str, list[tuple[float, Any]]] = {}
         self.finished_at: float | None = None
         self.ended = ""
         self._localizes = "localization" in exercise.stacks
@@ -211,7 +211,7 @@ class Attempt:
         except (ValueError, TypeError) as error:
             raise ProgramError(f"it sent what is no message: {error}") from error
         for topic, messages in found.items():
-            self.heard.setdefault(topic, []).extend((self.now, one) for one in messages)
+            self.received.setdefault(topic, []).extend((self.now, one) for one in messages)
         if "ended" in message:
             self._stopped(str(message["ended"]))
 

@@ -196,7 +196,7 @@ def _executor_class(steps: Steps) -> type[Any]:
 
 def _session_class(steps: Steps) -> type[Session]:
     class Connection(Session):
-        """What a `Robot` of the program reaches the robot by."""
+        """Connection by which a `Robot` of the program reaches the robot."""
 
         def __init__(self, *options: Any, **named: Any) -> None:
             self.client = rclpy.create_node("robot_client")

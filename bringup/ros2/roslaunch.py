@@ -29,7 +29,7 @@ _RENAMED = {"tf": "tf2_ros", "tf2_ros": "tf2_ros"}
 
 @dataclass
 class _Found:
-    """What the programs of a file come to."""
+    """Programs of a file, as found."""
 
     world: str = ""
     robot: str = ""

@@ -33,7 +33,7 @@ class Frame:
 
     @property
     def of_another_clock(self) -> bool:
-        """Whether its stamps and the robot's clock are days apart, as system and simulated time."""
+        """True if its stamps and the robot's clock are days apart, as system and simulated time."""
         return abs(self.age) > 1e6  # [s]
 
     @property

@@ -12,7 +12,7 @@ Entities = Sequence["LaunchDescriptionEntity"]
 
 
 class LaunchDescriptionEntity:
-    """What can be visited while launching."""
+    """Base of all that is visited while launching."""
 
     def visit(self, context: LaunchContext) -> Entities | None:
         """Do it; return what is to be visited next."""

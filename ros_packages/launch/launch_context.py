@@ -1,4 +1,4 @@
-"""What is known while launching."""
+"""State that is known while launching."""
 
 from __future__ import annotations
 

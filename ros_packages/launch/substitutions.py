@@ -243,7 +243,7 @@ class AnonName(Substitution):
 
 
 class LocalSubstitution(Substitution):
-    """What an action or an event has left in the context: `event.exitcode`, for example."""
+    """Value that an action or an event has left in the context: `event.exitcode`, for example."""
 
     def __init__(self, expression: str, description: str | None = None) -> None:
         self.expression = expression

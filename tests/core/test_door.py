@@ -31,6 +31,8 @@ KNOWN = {
     # A file object or bytes that the door gave.
     "arjuna_core/files/map_image.py: Image.open": "of an open file",
     "arjuna_sim/files/sdf/solids.py: Image.open": "of an open file",
+    "arjuna_sim/files/pictures.py: Image.open": "of an open file",
+    "bringup/viewing/displays/panels.py: Pillow.open": "of bytes",
     "arjuna_sim/files/meshes.py: trimesh.load_scene": "of bytes",
     "arjuna_slam/offline.py: np.loadtxt": "of text",
     "arjuna_slam/mapping/session.py: zipfile.ZipFile": "of bytes",
@@ -65,6 +67,7 @@ KNOWN = {
     "bringup/ros2/discovery.py: _TABLE.read_text": "/proc",
     "bringup/processes/child.py: lock.open": "locks of /dev/shm, which are not read",
     # What is installed with us.
+    "arjuna_core/files/array_cache.py: .read_bytes": "our own modules",
     "bringup/commands/__init__.py: path.open": "the commands' own files",
     "bringup/recording/message_definitions.py: .read_text": "definitions of installed messages",
     "bringup/ros2/types.py: .read_text": "definitions of installed messages",

@@ -113,7 +113,7 @@ def create(words: list[str]) -> None:
     resource = None
     with closing(SimulatorClient(_PATIENCE, given.remapped.get("__ns", ""))) as client:
         if chosen.topic:
-            resource = resource_of(str(_written(_heard(client, chosen.topic))))
+            resource = resource_of(str(_written(_received(client, chosen.topic))))
         elif named := chosen.file or chosen.database:
             resource = resource_of(str(named).removeprefix("file://"))
         elif chosen.string:
@@ -140,14 +140,14 @@ def _ask(client: SimulatorClient, request: Any) -> str:
             client.run_until(lambda: False, 1.0, required=False)
 
 
-def _heard(client: SimulatorClient, topic: str) -> str:
+def _received(client: SimulatorClient, topic: str) -> str:
     """Return a robot's description from a topic."""
-    heard: list[str] = []
+    received: list[str] = []
     profile: QoSProfile = qos.LATCHED
-    client.client.create_subscription(String, topic, lambda m: heard.append(m.data), profile)
-    if not client.run_until(lambda: bool(heard), _PATIENCE, required=False):
+    client.client.create_subscription(String, topic, lambda m: received.append(m.data), profile)
+    if not client.run_until(lambda: bool(received), _PATIENCE, required=False):
         raise Ros2Error(f"nobody publishes a robot's description on {topic}")
-    return heard[0]
+    return received[0]
 
 
 def _written(text: str) -> Path:

@@ -1,4 +1,4 @@
-"""What is shown beside the room: pictures, curves and the behavior tree's state."""
+"""Panels beside the room: pictures, curves and the behavior tree's state."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ _MOST = 200
 
 @dataclass(frozen=True)
 class _Source:
-    """Where messages come from: what a subscription is made of."""
+    """Origin of messages: the parts of a subscription."""
 
     topic: str
     type_name: str
