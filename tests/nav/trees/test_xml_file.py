@@ -36,7 +36,7 @@ def test_there_are_shipped_trees() -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "broken XML: no element found"),
+        ("", "is empty; valid: XML"),
         ("<root>", "line 1: is broken XML"),
         ("<tree/>", "outermost element is <tree>; valid: <root>"),
         ("<root/>", "main_tree_to_execute is 'None'"),
