@@ -17,9 +17,9 @@ ROOT = Path(__file__).parents[2] / "arjuna_interfaces"
 def environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     """The module that builds, of this tree."""
     monkeypatch.syspath_prepend(str(ROOT))
-    generator = "rosidl_generator_py.generate_py_impl"  # a context in this process holds it back
-    if sys.modules.get(generator, generator) is None:
-        monkeypatch.delitem(sys.modules, generator)
+    if sys.modules.get("rosidl_generator_py.generate_py_impl", ...) is None:
+        for name in [n for n in sys.modules if n.partition(".")[0] == "rosidl_generator_py"]:
+            monkeypatch.delitem(sys.modules, name)  # a context in this process holds a part back
     loaded = set(sys.modules)
     import rosidl_build.environment
 
