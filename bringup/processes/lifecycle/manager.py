@@ -220,12 +220,21 @@ class LifecycleManager(GuardedNode):
     def _on_changed(self, job: _Job, answer: Any) -> None:
         step = job.steps[0]
         if not answer.success:
-            self._fail(job, f"refused to {step.transition.name.lower()}; its log says why")
+            asked = self._states[step.node].call_async(GetState.Request())
+            self._wait_for(job, asked, self._on_refused)
             return
         if step.transition is Transition.ACTIVATE:
             seconds = time.monotonic() - job.started
             self.get_logger().debug(f"{step.node} active after {seconds:.1f} s")
         self._next(job)
+
+    def _on_refused(self, job: _Job, answer: Any) -> None:
+        """Continue if the node has come there meanwhile, by another manager."""
+        step = job.steps[0]
+        if judge(step.transition, State(answer.current_state.id)) is Verdict.SKIP:
+            self._next(job)
+        else:
+            self._fail(job, f"refused to {step.transition.name.lower()}; its log says why")
 
     def _next(self, job: _Job) -> None:
         job.steps.popleft()

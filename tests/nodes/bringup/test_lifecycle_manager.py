@@ -145,6 +145,22 @@ def test_autostart_configures_all_then_activates_all(managed: Callable[..., Mana
     assert system.is_active()
 
 
+def test_two_managers_may_bring_up_the_same_nodes(managed: Callable[..., Managed]) -> None:
+    system = managed()
+    config = LifecycleManagerConfig(autostart=False)
+    process, names = system.bench.process, ["first", "second"]
+    other = LifecycleManager(process, f"{NAME}_other", names, config, commandable=False)
+    ended: list[bool] = []
+    for manager in (system.manager, other):
+        manager.submit(Command.STARTUP, ended.append)
+    system.spin_until(lambda: len(ended) == 2)
+    assert ended == [True, True]
+    assert sorted(system.diary) == [
+        *("first activate", "first configure", "second activate", "second configure")
+    ]
+    other.destroy_node()
+
+
 def test_without_autostart_nothing_happens_until_startup(managed: Callable[..., Managed]) -> None:
     system = managed()
     assert not system.is_active()
