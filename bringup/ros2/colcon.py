@@ -285,8 +285,11 @@ def _cmake(package: Package, prefix: Path, linked: bool) -> None:
         into = into if into.is_relative_to(prefix) else prefix
         for source in (package.folder / one for one in sources):
             is_content = kind == "DIRECTORY" and str(sources[0]).endswith("/")
-            for each in sorted(source.glob("*")) if is_content else [source]:
-                put(each, into / each.name, linked)
+            root = source if is_content else source.parent
+            # Of a folder files are linked, as ament does it: who looks through it follows no links.
+            for each in sorted(source.rglob("*")) if source.is_dir() else [source]:
+                if not each.is_dir():
+                    put(each, into / each.relative_to(root), linked)
             if kind == "PROGRAMS":
                 (into / source.name).resolve().chmod(0o755)
 

@@ -110,19 +110,23 @@ def test_packages_are_built_in_the_order_of_their_needs(
     assert "there is no package 'bb'; did you mean 'b'?" in capsys.readouterr().err
 
 
-def test_a_package_of_data_is_built_from_its_cmake_file(source: Path) -> None:
+@pytest.mark.parametrize("linked", [True, False])
+def test_a_package_of_data_is_built_from_its_cmake_file(source: Path, linked: bool) -> None:
     folder = _manifest(source, "my_description", "ament_cmake")
     (folder / "urdf").mkdir()
     (folder / "urdf" / "robot.urdf").write_text("<robot/>")
+    (folder / "launch").mkdir()
+    (folder / "launch" / "a.launch.xml").write_text("<launch><arg name='speed'/></launch>")
     (folder / "scripts").mkdir()
     (folder / "scripts" / "say").write_text("#!/bin/sh\necho said\n")
     (folder / "CMakeLists.txt").write_text(
         "project(my_description)\nfind_package(ament_cmake REQUIRED)  # as ever\n"
-        "install(DIRECTORY urdf\n  DESTINATION share/${PROJECT_NAME}/)\n"
+        "install(DIRECTORY urdf launch\n  DESTINATION share/${PROJECT_NAME}/)\n"
         "install(PROGRAMS scripts/say DESTINATION lib/${PROJECT_NAME})\nament_package()\n"
     )
-    assert colcon(["build"]) == 0
+    assert colcon(["build", *(["--symlink-install"] if linked else [])]) == 0
     share = Path(_sourced("ros2 pkg prefix --share my_description").strip())
+    assert "'speed':" in _sourced("ros2 launch my_description a.launch.xml --show-args")
     assert (share / "urdf" / "robot.urdf").read_text() == "<robot/>"
     assert _sourced("ros2 run my_description say") == "said\n"
 
