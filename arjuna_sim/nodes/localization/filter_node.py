@@ -295,10 +295,11 @@ class EkfFilterNode(ManagedNode):
         becomes the parent of what carries both: a frame has one.
         """
         config, parent, child = self.config, self.config.world, self.config.output
-        carrier = self.transforms.rigid_root(child)
-        if parent == config.odom_frame and carrier not in (parent, child):
-            pose, child = pose @ self.transforms.mount(child, carrier), carrier
-        if parent != config.odom_frame:
+        if parent == config.odom_frame:
+            carrier = self.transforms.rigid_root(child)
+            if carrier not in (parent, child):
+                pose, child = pose @ self.transforms.mount(child, carrier), carrier
+        else:
             T_odom_base = self._mount(config.odom_frame, child)
             if T_odom_base is None:
                 return
