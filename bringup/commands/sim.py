@@ -34,7 +34,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--without-description",
         action="store_true",
-        help="a robot_state_publisher of one's own publishes the robot's frames",
+        help="the simulator alone, as Gazebo: other nodes publish the robot's frames, and its"
+        " odometry is what its file says",
     )
     parser.add_argument(
         "--viewer",

@@ -29,7 +29,6 @@ from bringup.ros2.verbs.forward import arjuna, ros_arguments
 
 _PATIENCE = 60.0  # [s] for a description, and for a world that takes it
 _LINGER = 0.5  # [s] in which an answer reaches who asked
-_WITH_VALUE = ("-v", "-s", "-p", "-e", "-u", "--iterations", "--physics", "--physics-engine")
 _MOVING = re.compile(r"type=['\"](continuous|revolute)|xacro:")
 _ENDINGS = (".world", ".sdf", ".yaml")
 
@@ -38,13 +37,9 @@ def serve(words: list[str]) -> None:
     """Wait for a robot to be spawned, then become the simulator of it in a world.
 
     Args:
-        words: Gazebo's: the first that is no option is the world.
+        words: Gazebo's: the first that names a file of one is the world.
     """
-    rest = iter(ros_arguments(words).own)
-    named = [
-        w for w in rest if not (w in _WITH_VALUE and next(rest, "")) and w[:1] not in ("-", "")
-    ]
-    world = world_of(next((w for w in named if w.endswith(_ENDINGS)), "empty.world"))
+    world = world_of(named_world(words))
     wanted: list[list[str]] = []
 
     def spawn(request: Any, response: Any) -> Any:
@@ -72,6 +67,12 @@ def serve(words: list[str]) -> None:
         described = client.node.count_publishers("/robot_description") > 0
     own = ["--without-description"] if described else []
     arjuna("sim", ["--world", str(world), *wanted[0], *own])
+
+
+def named_world(words: list[str]) -> str:
+    """Return the world among Gazebo's words; `-s` takes a value in Gazebo classic alone."""
+    named = (word for word in ros_arguments(words).own if word.endswith(_ENDINGS))
+    return next(named, "empty.world")
 
 
 def unfit(path: Path) -> str:

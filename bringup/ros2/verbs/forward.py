@@ -173,6 +173,7 @@ _GAZEBO_PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
 # What `ros2 run PACKAGE EXECUTABLE` runs
 PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("controller_manager", "spawner"): f"{_PROGRAMS}.spawner",
+    ("controller_manager", "spawner.py"): f"{_PROGRAMS}.spawner",  # its name before Humble
     ("controller_manager", "unspawner"): f"{_PROGRAMS}.spawner:unspawn",
     ("nav2_map_server", "map_saver_cli"): _save_map,
     ("slam_toolbox", "async_slam_toolbox_node"): _slam_toolbox,
@@ -281,9 +282,8 @@ def run(words: list[str]) -> int:
     program = PROGRAMS[package, name]
     if isinstance(program, str):
         module, _, function = program.partition(":")
-        given = (
-            words[2:] if module in (_GAZEBO, _BRIDGE) else ros_arguments(words[2:]).own
-        )  # rclpy reads others
+        all_words = module in (_GAZEBO, _BRIDGE)  # of others rclpy reads ROS' own
+        given = words[2:] if all_words else ros_arguments(words[2:]).own
         getattr(importlib.import_module(module), function or "main")(given)
     else:
         program(words[2:])

@@ -42,6 +42,13 @@ def test_a_base_frame_reaches_every_node_that_a_command_runs(command: list[str])
         assert frames == set(), spec.name
 
 
+def test_the_simulator_alone_leaves_odometry_to_the_robot_s_file() -> None:
+    arguments = parse(["sim", "--without-description"])
+    assert groups_of(arguments) == (WORLD_GROUP,)
+    assert gather(arguments)["sim"]["fused_odometry"] is False, "nothing would fuse it"
+    assert gather(parse(["sim"]))["sim"]["fused_odometry"] is True
+
+
 def test_time_is_the_system_s() -> None:
     parameters = gather(parse(["robot", "--slam"]))
     assert parameters["/**"]["use_sim_time"] is False

@@ -84,6 +84,20 @@ def test_a_world_is_found_by_path_or_name(
     assert gazebo.world_of(name).is_file()
 
 
+@pytest.mark.parametrize(
+    ("words", "world"),
+    [
+        ("-r -s /tmp/playground.sdf", "/tmp/playground.sdf"),
+        ("-r -s -v4 shapes.sdf", "shapes.sdf"),
+        ("-s libgazebo_ros_init.so -s libgazebo_ros_factory.so my.world", "my.world"),
+        ("--verbose -s libgazebo_ros_init.so", "empty.world"),
+        ("house.world --ros-args --params-file gazebo.yaml", "house.world"),
+    ],
+)
+def test_the_world_is_the_word_that_names_one(words: str, world: str) -> None:
+    assert gazebo.named_world(words.split()) == world
+
+
 def test_an_unknown_world_names_the_nearest() -> None:
     with pytest.raises(Ros2Error, match=r"no world 'wearhouse\.world'; did you mean 'warehouse"):
         gazebo.world_of("wearhouse.world")
