@@ -21,6 +21,9 @@ class Substitution:
         """Return it as text for people."""
         return f"{type(self).__name__}({', '.join(map(str, vars(self).values()))})"
 
+    def __repr__(self) -> str:
+        return self.describe()
+
     def perform(self, context: LaunchContext) -> str:
         """Return its value."""
         raise NotImplementedError

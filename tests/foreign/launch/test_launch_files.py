@@ -491,3 +491,4 @@ def test_arguments_are_listed(
     printed = capsys.readouterr().out
     assert "    'model':\n        Path of the URDF\n" in printed
     assert "        one of: true, false\n        (default: 'true')\n" in printed
+    assert " at 0x" not in printed
