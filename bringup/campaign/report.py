@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import html
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from arjuna_core.files.whole_file import write_atomically
@@ -65,6 +65,19 @@ def write_table(folder: Path, outcomes: Sequence[Outcome]) -> None:
     write_atomically(folder / TABLE, buffer.getvalue())
 
 
+def page_of(title: str, parts: Iterable[str], refresh: int = 0) -> str:
+    """Return a page of HTML.
+
+    Args:
+        title: Its title and heading, as text.
+        parts: What is below, as HTML.
+        refresh: After which it is loaded again [s]; 0 for never.
+    """
+    title, again = html.escape(title), f"<meta http-equiv=refresh content={refresh}>"
+    head = f"{again if refresh else ''}<title>{title}</title><style>{STYLE}</style>"
+    return "\n".join([f"<!doctype html><meta charset=utf-8>{head}", f"<h1>{title}</h1>", *parts])
+
+
 def write_page(folder: Path, campaign: Campaign, outcomes: Sequence[Outcome]) -> None:
     """Write the page, and into a folder beside it what a paper prints: tables and pictures.
 
@@ -72,11 +85,7 @@ def write_page(folder: Path, campaign: Campaign, outcomes: Sequence[Outcome]) ->
         OSError: It cannot be written.
     """
     paper = folder / PAPER
-    title = html.escape(f"Campaign {campaign.name}")
-    parts = [
-        f"<!doctype html><meta charset=utf-8><title>{title}</title><style>{STYLE}</style>",
-        f"<h1>{title}</h1><p><code>{html.escape(' '.join(campaign.command))}</code></p>",
-    ]
+    parts = [f"<p><code>{html.escape(' '.join(campaign.command))}</code></p>"]
     for name, heading, table in _tables(campaign, outcomes):
         write_atomically(paper / f"{name}.md", table.markdown().encode())
         write_atomically(paper / f"{name}.tex", table.latex().encode())
@@ -88,7 +97,7 @@ def write_page(folder: Path, campaign: Campaign, outcomes: Sequence[Outcome]) ->
         data = base64.b64encode(png).decode()
         parts.append(f'<img alt="{html.escape(name)}" src="data:image/png;base64,{data}">')
     parts += ["<h2>Runs that failed</h2>", *_failed(folder, outcomes)]
-    write_atomically(folder / PAGE, "\n".join(parts).encode())
+    write_atomically(folder / PAGE, page_of(f"Campaign {campaign.name}", parts).encode())
 
 
 def share_text(outcomes: Sequence[Outcome]) -> tuple[str, str, str]:

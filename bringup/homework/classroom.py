@@ -16,7 +16,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.files.maps import save_map
 from arjuna_core.files.whole_file import write_atomically
 from arjuna_core.grid import OccupancyGrid
-from bringup.campaign.report import STYLE
+from bringup.campaign.report import page_of
 
 PAGE, SEATS = "index.html", "class.csv"
 _DOMAINS = 101  # ports of those above are given to any program (OMG DDSI-RTPS 2.5, 9.6.2; Linux)
@@ -139,14 +139,13 @@ def watch(every: Sequence[Seat], out: Path, grid: OccupancyGrid | None, period: 
 
 def page(watchers: Iterable[Watcher], grid: OccupancyGrid | None) -> str:
     """Return the page: each robot's picture and state."""
-    figures = [
+    figures = (
         f"<figure>{_picture(list(one.path), grid)}<figcaption><b>{html.escape(one.seat.name)}</b>"
         f"<br>domain {one.seat.domain}, <a href='http://127.0.0.1:{one.seat.port}'>view</a>"
         f"<br>{html.escape(one.state)}</figcaption></figure>"
         for one in watchers
-    ]
-    head = f"<meta http-equiv=refresh content=3><title>The class</title><style>{STYLE}</style>"
-    return "\n".join(["<!doctype html><meta charset=utf-8>", head, "<h1>The class</h1>", *figures])
+    )
+    return page_of("The class", figures, refresh=3)
 
 
 def _picture(path: list[tuple[float, float, float]], grid: OccupancyGrid | None) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import read_json
 from arjuna_core.files.whole_file import write_atomically
-from bringup.campaign.report import PAGE, STYLE
+from bringup.campaign.report import PAGE, page_of
 from bringup.campaign.table import Table
 from bringup.homework.exercise import Exercise
 from bringup.homework.grading import Grade
@@ -69,7 +69,7 @@ def write_grade(folder: Path, grade: Grade) -> None:
         parts.append(f'<img alt="the robot\'s path" src="{PICTURE}">')
     if grade.printed:
         parts.append(f"<h2>What it printed last</h2><pre>{html.escape(grade.printed)}</pre>")
-    _write_page(folder, exercise.title, parts)
+    write_atomically(folder / PAGE, page_of(exercise.title, parts).encode())
     text = json.dumps(figures_of(grade), indent=2)
     write_atomically(folder / RESULT, f"{text}\n".encode())
 
@@ -98,7 +98,8 @@ def write_class(
     csv.writer(out, lineterminator="\n").writerows([head, *map(_plain, rows)])
     write_atomically(folder / TABLE, out.getvalue().encode())
     body = Table(head, rows).html() + "<p>Pages: " + ", ".join(links) + "</p>"
-    _write_page(folder, f"{exercise.title}: {len(rows)} students", [body])
+    page = page_of(f"{exercise.title}: {len(rows)} students", [body])
+    write_atomically(folder / PAGE, page.encode())
 
 
 def _plain(cells: Iterable[str]) -> list[str]:
@@ -116,9 +117,3 @@ def _result(folder: Path) -> dict[str, Any] | None:
         return dict(read_json(folder / RESULT))
     except (InputFileError, TypeError, ValueError):
         return None
-
-
-def _write_page(folder: Path, title: str, parts: Iterable[str]) -> None:
-    title = html.escape(title)
-    head = f"<!doctype html><meta charset=utf-8><title>{title}</title><style>{STYLE}</style>"
-    write_atomically(folder / PAGE, "\n".join([head, f"<h1>{title}</h1>", *parts]).encode())
