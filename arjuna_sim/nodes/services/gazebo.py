@@ -26,7 +26,7 @@ from arjuna_sim.nodes.services.known_entities import KnownEntities
 
 _WORLDS = ("", "world", "map")
 """Names of the world's frame."""
-_PERIOD, _POLLS = 0.05, 20  # of polling for requests [s], and of clients how many of these
+_PERIODS = 1.0, 0.05  # of looking for clients, and of polling for requests [s]
 
 
 class GazeboServices:
@@ -45,12 +45,17 @@ class GazeboServices:
         self._node, self._known, self._answers = node, known, answers
         self._own: Node | None = None
         self._executor: SingleThreadedExecutor | None = None
-        self._polls = 0
         self._timer: Any = None
         if node.transport is None:  # else there are no clients but those of this process
-            clock = Clock(clock_type=ClockType.STEADY_TIME)
-            self._timer = node.create_timer(_PERIOD, self._poll, clock=clock)
+            self._every(_PERIODS[0], self._look)
         node.keep(self)
+
+    def _every(self, period: float, then: Callable[[], None]) -> None:
+        """Call a function in a period [s] of the wall's clock, and nothing else any more."""
+        if self._timer is not None:
+            self._node.destroy_timer(self._timer)
+        clock = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = self._node.create_timer(period, then, clock=clock)
 
     def services(self) -> list[tuple[Any, str, Callable[[Any, Any], Any]]]:
         """Return the types and names, and what answers them."""
@@ -75,13 +80,9 @@ class GazeboServices:
             self._own.context.shutdown()
             self._own = None
 
-    def _poll(self) -> None:
-        """Answer what is asked; before there is a client, look for one once a second."""
-        if self._executor is not None:
-            self._executor.spin_once(0.0)
-            return
-        self._polls += 1
-        if self._polls % _POLLS == 0 and self._has_clients():
+    def _look(self) -> None:
+        """Serve once there is a client."""
+        if self._has_clients():
             self._serve()
 
     def _has_clients(self) -> bool:
@@ -100,11 +101,12 @@ class GazeboServices:
             context = new_context()
             namespace = self._node.process.namespace
             self._own = Node("gazebo", context=context, namespace=namespace)
-        self._executor = SingleThreadedExecutor(context=context)
-        self._executor.add_node(self._own)
+        executor = self._executor = SingleThreadedExecutor(context=context)
+        executor.add_node(self._own)
         for kind, name, answer in self.services():
             guarded = self._node.answering(name, answer)
             self._own.create_service(kind, name, guarded)
+        self._every(_PERIODS[1], lambda: executor.spin_once(0.0))
         self._node.get_logger().info("gazebo_msgs' services are there, for a client asks for them")
 
     def _ask(self, service: str, kind: Any, /, **fields: Any) -> tuple[Any, str]:
