@@ -85,6 +85,11 @@ def steering_of(robot: RobotModel, frame: str) -> Steering | None:
     return Steering(base.turning_radius, base.axle - origin[0])
 
 
+def moves_sideways(robot: RobotModel) -> bool:
+    """Return whether a robot's drive takes speeds to the left and right."""
+    return robot.drive.kind not in (DriveKind.SIDES, DriveKind.STEERED)
+
+
 def footprint_of(robot: RobotModel, frame: str) -> str:
     """Return a robot's outline as the costmaps' `footprint`; "" where it has none.
 

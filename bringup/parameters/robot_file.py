@@ -58,7 +58,8 @@ def contradictions(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[R
         advice = f"its own outline: --param 'footprint:={body}'"
         text = f"{reason} and can touch obstacles{too}; {advice}"
         yield Remark(Kind.UNLIKE, where, text, safety=True)
-    for where, reason in () if _is_shipped(sim) else _other_bends(parameters, sim):
+    bends = () if _is_shipped(sim) else _other_bends(parameters, sim)
+    for where, reason in (*_sideways(parameters, sim), *bends):
         yield Remark(Kind.UNLIKE, where, reason)
 
 
@@ -123,8 +124,29 @@ def _left_out(
             reach = f"reaches {body.circumscribed_radius:.3g} m from {config.robot_base_frame}"
             key, value = "robot_radius", f"{config.robot_radius:g} m"
         else:
-            key, value, reach = "footprint", config.footprint, f"stands out of it by {out:.2g} m"
+            key, value = "footprint", " ".join(config.footprint.split())
+            reach = f"stands out of it by {out:.2g} m"
         yield f"{spec.name}: {key}", text, f"{value}, but the robot's body {reach}"
+
+
+def _sideways(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Give each controller's parameter that drives sideways, where the robot cannot."""
+    from arjuna_sim.inputs import moves_sideways, named_robot
+
+    if moves_sideways(named_robot(sim.get("robot", ""), sim.get("robot_arguments", ""))):
+        return
+    server = parameters.get(CONTROLLER_SERVER.name, {})
+    for name in server.get("controller_plugins", ()):
+        model, speed = (server.get(f"{name}.{key}") for key in ("motion_model", "max_vel_y"))
+        if model == "Omni":
+            key, value, own = "motion_model", "Omni", "DiffDrive"
+        elif speed:
+            key, value, own = "max_vel_y", f"{speed:g} m/s", "0.0"
+        else:
+            continue
+        advice = f"--param '{name}.{key}:={own}'"
+        where = f"{CONTROLLER_SERVER.name}: {name}.{key}"
+        yield where, f"{value}, but the robot's wheels do not move it sideways; {advice}"
 
 
 def _other_bends(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -16,6 +16,7 @@ from bringup.parameters.files import SAFETY, for_node
 from bringup.parameters.inputs import gather
 from bringup.parameters.remarks import Kind
 from bringup.stack import CONTROLLER_SERVER, LOCAL_COSTMAP
+from tests.sim.drive_cases import mecanum
 
 pytestmark = pytest.mark.ros
 SMALL = "robot_radius: 0.22 m, but the robot's body reaches 0.276 m from base_link"
@@ -101,3 +102,26 @@ def test_a_check_names_the_line_and_asks_for_the_robot(tmp_path: Path) -> None:
 def test_the_body_is_a_valid_outline_of_the_follower(tmp_path: Path) -> None:
     body = body_of(["demo", "--params", of_radius(tmp_path, "robot_radius: 0.1")])
     assert load(CONTROLLER_SERVER.config, {"body": body}).body == body
+
+
+MPPI = "plugin: nav2_mppi_controller::MPPIController, motion_model"
+DWB = "plugin: dwb_core::DWBLocalPlanner, max_vel_y"
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (f"{MPPI}: Omni", "FollowPath.motion_model: Omni, but the robot's wheels do not"),
+        (f"{MPPI}: Ackermann", ""),
+        (f"{DWB}: 0.3", "FollowPath.max_vel_y: 0.3 m/s, but the robot's wheels do not"),
+        (f"{DWB}: 0.0", ""),
+    ],
+)
+def test_a_controller_that_drives_sideways_is_held_against_the_drive(
+    given: str, said: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "other.yaml"
+    controller = f"controller_plugins: [FollowPath], FollowPath: {{{given}}}"
+    file.write_text(f"controller_server: {{ros__parameters: {{{controller}}}}}", encoding="utf-8")
+    assert said in "".join(str(each) for each in check_file(file).remarks)
+    assert check_file(file, str(mecanum().write(tmp_path))).remarks == []
