@@ -76,9 +76,11 @@ class RobotNodes:
         self._process = Process("robot", True, namespace=namespace, beside=beside)
         self._node = SimulatedRobotNode(self._process)
         self._node.robot, self._node.stage, self._node.simulated = robot, stage, config
-        described = RobotStatePublisherNode(self._process)
-        described.given = robot.model
-        self._nodes: list[ManagedNode] = [self._node, described]
+        self._nodes: list[ManagedNode] = [self._node]
+        if not self._node.count_publishers("robot_description"):  # of a launch file's own
+            described = RobotStatePublisherNode(self._process)
+            described.given = robot.model
+            self._nodes.append(described)
         self._run("configure", self._nodes)
         topics = self.interface.topics
         imu = topics.settings.first(ImuSettings)

@@ -141,8 +141,9 @@ def of_options(
 
 
 def is_fleet(options: Mapping[str, Any]) -> bool:
-    """Return whether options name several robots."""
-    return any(len(options.get(name) or ()) > 1 for name in ("robots", "namespaces"))
+    """Return whether options name several robots, or one of several that Gazebo has in a world."""
+    fewest = 0 if options.get("without_description") else 1
+    return len(options.get("robots") or ()) > 1 or len(options.get("namespaces") or ()) > fewest
 
 
 def _starts(options: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,15 +7,6 @@ from launch.launch_context import LaunchContext
 from launch.substitution import SomeSubstitutionsType, perform_substitutions
 from launch.substitutions import is_true
 
-__all__ = [
-    "IfCondition",
-    "InvalidConditionExpressionError",
-    "LaunchConfigurationEquals",
-    "LaunchConfigurationNotEquals",
-    "UnlessCondition",
-    "evaluate_condition_expression",
-]
-
 
 class InvalidConditionExpressionError(ValueError):
     """A condition is neither true nor false."""
@@ -71,5 +62,4 @@ class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
     """Holds where a configuration has another value."""
 
     def evaluate(self, context: LaunchContext) -> bool:
-        """Return whether the action is done."""
         return not super().evaluate(context)

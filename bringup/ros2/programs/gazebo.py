@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import re
-import tempfile
 import time
 from contextlib import closing
 from pathlib import Path
@@ -19,6 +18,7 @@ from std_msgs.msg import String
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.files.input_file import read_text
 from arjuna_core.files.shipped import shipped_file
+from arjuna_core.files.whole_file import in_new_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import quaternion, yaw
 from arjuna_sim.inputs import named_robot
@@ -39,13 +39,16 @@ def serve(words: list[str]) -> None:
     Args:
         words: Gazebo's: the first that names a file of one is the world.
     """
-    world = world_of(named_world(words))
+    if "-g" in words and "-s" not in words:
+        print("nothing to do: 'arjuna view' shows the world", flush=True)
+        return
     wanted: list[list[str]] = []
 
     def spawn(request: Any, response: Any) -> Any:
         resource = request.entity_resource
-        path = Path(resource.uri) if resource.uri else _written(resource.resource_string)
-        if problem := unfit(path):
+        path = Path(resource.uri) if resource.uri else _robot(resource.resource_string)
+        problem = "it starts" if wanted else unfit(path)  # who asks too early asks again
+        if problem:
             response.result.result = Result.RESULT_INCORRECT_STATE
             response.result.error_message = f"the world waits for a robot that drives: {problem}"
             return response
@@ -53,20 +56,24 @@ def serve(words: list[str]) -> None:
         x, y, heading = pose.position.x, pose.position.y, yaw(pose.orientation)
         options = ["--robot", str(path), "--at", f"{x}", f"{y}", "--yaw", f"{heading}"]
         space = request.entity_namespace.strip("/")
-        wanted.append([*options, *(["--namespace", space] if space else [])])
+        described = client.node.count_publishers(f"/{space}/robot_description".replace("//", "/"))
+        own = ["--without-description"] if described or space else []
+        wanted.append([*options, *(["--namespace", space] if space else []), *own])
         response.result.result, response.entity_name = Result.RESULT_OK, request.name
         return response
 
     with Client(argparse.Namespace(), "gazebo") as client:
+        name = named_world(words)
+        if name.startswith("/"):  # a launch file's xacro may write it just now
+            client.spin(Path(name).is_file, _PATIENCE)
+        world = world_of(name)
         client.node.create_service(SpawnEntity, "/spawn_entity", spawn)
         print(
             f"{world.name} waits for a robot: 'ros2 run ros_gz_sim create' spawns one", flush=True
         )
         client.spin(lambda: bool(wanted))
         client.spin(lambda: False, _LINGER)
-        described = client.node.count_publishers("/robot_description") > 0
-    own = ["--without-description"] if described else []
-    arjuna("sim", ["--world", str(world), *wanted[0], *own])
+    arjuna("sim", ["--world", str(world), *wanted[0]])
 
 
 def named_world(words: list[str]) -> str:
@@ -114,11 +121,11 @@ def create(words: list[str]) -> None:
     resource = None
     with closing(SimulatorClient(_PATIENCE, given.remapped.get("__ns", ""))) as client:
         if chosen.topic:
-            resource = resource_of(str(_written(_received(client, chosen.topic))))
+            resource = resource_of(str(_robot(_received(client, chosen.topic))))
         elif named := chosen.file or chosen.database:
             resource = resource_of(str(named).removeprefix("file://"))
         elif chosen.string:
-            resource = resource_of(str(_written(chosen.string)))
+            resource = resource_of(str(_robot(chosen.string)))
         else:
             raise Ros2Error("nothing to spawn; valid: -topic T, -file F, -string TEXT")
         name = chosen.name or "robot"
@@ -151,7 +158,5 @@ def _received(client: SimulatorClient, topic: str) -> str:
     return received[0]
 
 
-def _written(text: str) -> Path:
-    with tempfile.NamedTemporaryFile("w", suffix=".urdf", prefix="robot_", delete=False) as file:
-        file.write(text)
-    return Path(file.name)
+def _robot(text: str) -> Path:
+    return in_new_file(text, ".sdf" if "<sdf" in text else ".urdf")

@@ -159,14 +159,26 @@ _GAZEBO_PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("controller_manager", "ros2_control_node"): partial(
         _nothing, why="the simulator drives the joints itself, as the robot's file says"
     ),
+    **{
+        ("rclcpp_components", f"component_container{kind}"): partial(
+            _nothing, why="each node of a container is a process here"
+        )
+        for kind in ("", "_isolated", "_mt")
+    },
     ("gazebo_ros", "gzclient"): partial(_nothing, why="'arjuna view' shows it", stays=False),
     ("gazebo_ros", "gzserver"): f"{_GAZEBO}:serve",
     ("gazebo_ros", "spawn_entity.py"): f"{_GAZEBO}:create",
     ("gazebo_ros", "spawn_model"): f"{_GAZEBO}:create",
-    ("ros_gz_bridge", "parameter_bridge"): _BRIDGE,
-    ("ros_gz_image", "image_bridge"): _IMAGES,
-    ("ros_gz_sim", "create"): f"{_GAZEBO}:create",
-    ("ros_gz_sim", "gzserver"): f"{_GAZEBO}:serve",
+    **{  # by today's names, and Humble's
+        (package, name): program
+        for today, before, name, program in (
+            ("ros_gz_bridge", "ros_ign_bridge", "parameter_bridge", _BRIDGE),
+            ("ros_gz_image", "ros_ign_image", "image_bridge", _IMAGES),
+            ("ros_gz_sim", "ros_ign_gazebo", "create", f"{_GAZEBO}:create"),
+            ("ros_gz_sim", "ros_ign_gazebo", "gzserver", f"{_GAZEBO}:serve"),
+        )
+        for package in (today, before)
+    },
 }
 
 
