@@ -132,7 +132,8 @@ def of_options(
     if starts := _starts(options):
         found.setdefault("sim", {}).update(starts)
     if options.get("without_description"):
-        found.setdefault("sim", {})["fused_odometry"] = False  # nor is our filter there
+        alone = {"fused_odometry": False, "frames_of_file": True}  # nor is our filter there
+        found.setdefault("sim", {}).update(alone)
     running = [spec for group in groups for spec in group.nodes]
     for spec in running if options.get("seed") is not None else ():
         if "seed" in spec.config.__dataclass_fields__:
