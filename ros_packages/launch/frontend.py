@@ -294,3 +294,17 @@ _SUBSTITUTIONS: dict[str, Callable[..., Substitution]] = {
     "var": lambda name, usual=None: substitutions.LaunchConfiguration(name, default=usual),
 }
 _SUBSTITUTIONS |= {name.replace("_", "-"): made for name, made in _SUBSTITUTIONS.items()}
+
+
+def expose_substitution(name: str) -> Callable[[type[Any]], type[Any]]:
+    """Return a decorator that has `$(NAME words)` be what a class's `parse` makes of the words."""
+
+    def exposed(kind: type[Any]) -> type[Any]:
+        def made(*words: Text) -> Substitution:
+            chosen, given = kind.parse(words)
+            return chosen(**given)  # type: ignore[no-any-return]
+
+        _SUBSTITUTIONS[name] = made
+        return kind
+
+    return exposed

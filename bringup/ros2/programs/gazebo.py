@@ -25,9 +25,10 @@ from arjuna_sim.inputs import named_robot
 from bringup.client.simulator import SimulatorClient, SimulatorError, resource_of
 from bringup.ros2.client import Client
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.verbs.forward import arjuna, ros_arguments
+from bringup.ros2.verbs.forward import LAUNCHED, arjuna, ros_arguments
 
 _PATIENCE = 60.0  # [s] for a description, and for a world that takes it
+_PUBLISHER_STARTS = 8.0  # [s] from the start of a launch file
 _LINGER = 0.5  # [s] in which an answer reaches who asked
 _MOVING = re.compile(r"type=['\"](continuous|revolute)|xacro:")
 _ENDINGS = (".world", ".sdf", ".yaml")
@@ -128,9 +129,14 @@ def create(words: list[str]) -> None:
             resource = resource_of(str(_robot(chosen.string)))
         else:
             raise Ros2Error("nothing to spawn; valid: -topic T, -file F, -string TEXT")
+        space = (chosen.robot_namespace or given.remapped.get("__ns", "")).strip("/")
+        described = f"/{space}/robot_description".replace("//", "/")
+        if LAUNCHED in os.environ:  # with who describes the robot, where the simulator does not
+            count = client.client.count_publishers
+            client.run_until(lambda: count(described) > 0, _PUBLISHER_STARTS, required=False)
         name = chosen.name or "robot"
         request = SpawnEntity.Request(name=name, entity_resource=resource, allow_renaming=True)
-        request.entity_namespace = chosen.robot_namespace or given.remapped.get("__ns", "")
+        request.entity_namespace = space and f"/{space}"
         place = request.initial_pose.pose
         place.position.x, place.position.y, place.position.z = chosen.x, chosen.y, chosen.z
         place.orientation = quaternion(chosen.Y)

@@ -217,34 +217,12 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
 _DRIVER = (
     "its driver is ROS's: run it beside 'arjuna robot'; 'arjuna sim' publishes the same topics"
 )
+_DRIVERS = """rplidar_ros sllidar_ros2 ldlidar_stl_ros2 ydlidar_ros2_driver hls_lfcd_lds_driver
+urg_node sick_scan_xd velodyne_driver realsense2_camera usb_cam v4l2_camera depthai_ros_driver
+micro_ros_agent turtlebot3_node ros2_laser_scan_matcher"""
 REMEDIES = {
     "": "'source install/setup.bash' of its workspace first; 'ros2 pkg list' has all there are",
-    **dict.fromkeys(
-        (
-            *(
-                "rplidar_ros",
-                "sllidar_ros2",
-                "ldlidar_stl_ros2",
-                "ydlidar_ros2_driver",
-                "hls_lfcd_lds_driver",
-            ),
-            *(
-                "urg_node",
-                "sick_scan_xd",
-                "velodyne_driver",
-                "realsense2_camera",
-                "usb_cam",
-                "v4l2_camera",
-            ),
-            *(
-                "depthai_ros_driver",
-                "micro_ros_agent",
-                "turtlebot3_node",
-                "ros2_laser_scan_matcher",
-            ),
-        ),
-        _DRIVER,
-    ),
+    **dict.fromkeys(_DRIVERS.split(), _DRIVER),
     "cartographer_ros": "'ros2 launch slam_toolbox online_async_launch.py' maps",
     "rtabmap_slam": "'ros2 launch slam_toolbox online_async_launch.py' maps, in 2D",
     "rqt_gui": "'arjuna view' has plots and nodes",
@@ -253,6 +231,8 @@ REMEDIES = {
     "turtlesim": "it draws on a screen of its own: 'arjuna sim' is the robot here",
 }
 """What to do instead, by the package that is not there."""
+LAUNCHED = "ARJUNA_LAUNCHED"
+"""Set in the environment of what a launch file starts."""
 GENERATED = "share/arjuna/generated"
 """Marks the prefix of the packages that are made here."""
 _MOST = 65536  # [bytes] of a program that are looked at

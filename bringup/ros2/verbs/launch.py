@@ -23,7 +23,7 @@ from bringup.ros2.tables.launches import (
     known_arguments,
     translated,
 )
-from bringup.ros2.verbs.forward import arjuna, module_of, remedy
+from bringup.ros2.verbs.forward import LAUNCHED, arjuna, module_of, remedy
 
 if TYPE_CHECKING:
     from launch import LaunchDescription
@@ -103,11 +103,8 @@ def start(path: Path, words: list[str], shows: bool = False, debug: bool = False
     folder = str(Path(sys.executable).parent)
     path_of_user = os.environ.get("PATH", os.defpath)
     os.environ["PATH"] = os.pathsep.join([folder, path_of_user, str(programs)])
-    for name, value in (
-        ("ROS_DISTRO", "jazzy"),
-        ("ROS_VERSION", "2"),
-        ("GZ_SIM_RESOURCE_PATH", ""),
-    ):
+    known = {"ROS_DISTRO": "jazzy", "ROS_VERSION": "2", "GZ_SIM_RESOURCE_PATH": "", LAUNCHED: "1"}
+    for name, value in known.items():
         os.environ.setdefault(name, value)  # as a sourced ROS has them
     source = AnyLaunchDescriptionSource(str(path))
     if wrong := [word for word in words if ":=" not in word]:
@@ -213,7 +210,7 @@ def description(package: str, file: str) -> LaunchDescription:
     if (package, file) in COMPOSED:
         return _composed(COMPOSED[package, file])
     from launch import LaunchDescription
-    from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
+    from launch.actions import LogInfo, OpaqueFunction
 
     one = LAUNCHES[package, file]
 
@@ -225,6 +222,5 @@ def description(package: str, file: str) -> LaunchDescription:
         found = translated(one, [f"{name}:={value}" for name, value in given.items()])
         return [*(LogInfo(msg=line) for line in found.remarks), _process(found.command)]
 
-    names = sorted(known_arguments(one))
-    declared = [DeclareLaunchArgument(name, default_value="") for name in names]
-    return LaunchDescription([*declared, OpaqueFunction(function=started)])
+    # arguments are not declared: their defaults would be those of what is included next
+    return LaunchDescription([OpaqueFunction(function=started)])

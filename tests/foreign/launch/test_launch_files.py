@@ -324,6 +324,7 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
             for line in (
                 f"ros_gz_bridge/parameter_bridge --ros-args -r __ns:=/{name}",
                 f"ros_gz_sim/create -name {name} -string SDF -x {x} --ros-args -r __ns:=/{name}",
+                "robot_state_publisher/robot_state_publisher",
                 "rclcpp_components/component_container_isolated --ros-args --log-level info"
                 f" --ros-args -r __node:=nav2_container -r __ns:=/{name}",
             )
@@ -352,6 +353,7 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
             "arjuna run ros_gz_sim gzserver -v4 -g",
             "ros_gz_bridge/parameter_bridge",
             "ros_gz_sim/create -name waffle -string SDF -x -2.00",
+            "robot_state_publisher/robot_state_publisher",
             "rclcpp_components/component_container_isolated --ros-args --log-level info"
             " --ros-args -r __node:=nav2_container",
         ],
@@ -402,6 +404,7 @@ def test_every_file_is_tried() -> None:
         ("sim_launch.py", [], 1, {"robot_description": URDF, "use_sim_time": True}),
         ("namespaced.launch.py", [], 0, {"use_sim_time": True}),
         ("static_frames.launch.py", [], 2, {}),
+        ("spawned.launch.py", [], 5, {"use_sim_time": True}),
         ("own_navigation.launch.py", ["use_sim_time:=true"], 0, {"use_sim_time": True}),
         ("own_navigation.launch.py", ["use_composition:=True"], 1, {"use_sim_time": False}),
         (

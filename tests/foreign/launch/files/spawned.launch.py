@@ -44,6 +44,8 @@ def generate_launch_description():
             '-string', Command([FindExecutable(name='xacro'), ' ', 'namespace:=', namespace, ' ',
                                 robot]),
             '-x', LaunchConfiguration('x_pose', default='-2.00')]),
+        Node(package='robot_state_publisher', executable='robot_state_publisher', parameters=[
+            {'use_sim_time': LaunchConfiguration('use_sim_time', default='true')}]),
         Node(package='rclcpp_components', executable='component_container_isolated',
              name='nav2_container', namespace=namespace,
              arguments=['--ros-args', '--log-level', 'info']),
