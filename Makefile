@@ -37,7 +37,8 @@ docs:  ## the documentation as a site in out/docs, its links checked (needs the 
 
 wheel: setup  ## both wheels into dist/
 	@rm -rf build && mkdir -p build/wheel dist && cp .setup/wheels/*/*.whl dist/
-	@git ls-files -z | xargs -0 cp --parents -t build/wheel
+	@tar -c --exclude='./.*' --exclude=./build --exclude=./dist --exclude=./out --exclude=./tests \
+		--exclude=__pycache__ --exclude='*.egg-info' . | tar -x -C build/wheel
 	cd build/wheel && ../../$(VENV) -m scripts.kernels ship
 	$(VENV) -m pip -q wheel --no-deps --no-build-isolation -w dist build/wheel
 

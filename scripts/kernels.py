@@ -44,16 +44,14 @@ def main(arguments: list[str]) -> int:
         subprocess.run([sys.executable, "-c", once], cwd=ROOT, check=True)  # noqa: S603
         rows = ",\n".join(f" {json.dumps(list(row))}" for row in of_robots())
         LIST.write_text(f"[\n{rows}\n]\n")
-    elif arguments == ["compile"]:
-        forget_stale(ROOT, STATE / "kernels.json")
-        compile_all(read_list())
-    elif arguments == ["ship"]:
-        from arjuna_core.shipped_kernels import MARK, TARGET
+    elif arguments in (["compile"], ["ship"]):
+        if arguments == ["ship"]:
+            from arjuna_core.shipped_kernels import MARK, TARGET
 
-        os.environ.update(TARGET)
+            os.environ.update(TARGET)
+            MARK.touch()
         forget_stale(ROOT, STATE / "kernels.json")
         compile_all(read_list())
-        MARK.touch()
     else:
         sys.stderr.write("error: python -m scripts.kernels record|compile|ship\n")
         return 2

@@ -32,15 +32,11 @@ class IfCondition(Condition):
         )
 
 
-class UnlessCondition(Condition):
+class UnlessCondition(IfCondition):
     """Holds where an expression is false."""
 
-    def __init__(self, predicate_expression: SomeSubstitutionsType) -> None:
-        super().__init__(
-            predicate=lambda context: (
-                not evaluate_condition_expression(context, predicate_expression)
-            )
-        )
+    def evaluate(self, context: LaunchContext) -> bool:
+        return not super().evaluate(context)
 
 
 class LaunchConfigurationEquals(Condition):

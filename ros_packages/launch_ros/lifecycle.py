@@ -79,14 +79,17 @@ class LifecycleTransitions:
         """Take a node, by its full name, through transitions."""
         from lifecycle_msgs.srv import ChangeState, GetState
 
-        for number in transitions:
+        async def is_done(number: int) -> bool:
             state = await self._ask(GetState, f"{node}/get_state", GetState.Request())
-            if state is not None and state.current_state.id in _DONE.get(number, ()):
+            return state is not None and state.current_state.id in _DONE.get(number, ())
+
+        for number in transitions:
+            if await is_done(number):
                 continue
             request = ChangeState.Request()
             request.transition.id = number
             done = await self._ask(ChangeState, f"{node}/change_state", request)
-            if done is None or not done.success:
+            if (done is None or not done.success) and not await is_done(number):  # by a manager
                 why = "its services do not answer" if done is None else "it refused"
                 problem = f"Failed to make transition {number} of '{node}': {why}"
                 get_logger("launch_ros").error(problem)

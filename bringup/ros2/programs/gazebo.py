@@ -115,11 +115,9 @@ def create(words: list[str]) -> None:
     for name in ("x", "y", "z", "R", "P", "Y"):
         parser.add_argument(f"-{name}", f"--{name}", type=float, default=0.0)
     chosen, _ = parser.parse_known_args(given.own)
-    by_name = {name.lstrip("/"): value for name, value in given.parameters.items()}
-    for name, value in by_name.items():
+    for name, value in given.parameters.items():
         if hasattr(chosen, name):
             setattr(chosen, name, float(value) if len(name) == 1 else value)
-    resource = None
     with closing(SimulatorClient(_PATIENCE, given.remapped.get("__ns", ""))) as client:
         if chosen.topic:
             resource = resource_of(str(_robot(_received(client, chosen.topic))))
@@ -134,8 +132,8 @@ def create(words: list[str]) -> None:
         if LAUNCHED in os.environ:  # with who describes the robot, where the simulator does not
             count = client.client.count_publishers
             client.run_until(lambda: count(described) > 0, _PUBLISHER_STARTS, required=False)
-        name = chosen.name or "robot"
-        request = SpawnEntity.Request(name=name, entity_resource=resource, allow_renaming=True)
+        request = SpawnEntity.Request(entity_resource=resource, allow_renaming=True)
+        request.name = chosen.name or "robot"
         request.entity_namespace = space and f"/{space}"
         place = request.initial_pose.pose
         place.position.x, place.position.y, place.position.z = chosen.x, chosen.y, chosen.z

@@ -125,7 +125,7 @@ def _slam_toolbox(words: list[str], parameter: str = "") -> NoReturn:
             options += [_REMAPPED[name], value]
         elif name == "map":
             set_here.append(f"map_name:={value}")
-        else:
+        elif (name, value) != ("__node", "slam_toolbox"):
             unused.append(f"{name}:={value}")
     for item in [*set_here, *filter(None, [parameter])]:
         options += ["--param", item]
