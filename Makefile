@@ -36,8 +36,11 @@ docs:  ## the documentation as a site in out/docs, its links checked (needs the 
 	@$(PYTHON) -m scripts.docs_site
 
 wheel: setup  ## both wheels into dist/
-	@rm -rf build && mkdir -p dist && cp .setup/wheels/*/*.whl dist/
-	$(VENV) -m pip -q wheel --no-deps --no-build-isolation -w dist .
+	@rm -rf build && mkdir -p build/wheel dist && cp .setup/wheels/*/*.whl dist/
+	@tar -c --exclude='./.*' --exclude=./build --exclude=./dist --exclude=./out --exclude=./tests \
+		--exclude=__pycache__ --exclude='*.egg-info' . | tar -x -C build/wheel
+	cd build/wheel && ../../$(VENV) -m scripts.kernels ship
+	$(VENV) -m pip -q wheel --no-deps --no-build-isolation -w dist build/wheel
 
 lock:  ## make the lock files again from their .in files (needs the network)
 	$(PYTHON) -m scripts.lock

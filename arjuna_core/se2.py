@@ -30,12 +30,17 @@ class SE2:
     Attributes:
         x: Translation [m].
         y: Translation [m].
-        theta: Rotation [rad], not wrapped by the constructor.
+        theta: Rotation [rad], not wrapped by the constructor; `heading` reads the same.
     """
 
     x: float = 0.0
     y: float = 0.0
     theta: float = 0.0
+
+    @property
+    def heading(self) -> float:
+        """The heading of a robot at this pose [rad]."""
+        return self.theta
 
     def __matmul__(self, other: SE2) -> SE2:
         """Compose two transforms; the angle of the result is wrapped to [-pi, pi)."""

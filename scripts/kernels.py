@@ -2,7 +2,7 @@
 
 `kernels.json` lists each function with the types of its arguments, as a demo and a drive with each
 plug-in called it. It is written by `python -m scripts.kernels record`; a test says when it is out
-of date.
+of date. `ship` compiles for a wheel, into the copy of the sources that it runs in.
 
 Numba keeps what it compiled beside each module until that file changes, whatever the functions of
 other modules that it calls, and the constants, have become. Here those count too.
@@ -35,7 +35,7 @@ _NAME = re.compile(r"\w+")
 
 
 def main(arguments: list[str]) -> int:
-    """Write the list, or compile what is in it; return the exit code."""
+    """Write the list, or compile what is in it, for this CPU or a wheel; return the exit code."""
     if arguments == ["record"]:
         from scripts.kernels_in_use import of_robots
 
@@ -44,11 +44,16 @@ def main(arguments: list[str]) -> int:
         subprocess.run([sys.executable, "-c", once], cwd=ROOT, check=True)  # noqa: S603
         rows = ",\n".join(f" {json.dumps(list(row))}" for row in of_robots())
         LIST.write_text(f"[\n{rows}\n]\n")
-    elif arguments == ["compile"]:
+    elif arguments in (["compile"], ["ship"]):
+        if arguments == ["ship"]:
+            from arjuna_core.shipped_kernels import MARK, TARGET
+
+            os.environ.update(TARGET)
+            MARK.touch()
         forget_stale(ROOT, STATE / "kernels.json")
         compile_all(read_list())
     else:
-        sys.stderr.write("error: python -m scripts.kernels record|compile\n")
+        sys.stderr.write("error: python -m scripts.kernels record|compile|ship\n")
         return 2
     return 0
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Callable
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -64,3 +65,12 @@ def _force_folder(folder: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def in_new_file(text: str, suffix: str = ".yaml") -> Path:
+    """Return a new file of a text, in the folder of temporary files, for another process."""
+    with tempfile.NamedTemporaryFile(
+        "w", prefix="arjuna_", suffix=suffix, delete=False, encoding="utf-8"
+    ) as file:
+        file.write(text)
+    return Path(file.name)

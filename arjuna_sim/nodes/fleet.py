@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -75,10 +76,14 @@ class RobotNodes:
         self.namespace, self.robot = namespace, robot
         self._process = Process("robot", True, namespace=namespace, beside=beside)
         self._node = SimulatedRobotNode(self._process)
+        is_described = self._node.count_publishers("robot_description") > 0  # by a launch file
+        config = dataclasses.replace(config, frames_of_file=is_described)
         self._node.robot, self._node.stage, self._node.simulated = robot, stage, config
-        described = RobotStatePublisherNode(self._process)
-        described.given = robot.model
-        self._nodes: list[ManagedNode] = [self._node, described]
+        self._nodes: list[ManagedNode] = [self._node]
+        if not is_described:
+            described = RobotStatePublisherNode(self._process)
+            described.given = robot.model
+            self._nodes.append(described)
         self._run("configure", self._nodes)
         topics = self.interface.topics
         imu = topics.settings.first(ImuSettings)

@@ -69,6 +69,12 @@ class SimConfig(SimulatorConfig):
         " nor where it steers or moves to the side.",
         read_only=True,
     )
+    frames_of_file: bool = param(
+        False,
+        "Whether sensors have the frames that the robot's file names, as in Gazebo, rather than"
+        " ones where they are: for a robot_state_publisher of yours, which knows no others.",
+        read_only=True,
+    )
     initial_pose: InitialPose = field(default_factory=InitialPose)
     viewer: bool = param(
         False,

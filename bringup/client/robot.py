@@ -178,7 +178,7 @@ class Robot:
         self,
         x: float,
         y: float,
-        yaw: float = 0.0,
+        heading: float = 0.0,
         timeout: float = GOAL_TIMEOUT,
         progress: Callable[[Any], None] = lambda feedback: None,
     ) -> GoalEnd:
@@ -186,7 +186,7 @@ class Robot:
 
         `progress` takes nav2's feedback.
         """
-        return self._goals.navigate(SE2(x, y, yaw), timeout, progress)
+        return self._goals.navigate(SE2(x, y, heading), timeout, progress)
 
     def tour(
         self, waypoints: Iterable[tuple[float, float, float]], timeout: float = GOAL_TIMEOUT
@@ -205,7 +205,7 @@ class Robot:
         )
         return done.returncode == 0
 
-    def set_pose(self, x: float, y: float, yaw: float = 0.0) -> None:
+    def set_pose(self, x: float, y: float, heading: float = 0.0) -> None:
         """Set the pose that AMCL starts from, roughly [m, m, rad].
 
         Raises:
@@ -219,7 +219,7 @@ class Robot:
         count = publisher.get_subscription_count
         self._wait(lambda: count() > 0, what, _REMEDIES["initialpose"])
         pose = PoseWithCovariance(
-            pose=pose_msg(SE2(x, y, yaw)), covariance=planar_covariance(_INITIAL_COVARIANCE)
+            pose=pose_msg(SE2(x, y, heading)), covariance=planar_covariance(_INITIAL_COVARIANCE)
         )
         publisher.publish(PoseWithCovarianceStamped(header=header("map", 0.0), pose=pose))
         session.pause(0.1)  # it is sent

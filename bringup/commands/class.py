@@ -30,7 +30,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--first-port", type=int, default=8101, metavar="N", help="for `view` (%(default)s)"
     )
     parser.add_argument("--homework", metavar="NAME", help="to hand out too")
-    options.add(parser, *options.NODES, *options.SIMULATION, "--at", "--yaw", "--seed", "--json")
+    options.add(
+        parser, *options.NODES, *options.SIMULATION, "--at", "--heading", "--seed", "--json"
+    )
     parser.add_argument(
         "--rtf", type=options.factor, metavar="FACTOR", help="simulated per real seconds (1)"
     )

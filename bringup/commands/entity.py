@@ -71,7 +71,7 @@ def _add_height_and_heading(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--z", type=options.finite, default=0.0, help="height of its origin [m] (0)"
     )
-    parser.add_argument("--yaw", type=options.finite, default=0.0, help="heading [rad] (0)")
+    options.add(parser, "--heading", default=0.0, help="heading [rad] (0)")
 
 
 def _path(text: str) -> list[tuple[float, float]]:

@@ -9,15 +9,15 @@ from bringup.parameters import options
 EXAMPLES = (
     "sim",
     "sim --robot urdf/burger.urdf --world worlds/pillar_arena.world --at -2 -0.5",
-    "sim --at -2 0.5 --yaw 1.57",
+    "sim --at -2 0.5 --heading 1.57",
     "sim --check my.urdf",
     "sim --viewer",
     "sim --namespace a --namespace b --at -2 0 --at 2 2",
     "sim --world worlds/office.world --record",
 )
 
-_SEVERAL = """Several robots in one world: give --namespace again for each, and --at, --yaw and
---robot in the same order. Each is driven and seen below its own namespace, as
+_SEVERAL = """Several robots in one world: give --namespace again for each, and --at, --heading
+and --robot in the same order. Each is driven and seen below its own namespace, as
 `nav --namespace NAME` takes it; one that is spawned while it runs too."""
 
 
@@ -28,7 +28,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     options.add(parser, "--domain-id", "--json")
     options.add(parser, "--robot", action=options.Each)
     options.add(parser, "--package-path", "robot_arguments", "--world", "--model-path")
-    options.add(parser, "--at", "--yaw", action=options.Each)
+    options.add(parser, "--at", "--heading", action=options.Each)
     options.add(parser, "--seed", "--check", "--save-guess")
     parser.set_defaults(use_sim_time=True)
     parser.add_argument(

@@ -229,7 +229,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "metavar": ("X", "Y"),
         "help": "where the robot starts, or the nearest free place [m] (0 0)",
     },
-    "--yaw": _value(finite, "RAD", "its heading there (0)"),
+    "--heading": _value(finite, "RAD", "its heading there (0)", dest="yaw"),
     "--check": _path(
         "say what is understood of a robot, world or map, and what is not, and end", type=_input
     ),
@@ -250,7 +250,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     ),
     "x": _value(finite, "X", "of the map [m]"),
     "y": _value(finite, "Y", "of the map [m]"),
-    "yaw": _value(finite, "YAW", "heading [rad] (0)", nargs="?", default=0.0),
+    "yaw": _value(finite, "HEADING", "heading [rad] (0)", nargs="?", default=0.0),
     "--tolerance": _value(
         positive,
         "M",
@@ -267,7 +267,8 @@ _OPTIONS: dict[str, dict[str, Any]] = {
 def add(parser: argparse._ActionsContainer, *names: str, **changes: Any) -> None:
     """Add options and arguments that several commands share."""
     for name in names:
-        parser.add_argument(name, **{**_OPTIONS[name], **changes})
+        also = ("--yaw",) if name == "--heading" else ()  # ROS's word
+        parser.add_argument(name, *also, **{**_OPTIONS[name], **changes})
 
 
 def add_running(parser: argparse.ArgumentParser) -> None:

@@ -132,7 +132,8 @@ def of_options(
     if starts := _starts(options):
         found.setdefault("sim", {}).update(starts)
     if options.get("without_description"):
-        found.setdefault("sim", {})["fused_odometry"] = False  # nor is our filter there
+        alone = {"fused_odometry": False, "frames_of_file": True}  # nor is our filter there
+        found.setdefault("sim", {}).update(alone)
     running = [spec for group in groups for spec in group.nodes]
     for spec in running if options.get("seed") is not None else ():
         if "seed" in spec.config.__dataclass_fields__:
@@ -141,8 +142,9 @@ def of_options(
 
 
 def is_fleet(options: Mapping[str, Any]) -> bool:
-    """Return whether options name several robots."""
-    return any(len(options.get(name) or ()) > 1 for name in ("robots", "namespaces"))
+    """Return whether options name several robots, or one of several that Gazebo has in a world."""
+    fewest = 0 if options.get("without_description") else 1
+    return len(options.get("robots") or ()) > 1 or len(options.get("namespaces") or ()) > fewest
 
 
 def _starts(options: Mapping[str, Any]) -> dict[str, Any]:

@@ -76,7 +76,7 @@ def _guarded(words: list[str]) -> int:
     except ModuleNotFoundError as error:
         sys.stderr.write(f"the module {error.name} is not installed; run 'make setup'\n")
     except KeyboardInterrupt:
-        return INTERRUPTED
+        return 0 if words[:1] == ["run"] else INTERRUPTED  # a node ends in order, as C++'s do
     except BrokenPipeError:  # nobody reads any more, as after `| head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return FAILED

@@ -17,7 +17,7 @@ from pathlib import Path
 from arjuna_core.files.array_cache import cache_folder
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.context import add_environment_to_ament_index
-from bringup.ros2.tables.launches import LAUNCHES
+from bringup.ros2.tables.launches import COMPOSED, LAUNCHES
 from bringup.ros2.verbs.forward import GENERATED, PROGRAMS
 
 _VARIABLE = "AMENT_PREFIX_PATH"
@@ -125,8 +125,12 @@ def _texts() -> dict[str, str]:
     for package, name in PROGRAMS:
         program = _PROGRAM.format(python=sys.executable, package=package, name=name)
         found[f"lib/{package}/{name}"] = program
+    for name in ("gz", "ign"):  # `gz sim -s WORLD`
+        found[f"bin/{name}"] = _PROGRAM.format(
+            python=sys.executable, package="ros_gz_sim", name="gzserver"
+        )
     found |= {f"share/{name}": _RVIZ for name in _VIEWS}
-    for package, file in LAUNCHES:
+    for package, file in (*LAUNCHES, *COMPOSED):
         found[f"share/{package}/launch/{file}"] = _LAUNCH.format(package=package, file=file)
     return found
 
@@ -136,7 +140,7 @@ def _write(folder: Path, texts: dict[str, str]) -> None:
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
-        path.chmod(0o755 if name.startswith("lib/") else 0o644)
+        path.chmod(0o644 if name.startswith("share/") else 0o755)
     for name, source in SHIPPED.items():
         path = folder / "share" / name
         path.parent.mkdir(parents=True, exist_ok=True)

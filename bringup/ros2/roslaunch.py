@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import itertools
 import re
-import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from arjuna_core.files.input_file import head_of
 from arjuna_core.files.shipped import shipped_file
+from arjuna_core.files.whole_file import in_new_file
 from bringup.parameters.foreign.conversion import converted
 from bringup.parameters.foreign.launch_file import LaunchFile, Program
 from bringup.ros2.verbs.forward import PROGRAMS, executables_of, remedy
@@ -68,7 +68,7 @@ def commands(path: Path) -> tuple[list[list[str]], list[str]]:
     if {"amcl", "move_base", "slam"} & found.parts and any(file.document.values()):
         conversion = converted(path)
         problems += [*conversion.unknown, *conversion.problems]
-        parameters = ["--params", _written(conversion.text)]
+        parameters = ["--params", str(in_new_file(conversion.text))]
     made, missing = _commands(found, parameters)
     return made, [*problems, *missing]
 
@@ -154,9 +154,3 @@ def _navigation(found: _Found, parameters: list[str]) -> list[list[str]]:
 
 def _map_server(file: str) -> list[str]:
     return ["run", "nav2_map_server", "map_server", "--ros-args", "-p", f"yaml_filename:={file}"]
-
-
-def _written(text: str) -> str:
-    with tempfile.NamedTemporaryFile("w", suffix=".yaml", delete=False) as file:
-        file.write(text)
-    return file.name

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
+
+import yaml
 
 from launch.action import Action, Entities, LaunchDescriptionEntity, entities
 from launch.event_handler import BaseEventHandler, Event
@@ -19,34 +22,8 @@ from launch.substitution import (
     TextSubstitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
+    performed,
 )
-
-__all__ = [
-    "AppendEnvironmentVariable",
-    "DeclareLaunchArgument",
-    "EmitEvent",
-    "ExecuteLocal",
-    "ExecuteProcess",
-    "GroupAction",
-    "IncludeLaunchDescription",
-    "LogInfo",
-    "OpaqueCoroutine",
-    "OpaqueFunction",
-    "PopEnvironment",
-    "PopLaunchConfigurations",
-    "PushEnvironment",
-    "PushLaunchConfigurations",
-    "RegisterEventHandler",
-    "ResetEnvironment",
-    "ResetLaunchConfigurations",
-    "SetEnvironmentVariable",
-    "SetLaunchConfiguration",
-    "Shutdown",
-    "TimerAction",
-    "UnregisterEventHandler",
-    "UnsetEnvironmentVariable",
-    "UnsetLaunchConfiguration",
-]
 
 
 class _Doing(Action):
@@ -57,7 +34,6 @@ class _Doing(Action):
         self._do = do
 
     def execute(self, context: LaunchContext) -> None:
-        """Do it."""
         self._do(context)
 
 
@@ -90,7 +66,6 @@ class DeclareLaunchArgument(Action):
             raise ValueError(f"default '{default}' of '{name}' is not one of {self.choices}")
 
     def execute(self, context: LaunchContext) -> None:
-        """Set the default where nothing was given, and check the value."""
         known = context.launch_configurations
         if self.name not in known:
             if self.default_value is None:
@@ -117,7 +92,6 @@ class SetLaunchConfiguration(Action):
         return perform_substitutions(context, self.name), perform_substitutions(context, self.value)
 
     def execute(self, context: LaunchContext) -> None:
-        """Set it."""
         name, value = self._pair(context)
         context.launch_configurations[name] = value
 
@@ -126,7 +100,6 @@ class SetEnvironmentVariable(SetLaunchConfiguration):
     """Sets a variable of the environment."""
 
     def execute(self, context: LaunchContext) -> None:
-        """Set it."""
         name, value = self._pair(context)
         context.environment[name] = value
 
@@ -146,7 +119,6 @@ class AppendEnvironmentVariable(SetLaunchConfiguration):
         self.prepend, self.separator = prepend, separator
 
     def execute(self, context: LaunchContext) -> None:
-        """Append it."""
         name, value = self._pair(context)
         parts = [context.environment.get(name, ""), value]
         if self.prepend:
@@ -158,51 +130,29 @@ class AppendEnvironmentVariable(SetLaunchConfiguration):
 class UnsetLaunchConfiguration(_Doing):
     """Drops a configuration."""
 
+    known = staticmethod(lambda context: context.launch_configurations)
+
     def __init__(self, name: SomeSubstitutionsType, **kwargs: Any) -> None:
         super().__init__(
-            lambda c: c.launch_configurations.pop(perform_substitutions(c, name), None), **kwargs
+            lambda c: self.known(c).pop(perform_substitutions(c, name), None), **kwargs
         )
 
 
-class UnsetEnvironmentVariable(_Doing):
+class UnsetEnvironmentVariable(UnsetLaunchConfiguration):
     """Drops a variable of the environment."""
 
-    def __init__(self, name: SomeSubstitutionsType, **kwargs: Any) -> None:
-        super().__init__(
-            lambda c: c.environment.pop(perform_substitutions(c, name), None), **kwargs
-        )
+    known = staticmethod(lambda context: context.environment)
 
 
-class PushLaunchConfigurations(_Doing):
-    """Saves the configurations."""
-
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(LaunchContext.push_launch_configurations, **kwargs)
-
-
-class PopLaunchConfigurations(_Doing):
-    """Takes the saved configurations back."""
-
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(LaunchContext.pop_launch_configurations, **kwargs)
-
-
-class PushEnvironment(_Doing):
-    """Saves the environment."""
-
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(LaunchContext.push_environment, **kwargs)
-
-
-class PopEnvironment(_Doing):
-    """Takes the saved environment back."""
-
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(LaunchContext.pop_environment, **kwargs)
+PushLaunchConfigurations = partial(_Doing, LaunchContext.push_launch_configurations)
+PopLaunchConfigurations = partial(_Doing, LaunchContext.pop_launch_configurations)
+PushEnvironment = partial(_Doing, LaunchContext.push_environment)
+PopEnvironment = partial(_Doing, LaunchContext.pop_environment)
+ResetEnvironment = partial(_Doing, LaunchContext.reset_environment)
 
 
 class ResetLaunchConfigurations(Action):
-    """Drops all configurations but those given."""
+    """Drops all configurations but those given, whose values are taken before."""
 
     def __init__(
         self,
@@ -213,23 +163,7 @@ class ResetLaunchConfigurations(Action):
         self._kept = dict(launch_configurations or {})
 
     def execute(self, context: LaunchContext) -> None:
-        """Drop them; the values of those given are taken before."""
-        context.launch_configurations = {
-            perform_substitutions(context, name): perform_substitutions(context, value)
-            for name, value in self._kept.items()
-        }
-
-
-class ResetEnvironment(_Doing):
-    """Takes the environment back that launching began with."""
-
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(self._reset, **kwargs)
-
-    @staticmethod
-    def _reset(context: LaunchContext) -> None:
-        context.environment.clear()
-        context.environment.update(context.first)
+        context.launch_configurations = performed(context, self._kept)
 
 
 class GroupAction(Action):
@@ -249,11 +183,9 @@ class GroupAction(Action):
         self._given = dict(launch_configurations or {})
 
     def children(self) -> Iterable[LaunchDescriptionEntity]:
-        """Yield its actions."""
         return self._actions
 
     def execute(self, context: LaunchContext) -> Entities:
-        """Return its actions, between saving and taking back."""
         given: list[Action] = (
             [SetLaunchConfiguration(name, value) for name, value in self._given.items()]
             if self._forwarding
@@ -283,7 +215,6 @@ class IncludeLaunchDescription(Action):
         self.launch_arguments = list(given.items() if isinstance(given, Mapping) else given)
 
     def execute(self, context: LaunchContext) -> Entities:
-        """Return the other file's description, with the arguments set before it."""
         description = self.launch_description_source.get_launch_description(context)
         given = [SetLaunchConfiguration(*pair) for pair in self.launch_arguments]
         names = {perform_substitutions(context, name) for name, _ in self.launch_arguments}
@@ -323,8 +254,35 @@ class OpaqueFunction(Action):
         self._function, self._args, self._kwargs = function, tuple(args or ()), dict(kwargs or {})
 
     def execute(self, context: LaunchContext) -> Entities:
-        """Call it."""
         return entities(self._function(context, *self._args, **self._kwargs))
+
+
+class ForEach(OpaqueFunction):
+    """What a function returns for each of some mappings: text of YAML, with `;` between them."""
+
+    def __init__(
+        self, input_values: SomeSubstitutionsType, *, function: Callable[..., Any], **rest: Any
+    ) -> None:
+        def each(context: LaunchContext) -> list[LaunchDescriptionEntity]:
+            texts = perform_substitutions(context, input_values).split(";")
+            given = (yaml.safe_load(text) for text in texts if text.strip())
+            return [one for values in given for one in entities(function(**values))]
+
+        super().__init__(function=each, **rest)
+
+
+class ForLoop(OpaqueFunction):
+    """What a function returns for each `i` below a length."""
+
+    def __init__(
+        self, length: SomeSubstitutionsType, *, function: Callable[..., Any], **rest: Any
+    ) -> None:
+        def each(context: LaunchContext) -> list[LaunchDescriptionEntity]:
+            numbers = range(int(perform_substitutions(context, length)))
+            return [one for i in numbers for one in entities(function(i=i))]
+
+        rest.pop("name", None)  # of XML's index
+        super().__init__(function=each, **rest)
 
 
 class OpaqueCoroutine(OpaqueFunction):
@@ -335,7 +293,6 @@ class OpaqueCoroutine(OpaqueFunction):
         super().__init__(function=coroutine, **kwargs)
 
     def execute(self, context: LaunchContext) -> Entities:
-        """Start it."""
         first = () if self._ignored else (context,)
         context.start(self._function(*first, *self._args, **self._kwargs))
         return []
@@ -351,7 +308,6 @@ class LogInfo(Action):
         self.msg = msg
 
     def execute(self, context: LaunchContext) -> None:
-        """Print it."""
         getattr(get_logger("user"), self.level)(perform_substitutions(context, self.msg))
 
 
@@ -363,12 +319,10 @@ class RegisterEventHandler(Action):
         self.event_handler = event_handler
 
     def execute(self, context: LaunchContext) -> None:
-        """Register the handler, with the configurations of now."""
         self.event_handler.configurations = dict(context.launch_configurations)
         context.register_event_handler(self.event_handler)
 
     def children(self) -> Iterable[LaunchDescriptionEntity]:
-        """Yield what the handler visits, where it is no function."""
         given = getattr(self.event_handler, "entities", None)
         return () if callable(given) else entities(given)
 
@@ -377,7 +331,6 @@ class UnregisterEventHandler(RegisterEventHandler):
     """Has events no longer handled."""
 
     def execute(self, context: LaunchContext) -> None:
-        """Drop the handler."""
         context.unregister_event_handler(self.event_handler)
 
 
@@ -389,7 +342,6 @@ class EmitEvent(Action):
         self.event = event
 
     def execute(self, context: LaunchContext) -> None:
-        """Emit it."""
         context.emit_event_sync(self.event)
 
 
@@ -402,7 +354,6 @@ class Shutdown(EmitEvent):
         super().__init__(event=ShutdownEvent(reason=str(reason)), **kwargs)
 
     def execute(self, context: LaunchContext) -> None:
-        """End all; a process whose end it follows is named."""
         ended: Any = getattr(context.locals, "event", None)
         if getattr(ended, "returncode", None) is not None:
             get_logger("launch").info(f"process[{ended.process_name}] was required: shutting down")
@@ -425,7 +376,6 @@ class TimerAction(Action):
         self._canceled = False
 
     def children(self) -> Iterable[LaunchDescriptionEntity]:
-        """Yield its actions."""
         return self.actions
 
     def cancel(self) -> None:
@@ -433,7 +383,6 @@ class TimerAction(Action):
         self._canceled = True
 
     def execute(self, context: LaunchContext) -> None:
-        """Start the timer."""
         given = self.period if not isinstance(self.period, int | float) else str(self.period)
         seconds = float(perform_substitutions(context, given))
         now = dict(context.launch_configurations)

@@ -7,15 +7,6 @@ from launch.launch_context import LaunchContext
 from launch.substitution import SomeSubstitutionsType, perform_substitutions
 from launch.substitutions import is_true
 
-__all__ = [
-    "IfCondition",
-    "InvalidConditionExpressionError",
-    "LaunchConfigurationEquals",
-    "LaunchConfigurationNotEquals",
-    "UnlessCondition",
-    "evaluate_condition_expression",
-]
-
 
 class InvalidConditionExpressionError(ValueError):
     """A condition is neither true nor false."""
@@ -41,15 +32,11 @@ class IfCondition(Condition):
         )
 
 
-class UnlessCondition(Condition):
+class UnlessCondition(IfCondition):
     """Holds where an expression is false."""
 
-    def __init__(self, predicate_expression: SomeSubstitutionsType) -> None:
-        super().__init__(
-            predicate=lambda context: (
-                not evaluate_condition_expression(context, predicate_expression)
-            )
-        )
+    def evaluate(self, context: LaunchContext) -> bool:
+        return not super().evaluate(context)
 
 
 class LaunchConfigurationEquals(Condition):
@@ -71,5 +58,4 @@ class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
     """Holds where a configuration has another value."""
 
     def evaluate(self, context: LaunchContext) -> bool:
-        """Return whether the action is done."""
         return not super().evaluate(context)

@@ -51,7 +51,6 @@ class EventHandler(BaseEventHandler):
         self.entities = entities
 
     def handle(self, event: Any, context: LaunchContext) -> Entities:
-        """Return what is visited because of an event."""
         super().handle(event, context)
         given = self.entities
         if callable(given):

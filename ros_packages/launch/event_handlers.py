@@ -10,14 +10,6 @@ from launch.events import ExecutionComplete, Shutdown
 from launch.events.process import ProcessExited, ProcessIO, ProcessStarted
 from launch.launch_context import LaunchContext
 
-__all__ = [
-    "OnExecutionComplete",
-    "OnProcessExit",
-    "OnProcessIO",
-    "OnProcessStart",
-    "OnShutdown",
-]
-
 
 class _OfAction(EventHandler):
     """Handles an event of one action, of those that a function chooses, or of every one."""
@@ -77,7 +69,6 @@ class OnProcessIO(_OfAction):
         self._reactions = (on_stdin, on_stdout, on_stderr)
 
     def handle(self, event: Any, context: LaunchContext) -> Entities:
-        """Return what is visited because of an event."""
         super().handle(event, context)
         reaction = self._reactions[event.fd]
         return entities(reaction(event) if callable(reaction) else reaction)

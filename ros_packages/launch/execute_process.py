@@ -31,6 +31,7 @@ from launch.substitution import (
     SomeSubstitutionsType,
     normalize_to_list_of_substitutions,
     perform_substitutions,
+    performed,
 )
 
 _NUMBERS = itertools.count(1)
@@ -103,15 +104,14 @@ class ExecuteProcess(Action):
         return [*shlex.split(perform_substitutions(context, prefix)), *found]
 
     def execute(self, context: LaunchContext) -> Entities | None:
-        """Start it, and follow it until its end."""
         if context.is_shutdown:
             return None
         words = self.words(context)
         wanted = perform_substitutions(context, self._name or os.path.basename(words[0]))  # noqa: PTH119
         env = dict(context.environment)
         if self._env is not None:
-            env = _performed(context, self._env)
-        env |= _performed(context, self._additional)
+            env = performed(context, self._env)
+        env |= performed(context, self._additional)
         cwd = None if self._cwd is None else perform_substitutions(context, self._cwd)
         name = f"{wanted.split(' ')[0]}-{next(_NUMBERS)}"
         self.process_details = {"name": name, "cmd": words, "cwd": cwd, "env": env}
@@ -280,12 +280,3 @@ class ExecuteLocal(ExecuteProcess):
 
     def __init__(self, *, process_description: Any, **kwargs: Any) -> None:
         super().__init__(cmd=process_description.cmd, **kwargs)
-
-
-def _performed(
-    context: LaunchContext, given: Mapping[Any, SomeSubstitutionsType]
-) -> dict[str, str]:
-    return {
-        perform_substitutions(context, name): perform_substitutions(context, value)
-        for name, value in given.items()
-    }

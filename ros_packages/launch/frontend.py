@@ -104,9 +104,12 @@ def _description(path: Path, root: Entity) -> LaunchDescription:
 
 def action_of(entity: Entity) -> Action:
     """Return the action of an element."""
-    if entity.tag not in _ACTIONS:
-        raise InvalidLaunchFileError(f"<{entity.tag}> is unknown; {nearest(entity.tag, _ACTIONS)}")
-    made = _ACTIONS[entity.tag](entity)
+    from launch_ros.frontend import ACTIONS
+
+    known = {**_ACTIONS, **ACTIONS}
+    if entity.tag not in known:
+        raise InvalidLaunchFileError(f"<{entity.tag}> is unknown; {nearest(entity.tag, known)}")
+    made = known[entity.tag](entity)
     for name, kind in (("if", IfCondition), ("unless", UnlessCondition)):
         if name in entity.texts:
             made.condition = kind(entity.needed(name))
@@ -188,16 +191,6 @@ def _environment(kind: type[Any]) -> Callable[[Entity], Action]:
     return of
 
 
-def _of_ros(name: str) -> Callable[[Entity], Action]:
-    def of(entity: Entity) -> Action:
-        from launch_ros import frontend
-
-        found: Action = getattr(frontend, name)(entity)
-        return found
-
-    return of
-
-
 _ACTIONS: dict[str, Callable[[Entity], Action]] = {
     "append_env": _environment(actions.AppendEnvironmentVariable),
     "arg": _argument,
@@ -210,14 +203,6 @@ _ACTIONS: dict[str, Callable[[Entity], Action]] = {
     "shutdown": lambda e: actions.Shutdown(reason=e.texts.get("reason", "reason not given")),
     "timer": lambda e: actions.TimerAction(period=e.needed("period"), actions=_inside(e)),
     "unset_env": lambda e: actions.UnsetEnvironmentVariable(e.needed("name")),
-    **{
-        name: _of_ros(name)
-        for name in (
-            *("node", "lifecycle_node", "node_container", "load_composable_node"),
-            *("push_ros_namespace", "set_parameter", "set_parameters_from_file"),
-            *("set_remap", "set_use_sim_time"),
-        )
-    },
 }
 
 
@@ -226,7 +211,7 @@ def parse_substitution(text: str) -> Text:
     found: Text = []
     at = 0
     while (start := text.find("$(", at)) >= 0:
-        end = _closing(text, start + 2)
+        end = closing(text, start + 2)
         if start > at:
             found.append(TextSubstitution(text=text[at:start]))
         found.append(_substitution(text[start + 2 : end].strip()))
@@ -236,7 +221,8 @@ def parse_substitution(text: str) -> Text:
     return found
 
 
-def _closing(text: str, at: int) -> int:
+def closing(text: str, at: int) -> int:
+    """Return where the bracket is closed in which a position of a text is."""
     depth = 1
     for index in range(at, len(text)):
         depth += {"(": 1, ")": -1}.get(text[index], 0)
@@ -256,7 +242,7 @@ def _words(text: str) -> list[str]:
         if match[3] is not None:
             end = match.start(3)
             while end < len(text) and not text[end].isspace():
-                end = _closing(text, end + 2) + 1 if text.startswith("$(", end) else end + 1
+                end = closing(text, end + 2) + 1 if text.startswith("$(", end) else end + 1
             found.append(text[match.start(3) : end])
         else:
             quoted = match[1] if match[1] is not None else match[2]
@@ -308,3 +294,17 @@ _SUBSTITUTIONS: dict[str, Callable[..., Substitution]] = {
     "var": lambda name, usual=None: substitutions.LaunchConfiguration(name, default=usual),
 }
 _SUBSTITUTIONS |= {name.replace("_", "-"): made for name, made in _SUBSTITUTIONS.items()}
+
+
+def expose_substitution(name: str) -> Callable[[type[Any]], type[Any]]:
+    """Return a decorator that has `$(NAME words)` be what a class's `parse` makes of the words."""
+
+    def exposed(kind: type[Any]) -> type[Any]:
+        def made(*words: Text) -> Substitution:
+            chosen, given = kind.parse(words)
+            return chosen(**given)  # type: ignore[no-any-return]
+
+        _SUBSTITUTIONS[name] = made
+        return kind
+
+    return exposed

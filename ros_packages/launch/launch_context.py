@@ -67,6 +67,11 @@ class LaunchContext:
         """Take the saved configurations back."""
         self.launch_configurations = self._saved_configurations.pop()
 
+    def reset_environment(self) -> None:
+        """Take the environment back that launching began with."""
+        os.environ.clear()
+        os.environ.update(self.first)
+
     def push_environment(self) -> None:
         """Save the environment."""
         self._saved_environments.append(dict(os.environ))

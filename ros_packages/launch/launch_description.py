@@ -25,11 +25,9 @@ class LaunchDescription(LaunchDescriptionEntity):
     add_entity = add_action
 
     def visit(self, context: LaunchContext) -> Entities:
-        """Return its entities."""
         return list(self.entities)
 
     def children(self) -> Iterable[LaunchDescriptionEntity]:
-        """Yield its entities."""
         return self.entities
 
     def get_launch_arguments(

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Union
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, Union
 
 if TYPE_CHECKING:
     from launch.launch_context import LaunchContext
@@ -43,7 +43,6 @@ class TextSubstitution(Substitution):
         self.text = text
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the text."""
         return self.text
 
 
@@ -61,3 +60,11 @@ def normalize_to_list_of_substitutions(subs: SomeSubstitutionsType) -> list[Subs
 def perform_substitutions(context: LaunchContext, subs: SomeSubstitutionsType) -> str:
     """Return the value of a text, a substitution, or several that make one text."""
     return "".join(one.perform(context) for one in normalize_to_list_of_substitutions(subs))
+
+
+def performed(context: LaunchContext, given: Mapping[Any, SomeSubstitutionsType]) -> dict[str, str]:
+    """Return names and values that are texts or substitutions as texts."""
+    return {
+        perform_substitutions(context, name): perform_substitutions(context, value)
+        for name, value in given.items()
+    }

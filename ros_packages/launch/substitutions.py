@@ -21,32 +21,6 @@ from launch.substitution import (
     perform_substitutions,
 )
 
-__all__ = [
-    "AndSubstitution",
-    "AnonName",
-    "AnyLocalSubstitution",
-    "BooleanSubstitution",
-    "Command",
-    "EnvironmentVariable",
-    "EqualsSubstitution",
-    "FileContent",
-    "FindExecutable",
-    "IfElseSubstitution",
-    "LaunchConfiguration",
-    "LaunchLogDir",
-    "LocalSubstitution",
-    "NotEqualsSubstitution",
-    "NotSubstitution",
-    "OrSubstitution",
-    "PathJoinSubstitution",
-    "PathSubstitution",
-    "PythonExpression",
-    "SubstitutionFailure",
-    "TextSubstitution",
-    "ThisLaunchFile",
-    "ThisLaunchFileDir",
-]
-
 
 def is_true(text: str) -> bool:
     """Return whether a text is true or 1, rather than false or 0."""
@@ -65,7 +39,6 @@ class LaunchConfiguration(Substitution):
         self.variable_name, self.default = variable_name, default
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the value, or the default."""
         name = perform_substitutions(context, self.variable_name)
         if name in context.launch_configurations:
             return str(context.launch_configurations[name])
@@ -94,7 +67,6 @@ class EnvironmentVariable(Substitution):
         self.name, self.default_value = name, default_value
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the value, or the default."""
         name = perform_substitutions(context, self.name)
         if name in context.environment:
             return context.environment[name]
@@ -110,7 +82,6 @@ class PathJoinSubstitution(Substitution):
         self.substitutions = list(substitutions)
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the path."""
         parts = [perform_substitutions(context, one) for one in self.substitutions]
         return os.path.join(*parts) if parts else ""  # noqa: PTH118 - a text stays as it is
 
@@ -136,7 +107,6 @@ class PythonExpression(Substitution):
         self.expression, self.python_modules = expression, list(python_modules)
 
     def perform(self, context: LaunchContext) -> str:
-        """Evaluate it; names of `math` need no prefix."""
         text = perform_substitutions(context, self.expression)
         names: dict[str, Any] = {}
         for each in self.python_modules:
@@ -158,7 +128,6 @@ class Command(Substitution):
         self.command, self.on_stderr = command, on_stderr
 
     def perform(self, context: LaunchContext) -> str:
-        """Run it; it fails where it ends with an error, or as `on_stderr` says."""
         words = shlex.split(perform_substitutions(context, self.command))
         try:
             done = subprocess.run(  # noqa: S603 - the launch file's own words
@@ -181,7 +150,6 @@ class FindExecutable(Substitution):
         self.name = name
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the path."""
         name = perform_substitutions(context, self.name)
         found = shutil.which(name, path=context.environment.get("PATH"))
         if found is None:
@@ -193,7 +161,6 @@ class ThisLaunchFile(Substitution):
     """The path of the launch file."""
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the path."""
         found = getattr(context.locals, "current_launch_file_path", None)
         if found is None:
             raise SubstitutionFailure("ThisLaunchFile is used outside of a launch file")
@@ -204,7 +171,6 @@ class ThisLaunchFileDir(ThisLaunchFile):
     """The folder of the launch file."""
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the folder."""
         return os.path.dirname(super().perform(context))  # noqa: PTH120 - a text
 
 
@@ -212,7 +178,6 @@ class LaunchLogDir(Substitution):
     """The folder of the run's log files."""
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the folder."""
         from launch.logging import launch_config
 
         return launch_config.log_dir
@@ -225,7 +190,6 @@ class FileContent(Substitution):
         self.path = path
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the text."""
         return read_text(Path(perform_substitutions(context, self.path)))
 
 
@@ -236,7 +200,6 @@ class AnonName(Substitution):
         self.name = name
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the unique name."""
         name = perform_substitutions(context, self.name)
         made = f"{name}_{os.uname().nodename}_{os.getpid()}_{id(context)}"
         return str(context.launch_configurations.setdefault(f"anon{name}", made.replace("-", "_")))
@@ -249,7 +212,6 @@ class LocalSubstitution(Substitution):
         self.expression = expression
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the value as text."""
         value: Any = context.locals
         for name in self.expression.split("."):
             value = getattr(value, name)
@@ -268,7 +230,6 @@ class _Logic(Substitution):
         self.values = values
 
     def perform(self, context: LaunchContext) -> str:
-        """Return `true` or `false`."""
         texts = (
             perform_substitutions(context, v if not isinstance(v, bool | int | float) else str(v))
             for v in self.values
@@ -285,16 +246,19 @@ class NotSubstitution(_Logic):
     decide = staticmethod(lambda value: not is_true(value))
 
 
-class AndSubstitution(_Logic):
-    """`true` where two values are true."""
+class AllSubstitution(_Logic):
+    """`true` where all values are true."""
 
-    decide = staticmethod(lambda left, right: is_true(left) and is_true(right))
+    decide = staticmethod(lambda *values: all(map(is_true, values)))
 
 
-class OrSubstitution(_Logic):
-    """`true` where one of two values is true."""
+class AnySubstitution(_Logic):
+    """`true` where one of some values is true."""
 
-    decide = staticmethod(lambda left, right: is_true(left) or is_true(right))
+    decide = staticmethod(lambda *values: any(map(is_true, values)))
+
+
+AndSubstitution, OrSubstitution = AllSubstitution, AnySubstitution
 
 
 class BooleanSubstitution(_Logic):
@@ -337,6 +301,5 @@ class IfElseSubstitution(Substitution):
         self.condition, self.values = condition, (else_value, if_value)
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the value."""
         chosen = is_true(perform_substitutions(context, self.condition))
         return perform_substitutions(context, self.values[chosen])

@@ -1,5 +1,7 @@
 """ROS 2's `launch_ros`: nodes, their namespaces and parameters in launch files."""
 
+from launch.by_file import import_by_file
+
 from launch_ros import (
     actions,
     descriptions,
@@ -9,11 +11,4 @@ from launch_ros import (
     substitutions,
 )
 
-__all__ = [
-    "actions",
-    "descriptions",
-    "event_handlers",
-    "events",
-    "parameter_descriptions",
-    "substitutions",
-]
+import_by_file((actions, descriptions, event_handlers, events.lifecycle, substitutions))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from launch.action import Action, Entities
+from launch.actions import TimerAction
 from launch.execute_process import ExecuteProcess
 from launch.launch_context import LaunchContext
 from launch.logging import get_logger
@@ -20,20 +21,6 @@ from launch_ros.lifecycle import LifecycleTransitions
 from launch_ros.parameter_descriptions import ParameterFile, files_of, value_of
 from launch_ros.substitutions import ExecutableInPackage
 
-__all__ = [
-    "ComposableNodeContainer",
-    "LifecycleNode",
-    "LoadComposableNodes",
-    "Node",
-    "PushROSNamespace",
-    "PushRosNamespace",
-    "RosTimer",
-    "SetParameter",
-    "SetParametersFromFile",
-    "SetROSLogDir",
-    "SetRemap",
-    "SetUseSimTime",
-]
 _NAMESPACE, _PARAMETERS, _REMAPS = "ros_namespace", "global_params", "ros_remaps"
 
 
@@ -91,7 +78,6 @@ class Node(ExecuteProcess):
         return [*super().words(context), *own_words, *(["--ros-args", *ros] if ros else [])]
 
     def execute(self, context: LaunchContext) -> Entities | None:
-        """Start it; where it is not to be had, the others start all the same."""
         try:
             return super().execute(context)
         except SubstitutionFailure as error:
@@ -137,11 +123,32 @@ class LifecycleNode(Node):
         return True
 
     def execute(self, context: LaunchContext) -> Entities | None:
-        """Start it, and follow its lifecycle."""
         found = super().execute(context)
         if self.expanded_node_name:
             LifecycleTransitions.of(context).follow(self, self._autostart)
         return found
+
+
+class LifecycleTransition(Action):
+    """Takes nodes, by their names, through transitions, one after the other."""
+
+    def __init__(
+        self,
+        *,
+        lifecycle_node_names: Iterable[SomeSubstitutionsType],
+        transition_ids: Iterable[int | SomeSubstitutionsType],
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        self._names, self._ids = list(lifecycle_node_names), list(transition_ids)
+
+    def execute(self, context: LaunchContext) -> None:
+        ids = [
+            i if isinstance(i, int) else int(perform_substitutions(context, i)) for i in self._ids
+        ]
+        for one in self._names:
+            name = f"/{perform_substitutions(context, one).lstrip('/')}"
+            context.start(LifecycleTransitions.of(context).change(name, *ids))
 
 
 class _Pushing(Action):
@@ -152,12 +159,10 @@ class _Pushing(Action):
         self._key, self._value = key, value
 
     def execute(self, context: LaunchContext) -> None:
-        """Append it to what is there."""
         known = context.launch_configurations
         known[self._key] = [*known.get(self._key, ()), self.value(context)]
 
     def value(self, context: LaunchContext) -> Any:
-        """Return what is appended."""
         return self._value
 
 
@@ -168,7 +173,6 @@ class SetParameter(_Pushing):
         super().__init__(_PARAMETERS, (name, value), **kwargs)
 
     def value(self, context: LaunchContext) -> Any:
-        """Return the name with the value."""
         name, value = self._value
         return {perform_substitutions(context, name): value_of(context, value)}
 
@@ -187,7 +191,6 @@ class SetParametersFromFile(_Pushing):
         super().__init__(_PARAMETERS, filename, **kwargs)
 
     def value(self, context: LaunchContext) -> Any:
-        """Return the file."""
         return ParameterFile(perform_substitutions(context, self._value))
 
 
@@ -200,7 +203,6 @@ class SetRemap(_Pushing):
         super().__init__(_REMAPS, (src, dst), **kwargs)
 
     def value(self, context: LaunchContext) -> Any:
-        """Return both names."""
         return tuple(perform_substitutions(context, one) for one in self._value)
 
 
@@ -212,7 +214,6 @@ class PushRosNamespace(Action):
         self.namespace = namespace
 
     def execute(self, context: LaunchContext) -> None:
-        """Append it to the namespace of the scope, unless it is absolute."""
         own = perform_substitutions(context, self.namespace)
         outer = "" if own.startswith("/") else context.launch_configurations.get(_NAMESPACE, "")
         context.launch_configurations[_NAMESPACE] = f"{outer}/{own}".replace("//", "/").rstrip("/")
@@ -229,7 +230,6 @@ class SetROSLogDir(Action):
         self.log_dir = new_log_dir
 
     def execute(self, context: LaunchContext) -> None:
-        """Set it."""
         context.environment["ROS_LOG_DIR"] = perform_substitutions(context, self.log_dir)
 
 
@@ -250,7 +250,6 @@ class LoadComposableNodes(Action):
         self._descriptions = list(composable_node_descriptions)
 
     def execute(self, context: LaunchContext) -> Entities:
-        """Return the nodes."""
         chosen = (
             one
             for one in self._descriptions
@@ -292,11 +291,5 @@ class ComposableNodeContainer(LoadComposableNodes):
         )
 
 
-class RosTimer(Action):
-    """Actions after a time [s] of the launching machine's clock."""
-
-    def __new__(cls, **kwargs: Any) -> Any:
-        """Return a timer."""
-        from launch.actions import TimerAction
-
-        return TimerAction(**kwargs)
+ROSTimer = RosTimer = TimerAction
+"""Timers by the launching machine's clock."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable
 from typing import Any
 
 from launch.action import Action
-from launch.frontend import Entity, Text, of_process, parse_substitution
+from launch.frontend import Entity, Text, closing, of_process, parse_substitution
 
 from launch_ros import actions
 from launch_ros.descriptions import ComposableNode
@@ -25,23 +26,14 @@ def node(entity: Entity, kind: Any = actions.Node) -> Action:
     return found
 
 
-def lifecycle_node(entity: Entity) -> Action:
-    """Return a node with a lifecycle."""
-    return node(entity, actions.LifecycleNode)
-
-
 def _words(text: str) -> list[Text]:
     """Return a text's words, where a substitution is part of one word."""
     held: list[str] = []
     parts, at = [], 0
     while (start := text.find("$(", at)) >= 0:
-        depth, end = 1, start + 2
-        while end < len(text) and depth:
-            depth += {"(": 1, ")": -1}.get(text[end], 0)
-            end += 1
         parts += [text[at:start], f"\x00{len(held)}\x00"]
-        held.append(text[start:end])
-        at = end
+        at = closing(text, start + 2) + 1
+        held.append(text[start:at])
     words = shlex.split("".join([*parts, text[at:]]))
     for index, inside in enumerate(held):
         words = [word.replace(f"\x00{index}\x00", inside) for word in words]
@@ -71,8 +63,7 @@ def _parameter(entity: Entity) -> Any:
         for one in inner:
             joined |= _parameter(one)
         return {entity.texts["name"]: joined}
-    kind = entity.texts.get("type")
-    return {entity.texts["name"]: ParameterValue(entity.needed("value"), value_type=kind)}
+    return {entity.texts["name"]: _value(entity)}
 
 
 def _composable(entity: Entity) -> list[ComposableNode]:
@@ -82,38 +73,23 @@ def _composable(entity: Entity) -> list[ComposableNode]:
     ]
 
 
-def node_container(entity: Entity) -> Action:
-    """Return a container's nodes."""
-    return actions.ComposableNodeContainer(composable_node_descriptions=_composable(entity))
+def _value(entity: Entity) -> ParameterValue:
+    return ParameterValue(entity.needed("value"), value_type=entity.texts.get("type"))
 
 
-def load_composable_node(entity: Entity) -> Action:
-    """Return a container's nodes."""
-    return actions.LoadComposableNodes(composable_node_descriptions=_composable(entity))
+def _nodes_of(kind: Any) -> Callable[[Entity], Action]:
+    return lambda entity: kind(composable_node_descriptions=_composable(entity))
 
 
-def push_ros_namespace(entity: Entity) -> Action:
-    """Return what puts nodes below a namespace."""
-    return actions.PushRosNamespace(entity.needed("namespace", "ns"))
-
-
-def set_parameter(entity: Entity) -> Action:
-    """Return what sets a parameter of all nodes."""
-    kind = entity.texts.get("type")
-    value = ParameterValue(entity.needed("value"), value_type=kind)
-    return actions.SetParameter(entity.needed("name"), value)
-
-
-def set_parameters_from_file(entity: Entity) -> Action:
-    """Return what gives a file of parameters to all nodes."""
-    return actions.SetParametersFromFile(entity.needed("filename"))
-
-
-def set_use_sim_time(entity: Entity) -> Action:
-    """Return what sets `use_sim_time` of all nodes."""
-    return actions.SetUseSimTime(ParameterValue(entity.needed("value")))
-
-
-def set_remap(entity: Entity) -> Action:
-    """Return what gives a name another name in all nodes."""
-    return actions.SetRemap(entity.needed("from"), entity.needed("to"))
+ACTIONS: dict[str, Callable[[Entity], Action]] = {
+    "node": node,
+    "lifecycle_node": lambda e: node(e, actions.LifecycleNode),
+    "node_container": _nodes_of(actions.ComposableNodeContainer),
+    "load_composable_node": _nodes_of(actions.LoadComposableNodes),
+    "push_ros_namespace": lambda e: actions.PushRosNamespace(e.needed("namespace", "ns")),
+    "set_parameter": lambda e: actions.SetParameter(e.needed("name"), _value(e)),
+    "set_parameters_from_file": lambda e: actions.SetParametersFromFile(e.needed("filename")),
+    "set_remap": lambda e: actions.SetRemap(e.needed("from"), e.needed("to")),
+    "set_use_sim_time": lambda e: actions.SetUseSimTime(_value(e)),
+}
+"""The actions of launch_ros by their tags."""

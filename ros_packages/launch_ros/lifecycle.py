@@ -62,7 +62,7 @@ class LifecycleTransitions:
         self._node.create_subscription(TransitionEvent, topic, changed, 10)
 
         def asked(event: Any, context: LaunchContext) -> None:
-            context.start(self._change(action, event.transition_id))
+            context.start(self.change(action.node_name, event.transition_id))
 
         self._context.register_event_handler(
             EventHandler(
@@ -73,22 +73,26 @@ class LifecycleTransitions:
             )
         )
         if autostart:
-            self._context.start(self._change(action, 1, 3))
+            self._context.start(self.change(action.node_name, 1, 3))
 
-    async def _change(self, action: Any, *transitions: int) -> None:
+    async def change(self, node: str, *transitions: int) -> None:
+        """Take a node, by its full name, through transitions."""
         from lifecycle_msgs.srv import ChangeState, GetState
 
-        log = get_logger(action.name)
+        async def is_done(number: int) -> bool:
+            state = await self._ask(GetState, f"{node}/get_state", GetState.Request())
+            return state is not None and state.current_state.id in _DONE.get(number, ())
+
         for number in transitions:
-            state = await self._ask(GetState, f"{action.node_name}/get_state", GetState.Request())
-            if state is not None and state.current_state.id in _DONE.get(number, ()):
+            if await is_done(number):
                 continue
             request = ChangeState.Request()
             request.transition.id = number
-            done = await self._ask(ChangeState, f"{action.node_name}/change_state", request)
-            if done is None or not done.success:
+            done = await self._ask(ChangeState, f"{node}/change_state", request)
+            if (done is None or not done.success) and not await is_done(number):  # by a manager
                 why = "its services do not answer" if done is None else "it refused"
-                log.error(f"Failed to make transition {number} of '{action.node_name}': {why}")
+                problem = f"Failed to make transition {number} of '{node}': {why}"
+                get_logger("launch_ros").error(problem)
                 return
 
     async def _ask(self, kind: Any, name: str, request: Any) -> Any:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import re
-import tempfile
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -15,8 +13,7 @@ from launch.launch_context import LaunchContext
 from launch.substitution import SomeSubstitutionsType, Substitution, perform_substitutions
 
 from arjuna_core.files.input_file import read_text
-
-__all__ = ["Parameter", "ParameterFile", "ParameterValue", "SomeParameters"]
+from arjuna_core.files.whole_file import in_new_file
 
 SomeParameters = Iterable[Any]
 _TYPES = {"str": str, "int": int, "float": float, "bool": bool}
@@ -30,7 +27,6 @@ class ParameterValue:
         self.value, self.value_type = value, value_type
 
     def evaluate(self, context: LaunchContext) -> Any:
-        """Return the value."""
         return value_of(context, self.value, self.value_type, typed=True)
 
 
@@ -56,7 +52,6 @@ class ParameterFile:
         self.param_file, self.allow_substs = param_file, allow_substs
 
     def evaluate(self, context: LaunchContext) -> Path:
-        """Return the path of the file to read."""
         path = Path(perform_substitutions(context, self.param_file))
         allowed = self.allow_substs
         if not isinstance(allowed, bool):
@@ -68,7 +63,7 @@ class ParameterFile:
         def replaced(match: re.Match[str]) -> str:
             return perform_substitutions(context, parse_substitution(match[0]))
 
-        return _temporary(_SUBSTITUTED.sub(replaced, read_text(path)))
+        return in_new_file(_SUBSTITUTED.sub(replaced, read_text(path)))
 
 
 def value_of(context: LaunchContext, value: Any, kind: Any = None, typed: bool = False) -> Any:
@@ -138,12 +133,5 @@ def files_of(context: LaunchContext, given: Iterable[Any], node: str) -> list[st
             found.append(str(path))
             continue
         text = yaml.safe_dump({node: {"ros__parameters": values}}, sort_keys=False)
-        found.append(str(_temporary(text)))
+        found.append(str(in_new_file(text)))
     return found
-
-
-def _temporary(text: str) -> Path:
-    handle, name = tempfile.mkstemp(prefix="launch_params_", suffix=".yaml")
-    with os.fdopen(handle, "w", encoding="utf-8") as file:
-        file.write(text)
-    return Path(name)

@@ -16,8 +16,6 @@ from launch.substitution import (
 )
 from launch.substitutions import PathJoinSubstitution
 
-__all__ = ["ExecutableInPackage", "FindPackagePrefix", "FindPackageShare", "Parameter"]
-
 
 class PackageNotFoundError(SubstitutionFailure):
     """A package is not in the ament index."""
@@ -36,7 +34,6 @@ class FindPackagePrefix(Substitution):
         self.package = package
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the folder."""
         package = perform_substitutions(context, self.package)
         try:
             return str(self.find(package))
@@ -64,7 +61,6 @@ class ExecutableInPackage(FindPackagePrefix):
         self.executable = executable
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the path."""
         package = perform_substitutions(context, self.package)
         name = perform_substitutions(context, self.executable)
         folder = Path(super().perform(context)) / "lib" / package
@@ -89,7 +85,6 @@ class Parameter(Substitution):
         self.name, self.default = name, default
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the value."""
         name = perform_substitutions(context, self.name)
         for values in reversed(context.launch_configurations.get("global_params", ())):
             if isinstance(values, dict) and name in values:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,12 +10,18 @@ from typing import Any
 import yaml
 from launch.condition import Condition
 from launch.launch_context import LaunchContext
-from launch.substitution import SomeSubstitutionsType, Substitution, perform_substitutions
+from launch.substitution import (
+    SomeSubstitutionsType,
+    Substitution,
+    perform_substitutions,
+    performed,
+)
+from launch.substitutions import LaunchConfiguration
 
 from arjuna_core.files.input_file import read_text
+from arjuna_core.files.whole_file import in_new_file
 from arjuna_core.files.yaml_file import read_yaml
 
-__all__ = ["HasNodeParams", "ReplaceString", "RewrittenYaml"]
 _Texts = Mapping[Any, SomeSubstitutionsType]
 
 
@@ -36,10 +41,8 @@ class RewrittenYaml(Substitution):
         self._params, self._keys, self._values = param_rewrites, key_rewrites, value_rewrites
 
     def perform(self, context: LaunchContext) -> str:
-        """Write the file and return its path."""
         params, keys, values = (
-            {name: perform_substitutions(context, value) for name, value in (given or {}).items()}
-            for given in (self._params, self._keys, self._values)
+            performed(context, given or {}) for given in (self._params, self._keys, self._values)
         )
 
         def rewritten(item: Any, path: str, name: str = "") -> Any:
@@ -51,11 +54,21 @@ class RewrittenYaml(Substitution):
             found = params.get(name, params.get(path))
             if found is None:
                 return values.get(item, item) if isinstance(item, str) else item
-            return yaml.safe_load(found) if self._convert or found in _TRUTHS else found
+            return converted(found)
+
+        def converted(text: str) -> Any:
+            return yaml.safe_load(text) if self._convert or text in _TRUTHS else text
 
         document = rewritten(read_yaml(Path(perform_substitutions(context, self.source_file))), "")
+        for path in params:
+            *above, last = path.split(".")
+            if "ros__parameters" in above:  # a whole path is there afterwards, in any case
+                node = document
+                for key in above:
+                    node = node.setdefault(key, {})
+                node[last] = converted(params[path])
         root = perform_substitutions(context, self.root_key or "").strip("/")
-        return _written(yaml.safe_dump({root: document} if root else document))
+        return str(in_new_file(yaml.safe_dump({root: document} if root else document)))
 
 
 _TRUTHS = ("true", "True", "false", "False")
@@ -73,14 +86,13 @@ class ReplaceString(Substitution):
         self.source_file, self._replacements, self._condition = source_file, replacements, condition
 
     def perform(self, context: LaunchContext) -> str:
-        """Write the file and return its path; the source's where the condition does not hold."""
         source = perform_substitutions(context, self.source_file)
         if self._condition is not None and not self._condition.evaluate(context):
             return source
         text = read_text(Path(source))
         for old, new in self._replacements.items():
             text = text.replace(old, perform_substitutions(context, new))
-        return _written(text)
+        return str(in_new_file(text))
 
 
 class HasNodeParams(Substitution):
@@ -90,13 +102,31 @@ class HasNodeParams(Substitution):
         self.source_file, self.node_name = source_file, node_name
 
     def perform(self, context: LaunchContext) -> str:
-        """Return `True` or `False`."""
         found = read_yaml(Path(perform_substitutions(context, self.source_file)))
         return str(self.node_name in found)
 
 
-def _written(text: str) -> str:
-    handle, name = tempfile.mkstemp(suffix=".yaml")
-    with os.fdopen(handle, "w", encoding="utf-8") as file:
-        file.write(text)
-    return name
+class LaunchConfigAsBool(LaunchConfiguration):
+    """`True` where a configuration is true, 1, yes or on, else `False`."""
+
+    def perform(self, context: LaunchContext) -> str:
+        return str(super().perform(context).strip().lower() in ("true", "1", "yes", "on"))
+
+
+class ParseMultiRobotPose(Substitution):
+    """Robots' poses, by name, of an argument such as `robots:=a={x: 1.0}; b={y: 2.0}`.
+
+    Args:
+        robots_argument: The argument's name, for `value`, or what holds its text.
+    """
+
+    def __init__(self, robots_argument: Any) -> None:
+        self.argument = robots_argument
+
+    def value(self) -> dict[str, dict[str, float]]:
+        """Return each robot's `x`, `y`, `z` [m], `roll`, `pitch` and `yaw` [rad]."""
+        given = (word.partition(":=") for word in sys.argv)
+        text = next((text for name, _, text in given if name == self.argument), "")
+        pairs = (one.partition("=") for one in text.split(";") if "=" in one)
+        zero = dict.fromkeys(("x", "y", "z", "roll", "pitch", "yaw"), 0.0)
+        return {name.strip(): {**zero, **yaml.safe_load(pose)} for name, _, pose in pairs}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -29,6 +31,7 @@ DATA = (
     "campaigns",
 )
 DEADLINE = 120.0
+CPU = Path("/proc/cpuinfo").read_text()
 CHECK = """
 import sys
 from bringup.cli import run
@@ -47,6 +50,13 @@ robot.run(1.0)
 assert robot.process.transforms.try_lookup("odom", "lidar_link") is not None
 robot.close()
 """
+LISTED = ["arjuna_core.scan", "_rays", ["int64", *["float64"] * 5, "float64[1C]"]]
+LOADS_WHAT_IS_LISTED = """
+from numba import types as t
+from arjuna_core.scan import _rays
+_rays.compile((t.int64, *[t.float64] * 5, t.float64[::1]))
+assert not _rays.stats.cache_misses, "it was compiled again"
+"""
 
 
 @pytest.fixture(scope="module")
@@ -61,6 +71,11 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
             (folder_of_scripts / "__pycache__").mkdir()
     for name in ("pyproject.toml", "README.md"):
         shutil.copy(ROOT / name, source)
+    (source / "scripts").mkdir()
+    for path in (ROOT / "scripts").glob("kernels*.py"):
+        shutil.copy(path, source / "scripts")
+    (source / "scripts" / "kernels.json").write_text(json.dumps([LISTED]))
+    _run(sys.executable, "-m", "scripts.kernels", "ship", cwd=source)  # one, for it takes minutes
     options = ("--no-deps", "--no-build-isolation", "--no-index", "--quiet")
     _run(sys.executable, "-m", "pip", "wheel", *options, "-w", folder, source, cwd=folder)
     return next(folder.glob("*.whl"))
@@ -110,6 +125,17 @@ def test_installed_robots_worlds_and_maps_are_understood(python: Path, tmp_path:
     names = ("urdf/arjuna.urdf", "worlds/arjuna_room.world", "maps/arjuna_room.yaml")
     report = _run(python, "-c", CHECK, *(share / name for name in names), cwd=tmp_path)
     assert report.count(" loads") == len(names)
+
+
+@pytest.mark.skipif(" avx2 " not in CPU, reason="another level of CPU compiles for itself")
+def test_installed_kernels_are_not_compiled_again(python: Path, tmp_path: Path) -> None:
+    _run(python, "-c", LOADS_WHAT_IS_LISTED, cwd=tmp_path)
+
+
+def test_numba_is_the_one_that_compiles_them() -> None:
+    lock = (ROOT / "requirements.lock").read_text()
+    locked = re.findall(r"^numba==(\S+) ; python_version >= '3.11'", lock, re.MULTILINE)
+    assert f"numba=={locked[0]} ; python_version >= '3.11'" in (ROOT / "pyproject.toml").read_text()
 
 
 def test_installed_robot_runs_from_an_empty_folder(python: Path, tmp_path: Path) -> None:

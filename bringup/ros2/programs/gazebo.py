@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import re
-import tempfile
 import time
 from contextlib import closing
 from pathlib import Path
@@ -19,15 +18,17 @@ from std_msgs.msg import String
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.files.input_file import read_text
 from arjuna_core.files.shipped import shipped_file
+from arjuna_core.files.whole_file import in_new_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import quaternion, yaw
 from arjuna_sim.inputs import named_robot
 from bringup.client.simulator import SimulatorClient, SimulatorError, resource_of
 from bringup.ros2.client import Client
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.verbs.forward import arjuna, ros_arguments
+from bringup.ros2.verbs.forward import LAUNCHED, arjuna, ros_arguments
 
 _PATIENCE = 60.0  # [s] for a description, and for a world that takes it
+_PUBLISHER_STARTS = 8.0  # [s] from the start of a launch file
 _LINGER = 0.5  # [s] in which an answer reaches who asked
 _MOVING = re.compile(r"type=['\"](continuous|revolute)|xacro:")
 _ENDINGS = (".world", ".sdf", ".yaml")
@@ -39,13 +40,16 @@ def serve(words: list[str]) -> None:
     Args:
         words: Gazebo's: the first that names a file of one is the world.
     """
-    world = world_of(named_world(words))
+    if "-g" in words and "-s" not in words:
+        print("nothing to do: 'arjuna view' shows the world", flush=True)
+        return
     wanted: list[list[str]] = []
 
     def spawn(request: Any, response: Any) -> Any:
         resource = request.entity_resource
-        path = Path(resource.uri) if resource.uri else _written(resource.resource_string)
-        if problem := unfit(path):
+        path = Path(resource.uri) if resource.uri else _robot(resource.resource_string)
+        problem = "it starts" if wanted else unfit(path)  # who asks too early asks again
+        if problem:
             response.result.result = Result.RESULT_INCORRECT_STATE
             response.result.error_message = f"the world waits for a robot that drives: {problem}"
             return response
@@ -53,20 +57,24 @@ def serve(words: list[str]) -> None:
         x, y, heading = pose.position.x, pose.position.y, yaw(pose.orientation)
         options = ["--robot", str(path), "--at", f"{x}", f"{y}", "--yaw", f"{heading}"]
         space = request.entity_namespace.strip("/")
-        wanted.append([*options, *(["--namespace", space] if space else [])])
+        described = client.node.count_publishers(f"/{space}/robot_description".replace("//", "/"))
+        own = ["--without-description"] if described or space else []
+        wanted.append([*options, *(["--namespace", space] if space else []), *own])
         response.result.result, response.entity_name = Result.RESULT_OK, request.name
         return response
 
     with Client(argparse.Namespace(), "gazebo") as client:
+        name = named_world(words)
+        if name.startswith("/"):  # a launch file's xacro may write it just now
+            client.spin(Path(name).is_file, _PATIENCE)
+        world = world_of(name)
         client.node.create_service(SpawnEntity, "/spawn_entity", spawn)
         print(
             f"{world.name} waits for a robot: 'ros2 run ros_gz_sim create' spawns one", flush=True
         )
         client.spin(lambda: bool(wanted))
         client.spin(lambda: False, _LINGER)
-        described = client.node.count_publishers("/robot_description") > 0
-    own = ["--without-description"] if described else []
-    arjuna("sim", ["--world", str(world), *wanted[0], *own])
+    arjuna("sim", ["--world", str(world), *wanted[0]])
 
 
 def named_world(words: list[str]) -> str:
@@ -107,23 +115,26 @@ def create(words: list[str]) -> None:
     for name in ("x", "y", "z", "R", "P", "Y"):
         parser.add_argument(f"-{name}", f"--{name}", type=float, default=0.0)
     chosen, _ = parser.parse_known_args(given.own)
-    by_name = {name.lstrip("/"): value for name, value in given.parameters.items()}
-    for name, value in by_name.items():
+    for name, value in given.parameters.items():
         if hasattr(chosen, name):
             setattr(chosen, name, float(value) if len(name) == 1 else value)
-    resource = None
     with closing(SimulatorClient(_PATIENCE, given.remapped.get("__ns", ""))) as client:
         if chosen.topic:
-            resource = resource_of(str(_written(_received(client, chosen.topic))))
+            resource = resource_of(str(_robot(_received(client, chosen.topic))))
         elif named := chosen.file or chosen.database:
             resource = resource_of(str(named).removeprefix("file://"))
         elif chosen.string:
-            resource = resource_of(str(_written(chosen.string)))
+            resource = resource_of(str(_robot(chosen.string)))
         else:
             raise Ros2Error("nothing to spawn; valid: -topic T, -file F, -string TEXT")
-        name = chosen.name or "robot"
-        request = SpawnEntity.Request(name=name, entity_resource=resource, allow_renaming=True)
-        request.entity_namespace = chosen.robot_namespace or given.remapped.get("__ns", "")
+        space = (chosen.robot_namespace or given.remapped.get("__ns", "")).strip("/")
+        described = f"/{space}/robot_description".replace("//", "/")
+        if LAUNCHED in os.environ:  # with who describes the robot, where the simulator does not
+            count = client.client.count_publishers
+            client.run_until(lambda: count(described) > 0, _PUBLISHER_STARTS, required=False)
+        request = SpawnEntity.Request(entity_resource=resource, allow_renaming=True)
+        request.name = chosen.name or "robot"
+        request.entity_namespace = space and f"/{space}"
         place = request.initial_pose.pose
         place.position.x, place.position.y, place.position.z = chosen.x, chosen.y, chosen.z
         place.orientation = quaternion(chosen.Y)
@@ -151,7 +162,5 @@ def _received(client: SimulatorClient, topic: str) -> str:
     return received[0]
 
 
-def _written(text: str) -> Path:
-    with tempfile.NamedTemporaryFile("w", suffix=".urdf", prefix="robot_", delete=False) as file:
-        file.write(text)
-    return Path(file.name)
+def _robot(text: str) -> Path:
+    return in_new_file(text, ".sdf" if "<sdf" in text else ".urdf")

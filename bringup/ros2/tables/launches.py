@@ -28,7 +28,7 @@ _NAV2 = {"params_file": "--params", "namespace": "--namespace", "log_level": "--
 _MAP = {"map": "--map", **_NAV2}
 _SLAM = {"slam_params_file": "--params", **_NAV2}
 _BURGER = ("--robot", str(shipped_file("urdf/burger.urdf")))
-_AT = {"x_pose": "", "y_pose": ""}
+_AT = {"x_pose": "", "y_pose": "", "namespace": "--namespace"}
 _WORLD = {"world": ""}
 _GZ_ARGS = {"gz_args": "", "ign_args": "", "world_sdf_file": ""}
 _GZ = ("gui", "pause"), ("debug", "gz_version", "on_exit_shutdown", "server", "verbose")
@@ -76,6 +76,7 @@ LAUNCHES: dict[tuple[str, str], Launch] = {
             ("gazebo_ros", "gzserver.launch.py", _WORLD),
             ("ros_gz_sim", "gz_sim.launch.py", _GZ_ARGS),
             ("ros_gz_sim", "gz_server.launch.py", _GZ_ARGS),
+            ("ros_ign_gazebo", "ign_gazebo.launch.py", _GZ_ARGS),
         )
     },
     ("gazebo_ros", "gzclient.launch.py"): Launch(("run", "gazebo_ros", "gzclient"), {}, *_GZ),
@@ -99,6 +100,17 @@ LAUNCHES: dict[tuple[str, str], Launch] = {
     ("slam_toolbox", "localization_launch.py"): _mapper("mode:=localization"),
     ("slam_toolbox", "lifelong_launch.py"): _mapper("mode:=lifelong"),
 }
+
+
+_WORLD_OF_TB3 = "turtlebot3_gazebo", "turtlebot3_world.launch.py"
+COMPOSED = {
+    ("nav2_bringup", "tb3_simulation_launch.py"): {
+        _WORLD_OF_TB3: "use_simulator",
+        ("nav2_bringup", "bringup_launch.py"): "",
+        ("nav2_bringup", "rviz_launch.py"): "use_rviz",
+    },
+}
+"""Launch files that include those of `LAUNCHES`: each one's argument that leaves it out."""
 
 
 PLUGINS = {
@@ -153,8 +165,8 @@ def translated(launch: Launch, words: list[str]) -> Translation:
     found.remarks += _idle(launch, given)
     if given.get("use_namespace", "true").lower() == "false" and given.pop("namespace", ""):
         found.remarks.append("no effect: namespace (use_namespace is false)")
-    if _AT.items() <= launch.options.items() and _AT.keys() & given.keys():
-        at = [given.pop(name, "0") for name in _AT]
+    if "x_pose" in launch.options and {"x_pose", "y_pose"} & given.keys():
+        at = [given.pop(name, "0") for name in ("x_pose", "y_pose")]
         given["at"] = " ".join(at)
     found.command = _command(launch, given)
     return found

@@ -125,7 +125,7 @@ def _slam_toolbox(words: list[str], parameter: str = "") -> NoReturn:
             options += [_REMAPPED[name], value]
         elif name == "map":
             set_here.append(f"map_name:={value}")
-        else:
+        elif (name, value) != ("__node", "slam_toolbox"):
             unused.append(f"{name}:={value}")
     for item in [*set_here, *filter(None, [parameter])]:
         options += ["--param", item]
@@ -159,14 +159,26 @@ _GAZEBO_PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("controller_manager", "ros2_control_node"): partial(
         _nothing, why="the simulator drives the joints itself, as the robot's file says"
     ),
+    **{
+        ("rclcpp_components", f"component_container{kind}"): partial(
+            _nothing, why="each node of a container is a process here"
+        )
+        for kind in ("", "_isolated", "_mt")
+    },
     ("gazebo_ros", "gzclient"): partial(_nothing, why="'arjuna view' shows it", stays=False),
     ("gazebo_ros", "gzserver"): f"{_GAZEBO}:serve",
     ("gazebo_ros", "spawn_entity.py"): f"{_GAZEBO}:create",
     ("gazebo_ros", "spawn_model"): f"{_GAZEBO}:create",
-    ("ros_gz_bridge", "parameter_bridge"): _BRIDGE,
-    ("ros_gz_image", "image_bridge"): _IMAGES,
-    ("ros_gz_sim", "create"): f"{_GAZEBO}:create",
-    ("ros_gz_sim", "gzserver"): f"{_GAZEBO}:serve",
+    **{  # by today's names, and Humble's
+        (package, name): program
+        for today, before, name, program in (
+            ("ros_gz_bridge", "ros_ign_bridge", "parameter_bridge", _BRIDGE),
+            ("ros_gz_image", "ros_ign_image", "image_bridge", _IMAGES),
+            ("ros_gz_sim", "ros_ign_gazebo", "create", f"{_GAZEBO}:create"),
+            ("ros_gz_sim", "ros_ign_gazebo", "gzserver", f"{_GAZEBO}:serve"),
+        )
+        for package in (today, before)
+    },
 }
 
 
@@ -205,34 +217,12 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
 _DRIVER = (
     "its driver is ROS's: run it beside 'arjuna robot'; 'arjuna sim' publishes the same topics"
 )
+_DRIVERS = """rplidar_ros sllidar_ros2 ldlidar_stl_ros2 ydlidar_ros2_driver hls_lfcd_lds_driver
+urg_node sick_scan_xd velodyne_driver realsense2_camera usb_cam v4l2_camera depthai_ros_driver
+micro_ros_agent turtlebot3_node ros2_laser_scan_matcher"""
 REMEDIES = {
     "": "'source install/setup.bash' of its workspace first; 'ros2 pkg list' has all there are",
-    **dict.fromkeys(
-        (
-            *(
-                "rplidar_ros",
-                "sllidar_ros2",
-                "ldlidar_stl_ros2",
-                "ydlidar_ros2_driver",
-                "hls_lfcd_lds_driver",
-            ),
-            *(
-                "urg_node",
-                "sick_scan_xd",
-                "velodyne_driver",
-                "realsense2_camera",
-                "usb_cam",
-                "v4l2_camera",
-            ),
-            *(
-                "depthai_ros_driver",
-                "micro_ros_agent",
-                "turtlebot3_node",
-                "ros2_laser_scan_matcher",
-            ),
-        ),
-        _DRIVER,
-    ),
+    **dict.fromkeys(_DRIVERS.split(), _DRIVER),
     "cartographer_ros": "'ros2 launch slam_toolbox online_async_launch.py' maps",
     "rtabmap_slam": "'ros2 launch slam_toolbox online_async_launch.py' maps, in 2D",
     "rqt_gui": "'arjuna view' has plots and nodes",
@@ -241,6 +231,8 @@ REMEDIES = {
     "turtlesim": "it draws on a screen of its own: 'arjuna sim' is the robot here",
 }
 """What to do instead, by the package that is not there."""
+LAUNCHED = "ARJUNA_LAUNCHED"
+"""Set in the environment of what a launch file starts."""
 GENERATED = "share/arjuna/generated"
 """Marks the prefix of the packages that are made here."""
 _MOST = 65536  # [bytes] of a program that are looked at

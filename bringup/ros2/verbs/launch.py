@@ -6,22 +6,24 @@ import os
 import re
 import shlex
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from arjuna_core.errors import nearest
+from arjuna_core.files.shipped import shipped_file
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.prefix import add_prefix
 from bringup.ros2.roslaunch import commands, commands_of, is_ros1
 from bringup.ros2.tables.launches import (
+    COMPOSED,
     LAUNCHES,
     PLUGINS,
     arguments_of,
     known_arguments,
     translated,
 )
-from bringup.ros2.verbs.forward import arjuna, module_of, remedy
+from bringup.ros2.verbs.forward import LAUNCHED, arjuna, module_of, remedy
 
 if TYPE_CHECKING:
     from launch import LaunchDescription
@@ -39,7 +41,7 @@ def run(words: list[str]) -> int:
     first, *rest = [word for word in words if word not in (*_SHOW, *_SILENT)] or ["-h"]
     own = [word for word in rest if word not in ("-d", "--debug")]
     if first in ("-h", "--help"):
-        listed = "\n".join(f"  {package} {file}" for package, file in LAUNCHES)
+        listed = "\n".join(f"  {package} {file}" for package, file in (*COMPOSED, *LAUNCHES))
         print(f"{_USAGE}\n\nof ours, beside those of your own packages:\n{listed}")
         return 0 if words else 2
     if Path(first).is_file():
@@ -52,6 +54,8 @@ def run(words: list[str]) -> int:
         return start(path, own[1:], shows, debug)
     if of_ros1 := commands_of(package, file, own[1:]) if file.endswith(".launch") else []:
         return _launched(_all(of_ros1))
+    if (package, file) in COMPOSED:
+        return start(add_prefix() / "share" / package / "launch" / file, own[1:], shows, debug)
     if (package, file) not in LAUNCHES:
         near = nearest(f"{package} {file}", [" ".join(known) for known in LAUNCHES])
         raise Ros2Error(
@@ -93,11 +97,15 @@ def start(path: Path, words: list[str], shows: bool = False, debug: bool = False
     from launch.logging import launch_config
     from launch_ros.actions import LoadComposableNodes, Missing
 
-    add_prefix()
+    programs = add_prefix() / "bin"
     Missing.remedy = staticmethod(remedy)
     LoadComposableNodes.plugins = PLUGINS
     folder = str(Path(sys.executable).parent)
-    os.environ["PATH"] = os.pathsep.join([folder, os.environ.get("PATH", os.defpath)])
+    path_of_user = os.environ.get("PATH", os.defpath)
+    os.environ["PATH"] = os.pathsep.join([folder, path_of_user, str(programs)])
+    known = {"ROS_DISTRO": "jazzy", "ROS_VERSION": "2", "GZ_SIM_RESOURCE_PATH": "", LAUNCHED: "1"}
+    for name, value in known.items():
+        os.environ.setdefault(name, value)  # as a sourced ROS has them
     source = AnyLaunchDescriptionSource(str(path))
     if wrong := [word for word in words if ":=" not in word]:
         raise Ros2Error(f"'{wrong[0]}' is no argument; valid: NAME:=VALUE")
@@ -131,6 +139,8 @@ def _explained(error: Exception) -> str:
     """Return what to do about an error of a launch file."""
     if isinstance(error, ModuleNotFoundError):
         return f"'{error.name}' is not installed here; {remedy(str(error.name))}"
+    if isinstance(error, KeyError) and str(error.args[0]).isupper():
+        return f"export {error.args[0]}=VALUE: it is read from the environment"
     package = re.search(r"package '(\w+)' not found", str(error))
     return remedy(package[1]) if package else ""
 
@@ -166,10 +176,41 @@ def _show(arguments: Iterable[Any]) -> int:
     return 0
 
 
+def _composed(parts: Mapping[tuple[str, str], str]) -> LaunchDescription:
+    """Return a launch file that includes others, with the arguments of all."""
+    from launch import LaunchDescription, LaunchDescriptionSource
+    from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+    from launch.conditions import IfCondition
+    from launch.substitutions import LaunchConfiguration
+
+    usual = {
+        "map": str(shipped_file("maps/pillar_arena.yaml")),
+        **dict.fromkeys(parts.values(), "true"),
+    }
+    return LaunchDescription(
+        [
+            *(
+                DeclareLaunchArgument(name, default_value=value)
+                for name, value in usual.items()
+                if name
+            ),
+            *(
+                IncludeLaunchDescription(
+                    LaunchDescriptionSource(description(*part)),
+                    condition=IfCondition(LaunchConfiguration(flag)) if flag else None,
+                )
+                for part, flag in parts.items()
+            ),
+        ]
+    )
+
+
 def description(package: str, file: str) -> LaunchDescription:
     """Return what a launch file of a known package is, as an action that starts ours."""
+    if (package, file) in COMPOSED:
+        return _composed(COMPOSED[package, file])
     from launch import LaunchDescription
-    from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
+    from launch.actions import LogInfo, OpaqueFunction
 
     one = LAUNCHES[package, file]
 
@@ -181,6 +222,5 @@ def description(package: str, file: str) -> LaunchDescription:
         found = translated(one, [f"{name}:={value}" for name, value in given.items()])
         return [*(LogInfo(msg=line) for line in found.remarks), _process(found.command)]
 
-    names = sorted(known_arguments(one))
-    declared = [DeclareLaunchArgument(name, default_value="") for name in names]
-    return LaunchDescription([*declared, OpaqueFunction(function=started)])
+    # arguments are not declared: their defaults would be those of what is included next
+    return LaunchDescription([OpaqueFunction(function=started)])

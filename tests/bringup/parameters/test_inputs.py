@@ -47,6 +47,8 @@ def test_the_simulator_alone_leaves_odometry_to_the_robot_s_file() -> None:
     assert groups_of(arguments) == (WORLD_GROUP,)
     assert gather(arguments)["sim"]["fused_odometry"] is False, "nothing would fuse it"
     assert gather(parse(["sim"]))["sim"]["fused_odometry"] is True
+    one = gather(parse(["sim", "--without-description", "--namespace", "a"]))["sim"]
+    assert one["namespaces"] == ["a"], "others may follow into the same world"
 
 
 def test_time_is_the_system_s() -> None:

@@ -231,7 +231,7 @@ def test_a_package_s_own_executable_comes_first(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(os, "execv", execv)
-    assert ros2(["run", "tf2_ros", "tf2_echo", "a"]) == 2
+    assert ros2(["run", "tf2_ros", "tf2_echo", "a"]) == 0
     assert become == [[str(program), "a"]]
 
 

@@ -131,7 +131,8 @@ def _shown(words: list[str], prefixes: tuple[Path, ...]) -> tuple[str, dict[str,
     for prefix in prefixes:
         line = line.replace(f"{prefix}/lib/", "").replace(f"{prefix}/share/", "")
     line = re.sub(r"/\S*/(?=(urdf|worlds|maps)/)", "", line)
-    return re.sub(r"/tmp\S*/tmp\w+\.yaml|/tmp/tmp\w+\.yaml", "TMP", line), values
+    line = re.sub(r"(?s)<\?xml.*</robot>\n?", "SDF", re.sub(r"/tmp/nav2_\S+", "WORLD", line))
+    return re.sub(r"/\S*/arjuna_\w+\.yaml", "TMP", line), values
 
 
 _TB3_WORLD = "turtlebot3_gazebo/worlds/turtlebot3_world.world"
@@ -316,6 +317,20 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
         [],
     ),
     "rsp.launch.py": (["robot_state_publisher/robot_state_publisher"], []),
+    "several_robots.launch.py": (
+        [
+            line
+            for name, x in (("robot1", 0.5), ("robot2", 0.0))
+            for line in (
+                f"ros_gz_bridge/parameter_bridge --ros-args -r __ns:=/{name}",
+                f"ros_gz_sim/create -name {name} -string SDF -x {x} --ros-args -r __ns:=/{name}",
+                "robot_state_publisher/robot_state_publisher",
+                "rclcpp_components/component_container_isolated --ros-args --log-level info"
+                f" --ros-args -r __node:=nav2_container -r __ns:=/{name}",
+            )
+        ],
+        ["number 1", "timed", "make transition 1 of '/slam_toolbox': its services do not answer"],
+    ),
     "slam_nav.launch.py": (
         [
             "arjuna robot --without-localization",
@@ -328,6 +343,19 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
             "ros_gz_sim/create -file robot.sdf",
             f"{Path(sys.executable).parent}/ros2 service call /spawn std_srvs/srv/Trigger",
             "ros2 control load_controller --set-state active joint_broad",
+        ],
+        [],
+    ),
+    "spawned.launch.py": (
+        [
+            "xacro -o WORLD headless:=False world.sdf.xacro",
+            "gz sim -r -s WORLD",
+            "arjuna run ros_gz_sim gzserver -v4 -g",
+            "ros_gz_bridge/parameter_bridge",
+            "ros_gz_sim/create -name waffle -string SDF -x -2.00",
+            "robot_state_publisher/robot_state_publisher",
+            "rclcpp_components/component_container_isolated --ros-args --log-level info"
+            " --ros-args -r __node:=nav2_container",
         ],
         [],
     ),
@@ -376,6 +404,7 @@ def test_every_file_is_tried() -> None:
         ("sim_launch.py", [], 1, {"robot_description": URDF, "use_sim_time": True}),
         ("namespaced.launch.py", [], 0, {"use_sim_time": True}),
         ("static_frames.launch.py", [], 2, {}),
+        ("spawned.launch.py", [], 5, {"use_sim_time": True}),
         ("own_navigation.launch.py", ["use_sim_time:=true"], 0, {"use_sim_time": True}),
         ("own_navigation.launch.py", ["use_composition:=True"], 1, {"use_sim_time": False}),
         (
@@ -400,6 +429,30 @@ def test_parameters_reach_a_node_with_their_types(
 ) -> None:
     found = started(name, *words).parameters[line]
     assert {key: found[key] for key in values} == values
+
+
+def test_poses_of_robots_are_read_from_the_command_line(
+    started: Callable[..., Started], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["ros2", "poses:=a={x: 1.5}; b={yaw: 1.57}"])
+    said = started("several_robots.launch.py").said
+    assert "a 1.5 0.0" in said
+    assert "b 0.0 1.57" in said
+
+
+def test_nav2_s_simulation_is_world_navigation_and_view(started: Callable[..., Started]) -> None:
+    file = add_prefix() / "share/nav2_bringup/launch/tb3_simulation_launch.py"
+    start = "arjuna sim --robot urdf/burger.urdf --world worlds/pillar_arena.world --at"
+    found = started(str(file), "namespace:=tb3", "x_pose:=1.0", "y_pose:=0.5", "headless:=False")
+    assert found.lines == [
+        f"{start} 1.0 0.5 --namespace tb3",
+        "arjuna nav --map maps/pillar_arena.yaml --namespace tb3",
+        "arjuna view --namespace tb3",
+    ]
+    assert started(str(file), "use_rviz:=False", "slam:=True").lines == [
+        f"{start} -2 -0.5",
+        "arjuna nav --slam",
+    ]
 
 
 def test_a_description_made_by_xacro_keeps_its_text(started: Callable[..., Started]) -> None:

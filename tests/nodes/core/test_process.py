@@ -113,7 +113,7 @@ def test_an_absolute_name_is_below_the_robots_namespace() -> None:
         node = WatchNode(process, name="watch", namespace="costmap")
         assert process.absolute("/tf") == "/robot1/tf"
         assert process.absolute("scan") == "scan"
-        assert process.absolute("/robot1/scan") == "/robot1/scan"
+        assert process.absolute("/robot1/scan") == process.absolute("robot1/scan") == "/robot1/scan"
         assert process.absolute("/robot10/scan") == "/robot1/robot10/scan"
         assert process.find("costmap/watch") is node
         assert node.publisher(Clock, "/time", qos.LATEST).topic_name == "/robot1/time"

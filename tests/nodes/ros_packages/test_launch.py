@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from launch import LaunchContext, LaunchDescription, LaunchService
 from launch.actions import (
     DeclareLaunchArgument,
@@ -31,7 +32,7 @@ from launch.actions import (
 from launch.event_handlers import OnProcessExit, OnProcessIO, OnProcessStart, OnShutdown
 from launch.events import matches_action
 from launch.events.process import ShutdownProcess, SignalProcess
-from launch.frontend import parse_substitution
+from launch.frontend import expose_substitution, parse_substitution
 from launch.substitution import Substitution, perform_substitutions
 from launch.substitutions import (
     Command,
@@ -42,6 +43,7 @@ from launch.substitutions import (
     PythonExpression,
     SubstitutionFailure,
 )
+from nav2_common.launch import RewrittenYaml
 
 _FOREVER = ["sleep", "60"]
 
@@ -288,6 +290,30 @@ def test_a_substitution_has_its_value(substitution: Any, value: str) -> None:
 def test_a_substitution_without_a_value_says_why(substitution: Substitution, problem: str) -> None:
     with pytest.raises(SubstitutionFailure, match=problem.replace("(", "\\(")):
         substitution.perform(LaunchContext())
+
+
+def test_a_substitution_of_one_s_own_is_known_in_texts() -> None:
+    @expose_substitution("upper")
+    class Upper(Substitution):
+        def __init__(self, word: Any) -> None:
+            self.word = word
+
+        @classmethod
+        def parse(cls, words: Any) -> Any:
+            return cls, {"word": words[0]}
+
+        def perform(self, context: LaunchContext) -> str:
+            return perform_substitutions(context, self.word).upper()
+
+    assert perform_substitutions(LaunchContext(), parse_substitution("$(upper a)b")) == "Ab"
+
+
+def test_rewritten_parameters_are_there_by_their_whole_path(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text("a: {ros__parameters: {b: 1, c: 2}}")
+    rewrites = {"a.ros__parameters.d": "0.5", "c": "3"}
+    made = RewrittenYaml([str(tmp_path), "/a.yaml"], rewrites, root_key="/r", convert_types=True)
+    written = yaml.safe_load(Path(made.perform(LaunchContext())).read_text())
+    assert written == {"r": {"a": {"ros__parameters": {"b": 1, "c": 3, "d": 0.5}}}}
 
 
 def test_a_file_s_content(tmp_path: Path) -> None:

@@ -124,6 +124,22 @@ def test_a_driving_robot_that_is_spawned_has_topics_until_it_is_deleted(bench: R
     assert names(bench) == ["arjuna"]
 
 
+@pytest.mark.parametrize(("described", "frame"), [(True, "base_scan"), (False, "base_scan_lds")])
+def test_who_describes_a_robot_decides_its_frames(
+    described: bool, frame: str, bench: RosBench
+) -> None:
+    """A robot_state_publisher of a launch file knows the frames of the file alone."""
+    sim = start_sim(bench, world=WORLD)
+    if described:
+        bench.node.create_publisher(String, "/bob/robot_description", qos.LATCHED)
+    raised = BURGER.replace('type="ray">', 'type="ray"><pose>0 0 0.1 0 0 0</pose>')
+    assert spawn(bench, "bob", uri="", text=raised).result.result == OK
+    assert bench.node.count_publishers("/bob/robot_description") == 1
+    scans = bench.collect(LaserScan, "/bob/scan", qos.TF)
+    run(bench, sim, 15)
+    assert scans[-1].header.frame_id == frame
+
+
 def test_a_robots_name_is_its_namespace_where_none_is_given(bench: RosBench) -> None:
     start_sim(bench, world=WORLD)
     assert spawn(bench, "bob", uri="", text=BURGER).result.result == OK

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -18,51 +19,73 @@ from bringup.ros2.programs import gazebo
 pytestmark = pytest.mark.ros
 BURGER = shipped_file("urdf/burger.urdf")
 _BOX = '<sdf version="1.7"><model name="b"><static>true</static><link name="l"/></model></sdf>'
-_RUN = [sys.executable, "-m", "bringup.ros2.main", "run"]
 
 
 @pytest.mark.system
-@pytest.mark.timeout(150)
-def test_the_spawned_robot_s_simulator_starts(tmp_path: Path) -> None:
+@pytest.mark.timeout(200)
+def test_robots_of_one_launch_file_drive_each_in_its_namespace(tmp_path: Path) -> None:
+    (tmp_path / "two.launch.py").write_text(_TWO.format(burger=BURGER))
     environment = {**os.environ, "ROS_DOMAIN_ID": "93", "HOME": str(tmp_path)}
-    words = ["gazebo_ros", "gzserver", "-s", "libgazebo_ros_init.so", "empty.world"]
+    words = [sys.executable, "-m", "bringup.ros2.main", "launch", "two.launch.py"]
     log = tmp_path / "log"
     with log.open("wb") as output:
-        world = subprocess.Popen(
-            [*_RUN, *words], stdout=output, stderr=output, cwd=tmp_path, env=environment
+        launched = subprocess.Popen(
+            words, stdout=output, stderr=output, cwd=tmp_path, env=environment
         )
     try:
-        spawn = ["gazebo_ros", "spawn_entity.py", "-file", str(BURGER), "-entity", "bot", "-x", "1"]
-        done = subprocess.run(
-            [*_RUN, *spawn],
+        asked = subprocess.run(
+            [sys.executable, "-c", _DRIVE],
             capture_output=True,
             text=True,
             env=environment,
-            timeout=70,
+            timeout=180,
             check=False,
         )
-        assert done.stdout == "spawned bot\n", done.stderr + log.read_text()
-        asked = subprocess.run(
-            [sys.executable, "-c", _ASK],
-            capture_output=True,
-            text=True,
-            env=environment,
-            timeout=60,
+        assert asked.stdout.split()[-3:] == ["stayed", "drove", "/r2/odom"], (
+            asked.stdout + asked.stderr + log.read_text()
         )
-        assert asked.stdout.strip().endswith(".urdf 1.0"), asked.stderr + log.read_text()
     finally:
-        world.terminate()
-        world.wait(30)
+        launched.send_signal(signal.SIGINT)
+        assert launched.wait(60) == 0
+    said = log.read_text()
+    assert "spawned r1" in said
+    assert "has died" not in said
 
 
-_ASK = """
+_TWO = """
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess, GroupAction
+from launch_ros.actions import Node, PushROSNamespace
+
+def generate_launch_description():
+    found = [ExecuteProcess(cmd=['gz', 'sim', '-r', '-s', 'empty.world'], output='screen')]
+    for name, x in (('r1', '0.0'), ('r2', '1.5')):
+        create = ['-name', name, '-file', '{burger}', '-x', x, '-y', '0.5']
+        spawn = Node(package='ros_gz_sim', executable='create', arguments=create, output='screen')
+        found.append(GroupAction([PushROSNamespace(name), spawn]))
+    return LaunchDescription(found)
+"""
+_DRIVE = """
 from contextlib import closing
-from rcl_interfaces.srv import GetParameters
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
 from bringup.client.simulator import SimulatorClient
-with closing(SimulatorClient(40.0)) as client:
-    request = GetParameters.Request(names=["robot", "initial_pose.x"])
-    values = client.call(GetParameters, "/sim/get_parameters", request, 40.0)
-    print(values.values[0].string_value, values.values[1].double_value)
+with closing(SimulatorClient(120.0)) as client:
+    node, heard = client.client, {}
+    for name in ("r1", "r2"):
+        topic = f"/{name}/odom"
+        node.create_subscription(Odometry, topic, lambda m, n=name: heard.update({n: m}), 10)
+    client.run_until(lambda: len(heard) == 2, 120.0, "both robots' odometry")
+    out = node.create_publisher(Twist, "/r2/cmd_vel", 10)
+    command = Twist()
+    command.linear.x = 0.2
+    node.create_timer(0.1, lambda: out.publish(command))
+    def x(name):
+        return heard[name].pose.pose.position.x
+    client.run_until(lambda: x("r2") > 0.2, 60.0, "the second robot to drive")
+    print("stayed" if abs(x("r1")) < 0.01 else "moved", "drove")
+    topics = dict(node.get_topic_names_and_types())
+    print(*(topic for topic in ("/odom", "/r2/odom") if topic in topics))
 """
 
 

@@ -1,0 +1,19 @@
+"""The modules of the real packages, which have a file for each class."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterable
+from types import ModuleType
+
+_OTHERS = {"FindPackageShare": "find_package", "ForEach": "for_loop", "Shutdown": "shutdown_action"}
+_BEFORE_A_WORD = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
+
+
+def import_by_file(modules: Iterable[ModuleType]) -> None:
+    """Let what modules export be imported as `launch.actions.timer_action.TimerAction` too."""
+    for module in modules:
+        for name in [name for name in vars(module) if name[:1].isupper()]:
+            file = _OTHERS.get(name, _BEFORE_A_WORD.sub("_", name).lower())
+            sys.modules.setdefault(f"{module.__name__}.{file}", module)
