@@ -141,6 +141,7 @@ class Camera:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         # MuJoCo's own viewer allows as many geoms.
         self._scene = mujoco.MjvScene(model, maxgeom=10_000)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = model.vis.rgba.fog[3] > 0.0
         self._view.fixedcamid = model.camera(self._settings.name).id
         self._gl, self._model = gl, model
 

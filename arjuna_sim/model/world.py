@@ -18,6 +18,7 @@ from arjuna_core.geodesy import GeoPoint, MapOnEarth
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.se2 import SE2, wrap
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
+from arjuna_sim.model.look import Look
 from arjuna_sim.model.notes import Note
 from arjuna_sim.model.urdf import Hinge
 
@@ -179,6 +180,7 @@ class World:
         movable: By name, the models that can be pushed.
         earth: Where it is, for GPS and compass.
         gravity: Acceleration of free fall, in the world's frame [m/s^2].
+        look: Its lights, sky and fog.
     """
 
     path: Path
@@ -189,6 +191,7 @@ class World:
     movable: Mapping[str, Movable] = field(default_factory=dict)
     earth: Earth = Earth()
     gravity: tuple[float, float, float] = (0.0, 0.0, -GRAVITY)
+    look: Look = field(default_factory=Look)
 
     @cached_property
     def models(self) -> dict[str, tuple[Body, ...]]:

@@ -14,9 +14,9 @@ from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX
 from arjuna_sim.model.geometry.shapes import Group, Kind, Part
 from arjuna_sim.model.world import World, is_ground
+from arjuna_sim.physics.lights import add_look
 
 _LEVEL, _BASE = 1e-3, 1.0  # least height of a terrain, and how deep it is below its lowest [m]
-_SKY, _HORIZON = [0.4, 0.6, 0.9], [0.9, 0.9, 0.9]
 
 
 def name_friction(geom: Any, friction: float) -> None:
@@ -217,25 +217,12 @@ def _new_mesh_geom(body: Any, part: Part, group: Group, name: str) -> Any:
 
 
 def add_world(spec: Any, world: World) -> list[str]:
-    """Add a world's parts to MuJoCo's, lit by the sun.
+    """Add a world's parts to MuJoCo's, and its look.
 
     Returns:
         For each geom added, in order, the model it belongs to; "" for the ground.
     """
-    spec.worldbody.add_light(
-        pos=[0.0, 0.0, 10.0],
-        dir=[-0.5, 0.1, -0.9],
-        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
-        castshadow=False,
-    )
-    spec.add_texture(
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=_SKY,
-        rgb2=_HORIZON,
-        width=64,
-        height=384,
-    )
+    add_look(spec, world.look)
     names = []
     for body in world.bodies:
         group = Group.WORLD_COLLISION if body.collides else Group.WORLD_VISUAL

@@ -12,9 +12,11 @@ from arjuna_sim.files.pictures import with_picture
 from arjuna_sim.files.sdf.frames import MERGE, Scope
 from arjuna_sim.files.sdf.geometry_tags import read_colour, read_friction, read_shape
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
+from arjuna_sim.files.sdf.look_tags import read_light
 from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Part
+from arjuna_sim.model.look import Light
 from arjuna_sim.model.notes import NoteKind
 
 PARTS_MAX = 60_000
@@ -42,6 +44,7 @@ class SdfLink:
         solid: What stops robots and rays, in the world.
         drawn: What is only seen, in the world.
         sensors: Of a robot, the tags of its sensors and their poses in the world.
+        lights: Its lights, in the world.
     """
 
     element: Element
@@ -54,6 +57,7 @@ class SdfLink:
     solid: list[Part] = field(default_factory=list)
     drawn: list[Part] = field(default_factory=list)
     sensors: list[tuple[Element, Pose3]] = field(default_factory=list)
+    lights: list[Light] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -189,6 +193,10 @@ class ModelReader:
             for sensor in link.findall("sensor"):
                 pose = scope.pose(sensor, f"{label} sensor", T_model_link)
                 read.sensors.append((sensor, T_model @ pose))
+        for light in link.findall("light"):
+            with leaving_out(xml, f"{label} light"):
+                pose = scope.pose(light, f"{label} light", T_model_link)
+                read.lights += read_light(xml, light, T_model @ pose)
         for tag, parts in (("collision", read.solid), ("visual", read.drawn)):
             refuses = self._is_robot and tag == "collision"
             for element in link.findall(tag):

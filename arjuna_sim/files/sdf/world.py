@@ -16,6 +16,7 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.files.sdf.frames import Scope, raw_pose
 from arjuna_sim.files.sdf.geometry_tags import read_gravity
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
+from arjuna_sim.files.sdf.look_tags import read_light, read_look
 from arjuna_sim.files.sdf.model_tags import (
     PARTS_MAX,
     WORLD,
@@ -30,6 +31,7 @@ from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
 from arjuna_sim.model.geometry.shapes import MASS_MAX, Kind, estimated_inertial
+from arjuna_sim.model.look import Light
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.world import (
     GROUND,
@@ -50,8 +52,8 @@ _OWN = re.compile(
 )
 _WAYPOINTS_MAX = 10_000
 _ANGLES = {"latitude_deg": 90.0, "longitude_deg": 360.0, "heading_deg": 360.0}
-_UNLIT = (
-    *("light", "gui", "physics", "gravity", "scene", "plugin", "state", "magnetic_field"),
+_PASSIVE = (
+    *("gui", "physics", "gravity", "scene", "plugin", "state", "magnetic_field"),
     *("frame", "joint", "atmosphere", "wind", "spherical_coordinates", "audio"),
 )
 _MASS = 1.0  # SDF's default [kg]
@@ -192,6 +194,7 @@ def read_world(xml: XmlFile) -> World:
     for plugin in world.iter("plugin"):
         if not _OWN.search(f"{plugin.get('filename')} {plugin.get('name')}"):
             xml.note(f"plugin '{plugin.get('name', '?')}': not simulated", NoteKind.IGNORED)
+    look = read_look(xml, world, reader.lights)
     bodies, earth, gravity = reader.bodies, read_earth(xml, world), read_gravity(xml, world)
     flat = (Kind.PLANE, Kind.TERRAIN)
     if not any(body.part.shape.kind in flat and body.collides for body in bodies):
@@ -206,6 +209,7 @@ def read_world(xml: XmlFile) -> World:
         reader.movable,
         earth,
         gravity,
+        look,
     )
 
 
@@ -221,6 +225,7 @@ class _Reader:
         self.bodies: list[Body] = []
         self.actors: list[Actor] = []
         self.movable: dict[str, Movable] = {}
+        self.lights: list[Light] = []
 
     def read(self, world: Element) -> None:
         """Read a `<world>`, or an `<sdf>` that holds a model."""
@@ -237,7 +242,9 @@ class _Reader:
                 elif element.tag == "actor":
                     pose = raw_pose(xml, element, "an actor")
                     self.actors.append(read_actor(xml, element, pose))
-                elif element.tag not in _UNLIT:
+                elif element.tag == "light":
+                    self.lights += read_light(xml, element, scope.pose(element, f"light '{name}'"))
+                elif element.tag not in _PASSIVE:
                     xml.note(f"<{element.tag}>: not simulated", NoteKind.IGNORED)
 
     def note_missing(self) -> None:
@@ -271,6 +278,7 @@ class _Reader:
                 floats = all(link.floats for link in group.links)
                 self.movable[called] = Movable(self._mass(called, group), group.hinge, floats)
             self._note_pieces(called, group, PIECES_OF_MOVING if moves else PIECES_MAX)
+            self.lights += [light for link in group.links for light in link.lights]
             T_world = group.links[0].T_world if moves else pose
             self.bodies += [
                 Body(called, part, collides, T_world) for part, collides in parts_of(group.links)
