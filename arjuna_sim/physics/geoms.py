@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX
-from arjuna_sim.model.geometry.shapes import Group, Kind, Part
+from arjuna_sim.model.geometry.shapes import Group, Kind, Mesh, Part
 from arjuna_sim.model.world import World, is_ground
 from arjuna_sim.physics.lights import add_look
 
@@ -90,7 +90,7 @@ def add_part(spec: Any, body: Any, part: Part, group: Group, most: int = PIECES_
 
 
 def _add_pictured(spec: Any, body: Any, part: Part, group: Group) -> Any:
-    """Add a box with a picture on each of its sides, as triangles with texture coordinates."""
+    """Add a box or mesh with a picture on it, as triangles with texture coordinates."""
     assert part.picture is not None
     picture = part.picture.path.as_posix()
     if spec.material(picture) is None:
@@ -99,19 +99,31 @@ def _add_pictured(spec: Any, body: Any, part: Part, group: Group) -> Any:
         texture.type, texture.data = mujoco.mjtTexture.mjTEXTURE_2D, part.picture.pixels.tobytes()
         material = spec.add_material(name=picture)
         material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = picture
-    name = f"{picture}@{part.shape.size}"
+    own = part.shape.mesh
+    name = f"{picture}@{'' if own is None else own.path}@{part.shape.size}"
     if spec.mesh(name) is None:
-        points, coordinates = _sides(np.array(part.shape.size))
+        size = np.array(part.shape.size)
+        points, coordinates = _sides(size) if own is None else _placed(own, size)
         spec.add_mesh(
             name=name,
             uservert=points.ravel(),
             usertexcoord=coordinates.ravel(),
             userface=np.arange(len(points)),
             userfacetexcoord=np.arange(len(points)),
+            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
         )
     geom = _new_mesh_geom(body, part, group, name)
     geom.material, geom.rgba = picture, [1.0, 1.0, 1.0, 1.0]
     return geom
+
+
+def _placed(
+    mesh: Mesh, size: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return what `_sides` does of a mesh at a scale."""
+    assert mesh.skin is not None
+    places = mesh.skin.places.reshape(-1, 2).astype(np.float64)
+    return (mesh.triangles * size).reshape(-1, 3), places
 
 
 def _sides(size: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

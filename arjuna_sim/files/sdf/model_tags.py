@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.files.pictures import with_picture
+from arjuna_sim.files.pictures import dressed
 from arjuna_sim.files.sdf.frames import MERGE, Scope
 from arjuna_sim.files.sdf.geometry_tags import read_colour, read_friction, read_shape
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
@@ -202,8 +202,7 @@ class ModelReader:
             for element in link.findall(tag):
                 self._tally(xml, f"{label} {tag}")
                 with nullcontext() if refuses else leaving_out(xml, f"{label} {tag}"):
-                    part = _part(xml, element, f"{label} {tag}", scope, T_model, T_model_link)
-                    parts += [] if part is None else [part]
+                    parts += _parts(xml, element, f"{label} {tag}", scope, T_model, T_model_link)
         return read
 
     def _tally(self, xml: XmlFile, label: str) -> None:
@@ -213,17 +212,17 @@ class ModelReader:
             raise ExcessError(xml.path, problem, label)
 
 
-def _part(
+def _parts(
     xml: XmlFile, element: Element, label: str, scope: Scope, T_world: Pose3, T_link: Pose3
-) -> Part | None:
-    """Read a `<collision>` or `<visual>`; None (and a note) where its shape is left out."""
+) -> list[Part]:
+    """Read a `<collision>` or `<visual>`; none (and a note) where its shape is left out."""
     read = read_shape(xml, xml.child(element, "geometry", label), label)
     if read is None:
-        return None
+        return []
     shape, T_own = read
     pose = T_world @ scope.pose(element, label, T_link) @ T_own
     friction, colour = read_friction(xml, element, label), read_colour(xml, element, label)
-    return with_picture(xml, Part(shape, pose, colour, friction), element, label)
+    return dressed(xml, Part(shape, pose, colour, friction), element, label)
 
 
 def is_static(model: Element) -> bool:
