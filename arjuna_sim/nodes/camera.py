@@ -125,14 +125,14 @@ def beside(topic: str, name: str) -> str:
 
 
 def camera_info(settings: CameraSettings, now: float) -> CameraInfo:
-    """Return the calibration of an ideal pinhole camera at a time [s]."""
+    """Return the calibration of a pinhole camera and its lens at a time [s]."""
     f, cx, cy = focal_length(settings), settings.width / 2, settings.height / 2
     return CameraInfo(
         header=header(settings.frame, now),
         height=settings.height,
         width=settings.width,
         distortion_model="plumb_bob",
-        d=[0.0] * 5,
+        d=settings.distortion or [0.0] * 5,
         k=[f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0],
         r=[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
         p=[f, 0.0, cx, 0.0, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
