@@ -10,11 +10,14 @@ from arjuna_core.errors import nearest
 from arjuna_sim.files.robots.controllers import drive_of_controllers, parameters_of_controllers
 from arjuna_sim.files.robots.joint_controllers import is_joint_plugin
 from arjuna_sim.files.robots.plugins import (
+    Sides,
     drive_kind,
     is_control,
     read_drive,
+    read_tracks,
     read_wheelless,
     sensor_type,
+    types_of,
 )
 from arjuna_sim.files.sensor_tag import PluginTag, SensorTag, Tags
 from arjuna_sim.files.tag_text import plain, text_of, texts, value
@@ -54,6 +57,7 @@ def settings_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> GazeboSettings:
         reader.wheelless,
         reported=tuple(dict.fromkeys(reader.reported)),
         report_rate=reader.report_rate,
+        tracks=reader.tracks,
     )
 
 
@@ -67,6 +71,7 @@ class _Reader:
         self.sensors: list[SensorSettings] = []
         self.reported: list[str] = []
         self.report_rate = 0.0
+        self.tracks: Sides = (), ()
 
     def plugin(self, plugin: Element, link: str | None) -> None:
         """Take a plugin."""
@@ -81,6 +86,7 @@ class _Reader:
             self.drive, self.kind = drive, kind
         elif kind is not None:
             self.kind, self.wheelless = self.kind or kind, read_wheelless(xml, plugin, kind)
+            self.tracks = read_tracks(xml, plugin, urdf)
         elif (body := text_of(plugin, "bodyname", "bodyid")) in urdf.links and "imu" in _type(
             plugin
         ):
@@ -90,8 +96,8 @@ class _Reader:
 
     def _other_plugin(self, plugin: Element, name: str, link: str | None) -> None:
         kind, sensor = _type(plugin), sensor_type(plugin)
-        if is_joint_plugin(plugin):
-            return
+        if is_joint_plugin(plugin) or "trackcontroller" in types_of(plugin):
+            return  # as TrackedVehicle drives its tracks
         if sensor:
             self._xml.note(
                 f"plugin '{name}': stands outside <sensor>, so that it makes none, as in Gazebo:"

@@ -272,7 +272,8 @@ def test_lens_shows_points_where_its_formula_says(distortion: tuple[float, ...])
 def test_red_box_is_where_the_lens_shows_it(tmp_path: Path) -> None:
     barrel = "<camera><distortion><k1>-0.3</k1></distortion>"
     robot = edited(ROBOT, tmp_path, "<camera>", barrel)
-    wide, depths = [], []
+    wide: list[Any] = []
+    depths: list[Any] = []
     for one in (ROBOT, robot):
         sim = simulator(ROOM, robot=one, spawn=SE2(0.0, 0.0, 0.3))
         picture = _picture(sim).astype(int)
