@@ -20,6 +20,7 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.look import Look
 from arjuna_sim.model.notes import Note
+from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.model.urdf import Hinge
 
 PERSON = (0.25, 1.7)
@@ -161,6 +162,23 @@ class Body:
     T_world_model: Pose3 = ORIGIN
 
 
+@dataclass(frozen=True)
+class Fixture:
+    """A sensor of a world's model.
+
+    Attributes:
+        settings: The sensor; its link and its name are those of its site.
+        model: The model it is fixed to.
+        T_world: Its first pose in the world.
+        T_model: Its pose in the model.
+    """
+
+    settings: SensorSettings
+    model: str
+    T_world: Pose3
+    T_model: Pose3
+
+
 class Movable(NamedTuple):
     """A model that can be pushed: its mass [kg], its hinge, and whether gravity leaves it alone."""
 
@@ -181,6 +199,7 @@ class World:
         earth: Where it is, for GPS and compass.
         gravity: Acceleration of free fall, in the world's frame [m/s^2].
         look: Its lights, sky and fog.
+        sensors: The sensors of its models.
     """
 
     path: Path
@@ -192,6 +211,7 @@ class World:
     earth: Earth = Earth()
     gravity: tuple[float, float, float] = (0.0, 0.0, -GRAVITY)
     look: Look = field(default_factory=Look)
+    sensors: tuple[Fixture, ...] = ()
 
     @cached_property
     def models(self) -> dict[str, tuple[Body, ...]]:

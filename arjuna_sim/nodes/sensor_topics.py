@@ -36,9 +36,9 @@ from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarSettings, RangeSettings
 from arjuna_sim.devices.sensors.magnetometer import MagnetometerSettings
 from arjuna_sim.devices.sensors.navsat import Fix, NavSatSettings
-from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.nodes.messages import imu_msg
+from arjuna_sim.world_sensors import Senses
 
 _FLOAT, _UINT16 = np.dtype("<f4"), np.dtype("<u2")
 _POINT = np.dtype([("x", _FLOAT), ("y", _FLOAT), ("z", _FLOAT), ("ring", _UINT16)])
@@ -157,7 +157,7 @@ class SensorTopics:
     """Publishes what is due and subscribed to; sensors without subscribers are not read."""
 
     def __init__(
-        self, node: ManagedNode, robot: DrivenRobot, sensors: tuple[SensorSettings, ...]
+        self, node: ManagedNode, robot: Senses, sensors: tuple[SensorSettings, ...]
     ) -> None:
         self._robot = robot
         self._all = [

@@ -26,7 +26,7 @@ _OF_MODEL = (
 )
 _OF_LINK = (
     *("collision", "visual", "pose", "inertial", "gravity", "self_collide", "kinematic", "light"),
-    *("velocity_decay", "enable_wind", "audio_source", "must_be_base_link"),
+    *("velocity_decay", "enable_wind", "audio_source", "must_be_base_link", "sensor"),
 )
 WORLD = "world"
 """Name of the world as the parent of a joint."""
@@ -43,7 +43,7 @@ class SdfLink:
         mass: What the file says; None where it says nothing [kg].
         solid: What stops robots and rays, in the world.
         drawn: What is only seen, in the world.
-        sensors: Of a robot, the tags of its sensors and their poses in the world.
+        sensors: The tags of its sensors and their poses in the world.
         lights: Its lights, in the world.
     """
 
@@ -179,8 +179,7 @@ class ModelReader:
     ) -> SdfLink:
         prefix, label, static = of
         T_model_link = scope.pose(link, f"{label} link")
-        known = {*_OF_LINK, *(("sensor",) if self._is_robot else ())}
-        for tag in sorted({child.tag for child in link} - known):
+        for tag in sorted({child.tag for child in link} - set(_OF_LINK)):
             xml.note(f"{label}: <{tag}>: not simulated", NoteKind.IGNORED)
         floats = not is_true(link.findtext("gravity") or "true")
         floats = floats or is_true(link.findtext("kinematic"))
@@ -190,7 +189,8 @@ class ModelReader:
         read = SdfLink(link, xml, name, T_model @ T_model_link, static, floats, mass)
         if self._is_robot:
             label = f"link '{name.replace('::', '/')}'"
-            for sensor in link.findall("sensor"):
+        for sensor in link.findall("sensor"):
+            with self._leaving_out(xml, f"{label} sensor"):
                 pose = scope.pose(sensor, f"{label} sensor", T_model_link)
                 read.sensors.append((sensor, T_model @ pose))
         for light in link.findall("light"):

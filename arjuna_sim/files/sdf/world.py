@@ -27,6 +27,7 @@ from arjuna_sim.files.sdf.model_tags import (
     read_joint,
 )
 from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
+from arjuna_sim.files.sdf.world_sensors import read_fixtures
 from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
@@ -38,6 +39,7 @@ from arjuna_sim.model.world import (
     Actor,
     Body,
     Earth,
+    Fixture,
     Movable,
     Trajectory,
     World,
@@ -191,8 +193,11 @@ def read_world(xml: XmlFile) -> World:
     reader = _Reader(xml)
     reader.read(world)
     reader.note_missing()
+    of_sensors = {id(plugin) for each in world.iter("sensor") for plugin in each.iter("plugin")}
     for plugin in world.iter("plugin"):
-        if not _OWN.search(f"{plugin.get('filename')} {plugin.get('name')}"):
+        if id(plugin) not in of_sensors and not _OWN.search(
+            f"{plugin.get('filename')} {plugin.get('name')}"
+        ):
             xml.note(f"plugin '{plugin.get('name', '?')}': not simulated", NoteKind.IGNORED)
     look = read_look(xml, world, reader.lights)
     bodies, earth, gravity = reader.bodies, read_earth(xml, world), read_gravity(xml, world)
@@ -210,6 +215,7 @@ def read_world(xml: XmlFile) -> World:
         earth,
         gravity,
         look,
+        tuple(reader.sensors),
     )
 
 
@@ -226,6 +232,7 @@ class _Reader:
         self.actors: list[Actor] = []
         self.movable: dict[str, Movable] = {}
         self.lights: list[Light] = []
+        self.sensors: list[Fixture] = []
 
     def read(self, world: Element) -> None:
         """Read a `<world>`, or an `<sdf>` that holds a model."""
@@ -280,6 +287,7 @@ class _Reader:
             self._note_pieces(called, group, PIECES_OF_MOVING if moves else PIECES_MAX)
             self.lights += [light for link in group.links for light in link.lights]
             T_world = group.links[0].T_world if moves else pose
+            self.sensors += read_fixtures(called, group.links, T_world)
             self.bodies += [
                 Body(called, part, collides, T_world) for part, collides in parts_of(group.links)
             ]
