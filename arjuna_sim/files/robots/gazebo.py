@@ -32,6 +32,8 @@ from arjuna_sim.model.settings import (
 )
 from arjuna_sim.model.urdf import Urdf
 
+_TRUE = ("p3d", "odometrypublisher")  # kinds of plugins that publish true motion
+
 
 def settings_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> GazeboSettings:
     """Return a robot's drive, sensors, friction and colours; what is not understood is noted.
@@ -109,7 +111,10 @@ class _Reader:
         elif is_control(plugin):
             if not parameters_of_controllers(self._xml, plugin):
                 self._xml.note(f"plugin '{name}': its controllers move no wheels of two sides")
-        elif "p3d" in kind or "posepublisher" in kind or "odometrypublisher" in kind:
+        elif truth := next((each for each in _TRUE if each in kind.replace("-", "")), ""):
+            body = text_of(plugin, "bodyname", default=link or self._urdf.root)
+            self.sensor(SensorTag(self._xml, plugin, body), truth)
+        elif "posepublisher" in kind:
             self._xml.note(f"plugin '{name}': the true pose is published on ground_truth/odom")
         else:
             self._xml.note(f"plugin '{name}': not simulated", NoteKind.IGNORED)
@@ -125,9 +130,9 @@ class _Reader:
         rate = value(self._xml, plugin, label, 0.0, "updaterate")
         self.report_rate = max(self.report_rate, rate)
 
-    def sensor(self, tag: SensorTag) -> None:
-        """Take a sensor, of which there may be any number of each kind."""
-        kind, readers = tag.element.get("type", "?"), sensor_kinds().readers
+    def sensor(self, tag: SensorTag, kind: str = "") -> None:
+        """Take a sensor, or a plugin of a kind, of which there may be any number of each."""
+        kind, readers = kind or tag.element.get("type", "?"), sensor_kinds().readers
         if kind not in readers:
             problem = f"type '{kind}' is not simulated; simulated are {', '.join(readers)}"
             self._xml.note(f"{tag.label}: {problem}", NoteKind.IGNORED)

@@ -113,6 +113,10 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     urdf, drive, settings = _driven(xml, urdf, settings, tags)
     if settings.drive is None and settings.wheelless is not None:
         drive = with_outputs_of(settings.wheelless, drive)
+    if drive.from_world:  # what else publishes on its odometry's topic says the same
+        own = drive.odometry_topic.lstrip("/")
+        others = tuple(s for s in settings.sensors if s.topic.lstrip("/") != own)
+        settings = dataclasses.replace(settings, sensors=others)
     if not drive.grips:
         for text in settings.uneven:
             xml.note(text)
