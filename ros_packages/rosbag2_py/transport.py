@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from argparse import Namespace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from datetime import timedelta
 from pathlib import Path
 from typing import ClassVar
@@ -13,13 +14,29 @@ from rclpy.qos import QoSProfile
 
 from arjuna_core.bags.reader import Bag
 from arjuna_core.errors import ArjunaError
-from bringup.recording import player as playing
-from bringup.recording import recorder as recording
 from bringup.recording.play import play
-from bringup.recording.selection import PlayFilter, RecordFilter
+from bringup.recording.recorder import record
+from bringup.ros2.verbs.bag import play_options as played
+from bringup.ros2.verbs.bag import record_options as recorded
+from bringup.ros2.verbs.bag import until
 from bringup.terminal import stopped_by_signals
 from rosbag2_py.options import StorageOptions
 from rosbag2_py.writer import new_folder
+
+_WORDS = {
+    "topics": "topics_to_filter",
+    "services": "services_to_filter",
+    "regex": "regex_to_filter",
+    "exclude_regex": "exclude_regex_to_filter",
+    "exclude_topics": "exclude_topics_to_filter",
+    "exclude_services": "exclude_service_events_to_filter",
+    "remap": "topic_remapping_options",
+    "clock": "clock_publish_frequency",
+    "clock_topics_all": "clock_publish_on_topic_publish",
+    "wait_for_all_acked": "wait_acked_timeout",
+    "playback_until_nsec": "playback_until_timestamp",
+}
+"""Names of a player's options by those of `ros2 bag play`, where they differ."""
 
 
 @dataclass
@@ -121,31 +138,23 @@ class Recorder(_Cancelled):
             RuntimeError: The folder exists, an option is not known, or the disk refuses.
         """
         given, storage = record_options, storage_options
-        chosen = RecordFilter(
-            *(given.all_topics, given.all_services, _absolute(given.topics)),
-            *(tuple(given.topic_types), _absolute(given.services), given.regex),
-            *(given.exclude_regex, _absolute(given.exclude_topics)),
-            *(tuple(given.exclude_topic_types), _absolute(given.exclude_service_events)),
-            given.include_hidden_topics,
-        )
-        options = recording.RecordOptions(
-            takes=chosen.takes,
+        words = Namespace(
+            **vars(given),
+            topics_positional=[],
+            all=False,
+            exclude_services=given.exclude_service_events,
             node_name=f"{given.node_prefix}{node_name}",
-            controlled=True,
-            keys=not given.disable_keyboard_controls,
-            overrides=_named(given.topic_qos_profile_overrides),
-            discovery=not given.is_discovery_disabled,
-            polling_period=given.topic_polling_interval.total_seconds(),
-            unpublished=given.include_unpublished_topics,
-            leaves=not given.ignore_leaf_topics,
-            paused=given.start_paused,
-            sim_time=given.use_sim_time,
-            snapshot=storage.snapshot_mode,
-            cache=storage.max_cache_size,
+            qos_profile_overrides_path="",
+            no_discovery=given.is_discovery_disabled,
+            polling_interval=given.topic_polling_interval.total_seconds() * 1000.0,
+            snapshot_mode=storage.snapshot_mode,
+            max_cache_size=storage.max_cache_size,
         )
-        folder = new_folder(storage, given.compression_mode, given.compression_threads)
+        overrides = _named(given.topic_qos_profile_overrides)
         try:
-            recording.record(folder, options, self._show, self._begin())
+            options = replace(recorded(words), overrides=overrides)
+            folder = new_folder(storage, given.compression_mode, given.compression_threads)
+            record(folder, options, self._show, self._begin())
         except ArjunaError as error:
             raise RuntimeError(str(error)) from error
 
@@ -177,64 +186,27 @@ class Player(_Cancelled):
         self._play(storage_options, play_options, num_messages)
 
     def _play(
-        self, given: StorageOptions | list[StorageOptions], options: PlayOptions, burst: int | None
+        self, storages: StorageOptions | list[StorageOptions], given: PlayOptions, burst: int | None
     ) -> None:
-        every = given if isinstance(given, list) else [given]
+        words = Namespace(
+            **vars(given),
+            **{word: getattr(given, name) for word, name in _WORDS.items()},
+            qos_profile_overrides_path="",
+            playback_until_sec=-1.0,
+        )
+        every = storages if isinstance(storages, list) else [storages]
         try:
             bags = [Bag(Path(each.uri.removeprefix("file://"))) for each in every]
-            play(bags, _translated(options, bags, burst), self._show, self._begin())
+            options = replace(
+                until(played(words), bags, words),
+                overrides=_named(given.topic_qos_profile_overrides),
+                node_name=f"{given.node_prefix}rosbag2_player",
+                paused=given.start_paused or burst is not None,
+                burst=burst,
+            )
+            play(bags, options, self._show, self._begin())
         except ArjunaError as error:
             raise RuntimeError(str(error)) from error
-
-
-def _translated(given: PlayOptions, bags: list[Bag], burst: int | None) -> playing.PlayOptions:
-    chosen = PlayFilter(
-        *(_absolute(given.topics_to_filter), _absolute(given.services_to_filter)),
-        *(given.regex_to_filter, given.exclude_regex_to_filter),
-        *(
-            _absolute(given.exclude_topics_to_filter),
-            _absolute(given.exclude_service_events_to_filter),
-        ),
-    )
-    pairs = (text.partition(":=")[::2] for text in given.topic_remapping_options)
-    acked = given.wait_acked_timeout
-    return playing.PlayOptions(
-        takes=chosen.takes,
-        rate=given.rate,
-        offset=given.start_offset,
-        loop=given.loop,
-        until=_until(given, bags),
-        paused=given.start_paused or burst is not None,
-        clock_hz=given.clock_publish_frequency,
-        clock_topics=None
-        if given.clock_publish_on_topic_publish
-        else _absolute(given.clock_topics),
-        recorded_clock=False,
-        delay=given.delay,
-        remap=dict(_absolute(pair) for pair in pairs),  # type: ignore[misc]
-        overrides=_named(given.topic_qos_profile_overrides),
-        acked_timeout=acked / 1000.0 if acked >= 0 else None,
-        requests=playing.REQUESTS[given.service_requests_source.lower()]
-        if given.publish_service_requests
-        else None,
-        keys=not given.disable_keyboard_controls,
-        node_name=f"{given.node_prefix}rosbag2_player",
-        controlled=True,
-        burst=burst,
-    )
-
-
-def _until(given: PlayOptions, bags: list[Bag]) -> int | None:
-    """Return the time that ends playing [ns], the later of the two that may; None for the end."""
-    ends = [given.playback_until_timestamp] if given.playback_until_timestamp >= 0 else []
-    if given.playback_duration >= 0.0:
-        start = min(bag.start for bag in bags)
-        ends.append(start + round((given.start_offset + given.playback_duration) * 1e9))
-    return max(ends, default=None)
-
-
-def _absolute(names: Iterable[str]) -> tuple[str, ...]:
-    return tuple(f"/{name.lstrip('/')}" for name in names)
 
 
 def _named(profiles: Mapping[str, QoSProfile]) -> dict[str, QoSProfile]:

@@ -174,4 +174,5 @@ def test_player_bursts_and_recordings_that_are_none_are_refused(tmp_path: Path) 
     with pytest.raises(RuntimeError, match="does not exist"):
         player.play(StorageOptions(str(tmp_path / "none")), options)
     with pytest.raises(RuntimeError, match="exists"):
-        rosbag2_py.Recorder("error").record(StorageOptions(str(words)), rosbag2_py.RecordOptions())
+        chosen = rosbag2_py.RecordOptions(all_topics=True)
+        rosbag2_py.Recorder("error").record(StorageOptions(str(words)), chosen)
