@@ -173,6 +173,6 @@ def test_player_bursts_and_recordings_that_are_none_are_refused(tmp_path: Path) 
         player.burst([StorageOptions(str(words))], options, 3)
     with pytest.raises(RuntimeError, match="does not exist"):
         player.play(StorageOptions(str(tmp_path / "none")), options)
+    chosen = rosbag2_py.RecordOptions(all_topics=True)
     with pytest.raises(RuntimeError, match="exists"):
-        chosen = rosbag2_py.RecordOptions(all_topics=True)
         rosbag2_py.Recorder("error").record(StorageOptions(str(words)), chosen)
