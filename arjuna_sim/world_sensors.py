@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -14,25 +14,6 @@ from arjuna_sim.devices.device import Device, Mount, device_of
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.physics.stage import Stage
-
-
-class Senses(Protocol):
-    """Reads sensors when asked: a robot, or a world."""
-
-    @property
-    def camera_seed(self) -> int:
-        """The seed of its cameras' noise."""
-
-    def staged(self, sensor: SensorSettings) -> SensorSettings:
-        """Return one of its sensors as the stage knows it."""
-
-    def sense(self, sensor: SensorSettings, now: float) -> Any:
-        """Return a reading of a sensor at a time [s]."""
-
-    def picture(
-        self, color: bool = True, depth: bool = False, camera: CameraSettings | None = None
-    ) -> Shot:
-        """Return what a camera sees now."""
 
 
 class WorldSensors:

@@ -13,10 +13,11 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.camera import CameraError, CameraThread, Shot, focal_length, points
 from arjuna_sim.devices.sensors.camera import CameraSettings
+from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.world import World
 from arjuna_sim.nodes.sensor_topics import SensorTopics, cloud_msg
 from arjuna_sim.physics.stage import Stage
-from arjuna_sim.world_sensors import Senses, WorldSensors
+from arjuna_sim.world_sensors import WorldSensors
 
 
 class WorldTopics:
@@ -59,7 +60,11 @@ class CameraTopics:
     """
 
     def __init__(
-        self, node: ManagedNode, robot: Senses, stage: Stage, settings: CameraSettings
+        self,
+        node: ManagedNode,
+        robot: DrivenRobot | WorldSensors,
+        stage: Stage,
+        settings: CameraSettings,
     ) -> None:
         self._log = node.get_logger()
         self._robot, self._stage = robot, stage

@@ -38,9 +38,10 @@ from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarSettings, Range
 from arjuna_sim.devices.sensors.magnetometer import MagnetometerSettings
 from arjuna_sim.devices.sensors.navsat import Fix, NavSatSettings
 from arjuna_sim.devices.sensors.true_odometry import TrueMotion, TrueOdometrySettings
+from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.nodes.messages import imu_msg, pose3_msg
-from arjuna_sim.world_sensors import Senses
+from arjuna_sim.world_sensors import WorldSensors
 
 _FLOAT, _UINT16 = np.dtype("<f4"), np.dtype("<u2")
 _POINT = np.dtype([("x", _FLOAT), ("y", _FLOAT), ("z", _FLOAT), ("ring", _UINT16)])
@@ -170,7 +171,10 @@ class SensorTopics:
     """Publishes what is due and subscribed to; sensors without subscribers are not read."""
 
     def __init__(
-        self, node: ManagedNode, robot: Senses, sensors: tuple[SensorSettings, ...]
+        self,
+        node: ManagedNode,
+        robot: DrivenRobot | WorldSensors,
+        sensors: tuple[SensorSettings, ...],
     ) -> None:
         self._robot = robot
         self._all = [

@@ -286,6 +286,8 @@ class _Reader:
                 self.movable[called] = Movable(self._mass(called, group), group.hinge, floats)
             self._note_pieces(called, group, PIECES_OF_MOVING if moves else PIECES_MAX)
             self.lights += [light for link in group.links for light in link.lights]
+            if moves and any(link.lights for link in group.links):
+                self._xml.note(f"model '{called}': its light stays where it is at first")
             T_world = group.links[0].T_world if moves else pose
             self.sensors += read_fixtures(called, group.links, T_world)
             self.bodies += [

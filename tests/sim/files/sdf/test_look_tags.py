@@ -65,7 +65,15 @@ def test_lights_of_links_and_of_included_files_stand_where_those_do(tmp_path: Pa
     link = f"<link name='a'><pose>0 0 2 0 0 0</pose>{light('<pose>0 1 0 0 0 0</pose>')}</link>"
     model = f"<model name='m'><pose>5 0 0 0 0 0</pose><static>1</static>{link}</model>"
     include = "<include><uri>model://lamp</uri><pose>7 8 9 0 0 0</pose></include>"
-    found, _ = look(model + include + light("<light_on>0</light_on>"), tmp_path)
+    found, notes = look(model + include + light("<light_on>0</light_on>"), tmp_path)
+    assert notes == ()
+    solid = (
+        "<collision name='c'><geometry><sphere><radius>1</radius></sphere></geometry></collision>"
+    )
+    moving = model.replace("<static>1</static>", "").replace(
+        "<link name='a'>", f"<link name='a'>{solid}"
+    )
+    assert "its light stays where it is at first" in look(moving)[1][0]
     assert sorted(each.position for each in found.lights) == [(5, 1, 2), (7, 8, 9)]
 
 
