@@ -17,6 +17,7 @@ from arjuna_sim.model.entities import BlockedPoseError
 from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.stage import Stage
+from arjuna_sim.world_sensors import WorldSensors
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,9 @@ class Simulation:
         starts: The robots by name; a single one may be called `SOLO`.
         rng: Seeds the noise; `reset` rewinds it to its present state.
 
+    Attributes:
+        fixed: The world's own sensors.
+
     Raises:
         RobotError: A robot cannot be simulated.
         WorldError: The world cannot be simulated.
@@ -58,6 +62,7 @@ class Simulation:
         self.stage = Stage(staged, world, config.servo, config.physics_timestep)
         self._first = {name: self._made(name, start) for name, start in starts.items()}
         self.robots = dict(self._first)
+        self.fixed = WorldSensors(self.stage, config, int(self._seeds[0]))
         self.stage.on_rebuild = self._rebind
         self._choose_spawns()
         self.reset()
@@ -179,6 +184,7 @@ class Simulation:
         self._ticks = 0
         self._keep(dict(self._first))
         self.stage.restore()
+        self.fixed.begin()
         for robot in self.robots.values():
             robot.begin()
         self._return_to_start()
@@ -233,10 +239,12 @@ class Simulation:
             robot.lift(1000.0 * (i + 1))
 
     def _rebind(self) -> None:
+        self.fixed.rebind()
         for robot in self.robots.values():
             robot.rebind()
 
     def close(self) -> None:
         """Free what the cameras hold."""
+        self.fixed.close()
         for robot in self.robots.values():
             robot.close()

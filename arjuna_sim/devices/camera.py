@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import ArjunaError
+from arjuna_sim.devices.lens import Lens
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.model.geometry.shapes import Group
 
@@ -34,14 +35,20 @@ def add_camera(spec: Any, settings: CameraSettings) -> None:
     half = math.tan(settings.horizontal_fov / 2) * settings.height / settings.width
     camera.fovy = math.degrees(2 * math.atan(half))
     visual = spec.visual.global_
-    visual.offwidth = max(visual.offwidth, settings.width)
-    visual.offheight = max(visual.offheight, settings.height)
+    drawn = lens_of(settings) or settings
+    visual.offwidth = max(visual.offwidth, drawn.width)
+    visual.offheight = max(visual.offheight, drawn.height)
     spec.visual.quality.offsamples = 0  # smooth edges cost most of the time without a GPU
 
 
 def focal_length(settings: CameraSettings) -> float:
     """Return the focal length [pixels], the same along both axes."""
     return settings.width / 2 / math.tan(settings.horizontal_fov / 2)
+
+
+def lens_of(settings: CameraSettings) -> Lens | None:
+    """Return a camera's lens, None for an ideal one."""
+    return Lens(settings, focal_length(settings)) if settings.distortion else None
 
 
 def points(settings: CameraSettings, depth: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -83,7 +90,7 @@ class Camera:
 
     def __init__(self, settings: CameraSettings, seed: int = 0) -> None:
         self._settings, self._seed = settings, seed
-        self._shape = (settings.height, settings.width, 3)
+        self._lens = lens_of(settings)
         self._view = mujoco.MjvCamera()
         self._view.type = mujoco.mjtCamera.mjCAMERA_FIXED
         self._option = mujoco.MjvOption()
@@ -109,17 +116,27 @@ class Camera:
         mujoco.mj_camlight(model, data)
         every = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(model, data, self._option, None, self._view, every, self._scene)
-        image, buffer = None, None
-        if color:
-            image = np.empty(self._shape, np.uint8)
-            self._draw(image, None)
+        settings, lens = self._settings, self._lens
+        ideal, buffer = None, None
         if depth:
-            buffer = np.empty(self._shape[:2], np.float32)
-            self._draw(None, buffer)
+            buffer = np.empty((settings.height, settings.width), np.float32)
+            self._draw(None, buffer, buffer)
+        if color:
+            drawn = lens or settings
+            self._widen(drawn.height / settings.height)
+            image = np.empty((drawn.height, drawn.width, 3), np.uint8)
+            self._draw(image, None, image)
+            ideal = image[::-1] if lens is None else lens.picture(image[::-1])
         return Shot(
-            None if image is None else self._noisy(image[::-1], float(data.time)),
+            None if ideal is None else self._noisy(ideal, float(data.time)),
             None if buffer is None else self._distances(buffer[::-1]),
         )
+
+    def _widen(self, times: float) -> None:
+        """Let the next picture show more of its plane by a factor, at the same focal length."""
+        for camera in self._scene.camera if times != 1.0 else ():
+            camera.frustum_top *= times
+            camera.frustum_bottom *= times
 
     def _noisy(self, image: NDArray[np.uint8], time: float) -> NDArray[np.uint8]:
         """Return a picture with the noise of a time [s], whatever was drawn before."""
@@ -135,19 +152,21 @@ class Camera:
         settings = self._settings
         model.vis.map.znear = settings.near / model.stat.extent
         model.vis.map.zfar = settings.far / model.stat.extent
-        gl = _open_context(settings.width, settings.height)
+        drawn = self._lens or settings
+        gl = _open_context(drawn.width, drawn.height)
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
         self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         # MuJoCo's own viewer allows as many geoms.
         self._scene = mujoco.MjvScene(model, maxgeom=10_000)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = model.vis.rgba.fog[3] > 0.0
         self._view.fixedcamid = model.camera(self._settings.name).id
         self._gl, self._model = gl, model
 
-    def _draw(self, image: Any, buffer: Any) -> None:
+    def _draw(self, image: Any, buffer: Any, into: NDArray[Any]) -> None:
         """Draw into one of them; the sky has colour, but would have a distance too."""
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = image is not None
-        area = mujoco.MjrRect(0, 0, self._shape[1], self._shape[0])
+        area = mujoco.MjrRect(0, 0, into.shape[1], into.shape[0])
         mujoco.mjr_render(area, self._scene, self._context)
         mujoco.mjr_readPixels(image, buffer, area, self._context)
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import io
+import itertools
+import json
+import re
 import struct
 from functools import cache
 from pathlib import Path
@@ -16,14 +19,16 @@ from xml.etree.ElementTree import (  # parsing is defusedxml's
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from arjuna_core.errors import InputFileError
-from arjuna_core.files.array_cache import cached, made_by
+from arjuna_core.files.array_cache import Arrays, cached, made_by
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.xml_text import parse_xml
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.convex_pieces import surface
-from arjuna_sim.model.geometry.shapes import Kind, Mesh, Shape
+from arjuna_sim.model.geometry.shapes import Kind, Look, Mesh, Shape, Skin
 from arjuna_sim.model.notes import NoteKind
 
 MESH_SUFFIXES = (".dae", ".obj", ".stl")
@@ -33,6 +38,7 @@ _TEXT_MAX = 20_000_000  # bytes of text, in lines:
 _LINES_MAX = 600_000
 _FACES_MAX = 1_000_000
 _PLACED_MAX = 10_000  # geometries that COLLADA's nodes place
+_NAME = "picture"  # what a picture's name is called within a dot that stands for it
 _STL_HEADER, _STL_FACE = 84, 50  # bytes of binary STL
 _REACH_MAX = 1e5  # [m]
 _OPTIONS = {"package": "--package-path", "model": "--model-path"}
@@ -96,15 +102,16 @@ def _mesh(xml: XmlFile, path: Path, part: str, centred: bool, label: str) -> Mes
     key = path.with_name(f"{path.name}#{part}{'~' * centred}") if part else path
     if key in xml.meshes:
         return xml.meshes[key]
-    triangles = read_mesh(path, part)
+    triangles, skin = read_skinned(path, part)
     if part and not len(triangles):
         xml.note(f"{label} has no part '{part}': all of it is taken")
-        triangles = read_mesh(path)
+        triangles, skin = read_skinned(path)
     if centred:
         points = triangles.reshape(-1, 3)
         triangles = triangles - (points.min(axis=0) + points.max(axis=0)) / 2
     resolved = path.resolve()
-    xml.meshes[key] = Mesh(resolved.with_name(key.name) if part else resolved, triangles)
+    called = resolved.with_name(key.name) if part else resolved
+    xml.meshes[key] = Mesh(called, triangles, skin)
     return xml.meshes[key]
 
 
@@ -123,43 +130,94 @@ def read_mesh(path: Path, part: str = "") -> NDArray[np.float64]:
     Raises:
         MeshError: The file is unreadable, broken, empty, too large or not finite.
     """
+    return read_skinned(path, part)[0]
+
+
+def read_skinned(path: Path, part: str = "") -> tuple[NDArray[np.float64], Skin]:
+    """Return a mesh's triangles as `read_mesh` does, and how each looks.
+
+    Raises:
+        MeshError: As `read_mesh`.
+    """
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         raise MeshError(path, f"has the form '{suffix}'; valid: {', '.join(MESH_SUFFIXES)}")
     content = read_bytes(path, _BYTES_MAX, MeshError)
     try:
-        triangles = (_read if len(content) < 2000 else _kept)(path, content, part)
+        read = (_read if len(content) < 2000 else _kept)(path, content, part)
     except IndexError as error:
         raise MeshError(
             path, "is a broken mesh: a face names a corner that does not exist"
         ) from error
     except _BROKEN as error:
         raise MeshError(path, f"is a broken mesh: {' '.join(str(error).split())}") from error
+    triangles, places, of, looks = read
+    skin = Skin(places, of, tuple(Look(*each) for each in json.loads(looks.tobytes())))
     if len(triangles) == 0 and part:
-        return triangles
+        return triangles, skin
     if len(triangles) == 0:
         raise MeshError(path, "is a broken mesh: it has no triangles")
     if len(triangles) > _FACES_MAX:
         raise MeshError(path, f"has {len(triangles)} triangles; at most {_FACES_MAX} are read")
     if not (np.isfinite(triangles).all() and np.abs(triangles).max() < 1e9):
         raise MeshError(path, "is a broken mesh: its corners must be finite, below 1e9")
-    return triangles
+    return triangles, skin
 
 
-def _kept(path: Path, content: bytes, part: str) -> NDArray[np.float64]:
+def _kept(path: Path, content: bytes, part: str) -> Arrays:
     """Return what `_read` returns, from the user's cache where the mesh was read before."""
     made_of = made_by(__file__), content, f"{path.suffix.lower()}#{part}".encode()
-    return cached("triangles", made_of, lambda: (_read(path, content, part),))[0]
+    beside = _materials(path, content)
+    return cached("triangles", (*made_of, beside), lambda: _read(path, content, part))
 
 
-def _read(path: Path, content: bytes, part: str) -> NDArray[np.float64]:
+def _read(path: Path, content: bytes, part: str) -> Arrays:
+    """Return triangles, their corners' places in pictures, and the numbers of their looks.
+
+    The looks are the last array, as JSON. Corners without a place have NaN.
+    """
     suffix = path.suffix.lower()
     prepared = {".stl": _stl, ".obj": _obj, ".dae": _collada}[suffix](path, content, part)
-    return _loaded(prepared, suffix) if prepared else np.zeros((0, 3, 3))
+    if prepared:
+        return _loaded(prepared, suffix, _materials(path, content))
+    return np.zeros((0, 3, 3)), np.zeros((0, 3, 2), np.float32), np.zeros(0, np.int32), _packed([])
 
 
-def _loaded(content: bytes, suffix: str) -> NDArray[np.float64]:
-    """Return the triangles of a whole file, as trimesh reads them.
+def _packed(looks: list[Any]) -> NDArray[np.uint8]:
+    return np.frombuffer(json.dumps(looks).encode(), np.uint8)
+
+
+def _materials(path: Path, content: bytes) -> bytes:
+    """Return the file of materials that an OBJ names, of its own folder; empty without one."""
+    named = (
+        re.search(rb"^mtllib[ \t]+([^\s/\\]+)", content, re.M) if path.suffix == ".obj" else None
+    )
+    beside = path.with_name(named[1].decode("utf-8", "replace")) if named else None
+    return (
+        b"" if beside is None or not beside.is_file() else read_bytes(beside, _TEXT_MAX, MeshError)
+    )
+
+
+class _Named:
+    """Answers trimesh with the file of materials, and with a dot that knows a picture's name."""
+
+    def __init__(self, materials: bytes) -> None:
+        self._materials = materials
+
+    def get(self, name: str) -> bytes:
+        """Return the content of a file that a mesh names."""
+        if name.endswith(".mtl"):
+            return self._materials
+        dot, said = io.BytesIO(), PngInfo()
+        said.add_text(_NAME, name.encode("ascii", "replace").decode())
+        Image.new("RGB", (1, 1)).save(dot, "PNG", pnginfo=said)
+        return dot.getvalue()
+
+    __getitem__ = get
+
+
+def _loaded(content: bytes, suffix: str, materials: bytes) -> Arrays:
+    """Return what `_read` returns of a whole file, as trimesh reads it.
 
     Raises:
         ValueError: It is broken; other exceptions of `_BROKEN` say the same.
@@ -167,20 +225,42 @@ def _loaded(content: bytes, suffix: str) -> NDArray[np.float64]:
     import trimesh  # takes 0.8 s
     from collada.common import DaeError
 
-    options: dict[str, Any] = {"process": False, "maintain_order": True, "skip_materials": True}
+    names: Any = _Named(materials)
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused by the caller
-            scene = trimesh.load_scene(
-                io.BytesIO(content), suffix[1:], ignore_broken=False, **options
-            )
-            if not scene.geometry:
-                return np.zeros((0, 3, 3))
-            whole: Any = scene.to_geometry()
-            triangles = np.asarray(whole.triangles, np.float64)
+            file = io.BytesIO(content)
+            options: dict[str, Any] = {"process": False, "ignore_broken": False}
+            scene = trimesh.load_scene(file, suffix[1:], names, **options)
+            found: list[Any] = scene.dump() if scene.geometry else []
+            triangles = [np.asarray(each.triangles, np.float64) for each in found]
     except DaeError as error:
         raise ValueError(str(error)) from error
     units = scene.units or "meters"
-    return triangles * (float(units.partition(" * ")[0]) if " * " in units else 1.0)
+    scale = float(units.partition(" * ")[0]) if " * " in units else 1.0
+    return (
+        np.concatenate((np.zeros((0, 3, 3)), *triangles)) * scale,
+        np.concatenate((np.zeros((0, 3, 2), np.float32), *(_places(each) for each in found))),
+        np.repeat(np.arange(len(found), dtype=np.int32), [len(each) for each in triangles]),
+        _packed([_look(getattr(each.visual, "material", None)) for each in found]),
+    )
+
+
+def _places(mesh: Any) -> NDArray[np.float32]:
+    """Return where corners are in a picture, from its top, `(N, 3, 2) float32`; NaN for nowhere."""
+    uv = getattr(mesh.visual, "uv", None)
+    if uv is None or len(uv) != len(mesh.vertices):
+        return np.full((len(mesh.faces), 3, 2), np.nan, np.float32)
+    placed: NDArray[np.float32] = np.asarray(uv)[np.asarray(mesh.faces), :2].astype(np.float32)
+    placed[..., 1] = 1.0 - placed[..., 1]
+    return placed
+
+
+def _look(material: Any) -> tuple[list[float] | None, str]:
+    """Return the colour and the picture's name of a material of trimesh; None and "" for none."""
+    colour = getattr(material, "baseColorFactor", getattr(material, "diffuse", None))
+    picture = getattr(material, "baseColorTexture", getattr(material, "image", None))
+    rgba = None if colour is None else [float(value) / 255.0 for value in np.ravel(colour)]
+    return rgba, "" if picture is None else str(picture.info.get(_NAME, ""))
 
 
 def _stl(path: Path, content: bytes, part: str) -> bytes:
@@ -206,25 +286,36 @@ def _text(content: bytes) -> str:
 
 
 def _obj(path: Path, content: bytes, part: str) -> bytes:
-    """Return Wavefront OBJ with the faces of an object or group alone, and without materials.
+    """Return Wavefront OBJ with the faces of an object or group alone, and without normals.
 
     Faces count from the first corner: trimesh takes those that count back from the last of all.
     """
     names: set[str] = set()
-    kept, count, has_faces = [], 0, False
+    kept, counts, has_faces = [], {"v": 0, "vt": 0}, False
+
+    def counted(text: str, kind: str) -> int:
+        i = int(text)
+        return i if i > 0 else counts[kind] + 1 + i
+
     for line in _text(content).splitlines():
         words = line.split()
         if words[:1] in (["o"], ["g"]):
             names = set(words[1:])
-        elif len(words) >= 4 and words[0] == "v":
-            kept.append(" ".join(words[:4]))
-            count += 1
+        elif words[:1] in (["mtllib"], ["usemtl"]):
+            kept.append(line)
+        elif len(words) >= 3 and words[0] in counts:
+            kept.append(" ".join(words[: 4 if words[0] == "v" else 3]))
+            counts[words[0]] += 1
         elif len(words) >= 4 and words[0] == "f" and (not part or part in names):
-            ring = [int(word.partition("/")[0]) for word in words[1:]]
-            ring = [i if i > 0 else count + 1 + i for i in ring]
+            ends = [word.split("/") for word in words[1:]]
+            ring = [counted(end[0], "v") for end in ends]
             if min(ring) < 1:
                 raise ValueError("a face names a corner that does not exist")
-            kept.append(" ".join(("f", *map(str, ring))))
+            corners = [str(corner) for corner in ring]
+            if all(len(end) > 1 and end[1] for end in ends):
+                places = [counted(end[1], "vt") for end in ends]
+                corners = [f"{corner}/{place}" for corner, place in zip(ring, places, strict=True)]
+            kept += [f"f {corners[0]} {a} {b}" for a, b in itertools.pairwise(corners[1:])]
             has_faces = True
     return "\n".join(kept).encode() if has_faces else b""
 

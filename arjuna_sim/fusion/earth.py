@@ -8,37 +8,45 @@ import numpy as np
 
 from arjuna_core.geodesy import GeoPoint, TangentPlane
 from arjuna_core.pose3 import Pose3
+from arjuna_core.utm import UtmGrid
 from arjuna_sim.fusion.kinematics import Array
 
 
 @dataclass(frozen=True)
 class EarthFrame:
-    """A world frame on the plane that touches the earth at a datum.
+    """A world frame on a plane of the earth.
 
     Attributes:
-        plane: East, north and up at the datum.
+        plane: East, north and up: a zone of UTM, or the plane that touches the earth at a datum.
         T_world_enu: That plane in the world frame.
     """
 
-    plane: TangentPlane
+    plane: TangentPlane | UtmGrid
     T_world_enu: Pose3
 
     @staticmethod
     def of_start(
-        fix: GeoPoint, yaw: float, T_world_base: Pose3, lever: tuple[float, float, float]
+        fix: GeoPoint,
+        yaw: float,
+        T_world_base: Pose3,
+        lever: tuple[float, float, float],
+        local: bool = True,
     ) -> EarthFrame:
         """Return the frame in which a robot has a pose while its receiver has a fix.
 
         Args:
             yaw: The robot's heading, counter-clockwise from east [rad].
             lever: The receiver in the robot's frame [m].
+            local: Whether on the plane that touches the earth there, rather than on UTM's grid.
         """
+        plane = TangentPlane(fix) if local else UtmGrid(fix)
+        yaw += plane.convergence(fix) if isinstance(plane, UtmGrid) else 0.0
         upright = Pose3.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw))
-        x, y, z = (-upright.apply(np.array([lever]))[0]).tolist()
+        x, y, z = (plane.enu(fix) - upright.apply(np.array([lever]))[0]).tolist()
         T_enu_base = Pose3((x, y, z), upright.quaternion)
         heading = (0.0, 0.0, T_world_base.rpy()[2])
         T_world_base = Pose3.from_rpy(T_world_base.position, heading)
-        return EarthFrame(TangentPlane(fix), T_world_base @ T_enu_base.inverse())
+        return EarthFrame(plane, T_world_base @ T_enu_base.inverse())
 
     def to_world(self, point: GeoPoint) -> Array:
         """Return a point of the earth in the world frame, `(3,) float64` [m]."""

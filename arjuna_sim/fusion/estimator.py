@@ -112,6 +112,15 @@ class Estimator:
         while self._taken and self._taken[0].stamp < now - self.history:
             self._taken.popleft()
 
+    def at(self, stamp: float) -> tuple[Array, Array]:
+        """Return state `(15,)` and covariance `(15, 15)`, predicted where a time [s] is later."""
+        keeps = self.filter.state.copy(), self.filter.covariance.copy(), self.stamp
+        if self.stamp is not None and stamp > self.stamp:
+            self._predict(stamp)
+        found = self.filter.state, self.filter.covariance
+        self.filter.state, self.filter.covariance, self.stamp = keeps
+        return found
+
     def _clear(self) -> None:
         for each in (self._queue, self._past, self._taken):
             each.clear()

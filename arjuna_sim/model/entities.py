@@ -42,6 +42,11 @@ class Category(Enum):
     STATIC_OBJECT = 5
 
 
+def body_name(entity: str) -> str:
+    """Return the name of an entity's MuJoCo body."""
+    return _PREFIX + entity
+
+
 @dataclass(frozen=True)
 class Entity:
     """Something in a world beside the robot and the ground.
@@ -75,7 +80,7 @@ class Entity:
     @property
     def body(self) -> str:
         """Name of its MuJoCo body."""
-        return _PREFIX + self.name
+        return body_name(self.name)
 
     def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the least and the greatest corner of what is solid, in its own frame [m]."""

@@ -29,8 +29,9 @@ class DriveKind(Enum):
     MECANUM = "mecanum wheels"
     OMNI = "omni wheels"
     STEERED = "steered wheels"
+    TRACKED = "tracks"
     PLANAR = "moved in the plane"
-    """Asked for by a file; wheels of another kind stand for it."""
+    """Asked for by a file, as tracks are; wheels of another kind stand for them."""
 
 
 @dataclass(frozen=True)
@@ -176,6 +177,7 @@ class GazeboSettings:
         hardware: Name and class of what ros2_control calls the hardware; "" for none.
         reported: The joints whose states are published; none for all that move.
         report_rate: How often, 0 for each tick [Hz].
+        tracks: The links that are its left and its right tracks.
     """
 
     drive: DriveSettings | None = None
@@ -192,6 +194,7 @@ class GazeboSettings:
     hardware: tuple[str, str] = ("", "")
     reported: tuple[str, ...] = ()
     report_rate: float = 0.0
+    tracks: tuple[tuple[str, ...], tuple[str, ...]] = ((), ())
 
     def first(self, kind: type[S]) -> S | None:
         """Return the first sensor of just this kind, None for none."""

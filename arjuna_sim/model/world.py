@@ -18,7 +18,9 @@ from arjuna_core.geodesy import GeoPoint, MapOnEarth
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.se2 import SE2, wrap
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
+from arjuna_sim.model.look import Look
 from arjuna_sim.model.notes import Note
+from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.model.urdf import Hinge
 
 PERSON = (0.25, 1.7)
@@ -160,6 +162,23 @@ class Body:
     T_world_model: Pose3 = ORIGIN
 
 
+@dataclass(frozen=True)
+class Fixture:
+    """A sensor of a world's model.
+
+    Attributes:
+        settings: The sensor; its link and its name are those of its site.
+        model: The model it is fixed to.
+        T_world: Its first pose in the world.
+        T_model: Its pose in the model.
+    """
+
+    settings: SensorSettings
+    model: str
+    T_world: Pose3
+    T_model: Pose3
+
+
 class Movable(NamedTuple):
     """A model that can be pushed: its mass [kg], its hinge, and whether gravity leaves it alone."""
 
@@ -179,6 +198,8 @@ class World:
         movable: By name, the models that can be pushed.
         earth: Where it is, for GPS and compass.
         gravity: Acceleration of free fall, in the world's frame [m/s^2].
+        look: Its lights, sky and fog.
+        sensors: The sensors of its models.
     """
 
     path: Path
@@ -189,6 +210,8 @@ class World:
     movable: Mapping[str, Movable] = field(default_factory=dict)
     earth: Earth = Earth()
     gravity: tuple[float, float, float] = (0.0, 0.0, -GRAVITY)
+    look: Look = field(default_factory=Look)
+    sensors: tuple[Fixture, ...] = ()
 
     @cached_property
     def models(self) -> dict[str, tuple[Body, ...]]:

@@ -14,8 +14,42 @@ from arjuna_core.timing import Periodic
 from arjuna_sim.devices.camera import CameraError, CameraThread, Shot, focal_length, points
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.driven_robot import DrivenRobot
-from arjuna_sim.nodes.sensor_topics import cloud_msg
+from arjuna_sim.model.world import World
+from arjuna_sim.nodes.sensor_topics import SensorTopics, cloud_msg
 from arjuna_sim.physics.stage import Stage
+from arjuna_sim.world_sensors import WorldSensors
+
+
+class WorldTopics:
+    """Publishes the sensors of the world that is there.
+
+    Topics of a world that was there before stay, silent, until the node's cleanup.
+    """
+
+    def __init__(self, node: ManagedNode, fixed: WorldSensors, stage: Stage) -> None:
+        self._node, self._fixed, self._stage = node, fixed, stage
+        self._world: World | None = None
+        self._cameras: list[CameraTopics] = []
+
+    def publish(self, now: float, interactive: bool) -> None:
+        """Publish what is due at a time [s] and subscribed to, as robots' interfaces do."""
+        if self._stage.world is not self._world:
+            self._follow()
+        self._topics.publish(now)
+        for camera in self._cameras:
+            camera.publish(now, interactive)
+
+    def _follow(self) -> None:
+        self.close()
+        self._world, sensors, node = self._stage.world, self._fixed.settings, self._node
+        self._topics = SensorTopics(node, self._fixed, sensors)
+        lenses = [each for each in sensors if isinstance(each, CameraSettings)]
+        self._cameras = [CameraTopics(node, self._fixed, self._stage, each) for each in lenses]
+
+    def close(self) -> None:
+        """End drawing beside the physics."""
+        for camera in self._cameras:
+            camera.close()
 
 
 class CameraTopics:
@@ -26,7 +60,11 @@ class CameraTopics:
     """
 
     def __init__(
-        self, node: ManagedNode, robot: DrivenRobot, stage: Stage, settings: CameraSettings
+        self,
+        node: ManagedNode,
+        robot: DrivenRobot | WorldSensors,
+        stage: Stage,
+        settings: CameraSettings,
     ) -> None:
         self._log = node.get_logger()
         self._robot, self._stage = robot, stage
@@ -125,14 +163,14 @@ def beside(topic: str, name: str) -> str:
 
 
 def camera_info(settings: CameraSettings, now: float) -> CameraInfo:
-    """Return the calibration of an ideal pinhole camera at a time [s]."""
+    """Return the calibration of a pinhole camera and its lens at a time [s]."""
     f, cx, cy = focal_length(settings), settings.width / 2, settings.height / 2
     return CameraInfo(
         header=header(settings.frame, now),
         height=settings.height,
         width=settings.width,
         distortion_model="plumb_bob",
-        d=[0.0] * 5,
+        d=settings.distortion or [0.0] * 5,
         k=[f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0],
         r=[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
         p=[f, 0.0, cx, 0.0, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0],

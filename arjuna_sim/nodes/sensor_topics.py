@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import PointStamped
+from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
 from sensor_msgs.msg import (
     Imu,
@@ -36,9 +37,11 @@ from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarSettings, RangeSettings
 from arjuna_sim.devices.sensors.magnetometer import MagnetometerSettings
 from arjuna_sim.devices.sensors.navsat import Fix, NavSatSettings
+from arjuna_sim.devices.sensors.true_odometry import TrueMotion, TrueOdometrySettings
 from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.settings import SensorSettings
-from arjuna_sim.nodes.messages import imu_msg
+from arjuna_sim.nodes.messages import imu_msg, pose3_msg
+from arjuna_sim.world_sensors import WorldSensors
 
 _FLOAT, _UINT16 = np.dtype("<f4"), np.dtype("<u2")
 _POINT = np.dtype([("x", _FLOAT), ("y", _FLOAT), ("z", _FLOAT), ("ring", _UINT16)])
@@ -153,11 +156,25 @@ def _bump(sensor: BumperSettings, reading: bool, now: float) -> Bool:
     return Bool(data=reading)
 
 
+@publishes(TrueOdometrySettings, Odometry)
+def _truth(sensor: TrueOdometrySettings, reading: TrueMotion, now: float) -> Odometry:
+    message = Odometry(header=header(sensor.world_frame, now), child_frame_id=sensor.frame)
+    message.pose.pose = pose3_msg(reading.pose)
+    twist, variance = message.twist.twist, np.eye(6).ravel() * sensor.noise**2
+    twist.linear.x, twist.linear.y, twist.linear.z = reading.twist[:3].tolist()
+    twist.angular.x, twist.angular.y, twist.angular.z = reading.twist[3:].tolist()
+    message.pose.covariance = message.twist.covariance = variance
+    return message
+
+
 class SensorTopics:
     """Publishes what is due and subscribed to; sensors without subscribers are not read."""
 
     def __init__(
-        self, node: ManagedNode, robot: DrivenRobot, sensors: tuple[SensorSettings, ...]
+        self,
+        node: ManagedNode,
+        robot: DrivenRobot | WorldSensors,
+        sensors: tuple[SensorSettings, ...],
     ) -> None:
         self._robot = robot
         self._all = [

@@ -19,6 +19,7 @@ from arjuna_sim.files.library import Library
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.inputs import named_robot, named_world
 from arjuna_sim.model.robot import SOLO
+from arjuna_sim.nodes.camera import WorldTopics
 from arjuna_sim.nodes.fleet import Fleet, starts_of
 from arjuna_sim.nodes.robot_interface import RobotInterface
 from arjuna_sim.nodes.robot_topics import ContactTopic
@@ -86,6 +87,7 @@ class SimNode(ManagedNode):
         own = self.simulator.robots.get(SOLO)
         stage, config = self.simulator.stage, self.config
         self._own = None if own is None else RobotInterface(self, own, stage, config)
+        self._fixed = WorldTopics(self, self.simulator.fixed, stage)
         self._pace_out = self.publisher(Float64, "real_time_factor", qos.DEFAULT)
         self.fleet = Fleet(self, self.simulator)
 
@@ -110,6 +112,7 @@ class SimNode(ManagedNode):
         self._steps.abort_all()
         if self._own is not None:
             self._own.close()
+        self._fixed.close()
         self.fleet.deactivate()
         self.simulator.close()
         if self._viewer is not None:
@@ -153,6 +156,7 @@ class SimNode(ManagedNode):
         self.publish_time()
         for name, robot in robots:
             robot.publish(seen[name], self.interactive)
+        self._fixed.publish(self.simulator.time, self.interactive)
         self._memory.keep(self.simulator.time, seen)
 
     def _interfaces(self) -> list[tuple[str, RobotInterface]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import mujoco
@@ -9,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.model.entities import Entity, EntityMotion
+from arjuna_sim.model.entities import Entity, EntityMotion, body_name
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
 from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.urdf import Hinge
+from arjuna_sim.model.world import Fixture
 from arjuna_sim.physics.geoms import add_part
 
 
@@ -48,6 +50,14 @@ def add_entity(spec: Any, entity: Entity) -> int:
         for geom in geoms:  # it meets the world and its like, as robots do
             geom.conaffinity = geom.contype
     return len(geoms)
+
+
+def add_fixture(spec: Any, fixture: Fixture, moving: Collection[str]) -> None:
+    """Add the site of a world's sensor, to its model where that is one of the entities."""
+    carried = fixture.model in moving
+    body = spec.body(body_name(fixture.model)) if carried else spec.worldbody
+    T = fixture.T_model if carried else fixture.T_world
+    body.add_site(name=fixture.settings.site, pos=T.position, quat=T.quaternion)
 
 
 def _add_hinge(body: Any, name: str, hinge: Hinge) -> None:

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX
-from arjuna_sim.model.geometry.shapes import Group, Kind, Part
+from arjuna_sim.model.geometry.shapes import Group, Kind, Mesh, Part
 from arjuna_sim.model.world import World, is_ground
+from arjuna_sim.physics.lights import add_look
 
 _LEVEL, _BASE = 1e-3, 1.0  # least height of a terrain, and how deep it is below its lowest [m]
-_SKY, _HORIZON = [0.4, 0.6, 0.9], [0.9, 0.9, 0.9]
 
 
 def name_friction(geom: Any, friction: float) -> None:
@@ -90,7 +90,7 @@ def add_part(spec: Any, body: Any, part: Part, group: Group, most: int = PIECES_
 
 
 def _add_pictured(spec: Any, body: Any, part: Part, group: Group) -> Any:
-    """Add a box with a picture on each of its sides, as triangles with texture coordinates."""
+    """Add a box or mesh with a picture on it, as triangles with texture coordinates."""
     assert part.picture is not None
     picture = part.picture.path.as_posix()
     if spec.material(picture) is None:
@@ -99,19 +99,31 @@ def _add_pictured(spec: Any, body: Any, part: Part, group: Group) -> Any:
         texture.type, texture.data = mujoco.mjtTexture.mjTEXTURE_2D, part.picture.pixels.tobytes()
         material = spec.add_material(name=picture)
         material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = picture
-    name = f"{picture}@{part.shape.size}"
+    own = part.shape.mesh
+    name = f"{picture}@{'' if own is None else own.path}@{part.shape.size}"
     if spec.mesh(name) is None:
-        points, coordinates = _sides(np.array(part.shape.size))
+        size = np.array(part.shape.size)
+        points, coordinates = _sides(size) if own is None else _placed(own, size)
         spec.add_mesh(
             name=name,
             uservert=points.ravel(),
             usertexcoord=coordinates.ravel(),
             userface=np.arange(len(points)),
             userfacetexcoord=np.arange(len(points)),
+            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
         )
     geom = _new_mesh_geom(body, part, group, name)
     geom.material, geom.rgba = picture, [1.0, 1.0, 1.0, 1.0]
     return geom
+
+
+def _placed(
+    mesh: Mesh, size: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return what `_sides` does of a mesh at a scale."""
+    assert mesh.skin is not None
+    places = mesh.skin.places.reshape(-1, 2).astype(np.float64)
+    return (mesh.triangles * size).reshape(-1, 3), places
 
 
 def _sides(size: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -217,25 +229,12 @@ def _new_mesh_geom(body: Any, part: Part, group: Group, name: str) -> Any:
 
 
 def add_world(spec: Any, world: World) -> list[str]:
-    """Add a world's parts to MuJoCo's, lit by the sun.
+    """Add a world's parts to MuJoCo's, and its look.
 
     Returns:
         For each geom added, in order, the model it belongs to; "" for the ground.
     """
-    spec.worldbody.add_light(
-        pos=[0.0, 0.0, 10.0],
-        dir=[-0.5, 0.1, -0.9],
-        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
-        castshadow=False,
-    )
-    spec.add_texture(
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=_SKY,
-        rgb2=_HORIZON,
-        width=64,
-        height=384,
-    )
+    add_look(spec, world.look)
     names = []
     for body in world.bodies:
         group = Group.WORLD_COLLISION if body.collides else Group.WORLD_VISUAL

@@ -18,9 +18,10 @@ from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
-from arjuna_sim.physics.entity_body import add_entity
+from arjuna_sim.physics.entity_body import add_entity, add_fixture
 from arjuna_sim.physics.geoms import add_world, rank_friction
 from arjuna_sim.physics.joint_servos import JointServos, tune_joint_servos
+from arjuna_sim.physics.lights import set_fog
 from arjuna_sim.physics.robot_body import FAST, add_mounts, add_robot, free_joint, let_meet
 from arjuna_sim.physics.running import let_sleep
 from arjuna_sim.physics.wheels.servo import ServoConfig, Servos, roller_addresses, tune_servos
@@ -111,10 +112,15 @@ def build_scene(
                 add_camera(spec, sensor)
     let_meet(spec, tuple(robots.values()))
     owners = [entity.name for entity in entities for _ in range(add_entity(spec, entity))]
+    for fixture in world.sensors:
+        add_fixture(spec, fixture, [entity.name for entity in entities])
+        if isinstance(fixture.settings, CameraSettings):
+            add_camera(spec, fixture.settings)
     moving = {entity.name for entity in entities if entity.mass > 0.0}
     spec.memory = _memory(sum(owner in moving for owner in owners))
     model = _compiled(spec, robots, world)
     _set_scale(model)
+    set_fog(model, world.look)
     let_sleep(model, [_root(model, robot) for robot in robots.values()])
     return _scene(model, _tuned(model, robots, servo, timestep), models, owners)
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.pose3 import Pose3
@@ -16,6 +17,7 @@ from arjuna_sim.model.entities import (
     BlockedPoseError,
     Category,
     Entity,
+    EntityError,
     EntityMotion,
     UnknownEntityError,
     entity_of_model,
@@ -150,6 +152,20 @@ class Stage:
             self._put(entity, before)
             self.settle()
             raise _stands_in(entity, robot)
+        self.settle()
+
+    def push(self, name: str, velocity: NDArray[np.float64]) -> None:
+        """Set an entity's velocity and turn rates in the world, `(6,) float64` [m/s, rad/s].
+
+        Raises:
+            UnknownEntityError: There is none of this name.
+            EntityError: It does not move freely.
+        """
+        entity = self.entity(name)
+        if entity.mass == 0.0 or entity.hinge is not None:
+            raise EntityError(f"'{name}' does not move freely: it has no velocity to set")
+        turn, rate = self.motion(name).pose.rotation().T, self._handles[name][2]
+        self.data.qvel[rate : rate + 6] = np.concatenate((velocity[:3], turn @ velocity[3:]))
         self.settle()
 
     def motion(self, name: str) -> EntityMotion:

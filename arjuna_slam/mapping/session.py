@@ -172,7 +172,11 @@ def _check_kind(path: Path, data: bytes) -> None:
     if not data.startswith(b"PK"):
         problem = "is no pose graph of Arjuna's"
         if data[:40].find(b"serialization::archive") >= 0:
-            problem += "; the archives that slam_toolbox writes cannot be read"
+            problem = (
+                "is an archive of slam_toolbox's C++ (boost), which cannot be read: map again with"
+                " 'slam --offline BAG' of the recording it was made from, or save its map there"
+                " (save_map) and localize by that .yaml ('nav --map')"
+            )
         raise SessionFileError(path, problem)
 
 

@@ -152,13 +152,21 @@ def control(playing: Playing, node: Node) -> Controls:
     return controls
 
 
-def play(bags: Sequence[Bag], options: PlayOptions, show: Callable[[str], None]) -> None:
-    """Play recordings until their end, SIGINT or SIGTERM.
+def play(
+    bags: Sequence[Bag],
+    options: PlayOptions,
+    show: Callable[[str], None],
+    stop: threading.Event | None = None,
+) -> None:
+    """Play recordings until their end, or until an event is set.
+
+    Args:
+        stop: That event; SIGINT and SIGTERM if None.
 
     Raises:
         ArjunaError: No topic is left to play, or it begins behind the recording's end.
     """
-    stop = stopped_by_signals()
+    stop = stop or stopped_by_signals()
     context = new_context()
     node = Node(options.node_name, context=context, **BARE_NODE)
     try:

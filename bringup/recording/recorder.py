@@ -239,13 +239,21 @@ def demo_recorder(process: Process, path: Path) -> Recorder:
     return recorder
 
 
-def record(bag: BagFolder, options: RecordOptions, show: Callable[[str], None]) -> None:
-    """Record the chosen topics into a folder until SIGINT or SIGTERM.
+def record(
+    bag: BagFolder,
+    options: RecordOptions,
+    show: Callable[[str], None],
+    stop: threading.Event | None = None,
+) -> None:
+    """Record the chosen topics into a folder until an event is set.
+
+    Args:
+        stop: That event; SIGINT and SIGTERM if None.
 
     Raises:
         RecordingError: The disk refuses.
     """
-    stop = stopped_by_signals()
+    stop = stop or stopped_by_signals()
     context = new_context()
     node = Node(options.node_name, context=context, **BARE_NODE)
     recorder = Recorder(node, bag, show, options=options)

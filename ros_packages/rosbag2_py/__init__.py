@@ -1,4 +1,4 @@
-"""rosbag2's readers and writers in Python, on the recordings of `arjuna_core.bags`."""
+"""rosbag2 in Python, on the recordings of `arjuna_core.bags`."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from rosbag2_py.options import (
     get_registered_writers,
 )
 from rosbag2_py.reader import Info, Reindexer, SequentialCompressionReader, SequentialReader
+from rosbag2_py.transport import Player, PlayOptions, Recorder, RecordOptions
 from rosbag2_py.writer import SequentialCompressionWriter, SequentialWriter
 
 __all__ = [
@@ -34,8 +35,12 @@ __all__ = [
     "FileInformation",
     "Info",
     "MessageDefinition",
+    "PlayOptions",
+    "Player",
     "ReadOrder",
     "ReadOrderSortBy",
+    "RecordOptions",
+    "Recorder",
     "Reindexer",
     "SequentialCompressionReader",
     "SequentialCompressionWriter",

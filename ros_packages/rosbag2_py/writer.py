@@ -39,20 +39,9 @@ class SequentialWriter:
     ) -> None:
         """Begin a recording in a new folder."""
         self.close()
-        given, mode = storage_options, self._compression.compression_mode
-        config = given.storage_config_uri
-        try:
-            form = bag_format(
-                *(given.storage_id, given.storage_preset_profile),
-                config=Path(config) if config else None,
-                compression=mode.name,
-                threads=self._compression.compression_threads,
-                custom=given.custom_data,
-            )
-            limits = split_limits(form.storage, given.max_bagfile_size, given.max_bagfile_duration)
-            self._folder = BagFolder(Path(given.uri.removeprefix("file://")), limits, form)
-        except ArjunaError as error:
-            raise RuntimeError(str(error)) from error
+        compression = self._compression
+        mode, threads = compression.compression_mode.name, compression.compression_threads
+        self._folder = new_folder(storage_options, mode, threads)
         self._topics = {}
         self._end = weakref.finalize(self, self._folder.close)
 
@@ -105,6 +94,31 @@ class SequentialCompressionWriter(SequentialWriter):
     def __init__(self, compression_options: CompressionOptions | None = None) -> None:
         super().__init__()
         self._compression = compression_options or CompressionOptions("zstd", CompressionMode.FILE)
+
+
+def new_folder(given: StorageOptions, mode: str, threads: int) -> BagFolder:
+    """Return the folder of a recording that begins.
+
+    Args:
+        mode: What is compressed.
+        threads: How many compress; 0 for as many as there are cores.
+
+    Raises:
+        RuntimeError: It exists, or an option is not known.
+    """
+    config = given.storage_config_uri
+    try:
+        form = bag_format(
+            *(given.storage_id, given.storage_preset_profile),
+            config=Path(config) if config else None,
+            compression=mode,
+            threads=threads,
+            custom=given.custom_data,
+        )
+        limits = split_limits(form.storage, given.max_bagfile_size, given.max_bagfile_duration)
+        return BagFolder(Path(given.uri.removeprefix("file://")), limits, form)
+    except ArjunaError as error:
+        raise RuntimeError(str(error)) from error
 
 
 def _offer(profile: QoSProfile) -> TopicQos:

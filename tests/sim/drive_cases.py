@@ -188,6 +188,38 @@ def planar() -> Robot:
     return Robot(wheels, plugin("libgazebo_ros_planar_move.so", topics))
 
 
+def planar_on(*wheels: Wheel) -> Robot:
+    """Return a robot that Gazebo moves in the plane, on plain wheels, or on none."""
+    return Robot(wheels, plugin("gz-sim-velocity-control-system"))
+
+
+def tracked(ends: bool = False, flippers: bool = False) -> Robot:
+    """Return a robot on two tracks.
+
+    Args:
+        ends: Whether the tracks have round ends, else they are boxes.
+        flippers: Whether each has another one in front, off the ground.
+    """
+    round_end = (
+        "<collision><origin xyz='{x} 0 0' rpy='1.5708 0 0'/>"
+        "<geometry><cylinder radius='0.05' length='0.06'/></geometry></collision>"
+    )
+    solid = "<collision><geometry><box size='0.4 0.06 0.1'/></geometry></collision>"
+    solid = "".join(round_end.format(x=x) for x in (-0.15, 0.15)) if ends else solid
+    extra, names = "", dict[str, list[str]]()
+    for side, y in (("left", 0.15), ("right", -0.15)):
+        for name, x, z in (("track", 0.0, 0.0), ("flipper", 0.35, 0.1))[: 1 + flippers]:
+            names.setdefault(side, []).append(f"{side}_{name}")
+            extra += (
+                f"<link name='{side}_{name}'>{INERTIAL.format(m=1.0, i=0.01)}{solid}</link>"
+                f"<joint name='{side}_{name}_joint' type='fixed'><parent link='base'/>"
+                f"<child link='{side}_{name}'/><origin xyz='{x} {y} {z}'/></joint>"
+            )
+    tags = [f"<{side}_track><link>{n}</link></{side}_track>" for side in names for n in names[side]]
+    extra += plugin("gz-sim-track-controller-system", "<link>left_track</link>")
+    return Robot((), extra + plugin("gz-sim-tracked-vehicle-system", "".join(tags)))
+
+
 def omni(count: int, controlled: bool = False) -> Robot:
     """Return a robot on omni wheels about its middle."""
     first = math.pi / 4 if count == 4 else 0.0

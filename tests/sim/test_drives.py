@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from arjuna_core.errors import RobotError
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_sim.driven_robot import Observation
@@ -14,12 +15,19 @@ from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.model.settings import DriveKind
 from tests.sim import drive_cases as cases
-from tests.sim.builders import run, simulator
+from tests.sim.builders import run, simulator, texts
 
 SIDEWAYS = {
     "mecanum": (cases.mecanum(), DriveKind.MECANUM),
     "mecanum, controlled": (cases.mecanum(controlled=True), DriveKind.MECANUM),
     "planar": (cases.planar(), DriveKind.MECANUM),
+    "planar on two wheels": (
+        cases.planar_on(
+            cases.Wheel("left_wheel", 0.0, 0.14), cases.Wheel("right_wheel", 0.0, -0.14)
+        ),
+        DriveKind.MECANUM,
+    ),
+    "planar without wheels": (cases.planar_on(), DriveKind.MECANUM),
     "3 omni wheels": (cases.omni(3), DriveKind.OMNI),
     "4 omni wheels, controlled": (cases.omni(4, controlled=True), DriveKind.OMNI),
 }
@@ -31,6 +39,13 @@ STEERED = {
     "car without a plugin": cases.car(""),
     "car of endless steering": cases.car("", steer="continuous"),
     "tricycle": cases.tricycle(),
+}
+
+
+TRACKED = {
+    "boxes": cases.tracked(),
+    "round ends": cases.tracked(ends=True),
+    "flippers": cases.tracked(flippers=True),
 }
 
 
@@ -109,9 +124,53 @@ def test_car_does_not_turn_on_the_spot(tmp_path: Path) -> None:
     _check(seen, SE2(), 0.0)
 
 
-@pytest.mark.parametrize("name", [*SIDEWAYS, *STEERED])
+@pytest.mark.parametrize("name", TRACKED)
+@pytest.mark.parametrize(
+    ("command", "seconds", "wanted"),
+    [
+        (Velocity(0.4), 2.5, SE2(1.0, 0.0, 0.0)),
+        (Velocity(-0.4), 2.5, SE2(-1.0, 0.0, 0.0)),
+        (Velocity(yaw_rate=0.8), math.pi / 2 / 0.8, SE2(0.0, 0.0, math.pi / 2)),
+    ],
+    ids=["ahead", "back", "about"],
+)
+def test_tracks_drive_as_a_skid_steer(
+    tmp_path: Path, name: str, command: Velocity, seconds: float, wanted: SE2
+) -> None:
+    seen = _driven(TRACKED[name], tmp_path, command, seconds)
+    # [m] With flippers in front it turns about a point before its middle.
+    room = 6.0 if name == "flippers" else abs(wanted.x)
+    _check(seen, wanted, room)
+
+
+def test_wheels_that_no_file_names_are_in_no_message(tmp_path: Path) -> None:
+    robot = load_robot(cases.tracked(flippers=True).write(tmp_path), SearchPath())
+    (raised, *_), notes = texts(robot.notes), robot.settings
+    assert raised == "link 'left_flipper': is off the ground: its track stands"
+    assert not any("wheel" in name for name in notes.reported)
+    assert not robot.urdf.links["left_track"].collisions
+    assert robot.urdf.links["left_flipper"].collisions
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("<left_track><link>left_track", "<left_track><link>lost", "track 'lost' is no link"),
+        ("<left_track><link>left_track</link></left_track>", "", "a side has no track"),
+    ],
+)
+def test_tracks_that_do_not_exist_are_refused(
+    tmp_path: Path, old: str, new: str, problem: str
+) -> None:
+    path = cases.tracked().write(tmp_path)
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(RobotError, match=problem):
+        load_robot(path, SearchPath())
+
+
+@pytest.mark.parametrize("name", [*SIDEWAYS, *STEERED, *TRACKED])
 def test_robot_parks(tmp_path: Path, name: str) -> None:
-    robot = SIDEWAYS[name][0] if name in SIDEWAYS else STEERED[name]
+    robot = SIDEWAYS[name][0] if name in SIDEWAYS else {**STEERED, **TRACKED}[name]
     sim = simulator(robot=robot.write(tmp_path))
     start = run(sim, 2.0).truth.pose
     assert start.distance(run(sim, 6.0).truth.pose) < 1e-5

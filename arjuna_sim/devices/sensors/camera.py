@@ -26,6 +26,7 @@ class CameraSettings(SensorSettings):
         cloud_topic: Topic of its points; "" for none.
         info_topic: Topic of its calibration; "" for `camera_info` beside the colours.
         noise: Standard deviation of each colour of a pixel, of 1.
+        distortion: k1, k2, p1, p2 and k3 of its lens; none for an ideal one.
     """
 
     TITLE: ClassVar[str] = "camera"
@@ -43,6 +44,7 @@ class CameraSettings(SensorSettings):
     cloud_topic: str = ""
     info_topic: str = ""
     noise: float = 0.0
+    distortion: tuple[float, ...] = ()
 
     @property
     def title(self) -> str:
@@ -91,15 +93,26 @@ def _camera(tag: SensorTag, depth: bool) -> CameraSettings:
         far=xml.number(lens, "clip/far", 100.0, label),
         depth=depth,
         noise=tag.deviation("camera/noise") or 0.0,
+        distortion=_distortion(tag, depth),
     )
-    if any(tag.number(f"camera/distortion/{key}", 0.0) for key in ("k1", "k2", "k3", "p1", "p2")):
-        tag.note("<distortion>: not simulated: the picture is that of an ideal lens")
     if not (0 < settings.width <= _PIXELS_MAX and 0 < settings.height <= _PIXELS_MAX):
         size = f"{settings.width} x {settings.height}"
         raise tag.fail(f"image is {size}; valid: 1 to {_PIXELS_MAX} pixels")
     if not 0.0 < settings.near < settings.far:
         raise tag.fail(f"<clip> {settings.near} to {settings.far} must be 0 < near < far")
     return settings
+
+
+def _distortion(tag: SensorTag, depth: bool) -> tuple[float, ...]:
+    keys = ("k1", "k2", "p1", "p2", "k3")
+    found = tuple(tag.number(f"camera/distortion/{key}", 0.0) for key in keys)
+    if not any(found):
+        return ()
+    if depth:
+        tag.note("<distortion>: the distances and points are those of an ideal lens")
+    if (tag.element.findtext("camera/distortion/center") or "0.5 0.5").split() != ["0.5", "0.5"]:
+        tag.note("<distortion>: its <center> is taken to be the picture's middle")
+    return found
 
 
 def _view(tag: SensorTag, lens: Element | None) -> float:

@@ -34,7 +34,6 @@ _LIMITS = (0.05, 1.4)  # of what steering can do [rad]
 _OTHERWISE = {
     DriveKind.MECANUM: "it has no four mecanum wheels at four corners",
     DriveKind.OMNI: "its wheels' axes are parallel",
-    DriveKind.PLANAR: "its wheels are no mecanum or omni ones",
     DriveKind.STEERED: "no joint steers a wheel",
 }
 
@@ -214,7 +213,7 @@ def arranged(
         found = with_omni(drive, urdf)
     elif kind is not None:
         found = with_mecanum(xml, urdf, drive, grips) if kind is not DriveKind.OMNI else None
-    if found is None and asked is not None:
+    if found is None and asked in _OTHERWISE:
         problem = f"is a drive by {asked.value}, but {_OTHERWISE[asked]}"
         xml.note(f"{problem}: it drives by the wheels of its two sides, and not sideways")
     elif found is not None and asked is DriveKind.PLANAR:

@@ -10,11 +10,14 @@ from arjuna_core.errors import nearest
 from arjuna_sim.files.robots.controllers import drive_of_controllers, parameters_of_controllers
 from arjuna_sim.files.robots.joint_controllers import is_joint_plugin
 from arjuna_sim.files.robots.plugins import (
+    Sides,
     drive_kind,
     is_control,
     read_drive,
+    read_tracks,
     read_wheelless,
     sensor_type,
+    types_of,
 )
 from arjuna_sim.files.sensor_tag import PluginTag, SensorTag, Tags
 from arjuna_sim.files.tag_text import plain, text_of, texts, value
@@ -28,6 +31,8 @@ from arjuna_sim.model.settings import (
     sensor_kinds,
 )
 from arjuna_sim.model.urdf import Urdf
+
+_TRUE = ("p3d", "odometrypublisher")  # kinds of plugins that publish true motion
 
 
 def settings_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> GazeboSettings:
@@ -54,6 +59,7 @@ def settings_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> GazeboSettings:
         reader.wheelless,
         reported=tuple(dict.fromkeys(reader.reported)),
         report_rate=reader.report_rate,
+        tracks=reader.tracks,
     )
 
 
@@ -67,6 +73,7 @@ class _Reader:
         self.sensors: list[SensorSettings] = []
         self.reported: list[str] = []
         self.report_rate = 0.0
+        self.tracks: Sides = (), ()
 
     def plugin(self, plugin: Element, link: str | None) -> None:
         """Take a plugin."""
@@ -81,6 +88,7 @@ class _Reader:
             self.drive, self.kind = drive, kind
         elif kind is not None:
             self.kind, self.wheelless = self.kind or kind, read_wheelless(xml, plugin, kind)
+            self.tracks = read_tracks(xml, plugin, urdf)
         elif (body := text_of(plugin, "bodyname", "bodyid")) in urdf.links and "imu" in _type(
             plugin
         ):
@@ -90,8 +98,8 @@ class _Reader:
 
     def _other_plugin(self, plugin: Element, name: str, link: str | None) -> None:
         kind, sensor = _type(plugin), sensor_type(plugin)
-        if is_joint_plugin(plugin):
-            return
+        if is_joint_plugin(plugin) or "trackcontroller" in types_of(plugin):
+            return  # as TrackedVehicle drives its tracks
         if sensor:
             self._xml.note(
                 f"plugin '{name}': stands outside <sensor>, so that it makes none, as in Gazebo:"
@@ -103,7 +111,10 @@ class _Reader:
         elif is_control(plugin):
             if not parameters_of_controllers(self._xml, plugin):
                 self._xml.note(f"plugin '{name}': its controllers move no wheels of two sides")
-        elif "p3d" in kind or "posepublisher" in kind or "odometrypublisher" in kind:
+        elif truth := next((each for each in _TRUE if each in kind.replace("-", "")), ""):
+            body = text_of(plugin, "bodyname", default=link or self._urdf.root)
+            self.sensor(SensorTag(self._xml, plugin, body), truth)
+        elif "posepublisher" in kind:
             self._xml.note(f"plugin '{name}': the true pose is published on ground_truth/odom")
         else:
             self._xml.note(f"plugin '{name}': not simulated", NoteKind.IGNORED)
@@ -119,9 +130,9 @@ class _Reader:
         rate = value(self._xml, plugin, label, 0.0, "updaterate")
         self.report_rate = max(self.report_rate, rate)
 
-    def sensor(self, tag: SensorTag) -> None:
-        """Take a sensor, of which there may be any number of each kind."""
-        kind, readers = tag.element.get("type", "?"), sensor_kinds().readers
+    def sensor(self, tag: SensorTag, kind: str = "") -> None:
+        """Take a sensor, or a plugin of a kind, of which there may be any number of each."""
+        kind, readers = kind or tag.element.get("type", "?"), sensor_kinds().readers
         if kind not in readers:
             problem = f"type '{kind}' is not simulated; simulated are {', '.join(readers)}"
             self._xml.note(f"{tag.label}: {problem}", NoteKind.IGNORED)

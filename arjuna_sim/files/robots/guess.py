@@ -71,10 +71,15 @@ def guess_drive(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> Drive
     return DriveSettings(left, right, separation, radius, torque, track, radius)
 
 
+def is_omni(urdf: Urdf, controlled: Set[str] = _NONE) -> bool:
+    """Return whether a robot has omni wheels."""
+    return omni_drive(urdf, tuple(_candidates(urdf, controlled))) is not None
+
+
 def guess_sides(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> Sides:
     """Return the joints of the left and right wheels, by names, axes and symmetry."""
     names = _candidates(urdf, controlled)
-    if not names or omni_drive(urdf, tuple(names)) is not None:
+    if not names or is_omni(urdf, controlled):
         return (), ()
     left = _left_direction(urdf, names)
     # Wheels that drive together have axes within 26 degrees of each other.

@@ -23,6 +23,7 @@ _SPELLINGS = {
     DriveKind.SIDES: ("diffdrive", "diffdrivecontroller", "skidsteerdrive", "skidsteer"),
     DriveKind.MECANUM: ("mecanumdrive", "mecanumdrivecontroller"),
     DriveKind.OMNI: ("omnidrive", "omniwheeldrivecontroller"),
+    DriveKind.TRACKED: ("trackedvehicle",),
     DriveKind.PLANAR: ("planarmove", "velocitycontrol", "forcebasedmove"),
     DriveKind.STEERED: (
         *("ackermanndrive", "ackermansteering", "ackerman", "ackermannsteering", "ackermann"),
@@ -204,6 +205,23 @@ def _timeout(xml: XmlFile, plugin: Element, label: str) -> float | None:
     if not text_of(plugin, *_TIMEOUT):
         return None
     return value(xml, plugin, label, 0.0, *_TIMEOUT)
+
+
+def read_tracks(xml: XmlFile, plugin: Element, urdf: Urdf) -> Sides:
+    """Return the links that are a plugin's left and right tracks; none for another plugin.
+
+    Raises:
+        RobotError: It names a link that does not exist.
+    """
+    left, right = (
+        tuple((tag.findtext("link") or tag.text or "").strip() for tag in plugin.findall(name))
+        for name in ("left_track", "right_track")
+    )
+    for link in (*left, *right):
+        if link not in urdf.links:
+            problem = f"track '{link}' is no link; {nearest(link, urdf.links)}"
+            raise xml.fail(f"plugin '{_name(plugin)}'", problem)
+    return left, right
 
 
 def read_wheelless(xml: XmlFile, plugin: Element, kind: DriveKind) -> DriveSettings:

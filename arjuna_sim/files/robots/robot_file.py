@@ -17,9 +17,10 @@ from arjuna_sim.files.robots.completion import (
 )
 from arjuna_sim.files.robots.drive_kinds import arranged, with_outputs_of
 from arjuna_sim.files.robots.gazebo import settings_of
-from arjuna_sim.files.robots.guess import guess_drive
+from arjuna_sim.files.robots.guess import guess_drive, guess_sides, is_omni
 from arjuna_sim.files.robots.joint_controllers import joint_control
 from arjuna_sim.files.robots.stand_up import stand_up
+from arjuna_sim.files.robots.undercarriage import on_rollers, on_tracks
 from arjuna_sim.files.sdf.robot import read_sdf_robot
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.sensor_tag import Tags
@@ -30,12 +31,14 @@ from arjuna_sim.files.urdf.xacro_file import Expanded, expand, has_macros
 from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile, root_tag
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.robot import ANCHOR, RobotModel
-from arjuna_sim.model.settings import DriveKind
+from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import eccentricity, is_round, wheel_sign
 
 _MACRO = re.compile(rb"<xacro:macro\s[^>]*?name\s*=\s*[\"']([\w.-]+)")
-_DRIVES = re.compile(rb"<plugin[^>]*(drive|control|planar|ackermann|steering)", re.IGNORECASE)
+_DRIVES = re.compile(
+    rb"<plugin[^>]*(drive|control|planar|ackermann|steering|tracked)", re.IGNORECASE
+)
 
 
 def load_robot(
@@ -107,10 +110,13 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
         urdf = dataclasses.replace(urdf, text=urdf_text(urdf, tags))
     urdf = complete_shapes(xml, urdf)
     settings = settings_of(xml, urdf, tags)
-    drive = settings.drive or guess_drive(xml, urdf, tags.controlled)
-    drive = arranged(xml, urdf, drive, settings.kind, settings.grips)
+    urdf, drive, settings = _driven(xml, urdf, settings, tags)
     if settings.drive is None and settings.wheelless is not None:
         drive = with_outputs_of(settings.wheelless, drive)
+    if drive.from_world:  # what else publishes on its odometry's topic says the same
+        own = drive.odometry_topic.lstrip("/")
+        others = tuple(s for s in settings.sensors if s.topic.lstrip("/") != own)
+        settings = dataclasses.replace(settings, sensors=others)
     if not drive.grips:
         for text in settings.uneven:
             xml.note(text)
@@ -129,3 +135,26 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     if urdf.root == ANCHOR and drive.wheels:
         xml.note(f"link '{ANCHOR}': fixes it to the world, as in Gazebo: it does not drive")
     return RobotModel(urdf, settings, drive, tuple(xml.notes))
+
+
+def _driven(
+    xml: XmlFile, urdf: Urdf, settings: GazeboSettings, tags: Tags
+) -> tuple[Urdf, DriveSettings, GazeboSettings]:
+    """Return a robot with its drive: its own wheels, or those that its tracks or base lack."""
+    own = tuple(joint.name for joint in urdf.joints.values() if joint.has_position)
+    made: DriveSettings | None = None
+    if any(settings.tracks):
+        urdf, made, friction = on_tracks(xml, urdf, settings)
+        settings = dataclasses.replace(settings, friction=friction)
+    elif settings.drive is None and settings.kind is DriveKind.PLANAR:
+        if any(guess_sides(xml, urdf, tags.controlled)) or is_omni(urdf, tags.controlled):
+            guessed = guess_drive(xml, urdf, tags.controlled)
+            drive = arranged(xml, urdf, guessed, settings.kind, settings.grips)
+            if drive.grips:
+                return urdf, drive, settings
+        urdf, made = on_rollers(xml, urdf)
+    if made is None:
+        drive = settings.drive or guess_drive(xml, urdf, tags.controlled)
+        return urdf, arranged(xml, urdf, drive, settings.kind, settings.grips), settings
+    # Wheels that no file names are in no message.
+    return urdf, made, dataclasses.replace(settings, reported=settings.reported or own)

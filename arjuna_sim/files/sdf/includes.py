@@ -24,6 +24,8 @@ from arjuna_sim.model.world import GROUND, GROUND_COLOUR
 _MODELS_MAX = 5_000
 _LINES = {"linear-x": 0, "linear-y": 1, "linear-z": 2}
 BUILT_IN = ("sun", "ground_plane")
+SUN_TYPE = "sun"
+"""Type of the light that `model://sun` becomes."""
 _INCLUDES_MAX = 5_000
 _NESTED_MAX = 32
 _OVERRIDES = ("pose", "static", "placement_frame")
@@ -213,17 +215,16 @@ class Includes:
             raise xml.fail(label, "lacks its <uri>; valid: as model://ground_plane")
         name = uri.strip("/").rpartition("/")[2].lower().replace(" ", "_")
         if name == "sun":
-            return None
+            return Element("light", name=name, type=SUN_TYPE)
         self._tally(xml, label)
         inner = None
         if name == GROUND:
             model = _ground_model()
         else:
             inner = self._open(xml, uri, label, chain)
-            found = None if inner is None else _content(inner)
-            if inner is None or found is None:
+            if inner is None:
                 return None
-            model = copy.deepcopy(found)
+            model = copy.deepcopy(_content(inner))
             self._of_model[id(model)] = inner
         _override(model, element, name)
         if inner is not None and model.tag == "model":
@@ -249,14 +250,12 @@ class Includes:
         return self._files[path]
 
 
-def _content(inner: XmlFile) -> Element | None:
-    """Return the model or actor of an included file; None for one that holds only a light."""
-    for tag in ("model", "actor"):
+def _content(inner: XmlFile) -> Element:
+    """Return the model, actor or light of an included file."""
+    for tag in ("model", "actor", "light"):
         found = inner.root.find(tag)
         if found is not None:
             return found
-    if inner.root.find("light") is not None:
-        return None
     raise inner.fail("sdf", "holds no <model>, <actor> or <light>")
 
 

@@ -8,13 +8,15 @@ from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.files.pictures import with_picture
+from arjuna_sim.files.pictures import dressed
 from arjuna_sim.files.sdf.frames import MERGE, Scope
 from arjuna_sim.files.sdf.geometry_tags import read_colour, read_friction, read_shape
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
+from arjuna_sim.files.sdf.look_tags import read_light
 from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Part
+from arjuna_sim.model.look import Light
 from arjuna_sim.model.notes import NoteKind
 
 PARTS_MAX = 60_000
@@ -24,7 +26,7 @@ _OF_MODEL = (
 )
 _OF_LINK = (
     *("collision", "visual", "pose", "inertial", "gravity", "self_collide", "kinematic", "light"),
-    *("velocity_decay", "enable_wind", "audio_source", "must_be_base_link"),
+    *("velocity_decay", "enable_wind", "audio_source", "must_be_base_link", "sensor"),
 )
 WORLD = "world"
 """Name of the world as the parent of a joint."""
@@ -41,7 +43,8 @@ class SdfLink:
         mass: What the file says; None where it says nothing [kg].
         solid: What stops robots and rays, in the world.
         drawn: What is only seen, in the world.
-        sensors: Of a robot, the tags of its sensors and their poses in the world.
+        sensors: The tags of its sensors and their poses in the world.
+        lights: Its lights, in the world.
     """
 
     element: Element
@@ -54,6 +57,7 @@ class SdfLink:
     solid: list[Part] = field(default_factory=list)
     drawn: list[Part] = field(default_factory=list)
     sensors: list[tuple[Element, Pose3]] = field(default_factory=list)
+    lights: list[Light] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -175,8 +179,7 @@ class ModelReader:
     ) -> SdfLink:
         prefix, label, static = of
         T_model_link = scope.pose(link, f"{label} link")
-        known = {*_OF_LINK, *(("sensor",) if self._is_robot else ())}
-        for tag in sorted({child.tag for child in link} - known):
+        for tag in sorted({child.tag for child in link} - set(_OF_LINK)):
             xml.note(f"{label}: <{tag}>: not simulated", NoteKind.IGNORED)
         floats = not is_true(link.findtext("gravity") or "true")
         floats = floats or is_true(link.findtext("kinematic"))
@@ -186,16 +189,20 @@ class ModelReader:
         read = SdfLink(link, xml, name, T_model @ T_model_link, static, floats, mass)
         if self._is_robot:
             label = f"link '{name.replace('::', '/')}'"
-            for sensor in link.findall("sensor"):
+        for sensor in link.findall("sensor"):
+            with self._leaving_out(xml, f"{label} sensor"):
                 pose = scope.pose(sensor, f"{label} sensor", T_model_link)
                 read.sensors.append((sensor, T_model @ pose))
+        for light in link.findall("light"):
+            with leaving_out(xml, f"{label} light"):
+                pose = scope.pose(light, f"{label} light", T_model_link)
+                read.lights += read_light(xml, light, T_model @ pose)
         for tag, parts in (("collision", read.solid), ("visual", read.drawn)):
             refuses = self._is_robot and tag == "collision"
             for element in link.findall(tag):
                 self._tally(xml, f"{label} {tag}")
                 with nullcontext() if refuses else leaving_out(xml, f"{label} {tag}"):
-                    part = _part(xml, element, f"{label} {tag}", scope, T_model, T_model_link)
-                    parts += [] if part is None else [part]
+                    parts += _parts(xml, element, f"{label} {tag}", scope, T_model, T_model_link)
         return read
 
     def _tally(self, xml: XmlFile, label: str) -> None:
@@ -205,17 +212,17 @@ class ModelReader:
             raise ExcessError(xml.path, problem, label)
 
 
-def _part(
+def _parts(
     xml: XmlFile, element: Element, label: str, scope: Scope, T_world: Pose3, T_link: Pose3
-) -> Part | None:
-    """Read a `<collision>` or `<visual>`; None (and a note) where its shape is left out."""
+) -> list[Part]:
+    """Read a `<collision>` or `<visual>`; none (and a note) where its shape is left out."""
     read = read_shape(xml, xml.child(element, "geometry", label), label)
     if read is None:
-        return None
+        return []
     shape, T_own = read
     pose = T_world @ scope.pose(element, label, T_link) @ T_own
     friction, colour = read_friction(xml, element, label), read_colour(xml, element, label)
-    return with_picture(xml, Part(shape, pose, colour, friction), element, label)
+    return dressed(xml, Part(shape, pose, colour, friction), element, label)
 
 
 def is_static(model: Element) -> bool:

@@ -114,6 +114,8 @@ def _add_link(robot: _Robot, link: SdfLink, about: Pose3 | None) -> None:
         mu = read_friction(xml, collision, f"{label} collision")
         if mu is not None:
             robot.tags.friction.setdefault(name, mu)
+    if link.lights:
+        xml.note(f"{label}: its <light> is not drawn", NoteKind.IGNORED)
     for element, T_world in link.sensors:
         T = pose.inverse() @ T_world if element.find("pose") is not None or about else ORIGIN
         robot.tags.items.append(SensorTag(xml, element, name, T))

@@ -16,6 +16,7 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.files.sdf.frames import Scope, raw_pose
 from arjuna_sim.files.sdf.geometry_tags import read_gravity
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
+from arjuna_sim.files.sdf.look_tags import read_light, read_look
 from arjuna_sim.files.sdf.model_tags import (
     PARTS_MAX,
     WORLD,
@@ -26,16 +27,19 @@ from arjuna_sim.files.sdf.model_tags import (
     read_joint,
 )
 from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
+from arjuna_sim.files.sdf.world_sensors import read_fixtures
 from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
 from arjuna_sim.model.geometry.shapes import MASS_MAX, Kind, estimated_inertial
+from arjuna_sim.model.look import Light
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.world import (
     GROUND,
     Actor,
     Body,
     Earth,
+    Fixture,
     Movable,
     Trajectory,
     World,
@@ -50,8 +54,8 @@ _OWN = re.compile(
 )
 _WAYPOINTS_MAX = 10_000
 _ANGLES = {"latitude_deg": 90.0, "longitude_deg": 360.0, "heading_deg": 360.0}
-_UNLIT = (
-    *("light", "gui", "physics", "gravity", "scene", "plugin", "state", "magnetic_field"),
+_PASSIVE = (
+    *("gui", "physics", "gravity", "scene", "plugin", "state", "magnetic_field"),
     *("frame", "joint", "atmosphere", "wind", "spherical_coordinates", "audio"),
 )
 _MASS = 1.0  # SDF's default [kg]
@@ -189,9 +193,13 @@ def read_world(xml: XmlFile) -> World:
     reader = _Reader(xml)
     reader.read(world)
     reader.note_missing()
+    of_sensors = {id(plugin) for each in world.iter("sensor") for plugin in each.iter("plugin")}
     for plugin in world.iter("plugin"):
-        if not _OWN.search(f"{plugin.get('filename')} {plugin.get('name')}"):
+        if id(plugin) not in of_sensors and not _OWN.search(
+            f"{plugin.get('filename')} {plugin.get('name')}"
+        ):
             xml.note(f"plugin '{plugin.get('name', '?')}': not simulated", NoteKind.IGNORED)
+    look = read_look(xml, world, reader.lights)
     bodies, earth, gravity = reader.bodies, read_earth(xml, world), read_gravity(xml, world)
     flat = (Kind.PLANE, Kind.TERRAIN)
     if not any(body.part.shape.kind in flat and body.collides for body in bodies):
@@ -206,6 +214,8 @@ def read_world(xml: XmlFile) -> World:
         reader.movable,
         earth,
         gravity,
+        look,
+        tuple(reader.sensors),
     )
 
 
@@ -221,6 +231,8 @@ class _Reader:
         self.bodies: list[Body] = []
         self.actors: list[Actor] = []
         self.movable: dict[str, Movable] = {}
+        self.lights: list[Light] = []
+        self.sensors: list[Fixture] = []
 
     def read(self, world: Element) -> None:
         """Read a `<world>`, or an `<sdf>` that holds a model."""
@@ -237,7 +249,9 @@ class _Reader:
                 elif element.tag == "actor":
                     pose = raw_pose(xml, element, "an actor")
                     self.actors.append(read_actor(xml, element, pose))
-                elif element.tag not in _UNLIT:
+                elif element.tag == "light":
+                    self.lights += read_light(xml, element, scope.pose(element, f"light '{name}'"))
+                elif element.tag not in _PASSIVE:
                     xml.note(f"<{element.tag}>: not simulated", NoteKind.IGNORED)
 
     def note_missing(self) -> None:
@@ -271,7 +285,11 @@ class _Reader:
                 floats = all(link.floats for link in group.links)
                 self.movable[called] = Movable(self._mass(called, group), group.hinge, floats)
             self._note_pieces(called, group, PIECES_OF_MOVING if moves else PIECES_MAX)
+            self.lights += [light for link in group.links for light in link.lights]
+            if moves and any(link.lights for link in group.links):
+                self._xml.note(f"model '{called}': its light stays where it is at first")
             T_world = group.links[0].T_world if moves else pose
+            self.sensors += read_fixtures(called, group.links, T_world)
             self.bodies += [
                 Body(called, part, collides, T_world) for part, collides in parts_of(group.links)
             ]

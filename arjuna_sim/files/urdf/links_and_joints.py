@@ -14,7 +14,7 @@ import numpy as np
 from arjuna_core.errors import RobotError, nearest
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.meshes import mesh_shape
-from arjuna_sim.files.pictures import with_picture
+from arjuna_sim.files.pictures import dressed
 from arjuna_sim.files.robots.rules import (
     check_mimics,
     checked_joint,
@@ -101,7 +101,7 @@ def _link(xml: XmlFile, element: Element, colours: dict[str, tuple[float, ...]])
                 material = child.find("material")
                 colour = GREY if material is None else colours.get(material.get("name", ""), GREY)
                 part = Part(shape, read_origin(xml, child, f"{label} {tag}"), colour)
-                found.append(with_picture(xml, part, child, f"{label} {tag}"))
+                found += dressed(xml, part, child, f"{label} {tag}")
     shapes = tuple(parts["collision"] or parts["visual"])
     inertial = read_inertial(xml, element, label, shapes)
     return Link(name, inertial, tuple(parts["collision"]), tuple(parts["visual"]))

@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring  # nothing is pa
 import numpy as np
 
 from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.pictures import CUT
 from arjuna_sim.files.sensor_tag import PluginTag, Tags
 from arjuna_sim.model.geometry.shapes import Kind, Part
 from arjuna_sim.model.urdf import Joint, Link, Urdf
@@ -49,9 +50,10 @@ def _write_link(root: Element, link: Link) -> None:
 
 
 def _write_part(link: Element, tag: str, part: Part) -> None:
-    """Write a shape; one that URDF has not is left out."""
+    """Write a shape; one that URDF has not is left out, and a mesh of several materials is one."""
     shape = part.shape
-    if shape.kind not in _SIZES or (shape.mesh is not None and "#" in shape.mesh.path.name):
+    path = "" if shape.mesh is None else str(shape.mesh.path).removesuffix(f"{CUT}0")
+    if shape.kind not in _SIZES or "#" in path:
         return
     element = SubElement(link, tag)
     _write_origin(element, part.pose)
@@ -59,7 +61,7 @@ def _write_part(link: Element, tag: str, part: Part) -> None:
     values = [shape.size] if len(keys) == 1 else [(size,) for size in shape.size]
     sizes = {key: _text(value) for key, value in zip(keys, values, strict=True)}
     if shape.mesh is not None:
-        sizes["filename"] = f"file://{shape.mesh.path}"
+        sizes["filename"] = f"file://{path}"
     SubElement(SubElement(element, "geometry"), shape.kind.value, sizes)
     if tag == "visual":
         material = SubElement(element, "material", name=f"{link.get('name')}/{len(link)}")

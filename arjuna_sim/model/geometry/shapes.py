@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,12 +51,33 @@ class Group(Enum):
     WORLD_CONTACT = 4
 
 
+class Look(NamedTuple):
+    """A material of a mesh: its colour, None for none, and the name of its picture."""
+
+    rgba: Sequence[float] | None
+    picture: str
+
+
+class Skin(NamedTuple):
+    """The look of a mesh's triangles.
+
+    Attributes:
+        places: Where corners are in a picture, from its top, `(N, 3, 2) float32`; NaN for nowhere.
+        of: Which look each triangle has, `(N,) int32`.
+    """
+
+    places: NDArray[np.float32]
+    of: NDArray[np.int32]
+    looks: tuple[Look, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """The triangles of a file, `(N, 3, 3) float64` in the file's units."""
+    """The triangles of a file, `(N, 3, 3) float64` in the file's units, and their look."""
 
     path: Path
     triangles: NDArray[np.float64]
+    skin: Skin | None = None
     _hulls: dict[tuple[float, ...], NDArray[np.float64]] = field(default_factory=dict)
     _pieces: dict[tuple[float, ...], Pieces] = field(default_factory=dict)
 
@@ -146,7 +168,8 @@ class Part:
     Attributes:
         pose: Its pose in its link or world.
         friction: Coefficient of dry friction; None where its file names none.
-        picture: Drawn upright on each side of a box; None for the colour alone.
+        picture: Drawn upright on each side of a box, and on a mesh where its skin says; None for
+            the colour alone.
     """
 
     shape: Shape

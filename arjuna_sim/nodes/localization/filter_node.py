@@ -16,7 +16,7 @@ from geometry_msgs.msg import (
 )
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from robot_localization.srv import SetPose, ToggleFilterProcessing
+from robot_localization.srv import GetState, SetPose, ToggleFilterProcessing
 from sensor_msgs.msg import Imu
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
@@ -89,6 +89,7 @@ class EkfFilterNode(ManagedNode):
         self.serve(ToggleFilterProcessing, "toggle", self._on_toggle)
         self.serve(Empty, "enable", self._on_enable)
         self.serve(Empty, "reset", self._on_reset)
+        self.serve(GetState, "get_state", self._on_get_state)
         self.every(1.0 / config.frequency, self._update)
 
     def _new_filter(self) -> Filter:
@@ -240,6 +241,17 @@ class EkfFilterNode(ManagedNode):
 
     def _on_reset(self, request: Any, response: Any) -> Any:
         self._reset()
+        return response
+
+    def _on_get_state(self, request: Any, response: Any) -> Any:
+        """Return the state of base_link_frame at a time, as robot_localization_listener_node."""
+        own = ("", self.config.base_link_frame, self.config.output)
+        if request.frame_id not in own:
+            reason = f"frame_id is '{request.frame_id}'; valid: {self.config.base_link_frame}"
+            self.guard.refused(self, "get_state", reason)
+            return response
+        state, covariance = self._estimator.at(seconds(request.time_stamp))
+        response.state, response.covariance = state, covariance.ravel()
         return response
 
     def _reset(self) -> None:

@@ -26,7 +26,7 @@ from arjuna_sim.fusion.earth import EarthFrame
 from arjuna_sim.nodes.localization.filter_node import pose_of, unit
 from arjuna_sim.nodes.messages import pose3_msg, transform3_msg
 
-_ENU = "local_enu"  # robot_localization's name of the plane's frame
+_FRAMES = {True: "local_enu", False: "utm"}  # robot_localization's names of the planes' frames
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,22 @@ class NavsatConfig:
         (), "Latitude and longitude [degree], heading [rad] of the world's origin.", read_only=True
     )
     broadcast_cartesian_transform: bool = param(
-        False, f"Whether the transform of '{_ENU}' is published.", read_only=True
+        False, "Whether the transform of 'utm' or 'local_enu' is published.", read_only=True
     )
     broadcast_cartesian_transform_as_parent_frame: bool = param(
         False, "Whether that frame is the world frame's parent.", read_only=True
+    )
+    broadcast_utm_transform: bool = param(
+        False, "Older name of broadcast_cartesian_transform.", read_only=True
+    )
+    broadcast_utm_transform_as_parent_frame: bool = param(
+        False, "Older name of broadcast_cartesian_transform_as_parent_frame.", read_only=True
+    )
+    use_local_cartesian: bool = param(
+        False,
+        "Whether the plane that touches the earth at the datum is used, rather than UTM's grid,"
+        " whose distances are up to 0.04 % off.",
+        read_only=True,
     )
     imu_topic: str = param("imu", "Topic of the IMU.", read_only=True)
     gps_topic: str = param("gps/fix", "Topic of the receiver.", read_only=True)
@@ -75,10 +87,7 @@ class NavsatConfig:
 
 
 class NavsatTransformNode(ManagedNode):
-    """Lays the world frame of the odometry on the earth, once, by a fix and a heading.
-
-    The plane at the datum stands for UTM's grid, whose distances are up to 0.04 % off.
-    """
+    """Lays the world frame of the odometry on the earth, once, by a fix and a heading."""
 
     Config = NavsatConfig
     DEFAULT_NAME = "navsat_transform_node"
@@ -116,7 +125,7 @@ class NavsatTransformNode(ManagedNode):
     ) -> None:
         config = self.config
         yaw += config.magnetic_declination_radians + config.yaw_offset
-        self._earth = EarthFrame.of_start(fix, yaw, pose, lever)
+        self._earth = EarthFrame.of_start(fix, yaw, pose, lever, config.use_local_cartesian)
         where = f"{fix.latitude_deg:.7f}, {fix.longitude_deg:.7f}"
         self.get_logger().info(f"the datum is {where}, the heading there {yaw:.3f} rad")
         self._broadcast()
@@ -124,13 +133,14 @@ class NavsatTransformNode(ManagedNode):
     def _broadcast(self) -> None:
         """Publish the plane's frame once both it and the world frame's name are known."""
         config = self.config
-        known = self._earth is not None and self._odom is not None
-        if not known or not config.broadcast_cartesian_transform:
+        wanted = config.broadcast_cartesian_transform or config.broadcast_utm_transform
+        if self._earth is None or self._odom is None or not wanted:
             return
-        assert self._earth is not None
-        T, parent, child = self._earth.T_world_enu, self._odom.header.frame_id, _ENU
-        if config.broadcast_cartesian_transform_as_parent_frame:
-            T, parent, child = T.inverse(), _ENU, parent
+        T, parent = self._earth.T_world_enu, self._odom.header.frame_id
+        child = _FRAMES[config.use_local_cartesian]
+        as_parent = config.broadcast_cartesian_transform_as_parent_frame
+        if as_parent or config.broadcast_utm_transform_as_parent_frame:
+            T, parent, child = T.inverse(), child, parent
         message = TFMessage(transforms=[transform3_msg(T, parent, child, self.now)])
         self._tf_out.publish(message)
 

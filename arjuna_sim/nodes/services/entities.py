@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+from geometry_msgs.msg import Pose
 from simulation_interfaces import srv
 from simulation_interfaces.msg import Result, SimulationState
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.model.entities import BlockedPoseError, Entity
+from arjuna_sim.model.entities import BlockedPoseError, Entity, EntityError
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.messages import box_msg
 from arjuna_sim.nodes.services.host import Host, RequestError, answering
@@ -90,18 +92,34 @@ class EntityServices:
 
     def _set_entity_state(self, request: Any, response: Any) -> None:
         entity = self._known.find(request.entity)
-        if request.set_twist or request.set_acceleration or not request.set_pose:
-            problem = "only the pose can be set: set_pose true, set_twist, set_acceleration false"
+        if request.set_acceleration or not (request.set_pose or request.set_twist):
+            problem = "valid: set_pose, set_twist or both; no acceleration can be set"
             raise RequestError(Result.RESULT_FEATURE_UNSUPPORTED, problem)
         state, invalid = request.state, srv.SetEntityState.Response.INVALID_POSE
+        frame = self._known.pose(state.header.frame_id, Pose(), invalid)
         pose = self._known.pose(state.header.frame_id, state.pose, invalid)
         if entity.trajectory is not None:
             problem = f"'{entity.name}' follows its path; delete it and spawn it elsewhere"
             raise RequestError(Result.RESULT_OPERATION_FAILED, problem)
         try:
-            self._move(entity, pose)
+            if request.set_pose:
+                self._move(entity, pose)
+            if request.set_twist:
+                self._push(entity, state.twist, frame)
         except BlockedPoseError as error:
             raise RequestError(invalid, str(error)) from error
+        except EntityError as error:
+            raise RequestError(Result.RESULT_FEATURE_UNSUPPORTED, str(error)) from error
+
+    def _push(self, entity: Entity, twist: Any, frame: Pose3) -> None:
+        """Set the velocity of what moves freely; robots are driven."""
+        v, w = twist.linear, twist.angular
+        velocity = np.reshape((v.x, v.y, v.z, w.x, w.y, w.z), (2, 3)) @ frame.rotation().T
+        if self._known.robot(entity) is not None:
+            raise EntityError(f"'{entity.name}' is a robot: its velocity is commanded, not set")
+        if not np.isfinite(velocity).all():
+            raise EntityError("a velocity must be finite")
+        self._host.simulator.stage.push(entity.name, velocity.ravel())
 
     def _move(self, entity: Entity, pose: Pose3) -> None:
         robot = self._known.robot(entity)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import Pose, PoseStamped
+from geometry_msgs.msg import Pose, PoseStamped, Twist
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node, NodeNameNonExistentError
@@ -157,10 +157,14 @@ class GazeboServices:
 
     def _set_state(self, request: Any, response: Any) -> Any:
         state = _stamped(EntityState, request.state.pose, request.state.reference_frame)
-        fields = {"entity": request.state.name, "set_pose": True, "state": state}
-        _, problem = self._ask("set_entity_state", SetEntityState, **fields)
-        if problem:
-            self._node.get_logger().warning(f"set_entity_state: {problem}")
+        state.twist = request.state.twist
+        fields = {"entity": request.state.name, "state": state}
+        _, problem = self._ask("set_entity_state", SetEntityState, set_pose=True, **fields)
+        refused = problem
+        if not problem and state.twist != Twist():  # what was put somewhere rests otherwise
+            _, refused = self._ask("set_entity_state", SetEntityState, set_twist=True, **fields)
+        if refused:
+            self._node.get_logger().warning(f"set_entity_state: {refused}")
         response.success = not problem
         return response
 

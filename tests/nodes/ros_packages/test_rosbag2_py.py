@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
@@ -126,3 +128,51 @@ def test_a_script_that_closes_nothing_leaves_a_whole_recording(tmp_path: Path) -
     subprocess.run([sys.executable, str(script)], cwd=tmp_path, check=True)
     with rosbag2.Reader(tmp_path / "bag") as reader:
         assert [(each.topic, time) for each, time, _ in reader.messages()] == [("/a", 5)]
+
+
+def test_recorder_records_what_the_player_plays(tmp_path: Path) -> None:
+    """Both in threads, as scripts have them; `cancel` ends them."""
+    words = write(tmp_path / "words", rosbag2_py.SequentialWriter())
+    chosen = rosbag2_py.RecordOptions(
+        topics=["heard/even", "/odd"],
+        topic_polling_interval=timedelta(milliseconds=10),
+        disable_keyboard_controls=True,
+    )
+    storage = StorageOptions(str(tmp_path / "heard"), "mcap")
+    recorder = rosbag2_py.Recorder("error")
+    recording = threading.Thread(target=recorder.record, args=(storage, chosen, "ears"))
+    recording.start()
+    played = rosbag2_py.PlayOptions(
+        rate=5.0,
+        delay=2.0,
+        topic_remapping_options=["even:=heard/even"],
+        exclude_topics_to_filter=["odd"],
+        playback_duration=7.0,
+        wait_acked_timeout=1000,
+        disable_keyboard_controls=True,
+    )
+    rosbag2_py.Player("error").play(StorageOptions(str(words)), played)
+    threading.Event().wait(0.5)  # until the last message is through
+    rosbag2_py.Recorder.cancel()
+    recording.join(20.0)
+    assert not recording.is_alive()
+    reader = rosbag2_py.SequentialReader()
+    reader.open_uri(storage.uri)
+    found = []
+    while reader.has_next():
+        found.append(reader.read_next()[:2])
+    texts = [(topic, deserialize_message(data, String).data) for topic, data in found]
+    assert texts == [("/heard/even", word) for word in "0246"]
+
+
+def test_player_bursts_and_recordings_that_are_none_are_refused(tmp_path: Path) -> None:
+    words = write(tmp_path / "words", rosbag2_py.SequentialWriter())
+    options = rosbag2_py.PlayOptions(disable_keyboard_controls=True, topics_to_filter=["no"])
+    player = rosbag2_py.Player("error")
+    with pytest.raises(RuntimeError, match="nothing is left to play"):
+        player.burst([StorageOptions(str(words))], options, 3)
+    with pytest.raises(RuntimeError, match="does not exist"):
+        player.play(StorageOptions(str(tmp_path / "none")), options)
+    chosen = rosbag2_py.RecordOptions(all_topics=True)
+    with pytest.raises(RuntimeError, match="exists"):
+        rosbag2_py.Recorder("error").record(StorageOptions(str(words)), chosen)

@@ -15,7 +15,7 @@ from geometry_msgs.msg import (
 )
 from nav_msgs.msg import Odometry
 from rclpy.lifecycle import TransitionCallbackReturn
-from robot_localization.srv import SetPose, ToggleFilterProcessing
+from robot_localization.srv import GetState, SetPose, ToggleFilterProcessing
 from sensor_msgs.msg import Imu
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
@@ -227,6 +227,25 @@ def test_pose_reset_toggle_and_enable(bench: RosBench) -> None:
     count = len(odometry)
     bench.advance(0.1)
     assert len(odometry) == count
+
+
+def test_state_is_had_at_a_time(bench: RosBench) -> None:
+    start(bench, EkfFilterNode(bench.process, PLANAR))
+    odometry = bench.collect(Odometry, "odometry/filtered")
+    _drive(bench, 10)
+    message = odometry[-1]
+    speed, at = message.twist.twist.linear.x, seconds(message.header.stamp)
+    request = GetState.Request(time_stamp=header("", at + 2.0).stamp)
+    later = bench.call(GetState, "/get_state", request)
+    now = bench.call(GetState, "/get_state", GetState.Request(frame_id="base_link"))
+    assert now.state[0] == pytest.approx(message.pose.pose.position.x)
+    assert now.state[6] == pytest.approx(speed)
+    assert speed > 0.1
+    moved = math.hypot(later.state[0] - now.state[0], later.state[1] - now.state[1])
+    assert moved == pytest.approx(2.0 * speed, rel=0.2)
+    assert later.covariance[0] > now.covariance[0]
+    lost = bench.call(GetState, "/get_state", GetState.Request(frame_id="lost"))
+    assert not lost.covariance.any()
 
 
 def test_commands_predict_where_nothing_measures(bench: RosBench) -> None:

@@ -19,6 +19,7 @@ from arjuna_core.geodesy import GeoPoint, TangentPlane
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, seconds
+from arjuna_core.utm import UtmGrid
 from arjuna_sim.nodes.localization.navsat import NavsatTransformNode
 from arjuna_sim.nodes.messages import pose3_msg, transform3_msg
 from tests.helpers.ros import RosBench
@@ -52,6 +53,7 @@ def _say(bench: RosBench, fix: NavSatFix | None, yaw: float = 0.0, x: float = 0.
 
 def test_fixes_become_odometry_of_the_robot(bench: RosBench) -> None:
     values = {"yaw_offset": math.pi / 2, "zero_altitude": True, "publish_filtered_gps": True}
+    values |= {"use_local_cartesian": True}
     start(bench, NavsatTransformNode(bench.process, values))
     lever = transform3_msg(Pose3((0.5, 0.0, 0.3)), "base_link", "gps_link", 0.0)
     bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[lever]), qos.TF_STATIC)
@@ -98,6 +100,7 @@ def test_a_datum_and_the_services_between_map_and_earth(bench: RosBench) -> None
         "wait_for_datum": True,
         "datum": [48.1, 11.5, 0.0],
         "broadcast_cartesian_transform": True,
+        "use_local_cartesian": True,
     }
     start(bench, NavsatTransformNode(bench.process, values))
     transforms = bench.collect(TFMessage, "/tf_static", qos.TF_STATIC)
@@ -118,6 +121,30 @@ def test_a_datum_and_the_services_between_map_and_earth(bench: RosBench) -> None
     bench.call(SetDatum, "/datum", request)
     moved = bench.call(FromLL, "/fromLL", FromLL.Request(ll_point=point)).map_point
     assert (moved.x, moved.y) == pytest.approx((0.0, 0.0), abs=1e-4)
+
+
+@pytest.mark.parametrize("as_parent", [False, True])
+def test_grid_of_utm_is_the_default(bench: RosBench, as_parent: bool) -> None:
+    values = {"wait_for_datum": True, "datum": [48.1, 11.5, 0.3], "broadcast_utm_transform": True}
+    values |= {"broadcast_utm_transform_as_parent_frame": as_parent}
+    start(bench, NavsatTransformNode(bench.process, values))
+    transforms = bench.collect(TFMessage, "/tf_static", qos.TF_STATIC)
+    _say(bench, _fix(0.0))
+    found = transforms[-1].transforms[0]
+    frames = ("utm", "map") if as_parent else ("map", "utm")
+    assert (found.header.frame_id, found.child_frame_id) == frames
+    move, turn = found.transform.translation, found.transform.rotation
+    T = Pose3((move.x, move.y, move.z), (turn.w, turn.x, turn.y, turn.z))
+    T_utm_map, grid = T if as_parent else T.inverse(), UtmGrid(HERE)
+    assert T_utm_map.position == pytest.approx(grid.enu(HERE), abs=1e-5)
+    assert T_utm_map.rpy()[2] == pytest.approx(0.3 + grid.convergence(HERE))
+    ahead = TangentPlane(HERE).geodetic(1000.0 * np.array((math.cos(0.3), math.sin(0.3), 0.0)))
+    point = GeoPointMsg(latitude=ahead.latitude_deg, longitude=ahead.longitude_deg)
+    got = bench.call(FromLL, "/fromLL", FromLL.Request(ll_point=point)).map_point
+    assert (got.x, got.y) == pytest.approx((1000.0, 0.0), abs=0.5)  # its scale is up to 0.04 % off
+    assert got.x != pytest.approx(1000.0, abs=0.01)
+    back = bench.call(ToLL, "/toLL", ToLL.Request(map_point=got)).ll_point
+    assert back.latitude == pytest.approx(ahead.latitude_deg, abs=1e-9)
 
 
 def test_without_a_datum_points_are_no_numbers(bench: RosBench) -> None:

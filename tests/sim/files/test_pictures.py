@@ -39,14 +39,19 @@ def four_colours(path: Path) -> Path:
     return path
 
 
-def world_of(folder: Path, material: str, geometry: str = "box") -> World:
-    """Return a world with one board that has a material."""
-    size = "<size>0.02 0.5 0.5</size>" if geometry == "box" else "<radius>0.3</radius>"
-    shape = f"<geometry><{geometry}>{size}</{geometry}></geometry>"
+BOX, BALL = "<box><size>0.02 0.5 0.5</size></box>", "<sphere><radius>0.3</radius></sphere>"
+
+
+def world_of(folder: Path, material: str, geometry: str = BOX) -> World:
+    """Return a world with one board that has a material, "" for none."""
+    shape, material = (
+        f"<geometry>{geometry}</geometry>",
+        material and f"<material>{material}</material>",
+    )
     text = (
         "<sdf version='1.7'><world name='w'><model name='board'><static>1</static>"
         f"<pose>1.21 0 0.16 0 0 0</pose><link name='l'><collision name='c'>{shape}</collision>"
-        f"<visual name='v'>{shape}<material>{material}</material></visual></link></model>"
+        f"<visual name='v'>{shape}{material}</visual></link></model>"
         "</world></sdf>"
     )
     xml = XmlFile(folder / "w.world", "sdf", WorldError, text.encode(), SearchPath.of([folder]))
@@ -91,13 +96,13 @@ def test_texture_of_a_urdf_is_its_picture(tmp_path: Path) -> None:
     assert part.picture.path == path
 
 
-def test_what_is_missing_broken_or_on_no_box_is_noted(tmp_path: Path) -> None:
+def test_what_is_missing_broken_or_without_a_place_is_noted(tmp_path: Path) -> None:
     four_colours(tmp_path / "face.png")
     (tmp_path / "no.png").write_text("no picture")
     for material, geometry, problem in (
-        (PBR.format("nowhere.png"), "box", "does not exist"),
-        (PBR.format("no.png"), "box", "cannot be read"),
-        (PBR.format("face.png"), "sphere", "the mean colour is drawn"),
+        (PBR.format("nowhere.png"), BOX, "does not exist"),
+        (PBR.format("no.png"), BOX, "cannot be read"),
+        (PBR.format("face.png"), BALL, "the mean colour is drawn"),
     ):
         world = world_of(tmp_path, material, geometry)
         assert drawn(world) == []
@@ -117,15 +122,65 @@ def seen_from(world: World, start: SE2) -> np.ndarray:
     return picture
 
 
-@pytest.mark.parametrize("start", [SE2(), SE2(2.42, 0.0, np.pi)])
-def test_picture_stands_upright_before_the_camera(tmp_path: Path, start: SE2) -> None:
+OBJ = (
+    "mtllib b.mtl\nv 0 .25 -.25\nv 0 -.25 -.25\nv 0 -.25 .25\nv 0 .25 .25\n"
+    "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl face\nf 1/1 2/2 3/3 -1/-1\n"
+)
+MTL = "newmtl face\nKd 1 1 1\nmap_Kd face.png\n"
+DAE = (Path(__file__).parent / "board.dae").read_text()
+"""Shapes that carry the picture: files beside it, the geometry, and whose picture it is."""
+FORMS = {
+    "box": ({}, "<box><size>.02 .5 .5</size></box>", True),
+    "obj": ({"b.obj": OBJ, "b.mtl": MTL}, "<mesh><uri>b.obj</uri></mesh>", False),
+    "obj, the world's": ({"b.obj": OBJ}, "<mesh><uri>b.obj</uri></mesh>", True),
+    "dae": ({"b.dae": DAE}, "<mesh><uri>b.dae</uri></mesh>", False),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_picture_stands_upright_before_the_camera(tmp_path: Path, form: str) -> None:
     four_colours(tmp_path / "face.png")
-    picture = seen_from(world_of(tmp_path, PBR.format("face.png")), start).astype(int)
-    rows, columns = 480 // 2 + np.array([-40, 40]), 640 // 2 + np.array([-40, 40])
-    for spot, colour in zip(
-        picture[np.ix_(rows, columns)].reshape(-1, 3), COLOURS.values(), strict=True
-    ):
-        assert ((spot > 60) == (np.array(colour) > 0)).all(), (spot, colour)
+    files, geometry, of_world = FORMS[form]
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    world = world_of(tmp_path, PBR.format("face.png") if of_world else "", geometry)
+    assert drawn(world) == [tmp_path / "face.png"]
+    for start in (SE2(), SE2(2.42, 0.0, np.pi)) if form == "box" else (SE2(),):
+        picture = seen_from(world, start).astype(int)
+        rows, columns = 480 // 2 + np.array([-40, 40]), 640 // 2 + np.array([-40, 40])
+        for spot, colour in zip(
+            picture[np.ix_(rows, columns)].reshape(-1, 3), COLOURS.values(), strict=True
+        ):
+            assert ((spot > 60) == (np.array(colour) > 0)).all(), (spot, colour)
+
+
+def test_plane_has_its_picture_on_its_size_the_top_to_the_left(tmp_path: Path) -> None:
+    path = four_colours(tmp_path / "face.png")
+    plane = "<plane><normal>0 0 1</normal><size>4 2</size></plane>"
+    world = world_of(tmp_path, PBR.format("face.png"), plane)
+    assert drawn(world) == [path]
+    (sheet,) = (b.part.shape.mesh for b in world.bodies if b.part.picture is not None)
+    assert sheet is not None
+    assert sheet.skin is not None
+    corners, places = sheet.triangles.reshape(-1, 3), sheet.skin.places.reshape(-1, 2)
+    assert corners[:, 0] == pytest.approx(4 * places[:, 0] - 2)
+    assert corners[:, 1] == pytest.approx(1 - 2 * places[:, 1])
+
+
+def test_mesh_of_two_materials_is_drawn_in_both(tmp_path: Path) -> None:
+    second = "v 1 0 0\nv 1 1 0\nv 1 1 1\nusemtl plain\nf 5 6 7\n"
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "b.obj").write_text(OBJ + second)
+    (tmp_path / "meshes" / "b.mtl").write_text(MTL + "newmtl plain\nKd 1 .5 0\n")
+    four_colours(tmp_path / "materials" / "textures" / "face.png")  # not beside it
+    world = world_of(tmp_path, "", "<mesh><uri>meshes/b.obj</uri></mesh>")
+    looks = [b.part for b in world.bodies if b.model == "board" and not b.collides]
+    assert sorted(len(part.shape.mesh.triangles) for part in looks if part.shape.mesh) == [1, 2]
+    (plain,) = (part for part in looks if part.picture is None)
+    assert plain.rgba == pytest.approx((1.0, 0.5, 0.0, 1.0), abs=0.01)
+    (solid,) = (b.part for b in world.bodies if b.model == "board" and b.collides)
+    assert solid.shape.mesh is not None
+    assert len(solid.shape.mesh.triangles) == 3
 
 
 def test_apriltag_is_found_where_it_stands() -> None:

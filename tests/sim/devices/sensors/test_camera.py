@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
 from arjuna_sim.devices.camera import CameraError, focal_length
+from arjuna_sim.devices.lens import Lens, distorted
 from arjuna_sim.devices.sensors.camera import CameraSettings, read_camera, read_depth_camera
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.model.entities import Entity
@@ -231,10 +233,62 @@ def test_noise_of_the_file_is_that_of_each_pixel_and_the_same_each_time(tmp_path
         sim.close()
 
 
-def test_lens_that_distorts_is_noted() -> None:
-    _, notes = read_with_notes("<camera><distortion><k1>-0.2</k1></distortion></camera>")
-    assert any("<distortion>: not simulated" in note for note in notes)
-    assert read_with_notes("<camera><distortion><k1>0.0</k1></distortion></camera>")[1] == ()
+LENS = "<camera><distortion>{}</distortion></camera>"
+
+
+def test_lens_is_what_the_file_says() -> None:
+    tags = "<k1>-.2</k1><k2>.1</k2><k3>.01</k3><p1>.002</p1><p2>.003</p2>"
+    assert read(LENS.format(tags)).distortion == (-0.2, 0.1, 0.002, 0.003, 0.01)
+    assert read(LENS.format("<k1>0.0</k1>")).distortion == ()
+    (depth,) = read_with_notes(LENS.format(tags), depth=True)[1]
+    assert "are those of an ideal lens" in depth
+    (middle,) = read_with_notes(LENS.format(f"{tags}<center>0.4 0.5</center>"))[1]
+    assert "the picture's middle" in middle
+
+
+@pytest.mark.parametrize(
+    "distortion",
+    [
+        *((-0.3, 0.1, 0.0, 0.0, 0.0), (0.2, 0.0, 0.0, 0.0, 0.0), (-0.1, 0.0, 0.01, -0.02, 0.0)),
+        (-0.25, 0.05, -0.002, 0.001, -0.01),
+    ],
+    ids=["barrel", "cushion", "skewed", "all"],
+)
+def test_lens_shows_points_where_its_formula_says(distortion: tuple[float, ...]) -> None:
+    settings = replace(read(), width=160, height=120, distortion=distortion)
+    lens, f = Lens(settings, focal_length(settings)), focal_length(settings)
+    rows, columns = np.mgrid[: lens.height, : lens.width] + 0.5
+    ideal = np.stack((columns - lens.width / 2, rows - lens.height / 2)) / f
+    shown = distorted(ideal, distortion) * f + np.array([80.0, 60.0])[:, None, None]
+    scaled = np.stack((*shown, np.ones_like(rows)), axis=-1)
+    picture = lens.picture(np.clip(scaled, 0, 255).astype(np.uint8)).astype(float)
+    rows, columns = np.mgrid[:120, :160] + 0.5
+    black = (picture == 0).all(axis=-1)
+    assert black.mean() < 0.01
+    assert np.abs(picture[..., 0] - columns)[~black].max() < 1.6
+    assert np.abs(picture[..., 1] - rows)[~black].max() < 1.6
+
+
+def test_red_box_is_where_the_lens_shows_it(tmp_path: Path) -> None:
+    barrel = "<camera><distortion><k1>-0.3</k1></distortion>"
+    robot = edited(ROBOT, tmp_path, "<camera>", barrel)
+    wide: list[Any] = []
+    depths: list[Any] = []
+    for one in (ROBOT, robot):
+        sim = simulator(ROOM, robot=one, spawn=SE2(0.0, 0.0, 0.3))
+        picture = _picture(sim).astype(int)
+        depths.append(_depth(sim))
+        sim.close()
+        red = (picture[:, :, 0] > 2 * picture[:, :, 1]) & (picture[:, :, 0] > 80)
+        wide.append(np.flatnonzero(red[230])[[0, -1]])
+    camera = sim.robot.model.settings.first(CameraSettings)
+    assert camera is not None
+    f = focal_length(camera)
+    ideal = (np.array(wide[0]) + 0.5 - 320) / f
+    moved = distorted(np.stack((ideal, np.full(2, (230.5 - 240) / f))), camera.distortion)
+    assert wide[1] == pytest.approx(moved[0] * f + 320 - 0.5, abs=2)
+    assert abs(wide[1][1] - wide[0][1]) > 5  # it does something
+    assert np.array_equal(*depths)  # of an ideal lens
 
 
 def test_camera_turns_with_the_robot() -> None:

@@ -25,7 +25,7 @@ from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
 from tests.sim import drive_cases as cases
 from tests.sim.builders import run, simulator, texts, urdf_file
-from tests.sim.files.test_robots import FOUR, LEFT, TWO, _robot
+from tests.sim.files.test_robots import FOUR, LEFT, _robot
 from tests.sim.wheeled import NAMES, wheeled
 
 SIDES = "".join(
@@ -38,8 +38,6 @@ SIDES = "".join(
 @pytest.mark.parametrize(
     ("wheels", "file", "inside", "said"),
     [
-        (TWO, "libgazebo_ros_planar_move.so", "", "wheels are no mecanum or omni ones"),
-        (TWO, "gz-sim-velocity-control-system", "", "wheels are no mecanum or omni ones"),
         (FOUR, "libgazebo_ros_omni_drive.so", "", "wheels' axes are parallel"),
         (FOUR, "gz-sim-ackermann-steering-system", SIDES, "no joint steers a wheel"),
         (FOUR, "gz-sim-diff-drive-system", SIDES, ""),

@@ -105,7 +105,7 @@ def test_models_within_models_are_put_in_by_their_own_files(tmp_path: Path) -> N
 @pytest.mark.parametrize("uri", ["model://sun", "sun", "https://fuel.org/1.0/openrobotics/Sun"])
 def test_the_sun_is_there_anyway(tmp_path: Path, uri: str) -> None:
     found = Expanded(tmp_path, include(uri))
-    assert [one.tag for one in found.world] == ["frame"]
+    assert [one.tag for one in found.world] == ["light"]
     assert found.notes() == ()
 
 
@@ -135,14 +135,14 @@ def test_what_does_not_exist_leaves_a_frame_that_others_may_name(
     )
 
 
-def test_lights_are_left_out_silently_actors_are_not_and_others_are_said(tmp_path: Path) -> None:
+def test_lights_and_actors_are_included_and_others_are_said(tmp_path: Path) -> None:
     write(tmp_path, "lamp.sdf", "<light name='lamp'/>")
     write(tmp_path, "who.sdf", "<actor name='who'/>")
     write(tmp_path, "what.sdf", "<world name='what'/>")
     uris = ("lamp.sdf", "who.sdf", "what.sdf")
     found = Expanded(tmp_path, "".join(map(include, uris)))
     assert [(one.tag, one.get("name")) for one in found.world] == [
-        *(("frame", "lamp.sdf"), ("actor", "who"), ("frame", "what.sdf"))
+        *(("light", "lamp"), ("actor", "who"), ("frame", "what.sdf"))
     ]
     (note,) = found.notes()
     assert note.startswith("include 'what.sdf' is left out: sdf: holds no <model>, <actor> or <li")

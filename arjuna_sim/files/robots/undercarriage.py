@@ -1,0 +1,154 @@
+"""Wheels that a robot's file has not: those that a track runs on, and those of a planar base.
+
+Gazebo moves the surface of tracks, and a planar base without any wheels' help. Here wheels do it,
+which push, slip and tip as such; they are in no description and no joint states.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.robots.drive_kinds import with_mecanum
+from arjuna_sim.files.robots.plugins import torque_of
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape, corners, inertial_of_parts
+from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.settings import DriveSettings, GazeboSettings
+from arjuna_sim.model.urdf import Joint, Link, Urdf
+from arjuna_sim.model.wheels import CASTER_GAP_MAX, effective_track, wheel_separation
+
+_LEVEL = 0.01  # wheels that are higher than the lowest one by more do not touch the ground [m]
+_WHEELS_MAX = 8  # of a track
+_MASS = 0.01  # of each wheel, of the robot's
+_ACROSS = Pose3.from_rpy((0.0, 0.0, 0.0), (math.pi / 2, 0.0, 0.0))  # a cylinder's axis along y
+
+
+@dataclasses.dataclass(frozen=True)
+class _Wheel:
+    """A wheel in the root's frame: its middle, radius and width [m]."""
+
+    middle: tuple[float, float, float]
+    radius: float
+    width: float
+
+    @property
+    def lowest(self) -> float:
+        return self.middle[2] - self.radius
+
+
+def on_tracks(
+    xml: XmlFile, urdf: Urdf, settings: GazeboSettings
+) -> tuple[Urdf, DriveSettings, dict[str, float]]:
+    """Return a robot whose tracks are rows of wheels, its drive, and its links' friction.
+
+    Tracks that are off the ground, as flippers are, do not turn.
+
+    Raises:
+        RobotError: A side has no track on the ground.
+    """
+    rows = {link: _row(urdf, link) for side in settings.tracks for link in side}
+    ground = min((wheel.lowest for row in rows.values() for wheel in row), default=0.0)
+    friction, sides = dict(settings.friction), list[tuple[str, ...]]()
+    for side in settings.tracks:
+        names: list[str] = []
+        for link in side:
+            wheels = [wheel for wheel in rows[link] if wheel.lowest < ground + _LEVEL]
+            if not wheels:
+                xml.note(
+                    f"link '{link}': is off the ground: its track stands", NoteKind.UNSUPPORTED
+                )
+                continue
+            urdf, added = _with_wheels(urdf, link, wheels)
+            bare = dataclasses.replace(urdf.links[link], collisions=())
+            urdf = dataclasses.replace(urdf, links={**urdf.links, link: bare})
+            own = friction.get(link)
+            friction |= {} if own is None else {urdf.joints[n].child: own for n in added}
+            names += added
+        sides.append(tuple(names))
+    left, right = sides
+    if not left or not right:
+        raise xml.fail("tracks", "a side has no track with a <collision> on the ground")
+    radius = min(wheel.radius for row in rows.values() for wheel in row)
+    separation = wheel_separation(urdf, left, right)
+    drive = DriveSettings(
+        *(left, right, separation, radius, torque_of(urdf, radius, len(left + right))),
+        *(effective_track(urdf, left, right), radius),
+    )
+    return urdf, drive, friction
+
+
+def on_rollers(xml: XmlFile, urdf: Urdf) -> tuple[Urdf, DriveSettings | None]:
+    """Return a robot on four mecanum wheels below its own, and its drive; None without shapes."""
+    points = np.vstack([np.zeros((0, 3)), *(_points(urdf, link) for link in urdf.links)])
+    if not len(points):
+        return urdf, None
+    low, high = points.min(axis=0), points.max(axis=0)
+    (x, y), half = ((low + high) / 2)[:2].tolist(), (high - low) / 2
+    radius = 0.3 * float(half[:2].min())
+    # Its own wheels and casters stay clear of the ground, so that they neither roll nor rub.
+    height = float(low[2]) - 1.1 * CASTER_GAP_MAX + radius
+    # Of a round robot the corners at 0.6 of its half width are within its outline.
+    wheels = [
+        _Wheel((x + 0.6 * i * float(half[0]), y + 0.6 * j * float(half[1]), height), radius, radius)
+        for j in (1, -1)
+        for i in (-1, 1)
+    ]
+    urdf, names = _with_wheels(urdf, urdf.root, wheels)
+    (left, right), width = (tuple(names[:2]), tuple(names[2:])), 1.2 * float(half[1])
+    torque = torque_of(urdf, radius, 4)
+    drive = DriveSettings(left, right, width, radius, torque, width, radius)
+    return urdf, with_mecanum(xml, urdf, drive, {})
+
+
+def _points(urdf: Urdf, link: str) -> NDArray[np.float64]:
+    """Return the corners of a link's solid shapes in the root's frame, `(N, 3) float64` [m]."""
+    T = urdf.T_root(link)
+    parts = urdf.links[link].collisions
+    return np.vstack([np.zeros((0, 3)), *((T @ p.pose).apply(corners(p.shape)) for p in parts)])
+
+
+def _row(urdf: Urdf, link: str) -> list[_Wheel]:
+    """Return the wheels on which a track runs: round shapes as they are, and between them more."""
+    points, T = _points(urdf, link), urdf.T_root(link)
+    if not len(points):
+        return []
+    low, high = points.min(axis=0), points.max(axis=0)
+    y, width = float(low[1] + high[1]) / 2, float(high[1] - low[1])
+    ends: list[tuple[float, float, float]] = []  # along, up and radius
+    for part in urdf.links[link].collisions:
+        pose = T @ part.pose
+        if part.shape.kind is Kind.SPHERE or (
+            part.shape.kind is Kind.CYLINDER and abs(float(pose.rotation()[1, 2])) > 0.9
+        ):
+            ends.append((pose.position[0], pose.position[2], part.shape.size[0]))
+    if not ends:
+        radius = float(min(high[2] - low[2], high[0] - low[0])) / 2
+        z = float(low[2]) + radius
+        ends = [(float(low[0]) + radius, z, radius), (float(high[0]) - radius, z, radius)]
+    found = sorted(set(ends))
+    row = found[:1]
+    for a, b in itertools.pairwise(found):
+        gaps = max(1, min(_WHEELS_MAX, math.ceil((b[0] - a[0]) / max(a[2] + b[2], 1e-3))))
+        row += [tuple(np.add(a, np.subtract(b, a) * (i + 1) / gaps).tolist()) for i in range(gaps)]
+    return [_Wheel((x, y, z), radius, width) for x, z, radius in row]
+
+
+def _with_wheels(urdf: Urdf, parent: str, wheels: list[_Wheel]) -> tuple[Urdf, list[str]]:
+    """Return a robot with wheels on a link, which turn about y of the root, and their joints."""
+    links, joints, names = dict(urdf.links), dict(urdf.joints), []
+    T_parent_root = urdf.T_root(parent).inverse()
+    for i, wheel in enumerate(wheels):
+        name = f"{parent}/wheel_{i}"
+        part = Part(Shape(Kind.CYLINDER, (wheel.radius, wheel.width)), _ACROSS)
+        mass = max(_MASS * urdf.mass, 1e-3)
+        links[name] = Link(name, inertial_of_parts([part], mass), (part,), ())
+        T = T_parent_root @ Pose3(wheel.middle)
+        joints[name] = Joint(name, "continuous", parent, name, T, (0.0, 1.0, 0.0))
+        names.append(name)
+    return dataclasses.replace(urdf, links=links, joints=joints), names

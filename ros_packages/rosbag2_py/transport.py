@@ -1,0 +1,213 @@
+"""rosbag2's recorder and player in Python: `ros2 bag record` and `play` by their options."""
+
+from __future__ import annotations
+
+import threading
+from argparse import Namespace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from datetime import timedelta
+from pathlib import Path
+from typing import ClassVar
+
+from rclpy.qos import QoSProfile
+
+from arjuna_core.bags.reader import Bag
+from arjuna_core.errors import ArjunaError
+from bringup.recording.play import play
+from bringup.recording.recorder import record
+from bringup.ros2.verbs.bag import play_options as played
+from bringup.ros2.verbs.bag import record_options as recorded
+from bringup.ros2.verbs.bag import until
+from bringup.terminal import stopped_by_signals
+from rosbag2_py.options import StorageOptions
+from rosbag2_py.writer import new_folder
+
+_WORDS = {
+    "topics": "topics_to_filter",
+    "services": "services_to_filter",
+    "regex": "regex_to_filter",
+    "exclude_regex": "exclude_regex_to_filter",
+    "exclude_topics": "exclude_topics_to_filter",
+    "exclude_services": "exclude_service_events_to_filter",
+    "remap": "topic_remapping_options",
+    "clock": "clock_publish_frequency",
+    "clock_topics_all": "clock_publish_on_topic_publish",
+    "wait_for_all_acked": "wait_acked_timeout",
+    "playback_until_nsec": "playback_until_timestamp",
+}
+"""Names of a player's options by those of `ros2 bag play`, where they differ."""
+
+
+@dataclass
+class RecordOptions:
+    """Options of a recorder, by rosbag2_transport's names; those of `ros2 bag record`."""
+
+    all_topics: bool = False
+    all_services: bool = False
+    is_discovery_disabled: bool = False
+    topics: list[str] = field(default_factory=list)
+    topic_types: list[str] = field(default_factory=list)
+    services: list[str] = field(default_factory=list)
+    exclude_topics: list[str] = field(default_factory=list)
+    exclude_topic_types: list[str] = field(default_factory=list)
+    exclude_service_events: list[str] = field(default_factory=list)
+    rmw_serialization_format: str = ""
+    topic_polling_interval: timedelta = timedelta(milliseconds=100)
+    regex: str = ""
+    exclude_regex: str = ""
+    node_prefix: str = ""
+    compression_mode: str = ""
+    compression_format: str = ""
+    compression_queue_size: int = 1
+    compression_threads: int = 0
+    topic_qos_profile_overrides: dict[str, QoSProfile] = field(default_factory=dict)
+    include_hidden_topics: bool = False
+    include_unpublished_topics: bool = False
+    ignore_leaf_topics: bool = False
+    start_paused: bool = False
+    use_sim_time: bool = False
+    disable_keyboard_controls: bool = False
+
+
+@dataclass
+class PlayOptions:
+    """Options of a player, by rosbag2_transport's names; those of `ros2 bag play`."""
+
+    read_ahead_queue_size: int = 1000
+    node_prefix: str = ""
+    rate: float = 1.0
+    topics_to_filter: list[str] = field(default_factory=list)
+    services_to_filter: list[str] = field(default_factory=list)
+    regex_to_filter: str = ""
+    exclude_regex_to_filter: str = ""
+    exclude_topics_to_filter: list[str] = field(default_factory=list)
+    exclude_service_events_to_filter: list[str] = field(default_factory=list)
+    topic_qos_profile_overrides: dict[str, QoSProfile] = field(default_factory=dict)
+    loop: bool = False
+    topic_remapping_options: list[str] = field(default_factory=list)
+    clock_publish_frequency: float = 0.0
+    clock_publish_on_topic_publish: bool = False
+    clock_topics: list[str] = field(default_factory=list)
+    delay: float = 0.0
+    playback_duration: float = -1.0
+    playback_until_timestamp: int = -1
+    start_paused: bool = False
+    start_offset: float = 0.0
+    disable_keyboard_controls: bool = False
+    wait_acked_timeout: int = -1
+    disable_loan_message: bool = False
+    publish_service_requests: bool = False
+    service_requests_source: str = "service_introspection"
+
+
+class _Cancelled:
+    """Runs something until it is cancelled, in the main thread also by signals."""
+
+    _stop: ClassVar[threading.Event | None] = None
+
+    def __init__(self, log_level: str = "info") -> None:
+        quiet = log_level in ("warn", "error", "fatal")
+        self._show: Callable[[str], None] = (lambda line: None) if quiet else print
+
+    @classmethod
+    def cancel(cls) -> None:
+        """End what runs, from any thread."""
+        if cls._stop is not None:
+            cls._stop.set()
+
+    @classmethod
+    def _begin(cls) -> threading.Event:
+        is_main = threading.current_thread() is threading.main_thread()
+        cls._stop = stopped_by_signals() if is_main else threading.Event()
+        return cls._stop
+
+
+class Recorder(_Cancelled):
+    """Records topics into a new folder."""
+
+    def record(
+        self,
+        storage_options: StorageOptions,
+        record_options: RecordOptions,
+        node_name: str = "rosbag2_recorder",
+    ) -> None:
+        """Record until `cancel`, or a signal.
+
+        Raises:
+            RuntimeError: The folder exists, an option is not known, or the disk refuses.
+        """
+        given, storage = record_options, storage_options
+        words = Namespace(
+            **vars(given),
+            topics_positional=[],
+            all=False,
+            exclude_services=given.exclude_service_events,
+            node_name=f"{given.node_prefix}{node_name}",
+            qos_profile_overrides_path="",
+            no_discovery=given.is_discovery_disabled,
+            polling_interval=given.topic_polling_interval.total_seconds() * 1000.0,
+            snapshot_mode=storage.snapshot_mode,
+            max_cache_size=storage.max_cache_size,
+        )
+        overrides = _named(given.topic_qos_profile_overrides)
+        try:
+            options = replace(recorded(words), overrides=overrides)
+            folder = new_folder(storage, given.compression_mode, given.compression_threads)
+            record(folder, options, self._show, self._begin())
+        except ArjunaError as error:
+            raise RuntimeError(str(error)) from error
+
+
+class Player(_Cancelled):
+    """Publishes recordings."""
+
+    def play(
+        self, storage_options: StorageOptions | list[StorageOptions], play_options: PlayOptions
+    ) -> None:
+        """Play one or several recordings until their end, `cancel`, or a signal.
+
+        Raises:
+            RuntimeError: One cannot be read, or nothing is left to play.
+        """
+        self._play(storage_options, play_options, None)
+
+    def burst(
+        self,
+        storage_options: StorageOptions | list[StorageOptions],
+        play_options: PlayOptions,
+        num_messages: int,
+    ) -> None:
+        """Publish the next messages at once, 0 for all, then stand still until `cancel`.
+
+        Raises:
+            RuntimeError: As `play`.
+        """
+        self._play(storage_options, play_options, num_messages)
+
+    def _play(
+        self, storages: StorageOptions | list[StorageOptions], given: PlayOptions, burst: int | None
+    ) -> None:
+        words = Namespace(
+            **vars(given),
+            **{word: getattr(given, name) for word, name in _WORDS.items()},
+            qos_profile_overrides_path="",
+            playback_until_sec=-1.0,
+        )
+        every = storages if isinstance(storages, list) else [storages]
+        try:
+            bags = [Bag(Path(each.uri.removeprefix("file://"))) for each in every]
+            options = replace(
+                until(played(words), bags, words),
+                overrides=_named(given.topic_qos_profile_overrides),
+                node_name=f"{given.node_prefix}rosbag2_player",
+                paused=given.start_paused or burst is not None,
+                burst=burst,
+            )
+            play(bags, options, self._show, self._begin())
+        except ArjunaError as error:
+            raise RuntimeError(str(error)) from error
+
+
+def _named(profiles: Mapping[str, QoSProfile]) -> dict[str, QoSProfile]:
+    return {f"/{name.lstrip('/')}": profile for name, profile in profiles.items()}

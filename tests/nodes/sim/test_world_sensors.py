@@ -1,0 +1,104 @@
+"""Sensors of a world's models publish on their topics, wherever their model is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sensor_msgs.msg import CameraInfo, Image, LaserScan
+
+from arjuna_core.pose3 import Pose3
+from arjuna_core.ros import qos
+from arjuna_sim.files.world_file import load_world
+from tests.helpers.ros import RosBench
+from tests.nodes.sim.running import run, start_sim
+from tests.sim.builders import texts
+
+GROUND = "<include><uri>model://ground_plane</uri></include>"
+BOX = "<collision name='c'><geometry><box><size>.2 .2 .2</size></box></geometry></collision>"
+LIDAR = (
+    "<sensor name='eye' type='gpu_lidar'><pose>0 0 .3 0 0 0</pose><update_rate>10</update_rate>"
+    "{}<lidar><scan><horizontal><samples>3</samples><min_angle>-1.5707963</min_angle>"
+    "<max_angle>1.5707963</max_angle></horizontal></scan><range><min>.05</min><max>20</max></range>"
+    "</lidar></sensor>"
+)
+CAMERA = (
+    "<sensor name='lens' type='camera'><update_rate>10</update_rate><topic>street</topic><camera>"
+    "<image><width>64</width><height>48</height></image></camera>"
+    "<plugin name='p' filename='libgazebo_ros_camera.so'/></sensor>"
+)
+
+
+def model(name: str, pose: str, inside: str, static: bool = True) -> str:
+    return (
+        f"<model name='{name}'><static>{int(static)}</static><pose>{pose}</pose>"
+        f"<link name='l'>{inside}</link></model>"
+    )
+
+
+def world_of(folder: Path, *models: str) -> Path:
+    path = folder / "w.world"
+    path.write_text(f"<sdf version='1.9'><world name='w'>{GROUND}{''.join(models)}</world></sdf>")
+    return path
+
+
+def test_topics_frames_and_poses_are_the_files(tmp_path: Path) -> None:
+    odd = "<sensor name='odd' type='sonic'/><sensor name='touch' type='contact'/>"
+    moving = model("cart", "3 0 .1 0 0 0", BOX + LIDAR.format("<topic>seen</topic>"), static=False)
+    world = load_world(
+        world_of(tmp_path, model("pole 1", "1 2 0 0 0 1", LIDAR.format("") + odd + CAMERA), moving)
+    )
+    lidar, camera, other = world.sensors
+    assert [each.settings.topic for each in world.sensors] == ["pole_1/scan", "street", "seen"]
+    assert lidar.settings.frame == lidar.settings.site == "pole 1::l::eye"
+    assert lidar.T_world.position == pytest.approx((1.0, 2.0, 0.3))
+    assert other.T_model.position == pytest.approx((0.0, 0.0, 0.3))
+    assert other.T_world.position == pytest.approx((3.0, 0.0, 0.4))
+    assert camera.model == "pole 1"
+    assert [note for note in texts(world.notes) if "simulated" in note] == [
+        "sensor 'odd': type 'sonic' is not simulated",
+        "sensor 'touch': type 'contact' is not simulated",
+    ]
+
+
+def test_readings_follow_a_model_that_is_moved(bench: RosBench, tmp_path: Path) -> None:
+    wall = model("wall", "4 0 0 0 0 0", BOX.replace(".2 .2 .2", ".2 9 2"))
+    watcher = model("watcher", "2 0 0 0 0 0", BOX + LIDAR.format(""))
+    cart = model("cart", "2 3 .1 0 0 0", BOX + LIDAR.format("<topic>seen</topic>"), static=False)
+    sim = start_sim(bench, world=str(world_of(tmp_path, wall, watcher, cart)))
+    scans = bench.collect(LaserScan, "/watcher/scan", qos.SENSOR_SUBSCRIPTION)
+    seen = bench.collect(LaserScan, "/seen", qos.SENSOR_SUBSCRIPTION)
+    run(bench, sim, 25)
+    assert scans[-1].header.frame_id == "watcher::l::eye"
+    assert scans[-1].ranges[1] == pytest.approx(1.9, abs=0.05)
+    assert np.isinf([scans[-1].ranges[0], scans[-1].ranges[2]]).all()
+    assert seen[-1].ranges[1] == pytest.approx(1.9, abs=0.05)
+    for name, y in (("watcher", -1.0), ("cart", 1.0)):
+        sim.simulator.stage.move(name, Pose3((1.0, y, 0.1)))
+    run(bench, sim, 15)
+    assert scans[-1].ranges[1] == pytest.approx(2.9, abs=0.05)
+    assert seen[-1].ranges[1] == pytest.approx(2.9, abs=0.05)
+    sim.simulator.stage.delete("watcher")
+    run(bench, sim, 15)
+    other = world_of(tmp_path, wall, watcher.replace("2 0 0 0 0 0", "0 0 0 0 0 0"))
+    sim.simulator.load_world(load_world(other))
+    run(bench, sim, 15)
+    assert scans[-1].ranges[1] == pytest.approx(3.9, abs=0.05)
+
+
+def test_camera_of_the_world_sees_it(bench: RosBench, tmp_path: Path) -> None:
+    red = BOX.replace("collision", "visual").replace(
+        "</visual>", "<material><diffuse>1 0 0 1</diffuse></material></visual>"
+    )
+    board = model("board", "2 0 .5 0 0 0", red.replace(".2 .2 .2", ".1 3 3"))
+    sim = start_sim(
+        bench, world=str(world_of(tmp_path, board, model("pole", "0 0 1 0 0 0", CAMERA)))
+    )
+    images = bench.collect(Image, "/street", qos.SENSOR_SUBSCRIPTION)
+    infos = bench.collect(CameraInfo, "/camera_info", qos.SENSOR_SUBSCRIPTION)
+    run(bench, sim, 15)
+    picture = np.frombuffer(images[-1].data, np.uint8).reshape(48, 64, 3).astype(int)
+    middle = picture[24, 32]
+    assert middle[0] > 2 * middle[1] + 20
+    assert infos[-1].width == 64
