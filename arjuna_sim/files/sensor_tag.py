@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element, SubElement  # parsing is defusedxml's
@@ -44,7 +45,13 @@ class SensorTag:
     @property
     def frame(self) -> str:
         """The frame that its messages name, its link where the file names none."""
-        return self.text("framename", "gzframeid", "ignitionframeid", default=self.link).lstrip("/")
+        names = ("framename", "gzframeid", "ignitionframeid", "frameid")
+        return self.text(*names, default=self.link).lstrip("/")
+
+    def own_topic(self, last: str) -> str:
+        """Return the topic of a sensor whose file names none: its name, and what it publishes."""
+        name = re.sub(r"[^\w/]+", "_", self.name or last)
+        return f"{name}/{last}"
 
     def placed(self) -> Element:
         """Return the tag with its pose in the link."""

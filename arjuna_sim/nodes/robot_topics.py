@@ -128,7 +128,7 @@ class RobotTopics:
     def __init__(self, node: ManagedNode, robot: RobotModel, config: SimConfig) -> None:
         plain = config.standard_topics
         settings = standard(robot.settings) if plain else robot.settings
-        self.settings = _with_frames(settings, robot)
+        self.settings = settings if config.file_frames else _with_frames(settings, robot)
         self.drive = standard_drive(robot.drive) if plain else robot.drive
         is_wheels = not self.drive.from_world  # a file that asks for the world's odometry gets it
         self._lidar = self.settings.first(LidarSettings)

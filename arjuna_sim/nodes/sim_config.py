@@ -62,6 +62,12 @@ class SimConfig(SimulatorConfig):
         " imu/data, camera/image_raw) and odom its transform, whatever the robot's file says.",
         read_only=True,
     )
+    file_frames: bool = param(
+        False,
+        "Whether messages of sensors name the frames of the robot's file, as Gazebo's do, wherever"
+        " those are; else the frames that robot_state_publisher has where the sensors sit.",
+        read_only=True,
+    )
     fused_odometry: bool = param(
         False,
         "Whether ekf_filter_node makes odometry of the wheels and the IMU: the wheels' own goes to"

@@ -132,7 +132,8 @@ def of_options(
     if starts := _starts(options):
         found.setdefault("sim", {}).update(starts)
     if options.get("without_description"):
-        found.setdefault("sim", {})["fused_odometry"] = False  # nor is our filter there
+        # Neither our filter is there, nor are the frames that our robot_state_publisher adds.
+        found.setdefault("sim", {}).update(fused_odometry=False, file_frames=True)
     running = [spec for group in groups for spec in group.nodes]
     for spec in running if options.get("seed") is not None else ():
         if "seed" in spec.config.__dataclass_fields__:

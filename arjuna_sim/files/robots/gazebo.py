@@ -44,7 +44,7 @@ def settings_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> GazeboSettings:
             reader.sensor(item)
     return GazeboSettings(
         reader.drive,
-        tuple(with_primary_first(xml, reader.sensors)),
+        tuple(with_primary_first(xml, urdf, reader.sensors)),
         tags.friction,
         tags.colours,
         reader.kind,
@@ -142,9 +142,11 @@ def remedy(urdf: Urdf, sensor: str, link: str) -> str:
     return f'put it into <gazebo reference="{named}"><sensor type="{sensor}" name="NAME">'
 
 
-def with_primary_first(xml: XmlFile, sensors: Sequence[SensorSettings]) -> Iterator[SensorSettings]:
+def with_primary_first(
+    xml: XmlFile, urdf: Urdf, sensors: Sequence[SensorSettings]
+) -> Iterator[SensorSettings]:
     """Yield sensors, the primary ones first, each with a name and a topic of its own."""
-    chosen = [s for choose in sensor_kinds().choices if (s := choose(sensors)) is not None]
+    chosen = [s for choose in sensor_kinds().choices if (s := choose(sensors, urdf)) is not None]
     further = [s for s in sensors if not any(s is other for other in chosen)]
     names: set[str] = set()
     topics: set[str] = set()
@@ -159,4 +161,5 @@ def with_primary_first(xml: XmlFile, sensors: Sequence[SensorSettings]) -> Itera
             xml.note(f"sensor '{name}': publishes on {topic}, since {sensor.topic} is another's")
         names.add(name)
         topics.add(topic.lstrip("/"))
-        yield dataclasses.replace(sensor, name=name, topic=topic)
+        serves = not sensor.IS_PRIMARY or any(sensor is first for first in chosen)
+        yield dataclasses.replace(sensor, name=name, topic=topic, serves=serves)

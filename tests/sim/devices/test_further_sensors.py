@@ -194,7 +194,9 @@ def test_positions_on_earth_are_those_of_the_world(tmp_path: Path) -> None:
     above = _T_world(sim, maker.mounted[0].T_base).position[2]
     assert point.altitude == pytest.approx(400.0 + above, abs=1e-5)
     assert field == pytest.approx((2e-5, -1e-5, -4e-5), abs=1e-6)
-    assert sim.robot.sense(_further(sim, "height"), sim.time) == 0.0
+    height = sim.robot.sense(_further(sim, "height"), sim.time)
+    assert (height.height, height.start) == (0.0, pytest.approx(0.0797, abs=1e-3))
+    assert height.speed == pytest.approx(0.0, abs=1e-3)
 
 
 def test_bumper_feels_what_its_own_link_touches(tmp_path: Path) -> None:
@@ -202,8 +204,9 @@ def test_bumper_feels_what_its_own_link_touches(tmp_path: Path) -> None:
     path = maker.write(bare=False)
     text = path.read_text(encoding="utf-8")
     bumpers = "".join(
-        f"<gazebo reference='{link}'><sensor name='{link}_bumper' type='contact'/></gazebo>"
-        for link in ("base_link", "front_left_wheel")
+        f"<gazebo reference='{link}'><sensor name='{link}_bumper' type='contact'><plugin>"
+        f"<frame_name>{frame}</frame_name></plugin></sensor></gazebo>"
+        for link, frame in (("base_link", "base_link"), ("front_left_wheel", "world"))
     )
     path.write_text(text.replace("</robot>", bumpers + "</robot>"), encoding="utf-8")
     sim = simulator(ROOM, robot=path)
@@ -214,7 +217,21 @@ def test_bumper_feels_what_its_own_link_touches(tmp_path: Path) -> None:
             s for s in sim.robot.model.settings.further if isinstance(s, BumperSettings)
         ]
         pressed[when] = [sim.robot.sense(s, sim.time) for s in bumpers_there]
-    assert pressed == {"free": [False, True], "at the wall": [True, True]}
+    assert [[bool(each) for each in found] for found in pressed.values()] == [
+        [False, True],
+        [True, True],
+    ]
+    (wheel,), (bumper,) = pressed["free"][1], pressed["at the wall"][0]
+    names = "arjuna::front_left_wheel::front_left_wheel_collision", "ground_plane"
+    assert (wheel.own.replace("robot::", "arjuna::"), wheel.other.split("::")[0]) == names
+    assert wheel.positions[:, 2] == pytest.approx(0.0, abs=2e-3)  # the world's ground
+    assert wheel.normals @ (0.0, 0.0, 1.0) == pytest.approx(1.0)
+    quarter = sim.robot.model.urdf.mass * 9.81 / 4.0
+    assert wheel.forces.sum(axis=0)[2] == pytest.approx(quarter, rel=0.2)
+    ahead = bumper.positions[:, 0]
+    assert 0.1 < ahead.min() <= ahead.max() < 0.3  # in the bumper's frame, not the world's
+    assert bumper.forces.sum(axis=0)[0] < -1.0
+    assert (bumper.depths > 0.0).any()
 
 
 def test_readings_are_the_same_each_time_whatever_else_is_read(tmp_path: Path) -> None:
