@@ -111,8 +111,8 @@ class _Course:
 
     def _stopped(self, height: float, start: float) -> tuple[str, ...]:
         sim = self._sim
-        sim.stage.move("sill", self._pose(-_FINE))
         sim.robot.set_pose(SE2(start, 0.0, 0.0))
+        sim.stage.move("sill", self._pose(-_FINE))
         for _ in range(round(0.5 / sim.config.tick)):
             sim.drive(Velocity())
         sim.stage.move("sill", self._pose(height))

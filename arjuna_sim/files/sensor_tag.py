@@ -161,6 +161,7 @@ class Tags:
         grips: By link, the unit vector of the ground along which friction acts.
         uneven: Notes on links whose friction differs along and across.
         controlled: Names of the joints that a velocity controller moves.
+        springs: By joint, a spring's stiffness and where it is at rest.
     """
 
     items: list[PluginTag | SensorTag] = field(default_factory=list)
@@ -170,6 +171,7 @@ class Tags:
     grips: dict[str, tuple[float, float]] = field(default_factory=dict)
     uneven: list[str] = field(default_factory=list)
     controlled: set[str] = field(default_factory=set)
+    springs: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @property
     def plugins(self) -> list[Element]:

@@ -214,7 +214,7 @@ def _stops_at(robot: RobotModel, config: SimulatorConfig, height: float) -> str 
             return None if upright else "a fall"
     scene, pairs = sim.stage.scene, sim.stage.data.contact.geom
     met = [geom for pair in pairs if scene.is_obstacle[pair].any() for geom in pair]
-    names = {scene.model.geom(int(geom)).name.split("//")[0] for geom in met}
+    names = {scene.model.geom(int(geom)).name.rpartition("//")[0] for geom in met}
     return ", ".join(sorted(names - {""})) or "nothing: it has no grip"
 
 

@@ -200,8 +200,9 @@ def _moving(joint: SdfJoint, fixed: Joint, T_axis: Pose3, label: str) -> Joint:
     kind = fixed.kind
     if kind == "revolute" and low <= -UNLIMITED and high >= UNLIMITED:
         kind = "continuous"
-    damping, friction = (
-        max(0.0, xml.number(axis, f"dynamics/{key}", 0.0, label)) for key in ("damping", "friction")
+    damping, friction, stiffness = (
+        max(0.0, xml.number(axis, f"dynamics/{key}", 0.0, label))
+        for key in ("damping", "friction", "spring_stiffness")
     )
     return dataclasses.replace(
         fixed,
@@ -213,6 +214,8 @@ def _moving(joint: SdfJoint, fixed: Joint, T_axis: Pose3, label: str) -> Joint:
         friction=friction,
         max_speed=limit_of(axis.findtext("limit/velocity")),
         max_effort=limit_of(axis.findtext("limit/effort")),
+        stiffness=stiffness,
+        spring_at=xml.number(axis, "dynamics/spring_reference", 0.0, label),
     )
 
 

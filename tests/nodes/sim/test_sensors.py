@@ -89,6 +89,15 @@ def test_each_sensor_publishes_its_type_at_its_rate(bench: RosBench, robot: str)
     assert np.isfinite(received["rear/scan"][-1].ranges).all()
 
 
+def test_messages_name_the_frames_of_the_file_where_others_publish_those(
+    bench: RosBench, robot: str
+) -> None:
+    sim = start_sim(bench, robot=robot, file_frames=True)
+    received = _listen(bench, sim)
+    run(bench, sim, 10)
+    assert received["top/points"][-1].header.frame_id == "top_link"
+
+
 def test_frames_of_sensors_off_their_links_are_published(bench: RosBench, robot: str) -> None:
     static = bench.collect(TFMessage, "/tf_static", qos.TF_STATIC)
     start(bench, RobotStatePublisherNode(bench.process, {"robot": robot}))
