@@ -15,6 +15,7 @@ from geometry_msgs.msg import Vector3, Wrench
 from numpy.typing import NDArray
 from ros_gz_interfaces.msg import Altimeter, Contact, Contacts, Entity, JointWrench
 from sensor_msgs.msg import (
+    BatteryState,
     Imu,
     LaserScan,
     MagneticField,
@@ -33,6 +34,7 @@ from arjuna_core.timing import Periodic
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.lidar import Cloud
 from arjuna_sim.devices.sensors.altimeter import AltimeterSettings, Climb
+from arjuna_sim.devices.sensors.battery import BatterySettings, Charge
 from arjuna_sim.devices.sensors.bumper import BumperSettings, ContactSettings, Touch
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarSettings, RangeSettings
@@ -150,6 +152,24 @@ def _height(sensor: AltimeterSettings, reading: Climb, now: float) -> Altimeter:
         vertical_position=reading.height,
         vertical_velocity=reading.speed,
         vertical_reference=reading.start,
+    )
+
+
+@publishes(BatterySettings, BatteryState)
+def _battery(sensor: BatterySettings, reading: Charge, now: float) -> BatteryState:
+    discharges, rests = (
+        getattr(BatteryState, f"POWER_SUPPLY_STATUS_{name}") for name in ("DISCHARGING", "UNKNOWN")
+    )
+    return BatteryState(
+        header=header(sensor.frame, now),
+        voltage=reading.voltage,
+        current=-reading.current,  # drawn is negative
+        charge=reading.charge,
+        capacity=sensor.capacity,
+        design_capacity=sensor.capacity,
+        percentage=reading.percentage,
+        power_supply_status=discharges if sensor.drains else rests,
+        present=True,
     )
 
 

@@ -10,11 +10,13 @@ from arjuna_core.errors import nearest
 from arjuna_sim.files.robots.controllers import drive_of_controllers, parameters_of_controllers
 from arjuna_sim.files.robots.joint_controllers import is_joint_plugin
 from arjuna_sim.files.robots.plugins import (
+    BATTERY,
     drive_kind,
     is_control,
     read_drive,
     read_wheelless,
     sensor_type,
+    types_of,
 )
 from arjuna_sim.files.sensor_tag import PluginTag, SensorTag, Tags
 from arjuna_sim.files.tag_text import plain, text_of, texts, value
@@ -85,6 +87,8 @@ class _Reader:
             plugin
         ):
             self.sensors += sensor_kinds().readers["imu"](SensorTag(xml, plugin, body))
+        elif (kind_of := types_of(plugin)[0]) == BATTERY:
+            self.sensors += sensor_kinds().readers[kind_of](SensorTag(xml, plugin, urdf.root))
         else:
             self._other_plugin(plugin, name, link)
 

@@ -234,6 +234,35 @@ def test_bumper_feels_what_its_own_link_touches(tmp_path: Path) -> None:
     assert (bumper.depths > 0.0).any()
 
 
+def test_a_battery_drains_as_its_load_draws(tmp_path: Path) -> None:
+    path = RobotMaker(tmp_path).write()
+    battery = (
+        "<gazebo><plugin filename='gz-sim-linearbatteryplugin-system'"
+        " name='gz::sim::systems::LinearBatteryPlugin'><battery_name>pack</battery_name>"
+        "<voltage>12</voltage><open_circuit_voltage_constant_coef>12.5"
+        "</open_circuit_voltage_constant_coef><open_circuit_voltage_linear_coef>-3"
+        "</open_circuit_voltage_linear_coef><initial_charge>1</initial_charge><capacity>2"
+        "</capacity><resistance>0.1</resistance><smooth_current_tau>2</smooth_current_tau>"
+        "<power_load>110</power_load><start_draining>true</start_draining></plugin></gazebo>"
+    )
+    text = path.read_text(encoding="utf-8").replace("</robot>", f"{battery}</robot>")
+    path.write_text(text, encoding="utf-8")
+    sim = simulator(EMPTY, robot=path)
+    sensor = _further(sim, "pack")
+    assert sensor.topic == "/model/arjuna/battery/pack/state"
+    assert not [note for note in sim.notes if "attery" in note]
+    read = [sim.robot.sense(sensor, now) for now in (0.0, 60.0, 120.0)]
+    assert read[0] == (12.0, 0.0, 1.0, 0.5)
+    # Some 11 V without and 10 V with the load: 11 A for 2 min take a third of an Ah.
+    assert read[2].current == pytest.approx(110.0 / read[2].voltage, rel=0.01)
+    assert read[2].charge == pytest.approx(1.0 - 2.0 / 60.0 * read[1].current, abs=0.02)
+    assert read[2].voltage == pytest.approx(
+        12.5 - 3.0 * (1.0 - read[2].percentage) - 0.1 * read[2].current
+    )
+    assert sim.robot.sense(sensor, 3600.0).charge == 0.0
+    assert sim.robot.sense(sensor, 0.0) == read[0]  # the simulation began again
+
+
 def test_readings_are_the_same_each_time_whatever_else_is_read(tmp_path: Path) -> None:
     maker = RobotMaker(tmp_path, 3)
     noise = "<noise><stddev>0.02</stddev></noise>"
