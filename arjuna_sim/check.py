@@ -30,6 +30,7 @@ from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.scene import build_scene
 from arjuna_sim.physics.wheels.servo import ServoConfig
+from arjuna_sim.sills import crossed_sill
 from arjuna_sim.simulation import Simulation, solo
 
 _TIMESTEP = 0.004  # of a robot that no simulator has stepped yet [s]
@@ -118,7 +119,8 @@ def _check_robot(
     lines.append(f"  stands with '{robot.urdf.root}' {support.ride_height:.4g} m above the ground")
     if math.isfinite(support.steady):
         lines.append(f"  neither slips nor tips up to {support.steady:.3g} m/s^2")
-    lines += [f"  {note}" for note in support.facts]
+    sill = crossed_sill(robot, empty)
+    lines += [] if sill is None else [f"  {sill.text()}"]
     if guess is not None:
         if not robot.drive.wheels or robot.settings.drive is not None:
             problem = "has a drive plugin" if robot.drive.wheels else "has no wheels"

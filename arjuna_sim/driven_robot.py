@@ -137,7 +137,8 @@ class DrivenRobot:
             self._drive.command(command, elapsed)
         wanted = self._base.reachable(self._drive.velocity(elapsed, tick))
         self.setpoint = self._wheels.slowed(wanted)
-        self._motion.turn_wheels(self._base.speeds(self.setpoint), self._base.angles(self.setpoint))
+        speeds = self._base.speeds_at(self.setpoint, self._motion.steering_angles())
+        self._motion.turn_wheels(speeds, self._base.angles(self.setpoint))
         if self.controllers.names:
             at = self._motion.driven_joints()
             self._motion.drive_joints(self.controllers.update(elapsed, tick, at))

@@ -119,6 +119,10 @@ class Base(ABC):
     def speeds(self, velocity: Velocity) -> NDArray[np.float64]:
         """Return how fast the wheels' joints turn for a reachable velocity, `(W,)` [rad/s]."""
 
+    def speeds_at(self, velocity: Velocity, angles: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the same where the steering joints still stand at other angles [rad]."""
+        return self.speeds(velocity)
+
     def angles(self, velocity: Velocity) -> NDArray[np.float64]:
         """Return where the steering joints stand for it, `(S,) float64` [rad]."""
         return _NONE

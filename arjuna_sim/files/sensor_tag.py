@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element, SubElement  # parsing is defusedxml's
@@ -44,7 +45,13 @@ class SensorTag:
     @property
     def frame(self) -> str:
         """The frame that its messages name, its link where the file names none."""
-        return self.text("framename", "gzframeid", "ignitionframeid", default=self.link).lstrip("/")
+        names = ("framename", "gzframeid", "ignitionframeid", "frameid")
+        return self.text(*names, default=self.link).lstrip("/")
+
+    def own_topic(self, last: str) -> str:
+        """Return the topic of a sensor whose file names none: its name, and what it publishes."""
+        name = re.sub(r"[^\w/]+", "_", self.name or last)
+        return f"{name}/{last}"
 
     def placed(self) -> Element:
         """Return the tag with its pose in the link."""
@@ -154,6 +161,7 @@ class Tags:
         grips: By link, the unit vector of the ground along which friction acts.
         uneven: Notes on links whose friction differs along and across.
         controlled: Names of the joints that a velocity controller moves.
+        springs: By joint, a spring's stiffness and where it is at rest.
     """
 
     items: list[PluginTag | SensorTag] = field(default_factory=list)
@@ -163,6 +171,7 @@ class Tags:
     grips: dict[str, tuple[float, float]] = field(default_factory=dict)
     uneven: list[str] = field(default_factory=list)
     controlled: set[str] = field(default_factory=set)
+    springs: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @property
     def plugins(self) -> list[Element]:

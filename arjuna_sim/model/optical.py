@@ -5,6 +5,7 @@ Pictures are in optical frames (REP 103): z ahead, x to the right and y down.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from dataclasses import dataclass
@@ -19,6 +20,8 @@ T_BODY_OPTICAL = Pose3.from_rpy((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 
 """An optical frame in a frame with x ahead and z up."""
 _SUFFIX = "_optical_frame"
 _TOLERANCE = 1e-3
+ABOVE = ("world", "map", "odom", "earth")
+"""Frames that no robot carries."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +42,10 @@ def sensor_frame(urdf: Urdf, sensor: SensorSettings) -> SensorFrame:
     """Return the frame of a sensor: one that the robot has, or else one to be added.
 
     A sensor that its file puts off its link has a frame of its own, unless the file names a link
-    that stands just there.
+    that stands just there. One of the world is not taken for that of a sensor.
     """
+    if sensor.frame in ABOVE and sensor.frame not in urdf.links:
+        sensor = dataclasses.replace(sensor, frame=sensor.link)
     if sensor.IS_OPTICAL:
         return optical_frame(urdf, sensor)
     named = sensor.frame in urdf.links
@@ -65,8 +70,7 @@ def optical_frame(urdf: Urdf, camera: SensorSettings) -> SensorFrame:
         if camera.pose == ORIGIN:
             return SensorFrame(frame + _SUFFIX, frame, T_BODY_OPTICAL)
         return SensorFrame(f"{camera.link}_{_plain(camera.name)}{_SUFFIX}", camera.link, T_link)
-    name = frame if "optical" in frame else camera.link + _SUFFIX
-    return SensorFrame(name, camera.link, T_link)
+    return SensorFrame(frame, camera.link, T_link)
 
 
 def _is_at(

@@ -12,6 +12,7 @@ from typing import Any, ClassVar, NamedTuple, TypeVar
 
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.joints import ControllerSettings, DrivenJoint
+from arjuna_sim.model.urdf import Urdf
 
 OUTPUTS = (
     *("plugin", "max_acceleration", "max_velocity", "max_reverse", "max_turn"),
@@ -124,6 +125,7 @@ class SensorSettings:
         rate: [Hz].
         name: Its name in the file.
         pose: Its pose in the link.
+        serves: Whether it may be the first of a primary kind.
     """
 
     TITLE: ClassVar[str] = "sensor"
@@ -137,6 +139,7 @@ class SensorSettings:
     topic: str
     name: str = ""
     pose: Pose3 = ORIGIN
+    serves: bool = True
 
     @property
     def site(self) -> str:
@@ -197,19 +200,19 @@ class GazeboSettings:
     tracks: tuple[tuple[str, ...], tuple[str, ...]] = ((), ())
 
     def first(self, kind: type[S]) -> S | None:
-        """Return the first sensor of just this kind, None for none."""
-        return next((s for s in self.sensors if type(s) is kind), None)
+        """Return the first sensor of just this kind that serves the robot, None for none."""
+        return next((s for s in self.sensors if type(s) is kind and s.serves), None)
 
     @property
     def further(self) -> tuple[SensorSettings, ...]:
         """The sensors that are not the first of a primary kind, in the file's order."""
-        primary = {type(s): s for s in reversed(self.sensors) if s.IS_PRIMARY}
+        primary = {type(s): s for s in reversed(self.sensors) if s.IS_PRIMARY and s.serves}
         return tuple(s for s in self.sensors if primary.get(type(s)) is not s)
 
 
 Reader = Callable[[Any], Sequence[SensorSettings]]
 """Returns the settings of the sensors that a `SensorTag` describes."""
-Choice = Callable[[Sequence[SensorSettings]], SensorSettings | None]
+Choice = Callable[[Sequence[SensorSettings], Urdf], SensorSettings | None]
 """Returns which of all sensors, or what of one, serves the rest of the robot; None for none."""
 R = TypeVar("R", bound=Reader)
 C = TypeVar("C", bound=Choice)

@@ -38,6 +38,8 @@ class Joint:
         friction: Dry friction [N m or N].
         max_speed: Greatest speed, 0 for none [rad/s or m/s].
         max_effort: Greatest effort of a motor, 0 for none [N m or N].
+        stiffness: Of a spring, 0 for none [N m/rad or N/m].
+        spring_at: Position at which that is at rest [rad or m].
     """
 
     name: str
@@ -52,6 +54,8 @@ class Joint:
     friction: float = 0.0
     max_speed: float = 0.0
     max_effort: float = 0.0
+    stiffness: float = 0.0
+    spring_at: float = 0.0
 
     @property
     def has_position(self) -> bool:

@@ -10,10 +10,13 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import PointStamped
+from gazebo_msgs.msg import ContactsState, ContactState
+from geometry_msgs.msg import Vector3, Wrench
 from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
+from ros_gz_interfaces.msg import Altimeter, Contact, Contacts, Entity, JointWrench
 from sensor_msgs.msg import (
+    BatteryState,
     Imu,
     LaserScan,
     MagneticField,
@@ -23,7 +26,7 @@ from sensor_msgs.msg import (
     PointField,
     Range,
 )
-from std_msgs.msg import Bool
+from std_msgs.msg import String
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, scan_msg
@@ -31,8 +34,9 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.lidar import Cloud
-from arjuna_sim.devices.sensors.altimeter import AltimeterSettings
-from arjuna_sim.devices.sensors.bumper import BumperSettings
+from arjuna_sim.devices.sensors.altimeter import AltimeterSettings, Climb
+from arjuna_sim.devices.sensors.battery import BatterySettings, Charge
+from arjuna_sim.devices.sensors.bumper import BumperSettings, ContactSettings, Touch
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarSettings, RangeSettings
 from arjuna_sim.devices.sensors.magnetometer import MagnetometerSettings
@@ -40,7 +44,7 @@ from arjuna_sim.devices.sensors.navsat import Fix, NavSatSettings
 from arjuna_sim.devices.sensors.true_odometry import TrueMotion, TrueOdometrySettings
 from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.settings import SensorSettings
-from arjuna_sim.nodes.messages import imu_msg, pose3_msg
+from arjuna_sim.nodes.messages import WORLD, imu_msg, pose3_msg
 from arjuna_sim.world_sensors import WorldSensors
 
 _FLOAT, _UINT16 = np.dtype("<f4"), np.dtype("<u2")
@@ -144,16 +148,83 @@ def _field(sensor: MagnetometerSettings, reading: NDArray[np.float64], now: floa
     return message
 
 
-@publishes(AltimeterSettings, PointStamped)
-def _height(sensor: AltimeterSettings, reading: float, now: float) -> PointStamped:
-    message = PointStamped(header=header(sensor.frame, now))
-    message.point.z = reading
-    return message
+@publishes(AltimeterSettings, Altimeter)
+def _height(sensor: AltimeterSettings, reading: Climb, now: float) -> Altimeter:
+    return Altimeter(
+        header=header(sensor.frame, now),
+        vertical_position=reading.height,
+        vertical_velocity=reading.speed,
+        vertical_reference=reading.start,
+    )
 
 
-@publishes(BumperSettings, Bool)
-def _bump(sensor: BumperSettings, reading: bool, now: float) -> Bool:
-    return Bool(data=reading)
+@publishes(BatterySettings, BatteryState)
+def _battery(sensor: BatterySettings, reading: Charge, now: float) -> BatteryState:
+    discharges, rests = (
+        getattr(BatteryState, f"POWER_SUPPLY_STATUS_{name}") for name in ("DISCHARGING", "UNKNOWN")
+    )
+    return BatteryState(
+        header=header(sensor.frame, now),
+        voltage=reading.voltage,
+        current=-reading.current,  # drawn is negative
+        charge=reading.charge,
+        capacity=sensor.capacity,
+        design_capacity=sensor.capacity,
+        percentage=reading.percentage,
+        power_supply_status=discharges if sensor.drains else rests,
+        present=True,
+    )
+
+
+@publishes(BumperSettings, ContactsState)
+def _bump(sensor: BumperSettings, reading: tuple[Touch, ...], now: float) -> ContactsState:
+    frame = WORLD if sensor.in_world else sensor.frame
+    states = [
+        ContactState(
+            info=f"{touch.own} touches {touch.other}",
+            collision1_name=touch.own,
+            collision2_name=touch.other,
+            wrenches=[Wrench(force=force) for force in _vectors(touch.forces)],
+            total_wrench=Wrench(force=_vectors(touch.forces.sum(axis=0)[None])[0]),
+            contact_positions=_vectors(touch.positions),
+            contact_normals=_vectors(touch.normals),
+            depths=touch.depths.tolist(),
+        )
+        for touch in reading
+    ]
+    return ContactsState(header=header(frame, now), states=states)
+
+
+@publishes(ContactSettings, Contacts)
+def _contacts(sensor: ContactSettings, reading: tuple[Touch, ...], now: float) -> Contacts:
+    stamp = header(WORLD, now)
+    contacts = [
+        Contact(
+            collision1=Entity(name=touch.own, type=Entity.COLLISION),
+            collision2=Entity(name=touch.other, type=Entity.COLLISION),
+            positions=_vectors(touch.positions),
+            normals=_vectors(touch.normals),
+            depths=touch.depths.tolist(),
+            wrenches=[_wrench(touch, stamp, force) for force in touch.forces],
+        )
+        for touch in reading
+    ]
+    return Contacts(header=stamp, contacts=contacts)
+
+
+def _wrench(touch: Touch, stamp: Any, force: NDArray[np.float64]) -> JointWrench:
+    upon, back = _vectors(np.array([force, -force]))
+    return JointWrench(
+        header=stamp,
+        body_1_name=String(data=touch.own),
+        body_2_name=String(data=touch.other),
+        body_1_wrench=Wrench(force=upon),
+        body_2_wrench=Wrench(force=back),
+    )
+
+
+def _vectors(rows: NDArray[np.float64]) -> list[Vector3]:
+    return [Vector3(x=x, y=y, z=z) for x, y, z in rows.tolist()]
 
 
 @publishes(TrueOdometrySettings, Odometry)

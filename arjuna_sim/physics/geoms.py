@@ -235,9 +235,11 @@ def add_world(spec: Any, world: World) -> list[str]:
         For each geom added, in order, the model it belongs to; "" for the ground.
     """
     add_look(spec, world.look)
-    names = []
+    names: list[str] = []
     for body in world.bodies:
         group = Group.WORLD_COLLISION if body.collides else Group.WORLD_VISUAL
         added = add_part(spec, spec.worldbody, body.part, group)
+        for i, geom in enumerate(added, len(names)):
+            geom.name = f"{body.model}::{i}"
         names.extend(["" if is_ground(body.model, body.part) else body.model] * len(added))
     return names

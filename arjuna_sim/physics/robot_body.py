@@ -183,6 +183,7 @@ def _add_joint(child: Any, joint: Joint, least_damping: float) -> None:
     added = child.add_joint(name=joint.name, type=kind, axis=joint.axis)
     added.damping[0] = max(joint.damping, least_damping)
     added.frictionloss = joint.friction
+    added.stiffness[0], added.springref = joint.stiffness, joint.spring_at
     if joint.limits is not None:
         added.limited, added.range = joint.limits[0] < joint.limits[1], joint.limits
 

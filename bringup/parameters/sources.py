@@ -132,8 +132,8 @@ def of_options(
     if starts := _starts(options):
         found.setdefault("sim", {}).update(starts)
     if options.get("without_description"):
-        alone = {"fused_odometry": False, "frames_of_file": True}  # nor is our filter there
-        found.setdefault("sim", {}).update(alone)
+        # Neither our filter is there, nor are the frames that our robot_state_publisher adds.
+        found.setdefault("sim", {}).update(fused_odometry=False, frames_of_file=True)
     running = [spec for group in groups for spec in group.nodes]
     for spec in running if options.get("seed") is not None else ():
         if "seed" in spec.config.__dataclass_fields__:

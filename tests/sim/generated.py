@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +36,8 @@ class Chassis:
         friction: Of the wheels.
         grip: Torque of all wheels together, by the weight times the radius.
         casters: How many there are of one axle.
+        caster: What a caster is: a `sphere`, a `box`, a `roller` that is fixed or a `swivel` wheel.
+        caster_radius: Of a caster, by that of the wheels.
         rubs: Friction of a caster, where its file names one.
         low: How far the casters reach below the wheels, by the radius.
         limp: How far the wheels' axles are off their middles, by the radius.
@@ -50,6 +52,8 @@ class Chassis:
     friction: float = 1.0
     grip: float = 2.0
     casters: int = 1
+    caster: str = "sphere"
+    caster_radius: float = 0.5
     rubs: float | None = None
     low: float = 0.0
     limp: float = 0.0
@@ -60,7 +64,7 @@ class Chassis:
         return (
             f"{2 * self.axles} wheels, {self.mass:.3g} kg, {1e3 * self.radius:.3g} mm, share"
             f" {self.wheel_share:.2g}, spin {self.wheel_spin:.2g}, turn {self.body_turn:.2g},"
-            f" mu {self.friction:.2g}"
+            f" mu {self.friction:.2g}, {self.casters} {self.caster} {self.caster_radius:.2g}"
         )
 
     @property
@@ -130,13 +134,28 @@ class Chassis:
 
     def _caster(self, i: int) -> str:
         r, rubs = self.radius, "" if self.rubs is None else f"<mu1>{self.rubs}</mu1>"
-        x, z = (4 * i - 2) * r, -(0.5 + self.low) * r
+        own = self.caster_radius * r
+        x, z = (4 * i - 2) * r, own - (1.0 + self.low) * r
+        shape, rpy, fork = f"<sphere radius='{own}'/>", "0 0 0", ""
+        kind, parent = "fixed", "base"
+        if self.caster == "box":
+            shape = f"<box size='{2 * own} {own} {2 * own}'/>"
+        elif self.caster in ("roller", "swivel"):
+            shape, rpy = f"<cylinder radius='{own}' length='{own}'/>", f"{-math.pi / 2} 0 0"
+        if self.caster == "swivel":
+            kind, parent = "continuous", f"fork{i}"
+            fork = (
+                f"<link name='fork{i}'><inertial><mass value='{0.02 * self.mass}'/></inertial>"
+                f"<visual><geometry><box size='{own} {own} {own}'/></geometry></visual></link>"
+                f"<joint name='caster{i}_swivel' type='continuous'><parent link='base'/>"
+                f"<child link='fork{i}'/><origin xyz='{x} 0 {z}'/><axis xyz='0 0 1'/></joint>"
+            )
+            x, z = -0.5 * own, 0.0
         return (
-            f"<link name='caster{i}'><collision><geometry>"
-            f"<sphere radius='{0.5 * r}'/></geometry></collision></link>"
-            f"<joint name='caster{i}_joint' type='fixed'><parent link='base'/>"
-            f"<child link='caster{i}'/><origin xyz='{x} 0 {z}'/></joint>"
-            f"<gazebo reference='caster{i}'>{rubs}</gazebo>"
+            f"{fork}<link name='caster{i}'><collision><geometry>{shape}</geometry></collision>"
+            f"</link><joint name='caster{i}_joint' type='{kind}'><parent link='{parent}'/>"
+            f"<child link='caster{i}'/><origin xyz='{x} 0 {z}' rpy='{rpy}'/><axis xyz='0 0 1'/>"
+            f"</joint><gazebo reference='caster{i}'>{rubs}</gazebo>"
         )
 
 
@@ -159,6 +178,20 @@ def chassis(count: int, seed: int = 0) -> Iterator[Chassis]:
             float(np.exp(rng.uniform(math.log(0.1), math.log(10.0)))),
             float(np.exp(rng.uniform(math.log(0.3), math.log(3.0)))),
             float(rng.uniform(0.8, 1.5)),
+        )
+
+
+def on_casters(count: int, seed: int = 0) -> Iterator[Chassis]:
+    """Yield robots of one driven axle, on casters of each kind and of all sizes, by the seed."""
+    rng = np.random.default_rng(seed)
+    for i, robot in enumerate(chassis(count, seed)):
+        yield replace(
+            robot,
+            axles=1,
+            casters=1 + i // 4 % 2,
+            caster=("sphere", "roller", "swivel", "box")[i % 4],
+            caster_radius=float(rng.uniform(0.15, 0.6)),
+            low=float(rng.choice((0.0, -0.01, -0.02))),
         )
 
 

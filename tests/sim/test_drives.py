@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from arjuna_core.errors import RobotError
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
+from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.driven_robot import Observation
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.model.settings import DriveKind
+from arjuna_sim.simulation import Simulation, solo
 from tests.sim import drive_cases as cases
 from tests.sim.builders import run, simulator, texts
+from tests.sim.generated import level
 
 SIDEWAYS = {
     "mecanum": (cases.mecanum(), DriveKind.MECANUM),
@@ -192,3 +197,21 @@ def test_topics_of_a_plugin_without_wheels_are_kept(tmp_path: Path) -> None:
     controlled = load_robot(cases.mecanum(controlled=True).write(tmp_path), SearchPath()).drive
     assert controlled.command_topic == "/mecanum_drive_controller/reference"
     assert controlled.odometry_topic == "/mecanum_drive_controller/odometry"
+
+
+def test_heavy_steered_wheel_neither_kicks_the_robot_nor_speeds_it_up(tmp_path: Path) -> None:
+    """Its reaction is held by the ground; wheels turn as the steering stands, not as it will."""
+    path = cases.tricycle().write(tmp_path)
+    robot = load_robot(path, SearchPath())
+    front = robot.urdf.links["front_wheel"]
+    assert front.inertial is not None
+    heavy = replace(front.inertial, mass=3.0 * robot.urdf.mass)
+    heavy = replace(heavy, inertia=np.eye(3) * heavy.mass * robot.drive.radius**2)
+    links = {**robot.urdf.links, "front_wheel": replace(front, inertial=heavy)}
+    robot = replace(robot, urdf=replace(robot.urdf, links=links))
+    sim = Simulation(solo(robot), level(), SimulatorConfig(), np.random.default_rng(0))
+    seen = [sim.drive(Velocity(0.3, yaw_rate=0.6)).truth for _ in range(100)]
+    assert max(truth.v for truth in seen) < 1.1 * 0.3
+    assert min(truth.w for truth in seen) > -0.1
+    assert max(abs(truth.side) for truth in seen[:10]) < 0.05
+    assert seen[-1].w == pytest.approx(0.6, rel=0.1)

@@ -215,6 +215,18 @@ class SteeredBase(Base):
         rolling, _ = self._rows(self._wheels, self.angles(velocity))
         return rolling @ self._twist(velocity)
 
+    def speeds_at(self, velocity: Velocity, angles: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how fast they turn at other angles of the steering [rad].
+
+        The base keeps its speed ahead, and turns as those angles let it without sliding.
+        """
+        rolling, sliding = self._rows(self._wheels, angles)
+        _, of_others = self._rows(self._others, angles)
+        rows = np.vstack((sliding, of_others))
+        turning = rows[:, 2] - self._axle * rows[:, 1]
+        rate = -velocity.x * float(turning @ rows[:, 0]) / max(float(turning @ turning), 1e-12)
+        return rolling @ self._twist(Velocity(velocity.x, yaw_rate=rate))
+
     def motion(
         self, turns: NDArray[np.float64], angles: NDArray[np.float64]
     ) -> tuple[float, float, float]:

@@ -1,45 +1,121 @@
-"""Bumpers."""
+"""Bumpers: contact sensors of links."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
+import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from arjuna_sim.devices.device import StaticDevice, simulates
 from arjuna_sim.files.sensor_tag import SensorTag
+from arjuna_sim.files.tag_text import topic
+from arjuna_sim.model.optical import ABOVE
 from arjuna_sim.model.settings import SensorSettings, reads
 
 
 @dataclass(frozen=True, kw_only=True)
 class BumperSettings(SensorSettings):
-    """A bumper: contacts of the link's collision shapes."""
+    """A bumper: contacts of the link's collision shapes.
+
+    Attributes:
+        in_world: Whether its points are in the world's frame rather than the sensor's.
+    """
 
     TITLE: ClassVar[str] = "bumper"
+    in_world: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactSettings(BumperSettings):
+    """A contact sensor without a ROS plugin, whose messages are those of Gazebo's bridge."""
+
+    TITLE: ClassVar[str] = "contact sensor"
 
 
 @reads("contact")
 def read(tag: SensorTag) -> list[BumperSettings]:
-    """Read a bumper."""
-    mount = tag.mount(50.0, f"{tag.element.get('name', 'bumper')}/contacts")
-    own = tag.text("bumpertopicname") or tag.element.findtext("contact/topic") or ""
-    return [BumperSettings(**{**mount, "topic": own.strip() or mount["topic"]})]
+    """Read a bumper, whose messages are `ContactsState` where a ROS plugin makes them."""
+    if tag.element.find("plugin") is None:
+        return [ContactSettings(**tag.mount(50.0, tag.own_topic("contacts")))]
+    states = "bumper_states"
+    mount = tag.mount(50.0, states)
+    mount["topic"] = topic(tag.element, mount["topic"], states, "bumpertopicname")
+    return [BumperSettings(**mount, in_world=tag.text("framename", default="world") in ABOVE)]
 
 
+class Touch(NamedTuple):
+    """Where one collision shape of a link touches another.
+
+    Attributes:
+        own: Name of the link's shape, as Gazebo calls it.
+        other: Name of what it touches.
+        positions: `(N, 3) float64` [m].
+        normals: Out of the other, `(N, 3) float64`.
+        depths: `(N,) float64` [m].
+        forces: Upon the link, `(N, 3) float64` [N].
+    """
+
+    own: str
+    other: str
+    positions: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    depths: NDArray[np.float64]
+    forces: NDArray[np.float64]
+
+
+@simulates(ContactSettings)
 @simulates(BumperSettings)
 class Bumper(StaticDevice):
-    """A switch that is closed while its link touches anything."""
+    """Feels what a link's collision shapes touch."""
 
     def rebind(self, model: Any) -> None:
         """Find the link's collision shapes, which carry its name."""
-        link = self._settings.link
+        super().rebind(model)
+        self._model, link = model, self._settings.link
         body = int(model.site_bodyid[model.site(link).id])
         first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
         self._own = np.zeros(model.ngeom, np.bool_)
         for geom in range(first, first + count):
             self._own[geom] = model.geom(geom).name.startswith(f"{link}//")
 
-    def read(self, data: Any, now: float) -> bool:
-        """Return whether one of the shapes touches anything."""
-        return bool(self._own[data.contact.geom].any()) if data.ncon else False
+    def read(self, data: Any, now: float) -> tuple[Touch, ...]:
+        """Return what its shapes touch, in the order of MuJoCo's contacts."""
+        pairs = data.contact.geom
+        found: dict[tuple[int, int], list[NDArray[np.float64]]] = {}
+        for row in np.flatnonzero(self._own[pairs].any(axis=1)).tolist() if data.ncon else ():
+            own, other = pairs[row] if self._own[pairs[row][0]] else pairs[row][::-1]
+            found.setdefault((int(own), int(other)), []).append(self._felt(data, row))
+        return tuple(self._touch(data, *pair, np.array(each)) for pair, each in found.items())
+
+    def _felt(self, data: Any, row: int) -> NDArray[np.float64]:
+        """Return position, normal, depth and force of a contact in the world, `(10,)`."""
+        contact, force = data.contact[row], np.zeros(6)
+        mujoco.mj_contactForce(self._model, data, row, force)
+        axes = contact.frame.reshape(3, 3)
+        # The normal points from the first geom to the second, upon which the force acts.
+        sign = -1.0 if self._own[contact.geom[0]] else 1.0
+        return np.concatenate(
+            (contact.pos, sign * axes[0], [-contact.dist], sign * force[:3] @ axes)
+        )
+
+    def _touch(self, data: Any, own: int, other: int, felt: NDArray[np.float64]) -> Touch:
+        R, origin = np.eye(3), np.zeros(3)
+        if not self._settings.in_world:
+            R, origin = data.site_xmat[self._site].reshape(3, 3), data.site_xpos[self._site]
+        names = self._called(own), self._called(other)
+        positions, normals = (felt[:, :3] - origin) @ R, felt[:, 3:6] @ R
+        return Touch(*names, positions, normals, felt[:, 6], felt[:, 7:] @ R)
+
+    def _called(self, geom: int) -> str:
+        """Return a geom's name as Gazebo has it, `model::link::collision`."""
+        model, name = self._model, self._model.geom(geom).name
+        body = model.body(int(model.geom_bodyid[geom]))
+        if "//" not in name:  # the world's, or an entity's
+            name = name or model.body(int(body.id)).name.partition(":")[2]
+            return f"{name.partition('::')[0]}::link::collision"
+        owner, link, number = ("robot//" + name).split("//")[-3:]
+        suffix = "" if number == "0" or not number.isdigit() else f"_{number}"
+        return f"{owner}::{link}::{link}_collision{suffix}"

@@ -11,6 +11,7 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.tag_text import plain, text_of, topic
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
+from arjuna_sim.model.urdf import Urdf
 
 _PIXELS_MAX = 4096  # along a side: more than MuJoCo's off-screen buffer can hold
 _WIDEST = 2.8  # field of view of a flat picture [rad]
@@ -74,7 +75,7 @@ def read_depth_camera(tag: SensorTag) -> list[CameraSettings]:
 
 
 @chooses(1)
-def first_camera(sensors: Sequence[SensorSettings]) -> CameraSettings | None:
+def first_camera(sensors: Sequence[SensorSettings], urdf: Urdf) -> CameraSettings | None:
     """Return the first colour camera, else the first depth camera."""
     cameras = [s for s in sensors if isinstance(s, CameraSettings)]
     return next((s for s in cameras if not s.depth), next(iter(cameras), None))

@@ -10,6 +10,7 @@ from arjuna_core.config import param
 from arjuna_sim.files.sensor_tag import RATE_MAX, SensorTag
 from arjuna_sim.files.tag_text import topic, value
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
+from arjuna_sim.model.urdf import Urdf
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ def read(tag: SensorTag) -> list[ImuSettings]:
 
 
 @chooses(2)
-def first_imu(sensors: Sequence[SensorSettings]) -> ImuSettings | None:
+def first_imu(sensors: Sequence[SensorSettings], urdf: Urdf) -> ImuSettings | None:
     """Return the first IMU."""
     return next((s for s in sensors if isinstance(s, ImuSettings)), None)
 

@@ -12,12 +12,16 @@ from arjuna_core.config import param
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.tag_text import plain
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
+from arjuna_sim.model.urdf import Urdf
 
 _BEAMS_MAX = 100_000  # of a lidar, so that a hostile file cannot stop the simulation
 _RANGE_MAX = 10_000.0  # [m]
 _CLOUD = ("pointcloud", "velodyne", "blocklaser", "ouster", "livox")
 _SEES = (16, math.pi / 3)  # samples and angle from which a lidar shows the surroundings
 _SONAR_RAYS = 9  # along each side of a sonar's cone
+_CONE = math.radians(31.0)  # the widest of what measures one range: sonars have 15 to 30 degrees
+_LEVEL, _TILTED = math.radians(15.0), math.radians(45.0)
+"""Tilts of a lidar that shows the surroundings, and of one that does where there is no better."""
 
 
 @dataclass(frozen=True)
@@ -104,26 +108,24 @@ def read_lidar(tag: SensorTag) -> list[SensorSettings]:
     Raises:
         RobotError: A value is invalid.
     """
-    beams: dict[str, Any] = tag.mount(10.0, LidarSettings.TOPIC) | _beams_of(tag)
-    rows: dict[str, Any] = _rows_of(tag)
-    output = _output(tag)
+    beams, rows, output = _beams_of(tag), _rows_of(tag), _output(tag)
     if beams["samples"] * rows["rows"] > _BEAMS_MAX:
         problem = f"has {beams['samples']} x {rows['rows']} samples"
         raise tag.fail(f"{problem}; valid: up to {_BEAMS_MAX}")
-    if "range" in output:
-        infrared = "infrared" in tag.text("radiation", "radiationtype").lower()
-        return [RangeSettings(**beams, **rows, infrared=infrared)]
+    if "range" in output or (not _names_output(output) and _is_cone(beams, rows)):
+        mount = tag.mount(10.0, tag.own_topic("range"))
+        return [RangeSettings(**mount, **beams, **rows, infrared=_is_infrared(tag, output))]
+    beams |= tag.mount(10.0, LidarSettings.TOPIC)
     if any(word in output for word in _CLOUD):
         return [CloudSettings(**beams, **rows)]
     level = LidarSettings(**beams)
     if rows["rows"] == 1:
         return [level]
-    level = dataclasses.replace(level, name=f"{level.name}_level")
     if tag.element.find("plugin") is not None:
         tag.note("only the level plane is simulated of its vertical samples")
         return [level]
     points = dataclasses.replace(CloudSettings(**beams, **rows), topic=f"{level.topic}/points")
-    return [points, level]
+    return [points, dataclasses.replace(level, name=f"{level.name}_level")]
 
 
 @reads("sonar")
@@ -158,18 +160,29 @@ def read_sonar(tag: SensorTag) -> list[RangeSettings]:
 
 
 @chooses(0)
-def surroundings(sensors: Sequence[SensorSettings]) -> LidarSettings | None:
-    """Return the first planar lidar that shows the surroundings.
+def surroundings(sensors: Sequence[SensorSettings], urdf: Urdf) -> LidarSettings | None:
+    """Return the first planar lidar that shows the surroundings; None where all look elsewhere.
 
     Where none does, it is the one of most samples; where all have several rows, the level plane of
-    the first.
+    the first. One that looks down or along a slit shows none, however many beams it has.
     """
-    planar = [s for s in sensors if type(s) is LidarSettings]
+    found = (_chosen([s for s in sensors if _tilt(urdf, s) < most]) for most in (_LEVEL, _TILTED))
+    return next((lidar for lidar in found if lidar is not None), None)
+
+
+def _tilt(urdf: Urdf, sensor: SensorSettings) -> float:
+    """Return the angle between a sensor's own plane and the robot's [rad]."""
+    upward = (urdf.T_root(sensor.link) @ sensor.pose).rotation()[2, 2]
+    return math.acos(min(1.0, abs(float(upward))))
+
+
+def _chosen(sensors: Sequence[SensorSettings]) -> LidarSettings | None:
+    planar = [s for s in sensors if type(s) is LidarSettings and s.samples > 1]
     wide = [s for s in planar if s.samples >= _SEES[0] and s.angle_max - s.angle_min >= _SEES[1]]
     if wide:
         return wide[0]
     clouds = [s for s in sensors if type(s) is CloudSettings]
-    if clouds and not any(s.samples > 1 for s in planar):
+    if clouds and not planar:
         names = [field.name for field in dataclasses.fields(LidarSettings)]
         level = {name: getattr(clouds[0], name) for name in names}
         own = {"name": f"{clouds[0].name}_level", "topic": LidarSettings.TOPIC}
@@ -212,6 +225,22 @@ def _rows_of(tag: SensorTag) -> dict[str, Any]:
     if not (low <= high and max(abs(low), abs(high)) <= math.pi / 2):
         raise tag.fail(f"<vertical> {low} to {high} must rise within pi / 2")
     return {"rows": rows, "tilt_min": low, "tilt_max": high}
+
+
+def _is_cone(beams: dict[str, Any], rows: dict[str, Any]) -> bool:
+    """Return whether beams are as close together as those of one that measures one range."""
+    across = 0.0 if beams["samples"] == 1 else beams["angle_max"] - beams["angle_min"]
+    return bool(max(across, rows["tilt_max"] - rows["tilt_min"]) <= _CONE)
+
+
+def _names_output(output: str) -> bool:
+    return "laser" in output or any(word in output for word in _CLOUD)
+
+
+def _is_infrared(tag: SensorTag, output: str) -> bool:
+    """Return what a range sensor radiates: light, unless its file or a ROS 1 plugin says sound."""
+    default = "ultrasound" if "gazeborosrange" in output else "infrared"
+    return "infrared" in tag.text("radiation", "radiationtype", default=default).lower()
 
 
 def _output(tag: SensorTag) -> str:

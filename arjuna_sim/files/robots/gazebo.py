@@ -10,6 +10,7 @@ from arjuna_core.errors import nearest
 from arjuna_sim.files.robots.controllers import drive_of_controllers, parameters_of_controllers
 from arjuna_sim.files.robots.joint_controllers import is_joint_plugin
 from arjuna_sim.files.robots.plugins import (
+    BATTERY,
     Sides,
     drive_kind,
     is_control,
@@ -49,7 +50,7 @@ def settings_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> GazeboSettings:
             reader.sensor(item)
     return GazeboSettings(
         reader.drive,
-        tuple(with_primary_first(xml, reader.sensors)),
+        tuple(with_primary_first(xml, urdf, reader.sensors)),
         tags.friction,
         tags.colours,
         reader.kind,
@@ -93,6 +94,8 @@ class _Reader:
             plugin
         ):
             self.sensors += sensor_kinds().readers["imu"](SensorTag(xml, plugin, body))
+        elif (kind_of := types_of(plugin)[0]) == BATTERY:
+            self.sensors += sensor_kinds().readers[kind_of](SensorTag(xml, plugin, urdf.root))
         else:
             self._other_plugin(plugin, name, link)
 
@@ -153,9 +156,11 @@ def remedy(urdf: Urdf, sensor: str, link: str) -> str:
     return f'put it into <gazebo reference="{named}"><sensor type="{sensor}" name="NAME">'
 
 
-def with_primary_first(xml: XmlFile, sensors: Sequence[SensorSettings]) -> Iterator[SensorSettings]:
+def with_primary_first(
+    xml: XmlFile, urdf: Urdf, sensors: Sequence[SensorSettings]
+) -> Iterator[SensorSettings]:
     """Yield sensors, the primary ones first, each with a name and a topic of its own."""
-    chosen = [s for choose in sensor_kinds().choices if (s := choose(sensors)) is not None]
+    chosen = [s for choose in sensor_kinds().choices if (s := choose(sensors, urdf)) is not None]
     further = [s for s in sensors if not any(s is other for other in chosen)]
     names: set[str] = set()
     topics: set[str] = set()
@@ -170,4 +175,5 @@ def with_primary_first(xml: XmlFile, sensors: Sequence[SensorSettings]) -> Itera
             xml.note(f"sensor '{name}': publishes on {topic}, since {sensor.topic} is another's")
         names.add(name)
         topics.add(topic.lstrip("/"))
-        yield dataclasses.replace(sensor, name=name, topic=topic)
+        serves = not sensor.IS_PRIMARY or any(sensor is first for first in chosen)
+        yield dataclasses.replace(sensor, name=name, topic=topic, serves=serves)

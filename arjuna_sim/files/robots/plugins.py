@@ -46,6 +46,8 @@ _SENSORS = {
 }
 _CONTROLS = ("control", "ros2control", "gzros2control", "ignros2control", "gazeboros2control")
 _CONTROL_CLASSES = tuple(f"{p}ros2controlplugin" for p in ("gazebosim", "ignition", "gazebo"))
+BATTERY = "linearbatteryplugin"
+"""Type of gz-sim's plugin that is a battery."""
 TORQUE = 5.0
 """Least torque of a wheel whose file names none, as in Gazebo [N m]."""
 _ENDS = ("front", "rear", "middle", "back")

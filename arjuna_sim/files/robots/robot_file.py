@@ -99,13 +99,22 @@ def names_drive(text: bytes) -> bool:
     return _DRIVES.search(text) is not None
 
 
+def _sprung(urdf: Urdf, tags: Tags) -> Urdf:
+    """Return a robot whose joints have the springs of its Gazebo tags."""
+    joints = {
+        name: dataclasses.replace(joint, **tags.springs.get(name, {}))
+        for name, joint in urdf.joints.items()
+    }
+    return dataclasses.replace(urdf, joints=joints)
+
+
 def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     """Make a robot of its links, joints and tags: complete what they lack, and find its drive.
 
     Raises:
         RobotError: They do not describe a robot.
     """
-    urdf = stand_up(xml, urdf, tags)
+    urdf = stand_up(xml, _sprung(urdf, tags), tags)
     if not urdf.text:
         urdf = dataclasses.replace(urdf, text=urdf_text(urdf, tags))
     urdf = complete_shapes(xml, urdf)

@@ -6,6 +6,7 @@ Links keep their names, those of nested models as `model/link`.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
@@ -14,6 +15,7 @@ import numpy as np
 
 from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_sim.files.robots.completion import CASTER_FRICTION
 from arjuna_sim.files.robots.rules import (
     check_mimics,
     checked_joint,
@@ -167,7 +169,9 @@ def _add_joint(robot: _Robot, joint: SdfJoint) -> None:
     if child in robot.carried:
         xml.note(f"{label}: closes a loop of links, so it is left out", NoteKind.UNSUPPORTED)
         return
-    if kind not in (*_MOVING, "fixed"):
+    if kind == "ball" and _is_ball(robot, child, joint.T_world.position):
+        robot.tags.friction[child] = CASTER_FRICTION  # it rolls, whatever its surface
+    elif kind not in (*_MOVING, "fixed"):
         xml.note(f"{label}: type '{kind}' is held fast", NoteKind.UNSUPPORTED)
     if kind not in _MOVING:
         robot.connect(name, "fixed", parent, child)
@@ -175,6 +179,16 @@ def _add_joint(robot: _Robot, joint: SdfJoint) -> None:
     fixed = robot.connect(name, kind, parent, child)
     T_axis = robot.poses[child].inverse() @ joint.T_axis
     robot.joints[name] = checked_joint(xml, _moving(joint, fixed, T_axis, label))
+
+
+def _is_ball(robot: _Robot, link: str, center: tuple[float, float, float]) -> bool:
+    """Return whether all that a link touches with are spheres about a point of the world."""
+    parts = robot.links[link].collisions
+    return bool(parts) and all(
+        part.shape.kind is Kind.SPHERE
+        and math.dist((robot.poses[link] @ part.pose).position, center) < 1e-3  # [m]
+        for part in parts
+    )
 
 
 def _moving(joint: SdfJoint, fixed: Joint, T_axis: Pose3, label: str) -> Joint:
@@ -188,8 +202,9 @@ def _moving(joint: SdfJoint, fixed: Joint, T_axis: Pose3, label: str) -> Joint:
     kind = fixed.kind
     if kind == "revolute" and low <= -UNLIMITED and high >= UNLIMITED:
         kind = "continuous"
-    damping, friction = (
-        max(0.0, xml.number(axis, f"dynamics/{key}", 0.0, label)) for key in ("damping", "friction")
+    damping, friction, stiffness = (
+        max(0.0, xml.number(axis, f"dynamics/{key}", 0.0, label))
+        for key in ("damping", "friction", "spring_stiffness")
     )
     return dataclasses.replace(
         fixed,
@@ -201,6 +216,8 @@ def _moving(joint: SdfJoint, fixed: Joint, T_axis: Pose3, label: str) -> Joint:
         friction=friction,
         max_speed=limit_of(axis.findtext("limit/velocity")),
         max_effort=limit_of(axis.findtext("limit/effort")),
+        stiffness=stiffness,
+        spring_at=xml.number(axis, "dynamics/spring_reference", 0.0, label),
     )
 
 

@@ -17,7 +17,21 @@ from arjuna_sim.model.urdf import Urdf
 _CONTACT = ("kp", "kd")
 _BELOW_SENSOR = {"ray": "ray", "lidar": "gpu_lidar", "camera": "camera", "imu": "imu"}
 """Tags that describe a sensor, and its type."""
-_READ = ("fdir1", "sensor", "plugin", "mu1", "mu", "material", "visual", "mu2", *_CONTACT)
+_SPRING = {"springstiffness": "stiffness", "springreference": "spring_at"}
+_NO_MATTER = ("preservefixedjoint", "providefeedback", "implicitspringdamper")
+_READ = (
+    *_SPRING,
+    *_NO_MATTER,
+    "fdir1",
+    "sensor",
+    "plugin",
+    "mu1",
+    "mu",
+    "material",
+    "visual",
+    "mu2",
+    *_CONTACT,
+)
 
 
 def read_tags(xml: XmlFile, urdf: Urdf) -> Tags:
@@ -36,6 +50,12 @@ def read_tags(xml: XmlFile, urdf: Urdf) -> Tags:
         tags.items += [PluginTag(plugin, link) for plugin in gazebo.findall("plugin")]
         sensors = gazebo.findall("sensor")
         tags.items += [SensorTag(xml, sensor, link or urdf.root) for sensor in sensors]
+        if link in urdf.joints:
+            springs = tags.springs.setdefault(link, {})
+            for child in gazebo:
+                if (key := _SPRING.get(plain(child.tag))) is not None:
+                    label = f"gazebo '{link}' {child.tag}"
+                    springs[key] = xml.numbers(child.text or "", 1, label)[0]
         if link is not None:
             _read_surface(xml, gazebo, link, tags)
         for child in gazebo:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import center
+from arjuna_sim.model.world import GRAVITY
 
 Rows = NDArray[np.float32] | NDArray[np.float64]
 
@@ -218,11 +219,11 @@ def tune_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Servos:
     model.actuator_biasprm[motors, 1], model.actuator_biasprm[motors, 2] = -stiffness, -damping
     steering = [model.joint(name) for name in robot.drive.steering]
     moved = model.dof_M0[[joint.dofadr[0] for joint in steering]]
+    times = _steering_times(robot, moved)
     moved = moved + robot.urdf.mass * robot.drive.radius**2 / max(1, len(steering))
-    steering_time = 0.02  # [s] in which steering reaches its setpoint, critically damped
-    model.actuator_gainprm[steerers, 0] = moved / steering_time**2
-    model.actuator_biasprm[steerers, 1] = -moved / steering_time**2
-    model.actuator_biasprm[steerers, 2] = -2.0 * moved / steering_time
+    model.actuator_gainprm[steerers, 0] = moved / times**2
+    model.actuator_biasprm[steerers, 1] = -moved / times**2
+    model.actuator_biasprm[steerers, 2] = -2.0 * moved / times
     first = int(model.actuator_actadr[motors.start]) if names else 0
     return Servos(
         np.array([joint.qposadr[0] for joint in joints], np.int64),
@@ -235,6 +236,21 @@ def tune_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Servos:
         steerers,
         slice(first, first + len(names)),
     )
+
+
+def _steering_times(robot: RobotModel, moved: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the times in which joints reach their setpoints, critically damped [s].
+
+    Steering pushes back on the robot: heavy wheels are turned no faster than the ground holds the
+    others, with a tenth of the robot's weight at the distance of its wheels, for 1 rad.
+
+    Args:
+        moved: Inertia of what each turns [kg m^2].
+    """
+    positions = np.array([center(robot.urdf, name)[:2] for name in robot.drive.rolling])
+    reach = float(np.linalg.norm(np.ptp(positions, axis=0))) if len(positions) else 0.0
+    held = 0.1 * robot.urdf.mass * GRAVITY * max(reach, robot.drive.radius)
+    return np.maximum(0.018, np.sqrt(moved * len(moved) / held))
 
 
 def _actuators(model: Any, joints: tuple[str, ...]) -> slice:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +12,6 @@ from arjuna_sim.model.world import GRAVITY
 LEAST = 0.5
 """Acceleration that any robot is asked for [m/s^2]."""
 _SPREAD = 1e-3  # of contacts along the robot, from which they hold it upright [m]
-SILL = 0.3
-"""Height of a sill that any robot is asked to cross, by its wheels' radius."""
 
 
 @dataclass(frozen=True)
@@ -81,47 +78,6 @@ def steady_acceleration(contacts: GroundContacts, weight: Weight) -> float:
     return max(LEAST, min(lifting, 0.8 * gripping, 0.8 * turning))
 
 
-def lifting_sill(contacts: GroundContacts, sag: float) -> float:
-    """Return the height of a sill from which other contacts lift all driven wheels [m].
-
-    A robot that stands on rigid feet before and behind its driven wheels rests on those two alone
-    when the one is on the sill and the other on the ground: infinity where it has none.
-
-    Args:
-        sag: In which the gaps of the contacts are counted [m].
-    """
-    along, heights, least = contacts.positions[:, 0], contacts.gaps * sag, np.inf
-    driven = along[contacts.drives]
-    for ahead_of in (along, -along) if len(driven) else ():
-        wheel = float(
-            ahead_of[contacts.drives].min()
-        )  # the last that touches, with its front on the sill
-        ahead = ~contacts.drives & (ahead_of > ahead_of[contacts.drives].max() + _SPREAD)
-        behind = ~contacts.drives & (ahead_of < wheel - _SPREAD)
-        for x, up in zip(ahead_of[ahead], heights[ahead], strict=True):
-            back, rear = ahead_of[behind], heights[behind]
-            sills = up + rear * (x - wheel) / (wheel - back)
-            least = min(least, float(sills.min(initial=np.inf)))
-    return least
-
-
-def climbed_sill(contacts: GroundContacts, radius: float) -> float:
-    """Return the highest sill that one driven axle climbs by its friction alone [m].
-
-    A wheel leans on a sill's edge at an angle of cosine 1 - h / r to the vertical. Where nothing
-    else pushes or pulls, the edge's force is vertical, so that this angle is at most that of
-    friction: h = r (1 - 1 / sqrt(1 + mu^2)). What else rubs takes from it, momentum adds to it.
-
-    Returns:
-        The height; infinity where driven wheels of another axle push, or none is driven.
-    """
-    along = contacts.positions[contacts.drives, 0]
-    if not len(along) or np.ptp(along) >= _SPREAD:
-        return np.inf
-    friction = float(contacts.friction[contacts.drives].min())
-    return radius * (1.0 - 1.0 / math.sqrt(1.0 + friction**2))
-
-
 def _loaded_contacts(
     contacts: GroundContacts, weight: Weight
 ) -> tuple[GroundContacts, NDArray[np.float64]]:
@@ -153,24 +109,3 @@ def traction_notes(steady: float) -> tuple[str, ...]:
     if steady > LEAST:
         return ()
     return ("hardly drives: its wheels grip, or its motors pull, little more than the rest rubs",)
-
-
-def sill_notes(lifting: float, climbed: float, radius: float) -> tuple[str, ...]:
-    """Return notes on a robot that crosses only low sills.
-
-    Args:
-        lifting: The lowest sill on which its driven wheels lose contact with the ground [m].
-        climbed: The highest that these climb by friction [m].
-    """
-    notes = []
-    if lifting < SILL * radius:
-        notes.append(
-            "stands on rigid feet before and behind its driven wheels: a sill of more than"
-            f" {1e3 * max(lifting, 0.0):.2g} mm lifts those off, and is crossed by momentum alone"
-        )
-    if climbed < SILL * radius:
-        notes.append(
-            f"climbs sills of {1e3 * climbed:.2g} mm: one axle drives it, whose wheels' friction"
-            " holds on no higher edge"
-        )
-    return tuple(notes)

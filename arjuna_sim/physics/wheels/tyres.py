@@ -28,9 +28,6 @@ from arjuna_sim.physics.geoms import name_friction
 from arjuna_sim.physics.wheels.traction import (
     GroundContacts,
     Weight,
-    climbed_sill,
-    lifting_sill,
-    sill_notes,
     steady_acceleration,
     traction_notes,
 )
@@ -52,8 +49,6 @@ class WheelSupport:
         ride_height: Height of its root above the ground [m].
         steady: Greatest acceleration at which it stands on all its contacts and grips [m/s^2].
         faults: What keeps it from driving as others do.
-        sill: Up to which height it crosses sills, as its contacts and friction allow [m].
-        facts: What keeps it from crossing sills.
         tyres: Its tyres' geoms, rising.
         contacts: Where it touches level ground, from above, in its root's frame, `(N, 2)` [m].
     """
@@ -61,8 +56,6 @@ class WheelSupport:
     ride_height: float
     steady: float
     faults: tuple[str, ...]
-    sill: float
-    facts: tuple[str, ...]
     tyres: tuple[int, ...]
     contacts: NDArray[np.float64]
 
@@ -125,14 +118,11 @@ def tune_tyres(model: Any, robot: RobotModel, sag: float) -> WheelSupport:
     driven = _bodies(model, robot, robot.drive.wheels)
     contacts = _ground_contacts(model, data, geoms, gaps, (driven, bodies - driven))
     weight = _weight(model, data, robot, ground)
-    steady, radius = steady_acceleration(contacts, weight), robot.drive.radius
-    lifting, climbed = lifting_sill(contacts, sag), climbed_sill(contacts, radius)
+    steady = steady_acceleration(contacts, weight)
     return WheelSupport(
         -min(sunk, default=-0.0),
         steady,
         traction_notes(steady),
-        max(0.0, min(lifting, climbed)),
-        sill_notes(lifting, climbed, radius),
         tuple(sorted(wheels)),
         contacts.positions,
     )

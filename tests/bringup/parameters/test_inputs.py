@@ -45,7 +45,9 @@ def test_a_base_frame_reaches_every_node_that_a_command_runs(command: list[str])
 def test_the_simulator_alone_leaves_odometry_to_the_robot_s_file() -> None:
     arguments = parse(["sim", "--without-description"])
     assert groups_of(arguments) == (WORLD_GROUP,)
-    assert gather(arguments)["sim"]["fused_odometry"] is False, "nothing would fuse it"
+    sim = gather(arguments)["sim"]
+    assert sim["fused_odometry"] is False, "nothing would fuse it"
+    assert sim["frames_of_file"] is True, "others publish the frames"
     assert gather(parse(["sim"]))["sim"]["fused_odometry"] is True
     one = gather(parse(["sim", "--without-description", "--namespace", "a"]))["sim"]
     assert one["namespaces"] == ["a"], "others may follow into the same world"

@@ -36,7 +36,7 @@ def thermometer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Non
     assert files == [Path(inspect.getfile(module)) for module in (altimeter, sensor_topics)]
     code = files[0].read_text(encoding="utf-8")
     code = code.replace("Altimeter", "Thermometer").replace("altimeter", "thermometer")
-    cooler = code.replace("return height - self._start + error", "return 20.0 - 0.0065 * height")
+    cooler = code.replace("return Climb(", "return 20.0 - 0.0065 * height\n        return Climb(")
     assert cooler != code
     (tmp_path / "thermometer.py").write_text(cooler, encoding="utf-8")
     monkeypatch.setattr(kinds, "_readers", dict(kinds._readers))

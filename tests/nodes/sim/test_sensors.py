@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import PointStamped
+from gazebo_msgs.msg import ContactsState
+from ros_gz_interfaces.msg import Altimeter, Contacts
 from sensor_msgs.msg import (
     CameraInfo,
     Image,
@@ -18,7 +19,6 @@ from sensor_msgs.msg import (
     PointCloud2,
     Range,
 )
-from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.files.shipped import shipped_file
@@ -36,8 +36,9 @@ UP = Pose3((0.0, 0.0, 0.2))
 TYPES = {
     "gps/fix": NavSatFix,
     "imu/mag": MagneticField,
-    "altimeter": PointStamped,
-    "bump/contacts": Bool,
+    "altimeter": Altimeter,
+    "bump/contacts": Contacts,
+    "states": ContactsState,
     "sonar": Range,
     "top/points": PointCloud2,
     "rear/scan": LaserScan,
@@ -53,6 +54,8 @@ def robot(tmp_path: Path) -> str:
     maker.add("magnetometer", "compass")
     maker.add("altimeter", "height")
     maker.add("contact", "bump")
+    states = "<bumperTopicName>states</bumperTopicName><frameName>world</frameName>"
+    maker.add("contact", "old", f"<plugin filename='libgazebo_ros_bumper.so'>{states}</plugin>")
     maker.add("sonar", "sonar", pose=UP)
     maker.add("gpu_lidar", "top", BEAMS.format(ROWS) + "<topic>top</topic>", pose=UP)
     maker.add("ray", "rear", BEAMS.format(""), pose=UP)
@@ -80,8 +83,19 @@ def test_each_sensor_publishes_its_type_at_its_rate(bench: RosBench, robot: str)
     assert cloud.header.frame_id == "top_link_top"
     assert received["second/data"][-1].linear_acceleration.z == pytest.approx(-9.81, abs=0.1)
     assert received["sonar"][-1].radiation_type == Range.ULTRASOUND
-    assert received["bump/contacts"][-1].data is False
+    assert not received["bump/contacts"][-1].contacts
+    assert (received["states"][-1].states, received["states"][-1].header.frame_id) == ([], "world")
+    assert received["altimeter"][-1].vertical_velocity == pytest.approx(0.0, abs=1e-3)
     assert np.isfinite(received["rear/scan"][-1].ranges).all()
+
+
+def test_messages_name_the_frames_of_the_file_where_others_publish_those(
+    bench: RosBench, robot: str
+) -> None:
+    sim = start_sim(bench, robot=robot, frames_of_file=True)
+    received = _listen(bench, sim)
+    run(bench, sim, 10)
+    assert received["top/points"][-1].header.frame_id == "top_link"
 
 
 def test_frames_of_sensors_off_their_links_are_published(bench: RosBench, robot: str) -> None:

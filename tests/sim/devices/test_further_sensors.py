@@ -194,7 +194,9 @@ def test_positions_on_earth_are_those_of_the_world(tmp_path: Path) -> None:
     above = _T_world(sim, maker.mounted[0].T_base).position[2]
     assert point.altitude == pytest.approx(400.0 + above, abs=1e-5)
     assert field == pytest.approx((2e-5, -1e-5, -4e-5), abs=1e-6)
-    assert sim.robot.sense(_further(sim, "height"), sim.time) == 0.0
+    height = sim.robot.sense(_further(sim, "height"), sim.time)
+    assert (height.height, height.start) == (0.0, pytest.approx(0.0797, abs=1e-3))
+    assert height.speed == pytest.approx(0.0, abs=1e-3)
 
 
 def test_bumper_feels_what_its_own_link_touches(tmp_path: Path) -> None:
@@ -202,8 +204,9 @@ def test_bumper_feels_what_its_own_link_touches(tmp_path: Path) -> None:
     path = maker.write(bare=False)
     text = path.read_text(encoding="utf-8")
     bumpers = "".join(
-        f"<gazebo reference='{link}'><sensor name='{link}_bumper' type='contact'/></gazebo>"
-        for link in ("base_link", "front_left_wheel")
+        f"<gazebo reference='{link}'><sensor name='{link}_bumper' type='contact'><plugin>"
+        f"<frame_name>{frame}</frame_name></plugin></sensor></gazebo>"
+        for link, frame in (("base_link", "base_link"), ("front_left_wheel", "world"))
     )
     path.write_text(text.replace("</robot>", bumpers + "</robot>"), encoding="utf-8")
     sim = simulator(ROOM, robot=path)
@@ -214,7 +217,50 @@ def test_bumper_feels_what_its_own_link_touches(tmp_path: Path) -> None:
             s for s in sim.robot.model.settings.further if isinstance(s, BumperSettings)
         ]
         pressed[when] = [sim.robot.sense(s, sim.time) for s in bumpers_there]
-    assert pressed == {"free": [False, True], "at the wall": [True, True]}
+    assert [[bool(each) for each in found] for found in pressed.values()] == [
+        [False, True],
+        [True, True],
+    ]
+    (wheel,), (bumper,) = pressed["free"][1], pressed["at the wall"][0]
+    names = "arjuna::front_left_wheel::front_left_wheel_collision", "ground_plane"
+    assert (wheel.own.replace("robot::", "arjuna::"), wheel.other.split("::")[0]) == names
+    assert wheel.positions[:, 2] == pytest.approx(0.0, abs=2e-3)  # the world's ground
+    assert wheel.normals @ (0.0, 0.0, 1.0) == pytest.approx(1.0)
+    quarter = sim.robot.model.urdf.mass * 9.81 / 4.0
+    assert wheel.forces.sum(axis=0)[2] == pytest.approx(quarter, rel=0.2)
+    ahead = bumper.positions[:, 0]
+    assert 0.1 < ahead.min() <= ahead.max() < 0.3  # in the bumper's frame, not the world's
+    assert bumper.forces.sum(axis=0)[0] < -1.0
+    assert (bumper.depths > 0.0).any()
+
+
+def test_a_battery_drains_as_its_load_draws(tmp_path: Path) -> None:
+    path = RobotMaker(tmp_path).write()
+    battery = (
+        "<gazebo><plugin filename='gz-sim-linearbatteryplugin-system'"
+        " name='gz::sim::systems::LinearBatteryPlugin'><battery_name>pack</battery_name>"
+        "<voltage>12</voltage><open_circuit_voltage_constant_coef>12.5"
+        "</open_circuit_voltage_constant_coef><open_circuit_voltage_linear_coef>-3"
+        "</open_circuit_voltage_linear_coef><initial_charge>1</initial_charge><capacity>2"
+        "</capacity><resistance>0.1</resistance><smooth_current_tau>2</smooth_current_tau>"
+        "<power_load>110</power_load><start_draining>true</start_draining></plugin></gazebo>"
+    )
+    text = path.read_text(encoding="utf-8").replace("</robot>", f"{battery}</robot>")
+    path.write_text(text, encoding="utf-8")
+    sim = simulator(EMPTY, robot=path)
+    sensor = _further(sim, "pack")
+    assert sensor.topic == "/model/arjuna/battery/pack/state"
+    assert not [note for note in sim.notes if "attery" in note]
+    read = [sim.robot.sense(sensor, now) for now in (0.0, 60.0, 120.0)]
+    assert read[0] == (12.0, 0.0, 1.0, 0.5)
+    # Some 11 V without and 10 V with the load: 11 A for 2 min take a third of an Ah.
+    assert read[2].current == pytest.approx(110.0 / read[2].voltage, rel=0.01)
+    assert read[2].charge == pytest.approx(1.0 - 2.0 / 60.0 * read[1].current, abs=0.02)
+    assert read[2].voltage == pytest.approx(
+        12.5 - 3.0 * (1.0 - read[2].percentage) - 0.1 * read[2].current
+    )
+    assert sim.robot.sense(sensor, 3600.0).charge == 0.0
+    assert sim.robot.sense(sensor, 0.0) == read[0]  # the simulation began again
 
 
 def test_readings_are_the_same_each_time_whatever_else_is_read(tmp_path: Path) -> None:

@@ -52,7 +52,8 @@ UP = Pose3((0.1, 0.0, 0.3))
     [
         (robot(), "camera", ORIGIN, added("camera_optical_frame", "camera")),
         (robot(), "eye_optical", ORIGIN, added("eye_optical", "camera")),
-        (robot(), "left_eye", ORIGIN, added("camera_optical_frame", "camera")),
+        (robot(), "left_eye", ORIGIN, added("left_eye", "camera")),
+        (robot(), "world", ORIGIN, added("camera_optical_frame", "camera")),
         (robot(eye=ASIDE), "eye", ORIGIN, SensorFrame("eye")),
         (robot(eye=ASIDE), "camera", ORIGIN, SensorFrame("eye")),
         (robot(eye=Pose3()), "eye", ORIGIN, added("eye_optical_frame", "eye")),
@@ -71,6 +72,7 @@ def test_frame_of_pictures(urdf: Urdf, named: str, pose: Pose3, expected: Sensor
     [
         ("camera", ORIGIN, SensorFrame("camera")),
         ("scanner", ORIGIN, SensorFrame("scanner", "camera")),
+        ("map", ORIGIN, SensorFrame("camera")),
         ("up", UP, SensorFrame("up")),
         ("camera", UP, SensorFrame("camera_top_lidar", "camera", UP)),
         ("scanner", UP, SensorFrame("scanner", "camera", UP)),

@@ -17,7 +17,7 @@ from arjuna_sim.model.world import World
 from arjuna_sim.physics.wheels.traction import LEAST
 from arjuna_sim.simulation import Simulation, solo
 from tests.sim.builders import run, simulator, texts
-from tests.sim.generated import Chassis, level, sill, slope
+from tests.sim.generated import Chassis, level, slope
 
 FOUR_WHEELS = Chassis()
 BETWEEN = [
@@ -73,30 +73,6 @@ def test_robot_that_hardly_drives_says_so() -> None:
     rubbing = Chassis(axles=1, casters=2, friction=0.2, rubs=5.0)
     assert any("hardly drives" in note for note in _simulator(rubbing, level()).notes)
     assert not any("hardly drives" in note for note in _simulator(FOUR_WHEELS, level()).notes)
-
-
-@pytest.mark.parametrize("friction", [0.5, 0.8])
-def test_one_driven_axle_climbs_as_high_as_its_friction_and_no_higher(friction: float) -> None:
-    two = Chassis(radius=0.2, axles=1, casters=1, friction=friction, rubs=0.0)
-    climbed = 0.2 * (1.0 - math.cos(math.atan(friction)))
-    support = _simulator(two, level()).stage.scene.robots[SOLO].support
-    assert support.sill == pytest.approx(climbed)
-    said = [note.split(":")[0] for note in support.facts]
-    assert said == [f"climbs sills of {1e3 * climbed:.2g} mm"]
-    ends = []
-    for share in (1.0, 1.6):
-        sim = _simulator(two, sill(share * climbed, 0.6, 1.0))
-        ends.append(run(sim, 9.0, Velocity(0.1)).truth.pose.x)
-    assert ends[0] > 0.7 > 0.6 > ends[1]
-
-
-@pytest.mark.parametrize(("casters", "low"), [(2, -0.02), (2, -0.3), (1, 0.0)])
-def test_robot_whose_feet_lift_its_wheels_off_says_so(casters: int, low: float) -> None:
-    between = Chassis(axles=1, casters=casters, low=low, friction=1.2)
-    said = _simulator(between, level()).stage.scene.robots[SOLO].support.facts
-    assert [note.split(":")[0] for note in said] == (
-        ["stands on rigid feet before and behind its driven wheels"] if low == -0.02 else []
-    )
 
 
 def test_robot_whose_wheels_are_in_the_air_says_so() -> None:

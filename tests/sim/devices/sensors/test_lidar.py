@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from arjuna_core.errors import RobotError
+from arjuna_core.pose3 import Pose3
 from arjuna_sim.devices.sensors.lidar import (
     CloudSettings,
     LidarSettings,
@@ -18,9 +20,11 @@ from arjuna_sim.devices.sensors.lidar import (
 )
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.model.settings import SensorSettings
+from arjuna_sim.model.urdf import Urdf
 from tests.sim.builders import urdf_file
 
 HALF_PI = math.pi / 2
+URDF = Urdf(Path("r.urdf"), "r", "", "mast")
 
 
 def element(inside: str) -> SensorTag:
@@ -98,7 +102,7 @@ def test_a_lidar_of_several_rows_publishes_points_and_its_level_plane() -> None:
     assert (level.name, level.topic) == ("s_level", "scan")
     tag = element(f"{ROWS}<plugin filename='libgazebo_ros_laser.so'/>")
     (planar,) = read_lidar(tag)
-    assert (type(planar), planar.name) == (LidarSettings, "s_level")
+    assert (type(planar), planar.name) == (LidarSettings, "s")
     assert [note.text for note in tag.xml.notes] == [
         "sensor 's': only the level plane is simulated of its vertical samples"
     ]
@@ -119,10 +123,11 @@ def test_a_plugin_names_what_is_published(plugin: str, kind: type[SensorSettings
     found = one(f"{ROWS}{plugin}")
     assert type(found) is kind
     if isinstance(found, RangeSettings):
-        assert not found.infrared
-        light = one(f"{ROWS}{plugin}<radiation_type>INFRARED</radiation_type>")
-        assert isinstance(light, RangeSettings)
-        assert light.infrared
+        assert found.infrared is ("libgazebo_ros_range" not in plugin)  # ROS 1 says sound
+        for radiation in ("INFRARED", "ultrasound"):
+            said = one(f"{ROWS}{plugin}<radiation_type>{radiation}</radiation_type>")
+            assert isinstance(said, RangeSettings)
+            assert said.infrared is (radiation == "INFRARED")
 
 
 def test_a_sonar_is_a_cone_as_wide_as_its_radius_at_its_reach() -> None:
@@ -144,14 +149,37 @@ def test_a_sonar_is_a_cone_as_wide_as_its_radius_at_its_reach() -> None:
 
 def test_the_surroundings_are_shown_by_the_first_lidar_that_sees_much() -> None:
     full, narrow = one(ray(samples(16, -0.53, 0.53))), one(ray(samples(99, -0.52, 0.52)))
-    few, beam = one(ray(samples(15, -2.0, 2.0))), one(ray(samples(1)))
+    few = one(ray(samples(15, -2.0, 2.0)))
+    beam = one(ray(samples(1), more="<plugin filename='libgazebo_ros_laser.so'/>"))
     cloud, level = read(ROWS)
-    assert surroundings([narrow, full, one("")]) is full  # a third of pi wide
-    assert surroundings([few, narrow]) is narrow  # else the one of most samples
-    assert surroundings([beam]) is beam
-    assert surroundings([]) is None
-    assert surroundings([cloud, few]) is few
-    of_rows = surroundings([beam, cloud])
+    assert surroundings([narrow, full, one("")], URDF) is full  # a third of pi wide
+    assert surroundings([few, narrow], URDF) is narrow  # else the one of most samples
+    assert surroundings([beam], URDF) is surroundings([], URDF) is None
+    assert surroundings([cloud, few], URDF) is few
+    of_rows = surroundings([beam, cloud], URDF)
     assert isinstance(level, LidarSettings)
     assert of_rows == replace(level, topic="scan")
     assert type(of_rows) is LidarSettings
+
+
+def test_a_lidar_that_looks_down_shows_no_surroundings() -> None:
+    def at(pitch: float, name: str) -> LidarSettings:
+        return replace(one(""), name=name, pose=Pose3.from_rpy((0.0, 0.0, 0.0), (0.0, pitch, 0.0)))
+
+    down, tilted, level, over = at(0.8, "a"), at(0.7, "b"), at(0.2, "c"), at(math.pi, "d")
+    assert surroundings([down, tilted, level, over], URDF) is level
+    assert surroundings([down, tilted, over], URDF) is over  # it hangs upside down
+    assert surroundings([down, tilted], URDF) is tilted  # for want of a better one
+    assert surroundings([down], URDF) is None
+
+
+def test_beams_in_a_narrow_cone_measure_a_range_unless_the_file_says_otherwise() -> None:
+    cone = ray(samples(5, -0.27, 0.27), samples(5, -0.27, 0.27))
+    (found,) = read(cone)
+    assert isinstance(found, RangeSettings)
+    assert (found.topic, found.samples, found.rows) == ("s/range", 5, 5)
+    for wide in (ray(samples(5, -0.28, 0.28)), ray(samples(5, -0.2, 0.2), samples(3, -0.3, 0.3))):
+        assert not any(isinstance(sensor, RangeSettings) for sensor in read(wide))
+    assert type(one(f"{cone}<plugin filename='libgazebo_ros_laser.so'/>")) is LidarSettings
+    (beam,) = read(ray(samples(1, -3.0, 3.0)))
+    assert isinstance(beam, RangeSettings)

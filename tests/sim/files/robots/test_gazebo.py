@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +13,7 @@ from arjuna_sim.devices.sensors.navsat import NavSatSettings
 from arjuna_sim.files.robots.gazebo import with_primary_first
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import GazeboSettings, SensorSettings
+from arjuna_sim.model.urdf import Urdf
 from tests.sim.builders import urdf_file
 
 IMU = ImuSettings(link="base", frame="base", rate=50.0, name="imu")
@@ -31,7 +33,8 @@ DEPTH = replace(CAMERA, name="deep", depth=True)
 
 
 def settle(xml: XmlFile, sensors: list[SensorSettings]) -> GazeboSettings:
-    return GazeboSettings(sensors=tuple(with_primary_first(xml, sensors)))
+    urdf = Urdf(Path("r.urdf"), "r", "", "base")
+    return GazeboSettings(sensors=tuple(with_primary_first(xml, urdf, sensors)))
 
 
 def named(sensors: tuple[SensorSettings, ...]) -> list[tuple[str, str]]:

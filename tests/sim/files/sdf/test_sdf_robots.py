@@ -91,8 +91,16 @@ def test_frames_are_links_and_balls_are_casters(tmp_path: Path) -> None:
     robot = load_robot(_robot(tmp_path, extra=CASTER, count=2), SearchPath())
     assert robot.urdf.joints["mast_frame"].parent == "base"
     assert robot.urdf.T_root("mast").position == pytest.approx((0.05, 0.0, 0.2))
-    assert "joint 'ball_joint': type 'ball' is held fast" in texts(robot.notes)
+    assert not any("'ball" in note for note in texts(robot.notes))
     assert robot.settings.friction["ball"] < 0.05
+    mu = "<surface><friction><ode><mu>1</mu></ode></friction></surface>"
+    rough = CASTER.replace("</geometry>", f"</geometry>{mu}")
+    robot = load_robot(_robot(tmp_path, extra=rough, count=2), SearchPath())
+    assert robot.settings.friction["ball"] < 0.05  # it rolls, whatever its surface
+    off = rough.replace("<geometry>", "<pose>0.01 0 0 0 0 0</pose><geometry>")
+    robot = load_robot(_robot(tmp_path, extra=off, count=2), SearchPath())
+    assert robot.settings.friction["ball"] == 1.0
+    assert "joint 'ball_joint': type 'ball' is held fast" in texts(robot.notes)
 
 
 def test_included_and_nested_models_are_parts_of_the_robot(tmp_path: Path) -> None:
