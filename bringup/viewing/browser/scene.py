@@ -29,7 +29,6 @@ from bringup.viewing.drawing.values import (
 
 _WORLD = "/world"
 _FLOOR = 0.02  # above the map
-_FLAT: dict[str, Any] = {"cast_shadow": False, "receive_shadow": False}
 
 
 class Scene:
@@ -54,6 +53,12 @@ class Scene:
         self._looked = False
         self._middle, self._extent = np.zeros(3), 8.0
         self._scene.world_axes.visible = False
+        # plain light: shadows and reflections are most of a frame's cost without a GPU
+        self._scene.configure_default_lights(cast_shadow=False)
+        self._scene.configure_environment_map(None)
+        # a browser compiles a shader again when the last cloud that uses it gets other colours
+        below = np.array([[0.0, 0.0, -1.0]], np.float32)
+        self._scene.add_point_cloud("/shader", below, np.zeros((1, 3), np.uint8), point_size=1e-3)
         server.initial_camera.position, server.initial_camera.look_at = (0, -7, 9), (0, 0, 0)
 
     def add(self, display: str, shown: bool) -> None:
@@ -180,9 +185,9 @@ def _inside(drawing: Drawing) -> Pose3:
 def _grid(scene: Any, name: str, drawing: Grid) -> Any:
     if drawing.opacity is None:
         glb = textures.map_glb(drawing.grid, *drawing.size)
-        return scene.add_glb(name, glb, visible=False, **_FLAT)
+        return scene.add_glb(name, glb, visible=False)
     pixels = textures.cost_pixels(drawing.grid, drawing.opacity)
-    return scene.add_image(name, pixels, *drawing.size, format="png", visible=False, **_FLAT)
+    return scene.add_image(name, pixels, *drawing.size, format="png", visible=False)
 
 
 def _points(scene: Any, name: str, drawing: Points) -> Any:
@@ -215,7 +220,7 @@ def _solids(scene: Any, name: str, drawing: Solids) -> Any:
     return scene.add_batched_meshes_simple(
         name, *triangles(drawing.shape), drawing.wxyzs, drawing.positions,
         batched_scales=drawing.sizes, batched_colors=drawing.colours,
-        batched_opacities=drawing.opacities, lod="off", visible=False, material="toon3", **_FLAT,
+        batched_opacities=_prop(drawing, "opacities"), lod="off", visible=False, material="toon3",
     )  # fmt: skip
 
 
@@ -235,7 +240,7 @@ def _label(scene: Any, name: str, drawing: Label) -> Any:
 
 
 def _model(scene: Any, name: str, drawing: Model) -> Any:
-    return scene.add_glb(name, drawing.glb, scale=drawing.scale, visible=False, cast_shadow=False)
+    return scene.add_glb(name, drawing.glb, scale=drawing.scale, visible=False)
 
 
 _MAKERS: dict[type[Drawing], Callable[[Any, str, Any], Any]] = {
@@ -310,9 +315,16 @@ def _renewed(before: Drawing, handle: Any, drawing: Drawing) -> bool:
         if isinstance(drawing, Solids | Axes) or empty or [*map(len, old)] != [*map(len, new)]:
             return False
     for mine, theirs in fields.items():
-        value = getattr(drawing, mine)
-        setattr(handle, theirs, value if isinstance(value, str) else np.asarray(value))
+        setattr(handle, theirs, _prop(drawing, mine))
     return True
+
+
+def _prop(drawing: Drawing, field: str) -> Any:
+    """Return a node's property; opaque bodies have no opacities, which would sort every frame."""
+    value = getattr(drawing, field)
+    if field == "opacities" and (value >= 1.0).all():
+        return None
+    return value if isinstance(value, str) else np.asarray(value)
 
 
 def path_part(name: str) -> str:
