@@ -77,14 +77,17 @@ class Watched:
         self.until_it_says(answer)
 
     @property
-    def looking(self) -> bool:
-        """Whether the page looks at the map, as it was asked to when the map came."""
-        cameras = [each.camera for each in self.server.get_clients().values()]
+    def looks_at(self) -> list[Any]:
+        """The point that the page looks at, as it says itself [m]."""
+        return [each.camera.look_at for each in self.server.get_clients().values()]
+
+    def looks_at_map(self) -> bool:
+        """Return whether the page does as it was asked to when the map came."""
         middle = self.viewer._scene._middle
-        return any(np.allclose(camera.look_at, middle, atol=0.01) for camera in cameras)
+        return any(np.allclose(point, middle, atol=0.01) for point in self.looks_at)
 
     def __str__(self) -> str:
-        return f"a page that says: {self.page.text()}"
+        return f"a page that looks at {self.looks_at} and says: {self.page.text()}"
 
     def close(self) -> None:
         self._opened.close()
@@ -97,7 +100,7 @@ def watched(stack: Callable[..., LockStep], tmp_path: Path) -> Iterator[Watched]
     with closing(Watched(robot, tmp_path / "profile")) as made:
         made.until(lambda: made.side.frames.fixed and made.viewer._map is not None)
         made.until_it_says("2D goal")
-        made.until(lambda: made.looking, ticks=0)
+        made.until(made.looks_at_map, ticks=0)
         yield made
 
 

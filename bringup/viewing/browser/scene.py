@@ -163,15 +163,18 @@ class Scene:
             self._looked = True
             self.look(np.array((0.0, -0.5, 0.75)))
 
-    def look(self, direction: Any, client: Any = None, whole: bool = True) -> None:
+    def look(self, direction: Any, whole: bool = True) -> None:
         """Look from a direction, at the whole map or at the origin from near by."""
         middle = self._middle - (*self.offset, 0.0) if whole else np.zeros(3)
         eye = middle + (self._extent if whole else 5.0) * direction
-        cameras: list[Any] = [client.camera] if client else [self._server.initial_camera]
-        if client is None:
-            cameras += [each.camera for each in self._server.get_clients().values()]
-        for camera in cameras:
+        clients = self._server.get_clients().values()
+        for camera in (self._server.initial_camera, *(each.camera for each in clients)):
             camera.position, camera.look_at = eye, middle
+
+    def greet(self, client: Any) -> None:
+        """Turn a newcomer to the last view that all were turned to: it may have come amid it."""
+        initial = self._server.initial_camera
+        client.camera.position, client.camera.look_at = initial.position, initial.look_at
 
 
 def _inside(drawing: Drawing) -> Pose3:

@@ -90,6 +90,7 @@ class Viewer:
         for spec in displays:
             self.add(spec)
         server.on_client_connect(self._on_viewers)
+        server.on_client_connect(self._on_newcomer)
         server.on_client_disconnect(self._on_viewers)
 
     def _queue(self, function: Callable[..., None], *values: Any) -> None:
@@ -97,6 +98,9 @@ class Viewer:
 
     async def _on_viewers(self, client: Any) -> None:
         self._queue(self._count_viewers, len(self._server.get_clients()))
+
+    async def _on_newcomer(self, client: Any) -> None:
+        self._queue(self._scene.greet, client)
 
     def step(self, period: float = 0.1, rest: float = 0.5) -> None:
         """Do one period's work [s]; where nobody looks, wait up to a rest [s] for a viewer."""
