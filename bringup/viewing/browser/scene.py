@@ -40,7 +40,7 @@ class Scene:
     """
 
     def __init__(
-        self, server: viser.ViserServer, decoding: int = 5, most_arrows: int = 100
+        self, server: viser.ViserServer, decoding: int = 20, most_arrows: int = 100
     ) -> None:
         self._server, self._decoding, self._most_arrows = server, decoding, most_arrows
         self._scene = server.scene
@@ -56,6 +56,7 @@ class Scene:
         # plain light: shadows and reflections are most of a frame's cost without a GPU
         self._scene.configure_default_lights(cast_shadow=False)
         self._scene.configure_environment_map(None)
+        self._scene.add_light_ambient("/light", intensity=1.0)
         # a browser compiles a shader again when the last cloud that uses it gets other colours
         below = np.array([[0.0, 0.0, -1.0]], np.float32)
         self._scene.add_point_cloud("/shader", below, np.zeros((1, 3), np.uint8), point_size=1e-3)
@@ -299,6 +300,9 @@ def _padded(drawing: Drawing) -> Drawing:
 def _renewed(before: Drawing, handle: Any, drawing: Drawing) -> bool:
     """Change what is drawn already, where that is enough; return whether it was."""
     if isinstance(before, Grid) and isinstance(drawing, Grid):
+        same = (before.grid.frame, before.opacity) == (drawing.grid.frame, drawing.opacity)
+        if same and np.array_equal(before.grid.data, drawing.grid.data):
+            return True
         if before.size != drawing.size or None in (before.opacity, drawing.opacity):
             return False
         assert drawing.opacity is not None
