@@ -99,6 +99,26 @@ def test_few_numbers_of_bodies_are_another_node(scene: Scene) -> None:
     assert not scene._drawn
 
 
+@pytest.mark.parametrize("opacity", [None, 0.5])
+def test_a_map_that_comes_again_is_not_sent_again(opacity: float | None, scene: Scene) -> None:
+    other = OccupancyGrid(GRID.frame, np.full((2, 4), 100, np.int8))
+    nodes, pictures = [], []
+    for grid in (GRID, OccupancyGrid(GRID.frame, GRID.data.copy()), other):
+        scene.draw("one", {"": Grid(grid=grid, opacity=opacity)})
+        nodes.append(node(scene))
+        pictures.append(id(getattr(nodes[-1], "image", None)))
+    assert nodes[0] is nodes[1]
+    assert (nodes[1] is nodes[2]) is (opacity is not None)  # a browser decodes maps meanwhile
+    assert pictures[0] == pictures[1]
+
+
+def test_bodies_have_opacities_only_where_they_are_seen_through(scene: Scene) -> None:
+    clear = (*ROW[:4], 0.5)
+    for row, opaque in ((ROW, True), (clear, False), (ROW, True)):
+        scene.draw("one", {"": solids("box", [row])})
+        assert (node(scene).batched_opacities is None) is opaque
+
+
 def test_many_arrows_are_lines(scene: Scene) -> None:
     arrows = Arrows(segments=np.zeros((101, 2, 3), np.float32), colour=(1, 2, 3))
     scene.draw("one", {"": arrows})
