@@ -5,13 +5,12 @@ from __future__ import annotations
 import weakref
 from pathlib import Path
 
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-
-from arjuna_core.bags.topic import TopicInfo, TopicQos
+from arjuna_core.bags.topic import TopicInfo
 from arjuna_core.bags.writer import BagFolder
 from arjuna_core.errors import ArjunaError
 from bringup.recording.convert import bag_format, split_limits
-from bringup.recording.message_definitions import message_definition, type_hash
+from bringup.recording.listener import qos_of
+from bringup.recording.message_definitions import installed_type
 from rosbag2_py.options import (
     CompressionMode,
     CompressionOptions,
@@ -70,11 +69,8 @@ class SequentialWriter:
     def create_topic(self, topic: TopicMetadata) -> None:
         """Add a topic, before its messages."""
         folder = self._current()
-        offers = tuple(_offer(each) for each in topic.offered_qos_profiles)
-        try:
-            definition, known = message_definition(topic.type), type_hash(topic.type)
-        except (LookupError, OSError, ValueError):
-            definition, known = "", ""  # of a package that is not installed
+        offers = tuple(map(qos_of, topic.offered_qos_profiles))
+        definition, known = installed_type(topic.type)
         encoding = topic.serialization_format or "cdr"
         added = TopicInfo(
             *(topic.name, topic.type, definition, topic.type_description_hash or known),
@@ -105,11 +101,3 @@ class SequentialCompressionWriter(SequentialWriter):
     def __init__(self, compression_options: CompressionOptions | None = None) -> None:
         super().__init__()
         self._compression = compression_options or CompressionOptions("zstd", CompressionMode.FILE)
-
-
-def _offer(profile: QoSProfile) -> TopicQos:
-    return TopicQos(
-        profile.reliability != ReliabilityPolicy.BEST_EFFORT,
-        profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
-        profile.depth,
-    )
