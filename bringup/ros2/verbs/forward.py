@@ -152,45 +152,39 @@ def _nothing(words: list[str], why: str, stays: bool = True) -> None:
         signal.pause()
 
 
-_IMAGES = partial(_nothing, why="the simulator publishes ROS's topics itself")
 _BRIDGE = f"{_PROGRAMS}.bridge"
 _GAZEBO = f"{_PROGRAMS}.gazebo"
-_GAZEBO_PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
+
+
+# What `ros2 run PACKAGE EXECUTABLE` runs
+PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("controller_manager", "ros2_control_node"): partial(
         _nothing, why="the simulator drives the joints itself, as the robot's file says"
     ),
+    ("controller_manager", "spawner"): f"{_PROGRAMS}.spawner",
+    ("controller_manager", "spawner.py"): f"{_PROGRAMS}.spawner",  # its name before Humble
+    ("controller_manager", "unspawner"): f"{_PROGRAMS}.spawner:unspawn",
+    ("nav2_map_server", "map_saver_cli"): _save_map,
+    **{
+        ("slam_toolbox", f"{name}_slam_toolbox_node"): partial(_slam_toolbox, parameter=parameter)
+        for name, parameter in (
+            *(("async", ""), ("map_and_localization", ""), ("lifelong", "mode:=lifelong")),
+            *(("localization", "mode:=localization"), ("sync", "synchronous:=true")),
+        )
+    },
+    ("teleop_twist_keyboard", "teleop_twist_keyboard"): _teleop,
+    ("turtlebot3_teleop", "teleop_keyboard"): _teleop,
+    **{names: partial(_run_node, package=names[0], program=names[1]) for names in NODES},
     ("gazebo_ros", "gzclient"): partial(_nothing, why="'arjuna view' shows it", stays=False),
     ("gazebo_ros", "gzserver"): f"{_GAZEBO}:serve",
     ("gazebo_ros", "spawn_entity.py"): f"{_GAZEBO}:create",
     ("gazebo_ros", "spawn_model"): f"{_GAZEBO}:create",
     ("ros_gz_bridge", "parameter_bridge"): _BRIDGE,
-    ("ros_gz_image", "image_bridge"): _IMAGES,
+    ("ros_gz_image", "image_bridge"): partial(
+        _nothing, why="the simulator publishes ROS's topics itself"
+    ),
     ("ros_gz_sim", "create"): f"{_GAZEBO}:create",
     ("ros_gz_sim", "gzserver"): f"{_GAZEBO}:serve",
-}
-
-
-# What `ros2 run PACKAGE EXECUTABLE` runs
-PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
-    ("controller_manager", "spawner"): f"{_PROGRAMS}.spawner",
-    ("controller_manager", "spawner.py"): f"{_PROGRAMS}.spawner",  # its name before Humble
-    ("controller_manager", "unspawner"): f"{_PROGRAMS}.spawner:unspawn",
-    ("nav2_map_server", "map_saver_cli"): _save_map,
-    ("slam_toolbox", "async_slam_toolbox_node"): _slam_toolbox,
-    ("slam_toolbox", "map_and_localization_slam_toolbox_node"): _slam_toolbox,
-    ("slam_toolbox", "lifelong_slam_toolbox_node"): partial(
-        _slam_toolbox, parameter="mode:=lifelong"
-    ),
-    ("slam_toolbox", "localization_slam_toolbox_node"): partial(
-        _slam_toolbox, parameter="mode:=localization"
-    ),
-    ("slam_toolbox", "sync_slam_toolbox_node"): partial(
-        _slam_toolbox, parameter="synchronous:=true"
-    ),
-    ("teleop_twist_keyboard", "teleop_twist_keyboard"): _teleop,
-    ("turtlebot3_teleop", "teleop_keyboard"): _teleop,
-    **{names: partial(_run_node, package=names[0], program=names[1]) for names in NODES},
-    **_GAZEBO_PROGRAMS,
     ("joint_state_publisher_gui", "joint_state_publisher_gui"): partial(
         _run_node, package="joint_state_publisher", program="joint_state_publisher"
     ),
@@ -205,34 +199,12 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
 _DRIVER = (
     "its driver is ROS's: run it beside 'arjuna robot'; 'arjuna sim' publishes the same topics"
 )
+_DRIVERS = """rplidar_ros sllidar_ros2 ldlidar_stl_ros2 ydlidar_ros2_driver hls_lfcd_lds_driver
+urg_node sick_scan_xd velodyne_driver realsense2_camera usb_cam v4l2_camera depthai_ros_driver
+micro_ros_agent turtlebot3_node ros2_laser_scan_matcher"""
 REMEDIES = {
     "": "'source install/setup.bash' of its workspace first; 'ros2 pkg list' has all there are",
-    **dict.fromkeys(
-        (
-            *(
-                "rplidar_ros",
-                "sllidar_ros2",
-                "ldlidar_stl_ros2",
-                "ydlidar_ros2_driver",
-                "hls_lfcd_lds_driver",
-            ),
-            *(
-                "urg_node",
-                "sick_scan_xd",
-                "velodyne_driver",
-                "realsense2_camera",
-                "usb_cam",
-                "v4l2_camera",
-            ),
-            *(
-                "depthai_ros_driver",
-                "micro_ros_agent",
-                "turtlebot3_node",
-                "ros2_laser_scan_matcher",
-            ),
-        ),
-        _DRIVER,
-    ),
+    **dict.fromkeys(_DRIVERS.split(), _DRIVER),
     "cartographer_ros": "'ros2 launch slam_toolbox online_async_launch.py' maps",
     "rtabmap_slam": "'ros2 launch slam_toolbox online_async_launch.py' maps, in 2D",
     "rqt_gui": "'arjuna view' has plots and nodes",
@@ -243,7 +215,6 @@ REMEDIES = {
 """What to do instead, by the package that is not there."""
 GENERATED = "share/arjuna/generated"
 """Marks the prefix of the packages that are made here."""
-_MOST = 65536  # [bytes] of a program that are looked at
 
 
 def arjuna(command: str, words: list[str]) -> NoReturn:
@@ -309,7 +280,7 @@ def become(path: Path, words: list[str]) -> NoReturn:
     Raises:
         Ros2Error: It is of ROS 1.
     """
-    text = head_of(path, _MOST)
+    text = head_of(path, 65536)
     if text.startswith(b"#!") and re.search(rb"^\s*(import|from)\s+rospy\b", text, re.MULTILINE):
         raise Ros2Error(
             f"{path} is of ROS 1 (it imports rospy); docs/coming-from-ros1.md has ROS 2's"
