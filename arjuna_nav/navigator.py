@@ -172,17 +172,17 @@ class Navigator:
     def feedback(self, state: TreeState) -> Feedback:
         """Return the progress.
 
-        Source: nav2_bt_navigator: the time left is distance by speed where the speed is above
+        Source: nav2_bt_navigator: the time remaining is distance by speed where the speed is above
             0.01 m/s and the distance above 0.1 m.
         """
         path, distance = self._path.value, 0.0
         if path is not None and len(path) and state.pose is not None:
             distance = paths.remaining(path, state.pose)
         speed = state.mean_velocity.speed
-        left = distance / speed if speed > 0.01 and distance > 0.1 else 0.0
+        remaining = distance / speed if speed > 0.01 and distance > 0.1 else 0.0
         recoveries, goals = self._board.get(RECOVERIES), self._board.get(self._names.goals)
         return Feedback(
-            state.now - self._start, left, int(recoveries or 0), distance, len(goals or ())
+            state.now - self._start, remaining, int(recoveries or 0), distance, len(goals or ())
         )
 
     def take_changes(self) -> tuple[StatusChange, ...]:

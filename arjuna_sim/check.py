@@ -34,7 +34,6 @@ from arjuna_sim.sills import crossed_sill
 from arjuna_sim.simulation import Simulation, solo
 
 _TIMESTEP = 0.004  # of a robot that no simulator has stepped yet [s]
-_CREEP = Velocity(0.1)
 _ROBOT_SUFFIXES = (".urdf", ".xacro")
 _WORLD_SUFFIXES = (".sdf", ".world", *MAP_SUFFIXES)
 
@@ -139,7 +138,7 @@ def _leaning(robot: RobotModel, empty: World) -> Iterator[str]:
     sim = Simulation(solo(robot), empty, SimulatorConfig(), np.random.default_rng(0))
     # A robot that tips over does so within 2 s.
     for _ in range(round(2.0 / sim.config.tick)):
-        truth = sim.drive(_CREEP).truth
+        truth = sim.drive(Velocity(0.1)).truth
     lean = math.degrees(math.hypot(truth.roll, truth.pitch))
     if lean > 3.0:  # [deg]
         yield f"leans by {lean:.0f} degrees soon: it tips over, or would have to balance"

@@ -240,10 +240,10 @@ class Slam(PoseTracker):
         session, finished = self.session(), self._local.finished
         if session is None or not finished:
             return
-        left = forget_submap(self._config, session, len(self.graph) % len(finished))
-        if left is None:
+        remaining = forget_submap(self._config, session, len(self.graph) % len(finished))
+        if remaining is None:
             return
-        pruned, index = left
+        pruned, index = remaining
         self._local.renumber(index)
         self._begin_graph(self._back_end.undone)
         self.keyframes.adopt(pruned)

@@ -170,10 +170,7 @@ ALL_GROUPS = (*DEMO_GROUPS, WORLD_GROUP, DESCRIPTION_GROUP, ODOMETRY_GROUP)
 _FURTHER = {
     "*mask_server": ("arjuna_slam.nodes.map_server", "MapServerNode"),
     "*filter_info_server": ("arjuna_slam.nodes.map_server", "FilterInfoServerNode"),
-    "base_footprint_publisher": (
-        "arjuna_nav.nodes.base_footprint",
-        "BaseFootprintPublisherNode",
-    ),
+    "base_footprint_publisher": ("arjuna_nav.nodes.base_footprint", "BaseFootprintPublisherNode"),
     "collision_detector": ("arjuna_nav.nodes.safety.detector", "CollisionDetectorNode"),
 }
 """Nodes that run beside navigation where a parameter file has a section of such a name."""

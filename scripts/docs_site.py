@@ -56,12 +56,7 @@ def install() -> None:
 
 
 def gather(root: Path, target: Path, start: Iterable[str]) -> None:
-    """Copy pages, and every file that they or pages they link to link to, into a tree of its own.
-
-    Args:
-        target: The new tree; what it held is gone.
-        start: Patterns of the first pages, relative to the root.
-    """
+    """Copy pages, by patterns of the root, and what they link to, into an emptied tree."""
     shutil.rmtree(target, ignore_errors=True)
     waiting = [path for pattern in start for path in sorted(root.glob(pattern))]
     done = set(waiting)

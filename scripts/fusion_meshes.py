@@ -90,11 +90,7 @@ def stl(name: str, faces: list[Triangle]) -> bytes:
     parts = [name.encode().ljust(80, b"\0"), struct.pack("<I", len(faces))]
     for a, b, c in faces:
         u, v = ([q - p for p, q in zip(a, end, strict=True)] for end in (b, c))
-        normal = (
-            u[1] * v[2] - u[2] * v[1],
-            u[2] * v[0] - u[0] * v[2],
-            u[0] * v[1] - u[1] * v[0],
-        )
+        normal = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
         length = math.hypot(*normal) or 1.0
         parts.append(struct.pack("<12fH", *(n / length for n in normal), *a, *b, *c, 0))
     return b"".join(parts)

@@ -29,13 +29,7 @@ def say(text: str) -> None:
 
 
 class Step:
-    """A command that runs in the background and logs into a file.
-
-    Args:
-        title: What it does, for the progress line.
-        log: Its log; what it held is replaced.
-        variables: What is set in its environment where nothing is yet.
-    """
+    """A titled command in the background, its log replaced; variables are set where none is yet."""
 
     def __init__(
         self, title: str, command: list[str], log: Path, variables: dict[str, str] | None = None

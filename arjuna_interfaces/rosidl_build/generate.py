@@ -95,11 +95,11 @@ def _generate_code(
     # Largest first keeps all cores busy to the end.
     by_size = sorted(packages, key=lambda package: -len(package.files))
     tasks = [(package, name, prefix, out) for package in by_size for name in _GENERATORS]
-    left = {package.name: len(_GENERATORS) for package in packages}
+    pending = {package.name: len(_GENERATORS) for package in packages}
     with step("generate code"), context.Pool(os.cpu_count(), _end_by_signal) as pool:
         for name in pool.imap_unordered(_run_generator, tasks):
-            left[name] -= 1
-            if not left[name]:
+            pending[name] -= 1
+            if not pending[name]:
                 say(f"generated {name}")
 
 

@@ -179,9 +179,9 @@ class Wait:
         self._start: float | None = None
 
     def tick(self, pose: SE2, costmap: Costmap | None, now: float) -> BehaviorResult:
-        """Return whether the time is over; `progress` is the time left [s]."""
+        """Return whether the time is over; `progress` is the time remaining [s]."""
         if self._start is None:
             self._start = now
-        left = self._duration - (now - self._start)
-        status = BehaviorStatus.SUCCEEDED if left <= 0.0 else BehaviorStatus.RUNNING
-        return BehaviorResult(status, progress=max(left, 0.0))
+        remaining = self._duration - (now - self._start)
+        status = BehaviorStatus.SUCCEEDED if remaining <= 0.0 else BehaviorStatus.RUNNING
+        return BehaviorResult(status, progress=max(remaining, 0.0))

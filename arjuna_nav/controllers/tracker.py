@@ -210,8 +210,8 @@ def _ahead(piece: Piece, here: int, pose: SE2, lookahead: float) -> SE2:
     """Return the pose of a stretch, or of its straight continuation, a lookahead away."""
     beyond = np.flatnonzero(paths.distances(piece.poses[here:], pose) >= lookahead)
     if not len(beyond):
-        left = max(piece.direction * (pose.inverse() @ piece.end).x, 0.0)
-        return piece.end @ SE2(piece.direction * max(lookahead - left, 0.0), 0.0)
+        remaining = max(piece.direction * (pose.inverse() @ piece.end).x, 0.0)
+        return piece.end @ SE2(piece.direction * max(lookahead - remaining, 0.0), 0.0)
     after = here + int(beyond[0])
     a, b = (SE2.from_array(piece.poses[i]) for i in (max(after - 1, here), after))
     ratio = crossing(pose, a, b, lookahead)

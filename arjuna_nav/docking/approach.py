@@ -97,11 +97,13 @@ def at_the_end(
         tolerances: Distance [m] and heading [rad].
         backward: Whether it drives backwards.
     """
-    left = pose.inverse() @ target
-    ahead = -left.x if backward else left.x
+    remaining = pose.inverse() @ target
+    ahead = -remaining.x if backward else remaining.x
     linear, angular = tolerances
-    passed = ahead <= 0.0 and abs(left.y) < linear
-    if abs(left.theta) >= angular or not (passed or math.hypot(left.x, left.y) < linear):
+    passed = ahead <= 0.0 and abs(remaining.y) < linear
+    if abs(remaining.theta) >= angular or not (
+        passed or math.hypot(remaining.x, remaining.y) < linear
+    ):
         return None
     if passed:
         return STILL

@@ -14,7 +14,7 @@ from arjuna_core.config import param
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap
-from arjuna_nav.planners.waves.potential import NEUTRAL, spread, traversal_costs
+from arjuna_nav.planners.waves.potential import NEUTRAL, traversal_costs, wavefront
 
 _EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=np.int8)
 
@@ -77,7 +77,7 @@ def next_goal(
         free = np.isfinite(costs[costmap.data])
         start = _nearest(free, start, config.start_radius / grid.frame.resolution)
     seeds = np.array([[*start, 0.0]])  # the robot is where it is, whatever that costs
-    potential = spread(costmap.data, costs, seeds)
+    potential = wavefront(costmap.data, costs, seeds)
     travel = potential.astype(np.float64) / NEUTRAL * grid.frame.resolution
     travel[costmap.data > config.max_cost] = np.inf
     for goal in tried:

@@ -12,13 +12,7 @@ from arjuna_core.config import NoParameters
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_nav.behaviors.base import Behavior, BehaviorStatus, InvalidGoalError
-from arjuna_nav.behaviors.motions import (
-    AssistedTeleop,
-    DriveConfig,
-    DriveOnHeading,
-    Spin,
-    Wait,
-)
+from arjuna_nav.behaviors.motions import AssistedTeleop, DriveConfig, DriveOnHeading, Spin, Wait
 
 
 @dataclass(frozen=True)

@@ -50,11 +50,7 @@ _colour, _point = maker(ColorRGBA, "r", "g", "b", "a"), maker(Point, "x", "y")
 
 
 class ControllerDisplay:
-    """Publishes what controllers show; `local_plan` there is with any of them.
-
-    Args:
-        node: A node in its `configure`.
-    """
+    """Publishes what a node's controllers show; `local_plan` there is with any of them."""
 
     def __init__(self, node: ManagedNode, configs: Iterable[Any]) -> None:
         kinds: dict[str, type[Any]] = {"local_plan": display.Plan}

@@ -19,13 +19,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, path_msg, pose_msg, poses_from_path
-from arjuna_core.ros.goal_server import (
-    GoalError,
-    GoalNode,
-    GoalServer,
-    chosen,
-    result_timeout,
-)
+from arjuna_core.ros.goal_server import GoalError, GoalNode, GoalServer, chosen, result_timeout
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.ros.worker import Worker
 from arjuna_core.se2 import SE2
@@ -172,11 +166,7 @@ class PlannerServerNode(GoalNode):
             server.fail(error, planning_time=duration_msg(waited))
 
     def _begin(self, name: str, goal: Any, waited: float, through: bool) -> None:
-        """Begin the plan of a goal; its end is `_finish`.
-
-        Args:
-            waited: How long it has waited [s].
-            through: Whether it is through poses.
+        """Begin the plan of a goal that has waited for a time [s]; its end is `_finish`.
 
         Raises:
             GoalError: There is no path.

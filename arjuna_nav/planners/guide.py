@@ -12,7 +12,7 @@ from arjuna_nav.planners.base import PlanResult
 from arjuna_nav.planners.nearby import pooled
 from arjuna_nav.planners.query import Cell, Query
 from arjuna_nav.planners.waves.corridor import UNBOUNDED, Corridor, corridors, guided
-from arjuna_nav.planners.waves.potential import spread
+from arjuna_nav.planners.waves.potential import wavefront
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,9 +84,9 @@ def _costs_left(
     """Return the cost from each cell of a corridor to the end."""
     seed, shift = np.array([[end[0] // coarseness, end[1] // coarseness, 0.0]]), within.shift
     if coarseness == 1:
-        return spread(data, costs, seed, corridor=within.open, shift=shift)
+        return wavefront(data, costs, seed, corridor=within.open, shift=shift)
     coarse = pooled(data, coarseness, np.minimum)
-    left = spread(coarse, costs, seed, corridor=within.open, shift=shift - 1)
+    left = wavefront(coarse, costs, seed, corridor=within.open, shift=shift - 1)
     large = left.repeat(coarseness, axis=0).repeat(coarseness, axis=1)
     large *= np.float32(coarseness)
     return large[: data.shape[0], : data.shape[1]]

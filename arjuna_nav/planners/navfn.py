@@ -19,7 +19,7 @@ from arjuna_nav.planners.query import Query, ask
 from arjuna_nav.planners.theta_star import line_cost
 from arjuna_nav.planners.waves.corridor import corridors, guided
 from arjuna_nav.planners.waves.descent import descend
-from arjuna_nav.planners.waves.potential import NEUTRAL, spread, traversal_costs
+from arjuna_nav.planners.waves.potential import NEUTRAL, traversal_costs, wavefront
 
 _SLACK, _SLACK_ASTAR = 0.005, 0.0  # of paths considered, over the best estimate
 
@@ -86,7 +86,7 @@ class NavFn:
         if within is None:
             return query.approach(costs, seeds)
         return guided(
-            lambda one: spread(data, costs, seeds, goal, one.open, one.shift),
+            lambda one: wavefront(data, costs, seeds, goal, one.open, one.shift),
             lambda potential: float(potential[goal] - seeds[0, 2]),
             within,
         )

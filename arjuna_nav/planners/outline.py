@@ -20,7 +20,7 @@ from arjuna_nav.planners.escape import lead_out
 from arjuna_nav.planners.hybrid.moves import STEP, Moves, arcs
 from arjuna_nav.planners.hybrid.search import Rules, Terrain, search
 from arjuna_nav.planners.hybrid.shortcuts import driven
-from arjuna_nav.planners.waves.potential import COST_FACTOR, NEUTRAL, spread, traversal_costs
+from arjuna_nav.planners.waves.potential import COST_FACTOR, NEUTRAL, traversal_costs, wavefront
 
 
 class Drive(NamedTuple):
@@ -174,10 +174,10 @@ def find_path(
         return np.empty((0, 3))
     lead = lead_out(start, costmap, footprint, drive.radius)
     first, last = _in_cells(np.array([lead[-1], end.array()]), costmap)
-    left = spread(costmap.data, costs, np.array([[*cells[1], 0.0]]))
+    distances = wavefront(costmap.data, costs, np.array([[*cells[1], 0.0]]))
     terrain = Terrain(
         costmap.data,
-        left / np.float32(NEUTRAL),
+        distances / np.float32(NEUTRAL),
         footprint.points / frame.resolution,
         footprint.circular,
         costmap.safe_cost(footprint.circumscribed_radius),

@@ -15,7 +15,7 @@ from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import GridPlannerConfig, Planner, PlanResult, PlanStatus
 from arjuna_nav.planners.escape import Escape
 from arjuna_nav.planners.outline import plan_for_outline
-from arjuna_nav.planners.waves.potential import reachable, spread, traversal_costs
+from arjuna_nav.planners.waves.potential import reachable, traversal_costs, wavefront
 
 Cell = tuple[int, int]
 
@@ -73,7 +73,7 @@ class Query:
         data = self.costmap.data
         reached = np.where(reachable(data, costs, seeds), np.float32(0.0), np.float32(np.inf))
         end = self.reachable_end(reached)
-        return reached if end is None else spread(data, costs, seeds, end)
+        return reached if end is None else wavefront(data, costs, seeds, end)
 
     def failure(self, values: NDArray[np.float32]) -> PlanResult:
         """Say why nothing near the goal was reached."""

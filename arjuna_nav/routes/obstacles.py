@@ -124,18 +124,18 @@ class CollisionMonitor:
     def _blocked(self, costmap: Costmap, event: RouteEvent) -> int | None:
         """Return the number of the first edge with an obstacle; None where there is none."""
         config = self._config
-        left = config.max_collision_dist if config.max_collision_dist > 0.0 else math.inf
+        remaining = config.max_collision_dist if config.max_collision_dist > 0.0 else math.inf
         for edge in (event.edge, *event.ahead):
-            if edge is None or left <= 0.0:
+            if edge is None or remaining <= 0.0:
                 break
             here = event.pose.x, event.pose.y
             along = along_edge(edge, here)[0] if edge is event.edge else 0.0
-            until = min(edge.length, along + left)
+            until = min(edge.length, along + remaining)
             ends = _point_on(edge, along), _point_on(edge, until)
             costs, _ = costs_on_line(costmap, *ends, config.check_resolution)
             if ((costs >= config.max_cost) & (costs != UNKNOWN)).any():
                 return edge.id
-            left -= until - along
+            remaining -= until - along
         return None
 
 

@@ -126,7 +126,7 @@ class Approach:
     def _before_what_moves(self, velocity: Velocity, sight: Sight, outline: Footprint) -> float:
         """Return the greatest part of a velocity that keeps clear of what moves.
 
-        Where all of them meet it the robot stands, unless it is met no sooner if it continues.
+        Where all of them meet it the robot stands, unless it touches no sooner if it continues.
         """
         zone, radius = self._config, outline.circumscribed_radius
         time, room = zone.moving_time, zone.moving_clearance
@@ -145,8 +145,8 @@ class Approach:
         if gaps.min() > room:
             outline = outline.scaled(1.0 + room / outline.inscribed_radius)
         free = self._meetings(velocity, sight, outline)
-        for k, met in enumerate(free):
-            if met == math.inf:
+        for k, contact in enumerate(free):
+            if contact == math.inf:
                 return min(part, _VELOCITY_PARTS[k])
         return part if free[0] >= free[-1] else 0.0
 
@@ -173,8 +173,8 @@ class Approach:
         if not meets.any() or stops < 1e-3:  # a robot that is at rest in a millisecond stands
             return 1.0
         speeds, closing = speeds[meets], closing[meets]
-        left = gaps[meets] - zone.moving_clearance - zone.reaction_time * speeds
-        room = np.maximum(left, 0.0) / stops
+        room = gaps[meets] - zone.moving_clearance - zone.reaction_time * speeds
+        room = np.maximum(room, 0.0) / stops
         parts = (np.sqrt(np.square(speeds) + 2.0 * closing * room) - speeds) / closing
         return min(float(parts.min()), 1.0)
 

@@ -138,8 +138,8 @@ class TruncatePath(_OfPaths):
 
     def _tick(self) -> Status:
         path = self.input_path
-        left = paths.along(path[::-1])
-        kept = int(np.count_nonzero(left >= self.distance))
+        remaining = paths.along(path[::-1])
+        kept = int(np.count_nonzero(remaining >= self.distance))
         return self._write(path[: max(kept, 1)], path)
 
 

@@ -269,5 +269,5 @@ class IsBatteryLow(IsBatteryCharging):
     is_voltage = Port(TRUTH, False)
 
     def _judge(self, battery: Battery) -> bool:
-        left = battery.voltage if self.is_voltage else battery.share
-        return bool(left <= self.min_battery)
+        charge = battery.voltage if self.is_voltage else battery.share
+        return bool(charge <= self.min_battery)

@@ -54,7 +54,7 @@ MAPPED: dict[str, type[Decorator]] = {
 
 
 class _Counted(Decorator):
-    """Runs the child again, once a tick, while it ends in one way; -1 times is without end."""
+    """Runs the child again, once a tick, while it ends with one status; -1 times is without end."""
 
     limit: Port
     AGAIN: ClassVar[Status]
@@ -153,21 +153,21 @@ class _Loop(Decorator):
     if_empty = Port(STATUS, "SUCCESS")
     value = Port(ANY, None, output=True)
     KIND: ClassVar[Kind]
-    _left: tuple[Any, ...] = ()
+    _remaining: tuple[Any, ...] = ()
 
     def _tick(self) -> Status:
         if self._before is not Status.RUNNING:
             queue = self.queue
             parts = queue.split(";") if isinstance(queue, str) else queue
-            self._left = tuple(part for part in parts if str(part).strip())
-            if not self._left:
+            self._remaining = tuple(part for part in parts if str(part).strip())
+            if not self._remaining:
                 return Status[self.if_empty]
         if self.child.status is not Status.RUNNING:
             value = Port(self.KIND), f"{self.name}: port 'queue'"
-            self.value = literal(str(self._left[0]).strip(), *value)
-            self._left = self._left[1:]
+            self.value = literal(str(self._remaining[0]).strip(), *value)
+            self._remaining = self._remaining[1:]
         status = self.child.execute()
-        ended = status is Status.FAILURE or (status is not Status.RUNNING and not self._left)
+        ended = status is Status.FAILURE or (status is not Status.RUNNING and not self._remaining)
         return status if ended else Status.RUNNING
 
 

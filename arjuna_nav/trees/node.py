@@ -30,11 +30,7 @@ class Status(enum.Enum):
 
 
 ENDED = (Status.SUCCESS, Status.FAILURE)
-_DECIDING = {
-    "_failureIf": Status.FAILURE,
-    "_successIf": Status.SUCCESS,
-    "_skipIf": Status.SKIPPED,
-}
+_DECIDING = {"_failureIf": Status.FAILURE, "_successIf": Status.SUCCESS, "_skipIf": Status.SKIPPED}
 _AFTER = {"_onSuccess": (Status.SUCCESS,), "_onFailure": (Status.FAILURE,), "_post": ENDED}
 SCRIPTED = (*_DECIDING, "_while", *_AFTER, "_onHalted")
 """Attributes of any node that hold scripts, in the order in which they are run."""

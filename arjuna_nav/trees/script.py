@@ -91,13 +91,10 @@ _CHANGES = {f"{sign}=": _ARITHMETIC[sign][1] for sign in "+-*/"}
 
 
 class Script:
-    """A script that can be run again and again.
-
-    Args:
-        text: One statement or several with `;` between them.
+    """Statements with `;` between them, that can be run again and again.
 
     Raises:
-        TreeError: It is none.
+        TreeError: The text is none.
     """
 
     def __init__(self, text: str) -> None:

@@ -199,10 +199,7 @@ class Batch:
             mjw.kinematics(self._model, data)
 
     def step(self, commands: Floats) -> BatchState:
-        """Advance all by one tick.
-
-        Args:
-            commands: Forward, to the left and turning, `(N, 3)` [m/s, m/s, rad/s].
+        """Advance all by a tick of commands `(N, 3)`: forward, left, turning [m/s, m/s, rad/s].
 
         Raises:
             CommandError: One is not finite.
@@ -232,9 +229,9 @@ class Batch:
             mjw.step(self._model, data)
         mjw.kinematics(self._model, data)
         self._touched.zero_()
-        met = [data.nacon, pairs.geom, pairs.worldid, pairs.frame, pairs.dist]
+        contacts = [data.nacon, pairs.geom, pairs.worldid, pairs.frame, pairs.dist]
         kinds = [self._is_solid, self._is_obstacle]
-        wp.launch(find_touched, data.naconmax, [*met, *kinds], [self._touched])
+        wp.launch(find_touched, data.naconmax, [*contacts, *kinds], [self._touched])
 
     def scan(self) -> NDArray[np.float32]:
         """Return what the lidars read now by REP 117, `(N, B) float32` [m]."""

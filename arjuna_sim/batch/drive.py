@@ -47,10 +47,7 @@ class BatchDrive:
         self._counted[which] = 0.0
 
     def speeds(self, commands: Floats) -> Floats:
-        """Return how fast the wheels' joints turn for a tick's commands, `(N, W)` [rad/s].
-
-        Args:
-            commands: Forward, to the left and turning, `(N, 3)` [m/s, m/s, rad/s].
+        """Return the wheels' rates for commands `(N, 3)` [m/s, m/s, rad/s], `(N, W)` [rad/s].
 
         Raises:
             CommandError: One is not finite.
@@ -65,11 +62,7 @@ class BatchDrive:
         return np.asarray(speeds / np.maximum(over, 1.0)[:, None])
 
     def velocities(self, angles: Floats) -> Floats:
-        """Return the velocities by the encoders over a tick, `(N, 3)` [m/s, m/s, rad/s].
-
-        Args:
-            angles: Of the wheels' joints at its end, `(N, W)` [rad].
-        """
+        """Return velocities `(N, 3)` [m/s, m/s, rad/s] by joint angles `(N, W)` at a tick's end."""
         counted = np.rint(self._base.encoders(angles) / self._tick_angle)
         turns = (counted - self._counted) * self._tick_angle
         self._counted = counted

@@ -131,12 +131,7 @@ def sector_ranges(points: Floats, sectors: int, reach: float) -> Floats:
 
 
 def goals_seen(poses: Floats, goals: Floats, reach: float) -> Floats:
-    """Return goals in the robots' frames, `(N, 2)` [m], those beyond the reach drawn in to it.
-
-    Args:
-        poses: `(N, 3)` [m, m, rad].
-        goals: `(N, 2)` [m], in the frame of the poses.
-    """
+    """Return goals `(N, 2)` [m] seen from poses `(N, 3)`, those beyond the reach drawn in to it."""
     away = goals - poses[:, :2]
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     seen = np.column_stack((c * away[:, 0] + s * away[:, 1], c * away[:, 1] - s * away[:, 0]))

@@ -88,11 +88,7 @@ class CameraTopics:
         self._thread: CameraThread | None = None
 
     def publish(self, now: float, interactive: bool) -> None:
-        """Publish what is due at a time [s] and subscribed to.
-
-        Args:
-            interactive: Whether time is real, so that drawing must not take any.
-        """
+        """Publish what is due [s] and subscribed to; `interactive`: drawing may take no time."""
         if self._thread is not None and (done := self._thread.take()) is not None:
             self._finish(*done)
         if not self._due.due(now):

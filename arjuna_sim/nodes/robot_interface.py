@@ -60,12 +60,7 @@ class RobotInterface:
         return command
 
     def publish(self, observation: Observation, interactive: bool) -> None:
-        """Publish what a tick brought: transforms before sensors.
-
-        Args:
-            observation: What it brought.
-            interactive: Whether time is real, so that drawing pictures must not take any.
-        """
+        """Publish a tick's observation, transforms first; `interactive`: drawing takes no time."""
         now = observation.time
         for cut in self._robot.take_cuts():
             self._node.get_logger().warning(f"{self._topic}: {cut}")

@@ -128,8 +128,8 @@ class Ground:
         """Return the top and the bottom of a convex geom or a terrain; NaN where it is beside."""
         model, data = self._model, self._data
         ends = []
-        for start, way in ((high + 1.0, -1.0), (low - 1.0, 1.0)):
-            ray = np.array([x, y, start]), np.array([0.0, 0.0, way])
+        for start, direction in ((high + 1.0, -1.0), (low - 1.0, 1.0)):
+            ray = np.array([x, y, start]), np.array([0.0, 0.0, direction])
             if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_HFIELD:
                 distance = mujoco.mj_rayHfield(model, data, geom, *ray)
                 return (start - distance if distance >= 0.0 else np.nan), -np.inf
@@ -138,7 +138,7 @@ class Ground:
             else:
                 pose = data.geom_xpos[geom], data.geom_xmat[geom], model.geom_size[geom]
                 distance = mujoco.mju_rayGeom(*pose, *ray, model.geom_type[geom])
-            ends.append(start + way * distance if distance >= 0.0 else np.nan)
+            ends.append(start + direction * distance if distance >= 0.0 else np.nan)
         return ends[0], ends[1]
 
     def _plane(self, x: float, y: float) -> float:

@@ -128,14 +128,14 @@ class Hypotheses:
 
     def _largest(self, first: int) -> list[int]:
         chosen = [first]
-        left = self._agree[first].copy()
-        left[first] = False
-        while left.any():
-            support = np.where(left, self._agree[:, left].sum(axis=1), -1)
+        remaining = self._agree[first].copy()
+        remaining[first] = False
+        while remaining.any():
+            support = np.where(remaining, self._agree[:, remaining].sum(axis=1), -1)
             best = int(support.argmax())
             chosen.append(best)
-            left &= self._agree[best]
-            left[best] = False
+            remaining &= self._agree[best]
+            remaining[best] = False
         return chosen
 
     def _drop(self, gone: set[int]) -> None:

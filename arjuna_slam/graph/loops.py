@@ -76,8 +76,8 @@ class LoopCloser:
         for those gone; None where they are another session's.
         """
         self._travel = travel.tolist()
-        left = {} if index is None else {k: int(index[k]) for k in self._tried if index[k] >= 0}
-        self._tried = {left[k]: tried for k, tried in self._tried.items() if k in left}
+        untested = {} if index is None else {k: int(index[k]) for k in self._tried if index[k] >= 0}
+        self._tried = {untested[k]: tried for k, tried in self._tried.items() if k in untested}
         self._restart_submaps()
 
     def close(

@@ -197,9 +197,9 @@ def _along_unknown(information: Floats, rival: SE2, best: Match, surface: Surfac
     walls = len(along) > few * len(normals)
     direction = np.append(np.linalg.eigh(along.T @ along)[1][:, 1] if walls else gap, 0.0)
     pull = information @ direction
-    left: Floats = information - np.outer(pull, pull) / (direction @ pull)
+    remainder: Floats = information - np.outer(pull, pull) / (direction @ pull)
     unknown = 1e-4  # information left in that direction, for the inverse
-    return left + unknown * np.eye(3)
+    return remainder + unknown * np.eye(3)
 
 
 def _least_seen(match: Match) -> Floats:

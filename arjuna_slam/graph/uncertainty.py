@@ -83,7 +83,7 @@ def _propagate(
 ) -> tuple[Floats, Floats]:
     """Return the covariance along the surest chain to each node, and its length [m]."""
     starts, links = _links(len(poses), i, j)
-    left, before = open_.sum(), np.full(len(poses), -1)
+    unreached, before = open_.sum(), np.full(len(poses), -1)
     result = np.zeros((len(poses), 3, 3))
     for k in range(len(poses)):
         result[k, 0, 0] = result[k, 1, 1] = result[k, 2, 2] = _UNKNOWN
@@ -105,8 +105,8 @@ def _propagate(
             _chain(poses, last, here, i[e], covariance[e], c, s, result)
             gap = poses[here, :2] - poses[last, :2]
             travel[here] = travel[last] + math.hypot(gap[0], gap[1])
-        left -= open_[here]
-        if left == 0:
+        unreached -= open_[here]
+        if unreached == 0:
             break
         for link in range(starts[here], starts[here + 1]):
             e = links[link]

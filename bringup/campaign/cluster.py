@@ -19,12 +19,11 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.files.input_file import read_bytes
 from bringup.campaign.inputs import inputs_of
 from bringup.campaign.outcome import Outcome
-from bringup.campaign.plan import Campaign
+from bringup.campaign.plan import LARGEST, Campaign
 from bringup.campaign.pool import PROGRAM, Ended, Job
 from bringup.campaign.worker import order_of
 
 LOCAL, AUTO = "local", "auto"
-_INPUT_MAX = 1 << 30  # [bytes]
 _LOOPBACK = {
     "RAY_AUTH_MODE": "token",  # whoever connects must know a secret of this process
     # Ray's switch for systems whose firewalls ask: without it nodes listen on all interfaces.
@@ -84,14 +83,7 @@ def cluster_pool(
 
 
 def _check_reachable(address: str, within: float = 5.0) -> None:
-    """Check that something listens at an address; Ray itself would wait for it for minutes.
-
-    Args:
-        within: How long it may take to answer [s].
-
-    Raises:
-        ArjunaError: Nothing does, or it is no address.
-    """
+    """Raise ArjunaError where nothing listens at an address within a time [s]; Ray would wait."""
     host, _, port = address.rpartition("://")[2].rpartition(":")
     if not host or not port.isdecimal():
         raise ArjunaError(f"'{address}' is no cluster; valid: HOST:PORT, ray://HOST:PORT or auto")
@@ -189,11 +181,7 @@ class ClusterPool:
             raise ArjunaError(f"no node can run this: {'; '.join(self._refused.values())}")
         carried = self._carried_of(job)
         order = order_of(job, carried.files, carried.inputs, self._program)
-        options = {
-            "num_cpus": self._cpus,
-            "memory": self._memory,
-            "name": job.campaign.name,
-        }
+        options = {"num_cpus": self._cpus, "memory": self._memory, "name": job.campaign.name}
         if self._refused:
             options["label_selector"] = {"ray.io/node-id": f"!in({','.join(self._refused)})"}
         task = self._task.options(**options).remote(order, carried.contents, self._scratch)
@@ -280,7 +268,7 @@ def _carried(campaign: Campaign, folder: Path, known: dict[str, Any]) -> _Carrie
 
     found, files = inputs_of(campaign, folder), {}
     for path in found.files:
-        data = read_bytes(path, _INPUT_MAX)
+        data = read_bytes(path, LARGEST)
         digest = hashlib.sha256(data).hexdigest()
         files[str(path)] = digest
         if digest not in known:

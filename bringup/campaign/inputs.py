@@ -15,12 +15,12 @@ from pathlib import Path
 
 import bringup
 from arjuna_core.files.input_file import read_bytes
-from bringup.campaign.plan import FOLDER, Campaign, CampaignError
+from bringup.campaign.plan import FOLDER, LARGEST, Campaign, CampaignError
 
 ELSEWHERE = "{elsewhere}"
 """The placeholder in a carried word for the folder that stands for `/` where the inputs lie."""
 _SEARCHED = ("--package-path", "--model-path")
-_TEXT_MAX, _ALL_MAX = 4 << 20, 1 << 30  # [bytes]
+_TEXT_MAX = 4 << 20  # [bytes] of a file that may name others
 _ADDRESS = re.compile(r"(?:package|model)://([\w.-]+)|\$\(find(?:-pkg-share)?\s+([\w.-]+)\)")
 _PATH = re.compile(r"[^\s\"'<>()\[\]{},;=|&]+\.[A-Za-z]\w{0,9}")
 _PHRASE = re.compile(r"[\"'>:][ \t]*([^\"'<>\n]+\.[A-Za-z]\w{0,9})[ \t]*[\"'<\n]")
@@ -106,8 +106,8 @@ class _Search:
         while self._waiting:
             path = self._waiting.pop()
             size += path.stat().st_size
-            if size > _ALL_MAX:
-                raise CampaignError(path, f"makes the inputs larger than {_ALL_MAX >> 20} MB")
+            if size > LARGEST:
+                raise CampaignError(path, f"makes the inputs larger than {LARGEST >> 20} MB")
             for manifest in _manifests(path):
                 self._add(manifest)
             text = _text(path)

@@ -36,11 +36,7 @@ class Outcome:
 
 
 def judged(result: Mapping[str, Any], success: Mapping[str, Any]) -> str:
-    """Return what a result lacks of what is asked for; "" for nothing.
-
-    Args:
-        success: A value, or `at_least` and `at_most`, by key.
-    """
+    """Return where a result misses values, or `at_least` and `at_most`, by key; "" for nowhere."""
     lacks = []
     for key, wanted in success.items():
         bounds = wanted if isinstance(wanted, dict) else {"is": wanted}

@@ -19,6 +19,8 @@ CHANCE = "seed"
 """The factor that repeats runs: its levels are not shown one by one."""
 FOLDER = "{folder}"
 """The placeholder in a command for the folder of a run."""
+LARGEST = 1 << 30
+"""The size of a file that a run reads or writes, at most [bytes]."""
 _RUNS_MAX = 100_000  # more are taken for a mistake in the factors
 _KEYS = (
     *("command", "result", "factors", "success", "measures", "timeout", "compare"),
@@ -74,12 +76,7 @@ class Campaign:
         return [name for name in shown if name not in (CHANCE, self.compare)]
 
     def with_level(self, factor: str, label: str, options: Sequence[str]) -> Campaign:
-        """Return the campaign with one more level of a factor.
-
-        Args:
-            factor: Its name.
-            label: The level's.
-            options: What it adds to the command, each as NAME=VALUE.
+        """Return the campaign with one more labelled level of a factor, options as NAME=VALUE.
 
         Raises:
             ArjunaError: There is no such factor, it has the level, or an option is not valid.

@@ -142,13 +142,7 @@ class _Started:
 
 
 class LocalPool:
-    """Processes of this machine, one a run.
-
-    Args:
-        jobs: How many at a time.
-        program: What takes the words of a run.
-        forks: What does the same in forks of this process; None to start the program each time.
-    """
+    """Some jobs at a time, each a process of this machine: a program, or a fork if there is one."""
 
     def __init__(
         self, jobs: int, program: Sequence[str] = PROGRAM, forks: Forks | None = None

@@ -39,8 +39,8 @@ class Progress:
             self._start, self._before = now, self._done
         minutes = (now - self._start) / 60.0
         rate = (self._done - self._before) / max(minutes, 1e-3)
-        left = self._count - self._done - self._lost
-        end = f", ends in {left / rate:.0f} min" if rate > 0.0 else ""
+        remaining = self._count - self._done - self._lost
+        end = f", ends in {remaining / rate:.0f} min" if rate > 0.0 else ""
         running = min(going, self._pool.slots)
         self._bar.show(
             (self._done + self._lost) / self._count,

@@ -130,7 +130,7 @@ def _tables(campaign: Campaign, outcomes: Sequence[Outcome]) -> Iterator[tuple[s
     conditions, compare = campaign.conditions, campaign.compare
     names = [conditions[0] if len(conditions) == 1 else "", *([compare] if compare else [])]
     rows = [
-        [name, *label, *share_text(part), *_means(part, measures)]
+        [name, *label, *share_text(part), *[str(estimate(figures(part, key))) for key in measures]]
         for name, chosen in groups.items()
         for label, part in _parts(campaign, chosen)
     ]
@@ -161,10 +161,6 @@ def _parts(
         part = [one for one in outcomes if one.levels[campaign.compare] == level.label]
         if part:
             yield [level.label], part
-
-
-def _means(outcomes: Sequence[Outcome], measures: Sequence[str]) -> list[str]:
-    return [str(estimate(figures(outcomes, key))) for key in measures]
 
 
 def _pairs(factor: str, outcomes: Sequence[Outcome], base: str, other: str) -> Pairs:

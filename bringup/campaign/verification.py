@@ -12,25 +12,21 @@ from typing import Any
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import read_bytes, read_json
 from bringup.campaign.outcome import Outcome
-from bringup.campaign.plan import Campaign, runs_of
+from bringup.campaign.plan import LARGEST, Campaign, runs_of
 from bringup.campaign.pool import LOG, Job, Pool
 from bringup.campaign.runner import run_jobs
 
 _OF_THE_CLOCK = ("wall_", "real_time_factor")
 """How keys of a result begin that say how fast the machine was."""
 _OTHERS = (LOG, "outcome.json")
-_LARGEST = 1 << 30  # [bytes]
 
 
 def differing(
     campaign: Campaign, outcomes: Sequence[Outcome], folder: Path, count: int, pool: Pool
 ) -> dict[str, str]:
-    """Return the files that differ, by run, "" where none does.
+    """Return the files that differ, by run, "" where none does, of a count of runs, evenly spread.
 
     Compared are all files but the log; of the result, all but how fast the machine was.
-
-    Args:
-        count: How many runs, spread evenly over all that have ended.
     """
     ended = {one.name for one in outcomes}
     runs = [run for run in runs_of(campaign) if run.name in ended]
@@ -61,7 +57,7 @@ def _files(folder: Path) -> set[str]:
 
 
 def _bytes(path: Path) -> bytes | None:
-    return read_bytes(path, _LARGEST) if path.exists() else None
+    return read_bytes(path, LARGEST) if path.exists() else None
 
 
 def _result(path: Path) -> bytes | None:

@@ -27,7 +27,7 @@ import bringup
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.shipped import shipped_file
 from bringup.campaign.inputs import ELSEWHERE
-from bringup.campaign.plan import Campaign, Run
+from bringup.campaign.plan import LARGEST, Campaign, Run
 from bringup.campaign.pool import PROGRAM, Forks, Job, LocalPool
 from bringup.processes.fork import die_with
 
@@ -38,7 +38,6 @@ _LIBRARIES = (
     *("google-re2", "llvmlite", "matplotlib", "mcap", "mujoco", "numba", "numpy", "pillow"),
     *("ros-jazzy-rclpy", "scipy", "trimesh", "xacro", "yourdfpy"),
 )
-_LARGEST = 1 << 30  # of a file that is carried [bytes]
 _SCRATCH = "arjuna-worker-"
 Fetch = Callable[[Sequence[str]], Iterable[bytes]]
 """Returns the contents of files by their SHA-256, in order."""
@@ -53,7 +52,7 @@ def identity(benchmarks: bool = False) -> dict[str, str]:
         for path in sorted(folder.rglob("*")):
             if path.is_file() and "__pycache__" not in path.parts:
                 found.update(f"{folder.name}/{path.relative_to(folder)}\0".encode())
-                found.update(hashlib.sha256(read_bytes(path, _LARGEST)).digest())
+                found.update(hashlib.sha256(read_bytes(path, LARGEST)).digest())
     arjuna = f"{_version('arjuna')} (files {found.hexdigest()[:12]})"
     libraries = {name: _version(name) for name in _LIBRARIES}
     return {"Arjuna": arjuna, "Python": platform.python_version(), "machine": platform.machine(),
@@ -134,7 +133,7 @@ class _Worker:
         try:
             answer = self._answer({**order, "tree": str(tree)})
             return {**answer, "files": {
-                str(path.relative_to(folder)): read_bytes(path, _LARGEST)
+                str(path.relative_to(folder)): read_bytes(path, LARGEST)
                 for path in sorted(folder.rglob("*")) if path.is_file()
             }}  # fmt: skip
         finally:
@@ -188,10 +187,10 @@ def _below(tree: Path, path: str) -> Path:
 
 def _remove_leftovers(folder: Path) -> None:
     """Remove the files of this user's workers that were killed."""
-    for left in folder.glob(f"{_SCRATCH}*-*"):
-        process = left.name.removeprefix(_SCRATCH).partition("-")[0]
-        if not Path(f"/proc/{process}").exists() and left.stat().st_uid == os.getuid():
-            shutil.rmtree(left, ignore_errors=True)
+    for leftover in folder.glob(f"{_SCRATCH}*-*"):
+        process = leftover.name.removeprefix(_SCRATCH).partition("-")[0]
+        if not Path(f"/proc/{process}").exists() and leftover.stat().st_uid == os.getuid():
+            shutil.rmtree(leftover, ignore_errors=True)
 
 
 class _Runs:

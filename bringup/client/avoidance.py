@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from arjuna_core.scan import Scan
 
 _FRONT, _SIDE = math.radians(15.0), math.radians(90.0)
@@ -37,21 +35,14 @@ class Decision:
         return f"[{self.word:<8}] {seen}"
 
 
-def decide(
-    scan: Scan, distance: float, speed: float, turn: float, clear: float = 10.0, own: float = 0.01
-) -> Decision:
+def decide(scan: Scan, distance: float, speed: float, turn: float, clear: float = 10.0) -> Decision:
     """Return what to do at a scan: drive [m/s] unless something is nearer ahead [m], else turn.
 
-    Where nothing is seen it is clear for so far [m]; what is nearer than `own` [m] is the robot.
+    Where nothing is seen it is clear for so far [m].
     """
-    bearings = scan.bearings
-    usable = np.isfinite(scan.ranges) & (scan.ranges > own)
-
-    def nearest(low: float, high: float) -> float:
-        found = scan.ranges[usable & (bearings >= low) & (bearings <= high)]
-        return float(found.min()) if len(found) else clear
-
-    front, left, right = nearest(-_FRONT, _FRONT), nearest(_FRONT, _SIDE), nearest(-_SIDE, -_FRONT)
+    middle, width = (_FRONT + _SIDE) / 2.0, _SIDE - _FRONT
+    sectors = (0.0, 2.0 * _FRONT), (middle, width), (-middle, width)
+    front, left, right = (min(scan.nearest(*sector), clear) for sector in sectors)
     if front > distance:
         return Decision("FORWARD", speed, 0.0, front, left, right)
     if left >= right:

@@ -53,11 +53,7 @@ class FrameListener:
         return bool(self._stamps)
 
     def frames(self, now: float | None) -> dict[str, Frame]:
-        """Return the frames that have come so far.
-
-        Args:
-            now: The robot's time [s]; None for /clock, and without one for the newest stamp.
-        """
+        """Return the frames so far, at a time [s]; if None that of /clock, or the newest stamp."""
         moving = [stamps[-1] for name, stamps in self._stamps.items() if not self._static[name]]
         now = self._clock if now is None else now
         time = max(moving, default=0.0) if now is None else now

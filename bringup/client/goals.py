@@ -25,10 +25,9 @@ _ENDS = {GoalStatus.STATUS_CANCELED: "cancelled", GoalStatus.STATUS_ABORTED: "ab
 
 @contextmanager
 def chosen(session: Session, what: str, name: str | None, timeout: float = 10.0) -> Iterator[None]:
-    """Let navigation take a plug-in meanwhile, by Nav2's selector topic; None for no choice.
+    """Let navigation take a plug-in of a kind, as `controller`, meanwhile; None for no choice.
 
-    Args:
-        what: Of which kind, as `controller`.
+    It is asked for by Nav2's selector topic.
 
     Raises:
         ArjunaError: Nobody listens in time [s].
@@ -105,12 +104,9 @@ class Goals:
         progress: Callable[[Any], None] = lambda feedback: None,
         frame: str = "map",
     ) -> GoalEnd:
-        """Drive to a pose in a frame.
+        """Drive to a pose [m, m, rad] in a frame; cancelled after a time-out [s].
 
-        Args:
-            goal: [m, m, rad].
-            timeout: After which the goal is cancelled [s].
-            progress: Takes nav2's feedback: distance_remaining, number_of_recoveries and more.
+        `progress` takes nav2's feedback: distance_remaining, number_of_recoveries and more.
         """
         request = NavigateToPose.Goal(pose=pose_stamped(goal, frame, 0.0))
         return self._run(NavigateToPose, "navigate_to_pose", request, timeout, progress)
@@ -198,7 +194,7 @@ class _Goal:
         if not handle.accepted:
             reason = f"'{self._name}' refuses the goal: another goal runs, or it is not active"
             return GoalEnd(False, reason, refused=True)
-        left, result = self._remaining, handle.get_result_async()
+        limit, result = self._remaining, handle.get_result_async()
         try:
             known = self._is_known_until_end(handle, result)
         except KeyboardInterrupt:
@@ -209,7 +205,7 @@ class _Goal:
         if result.done():
             return _end(result.result())
         session.cancel(handle)
-        return GoalEnd(False, f"not done within {left:g} s, cancelled")
+        return GoalEnd(False, f"not done within {limit:g} s, cancelled")
 
     def _take(self, message: Any) -> None:
         self._last_contact = self._session.now

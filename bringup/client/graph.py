@@ -8,11 +8,11 @@ from typing import Any
 from lifecycle_msgs.srv import GetState
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import GetParameters
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from arjuna_core.ros.local.actions import served_actions
 from bringup.client.endpoint import Endpoint
 from bringup.client.session import Session
+from bringup.recording.listener import qos_of
 
 _TYPE = "lifecycle_msgs/srv/GetState"
 _SERVICE = "/get_state"
@@ -20,9 +20,8 @@ _SERVICE = "/get_state"
 
 def nodes(session: Session) -> list[str]:
     """Return the full names of all nodes but the session's own, one for each."""
-    pairs = session.client.get_node_names_and_namespaces()
-    names = [f"{namespace.rstrip('/')}/{name}" for name, namespace in pairs]
-    return sorted(name for name in names if name != session.client.get_fully_qualified_name())
+    own = session.client.get_fully_qualified_name()
+    return sorted(name for name in full_names(session.client) if name != own)
 
 
 def lifecycle_states(session: Session, timeout: float) -> dict[str, str]:
@@ -74,7 +73,7 @@ def action_server_state(session: Session, name: str) -> str:
     action = client.resolve_service_name(name)
     for node, namespace in client.get_node_names_and_namespaces():
         if action in served_actions(client, node, namespace):
-            service = f"{namespace.rstrip('/')}/{node}{_SERVICE}"
+            service = f"{_full_name(node, namespace)}{_SERVICE}"
             if service not in dict(client.get_service_names_and_types()):
                 return ""
             return str(session.call(GetState, service, GetState.Request()).current_state.label)
@@ -88,20 +87,22 @@ def endpoints(session: Session) -> tuple[Endpoint, ...]:
         found += [(True, topic, info) for info in client.get_publishers_info_by_topic(topic)] + [
             (False, topic, info) for info in client.get_subscriptions_info_by_topic(topic)
         ]
-    return tuple(
-        _endpoint(publishes, topic, info)
-        for publishes, topic, info in found
-        if (info.node_name, info.node_namespace) != (client.get_name(), client.get_namespace())
-    )
+    ends = []
+    for publishes, topic, info in found:
+        if (info.node_name, info.node_namespace) != (client.get_name(), client.get_namespace()):
+            node, offered = (
+                _full_name(info.node_name, info.node_namespace),
+                qos_of(info.qos_profile),
+            )
+            own = offered.reliable, offered.latched
+            ends.append(Endpoint(node, topic, info.topic_type, publishes, *own))
+    return tuple(ends)
 
 
-def _endpoint(publishes: bool, topic: str, info: Any) -> Endpoint:
-    profile = info.qos_profile
-    return Endpoint(
-        f"{info.node_namespace.rstrip('/')}/{info.node_name}",
-        topic,
-        info.topic_type,
-        publishes,
-        profile.reliability != ReliabilityPolicy.BEST_EFFORT,
-        profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
-    )
+def full_names(node: Any) -> list[str]:
+    """Return the full names of the nodes that a node sees, a name that occurs twice twice."""
+    return [_full_name(*pair) for pair in node.get_node_names_and_namespaces()]
+
+
+def _full_name(name: str, namespace: str) -> str:
+    return f"{namespace.rstrip('/')}/{name}"

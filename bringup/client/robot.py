@@ -17,12 +17,7 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from arjuna_core.files.map_image import MAP_SAVER, MapOptions
 from arjuna_core.files.maps import save_map
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import (
-    grid_from_msg,
-    header,
-    planar_covariance,
-    pose_msg,
-)
+from arjuna_core.ros.convert import grid_from_msg, header, planar_covariance, pose_msg
 from arjuna_core.ros.tf import TransformListener
 from arjuna_core.ros.velocity import VelocityOutput
 from arjuna_core.se2 import SE2

@@ -186,11 +186,7 @@ class Session(ABC):
 
 
 class Connection(Session):
-    """A node among those of the robots on this machine; times are real times.
-
-    Args:
-        use_sim_time: Whether the node's clock is the robot's.
-    """
+    """A node among those of the robots on this machine; times are real ones."""
 
     def __init__(
         self,

@@ -89,10 +89,10 @@ class Progress:
     def __call__(self, feedback: Any) -> None:
         """Take a feedback message."""
         self._latest = feedback
-        left = feedback.distance_remaining
-        if left > 0.0 and abs(self._said - left) >= self._step:
-            self._said = left
-            self._write(f"  Distance remaining: {left:.2f}m")
+        remaining = feedback.distance_remaining
+        if remaining > 0.0 and abs(self._said - remaining) >= self._step:
+            self._said = remaining
+            self._write(f"  Distance remaining: {remaining:.2f}m")
 
 
 class Tour:

@@ -18,7 +18,6 @@ EXAMPLES = (
     "grade my_square.py --exercise square",
     "grade --exercise square --students handed_in --out grades/square",
 )
-_CPU = 600  # of one submission's grading [s], what its parameters may cost
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -89,7 +88,7 @@ def _grade(arguments: argparse.Namespace, submission: Path) -> int:
 
     exercise = _exercise(arguments, submission)
     if arguments.one is not None:
-        resource.setrlimit(resource.RLIMIT_CPU, (_CPU, _CPU))
+        resource.setrlimit(resource.RLIMIT_CPU, (600, 600))  # [s] that its parameters may cost
     elif not submission.exists():
         raise InputFileError(submission, "is not there; valid: a file or folder to grade")
     set_logger_level("", LoggingSeverity.FATAL)

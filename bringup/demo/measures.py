@@ -17,16 +17,7 @@ from arjuna_core.se2 import SE2, wrap
 def distance_to_surfaces(
     points: NDArray[np.float64], surfaces: NDArray[np.float64], batch: int = 4096
 ) -> NDArray[np.float64]:
-    """Return each point's distance to the nearest segment.
-
-    Args:
-        points: `(N, 2) float64` [m].
-        surfaces: `(M, 4) float64` of `x0, y0, x1, y1` [m].
-        batch: Points that are compared with all surfaces at a time; bounds the memory.
-
-    Returns:
-        `(N,) float64` [m].
-    """
+    """Return distances of points `(N, 2)` to the nearest of segments `(M, 4)` [m]."""
     chunks = [points[i : i + batch] for i in range(0, len(points), batch)]
     return np.concatenate([_nearest(chunk, surfaces) for chunk in chunks])
 
@@ -42,11 +33,7 @@ def _nearest(points: NDArray[np.float64], surfaces: NDArray[np.float64]) -> NDAr
 
 
 def map_error(grid: OccupancyGrid, surfaces: NDArray[np.float64]) -> float:
-    """Return the mean distance [m] of the centres of occupied cells to the true surfaces.
-
-    Args:
-        grid: The map, in the world's frame.
-        surfaces: True segments, `(M, 4) float64` [m].
+    """Return the mean distance of occupied cells to the true segments, `(M, 4) float64` [m].
 
     Raises:
         ValueError: The map has no occupied cell.

@@ -15,17 +15,9 @@ from bringup.doctor.snapshot import ScanFacts
 
 
 def scan_facts(
-    scan: Scan,
-    frame: str,
-    upside_down: bool,
-    grid: OccupancyGrid | None,
-    T_map_sensor: SE2 | None,
+    scan: Scan, frame: str, upside_down: bool, grid: OccupancyGrid | None, T_map_sensor: SE2 | None
 ) -> ScanFacts:
-    """Return the facts of a scan.
-
-    Args:
-        scan: The scan, in the sensor's frame.
-    """
+    """Return the facts of a scan in the sensor's frame."""
     hits = scan.valid
     fit = None
     if grid is not None and T_map_sensor is not None and hits.any() and grid.occupied().any():
@@ -42,12 +34,7 @@ def scan_facts(
 
 
 def share_on_walls(points: NDArray[np.float64], grid: OccupancyGrid, near: float = 0.15) -> float:
-    """Return the share of points that lie near an occupied cell of a map.
-
-    Args:
-        points: `(N, 2) float64` in the map's frame [m], at least one.
-        near: The map's resolution and the pose's error [m].
-    """
+    """Return the share of points `(N, 2) float64` that lie near a map's occupied cells [m]."""
     cells = grid.frame.to_cells(points)
     rows, columns = cells[grid.frame.inside(cells)].T
     distances = distance_transform_edt(~grid.occupied()) * grid.frame.resolution

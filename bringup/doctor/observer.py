@@ -157,9 +157,6 @@ def clock_of(times: Sequence[float]) -> Clock | None:
     return Clock(sum(step for step in steps if step > 0.0), sum(step < 0.0 for step in steps))
 
 
-_ANY = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
-
-
 class Counter:
     """Counts from the last restart on."""
 
@@ -179,7 +176,8 @@ class Counter:
 
         self._counts[topic] = 0
         kind = interface_class(publishers[0].topic_type)
-        client.create_subscription(kind, topic, count, _ANY, raw=True)
+        profile = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+        client.create_subscription(kind, topic, count, profile, raw=True)
 
     def restart(self) -> None:
         """Start at zero again."""

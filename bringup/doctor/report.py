@@ -69,10 +69,7 @@ ROWS: dict[str, tuple[str, str]] = {
     "catkin_make fails": ("installation", "modules that are missing; make setup"),
     "Gazebo very slow": ("clock", "the pace of simulated time; resources: load and memory"),
     "Robot sinks into ground": ("body", "the true height of the base"),
-    "spins in circles (angle convention)": (
-        "lidar",
-        "a lidar that is upside down, left for right",
-    ),
+    "spins in circles (angle convention)": ("lidar", "a lidar that is upside down, left for right"),
     "bogus screen in a VM": ("graphics", "off-screen OpenGL; sim itself needs no screen"),
     "TF not available": ("transforms", "the frame that is missing, late or has two parents"),
 }

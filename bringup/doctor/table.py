@@ -82,14 +82,7 @@ def rows(
     rates: Mapping[str, float],
     warnings: Mapping[str, str],
 ) -> list[Row]:
-    """Return a row for each node.
-
-    Args:
-        states: Lifecycle state of those that are managed, by full name.
-        topics: Main topic by full name.
-        rates: Rate by topic [Hz].
-        warnings: The last by logger name, `local_costmap.local_costmap`.
-    """
+    """Return a row for each node, of values by its full name, topic or logger; rates in [Hz]."""
     groups, found = groups_by_node(), []
     for node in nodes:
         group = groups.get(node.rpartition("/")[2], "")

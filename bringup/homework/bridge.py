@@ -5,16 +5,19 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, replace
 from typing import Any
 
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile
 
+from arjuna_core.bags.topic import TopicQos
 from arjuna_core.ros.context import class_of
 from arjuna_core.ros.local.reading import reader
+from bringup.recording.listener import profile_of, qos_of
 
 Message = dict[str, Any]
 Topic = dict[str, Any]
-"""A topic: its `name`, `type`, and of its QoS `reliable`, `latched` and `depth`."""
+"""A topic: its `name`, `type` and `qos`, the fields of TopicQos."""
 
 
 def line_of(message: Message) -> bytes:
@@ -24,13 +27,7 @@ def line_of(message: Message) -> bytes:
 
 def topic_of(name: str, kind: str, profile: QoSProfile) -> Topic:
     """Return what the other end needs to know of a topic."""
-    return {
-        "name": name,
-        "type": kind,
-        "reliable": profile.reliability != ReliabilityPolicy.BEST_EFFORT,
-        "latched": profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
-        "depth": max(int(profile.depth), 1),
-    }
+    return {"name": name, "type": kind, "qos": asdict(qos_of(profile))}
 
 
 class Bridge:
@@ -85,12 +82,8 @@ def _named(topic: Mapping[str, Any]) -> tuple[Any, str]:
 
 
 def _profile(topic: Mapping[str, Any]) -> QoSProfile:
-    reliability, durability = ReliabilityPolicy, DurabilityPolicy
-    return QoSProfile(
-        depth=topic["depth"],
-        reliability=reliability.RELIABLE if topic["reliable"] else reliability.BEST_EFFORT,
-        durability=durability.TRANSIENT_LOCAL if topic["latched"] else durability.VOLATILE,
-    )
+    wanted = TopicQos(**topic["qos"])
+    return profile_of(replace(wanted, depth=max(wanted.depth, 1)))
 
 
 def _nothing(message: Any) -> None:

@@ -20,7 +20,6 @@ from bringup.campaign.report import page_of
 
 PAGE, SEATS = "index.html", "class.csv"
 _DOMAINS = 101  # ports of those above are given to any program (OMG DDSI-RTPS 2.5, 9.6.2; Linux)
-_TRAIL = 600  # points of a path that are drawn
 
 
 @dataclass(frozen=True)
@@ -81,14 +80,14 @@ def hand_out_seats(every: Sequence[Seat], out: Path) -> None:
 class Watcher:
     """Sees one robot: of a domain of its own, so by a participant of its own."""
 
-    def __init__(self, seat: Seat) -> None:
+    def __init__(self, seat: Seat, drawn: int = 600) -> None:
         from nav_msgs.msg import Odometry
         from rclpy.node import Node
 
         from arjuna_core.ros import qos
         from arjuna_core.ros.context import new_context
 
-        self.seat, self.path = seat, deque[tuple[float, float, float]](maxlen=_TRAIL)
+        self.seat, self.path = seat, deque[tuple[float, float, float]](maxlen=drawn)
         self.state = "no robot yet"
         self._time, self._type = -math.inf, Odometry
         self._context = new_context(seat.domain)

@@ -9,11 +9,7 @@ from bringup.homework.grading import Attempt
 
 
 def visits(attempt: Attempt, within: float = 0.10, bad: float = 0.35) -> Mark:
-    """Return how much of the goals was visited in turn, each within a distance [m].
-
-    Args:
-        bad: At one so far away the turn ends [m].
-    """
+    """Return the share of goals visited in turn within a distance, up to a bad one [m]."""
     goals, total, after, why = attempt.exercise.goals, 0.0, 0.0, ""
     for number, (x, y, *_) in enumerate(goals, 1):
         gap, after = attempt.nearest(x, y, after, within)

@@ -20,7 +20,6 @@ from bringup.processes.child import describe_exit
 
 PROGRAM = (sys.executable, "-s", "-m", "bringup.homework.student")
 """What is started for a submission, with the pipe's ends and its folder."""
-_LONGEST = 1 << 24  # of a line [bytes]
 _SHOWN = 20_000  # of what a program prints [bytes]
 
 
@@ -96,16 +95,13 @@ class Program:
                 return
 
     def receive(self, cpu: float = 2.0) -> Message:
-        """Return the program's next message.
-
-        Args:
-            cpu: How much CPU time it may take for it [s].
+        """Return the program's next message, for which it may take some CPU time [s].
 
         Raises:
             LostError: None comes, or it is none.
         """
         while b"\n" not in self._buffer:
-            if len(self._buffer) > _LONGEST:
+            if len(self._buffer) > 1 << 24:
                 raise LostError("it sent more at once than a robot could take")
             self._wait([self._reader], [], cpu)
             data = os.read(self._reader, 1 << 16)

@@ -77,10 +77,7 @@ def write_grade(folder: Path, grade: Grade) -> None:
 def write_class(
     folder: Path, exercise: Exercise, students: Sequence[str], lost: Mapping[str, str]
 ) -> None:
-    """Write the table of a class, as a page and as CSV.
-
-    Args:
-        lost: Why a student's submission has no result.
+    """Write the table of a class, as a page and as CSV, with why a submission is `lost`.
 
     Raises:
         OSError: One cannot be written.

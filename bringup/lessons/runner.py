@@ -49,11 +49,7 @@ class LessonError(ArjunaError):
 class Running:
     """A command's process; its output goes to a file, so that it waits for no reader.
 
-    Args:
-        show: Takes each piece of its output; of one that stays, until it is up.
-
-    Attributes:
-        printed: Its output so far.
+    `show` takes each piece of it, of one that stays until it is up; `printed` is all so far.
     """
 
     def __init__(

@@ -24,14 +24,9 @@ PARAMETERS, SNIPPET, PICTURE = "calibration.yaml", "calibration.urdf.xml", "cali
 
 
 def write_calibration(robot: Path | None, world: Path | None, out: Path) -> str:
-    """Calibrate a robot and write a parameter file, a URDF snippet and a picture.
+    """Calibrate a robot; write parameters, URDF snippet and picture; return the report.
 
-    Args:
-        robot: The URDF file; the shipped one if None.
-        world: Where it drives, 4 m of it free; the empty world if None.
-
-    Returns:
-        The report as text.
+    The shipped one if None, in a world with 4 m of free ground, the empty one if None.
 
     Raises:
         ArjunaError: An input cannot be used, or the folder not be written.
@@ -44,7 +39,12 @@ def write_calibration(robot: Path | None, world: Path | None, out: Path) -> str:
     try:
         out.mkdir(parents=True, exist_ok=True)
         (out / PARAMETERS).write_text(_parameters(result, robot.name), encoding="utf-8")
-        (out / SNIPPET).write_text(_snippet(result), encoding="utf-8")
+        (out / SNIPPET).write_text(
+            "<!-- For the drive plugin of the robot's URDF, instead of a parameter file. -->\n"
+            f"<effectiveTrackWidth>{result.found.track:.5f}</effectiveTrackWidth>\n"
+            f"<effectiveWheelRadius>{result.found.radius:.6f}</effectiveWheelRadius>\n",
+            encoding="utf-8",
+        )
         figure.savefig(out / PICTURE, dpi=110)
     except OSError as error:
         problem = f"cannot be written: {error.strerror}; valid: a folder that can be written"
@@ -63,14 +63,6 @@ def _parameters(result: Calibration, name: str) -> str:
         f"      linear_noise: {noise.linear_noise:.5f}\n"
         f"      angular_noise: {noise.angular_noise:.5f}\n"
         f"      drift_noise: {noise.drift_noise:.5f}\n"
-    )
-
-
-def _snippet(result: Calibration) -> str:
-    return (
-        "<!-- For the drive plugin of the robot's URDF, instead of a parameter file. -->\n"
-        f"<effectiveTrackWidth>{result.found.track:.5f}</effectiveTrackWidth>\n"
-        f"<effectiveWheelRadius>{result.found.radius:.6f}</effectiveWheelRadius>\n"
     )
 
 

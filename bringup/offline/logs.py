@@ -116,11 +116,7 @@ def _parameters(arguments: argparse.Namespace, node: str) -> dict[str, Any]:
 
 
 class _Progress:
-    """Counts the scans of a log and the time they take, and shows the share that is done.
-
-    Args:
-        out: The folder of the results; it is made when the first scan is read.
-    """
+    """Counts a log's scans and their time, and shows the share; the first makes the folder."""
 
     def __init__(self, out: Path) -> None:
         self._out = out

@@ -97,29 +97,25 @@ def _chained(parameters: Parameters) -> Parameters:
 def checked(
     source: Source, below: Parameters, namespace: str = "", only: NodeSpec | None = None
 ) -> Checked:
-    """Return the parameters below with a source's over them, and all that is to be said of it.
-
-    Args:
-        only: The one node that is meant; None for all there are.
-    """
+    """Return parameters with a source's over those below, and remarks; `only` one node, or all."""
     if not source.values:
         return Checked(below, [], [])
     further = [only] if only else further_nodes(merged(below, source.values))
     nodes = list({spec.name: spec for spec in (*all_nodes(), *further)}.values())
     after, remarks, problems = understand(source.values, below, nodes, namespace)
     remarks += _without_missing_masks(after, further)
-    problems += _problems_of_change(below, after, nodes)
+    problems += problems_of(
+        after, [one for one in nodes if after.get(one.name) != below.get(one.name)]
+    )
     locate = _locator(source)
     located = [one._replace(location=locate(one.where)) for one in remarks]
     return Checked(after, located, [f"{locate(text)}: {text}" for text in problems])
 
 
 def check_file(path: Path, robot: str = "") -> Checked:
-    """Return what a file over the shipped parameters, and the files that it names, come to.
+    """Return the result of a file over the shipped parameters, with the files that both name.
 
-    Args:
-        path: The file.
-        robot: The file of the robot that is driven by it; the shipped one if empty.
+    The robot that is driven by it is the shipped one if its file is empty.
 
     Raises:
         ArjunaError: The robot's file cannot be used.
@@ -173,12 +169,6 @@ def problems_of(parameters: Parameters, specs: Iterable[NodeSpec]) -> list[str]:
         except ConfigError as error:
             problems += error.problems
     return problems
-
-
-def _problems_of_change(
-    before: Parameters, after: Parameters, specs: Iterable[NodeSpec]
-) -> list[str]:
-    return problems_of(after, [one for one in specs if after.get(one.name) != before.get(one.name)])
 
 
 def _of_one_type(parameters: Parameters) -> Parameters:

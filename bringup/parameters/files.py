@@ -118,10 +118,9 @@ def for_node(parameters: Parameters, name: str) -> dict[str, Any]:
 
 
 def sim_time_of(parameters: Parameters, names: Iterable[str]) -> bool:
-    """Return whether nodes of one process take their time from /clock.
+    """Return whether nodes of one process take their time from /clock: what most of them say.
 
-    Args:
-        names: The process's nodes; most of those that say so decide, else `/**`. Simulated if none.
+    Where none says it, `/**` does, and time is simulated where that does not.
     """
     said = [values[SIM_TIME] for name in names if SIM_TIME in (values := parameters.get(name, {}))]
     said = said or [parameters.get(EVERY_NODE, {}).get(SIM_TIME, True)]

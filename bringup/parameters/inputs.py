@@ -77,8 +77,7 @@ def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
 def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
     """Return the parameters of all nodes, the command line's over the files' over the shipped.
 
-    Args:
-        ask: Whether what runs already is asked for its clock and its robot.
+    With `ask`, a robot that runs already is asked for its clock and its file.
 
     Raises:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.

@@ -55,15 +55,8 @@ def _number(valid: Callable[[float], bool], problem: str) -> Callable[[str], flo
 
 finite = _number(lambda value: True, "is no finite number")
 factor = _number(lambda value: value >= 0.0, "is no factor; valid: a number from 0")
-"""A factor of time, 0 for as fast as it goes."""
-
-
-def positive(text: str) -> float:
-    """Return a finite number above 0."""
-    value = finite(text)
-    if value <= 0.0:
-        raise argparse.ArgumentTypeError(f"{text!r} must be above 0")
-    return value
+"""A factor of time, 0 for as fast as it goes, or a time [s]."""
+positive = _number(lambda value: value > 0.0, "is no number above 0")
 
 
 def _whole(text: str, most: int, problem: str) -> int:

@@ -41,11 +41,7 @@ def of_simulated_robot(
 
 
 def contradictions(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[Remark]:
-    """Give what parameters say of a robot's outline and steering that its file does not.
-
-    Args:
-        parameters: Of all nodes.
-        sim: Those of a simulator that name the robot's file.
+    """Yield where the parameters of all nodes contradict a robot's file, which `sim` names.
 
     Raises:
         ArjunaError: The robot's file cannot be used.

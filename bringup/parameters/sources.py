@@ -13,13 +13,7 @@ from arjuna_core.config import infos
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.yaml_file import plain
 from arjuna_core.plugins import config_class_for
-from bringup.parameters.files import (
-    EVERY_NODE,
-    Parameters,
-    Source,
-    for_node,
-    merged,
-)
+from bringup.parameters.files import EVERY_NODE, Parameters, Source, for_node, merged
 from bringup.stack import ORIGINALS, Group, NodeSpec
 
 COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")

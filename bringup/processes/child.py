@@ -35,13 +35,10 @@ class ChildSpec:
 
 
 class Child:
-    """A running process; its standard error joins its output.
+    """A running process; `write` takes each line of its output, standard error joined.
 
     The kernel kills it when the parent dies, however that happens, and its standard input is a
     pipe that the parent never writes to: the end of that pipe means the same.
-
-    Args:
-        write: Takes each line of its output, without the line's end.
     """
 
     def __init__(self, spec: ChildSpec, write: Callable[[str], None]) -> None:
@@ -79,11 +76,7 @@ class Child:
             return  # it ended meanwhile
 
     def read(self, size: int = 65536) -> bool:
-        """Hand on the lines that wait; return False at the end of its output.
-
-        Args:
-            size: The most bytes that are read at once; the capacity of a pipe (pipe(7)).
-        """
+        """Hand on the lines that wait, at most a pipe's capacity (pipe(7)); False at the end."""
         try:
             data = os.read(self.output, size)
         except BlockingIOError:
@@ -95,16 +88,13 @@ class Child:
 
     def close(self) -> None:
         """Hand on what is left of its output and free the pipes."""
-        while self.read() and self._readable():
+        while self.read() and bool(select.select([self.output], [], [], 0)[0]):
             pass
         if self._rest:
             self._write(self._rest.decode(errors="replace"))
         for pipe in (self._process.stdin, self._process.stdout):
             if pipe is not None:
                 pipe.close()
-
-    def _readable(self) -> bool:
-        return bool(select.select([self.output], [], [], 0)[0])
 
 
 def describe_exit(code: int) -> str:

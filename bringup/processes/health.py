@@ -78,11 +78,7 @@ class RestartPolicy:
     _deaths: deque[float] = field(default_factory=deque)
 
     def on_death(self, now: float, was_up: bool = False) -> float | None:
-        """Count a death.
-
-        Args:
-            now: When it died [s].
-            was_up: Whether it had come up; what went before then counts no longer.
+        """Count a death at a time [s]; one that `was_up` forgets what went before.
 
         Returns:
             How long to wait before it starts again [s]: doubled each time; None to give up.

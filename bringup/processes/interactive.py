@@ -110,14 +110,10 @@ def run_host() -> int:
 
 
 def record_command(folder: Path, namespace: str) -> list[str]:
-    """Return the command of the recorder; started again it takes the next free name.
-
-    Args:
-        folder: Where to; a name made of the time if it has none.
-        namespace: The robot's, whose topics alone are recorded; "" for all.
+    """Return the recorder's command; started again it takes the next free name.
 
     Raises:
-        InputFileError: The folder exists.
+        InputFileError: The folder, which a time names if it has no name, exists.
     """
     if folder.name and folder.exists():
         raise InputFileError(folder, "exists already and is not overwritten")

@@ -52,11 +52,9 @@ class _Process:
 
 
 class StartUp:
-    """Progress of the start-up: the processes that are up, and what the others wait for.
+    """Progress of the start-up at a time [s]: the processes with nodes that are up, and who waits.
 
-    Args:
-        names: The processes that hold nodes; events of others are left alone.
-        now: The time [s], on any steady clock.
+    Events of other processes are left alone.
     """
 
     def __init__(self, names: Iterable[str], now: float) -> None:
@@ -124,11 +122,7 @@ class StartUp:
 
 
 class Output(ABC):
-    """Takes what a supervisor and its processes have to say.
-
-    Args:
-        patience: How long something may be waited for before a line says so [s].
-    """
+    """Takes what a supervisor and its processes report, and what waits for a patience [s]."""
 
     def __init__(self, start_up: StartUp, log: RunLog, patience: float = 3.0) -> None:
         self.start_up = start_up

@@ -9,6 +9,7 @@ from typing import Any
 from numba.core import event as numba_event
 
 from arjuna_core.ros.process import Process
+from bringup.client.graph import full_names
 from bringup.processes.health import PATIENCE, PERIOD
 from bringup.processes.output import event_line
 from bringup.ros2.discovery import any_dead
@@ -119,8 +120,7 @@ class Twins:
         if now < self._due:
             return
         self._due = now + self._period
-        pairs = self._node.get_node_names_and_namespaces()
-        every = [f"{space.rstrip('/')}/{name}" for name, space in pairs]
+        every = full_names(self._node)
         twice = sorted(name for name in self._names if every.count(name) > 1)
         if not twice:
             self._since, self._warned = None, False

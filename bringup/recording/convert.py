@@ -14,7 +14,7 @@ from arjuna_core.bags.topic import TopicInfo
 from arjuna_core.bags.writer import STORAGES, BagFolder, BagFormat, SplitLimits
 from arjuna_core.errors import ArjunaError, InputFileError, nearest
 from arjuna_core.files.yaml_file import read_yaml
-from bringup.recording.message_definitions import message_definition
+from bringup.recording.message_definitions import installed_type
 from bringup.recording.selection import RecordFilter
 
 NO_EFFECT = (
@@ -189,9 +189,4 @@ def convert(bags: Sequence[Bag], outputs: Sequence[Output]) -> None:
 
 def _defined(topic: TopicInfo) -> TopicInfo:
     """Return a topic with its type's definition, the installed one where it has none."""
-    if topic.definition:
-        return topic
-    try:
-        return replace(topic, definition=message_definition(topic.type_name))
-    except (LookupError, OSError, ValueError):
-        return topic
+    return replace(topic, definition=topic.definition or installed_type(topic.type_name)[0])

@@ -32,12 +32,7 @@ class LossCounter:
         self._last: list[int] = []
 
     def take(self, number: int, publishers: int) -> None:
-        """Note a message.
-
-        Args:
-            number: The publisher's number of it.
-            publishers: How many publishers the topic has now.
-        """
+        """Note a message by its publisher's number of it, and the topic's count of publishers."""
         for index, last in enumerate(self._last):
             if number == last + 1:
                 self._last[index] = number
@@ -132,10 +127,7 @@ class TopicListener:
         return True
 
     def discover(
-        self,
-        takes: Callable[[str, str], bool],
-        unpublished: bool = False,
-        leaves: bool = True,
+        self, takes: Callable[[str, str], bool], unpublished: bool = False, leaves: bool = True
     ) -> None:
         """Listen to the chosen topics that somebody publishes on by now.
 
@@ -204,14 +196,15 @@ class TopicListener:
 
 def offers_of(node: Node, topic: str) -> tuple[TopicQos, ...]:
     """Return the QoS of a topic's publishers."""
-    profiles = [each.qos_profile for each in node.get_publishers_info_by_topic(topic)]
-    return tuple(
-        TopicQos(
-            each.reliability != ReliabilityPolicy.BEST_EFFORT,
-            each.durability == DurabilityPolicy.TRANSIENT_LOCAL,
-            each.depth,
-        )
-        for each in profiles
+    return tuple(qos_of(each.qos_profile) for each in node.get_publishers_info_by_topic(topic))
+
+
+def qos_of(profile: QoSProfile) -> TopicQos:
+    """Return the QoS of an rclpy profile."""
+    return TopicQos(
+        profile.reliability != ReliabilityPolicy.BEST_EFFORT,
+        profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
+        profile.depth,
     )
 
 

@@ -32,12 +32,16 @@ def type_hash(type_name: str) -> str:
     )
 
 
-def nested_type(code: str, package: str) -> str | None:
-    """Return `package/msg/Name` of the type of a field, None where it is no message.
+def installed_type(type_name: str) -> tuple[str, str]:
+    """Return a type's definition and hash; both are empty where it is not installed."""
+    try:
+        return message_definition(type_name), type_hash(type_name)
+    except (LookupError, OSError, ValueError):
+        return "", ""
 
-    Args:
-        code: A line without its comment, of a package whose own types stand without it.
-    """
+
+def nested_type(code: str, package: str) -> str | None:
+    """Return a field's type in a package as `package/msg/Name`, None where it is no message."""
     match = _TYPE.match(code)
     if match is None:
         return None

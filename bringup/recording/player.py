@@ -77,12 +77,7 @@ class PlayOptions:
 
 
 class Player:
-    """Publishers for the topics of a recording.
-
-    Args:
-        node: The node that publishes; it is destroyed at the end.
-        note: Takes a line about a topic that cannot be played.
-    """
+    """A node's publishers for a recording's topics; notes say which cannot be played."""
 
     def __init__(
         self,

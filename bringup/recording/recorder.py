@@ -223,10 +223,7 @@ def control(recorder: Recorder, node: Node, bag: BagFolder) -> Controls:
 
 
 def demo_recorder(process: Process, path: Path) -> Recorder:
-    """Return a recorder of the demo's topics into one file, stamped with simulated time.
-
-    Args:
-        path: The file to write; an existing one is never overwritten.
+    """Return a recorder of the demo's topics into one new file, stamped with simulated time.
 
     Raises:
         RecordingError: The file exists or cannot be written.
@@ -280,8 +277,7 @@ def _run(
 ) -> None:
     """Record until stopped; a recorder that is killed loses at most one flush period [s].
 
-    Args:
-        settling: How long the topics that are there take to be found [s].
+    The topics that are there are found within a `settling` time [s].
     """
     start = discover = flush = time.monotonic()
     while not stop.is_set():

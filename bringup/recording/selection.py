@@ -4,36 +4,11 @@ from __future__ import annotations
 
 import argparse
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 _ACTION = ("/_action/status", "/_action/feedback")
 EVENTS = "/_service_event"
 """What a service's name becomes by as the topic of its events."""
-Patterns = tuple[re.Pattern[str], ...]
-
-
-@dataclass(frozen=True)
-class TopicSelection:
-    """A choice of topics; a pattern is a name or a regular expression for the whole name.
-
-    Attributes:
-        wanted: Patterns of which one must fit; all topics where there is none.
-        unwanted: Patterns of which none may fit.
-        hidden: Whether topics with a part that begins with `_` count too where none is named;
-            the feedback and status of actions, which are such parts, always count.
-    """
-
-    wanted: Patterns = ()
-    unwanted: Patterns = ()
-    hidden: bool = field(default=True)
-
-    def takes(self, topic: str) -> bool:
-        """Return whether a topic is chosen."""
-        if any(each.fullmatch(topic) for each in self.unwanted):
-            return False
-        if self.wanted:
-            return any(each.fullmatch(topic) for each in self.wanted)
-        return self.hidden or topic.endswith(_ACTION) or "/_" not in topic
 
 
 def is_service(topic: str, type_name: str = "/srv/_Event") -> bool:
@@ -84,6 +59,10 @@ class PlayFilter:
 
     An expression fits the whole name, that of a service's events with their ending.
 
+    Attributes:
+        hidden: Whether topics with a part that begins with `_` count too where none is named;
+            the feedback and status of actions, which are such parts, always count.
+
     Source: rosbag2_transport's Player, release 0.26.
     """
 
@@ -93,6 +72,7 @@ class PlayFilter:
     exclude_regex: str = ""
     exclude_topics: tuple[str, ...] = ()
     exclude_services: tuple[str, ...] = ()
+    hidden: bool = True
 
     def takes(self, topic: str) -> bool:
         """Return whether a topic is chosen."""
@@ -104,7 +84,9 @@ class PlayFilter:
             return False
         if name in wanted:
             return True
-        return re.fullmatch(self.regex, topic) is not None if self.regex else not wanted
+        if self.regex:
+            return re.fullmatch(self.regex, topic) is not None
+        return not wanted and (self.hidden or topic.endswith(_ACTION) or "/_" not in topic)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -128,14 +110,17 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def selection_of(arguments: argparse.Namespace, hidden: bool = True) -> TopicSelection:
-    """Return the choice that the options of `add_options` make; `hidden` as in TopicSelection."""
-    return TopicSelection(tuple(arguments.topics), tuple(arguments.exclude), hidden)
+def selection_of(arguments: argparse.Namespace, hidden: bool = True) -> PlayFilter:
+    """Return the choice that the options of `add_options` make; `hidden` as in PlayFilter."""
+    wanted, unwanted = "|".join(arguments.topics), "|".join(arguments.exclude)
+    return PlayFilter(regex=wanted, exclude_regex=unwanted, hidden=hidden)
 
 
-def _pattern(text: str) -> re.Pattern[str]:
+def _pattern(text: str) -> str:
+    pattern = text if text.startswith(("/", "(", ".", "[", "^")) else f"/{text}"
     try:
-        return re.compile(text if text.startswith(("/", "(", ".", "[", "^")) else f"/{text}")
+        re.compile(pattern)
     except re.error as error:
         problem = f"{text!r} is no regular expression: {error}"
         raise argparse.ArgumentTypeError(problem) from error
+    return pattern

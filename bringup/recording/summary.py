@@ -17,11 +17,7 @@ _UNITS = ("B", "KiB", "MiB", "GiB", "TiB")
 
 
 def lines(bag: Bag, verbose: bool = False) -> Iterator[str]:
-    """Yield the lines that `ros2 bag info` prints of a recording.
-
-    Args:
-        verbose: Whether requests and responses of services are counted, which reads them all.
-    """
+    """Yield the lines of `ros2 bag info`; verbose counts requests and responses, and reads all."""
     counts = bag.counts
     names = [file.name for file in bag.files]
     events = {name for name, topic in bag.topics.items() if is_service(name, topic.type_name)}

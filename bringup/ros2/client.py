@@ -15,6 +15,7 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 from rclpy.validate_full_topic_name import validate_full_topic_name
 
+from bringup.client.graph import full_names
 from bringup.client.session import POLL, Connection
 from bringup.ros2.discovery import discover
 from bringup.ros2.errors import Ros2Error, check_interrupts
@@ -72,9 +73,7 @@ class Client(Connection):
 
     def nodes(self, hidden: bool = False) -> list[str]:
         """Return the full names of the nodes, sorted, a name that occurs twice twice."""
-        pairs = self.node.get_node_names_and_namespaces()
-        names = [f"{space.rstrip('/')}/{name}" for name, space in pairs]
-        return sorted(visible(names, hidden))
+        return sorted(visible(full_names(self.node), hidden))
 
     def find_node(self, name: str, hidden: bool = False) -> str:
         """Wait for a node and return its full name.
@@ -90,11 +89,9 @@ class Client(Connection):
     def find_types(
         self, name: str, names_of: Callable[[Any], Names], hidden: bool = True
     ) -> Sequence[str]:
-        """Wait for a name of the graph and for all who have it; return its types, or none.
+        """Wait for a name of the graph and for all nodes that have it; return its types, or none.
 
-        Args:
-            names_of: Returns the names, of topics or the like, that a node sees.
-            hidden: Whether a hidden name counts.
+        `names_of` lists the names, of topics or the like, that a node sees.
         """
 
         def types() -> Sequence[str]:

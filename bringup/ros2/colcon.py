@@ -24,7 +24,7 @@ from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.files.input_file import read_bytes, read_text
 from arjuna_core.files.xml_text import parse_xml
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.main import become, real_program
+from bringup.ros2.main import become_real
 
 _IGNORED = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE")
 _MADE = ("build", "install", "log")
@@ -42,7 +42,7 @@ _CATKIN = """<package format="2">
 {1}</package>
 """
 _SITE = f"lib/python{sys.version_info.major}.{sys.version_info.minor}/site-packages"
-_CURE = "C++ is built by ROS's own tools; packages of Python and of data are built here"
+_REMEDY = "C++ is built by ROS's own tools; packages of Python and of data are built here"
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,7 @@ class Package:
 
 def run() -> None:
     """Run colcon: that of a sourced ROS where there is one, else this."""
-    real = real_program("colcon", os.environ, Path(sys.argv[0]))
-    if real is not None:
-        become(real)
+    become_real("colcon")
     sys.exit(main(sys.argv[1:]))
 
 
@@ -102,17 +100,13 @@ def main(words: Sequence[str]) -> int:
 
 def catkin_make() -> NoReturn:
     """Run ROS 1's command of that name: build the packages of `src` into `devel`."""
-    real = real_program("catkin_make", os.environ, Path(sys.argv[0]))
-    if real is not None:
-        become(real)
+    become_real("catkin_make")
     sys.exit(main(["build", "--symlink-install", "--base-paths", "src", "--install-base", "devel"]))
 
 
 def catkin_create_pkg() -> NoReturn:
     """Run ROS 1's command of that name: write a package's manifest and CMakeLists.txt."""
-    real = real_program("catkin_create_pkg", os.environ, Path(sys.argv[0]))
-    if real is not None:
-        become(real)
+    become_real("catkin_create_pkg")
     name, *depends = [word for word in sys.argv[1:] if word[:1] != "-"] or ["-"]
     folder = Path(name)
     if not re.fullmatch(_NAME, name) or folder.exists():
@@ -212,7 +206,7 @@ def _build(package: Package, prefix: Path, arguments: argparse.Namespace) -> Non
     elif (package.folder / "CMakeLists.txt").is_file():
         _cmake(package, prefix, linked)
     else:
-        raise Ros2Error(f"{package.name} is of the type '{package.kind}'; {_CURE}")
+        raise Ros2Error(f"{package.name} is of the type '{package.kind}'; {_REMEDY}")
     if not (share / "package.xml").exists() and (package.folder / "package.xml").is_file():
         put(package.folder / "package.xml", share / "package.xml", linked)
     marker = prefix / "share" / "ament_index" / "resource_index" / "packages" / package.name
@@ -274,7 +268,7 @@ def _cmake(package: Package, prefix: Path, linked: bool) -> None:
             raise Ros2Error(f"interfaces of {package.name}: {error}") from error
         return
     if compiled := {name for name, _ in calls} & set(_COMPILED):
-        raise Ros2Error(f"{package.name} has {', '.join(sorted(compiled))}; {_CURE}")
+        raise Ros2Error(f"{package.name} has {', '.join(sorted(compiled))}; {_REMEDY}")
     for name, words in calls:
         if name == "ament_python_install_package" and words:
             put(package.folder / words[0], prefix / _SITE / words[0], linked)

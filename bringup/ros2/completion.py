@@ -7,7 +7,7 @@ from bringup.ros2.grammar import GRAPH, Argument, Command, Verb
 from bringup.ros2.tables import COMMANDS
 
 _SHELLS = ("bash", "zsh")
-_LIVE = {
+LIVE = {
     "topic": "ros2 topic list",
     "node": "ros2 node list",
     "service": "ros2 service list",
@@ -70,6 +70,6 @@ def _options(command: Command, verb: Verb) -> str:
     for item in verb.arguments + (GRAPH if command.graph else ()):
         flat.extend([item] if isinstance(item, Argument) else item)
     flags = [name for item in flat for name in item.names if name.startswith("--")]
-    live = next((_LIVE[item.complete] for item in flat if item.complete), "")
+    live = next((LIVE[item.complete] for item in flat if item.complete), "")
     words = " ".join([*flags, "--help"])
     return f'      "{command.name} {verb.name}") words="{words}"; live="{live}" ;;'

@@ -123,11 +123,7 @@ def participants(domain: int) -> int | None:
 
 
 def count_participants(domain: int, table: str) -> int:
-    """Return the number of participants whose ports stand in a table of UDP sockets.
-
-    Args:
-        table: As /proc/net/udp gives it.
-    """
+    """Return the number of participants with ports in a table of sockets, as /proc/net/udp's."""
     first = _BASE + _DOMAIN_GAIN * domain + _OFFSET
     end = first + _DOMAIN_GAIN - _OFFSET  # there the next domain's ports begin
     expected = range(first, end, _PARTICIPANT_GAIN)

@@ -11,7 +11,6 @@ from typing import Any
 
 VERBS = "bringup.ros2.verbs"
 BUFFERED = "--use-python-default-buffering"
-COMPLETIONS = ("topic", "node", "service", "action", "message_type", "interface", "package", "")
 
 
 @dataclass(frozen=True)
@@ -20,7 +19,7 @@ class Argument:
 
     Attributes:
         names: Its flags, or the one name of a positional.
-        complete: What the shell completes it with, one of `COMPLETIONS`.
+        complete: What the shell completes it with, a key of the completion's `LIVE`.
     """
 
     names: tuple[str, ...]
@@ -66,21 +65,18 @@ class Command:
         return verb.run or f"{self.name}:{verb.name}{suffix}"
 
 
-def argument(*names: str, complete: str = "", **options: Any) -> Argument:
-    """Return an argument; `options` are those of `add_argument`."""
-    assert complete in COMPLETIONS
-    return Argument(names, options, complete)
-
-
-def switch(*names: str, **options: Any) -> Argument:
+def switch(names: str, about: str, **options: Any) -> Argument:
     """Return an option that is on or off."""
-    return argument(*names, action="store_true", **options)
+    return Argument(tuple(names.split()), {"action": "store_true", "help": about, **options})
 
 
 GRAPH = (
-    argument("--spin-time", type=float, metavar="N", help="seconds to wait for the graph at most"),
-    switch("-s", "--use-sim-time", help="take the time from /clock"),
-    switch("--no-daemon", help="accepted for ros2cli's sake: there is no daemon"),
+    Argument(
+        ("--spin-time",),
+        {"type": float, "metavar": "N", "help": "seconds to wait for the graph at most"},
+    ),
+    switch("-s --use-sim-time", "take the time from /clock"),
+    switch("--no-daemon", "accepted for ros2cli's sake: there is no daemon"),
 )
 """The options of every verb that looks at the graph. Nothing here needs ros2cli's daemon."""
 

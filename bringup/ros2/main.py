@@ -25,10 +25,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     if argv is not None:
         return _guarded(list(argv))
-    real = real_ros2(os.environ, Path(sys.argv[0]))
-    if real is not None:
+    if real := real_ros2(os.environ, Path(sys.argv[0])):
         os.environ[_HANDED_ON] = "1"
-        become(real)
+        _become(real)
     code = _guarded(sys.argv[1:])
     with contextlib.suppress(BrokenPipeError):
         sys.stdout.flush()
@@ -53,9 +52,7 @@ def rospack() -> NoReturn:
 
 
 def _instead(name: str, *words: str, skip: int = 0) -> NoReturn:
-    real = real_program(name, os.environ, Path(sys.argv[0]))
-    if real is not None:
-        become(real)
+    become_real(name)
     sys.exit(main([*words, *sys.argv[1 + skip :]]))
 
 
@@ -103,11 +100,7 @@ def real_ros2(environment: Mapping[str, str], own: Path) -> str | None:
 
 
 def real_program(name: str, environment: Mapping[str, str], own: Path) -> str | None:
-    """Return a program of a sourced ROS, or None.
-
-    Args:
-        own: The program of that name that this is.
-    """
+    """Return a program of a sourced ROS, or None; `own` is the one of that name that runs."""
     if "ROS_DISTRO" not in environment:
         return None
     bins = {own.resolve().parent, Path(sys.executable).parent.resolve()}
@@ -116,10 +109,15 @@ def real_program(name: str, environment: Mapping[str, str], own: Path) -> str | 
     return shutil.which(name, path=os.pathsep.join(others))
 
 
-def become(real: str) -> NoReturn:
-    """Run a program of a sourced ROS in this one's stead, with its own libraries."""
-    environment = without_wheels(os.environ)
-    os.execve(real, [real, *sys.argv[1:]], environment)  # noqa: S606 - what the user asked for
+def become_real(name: str) -> None:
+    """Run a program of a sourced ROS, if there is one, in this one's stead; its libraries too."""
+    _become(real_program(name, os.environ, Path(sys.argv[0])))
+
+
+def _become(real: str | None) -> None:
+    if real is not None:
+        environment = without_wheels(os.environ)
+        os.execve(real, [real, *sys.argv[1:]], environment)  # noqa: S606 - what the user asked for
 
 
 def without_wheels(environment: Mapping[str, str]) -> dict[str, str]:

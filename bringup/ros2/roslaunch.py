@@ -11,11 +11,10 @@ from arjuna_core.files.input_file import head_of
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.files.whole_file import in_new_file
 from bringup.parameters.foreign.conversion import converted
-from bringup.parameters.foreign.launch_file import LaunchFile, Program
+from bringup.parameters.foreign.launch_file import LaunchFile, Program, is_launch_file
 from bringup.ros2.verbs.forward import PROGRAMS, executables_of, remedy
 
 _SIGNS = re.compile(rb"<node[^>]*\stype=|\$\((find|arg)\s|<rosparam")
-_LARGEST = 2**20  # [bytes] of a launch file that are looked at
 _BURGER = str(shipped_file("urdf/burger.urdf"))
 _WORLDS = {
     "turtlebot3_empty_world.launch": ("empty", ("0", "0")),
@@ -41,8 +40,7 @@ class _Found:
 
 def is_ros1(path: Path) -> bool:
     """Return whether a launch file is of ROS 1."""
-    text = head_of(path, _LARGEST)
-    return text.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<") and bool(_SIGNS.search(text))
+    return is_launch_file(path) and bool(_SIGNS.search(head_of(path, 2**20)))
 
 
 def commands(path: Path) -> tuple[list[list[str]], list[str]]:

@@ -61,10 +61,7 @@ def interfaces_of(package: str) -> list[str]:
 
 
 def definition_file(name: str) -> Path:
-    """Return the file that defines an interface.
-
-    Args:
-        name: `package/kind/Name`.
+    """Return the file that defines an interface, `package/kind/Name`.
 
     Raises:
         Ros2Error: There is none.
@@ -85,12 +82,9 @@ def definition_file(name: str) -> Path:
 
 
 def flattened(name: str, comments: bool = True, nested_comments: bool = False) -> list[str]:
-    """Return the lines of a definition, each nested type's below its field, one tab deeper.
+    """Return a definition's lines, each nested type's below its field, one tab deeper.
 
-    Args:
-        name: `package/kind/Name`.
-        comments: Whether comments and empty lines stay.
-        nested_comments: Whether those of nested types stay.
+    Comments and empty lines stay, those of nested types too, if asked for.
 
     Raises:
         Ros2Error: There is no such interface.

@@ -119,11 +119,7 @@ for _dumper in (_Dumper, _Fast):
 
 
 def dump(value: Any, flow: bool = False) -> str:
-    """Return a plain value as YAML, in its own order and with no line broken.
-
-    Args:
-        flow: Whether lists stand on one line.
-    """
+    """Return a plain value as YAML, in its order, no line broken; `flow`: lists on one line."""
 
     def written(dumper: Any) -> str:
         text: str = yaml.dump(

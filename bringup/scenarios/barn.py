@@ -18,7 +18,7 @@ from arjuna_core.grid import FREE, OCCUPIED, GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import LETHAL
 from arjuna_nav.planners.waves.descent import descend
-from arjuna_nav.planners.waves.potential import spread, traversal_costs
+from arjuna_nav.planners.waves.potential import traversal_costs, wavefront
 
 START = SE2(-2.25, 3.0, math.pi / 2.0)
 AHEAD = 10.0
@@ -40,13 +40,7 @@ _GROUND = "<include><uri>model://ground_plane</uri></include>"
 
 
 def make_worlds(folder: Path, count: int, rng: np.random.Generator) -> Path:
-    """Write worlds `world_N.world` and their `path_N.npy` into a folder, and return it.
-
-    Args:
-        folder: Where to.
-        count: How many; their kinds take turns.
-        rng: Where chance comes from.
-    """
+    """Write `world_N.world`, their kinds in turns, and `path_N.npy`; return the folder."""
     for number, kind in zip(range(count), itertools.cycle(KINDS), strict=False):
         make_world(folder, number, kind, rng)
     return folder
@@ -55,14 +49,7 @@ def make_worlds(folder: Path, count: int, rng: np.random.Generator) -> Path:
 def make_world(
     folder: Path, number: int, kind: tuple[int, float], rng: np.random.Generator
 ) -> tuple[Path, OccupancyGrid]:
-    """Write one world and its path; return its file, and the map of its cylinders.
-
-    Args:
-        folder: Where to.
-        number: Its number.
-        kind: One of `KINDS`.
-        rng: Where chance comes from.
-    """
+    """Write a world of one of `KINDS` and its path; return its file and its cylinders' map."""
     field, path_cells = _passable(*kind, rng)
     world = np.zeros((_FIRST_ROW + _SIZE, _SIZE), np.bool_)
     world[_FIRST_ROW:] = field
@@ -119,7 +106,7 @@ def _shortest_path(field: NDArray[np.bool_]) -> NDArray[np.int64] | None:
     if not near:
         return None
     first = min(near, key=lambda column: abs(column - middle))
-    potential = spread(data, traversal_costs(), np.array([[0.0, first, 0.0]]))
+    potential = wavefront(data, traversal_costs(), np.array([[0.0, first, 0.0]]))
     last = min(range(_SIZE), key=lambda c: potential[-1, c] + 50.0 * abs(c - middle))
     if not math.isfinite(potential[-1, last]):
         return None

@@ -16,7 +16,6 @@ from arjuna_core.se2 import SE2
 _LENGTH, _WIDTH = 7.0, 5.0  # of the room, the door's wall across its middle [m]
 _OUTER = 0.2  # thickness of the room's own walls [m]
 _CELL, _MARGIN = 0.05, 0.5  # of the map [m]
-_SAMPLE = 0.01  # between the points of walls that a map's cells are taken from [m]
 Box = tuple[float, float, float, float]
 """Middle and size of a wall in the room's frame [m]."""
 
@@ -97,9 +96,10 @@ class Door:
         return OccupancyGrid(frame, data)
 
 
-def _filled(box: Box) -> NDArray[np.float64]:
+def _filled(box: Box, spacing: float = 0.01) -> NDArray[np.float64]:
+    """Return points that fill a box, at most a spacing apart [m]."""
     x, y, dx, dy = box
-    across = [np.linspace(-d / 2.0, d / 2.0, math.ceil(d / _SAMPLE) + 1) for d in (dx, dy)]
+    across = [np.linspace(-d / 2.0, d / 2.0, math.ceil(d / spacing) + 1) for d in (dx, dy)]
     grid = np.stack(np.meshgrid(*across), axis=-1).reshape(-1, 2)
     shifted: NDArray[np.float64] = grid + np.array([x, y])
     return shifted

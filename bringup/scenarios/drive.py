@@ -122,10 +122,7 @@ class Drive:
     """
 
     def __init__(
-        self,
-        robot: LockStep,
-        then: Callable[[], None] = lambda: None,
-        stretch: float = 0.1,
+        self, robot: LockStep, then: Callable[[], None] = lambda: None, stretch: float = 0.1
     ) -> None:
         self._robot, self._then, self._least = robot, then, stretch
         self.length, self._contacts, self._pushed = 0.0, 0, 0

@@ -19,7 +19,6 @@ _PLANE, _TOP = 0.28, 0.35  # of Arjuna's lidar, and above the robot [m]
 _CELL = 0.05
 _TOUCH = 1e-6  # of a cell's edge, without which rounding decides for one side of every wall [m]
 _APART = 0.75  # between two pieces: the robot passes [m]
-_TRIES = 1000
 _MODEL = (
     "<model name='{name}'><static>1</static><pose>{x:.3f} {y:.3f} {z:.3f} 0 0 0</pose>"
     "<link name='link'><collision name='collision'><geometry><box><size>{dx:.3f} {dy:.3f} {dz:.3f}"
@@ -87,12 +86,15 @@ def _furniture(rng: np.random.Generator) -> Iterator[Box]:
 
 
 def _free_position(
-    radius: float, taken: list[tuple[float, float, float]], rng: np.random.Generator
+    radius: float,
+    taken: list[tuple[float, float, float]],
+    rng: np.random.Generator,
+    tries: int = 1000,
 ) -> tuple[float, float] | None:
     """Return where a piece may stand, None where nothing was found."""
     room = radius + _APART
     half = np.array([_LENGTH / 2.0, _WIDTH / 2.0]) - room
-    for _ in range(_TRIES):
+    for _ in range(tries):
         x, y = rng.uniform(-half, half)
         beside_walls = (
             abs(x + 1.0) > room or y > -0.5 + room,

@@ -91,16 +91,10 @@ def settle(
     rng: np.random.Generator,
     walked: Mapping[str, float],
 ) -> None:
-    """Put boxes and people into a simulator's stage.
+    """Put boxes, by their middles `(N, 2)` [m], and people into a simulator's stage.
 
-    Args:
-        stage: Where to.
-        grid: The map that has the boxes.
-        boxes: Their middles `(N, 2)` [m].
-        people: How many, each with a route of its own that it walks to and fro.
-        start: Of the robot.
-        rng: For their routes.
-        walked: By name, how far somebody is on the route already [s].
+    People walk to and fro on routes on the grid, away from the robot's start; `walked` says by name
+    how far somebody is already [s].
     """
     half = Pose3((0.0, 0.0, 0.5 * _HEIGHT))
     box = (Part(Shape(Kind.BOX, (_EDGE, _EDGE, _HEIGHT)), half, (0.6, 0.5, 0.3, 1.0)),)

@@ -13,7 +13,7 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import LETHAL
 from arjuna_nav.planners.waves.descent import descend
-from arjuna_nav.planners.waves.potential import spread, traversal_costs
+from arjuna_nav.planners.waves.potential import traversal_costs, wavefront
 
 
 class FreeSpace:
@@ -66,7 +66,7 @@ class FreeSpace:
         """Return the corners of the shortest path from the goal to the start, `(N, 2)` [m]."""
         ends = [self.frame.to_cell(pose.x, pose.y) for pose in (start, goal)]
         data = np.where(self._open, 0, LETHAL).astype(np.uint8)
-        potential = spread(data, traversal_costs(), np.array([[*ends[0], 0.0]]))
+        potential = wavefront(data, traversal_costs(), np.array([[*ends[0], 0.0]]))
         if not math.isfinite(potential[ends[1]]):
             return None
         path = descend(potential, ends[1])

@@ -52,12 +52,7 @@ class Tuner:
     """
 
     def __init__(
-        self,
-        tuning: Tuning,
-        folder: Path,
-        pool: Pool,
-        stop: threading.Event,
-        at_once: int = 1,
+        self, tuning: Tuning, folder: Path, pool: Pool, stop: threading.Event, at_once: int = 1
     ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._tuning, self._folder, self._pool = tuning, folder, pool

@@ -42,10 +42,7 @@ class CvBridge:
     """Converts images between messages and arrays of rows, columns and channels."""
 
     def imgmsg_to_cv2(self, img_msg: Image, desired_encoding: str = "passthrough") -> NDArray[Any]:
-        """Return the image of a message as an array, `(H, W)` or `(H, W, channels)`.
-
-        Args:
-            desired_encoding: As `bgr8`, `mono8`; `passthrough` for the message's own.
+        """Return a message's image as an array, `(H, W)` or `(H, W, channels)`, in an encoding.
 
         Raises:
             CvBridgeError: There is no conversion.

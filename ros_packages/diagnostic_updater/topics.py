@@ -21,11 +21,7 @@ from diagnostic_updater.updater import (
 
 
 class FrequencyStatusParam:
-    """The bounds of a frequency [Hz], with a tolerance, over a number of updates.
-
-    Args:
-        freq_bound: With the keys `min` and, if there is one, `max`.
-    """
+    """Bounds of a frequency [Hz], `min` and perhaps `max`, its tolerance and count of updates."""
 
     def __init__(
         self, freq_bound: Mapping[str, float], tolerance: float = 0.1, window_size: int = 5

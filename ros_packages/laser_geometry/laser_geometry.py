@@ -39,11 +39,7 @@ class LaserProjection:
         count, option = len(scan_in.ranges), self.ChannelOption
         ranges = np.asarray(scan_in.ranges, np.float64)
         angles = scan_in.angle_min + np.arange(count) * scan_in.angle_increment
-        columns = {
-            "x": ranges * np.cos(angles),
-            "y": ranges * np.sin(angles),
-            "z": np.zeros(count),
-        }
+        columns = {"x": ranges * np.cos(angles), "y": ranges * np.sin(angles), "z": np.zeros(count)}
         if channel_options & option.INTENSITY and len(scan_in.intensities) == count:
             columns["intensity"] = np.asarray(scan_in.intensities, np.float64)
         if channel_options & option.INDEX:

@@ -104,7 +104,7 @@ def _performed(context: LaunchContext, given: SomeSubstitutionsType | None) -> s
 
 
 class LifecycleNode(Node):
-    """Runs a node with a lifecycle; events change its state, and tell of it."""
+    """Runs a node with a lifecycle; events change its state and report it."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""Lifecycles of the nodes that were launched: changed by events, and told of by events."""
+"""Lifecycles of the nodes that were launched: changed and reported by events."""
 
 from __future__ import annotations
 

@@ -12,13 +12,7 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.time import Time
 
-__all__ = [
-    "ApproximateTimeSynchronizer",
-    "Cache",
-    "SimpleFilter",
-    "Subscriber",
-    "TimeSynchronizer",
-]
+__all__ = ["ApproximateTimeSynchronizer", "Cache", "SimpleFilter", "Subscriber", "TimeSynchronizer"]
 
 
 class SimpleFilter:
@@ -40,11 +34,7 @@ class SimpleFilter:
 
 
 class Subscriber(SimpleFilter):
-    """The messages of a topic.
-
-    Args:
-        qos_profile: As for `Node.create_subscription`.
-    """
+    """The messages of a topic; `qos_profile` as for `Node.create_subscription`."""
 
     def __init__(
         self, node: Node, msg_type: Any, topic: str, qos_profile: Any = 10, **kwargs: Any
@@ -76,11 +66,7 @@ def _stamp(message: Any, headerless: bool, clock: Any) -> Time | None:
 
 
 class Cache(SimpleFilter):
-    """The last messages of a filter, by their times.
-
-    Args:
-        allow_headerless: Whether messages without a header are kept, by their arrival.
-    """
+    """The last messages of a filter, by their times; without a header by arrival, if allowed."""
 
     def __init__(self, f: Any = None, cache_size: int = 1, allow_headerless: bool = False) -> None:
         super().__init__()
@@ -140,12 +126,7 @@ class Cache(SimpleFilter):
 
 
 class TimeSynchronizer(SimpleFilter):
-    """Messages of several filters with one time, handed on together.
-
-    Args:
-        fs: The filters.
-        queue_size: How many messages of each are kept.
-    """
+    """Messages of filters with one time, handed on together; a number of each is kept."""
 
     allow_headerless = False
 

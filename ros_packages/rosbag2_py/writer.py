@@ -5,13 +5,12 @@ from __future__ import annotations
 import weakref
 from pathlib import Path
 
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-
-from arjuna_core.bags.topic import TopicInfo, TopicQos
+from arjuna_core.bags.topic import TopicInfo
 from arjuna_core.bags.writer import BagFolder
 from arjuna_core.errors import ArjunaError
 from bringup.recording.convert import bag_format, split_limits
-from bringup.recording.message_definitions import message_definition, type_hash
+from bringup.recording.listener import qos_of
+from bringup.recording.message_definitions import installed_type
 from rosbag2_py.options import (
     CompressionMode,
     CompressionOptions,
@@ -59,11 +58,8 @@ class SequentialWriter:
     def create_topic(self, topic: TopicMetadata) -> None:
         """Add a topic, before its messages."""
         folder = self._current()
-        offers = tuple(_offer(each) for each in topic.offered_qos_profiles)
-        try:
-            definition, known = message_definition(topic.type), type_hash(topic.type)
-        except (LookupError, OSError, ValueError):
-            definition, known = "", ""  # of a package that is not installed
+        offers = tuple(map(qos_of, topic.offered_qos_profiles))
+        definition, known = installed_type(topic.type)
         encoding = topic.serialization_format or "cdr"
         added = TopicInfo(
             *(topic.name, topic.type, definition, topic.type_description_hash or known),
@@ -119,11 +115,3 @@ def new_folder(given: StorageOptions, mode: str, threads: int) -> BagFolder:
         return BagFolder(Path(given.uri.removeprefix("file://")), limits, form)
     except ArjunaError as error:
         raise RuntimeError(str(error)) from error
-
-
-def _offer(profile: QoSProfile) -> TopicQos:
-    return TopicQos(
-        profile.reliability != ReliabilityPolicy.BEST_EFFORT,
-        profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
-        profile.depth,
-    )

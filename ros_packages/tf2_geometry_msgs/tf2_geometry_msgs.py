@@ -16,11 +16,11 @@ from geometry_msgs.msg import (
 from tf2_ros import TransformRegistration
 
 from arjuna_core.pose3 import Pose3
+from arjuna_core.ros.convert import pose3_from_transform
 
 
 def _motion(transform: TransformStamped) -> Pose3:
-    t, q = transform.transform.translation, transform.transform.rotation
-    return Pose3((t.x, t.y, t.z), (q.w, q.x, q.y, q.z))
+    return pose3_from_transform(transform.transform)
 
 
 def _put(point: Any, values: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import Any
 
 from builtin_interfaces.msg import Time as TimeMsg
@@ -11,6 +12,7 @@ from rclpy.duration import Duration
 from rclpy.time import Time
 
 from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_core.ros.convert import pose3_from_transform
 from arjuna_core.transforms import ExtrapolationError, LoopError, TransformError, TransformTree
 from tf2_py.exceptions import (
     ConnectivityException,
@@ -26,11 +28,7 @@ _UNIT = 1e-3  # tf2's QUATERNION_NORMALIZATION_TOLERANCE
 
 
 class BufferCore:
-    """The transforms that were set, and those between any two frames that follow.
-
-    Args:
-        cache_time: Time of which transforms are kept; 10 s by default.
-    """
+    """The transforms that were set, 10 s of them by default, and those that follow from them."""
 
     def __init__(self, cache_time: Duration | None = None) -> None:
         cache = _CACHE if cache_time is None else cache_time.nanoseconds
@@ -108,7 +106,8 @@ class BufferCore:
         first = self.lookup_transform_core(fixed_frame, source_frame, source_time)
         second = self.lookup_transform_core(target_frame, fixed_frame, target_time)
         stamp = Time.from_msg(second.header.stamp).nanoseconds
-        return _message(_pose(second) @ _pose(first), target_frame, source_frame, stamp)
+        both = (pose3_from_transform(one.transform) for one in (second, first))
+        return _message(operator.matmul(*both), target_frame, source_frame, stamp)
 
     def can_transform_core(
         self, target_frame: str, source_frame: str, time: Time
@@ -151,11 +150,6 @@ class BufferCore:
         """Return every frame with its parent, a line each."""
         rows = sorted(self._tree.edges.items())
         return "".join(f"Frame {name} exists with parent {edge.parent}.\n" for name, edge in rows)
-
-
-def _pose(message: TransformStamped) -> Pose3:
-    t, q = message.transform.translation, message.transform.rotation
-    return Pose3((t.x, t.y, t.z), (q.w, q.x, q.y, q.z))
 
 
 def _message(pose: Pose3, parent: str, child: str, stamp: int) -> Any:

@@ -15,15 +15,9 @@ from tf2_py import BufferCore, LookupException, TransformException
 
 from tf2_ros.buffer_interface import BufferInterface
 
-_POLL = Duration(seconds=0.02)
-
 
 class Buffer(BufferCore, BufferInterface):
-    """Transforms between any two frames, now or at a time of the last 10 s.
-
-    Args:
-        cache_time: How long transforms are kept.
-    """
+    """Transforms between any two frames, now or at a time of the last 10 s, or `cache_time`."""
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None) -> None:
         BufferCore.__init__(self, cache_time)
@@ -104,7 +98,7 @@ class Buffer(BufferCore, BufferInterface):
         end = self.clock.now() + timeout
         with self._lock:
             known, why = self.can_transform_core(target_frame, source_frame, time)
-        while not known and self.clock.now() < end and self.clock.sleep_for(_POLL):
+        while not known and self.clock.now() < end and self.clock.sleep_for(Duration(seconds=0.02)):
             with self._lock:
                 known, why = self.can_transform_core(target_frame, source_frame, time)
         return (known, why) if return_debug_tuple else known

@@ -18,11 +18,7 @@ DEFAULT_TF_TOPIC, DEFAULT_STATIC_TF_TOPIC = "/tf", "/tf_static"
 
 
 class TransformListener:
-    """Feeds a buffer.
-
-    Args:
-        spin_thread: Whether a thread of its own spins the node.
-    """
+    """Feeds a buffer; with `spin_thread` a thread of its own spins the node."""
 
     def __init__(
         self,

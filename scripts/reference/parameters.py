@@ -8,14 +8,7 @@ from typing import Any
 from arjuna_core.plugins import PluginTypes, canonical
 from bringup.parameters.files import for_node, shipped_parameters
 from bringup.parameters.listing import bounds, described, scalar
-from bringup.stack import (
-    ALL_GROUPS,
-    ORIGINALS,
-    PROGRAMS,
-    NodeSpec,
-    all_nodes,
-    further_nodes,
-)
+from bringup.stack import ALL_GROUPS, ORIGINALS, PROGRAMS, NodeSpec, all_nodes, further_nodes
 from scripts.reference import NOTE, cell, code
 
 _INTRO = f"""# Parameters

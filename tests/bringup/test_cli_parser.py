@@ -62,7 +62,7 @@ def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]
         (["entity", "move", "a", "1", "nan"], "'nan' is no finite number"),
         (["entity", "spawn", "a", "person", "--path", "1,1"], "is no path"),
         (["entity", "spawn", "a", "person", "--path", "1 2"], "'1' is no point; valid: X,Y"),
-        (["entity", "spawn", "a", "person", "--speed", "0"], "'0' must be above 0"),
+        (["entity", "spawn", "a", "person", "--speed", "0"], "'0' is no number above 0"),
         (["world", "step", "0"], "'0' is no count; valid: 1 to"),
         (["world", "step", "1.5"], "'1.5' is no count"),
         (["world", "reset", "--scope", "half"], "invalid choice: 'half'"),

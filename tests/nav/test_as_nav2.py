@@ -38,7 +38,7 @@ from arjuna_nav.costmap.layers.static import PlacedMap
 from arjuna_nav.docking.approach import steer
 from arjuna_nav.navigator import Ending
 from arjuna_nav.planners.base import PLANNERS, PlanStatus
-from arjuna_nav.planners.waves.potential import spread, traversal_costs
+from arjuna_nav.planners.waves.potential import traversal_costs, wavefront
 from arjuna_nav.safety.collision_monitor import CollisionMonitor
 from arjuna_nav.safety.sight import Sight
 from arjuna_nav.safety.velocity_smoother import VelocitySmoother
@@ -251,7 +251,7 @@ def planner(name: str, **values: Any) -> Any:
 )
 def test_potential_of_navfn(cell: tuple[int, int], expected: float) -> None:
     data, costs = np.zeros((21, 21), np.uint8), traversal_costs()
-    potential = spread(data, costs, np.array([[10.0, 10.0, 0.0]]))
+    potential = wavefront(data, costs, np.array([[10.0, 10.0, 0.0]]))
     assert potential[10 + cell[0], 10 + cell[1]] == pytest.approx(expected, abs=1e-3)
 
 

@@ -190,9 +190,9 @@ class Graceful(PathController):
         """Return the velocity towards a pose seen from an end of the robot, None if it collides."""
         config = self._config
         v_max = min(config.v_linear_max, self.speed_limit)
-        left = max(self._path.length, seen.distance(SE2()))
+        remaining = max(self._path.length, seen.distance(SE2()))
         v_max = max(
-            v_max * min(left / config.slowdown_radius, 1.0), min(config.v_linear_min, v_max)
+            v_max * min(remaining / config.slowdown_radius, 1.0), min(config.v_linear_min, v_max)
         )
         law = np.array([config.k_phi, config.k_delta, config.beta, config.lambda_])
         limits = np.array([min(config.v_linear_min, v_max), v_max, v_max, config.v_angular_max])

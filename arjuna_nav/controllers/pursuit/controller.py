@@ -266,10 +266,10 @@ class RegulatedPurePursuit(PathController):
 
     def _towards_goal(self, speed: float, pose: SE2) -> float:
         config = self._config
-        left = max(self._path.length, pose.distance(self._path.goal))
-        if left >= config.approach_velocity_scaling_dist:
+        remaining = max(self._path.length, pose.distance(self._path.goal))
+        if remaining >= config.approach_velocity_scaling_dist:
             return speed
-        slow = speed * left / config.approach_velocity_scaling_dist
+        slow = speed * remaining / config.approach_velocity_scaling_dist
         return min(max(slow, config.min_approach_linear_velocity), speed)
 
     def _checked(

@@ -79,7 +79,7 @@ class ObstacleLayer(SensedLayer):
         self._kept: dict[str, list[Observation]] = {one: [] for one in self.sources}
         self._trackers: dict[str, Tracker] = {}
         self._freed: dict[str, Moving] = {}  # by whose trails cells were freed
-        self._left: Window | None = None  # by what moves, in this update
+        self._vacated: Window | None = None  # by what moves, in this update
         self._outside: dict[str, float] = {}  # sources whose scans lie too high or too low [m]
 
     def reconfigure(self, config: Any) -> None:
@@ -124,7 +124,7 @@ class ObstacleLayer(SensedLayer):
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
         """Enter what was seen, then set the cells under the robot free."""
-        outline, self._left = self.master.footprint, None
+        outline, self._vacated = self.master.footprint, None
         batches = self._batches(now)
         self._free_trails_of_others()
         boxes = [(T_global_base, outline.circumscribed_radius)]
@@ -137,7 +137,7 @@ class ObstacleLayer(SensedLayer):
         if self.config.footprint_clearing_enabled:
             corners = self.master.frame.origin.inverse().apply(outline.at(T_global_base))
             self._free(corners / self.master.frame.resolution)
-        return joined(self._left, within(touched, self.data[touched] != before))
+        return joined(self._vacated, within(touched, self.data[touched] != before))
 
     def write(self, costs: NDArray[np.uint8], window: Window) -> None:
         """Combine its costs with those of the layers before it."""
@@ -202,7 +202,7 @@ class ObstacleLayer(SensedLayer):
         if moving is None or moving.stamp != seen.stamp:
             return None
         self.master.moving[key], self.master.moving_times[key] = moving, horizon
-        self._left = joined(self._left, self._free_trails(moving.things))
+        self._vacated = joined(self._vacated, self._free_trails(moving.things))
         ends = moving.points[moving.velocities.any(axis=1)]
         if not len(ends):
             return None
@@ -222,7 +222,7 @@ class ObstacleLayer(SensedLayer):
         for key, moving in self.master.moving.items():
             if self._freed.get(key) is not moving:
                 self._freed[key] = moving
-                self._left = joined(self._left, self._free_trails(moving.things))
+                self._vacated = joined(self._vacated, self._free_trails(moving.things))
 
     def _free_trails(self, things: NDArray[np.float64]) -> Window | None:
         return free_trails(self.data, things, self.master.frame, FREE)

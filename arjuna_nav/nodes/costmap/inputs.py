@@ -48,10 +48,7 @@ _OTHERS: dict[str, tuple[Any, Callable[[Any], Any]]] = {
 
 
 class CostmapInputs:
-    """Subscribes to what the layers listen to and hands it to them.
-
-    Args:
-        node: The node of the costmap; in its `configure`.
+    """Subscribes, in a node's `configure`, to what its layers listen to and hands it to them.
 
     Raises:
         ConfigError: A layer listens to a type of messages that costmaps do not read.

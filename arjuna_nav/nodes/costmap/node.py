@@ -35,9 +35,7 @@ from arjuna_nav.nodes.frames import pose_in, robot_pose
 class CostmapServices:
     """Offers Nav2's services, and those that nav2_simple_commander calls by other names.
 
-    Args:
-        node: The node that serves; in its `configure`.
-        robot_pose: Returns the robot's pose in the costmap's frame.
+    They are the node's, in its `configure`; `robot_pose` is in the costmap's frame.
     """
 
     def __init__(

@@ -37,11 +37,7 @@ from arjuna_nav.nodes.costmap.messages import (
 
 
 class CostmapOutput:
-    """Publishes a costmap under Nav2's names.
-
-    Args:
-        node: The node of the costmap; in its `configure`.
-    """
+    """Publishes a costmap's node under Nav2's names, in its `configure`."""
 
     def __init__(self, node: ManagedNode, layered: LayeredCostmap) -> None:
         self._node, self._layered = node, layered
@@ -119,11 +115,7 @@ class CostmapOutput:
 
 
 class FilterOutput:
-    """Publishes speed limits and states, and serves `<filter>/toggle_filter`.
-
-    Args:
-        node: The node of the costmap; in its `configure`.
-    """
+    """Publishes a costmap's speed limits and states, and serves `<filter>/toggle_filter`."""
 
     def __init__(self, node: ManagedNode, layered: LayeredCostmap) -> None:
         self._node, self._layered = node, layered

@@ -84,10 +84,7 @@ class DockBook:
         return docks
 
     def dock(self, goal: Any, frame: str) -> DockConfig:
-        """Return the dock that a goal of dock_robot names or describes.
-
-        Args:
-            frame: The frame of a pose that names none.
+        """Return the dock that a goal names or describes by a pose, in a frame if it names none.
 
         Raises:
             GoalError: There is no such dock, or its pose is none.

@@ -17,12 +17,7 @@ from arjuna_nav.docking.dock_types import DockSenses
 
 
 class DockSensors:
-    """Listens to detected_dock_pose, battery_state and joint_states.
-
-    Args:
-        node: The node; made in its `configure`.
-        frame: The frame of docks' poses.
-    """
+    """Listens to detected_dock_pose, in the docks' frame, battery_state and joint_states."""
 
     def __init__(self, node: ManagedNode, frame: str) -> None:
         self._node = node
@@ -77,11 +72,7 @@ class DockSensors:
         self._believed = stamp, pose
 
     def senses(self, distance: float | None, joints: Sequence[str]) -> DockSenses:
-        """Return what shows contact and charging.
-
-        Args:
-            distance: From the robot to the dock's pose [m], None where that is not known.
-        """
+        """Return the signs of contact and charging, a distance [m] or None from the dock's pose."""
         joint_states = [self._joints[name] for name in joints if name in self._joints]
         if not joint_states:
             return DockSenses(distance, current=self._current)

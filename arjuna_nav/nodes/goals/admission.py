@@ -143,11 +143,7 @@ class Admission:
         """Why the robot's pose is not known, empty if the goal does not wait for it."""
 
     def begin(self, patience: float) -> None:
-        """Begin with a new goal.
-
-        Args:
-            patience: How long to wait for the robot's pose [s].
-        """
+        """Begin with a new goal, for which the robot's pose is waited for up to a patience [s]."""
         self._came = self._lost_at = self._node.now
         self._patience = patience
         self.problem = ""

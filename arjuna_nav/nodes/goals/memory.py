@@ -34,7 +34,7 @@ class GoalMemory:
         self._node = node
         self._file = Path(file) if file else None
         self._actions = dict(actions)
-        self._left: tuple[str, Any] | None = None
+        self._unfinished: tuple[str, Any] | None = None
         self._clients: dict[str, GoalClient] = {}
         if self._file is not None:
             self._clients = {k: node.keep(GoalClient(node, a, k)) for k, a in actions.items()}
@@ -42,13 +42,13 @@ class GoalMemory:
 
     def keep(self, name: str, goal: Any) -> None:
         """Keep a goal of an action in place of the last."""
-        self._left = None
+        self._unfinished = None
         if self._file is not None:
             write_atomically(self._file, name.encode() + b"\n" + serialize_message(goal))
 
     def forget(self) -> None:
         """Keep nothing: the goal has ended."""
-        self._left = None
+        self._unfinished = None
         if self._file is not None:
             self._file.unlink(missing_ok=True)
 
@@ -59,18 +59,18 @@ class GoalMemory:
         first, _, data = read_bytes(self._file, 1 << 24).partition(b"\n")
         name = first.decode(errors="replace")
         if name in self._actions:
-            self._left = name, deserialize_message(data, self._actions[name].Goal)
+            self._unfinished = name, deserialize_message(data, self._actions[name].Goal)
 
     def resume(self) -> None:
         """Send the goal again that did not end, once the robot's pose on a map is known.
 
         A goal of a client that comes meanwhile goes before.
         """
-        if self._left is None:
+        if self._unfinished is None:
             return
         if self._costmap.current(self._max_age) is None:
             return
-        (name, goal), self._left = self._left, None
+        (name, goal), self._unfinished = self._unfinished, None
         self._node.get_logger().info(f"{name}: resumes the goal that was under way")
         self._clients[name].send(goal, lambda outcome: None, yields=True)
 

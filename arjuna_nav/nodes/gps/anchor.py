@@ -46,12 +46,7 @@ class GpsConfig:
 
 
 class GpsAnchor:
-    """Knows where on the earth the map lies, once it is known.
-
-    Args:
-        node: The node; made in its `configure`.
-        frame: The map's frame.
-    """
+    """Pose of a map's frame on the earth, once a node knows it."""
 
     def __init__(self, node: ManagedNode, config: GpsConfig, frame: str) -> None:
         self._node = node

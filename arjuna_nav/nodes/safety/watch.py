@@ -74,14 +74,7 @@ class WatchConfig(MonitorConfig):
 
 
 class Watch:
-    """The sources and zones of a node.
-
-    Args:
-        node: The node; in its `configure`.
-
-    Attributes:
-        sources: By name.
-    """
+    """The sources, by name, and zones of a node in its `configure`."""
 
     def __init__(self, node: ManagedNode) -> None:
         self._node, self._near = node, costmap_in_process(node, "local_costmap/costmap_raw")

@@ -147,12 +147,7 @@ class TreeClients:
         self._begin(command, client, partial(self._keep, command.key))
 
     def trial_plan(self, goals: tuple[SE2, ...], take: Callable[[Answer], None]) -> None:
-        """Ask for a plan that is only looked at, beside the tree's.
-
-        Args:
-            goals: Poses to plan to, one or through several to the last.
-            take: Called with the answer.
-        """
+        """Ask for a plan to a pose, or through several, only to look at; `take` gets the answer."""
         fields: dict[str, Any] = {"planner_id": self._selected.get("planner_selector", "")}
         if len(goals) == 1:
             kind, server, fields["goal"] = "ComputePathToPose", "compute_path_to_pose", goals[0]

@@ -48,10 +48,7 @@ class TreeChoice:
     def choose(self, kind: str, asked: str, preempts: bool) -> str:
         """Load the tree of a goal; return why that cannot be, or nothing.
 
-        As Nav2's, a goal does not replace one that another tree drives.
-
-        Args:
-            preempts: Whether it is to replace the one that runs.
+        As Nav2's, a goal does not replace (`preempts`) one that another tree drives.
         """
         name = asked or self._defaults[kind]
         if preempts:

@@ -9,13 +9,7 @@ from geometry_msgs.msg import Point
 from nav2_msgs import action, srv
 from std_srvs.srv import Empty
 
-from arjuna_core.ros.convert import (
-    duration_msg,
-    path_msg,
-    pose_stamped,
-    poses_from_path,
-    seconds,
-)
+from arjuna_core.ros.convert import duration_msg, path_msg, pose_stamped, poses_from_path, seconds
 from arjuna_core.se2 import SE2
 from arjuna_nav.trees.exchange import Answer
 

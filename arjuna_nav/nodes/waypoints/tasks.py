@@ -78,9 +78,6 @@ class InputConfig:
 class InputAtWaypoint:
     """Waits for a message; without one in time it fails.
 
-    Args:
-        node: In its `configure`.
-
     Source: nav2_waypoint_follower, InputAtWaypoint.
     """
 

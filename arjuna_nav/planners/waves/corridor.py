@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL
-from arjuna_nav.planners.waves.potential import EVERYWHERE, NEUTRAL, spread
+from arjuna_nav.planners.waves.potential import EVERYWHERE, NEUTRAL, wavefront
 
 T = TypeVar("T")
 
@@ -106,7 +106,7 @@ def _corridor(
     # 6 cells of slack: three coarse cells to either side of a straight path.
     beyond = 1.0 + slack, (6.0 + 2.0 * width / (1 << shift)) * NEUTRAL
     waves = [
-        spread(cells, costs, np.array([[*end, 0.0]]), other, beyond=beyond)
+        wavefront(cells, costs, np.array([[*end, 0.0]]), other, beyond=beyond)
         for end, other in (ends, ends[::-1])
     ]
     least = float(waves[0][ends[1]])

@@ -17,7 +17,7 @@ def descend(potential: NDArray[np.float32], start: tuple[int, int]) -> NDArray[n
     to the lowest of the eight neighbours, never across a blocked corner.
 
     Args:
-        potential: Of `spread`.
+        potential: Of `wavefront`.
         start: `(row, column)` of a cell the wave reached.
 
     Returns:

@@ -38,7 +38,7 @@ def traversal_costs(allow_unknown: bool = True) -> NDArray[np.float32]:
     return costs
 
 
-def spread(
+def wavefront(
     data: NDArray[np.uint8],
     costs: NDArray[np.float32],
     seeds: NDArray[np.float64],
@@ -70,7 +70,7 @@ def spread(
     potential, width = np.full(cells.shape, np.inf, np.float32), cells.shape[1]
     goal = (target[0] + 1) * width + target[1] + 1 if target != _NOWHERE else -1
     numbers = (seeds[:, 0] + 1) * width + seeds[:, 1] + 1
-    _spread(
+    _expand(
         cells.ravel(),
         costs,
         width,
@@ -114,7 +114,7 @@ def _open_corridor(
 # A rim of closed cells, unsigned cell numbers and queueing without a branch make it fast:
 # `bench planner` times it beside the same in C.
 @njit(cache=True, error_model="numpy", nogil=True)
-def _spread(
+def _expand(
     cells: NDArray[np.uint8],
     costs: NDArray[np.float32],
     width: int,

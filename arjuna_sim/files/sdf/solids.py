@@ -73,19 +73,19 @@ def _ears(corners: NDArray[np.float64]) -> NDArray[np.int64]:
     Raises:
         ValueError: It crosses itself or has no area.
     """
-    left, found = list(range(len(corners))), []
-    while len(left) > 3:
-        for i in range(len(left)):
-            ear = [left[i - 1], left[i], left[(i + 1) % len(left)]]
-            others = [corner for corner in left if corner not in ear]
+    remaining, found = list(range(len(corners))), []
+    while len(remaining) > 3:
+        for i in range(len(remaining)):
+            ear = [remaining[i - 1], remaining[i], remaining[(i + 1) % len(remaining)]]
+            others = [corner for corner in remaining if corner not in ear]
             twice = _turn(corners[ear[0]], corners[ear[1]], corners[ear[2]][None])[0]
             if abs(twice) < _LEAST or (twice > 0.0 and not _holds(corners, ear, others)):
                 found += [ear] if twice > _LEAST else []
-                left.pop(i)
+                remaining.pop(i)
                 break
         else:
             raise ValueError("crosses itself")
-    found.append(left)
+    found.append(remaining)
     if abs(_area(corners)) < _LEAST:
         raise ValueError("has no area")
     return np.array(found, np.int64)

@@ -41,10 +41,7 @@ class ControllerManager:
             ),
             (srv.SwitchController, "switch_controller", self._switch),
             (srv.ReloadControllerLibraries, "reload_controller_libraries", self._reload),
-            (
-                *(srv.SetHardwareComponentState, "set_hardware_component_state"),
-                self._set_component,
-            ),
+            (*(srv.SetHardwareComponentState, "set_hardware_component_state"), self._set_component),
         ):
             node.serve(service, f"{_MANAGER}/{name}", answer)
 

@@ -18,7 +18,6 @@ from arjuna_sim.nodes.mounted_frames import MountedFrames
 from arjuna_sim.nodes.sensor_topics import cloud_msg
 from arjuna_sim.processing.to_scan import points_of_scan, scan_of_depth, scan_of_points
 
-_MOST_POINTS = 10_000_000
 _FLOAT_MAX = 3.4028234663852886e38  # a message's greatest range, of float32
 
 
@@ -79,7 +78,7 @@ class PointcloudToLaserscanNode(ManagedNode):
         pose = self._frames.mount(frame, message.header.frame_id)
         if pose is None:
             return
-        points = cloud_from_msg(message, pose, _MOST_POINTS).points
+        points = cloud_from_msg(message, pose, sys.maxsize).points
         distance = np.hypot(points[:, 0], points[:, 1])
         heights = points[:, 2]
         kept = (heights >= config.min_height) & (heights <= config.max_height)

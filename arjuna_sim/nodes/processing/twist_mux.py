@@ -15,8 +15,6 @@ from arjuna_core.plugins import names_below, with_configs
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
 
-_LOOK = 2.0  # [s] from one look at the sources' types to the next
-
 
 @dataclass(frozen=True)
 class SourceConfig:
@@ -95,7 +93,7 @@ class TwistMuxNode(ManagedNode):
         if not self._sources:
             self.get_logger().warning("no source: topics.NAME.topic, .timeout, .priority name them")
         self._unheard: set[str] = set()
-        self.every(_LOOK, self._warn_of_types)
+        self.every(2.0, self._warn_of_types)  # [s] from one look at their types to the next
 
     def _warn_of_types(self) -> None:
         """Warn once of each source whose publishers are all of the other type."""
@@ -130,7 +128,11 @@ class TwistMuxNode(ManagedNode):
     def _first(self) -> _Source | None:
         """Return the source that passes now."""
         locks = self._locks.values()
-        locked = _highest(one for one in locks if one.expired(self.now) or _is_on(one))
+        locked = _highest(
+            one
+            for one in locks
+            if one.expired(self.now) or (one.message is not None and bool(one.message.data))
+        )
         least = max(1, locked)
         open_ = [
             one
@@ -146,7 +148,3 @@ def _of(sources: Sources) -> dict[str, _Source]:
 
 def _highest(sources: Iterable[_Source]) -> int:
     return max((one.config.priority for one in sources), default=0)
-
-
-def _is_on(lock: _Source) -> bool:
-    return lock.message is not None and bool(lock.message.data)

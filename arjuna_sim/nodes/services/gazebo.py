@@ -30,11 +30,7 @@ _PERIODS = 1.0, 0.05  # of looking for clients, and of polling for requests [s]
 
 
 class GazeboServices:
-    """Answers gazebo_msgs' services by those of simulation_interfaces.
-
-    Args:
-        answers: What answers simulation_interfaces' services, by name.
-    """
+    """Answers gazebo_msgs' services by those of simulation_interfaces, given by name."""
 
     def __init__(
         self,

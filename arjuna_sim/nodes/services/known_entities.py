@@ -26,7 +26,6 @@ from arjuna_sim.nodes.messages import WORLD, entity_state, motion_msg, pose3_fro
 from arjuna_sim.nodes.services.host import RequestError
 from arjuna_sim.simulation import Simulation
 
-_SHOWN = 80  # characters of a refused expression
 ALIAS = "robot"
 """A name for the simulator's own robot, whatever its file calls it."""
 
@@ -60,8 +59,8 @@ def _pattern(text: str) -> Any:
     try:
         return re2.compile(text, options)
     except re2.error as error:
-        reason = error.args[0].decode("utf-8", "replace")[:_SHOWN]
-        problem = f"the filter '{text[:_SHOWN]}' is no regular expression of RE2: {reason}"
+        reason = error.args[0].decode("utf-8", "replace")[:80]
+        problem = f"the filter '{text[:80]}' is no regular expression of RE2: {reason}"
         raise RequestError(Result.RESULT_OPERATION_FAILED, problem) from error
 
 
@@ -158,11 +157,7 @@ class KnownEntities:
         return self.infos.get(entity.name, plain)
 
     def pose(self, frame: str, message: Any, invalid: int) -> Pose3:
-        """Return a pose that a client gave, in the world.
-
-        Args:
-            frame: The frame it is given in: empty, the world's or an entity's.
-            invalid: The result's code where it is no pose.
+        """Return a client's pose in the world; its frame is an entity's, the world's or empty.
 
         Raises:
             RequestError: It is not finite, no rotation, too far away or in no known frame.

@@ -79,9 +79,9 @@ class StepAction(GoalServer):
         if goal is None:
             return
         self._done += 1
-        left = goal.steps - self._done
-        self.feedback(SimulateSteps.Feedback(completed_steps=self._done, remaining_steps=left))
-        if left == 0:
+        remaining = goal.steps - self._done
+        self.feedback(SimulateSteps.Feedback(completed_steps=self._done, remaining_steps=remaining))
+        if remaining == 0:
             self.succeed(SimulateSteps.Result(result=OK))
 
     def _on_cancel_steps(self) -> None:
@@ -90,12 +90,7 @@ class StepAction(GoalServer):
 
 
 class SimulationServices:
-    """Serves what concerns the simulation as a whole.
-
-    Args:
-        steps: The action that may be stepping.
-        forget: Called when the entities are those of the start again.
-    """
+    """Serves what concerns the whole simulation; `forget`: the entities are the start's again."""
 
     def __init__(self, host: Host, steps: StepAction, forget: Callable[[], None]) -> None:
         self._host = host

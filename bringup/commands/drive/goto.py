@@ -1,4 +1,4 @@
-"""`goto`: drive to a place of the map."""
+"""`goto`: drive to a pose of the map."""
 
 from __future__ import annotations
 

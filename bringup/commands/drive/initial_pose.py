@@ -22,5 +22,5 @@ def run(arguments: argparse.Namespace) -> int:
     x, y, yaw = arguments.x, arguments.y, arguments.yaw
     with Robot(namespace=arguments.namespace) as robot:
         robot.set_pose(x, y, yaw)
-        show(f"told AMCL: ({x:.2f}, {y:.2f}), yaw {yaw:.2f}")
+        show(f"sent to AMCL: ({x:.2f}, {y:.2f}), yaw {yaw:.2f}")
     return 0

@@ -37,14 +37,14 @@ def run(arguments: argparse.Namespace, pipe_width: int = 160) -> int:
     from bringup.doctor.watcher import Watcher
     from bringup.terminal import show
 
-    left, found = arguments.count, []
+    remaining, found = arguments.count, []
     with closing(Connection("arjuna_top", arguments.namespace)) as session:
         watcher = Watcher(session)
-        while left is None or left > 0:
+        while remaining is None or remaining > 0:
             found = watcher.rows(arguments.period)
             live = sys.stdout.isatty()
             width = shutil.get_terminal_size().columns if live else pipe_width
             text = table_text(found, width) if found else "no robot runs; doctor says more"
             show(f"{_CLEAR if live else ''}{text}")
-            left = None if left is None else left - 1
+            remaining = None if remaining is None else remaining - 1
     return 0 if found else 1

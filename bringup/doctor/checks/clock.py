@@ -10,12 +10,7 @@ RANK = 4
 
 
 def check(snapshot: Snapshot, slowest: float = 0.8, listed: int = 4) -> Iterator[Finding]:
-    """Yield faults of /clock.
-
-    Args:
-        slowest: Least pace of the simulation that is no fault, of real time.
-        listed: The most nodes that are named.
-    """
+    """Yield faults of /clock: the slowest pace, of real time; so many nodes are listed."""
     publishers = [end.node for end in snapshot.publishers("/clock")]
     waiting = ", ".join(end.node for end in snapshot.subscribers("/clock"))
     if not publishers and waiting:

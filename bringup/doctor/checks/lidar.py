@@ -11,12 +11,7 @@ _SCAN = "sensor_msgs/msg/LaserScan"
 
 
 def check(snapshot: Snapshot, blind: float = 0.05, near: float = 0.02) -> Iterator[Finding]:
-    """Yield faults of the scans.
-
-    Args:
-        blind: Least share of the beams that hit anything.
-        near: Greatest share of the beams that hit the robot itself.
-    """
+    """Yield scans with too few beams that hit anything, or too many that hit the robot [share]."""
     silent = list(_silent(snapshot))
     yield from silent
     scan = snapshot.robot.scan

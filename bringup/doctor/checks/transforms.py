@@ -12,12 +12,7 @@ _BASES = ("base_footprint", "base_link")
 
 
 def check(snapshot: Snapshot, late: float = 0.5, ahead: float = 2.0) -> Iterator[Finding]:
-    """Yield faults of the tree of frames.
-
-    Args:
-        late: Greatest age of a transform; Nav2's transform_tolerance is 0.1 to 0.3 [s].
-        ahead: Greatest time ahead; localization dates map -> odom a little ahead [s].
-    """
+    """Yield frames whose transforms are late [s] (Nav2 tolerates 0.1 to 0.3) or far ahead [s]."""
     frames = snapshot.frames
     if not snapshot.publishers("/tf") and not frames:
         return

@@ -96,13 +96,10 @@ class _Reading:
         self._into.files += 1
         if self._into.files > _FILES_MAX:
             raise InputFileError(self._path, f"is one of more than {_FILES_MAX} that are included")
-        root = self._root()
+        root = parse_xml(self._path, read_bytes(self._path, _LARGEST))
         if root.tag != "launch":
             raise InputFileError(self._path, f"is XML of <{root.tag}>; valid: <launch>, or YAML")
         self._take_all(root, ())
-
-    def _root(self) -> Element:
-        return parse_xml(self._path, read_bytes(self._path, _LARGEST))
 
     def _take_all(self, parent: Element, inside: tuple[str, ...]) -> None:
         for child in parent:

@@ -158,7 +158,8 @@ class _Conversion:
                 if not table[key]:
                     self._leave(f"{section}: {key}", key)
             elif key in table:
-                self._leave(f"{section}: {key}: {_plain(value)}", key)
+                said = str(value).lower() if isinstance(value, bool) else value
+                self._leave(f"{section}: {key}: {said}", key)
             elif key in WITHOUT | recoveries or any(key in targets(other) for other in TABLES):
                 self._without[f"{section}: {key}"] = None  # another's: not read there in ROS 1
             else:
@@ -264,10 +265,6 @@ def _has_meaning(key: str, value: Any, beside: Mapping[str, Any]) -> bool:
         return value < 0.0
     above = ("temporalUpdate", "planner_frequency", *_LEAST_TURNS)
     return not (key in above and value <= 0.0)
-
-
-def _plain(value: Any) -> Any:
-    return str(value).lower() if isinstance(value, bool) else value
 
 
 def _ours(name: str, value: Any) -> Any:

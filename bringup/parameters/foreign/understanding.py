@@ -260,8 +260,8 @@ def _own_keys(config: type[Any], values: dict[str, Any]) -> dict[str, Any]:
 
     Those below a plug-in of no known class count: the node's own check speaks of the class.
     """
-    left = dict(values)
+    unused = dict(values)
     return {
-        **flatten(config_class_for(config, left, "", [])()),
-        **dict.fromkeys(values.keys() - left.keys()),
+        **flatten(config_class_for(config, unused, "", [])()),
+        **dict.fromkeys(values.keys() - unused.keys()),
     }

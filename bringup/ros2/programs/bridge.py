@@ -66,11 +66,7 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
 
 
 class Relay:
-    """Hands a topic's messages on under another name, as long as somebody wants them.
-
-    Args:
-        raw: Whether messages are handed on as bytes.
-    """
+    """Hands a topic's messages on, raw or not, under another name while somebody wants them."""
 
     def __init__(self, node: Any, topic: Bridged, raw: bool = True) -> None:
         self._node, self._raw = node, raw

@@ -29,17 +29,12 @@ from bringup.ros2.verbs.forward import LAUNCHED, arjuna, ros_arguments
 
 _PATIENCE = 60.0  # [s] for a description, and for a world that takes it
 _PUBLISHER_STARTS = 8.0  # [s] from the start of a launch file
-_LINGER = 0.5  # [s] in which an answer reaches who asked
 _MOVING = re.compile(r"type=['\"](continuous|revolute)|xacro:")
 _ENDINGS = (".world", ".sdf", ".yaml")
 
 
 def serve(words: list[str]) -> None:
-    """Wait for a robot to be spawned, then become the simulator of it in a world.
-
-    Args:
-        words: Gazebo's: the first that names a file of one is the world.
-    """
+    """Wait for a robot to be spawned, then simulate it in the world that Gazebo's words name."""
     if "-g" in words and "-s" not in words:
         print("nothing to do: 'arjuna view' shows the world", flush=True)
         return
@@ -73,7 +68,7 @@ def serve(words: list[str]) -> None:
             f"{world.name} waits for a robot: 'ros2 run ros_gz_sim create' spawns one", flush=True
         )
         client.spin(lambda: bool(wanted))
-        client.spin(lambda: False, _LINGER)
+        client.spin(lambda: False, 0.5)  # [s] in which the answer arrives
     arjuna("sim", ["--world", str(world), *wanted[0]])
 
 

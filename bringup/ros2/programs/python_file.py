@@ -17,8 +17,7 @@ _DEFINES = (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.AsyncFunctionDef, a
 def run_file(path: Path, words: list[str]) -> None:
     """Run a file as `python FILE` does, then its `main()` if it has one that it does not call.
 
-    Args:
-        words: The program's own words and ROS's, which rclpy reads from `sys.argv`.
+    The words are the program's own and ROS's, which rclpy reads from `sys.argv`.
     """
     try:
         tree = ast.parse(read_text(path), str(path))

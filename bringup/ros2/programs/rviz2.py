@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
-from bringup.ros2.main import become, real_program
+from bringup.ros2.main import become_real
 from bringup.ros2.verbs.forward import arjuna, ros_arguments
 
 
 def main(words: Sequence[str]) -> None:
-    """Become `arjuna view`, with RViz's options as ours.
-
-    Args:
-        words: RViz's own words; those between `--ros-args` and `--` are passed over.
-    """
+    """Become `arjuna view`, with RViz's options as ours; ROS's own words are passed over."""
     parser = argparse.ArgumentParser(prog="rviz2", description=__doc__)
     parser.add_argument("-d", "--display-config", metavar="FILE", help="an .rviz file")
     parser.add_argument("-f", "--fixed-frame", metavar="FRAME", help="to draw in")
@@ -28,7 +22,5 @@ def main(words: Sequence[str]) -> None:
 
 def run() -> None:
     """Start RViz where a ROS that has it is sourced, else the view."""
-    real = real_program("rviz2", os.environ, Path(sys.argv[0]))
-    if real is not None:
-        become(real)
+    become_real("rviz2")
     main(sys.argv[1:])

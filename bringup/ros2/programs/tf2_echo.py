@@ -9,9 +9,9 @@ from rclpy.time import Time
 from tf2_ros import Buffer, TransformListener
 
 from arjuna_core.pose3 import Pose3
-from arjuna_core.ros.convert import seconds
+from arjuna_core.ros.convert import pose3_from_transform, seconds
+from bringup.parameters.options import positive
 from bringup.ros2.client import Client
-from bringup.ros2.tables.topic import rate
 
 
 def main(words: list[str]) -> None:
@@ -19,7 +19,7 @@ def main(words: list[str]) -> None:
     parser = argparse.ArgumentParser(prog="ros2 run tf2_ros tf2_echo", description=main.__doc__)
     parser.add_argument("source_frame")
     parser.add_argument("target_frame")
-    parser.add_argument("rate", nargs="?", type=rate, default=1.0, help="in Hz (default: 1)")
+    parser.add_argument("rate", nargs="?", type=positive, default=1.0, help="in Hz (default: 1)")
     parser.add_argument("--once", action="store_true", help="end after the first")
     arguments = parser.parse_args(words)
     source, target = arguments.source_frame, arguments.target_frame
@@ -34,8 +34,7 @@ def main(words: list[str]) -> None:
                 client.node.get_logger().info(text)
             else:
                 found = buffer.lookup_transform(source, target, Time())
-                t, q = found.transform.translation, found.transform.rotation
-                pose = Pose3((t.x, t.y, t.z), (q.w, q.x, q.y, q.z))
+                pose = pose3_from_transform(found.transform)
                 print("\n".join(lines(seconds(found.header.stamp), pose)))
                 if arguments.once:
                     return

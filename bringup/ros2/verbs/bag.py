@@ -23,8 +23,22 @@ from bringup.recording.recorder import RecordOptions
 from bringup.recording.recorder import record as write
 from bringup.recording.selection import PlayFilter, RecordFilter, is_service
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.tables.bag import LEVELS, PLUGINS, STORAGES
 from bringup.terminal import show
+
+LEVELS = ("debug", "info", "warn", "error", "fatal")
+STORAGES = ("mcap", "sqlite3")
+PLUGINS = {
+    "storage": (
+        ("mcap", "rosbag2 storage plugin for the mcap file format", "MCAPStorage"),
+        ("sqlite3", "SQLite3 storage plugin", "SqliteStorage"),
+    ),
+    "converter": (("cdr_converter", "Converter of messages that are CDR already", "CdrConverter"),),
+    "compression": (("zstd", "Zstd implementation for rosbag2 compressor", "ZstdCompressor"),),
+    "decompression": (
+        ("zstd", "Zstd implementation for rosbag2 decompressor", "ZstdDecompressor"),
+    ),
+}
+"""The names of each kind's plug-ins, as rosbag2 has them."""
 
 
 class BagError(Ros2Error):

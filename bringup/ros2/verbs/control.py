@@ -17,11 +17,7 @@ _RISING = ("unconfigured", "inactive", "active")
 
 
 class Manager:
-    """The services of a controller_manager.
-
-    Args:
-        timeout: How long to wait for them [s].
-    """
+    """The services of a controller_manager, waited for up to a time-out [s]."""
 
     def __init__(
         self, client: Client, arguments: argparse.Namespace, timeout: float = 10.0

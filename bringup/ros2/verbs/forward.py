@@ -155,7 +155,10 @@ def _nothing(words: list[str], why: str, stays: bool = True) -> None:
 _IMAGES = partial(_nothing, why="the simulator publishes ROS's topics itself")
 _BRIDGE = f"{_PROGRAMS}.bridge"
 _GAZEBO = f"{_PROGRAMS}.gazebo"
-_GAZEBO_PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
+
+
+# What `ros2 run PACKAGE EXECUTABLE` runs
+PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("controller_manager", "ros2_control_node"): partial(
         _nothing, why="the simulator drives the joints itself, as the robot's file says"
     ),
@@ -165,6 +168,20 @@ _GAZEBO_PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
         )
         for kind in ("", "_isolated", "_mt")
     },
+    ("controller_manager", "spawner"): f"{_PROGRAMS}.spawner",
+    ("controller_manager", "spawner.py"): f"{_PROGRAMS}.spawner",  # its name before Humble
+    ("controller_manager", "unspawner"): f"{_PROGRAMS}.spawner:unspawn",
+    ("nav2_map_server", "map_saver_cli"): _save_map,
+    **{
+        ("slam_toolbox", f"{name}_slam_toolbox_node"): partial(_slam_toolbox, parameter=parameter)
+        for name, parameter in (
+            *(("async", ""), ("map_and_localization", ""), ("lifelong", "mode:=lifelong")),
+            *(("localization", "mode:=localization"), ("sync", "synchronous:=true")),
+        )
+    },
+    ("teleop_twist_keyboard", "teleop_twist_keyboard"): _teleop,
+    ("turtlebot3_teleop", "teleop_keyboard"): _teleop,
+    **{names: partial(_run_node, package=names[0], program=names[1]) for names in NODES},
     ("gazebo_ros", "gzclient"): partial(_nothing, why="'arjuna view' shows it", stays=False),
     ("gazebo_ros", "gzserver"): f"{_GAZEBO}:serve",
     ("gazebo_ros", "spawn_entity.py"): f"{_GAZEBO}:create",
@@ -179,30 +196,6 @@ _GAZEBO_PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
         )
         for package in (today, before)
     },
-}
-
-
-# What `ros2 run PACKAGE EXECUTABLE` runs
-PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
-    ("controller_manager", "spawner"): f"{_PROGRAMS}.spawner",
-    ("controller_manager", "spawner.py"): f"{_PROGRAMS}.spawner",  # its name before Humble
-    ("controller_manager", "unspawner"): f"{_PROGRAMS}.spawner:unspawn",
-    ("nav2_map_server", "map_saver_cli"): _save_map,
-    ("slam_toolbox", "async_slam_toolbox_node"): _slam_toolbox,
-    ("slam_toolbox", "map_and_localization_slam_toolbox_node"): _slam_toolbox,
-    ("slam_toolbox", "lifelong_slam_toolbox_node"): partial(
-        _slam_toolbox, parameter="mode:=lifelong"
-    ),
-    ("slam_toolbox", "localization_slam_toolbox_node"): partial(
-        _slam_toolbox, parameter="mode:=localization"
-    ),
-    ("slam_toolbox", "sync_slam_toolbox_node"): partial(
-        _slam_toolbox, parameter="synchronous:=true"
-    ),
-    ("teleop_twist_keyboard", "teleop_twist_keyboard"): _teleop,
-    ("turtlebot3_teleop", "teleop_keyboard"): _teleop,
-    **{names: partial(_run_node, package=names[0], program=names[1]) for names in NODES},
-    **_GAZEBO_PROGRAMS,
     ("joint_state_publisher_gui", "joint_state_publisher_gui"): partial(
         _run_node, package="joint_state_publisher", program="joint_state_publisher"
     ),
@@ -235,7 +228,6 @@ LAUNCHED = "ARJUNA_LAUNCHED"
 """Set in the environment of what a launch file starts."""
 GENERATED = "share/arjuna/generated"
 """Marks the prefix of the packages that are made here."""
-_MOST = 65536  # [bytes] of a program that are looked at
 
 
 def arjuna(command: str, words: list[str]) -> NoReturn:
@@ -301,7 +293,7 @@ def become(path: Path, words: list[str]) -> NoReturn:
     Raises:
         Ros2Error: It is of ROS 1.
     """
-    text = head_of(path, _MOST)
+    text = head_of(path, 65536)
     if text.startswith(b"#!") and re.search(rb"^\s*(import|from)\s+rospy\b", text, re.MULTILINE):
         raise Ros2Error(
             f"{path} is of ROS 1 (it imports rospy); docs/coming-from-ros1.md has ROS 2's"

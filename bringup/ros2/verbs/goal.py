@@ -24,9 +24,9 @@ def send_goal(arguments: argparse.Namespace) -> None:
     action_type = interface_class(arguments.action_type, "action")
     goal = action_type.Goal()
     stamps = fill(goal, values_of(arguments.goal, arguments.stdin), _WRONG)
-    with Client(arguments) as client, contextlib.ExitStack() as opened:
+    with Client(arguments) as client, contextlib.ExitStack() as stack:
         action = ActionClient(client.node, action_type, full_name(arguments.action_name))
-        opened.callback(action.destroy)
+        stack.callback(action.destroy)
         print("Waiting for an action server to become available...")
         client.spin(action.server_is_ready)
         for stamp in stamps:

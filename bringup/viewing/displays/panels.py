@@ -71,8 +71,8 @@ class DistanceToGoal(Display):
     """The distance that the navigator has left to drive, over time."""
 
     def tick(self, moment: Moment) -> Parts | None:
-        left = moment.distance
-        return None if left is None else {"": Values(values={"distance to go [m]": left})}
+        remaining = moment.distance
+        return None if remaining is None else {"": Values(values={"distance to go [m]": remaining})}
 
 
 class BehaviorTree(Display):

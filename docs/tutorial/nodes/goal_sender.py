@@ -1,4 +1,4 @@
-"""An action's client: a square of goals, one after the other, with feedback on the way."""
+"""An action's client: a square of goals, one after the other, with feedback."""
 
 import math
 from typing import Any
@@ -21,7 +21,7 @@ class GoalSender(Node):
         super().__init__("goal_sender")
         self.client = ActionClient(self, NavigateToPose, "navigate_to_pose")
         self.number = 0
-        self.left = math.inf
+        self.reported = math.inf
         self.done = False
         self.get_logger().info("waiting for navigate_to_pose")
         self.client.wait_for_server()
@@ -46,10 +46,10 @@ class GoalSender(Node):
 
     def on_feedback(self, message: Any) -> None:
         """Say so each half metre."""
-        left = message.feedback.distance_remaining
-        if abs(self.left - left) > 0.5:
-            self.left = left
-            self.get_logger().info(f"  Distance remaining: {left:.2f}m")
+        remaining = message.feedback.distance_remaining
+        if abs(self.reported - remaining) > 0.5:
+            self.reported = remaining
+            self.get_logger().info(f"  Distance remaining: {remaining:.2f}m")
 
     def on_answer(self, future: Any) -> None:
         """Wait for the result of a goal that was taken."""

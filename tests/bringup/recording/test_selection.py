@@ -6,10 +6,10 @@ import argparse
 
 import pytest
 
-from bringup.recording.selection import TopicSelection, add_options, selection_of
+from bringup.recording.selection import PlayFilter, add_options, selection_of
 
 
-def chosen(*words: str, hidden: bool = False) -> TopicSelection:
+def chosen(*words: str, hidden: bool = False) -> PlayFilter:
     parser = argparse.ArgumentParser()
     add_options(parser)
     return selection_of(parser.parse_args(words), hidden)

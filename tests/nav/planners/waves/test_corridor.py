@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from arjuna_nav.planners.waves.corridor import corridors, guided
-from arjuna_nav.planners.waves.potential import reachable, spread, traversal_costs
+from arjuna_nav.planners.waves.potential import reachable, traversal_costs, wavefront
 from tests.helpers.nav.navfn_maps import maze
 
 Cells = NDArray[np.uint8]
@@ -33,18 +33,18 @@ def test_a_corridor_holds_a_path_as_good_as_any(seed: int) -> None:
     data = clutter(seed)
     start, goal = (2, 2), (397, 397)
     seeds = np.array([[*start, 0.0]])
-    best = spread(data, COSTS, seeds, goal)[goal]
+    best = wavefront(data, COSTS, seeds, goal)[goal]
     found = corridors(data, COSTS, start, goal, 0.01)
     assert found is not None
     assert [one.shift for one in found] == [2, 3]
     assert 0.01 < found[0].open.mean() < found[1].open.mean() < 0.7
     through = guided(
-        lambda one: spread(data, COSTS, seeds, goal, one.open, one.shift),
+        lambda one: wavefront(data, COSTS, seeds, goal, one.open, one.shift),
         lambda potential: float(potential[goal]),
         found,
     )
     assert 0.999 * best <= through[goal] <= 1.02 * best  # which cell comes first counts a little
-    assert np.isfinite(through).sum() < np.isfinite(spread(data, COSTS, seeds, goal)).sum()
+    assert np.isfinite(through).sum() < np.isfinite(wavefront(data, COSTS, seeds, goal)).sum()
 
 
 @pytest.mark.parametrize("seed", range(12))

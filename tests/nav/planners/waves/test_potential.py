@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from arjuna_nav.planners.waves.descent import descend
-from arjuna_nav.planners.waves.potential import reachable, spread, traversal_costs
+from arjuna_nav.planners.waves.potential import reachable, traversal_costs, wavefront
 from tests.helpers.nav.navfn_maps import inflated
 
 Cells = NDArray[np.uint8]
@@ -43,14 +43,14 @@ def cost_along(path: NDArray[np.float64], data: Cells) -> float:
 def test_a_wave_is_that_of_the_formula(seed: int) -> None:
     data, (start, goal) = random_map(seed)
     seeds = np.array([[*start, 0.0]])
-    found, plain = spread(data, COSTS, seeds), plain_potential(data, COSTS, seeds)
+    found, plain = wavefront(data, COSTS, seeds), plain_potential(data, COSTS, seeds)
     np.testing.assert_array_equal(np.isfinite(found), np.isfinite(plain))
     np.testing.assert_array_equal(np.isfinite(found), reachable(data, COSTS, seeds))
     there = np.isfinite(plain) & (plain > 0.0)
     ratios = found[there] / plain[there]  # the fit falls by 0.5 % where its one neighbour counts
     assert 0.995 < ratios.min() <= ratios.max() < 1.05
     assert ratios.mean() < 1.01
-    stopped = spread(data, COSTS, seeds, (int(goal[0]), int(goal[1])))
+    stopped = wavefront(data, COSTS, seeds, (int(goal[0]), int(goal[1])))
     if np.isfinite(plain[tuple(goal)]):
         settled = found <= found[tuple(goal)]
         np.testing.assert_array_equal(stopped[settled], found[settled])
@@ -63,7 +63,7 @@ def test_paths_cost_what_those_of_the_formula_cost() -> None:
         seeds, end = np.array([[*start, 0.0]]), (int(goal[0]), int(goal[1]))
         plain = plain_potential(data, COSTS, seeds).astype(np.float32)
         if np.isfinite(plain[end]) and np.hypot(*(start - goal)) > 20.0:
-            paths = [descend(found, end) for found in (spread(data, COSTS, seeds, end), plain)]
+            paths = [descend(found, end) for found in (wavefront(data, COSTS, seeds, end), plain)]
             ratios_of_cost.append(cost_along(paths[0], data) / cost_along(paths[1], data))
     assert len(ratios_of_cost) > 20
     assert np.mean(ratios_of_cost) < 1.003
@@ -73,7 +73,7 @@ def test_paths_cost_what_those_of_the_formula_cost() -> None:
 def test_several_seeds_keep_what_they_cost() -> None:
     data = np.zeros((40, 40), np.uint8)
     seeds = np.array([[5.0, 5.0, 0.0], [35.0, 35.0, 900.0]])
-    found = spread(data, COSTS, seeds)
+    found = wavefront(data, COSTS, seeds)
     plain = plain_potential(data, COSTS, seeds)
     np.testing.assert_allclose(found, plain, rtol=0.03)
     assert found[35, 35] == 900.0
@@ -83,7 +83,7 @@ def test_several_seeds_keep_what_they_cost() -> None:
 def plain_potential(
     data: NDArray[np.uint8], costs: NDArray[np.float32], seeds: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return what `spread` returns, `(height, width) float64`, by the formula alone."""
+    """Return what `wavefront` returns, `(height, width) float64`, by the formula alone."""
     cost = np.pad(costs[data].astype(np.float64), 1, constant_values=np.inf)
     values = np.full(cost.shape, np.inf)
     rows, columns = seeds[:, :2].astype(int).T + 1
