@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from typing import Any
 
 import pytest
-from nav2_msgs.action import NavigateToPose
 from nav2_msgs.msg import CollisionMonitorState
 from nav2_msgs.srv import Toggle
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from bringup.parameters.files import shipped_parameters
-from bringup.stack import COLLISION_MONITOR, LOCAL_COSTMAP, NAVIGATION_GROUP
+from bringup.stack import COLLISION_MONITOR, LOCAL_COSTMAP
 from tests.helpers.nav.monitored import drive
-from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
+from tests.helpers.nav.navigation import PlayedRobot
 from tests.nav.worlds import block
 
 State = CollisionMonitorState
@@ -67,17 +64,6 @@ def test_without_sight_the_robot_stands(robot: PlayedRobot) -> None:
     robot.sees = True
     drive(robot, -0.2, 0.4)
     assert robot.command.x == pytest.approx(-0.2)
-
-
-def test_what_was_seen_is_moved_with_the_robot() -> None:
-    robot = made(source_timeout=1.0)
-    robot.pose = SE2(0.3, 0.0)
-    robot.run(0.3)
-    robot.sees = False
-    drive(robot, 0.4, 0.7)
-    nearest = 1.2 - robot.pose.x - 0.25
-    assert robot.command.x == pytest.approx(0.4 * min(nearest / 0.4 / 1.2, 1.0), abs=0.05)
-    assert robot.command.x < 0.38
 
 
 def test_it_can_be_switched_off_and_on(robot: PlayedRobot) -> None:
@@ -196,20 +182,3 @@ def test_a_robot_without_a_scanner_is_not_held() -> None:
     robot.run(0.5)
     drive(robot, 0.2, 0.2)
     assert robot.command.x == pytest.approx(0.2)
-
-
-def test_a_goal_is_reached_through_the_whole_chain() -> None:
-    limits = {"max_accel": [2.5, 0.0, 3.2], "max_decel": [-2.5, 0.0, -3.2]}
-    robot = PlayedRobot({"velocity_smoother": limits})
-    robot.bring_up(*NAVIGATION_GROUP.nodes)
-    robot.send_map()
-    robot.run(1.0)
-    request = NavigateToPose.Goal(pose=pose_stamped(SE2(1.5, 1.0), "map", 0.0))
-    goal = robot.send(NavigateToPose, "navigate_to_pose", request)
-    robot.run_until_done(goal, 40.0)
-    assert goal.status == SUCCEEDED
-    assert robot.pose.distance(SE2(1.5, 1.0)) < 0.2
-    speeds = [command.x for command in robot.commands]
-    assert max(b - a for a, b in itertools.pairwise(speeds)) <= 2.5 / 20.0 + 1e-9
-    robot.run(1.0)
-    assert robot.command == STILL

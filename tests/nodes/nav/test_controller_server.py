@@ -56,14 +56,6 @@ def test_a_path_is_followed_to_its_end(robot: PlayedRobot) -> None:
     assert max(each.speed for each in goal.feedback) == pytest.approx(0.4, abs=0.01)
 
 
-def test_a_path_in_another_frame_than_the_costmap_is_followed(robot: PlayedRobot) -> None:
-    robot.bench.advance(0.1)
-    goal = follow(robot, path((0.8, 0.0), frame="odom"))
-    robot.run_until_done(goal, 10.0)
-    assert goal.status == SUCCEEDED
-    assert robot.pose.distance(SE2(0.8, 0.0)) < 0.15
-
-
 def test_a_controller_that_turns_on_the_spot_as_the_robot_cannot_is_reported_once(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
@@ -88,31 +80,19 @@ def test_a_new_path_is_taken_without_a_stop(robot: PlayedRobot) -> None:
     assert newer.status == SUCCEEDED
 
 
-@pytest.mark.parametrize(
-    ("limit", "speed"),
-    [
+def test_a_speed_limit_holds_at_once_outlasts_paths_and_can_be_lifted(robot: PlayedRobot) -> None:
+    for limit, speed in (
         (SpeedLimit(speed_limit=0.25), 0.25),
         (SpeedLimit(speed_limit=50.0, percentage=True), 0.2),
-        (SpeedLimit(speed_limit=0.0), 0.4),
         (SpeedLimit(speed_limit=float("nan")), 0.4),
-    ],
-)
-def test_a_speed_limit_holds_at_once(robot: PlayedRobot, limit: SpeedLimit, speed: float) -> None:
-    follow(robot, path((3.0, 0.0)))
-    robot.run(1.0)
-    robot.bench.publish(SpeedLimit, "/speed_limit", limit)
-    robot.run(0.5)
-    assert robot.command.x == pytest.approx(speed)
-
-
-def test_a_speed_limit_outlasts_the_path_and_can_be_lifted(robot: PlayedRobot) -> None:
-    robot.bench.publish(SpeedLimit, "/speed_limit", SpeedLimit(speed_limit=0.25))
-    follow(robot, path((3.0, 0.0)))
-    robot.run(1.0)
-    assert robot.command.x == pytest.approx(0.25)
-    robot.bench.publish(SpeedLimit, "/speed_limit", SpeedLimit())
-    robot.run(0.5)
-    assert robot.command.x == pytest.approx(0.4)
+        (SpeedLimit(speed_limit=0.25), 0.25),
+        (SpeedLimit(), 0.4),
+    ):
+        robot.bench.publish(SpeedLimit, "/speed_limit", limit)
+        follow(robot, path((3.0, 0.0)))
+        robot.run(1.0)
+        assert robot.command.x == pytest.approx(speed)
+        robot.pose = SE2()
 
 
 def not_finite() -> Path:
@@ -131,14 +111,12 @@ REFUSED: list[tuple[int, Path, dict[str, str], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("code", "route", "ids", "says"), REFUSED)
-def test_what_cannot_be_followed_fails_with_its_code(
-    robot: PlayedRobot, code: int, route: Path, ids: dict[str, str], says: str
-) -> None:
-    goal = follow(robot, route, **ids)
-    robot.run_until_done(goal, 0.5)
-    assert_failed(goal, code)
-    assert says in goal.result.error_msg
+def test_what_cannot_be_followed_fails_with_its_code(robot: PlayedRobot) -> None:
+    for code, route, ids, says in REFUSED:
+        goal = follow(robot, route, **ids)
+        robot.run_until_done(goal, 0.5)
+        assert_failed(goal, code)
+        assert says in goal.result.error_msg
     assert robot.command == STILL
 
 

@@ -77,12 +77,10 @@ def test_says_why_there_is_no_route(robot: PlayedRobot, track: bool) -> None:
         assert (goal.status, goal.result.error_code) == (ABORTED, code)
 
 
-@pytest.mark.parametrize("name", ["none", "/dev/zero", "../graph.geojson", "http://["])
-def test_a_graph_that_cannot_be_read_leaves_the_last(
-    robot: PlayedRobot, tmp_path: Path, name: str
-) -> None:
-    wrong = SetRouteGraph.Request(graph_filepath=name)
-    assert not robot.bench.call(SetRouteGraph, "route_server/set_route_graph", wrong).success
+def test_a_graph_that_cannot_be_read_leaves_the_last(robot: PlayedRobot, tmp_path: Path) -> None:
+    for name in ("none", "/dev/zero", "../graph.geojson", "http://["):
+        wrong = SetRouteGraph.Request(graph_filepath=name)
+        assert not robot.bench.call(SetRouteGraph, "route_server/set_route_graph", wrong).success
     assert ask(robot, start_id=0, goal_id=2).status == SUCCEEDED
     right = SetRouteGraph.Request(graph_filepath=str(written(tmp_path)))
     assert robot.bench.call(SetRouteGraph, "route_server/set_route_graph", right).success
@@ -324,14 +322,14 @@ BELL = {"type": "Bell", "trigger": "NODE", "metadata": {"service_name": "bell"}}
 TRIGGER = {"plugin": "nav2_route::TriggerEvent", "service_name": "doors"}
 
 
-def serve(robot: PlayedRobot, *names: str, success: bool = True) -> list[str]:
+def serve(robot: PlayedRobot, *names: str) -> list[str]:
     """Serve triggers; return a list that grows with the name of each that is called."""
     called: list[str] = []
     for name in names:
 
         def answer(request: Any, response: Any, name: str = name) -> Any:
             called.append(name)
-            response.success = success
+            response.success = False  # the route goes on all the same
             return response
 
         robot.bench.node.create_service(Trigger, f"/{name}", answer)
@@ -339,12 +337,11 @@ def serve(robot: PlayedRobot, *names: str, success: bool = True) -> list[str]:
     return called
 
 
-@pytest.mark.parametrize("success", [True, False])
-def test_services_are_called_where_the_graph_asks_for_it(tmp_path: Path, success: bool) -> None:
+def test_services_are_called_where_the_graph_asks_for_it(tmp_path: Path) -> None:
     door = {"type": "Bell", "trigger": "ON_EXIT"}
     content = asking({0: {"operations": {"a": BELL}}, EDGES + 3: {"operations": {"b": door}}})
     robot = serving(tmp_path, content, operations=["Bell"], Bell=TRIGGER)
-    called = serve(robot, "bell", "doors", success=success)
+    called = serve(robot, "bell", "doors")
     goal = ask(robot, True, start_id=0, goal_id=2)
     drive(robot, (0.0, 0.1))
     assert called == ["bell"]
@@ -449,16 +446,6 @@ def test_what_raises_fails_its_goal_with_its_last_line_and_not_the_server(
     ask(robot, True, start_id=2, goal_id=2)
     robot.run(0.1)
     assert robot.nodes["route_server"].tracker is not None, "it serves the next"
-
-
-def test_a_service_has_its_time_to_answer(tmp_path: Path) -> None:
-    content = asking({0: {"operations": {"a": BELL}}})
-    bell = {**TRIGGER, "service_timeout": 3.0}
-    robot = serving(tmp_path, content, operations=["Bell"], Bell=bell)
-    goal = ask(robot, True, start_id=0, goal_id=2)
-    drive(robot, (0.0, 0.1))
-    robot.run(1.0)
-    assert not goal.done
 
 
 def test_a_start_far_along_an_edge_is_not_cut_off_where_that_is_asked(tmp_path: Path) -> None:
