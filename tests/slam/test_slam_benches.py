@@ -12,7 +12,7 @@ import pytest
 
 from tests.bench import amcl, localization, loops, posegraph, scanmatch, slam
 from tests.helpers.tours import TourWorld, crowded, with_odometry, without_walls
-from tests.slam.logs.test_offline import text
+from tests.slam.logs.test_recording import text
 
 SQUARE = """\
 VERTEX_SE2 0 0 0 0

@@ -1,4 +1,4 @@
-"""Entities are spawned through a plain client, or refused with the right code."""
+"""Spawning things and moving the robot."""
 
 from __future__ import annotations
 
@@ -7,13 +7,11 @@ from typing import Any
 
 import pytest
 from sensor_msgs.msg import LaserScan
-from simulation_interfaces.msg import (
-    Resource,
-    Result,
-)
+from simulation_interfaces.msg import Resource, Result
 from simulation_interfaces.msg import SpawnEntity as SpawnRequest
 from simulation_interfaces.srv import (
     DeleteEntity,
+    GetEntityState,
     GetSpawnables,
     SetEntityState,
     SpawnEntities,
@@ -21,8 +19,10 @@ from simulation_interfaces.srv import (
 )
 
 from arjuna_core.ros import qos
+from arjuna_core.se2 import SE2
+from arjuna_sim.model.robot import SOLO
 from tests.helpers.ros import RosBench
-from tests.nodes.sim.running import OK, names, run, spawn, start_in, state
+from tests.nodes.sim.running import OK, names, run, spawn, start_in, start_sim, state
 
 CODES = SpawnEntity.Response
 CRATE = """<sdf version="1.7"><model name="crate"><static>true</static><link name="l">
@@ -134,3 +134,47 @@ def test_same_requests_give_the_same_scans() -> None:
             bench.close()
 
     assert scans() == scans()
+
+
+def test_kidnap_by_set_entity_state_shows_in_truth_and_scan_only(bench: RosBench) -> None:
+    sim = start_sim(bench)
+    run(bench, sim, 5)
+    request = SetEntityState.Request(entity="arjuna", set_pose=True)
+    request.state.pose.position.x, request.state.pose.position.y = 1.0, 2.0
+    response = bench.call(SetEntityState, "/set_entity_state", request)
+    assert response.result.result == Result.RESULT_OK
+    run(bench, sim, 1)
+    state = bench.call(GetEntityState, "/get_entity_state", GetEntityState.Request(entity="robot"))
+    assert state.result.result == Result.RESULT_OK
+    assert (state.state.pose.position.x, state.state.pose.position.y) == pytest.approx(
+        (1.0, 2.0), abs=1e-3
+    )
+    assert sim.last is not None
+    assert sim.last.odometry.T_odom_base.distance(SE2()) < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("entity", "x", "flags", "code", "words"),
+    [
+        (
+            "nobody",
+            0.0,
+            {"set_pose": True},
+            Result.RESULT_NOT_FOUND,
+            "valid: arjuna, obstacle_blue",
+        ),
+        ("arjuna", 2.5, {"set_pose": True}, 101, "blocked by obstacle_red"),
+        ("arjuna", math.nan, {"set_pose": True}, 101, "not finite"),
+        ("arjuna", 1.0, {"set_twist": True}, Result.RESULT_FEATURE_UNSUPPORTED, "only the pose"),
+    ],
+)
+def test_impossible_kidnap_is_refused_and_moves_nothing(
+    bench: RosBench, entity: str, x: float, flags: dict[str, bool], code: int, words: str
+) -> None:
+    sim = start_sim(bench)
+    request = SetEntityState.Request(entity=entity, **flags)
+    request.state.pose.position.x = x
+    response = bench.call(SetEntityState, "/set_entity_state", request)
+    assert response.result.result == code
+    assert words in response.result.error_message
+    assert sim.simulator.robots[SOLO].truth().pose.distance(SE2()) < 1e-6
