@@ -14,7 +14,7 @@ from arjuna_slam.logs.recording import RecordingTopics
 from tests.core.bags.recordings import write_ros1
 from tests.fuzz.files import READERS, Fuzzer, Reader, log_entries
 
-INPUTS = 60  # of each kind; `bench fuzz` reads as many as there is time for
+INPUTS = 30  # of each kind; `bench fuzz` reads as many as there is time for
 
 
 @pytest.mark.parametrize("reader", READERS, ids=[reader.name for reader in READERS])

@@ -11,7 +11,7 @@ import pytest
 
 from arjuna_core.files.shipped import shipped_file
 from bringup.cli_parser import parse
-from bringup.ros2.grammar import VERBS, Command, Verb, build_parser
+from bringup.ros2.grammar import VERBS, build_parser
 from bringup.ros2.main import main, real_ros2, without_wheels
 from bringup.ros2.roslaunch import commands_of
 from bringup.ros2.tables import COMMANDS
@@ -34,11 +34,11 @@ def test_help_imports_neither_ros_nor_numpy() -> None:
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-@pytest.mark.parametrize(("command", "verb"), ALL, ids=[f"{c.name}-{v.name}" for c, v in ALL])
-def test_every_verb_has_its_function(command: Command, verb: Verb) -> None:
-    module, function = command.runs(verb).split(":")
-    path = Path(*VERBS.split("."), f"{module}.py")
-    assert f"\ndef {function}(" in path.read_text()
+def test_every_verb_has_its_function() -> None:
+    for command, verb in ALL:
+        module, function = command.runs(verb).split(":")
+        path = Path(*VERBS.split("."), f"{module}.py")
+        assert f"\ndef {function}(" in path.read_text(), (command.name, verb.name)
 
 
 @pytest.mark.parametrize(

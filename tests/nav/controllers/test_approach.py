@@ -47,7 +47,7 @@ def off(robot: Unicycle, goal: SE2) -> tuple[float, float]:
     return robot.pose.distance(goal), abs(wrap(robot.pose.theta - goal.theta))
 
 
-@pytest.mark.parametrize("delay", [0, 1, 3])
+@pytest.mark.parametrize("delay", [0, 3])
 @pytest.mark.parametrize("heading", [0.0, 0.6, -2.0, 3.1])
 @pytest.mark.parametrize("start", [0.0, 1.0, 2.5])
 def test_it_drives_into_the_goal(delay: int, heading: float, start: float) -> None:
@@ -360,13 +360,10 @@ CAR = {
 }
 
 
-@pytest.mark.parametrize("delay", [1, 3])
 @pytest.mark.parametrize("start", [0.0, 1.0, 2.5])
 @pytest.mark.parametrize("heading", [0.0, 1.2, -2.0, 3.1])
-def test_a_steered_robot_arrives_on_bends_that_it_can_drive(
-    delay: int, start: float, heading: float
-) -> None:
-    robot = Unicycle(SE2(2.0, 2.5, start), delay=delay, steered=True)
+def test_a_steered_robot_arrives_on_bends_that_it_can_drive(start: float, heading: float) -> None:
+    robot = Unicycle(SE2(2.0, 2.5, start), delay=3, steered=True)
     goal = SE2(3.0, 2.7, heading)
     assert drive(robot, goal, empty_grid(5.0, 5.0), **CAR).state is FollowState.SUCCEEDED
     distance, angle = off(robot, goal)
