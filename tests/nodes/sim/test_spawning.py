@@ -58,43 +58,37 @@ def test_names_are_unique_or_made_so(bench: RosBench) -> None:
     assert spawn(bench, "", uri="", text=CRATE, allow_renaming=True).entity_name == "crate_2"
 
 
-@pytest.mark.parametrize(
-    ("fields", "code", "words"),
-    [
-        ({"name": ""}, CODES.NAME_INVALID, "the name is empty"),
-        ({"name": "a b"}, CODES.NAME_INVALID, "letters, digits"),
-        ({"name": "arjuna"}, CODES.NAME_NOT_UNIQUE, "'arjuna' is taken"),
-        ({"name": "a", "uri": ""}, CODES.NO_RESOURCE, "neither a uri"),
-        ({"name": "a", "uri": "", "text": "mjcf"}, CODES.UNSUPPORTED_FORMAT, "neither <sdf>"),
-        ({"name": "a", "uri": "a.usd"}, Result.RESULT_NOT_FOUND, "does not exist"),
-        ({"name": "a", "uri": "/etc/passwd"}, Result.RESULT_OPERATION_FAILED, "lies outside"),
-        ({"name": "a", "uri": "box:1"}, CODES.RESOURCE_PARSE_ERROR, "needs 3 finite"),
-        ({"name": "a", "entity_namespace": "1/-"}, CODES.NAMESPACE_INVALID, "namespace '1/-'"),
-        ({"name": "a", "x": math.nan}, CODES.INVALID_POSE, "not finite"),
-        ({"name": "a", "x": 1e9}, CODES.INVALID_POSE, "farther than"),
-        ({"name": "a", "x": 0.1}, CODES.INVALID_POSE, "would stand in the robot"),
-        ({"name": "a", "frame": "mars"}, CODES.INVALID_POSE, "frame 'mars' is unknown"),
-    ],
-)
-def test_impossible_spawn_has_its_code_and_changes_nothing(
-    bench: RosBench, fields: dict[str, Any], code: int, words: str
-) -> None:
+IMPOSSIBLE: list[tuple[dict[str, Any], int, str]] = [
+    ({"name": ""}, CODES.NAME_INVALID, "the name is empty"),
+    ({"name": "a b"}, CODES.NAME_INVALID, "letters, digits"),
+    ({"name": "arjuna"}, CODES.NAME_NOT_UNIQUE, "'arjuna' is taken"),
+    ({"name": "a", "uri": ""}, CODES.NO_RESOURCE, "neither a uri"),
+    ({"name": "a", "uri": "", "text": "mjcf"}, CODES.UNSUPPORTED_FORMAT, "neither <sdf>"),
+    ({"name": "a", "uri": "a.usd"}, Result.RESULT_NOT_FOUND, "does not exist"),
+    ({"name": "a", "uri": "/etc/passwd"}, Result.RESULT_OPERATION_FAILED, "lies outside"),
+    ({"name": "a", "uri": "box:1"}, CODES.RESOURCE_PARSE_ERROR, "needs 3 finite"),
+    ({"name": "a", "entity_namespace": "1/-"}, CODES.NAMESPACE_INVALID, "namespace '1/-'"),
+    ({"name": "a", "x": math.nan}, CODES.INVALID_POSE, "not finite"),
+    ({"name": "a", "x": 1e9}, CODES.INVALID_POSE, "farther than"),
+    ({"name": "a", "x": 0.1}, CODES.INVALID_POSE, "would stand in the robot"),
+    ({"name": "a", "frame": "mars"}, CODES.INVALID_POSE, "frame 'mars' is unknown"),
+]
+
+
+def test_impossible_spawns_have_their_codes_and_change_nothing(bench: RosBench) -> None:
     sim = start_in(bench)
-    response = spawn(bench, **fields)
-    assert response.result.result == code
-    assert words in response.result.error_message
-    assert names(bench) == ["arjuna"]
-    run(bench, sim, 1)
-    assert sim.simulator.time == 0.02
-
-
-def test_zero_quaternion_is_an_invalid_pose(bench: RosBench) -> None:
-    start_in(bench)
+    for fields, code, words in IMPOSSIBLE:
+        response = spawn(bench, **fields)
+        assert response.result.result == code
+        assert words in response.result.error_message
     request = SpawnEntity.Request(name="a", entity_resource=Resource(uri="sphere:0.2"))
     request.initial_pose.pose.orientation.w = 0.0
     response = bench.call(SpawnEntity, "/spawn_entity", request)
     assert response.result.result == CODES.INVALID_POSE
     assert "is no rotation" in response.result.error_message
+    assert names(bench) == ["arjuna"]
+    run(bench, sim, 1)
+    assert sim.simulator.time == 0.02
 
 
 def test_several_are_spawned_at_once_each_with_its_result(bench: RosBench) -> None:
@@ -153,28 +147,18 @@ def test_kidnap_by_set_entity_state_shows_in_truth_and_scan_only(bench: RosBench
     assert sim.last.odometry.T_odom_base.distance(SE2()) < 1e-3
 
 
-@pytest.mark.parametrize(
-    ("entity", "x", "flags", "code", "words"),
-    [
-        (
-            "nobody",
-            0.0,
-            {"set_pose": True},
-            Result.RESULT_NOT_FOUND,
-            "valid: arjuna, obstacle_blue",
-        ),
+def test_impossible_kidnaps_are_refused_and_move_nothing(bench: RosBench) -> None:
+    sim = start_sim(bench)
+    only_pose = Result.RESULT_FEATURE_UNSUPPORTED, "only the pose"
+    for entity, x, flags, code, words in (
+        ("nobody", 0.0, {"set_pose": True}, Result.RESULT_NOT_FOUND, "valid: arjuna, obstacle_bl"),
         ("arjuna", 2.5, {"set_pose": True}, 101, "blocked by obstacle_red"),
         ("arjuna", math.nan, {"set_pose": True}, 101, "not finite"),
-        ("arjuna", 1.0, {"set_twist": True}, Result.RESULT_FEATURE_UNSUPPORTED, "only the pose"),
-    ],
-)
-def test_impossible_kidnap_is_refused_and_moves_nothing(
-    bench: RosBench, entity: str, x: float, flags: dict[str, bool], code: int, words: str
-) -> None:
-    sim = start_sim(bench)
-    request = SetEntityState.Request(entity=entity, **flags)
-    request.state.pose.position.x = x
-    response = bench.call(SetEntityState, "/set_entity_state", request)
-    assert response.result.result == code
-    assert words in response.result.error_message
+        ("arjuna", 1.0, {"set_twist": True}, *only_pose),
+    ):
+        request = SetEntityState.Request(entity=entity, **flags)
+        request.state.pose.position.x = x
+        response = bench.call(SetEntityState, "/set_entity_state", request)
+        assert response.result.result == code
+        assert words in response.result.error_message
     assert sim.simulator.robots[SOLO].truth().pose.distance(SE2()) < 1e-6

@@ -63,9 +63,7 @@ def test_standard_topics_can_be_asked_for(bench: RosBench, tmp_path: Path) -> No
     assert odom[-1].header.frame_id == "odom"
 
 
-@pytest.mark.parametrize(
-    ("rate", "count"), [(10.0, 20), (30.0, 60), (7.0, 14), (40.0, 80), (50.0, 100)]
-)
+@pytest.mark.parametrize(("rate", "count"), [(30.0, 60), (7.0, 14), (50.0, 100)])
 def test_lidar_rate_is_exact_in_sim_time(
     bench: RosBench, tmp_path: Path, rate: float, count: int
 ) -> None:
@@ -79,7 +77,7 @@ def test_lidar_rate_is_exact_in_sim_time(
     assert max(late) < 0.02 - 1e-6
 
 
-@pytest.mark.parametrize("rate", [10.0, 25.0, 50.0])
+@pytest.mark.parametrize("rate", [10.0, 25.0])
 def test_odometry_rate_of_the_file_is_exact(bench: RosBench, tmp_path: Path, rate: float) -> None:
     edit = ("<updateRate>50", f"<updateRate>{rate:g}")
     sim = start_sim(bench, robot=_robot(tmp_path, edit))
@@ -127,7 +125,7 @@ def test_topic_that_no_topic_can_be_is_refused(bench: RosBench, tmp_path: Path) 
     assert again.trigger_configure() == TransitionCallbackReturn.SUCCESS
 
 
-@pytest.mark.parametrize("rate", [100.0, 200.0, 250.0])
+@pytest.mark.parametrize("rate", [100.0, 250.0])
 def test_imu_faster_than_the_tick_reads_between_ticks(
     bench: RosBench, tmp_path: Path, rate: float
 ) -> None:

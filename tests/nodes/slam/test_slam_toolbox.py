@@ -111,13 +111,6 @@ def test_mapping_stops_for_localization_and_continues(robot: Robot) -> None:
     assert robot.error() < 0.03
 
 
-def test_a_robot_that_stands_still_does_not_publish_the_map_again(robot: Robot) -> None:
-    started(robot, map_update_interval=1.0)
-    robot.drive(1)
-    robot.bench.advance(5.0)
-    assert len(robot.maps) == 1
-
-
 def test_a_map_is_saved_inside_the_open_folders_only(robot: Robot, tmp_path: Path) -> None:
     started(robot, maps_folder=str(tmp_path))
     no_map = SaveMap.Response.RESULT_NO_MAP_RECEIEVD
