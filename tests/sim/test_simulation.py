@@ -180,7 +180,7 @@ def test_robots_that_come_and_go_repeat_themselves() -> None:
     assert first != _coming_and_going(4)
 
 
-def test_a_robot_goes_on_as_it_was_when_another_comes_or_goes() -> None:
+def test_a_robot_continues_when_another_comes_or_leaves() -> None:
     simulation = pair()
     run(simulation, 0.5, {"a": Velocity(0.3, yaw_rate=0.5)})
     before, wheels = simulation.robots["a"].truth(), simulation.robots["a"].wheel_angles()

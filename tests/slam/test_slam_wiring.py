@@ -211,7 +211,7 @@ def test_the_robot_is_localized_from_where_it_is_found(
         (MatchStatus.LOW_RESPONSE, np.diag([4.0, 4.0, 10.0])),  # half a metre and 0.3 rad
     ],
 )
-def test_a_resumed_map_goes_on_from_its_nearest_keyframe(
+def test_a_resumed_map_continues_from_its_nearest_keyframe(
     status: MatchStatus, information: Floats, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scripted, reference = Scripted(), Reference(status=status)
@@ -237,7 +237,7 @@ def test_a_resumed_map_goes_on_from_its_nearest_keyframe(
     assert len(again.scans) == 6
 
 
-def test_odometry_that_went_on_is_followed_from_the_session_s_last_keyframe(
+def test_odometry_is_followed_from_the_session_s_last_keyframe(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     scripted = Scripted()

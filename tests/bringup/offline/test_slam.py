@@ -25,8 +25,7 @@ from bringup.parameters.files import for_node, load_parameters
 from bringup.terminal import Bar
 from tests.core.bags.recordings import SCAN, TF, Entry, scan_bytes, transform_bytes, write_humble
 from tests.slam.amcl.room import Robot, ranges_at, room_map
-from tests.slam.logs.test_recording import text
-from tests.slam.logs.test_recording import LOG, entries
+from tests.slam.logs.test_recording import LOG, entries, text
 
 
 @pytest.fixture

@@ -79,7 +79,7 @@ def up(start_up: StartUp, name: str, *nodes: str) -> None:
     start_up.take(name, {"waiting": ""})
 
 
-def test_an_event_is_read_as_it_was_written_and_a_log_line_is_none() -> None:
+def test_events_are_read_as_written_and_log_lines_ignored() -> None:
     event = {"node": "amcl", "state": "active"}
     assert read_event(event_line(**event)) == event
     for line in ("[INFO] [1.0] [amcl]: active", '{"node": "amcl"}', "\x1e{", "\x1e[1]", ""):

@@ -1,4 +1,4 @@
-"""Recordings: topics chosen, heard, played and summed up."""
+"""Recordings: topics chosen, recorded, played and summed up."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ def test_without_it_following_fails_and_says_why() -> None:
     assert "collision ahead" in result.message
 
 
-def test_finds_none_where_there_is_none_and_waits_for_what_comes_up() -> None:
+def test_finds_no_escape_where_there_is_none_and_waits_for_newcomers() -> None:
     costmap, start = dead_end(SE2())
     escape, out = made(patience=1.0), polyline([(2.3, 1.5), (0.9, 1.5)], math.pi)
     assert escape.begin(start, out, costmap)

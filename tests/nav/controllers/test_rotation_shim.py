@@ -59,7 +59,7 @@ def test_a_turn_begins_beyond_one_angle_and_ends_within_another(side: float) -> 
     assert turns(controller, SE2(0.0, 0.0, 0.9 * side)), "for each new path"
 
 
-def test_its_yaw_rate_goes_on_from_the_one_measured() -> None:
+def test_its_yaw_rate_continues_from_the_one_measured() -> None:
     controller = shim()
     for w, expected in ((0.0, 0.075), (0.5, 0.575), (W_MAX, W_MAX)):
         command = asked(controller, SE2(0.0, 0.0, -2.0), w).velocity
@@ -128,7 +128,7 @@ def test_a_turn_that_would_soon_hit_something_is_refused(
         assert (result.velocity.x, result.velocity.yaw_rate) == (0.0, W_MAX)
 
 
-def test_in_an_open_loop_a_turn_goes_on_from_what_was_commanded() -> None:
+def test_in_an_open_loop_a_turn_continues_from_the_last_command() -> None:
     for closed, rates in ((True, (0.075, 0.075)), (False, (0.075, 0.15))):
         controller = shim(closed_loop=closed, max_angular_accel=1.5)
         for rate in rates:

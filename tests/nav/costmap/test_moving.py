@@ -140,7 +140,7 @@ def test_who_turns_about_may_come_as_fast_as_before() -> None:
     assert least > 0.8
 
 
-def test_who_stops_may_go_on_at_its_pace_for_a_while() -> None:
+def test_a_person_who_stops_may_continue_at_their_pace_for_a_while() -> None:
     paces: list[float] = []
 
     def keep(moving: Moving) -> None:
@@ -269,7 +269,7 @@ class Watched:
 
 @pytest.mark.parametrize("rolling", [False, True])
 @pytest.mark.parametrize(("moving_time", "stays"), [(1.5, False), (0.0, True)])
-def test_marks_of_who_has_gone_on_unseen_fade(
+def test_marks_of_people_who_left_unseen_fade(
     rolling: bool, moving_time: float, stays: bool
 ) -> None:
     watched = Watched(moving_time, rolling)
@@ -364,7 +364,7 @@ def test_what_is_laid_over_the_costs_is_taken_off_again() -> None:
 
 
 @pytest.mark.parametrize("origin", [SE2(), SE2(-3.0, 2.0, 0.6)])
-def test_path_costs_lie_where_things_go_on_any_grid(origin: SE2) -> None:
+def test_path_costs_lie_where_things_move_on_any_grid(origin: SE2) -> None:
     frame = GridFrame(0.05, 120, 100, origin)
     at, to = (origin.apply(np.array([end]))[0] for end in ([2.0, 2.0], [4.0, 2.0]))
     thing = np.array([[*at, *(to - at), 0.2]])

@@ -276,7 +276,7 @@ def test_a_timer_fires_by_the_process_s_time(bench: RosBench) -> None:
     assert fired == [5, 10, 27]
 
 
-def test_a_coroutine_goes_on_when_what_it_waits_for_has_come(either: RosBench) -> None:
+def test_a_coroutine_continues_when_its_future_is_done(either: RosBench) -> None:
     node = EchoNode(either.process)
     node.trigger_configure()
     node.serve(Trigger, "ask", lambda request, response: response)

@@ -80,7 +80,7 @@ def changed(message: Any, path: str, value: Any) -> Any:
         (PoseStamped, "pose.orientation.z"),
     ],
 )
-def test_numbers_that_are_none_are_named(kind: Any, path: str, value: float) -> None:
+def test_numbers_that_are_not_finite_are_named(kind: Any, path: str, value: float) -> None:
     assert problem_of(kind()) is None
     assert str(problem_of(changed(kind(), path, value))).startswith(path)
 

@@ -142,7 +142,7 @@ def test_it_moves_in_a_frame_of_its_own_and_asks_for_a_young_pose() -> None:
     assert "over the tolerance of 0.1 s" in goal.result.error_msg
 
 
-@pytest.mark.parametrize(("first", "second"), zip(KINDS, (*KINDS[1:], KINDS[0]), strict=True))
+@pytest.mark.parametrize(("first", "second"), list(zip(KINDS, (*KINDS[1:], KINDS[0]), strict=True)))
 def test_a_new_goal_ends_the_running_one(robot: PlayedRobot, first: str, second: str) -> None:
     older = start(robot, first)
     robot.run(0.5)

@@ -236,7 +236,7 @@ def test_a_default_tree_drives_goals_that_name_none(tmp_path: Path) -> None:
     assert log[0].event_log[0].node_name == "Sequence"
 
 
-def test_a_default_tree_that_is_none_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_default_tree_that_does_not_exist_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(AssertionError, match="bt_navigator did not configure"):
         made(default_nav_to_pose_bt_xml="nothing.xml")
     assert "there is no behavior tree 'nothing.xml'" in capfd.readouterr().err

@@ -117,6 +117,6 @@ def test_the_newer_list_of_either_kind_counts() -> None:
 @pytest.mark.parametrize(
     ("datum", "says"), [([1.0, 2.0], "has 2 numbers"), ([95.0, 0.0, 0.0], "95")]
 )
-def test_a_datum_that_is_none_is_refused(datum: list[float], says: str) -> None:
+def test_an_invalid_datum_is_refused(datum: list[float], says: str) -> None:
     with pytest.raises(ConfigError, match=says):
         started(*NAVIGATION_GROUP.nodes, waypoint_follower={"gps.datum": datum})

@@ -297,7 +297,7 @@ def test_blocked_edges_are_forgotten_at_the_next_reroute_unless_they_are_gathere
     assert nodes_of(goal.feedback[-1].route) == kept
 
 
-def test_the_route_goes_on_along_the_edge_that_is_driven(tmp_path: Path) -> None:
+def test_the_route_continues_along_the_current_edge(tmp_path: Path) -> None:
     content = asking({EDGES + 1: {"overridable": True}})
     content["features"].append(
         {

@@ -1,4 +1,4 @@
-"""smoother_server: smooth paths, and why there is none."""
+"""smoother_server: smooth paths, and the reasons of its refusals."""
 
 from __future__ import annotations
 

@@ -188,7 +188,7 @@ def test_inactive_simulator_stands_still(bench: RosBench) -> None:
     assert sim.simulator.time == 0.04
 
 
-def test_a_simulator_goes_on_where_a_killed_one_was(bench: RosBench, tmp_path: Path) -> None:
+def test_a_simulator_resumes_where_a_killed_one_was(bench: RosBench, tmp_path: Path) -> None:
     kept = {"resume_file": str(tmp_path / "sim"), "robot": str(shipped_file("urdf/arjuna.urdf"))}
     first = start_sim(bench, **kept)
     bench.publish(Twist, "/cmd_vel", Twist(linear=Vector3(x=0.4), angular=Vector3(z=0.5)))

@@ -397,7 +397,7 @@ def test_the_search_at_the_start_is_as_configured(room: Room, mode: str) -> None
     assert (room.error[0] < 0.06) == (mode == "always")
 
 
-def test_the_pose_is_saved_at_its_rate_and_a_later_start_goes_on_from_there(room: Room) -> None:
+def test_the_pose_is_saved_at_its_rate_and_a_later_start_resumes_there(room: Room) -> None:
     node = started(room, save_pose_rate=2.0, set_initial_pose=False)
     room.drive(12)
     saved = node.config.initial_pose

@@ -1,4 +1,4 @@
-"""Claims: graphs are saved, loaded and gone on from as slam_toolbox's services have it."""
+"""Graphs are saved, loaded and resumed as by slam_toolbox's services."""
 
 from __future__ import annotations
 
@@ -227,7 +227,7 @@ def test_parameters_name_a_graph_to_localize_on(
     assert same.read_bytes() == first.read_bytes()
 
 
-def test_a_named_graph_that_is_missing_or_a_pose_that_is_none_refuses_to_configure(
+def test_a_missing_graph_or_an_invalid_pose_refuses_to_configure(
     robot: Robot, saved: SlamToolboxNode, tmp_path: Path
 ) -> None:
     for values in (

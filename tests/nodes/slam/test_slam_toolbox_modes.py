@@ -167,7 +167,7 @@ def test_scans_without_a_reading_are_counted_warned_about_once_and_move_nothing(
     assert node.slam.scans.counts[Skip.EMPTY] == node.slam.scans.skipped == 20
     assert len(logged.warnings) == 1
     assert Skip.EMPTY.value in logged.warnings[0]
-    assert_goes_on(robot)
+    assert_continues(robot)
 
 
 def test_where_nothing_is_in_range_odometry_carries_from_the_first_scan(robot: Robot) -> None:
@@ -199,7 +199,7 @@ def test_scans_that_cannot_be_are_refused_reported_once_and_move_nothing(
     assert (tally.kind, tally.count) == ("refused", 20)
     assert len(logged.warnings) == 1
     assert reason in logged.warnings[0]
-    assert_goes_on(robot)
+    assert_continues(robot)
 
 
 def send_spoilt(robot: Robot, **fields: Any) -> None:
@@ -211,7 +211,7 @@ def send_spoilt(robot: Robot, **fields: Any) -> None:
         robot.send(_spoilt(robot.scan(), **fields))
 
 
-def assert_goes_on(robot: Robot) -> None:
+def assert_continues(robot: Robot) -> None:
     assert len(robot.poses) == 5
     robot.drive(5)
     assert robot.error() < 0.03
@@ -247,9 +247,7 @@ def test_beam_counts_may_change_from_scan_to_scan(robot: Robot) -> None:
     assert robot.error() < 0.03
 
 
-def test_scans_without_transforms_wait_then_are_dropped_and_it_goes_on(
-    robot: Robot, logged: Logged
-) -> None:
+def test_scans_without_transforms_wait_then_are_dropped(robot: Robot, logged: Logged) -> None:
     started(robot)
     robot.drive(5)
     for _ in range(15):

@@ -91,7 +91,7 @@ def test_one_driven_axle_climbs_as_high_as_its_friction_and_no_higher(friction: 
 
 
 @pytest.mark.parametrize(("casters", "low"), [(2, -0.02), (2, -0.3), (1, 0.0)])
-def test_robot_whose_feet_lift_its_wheels_off_says_so(casters: int, low: float) -> None:
+def test_a_robot_whose_skids_lift_its_wheels_off_is_reported(casters: int, low: float) -> None:
     between = Chassis(axles=1, casters=casters, low=low, friction=1.2)
     said = _simulator(between, level()).stage.scene.robots[SOLO].support.facts
     assert [note.split(":")[0] for note in said] == (

@@ -131,7 +131,7 @@ def test_what_is_too_late_is_not_caught_up_with() -> None:
     assert pacer.wait(9.25) == 0.25
 
 
-def test_a_factor_of_0_waits_for_nothing_and_below_there_is_none() -> None:
+def test_a_factor_of_0_waits_for_nothing_and_less_is_refused() -> None:
     pacer = Pacer(0.0, Clock())
     assert [pacer.wait(now) for now in (0.0, 50.0)] == [0.0, 0.0]
     with pytest.raises(ValueError, match="at least 0, got -1"):

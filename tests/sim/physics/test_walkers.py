@@ -97,7 +97,7 @@ def test_who_walks_at_a_wall_steps_over_the_robot_between_which_drives_away_afte
     assert max(moved) > 0.15
 
 
-def test_who_was_stopped_and_let_go_presses_as_before() -> None:
+def test_a_person_stopped_and_released_presses_as_before() -> None:
     sim = simulator()
     direction = Trajectory.along(np.array([[1.0, 0.0], [-4.0, 0.0]]), 1.2, loop=False)
     sim.stage.spawn(Entity("walker", person(), trajectory=direction, spawned=True))
@@ -205,7 +205,7 @@ def test_who_waited_two_seconds_presses_lightly_until_nothing_is_there() -> None
     assert (scales.model.geom_solref == scales.usual).all()
 
 
-def test_who_is_let_go_has_forgotten() -> None:
+def test_a_released_person_has_forgotten() -> None:
     scales = Scales(60.0)
     scales.settle()
     scales.until(True)

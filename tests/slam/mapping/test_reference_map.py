@@ -162,7 +162,7 @@ def test_the_map_of_a_saved_session_is_the_map(mapped: Slam, file: Path) -> None
     assert (first.data != second.data).mean() < 1e-3
 
 
-def go_on(slam: Slam, start: int, count: int = 60) -> tuple[list[SlamUpdate], Log]:
+def continue_mapping(slam: Slam, start: int, count: int = 60) -> tuple[list[SlamUpdate], Log]:
     """Drive on from a pose on a lap of another seed, with odometry of its own."""
     log = drive(seed=9)[start : start + count]
     away = SECOND @ log[0][1].inverse()
@@ -180,11 +180,11 @@ def go_on(slam: Slam, start: int, count: int = 60) -> tuple[list[SlamUpdate], Lo
         (Start(StartKind.ANYWHERE), 190),
     ],
 )
-def test_mapping_goes_on_in_the_frame_of_the_saved_map(start: Start, at: int, file: Path) -> None:
+def test_mapping_continues_in_the_frame_of_the_saved_map(start: Start, at: int, file: Path) -> None:
     slam = Slam()
     slam.resume(load_session(file), start)
     nodes = len(slam.graph)
-    updates, log = go_on(slam, at)
+    updates, log = continue_mapping(slam, at)
     assert len(updates) == len(log)
     error = [
         (ORIGIN @ update.T_map_base).distance(truth)
@@ -203,7 +203,7 @@ def test_a_continued_session_can_be_saved_and_continued_again(file: Path, tmp_pa
     slam = Slam()
     for k in range(2):
         slam.resume(load_session(file), Start(StartKind.FIRST_NODE))
-        updates, log = go_on(slam, 3 + 5 * k)
+        updates, log = continue_mapping(slam, 3 + 5 * k)
         found = slam.session()
         assert found is not None
         save_session(file, found)
@@ -216,14 +216,14 @@ def test_a_robot_that_is_nowhere_on_the_map_waits_until_it_is(file: Path) -> Non
     elsewhere = scan_at(room()[:4] * 0.31, SE2(1.0, 2.0, 0.3), stamp=1.0)
     assert slam.process(elsewhere, SE2()) is None
     assert slam.scans.counts[Skip.LOST] == 1
-    updates, log = go_on(slam, 75)
+    updates, log = continue_mapping(slam, 75)
     assert (ORIGIN @ updates[-1].T_map_base).distance(log[-1][2]) < 0.05
 
 
 def test_a_start_that_no_scan_confirms_is_believed_and_said_so(file: Path) -> None:
     slam = Slam()
     slam.resume(load_session(file), Start(StartKind.NEAR_POSE, SE2(50.0, 0.0, 0.0)))
-    updates, _ = go_on(slam, 75, 5)
+    updates, _ = continue_mapping(slam, 75, 5)
     assert updates[0].status.value == "low response"
     assert updates[0].T_map_base == SE2(50.0, 0.0, 0.0)
 
@@ -243,7 +243,7 @@ def test_odometry_that_continued_has_the_robot_s_pose(gap: int) -> None:
         assert (ORIGIN @ update.T_map_base).distance(truth) < 0.05
 
 
-def test_odometry_that_is_not_known_is_not_gone_on_with(session: Session) -> None:
+def test_unknown_odometry_is_not_continued(session: Session) -> None:
     unknown = dataclasses.replace(session, T_odom_base=None)
     with pytest.raises(ValueError, match="does not know where odometry was"):
         Slam().resume(unknown, Start(StartKind.ODOMETRY))

@@ -145,7 +145,7 @@ def test_names_lead_into_nested_models_and_out_of_merged_ones() -> None:
         ),
     ],
 )
-def test_a_frame_that_is_none_is_refused(inside: str, name: str, problem: str) -> None:
+def test_an_invalid_frame_is_refused(inside: str, name: str, problem: str) -> None:
     with pytest.raises(WorldError, match=problem):
         scope(inside).find(name)
 

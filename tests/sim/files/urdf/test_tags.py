@@ -83,7 +83,7 @@ def test_one_that_no_body_can_have_is_computed_with_a_note(
         (MASS.format("heavy"), "heavy"),
     ],
 )
-def test_a_mass_that_is_none_is_refused(tmp_path: Path, inside: str, problem: str) -> None:
+def test_an_invalid_mass_is_refused(tmp_path: Path, inside: str, problem: str) -> None:
     with pytest.raises(RobotError, match=problem):
         read(tmp_path, inside + TENSOR.format(1, 1, 1, 0))
 
