@@ -84,7 +84,7 @@ def test_a_speed_limit_holds_at_once_outlasts_paths_and_can_be_lifted(robot: Pla
     for limit, speed in (
         (SpeedLimit(speed_limit=0.25), 0.25),
         (SpeedLimit(speed_limit=50.0, percentage=True), 0.2),
-        (SpeedLimit(speed_limit=float("nan")), 0.4),
+        (SpeedLimit(speed_limit=float("nan")), 0.2),
         (SpeedLimit(speed_limit=0.25), 0.25),
         (SpeedLimit(), 0.4),
     ):

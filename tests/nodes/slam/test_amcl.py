@@ -169,28 +169,28 @@ def initial_pose(
     return message
 
 
-BAD_POSES = [
-    (initial_pose(frame="odom"), "frame 'odom', valid: 'map'"),
-    (initial_pose(frame=""), "frame '', valid: 'map'"),
-    (initial_pose(SE2(99.0, 0.0, 0.0)), "lies outside the map, which spans x"),
-    (initial_pose(SE2(NAN, 0.0, 0.0)), "nan is not finite"),
-    (initial_pose(covariance=(0.25, -0.25, 0.07)), "a variance is -0.25"),
-    (initial_pose(covariance=(0.1, 0.1, 0.07, 0.3)), "positive semi-definite"),
-]
-
-
-def test_bad_initial_poses_are_refused_with_reasons_and_change_nothing(
-    room: Room, logged: Logged
+@pytest.mark.parametrize(
+    ("message", "reason"),
+    [
+        (initial_pose(frame="odom"), "frame 'odom', valid: 'map'"),
+        (initial_pose(frame=""), "frame '', valid: 'map'"),
+        (initial_pose(SE2(99.0, 0.0, 0.0)), "lies outside the map, which spans x"),
+        (initial_pose(SE2(NAN, 0.0, 0.0)), "nan is not finite"),
+        (initial_pose(SE2(0.0, 0.0, NAN)), "nan is not finite"),
+        (initial_pose(covariance=(NAN, 0.25, 0.07)), "nan is not finite"),
+        (initial_pose(covariance=(0.25, -0.25, 0.07)), "a variance is -0.25"),
+        (initial_pose(covariance=(0.1, 0.1, 0.07, 0.3)), "positive semi-definite"),
+    ],
+)
+def test_a_bad_initial_pose_is_refused_with_a_reason_and_changes_nothing(
+    room: Room, logged: Logged, message: PoseWithCovarianceStamped, reason: str
 ) -> None:
     started(room)
     room.drive(3)
-    for message, reason in BAD_POSES:
-        logged.errors.clear()
-        logged.warnings.clear()
-        room.bench.publish(PoseWithCovarianceStamped, "initialpose", message, qos.DEFAULT)
-        (line,) = logged.errors + logged.warnings
-        assert "initial pose refused" in line or "initialpose refused" in line
-        assert reason in line
+    room.bench.publish(PoseWithCovarianceStamped, "initialpose", message, qos.DEFAULT)
+    (line,) = logged.errors + logged.warnings
+    assert "initial pose refused" in line or "initialpose refused" in line
+    assert reason in line
     room.drive(3)
     assert room.error[0] < 0.06
 
