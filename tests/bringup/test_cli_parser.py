@@ -93,9 +93,7 @@ def test_a_robot_is_chosen_by_namespace_and_domain(command: str) -> None:
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_a_command_shows_examples_that_are_understood(
-    name: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_commands_examples_are_understood(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="0"):
         parse([name, "--help"])
     shown = capsys.readouterr().out
@@ -109,7 +107,7 @@ def test_the_demo_writes_to_out_demo_by_default() -> None:
     assert parse(["demo", "--out", "x"]).out == Path("x")
 
 
-def test_without_a_command_the_first_page_says_what_to_type(
+def test_without_a_command_the_first_page_is_shown(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert cli.run(parse([])) == 0

@@ -166,9 +166,7 @@ POINTS = np.random.default_rng(5).uniform(-3, 3, (5, 3))
 
 
 @pytest.mark.parametrize(("a", "b"), list(pairwise(POSES)))
-def test_composing_maps_points_one_after_the_other_and_inverse_maps_them_back(
-    a: Pose3, b: Pose3
-) -> None:
+def test_compositions_move_points_in_turn_and_inverses_move_them_back(a: Pose3, b: Pose3) -> None:
     np.testing.assert_allclose((a @ b).apply(POINTS), a.apply(b.apply(POINTS)))
     np.testing.assert_allclose(a.inverse().apply(a.apply(POINTS)), POINTS)
     assert (a @ a.inverse()).position == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)

@@ -125,7 +125,7 @@ def test_each_line_is_an_instruction_and_each_stage_has_an_image_of_one_version(
             assert copied[1] in STAGES
 
 
-def test_a_checkout_s_stage_has_what_the_set_up_asks_for_and_the_last_one_no_compiler(
+def test_the_last_stage_of_a_container_has_no_compiler(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(preflight, "_compiles", lambda *words: False)

@@ -153,9 +153,7 @@ def test_a_python_without_ensurepip_names_debians_package(monkeypatch: pytest.Mo
     assert missing.packages[0].endswith("-venv")
 
 
-def test_python_without_headers_names_debians_package(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_debians_package_has_headers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sysconfig.get_path", lambda name: str(tmp_path))
     missing = preflight.check_headers()
     assert missing is not None
@@ -163,9 +161,7 @@ def test_python_without_headers_names_debians_package(
 
 
 @pytest.mark.parametrize("command", ["no-such-compiler", "false", ""])
-def test_a_compiler_that_is_absent_or_broken_is_missing(
-    command: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_broken_compiler_is_missing(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", command)
     monkeypatch.setenv("CXX", command)
     assert preflight.check_c() is not None

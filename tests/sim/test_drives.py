@@ -165,9 +165,7 @@ def test_names_of_its_own_are_returned(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("limit", [0.5, 0.95])
-def test_a_steered_robots_tightest_bend_is_that_of_its_inner_wheel(
-    tmp_path: Path, limit: float
-) -> None:
+def test_a_steered_robots_bend_is_that_of_its_inner_wheel(tmp_path: Path, limit: float) -> None:
     robot = named_robot(str(car("gz", limit=limit).write(tmp_path)), "")
     steering = steering_of(robot, "base")
     assert steering is not None

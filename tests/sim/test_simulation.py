@@ -230,9 +230,7 @@ def test_more_robots_than_there_are_bits_are_refused() -> None:
 @pytest.mark.parametrize(
     ("at", "is_said"), [((-8.0, 0.5), True), ((5.4, -5.4), True), ((0.0, 0.0), False)]
 )
-def test_a_start_outside_the_walls_is_noted_with_one_inside(
-    at: tuple[float, float], is_said: bool
-) -> None:
+def test_a_start_outside_is_noted_with_one_inside(at: tuple[float, float], is_said: bool) -> None:
     sim = simulator(ROOM, spawn=SE2(*at))
     assert sim.robot.spawn == SE2(*at)
     said = [note for note in sim.notes if "outside the world's walls" in note]

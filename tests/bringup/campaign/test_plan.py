@@ -80,9 +80,7 @@ def test_a_level_can_be_added(tmp_path: Path) -> None:
         campaign.with_level("place", "mine", ["world"])
 
 
-def test_shipped_files_are_found_from_anywhere(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_shipped_files_are_found_anywhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     campaign = load_campaign(Path("campaigns/navigation_suite.yaml"))
     words = runs_of(campaign)[0].words(campaign, tmp_path)

@@ -111,9 +111,7 @@ class Ended:
 
 
 @pytest.mark.parametrize(("tolerance", "reached"), [(0.3, False), (0.6, True)])
-def test_a_goal_that_was_moved_is_reached_within_the_tolerance(
-    tolerance: float, reached: bool
-) -> None:
+def test_a_moved_goal_is_reached_within_the_tolerance(tolerance: float, reached: bool) -> None:
     progress = Progress(lambda line: None)
     progress(_at(1.0, 0.5))
     end: Any = progress.judged(cast(Any, Ended(True)), 1.0, 1.0, tolerance)
@@ -153,9 +151,7 @@ def test_wasd_drives_as_the_first_guide_says(key: str, velocity: tuple[float, fl
         *[("l", (0, -1)), ("m", (-1, -1)), (",", (-1, 0)), (".", (-1, 1))],
     ],
 )
-def test_the_twist_layout_is_that_of_teleop_twist_keyboard(
-    key: str, signs: tuple[int, int]
-) -> None:
+def test_the_twist_layout_is_teleop_twist_keyboards(key: str, signs: tuple[int, int]) -> None:
     driven = Driving("twist", 0.5, 1.0).pressed(key)
     assert driven.velocity == Velocity(0.5 * signs[0], yaw_rate=1.0 * signs[1])
 

@@ -178,9 +178,7 @@ def test_bad_input_of_amcl_is_refused_in_one_line(
 
 
 @pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
-def test_a_bag_with_the_definitions_of_humble_is_followed(
-    robot: Robot, storage: str, tmp_path: Path
-) -> None:
+def test_a_bag_with_humbles_definitions_is_read(robot: Robot, storage: str, tmp_path: Path) -> None:
     log = list(open_log(tmp_path / "room.clf", RecordingTopics()))
     messages: list[Entry] = []
     for scan, pose in log:

@@ -79,9 +79,7 @@ NODES = ("amcl", "local_costmap/local_costmap")
         ("local_costmap", "", None),
     ],
 )
-def test_a_section_is_of_a_node_as_ros_matches_it(
-    name: str, namespace: str, node: str | None
-) -> None:
+def test_a_section_matches_nodes_as_in_ros(name: str, namespace: str, node: str | None) -> None:
     assert node_of(name, NODES, namespace) == node
 
 

@@ -29,9 +29,7 @@ from tests.core.bags.recordings import (
 
 @pytest.mark.parametrize("packed", ["NONE", "FILE", "MESSAGE"])
 @pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
-def test_compressed_recordings_give_the_same_messages(
-    storage: str, packed: str, tmp_path: Path
-) -> None:
+def test_compressed_recordings_read_the_same(storage: str, packed: str, tmp_path: Path) -> None:
     bag = Bag(write_words(tmp_path / "bag", storage, packed))
     found = list(bag.messages())
     assert [message.time // MS for message in found] == list(range(2000))

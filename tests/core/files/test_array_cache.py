@@ -62,17 +62,13 @@ def test_it_is_made_again_of_what_is_damaged(folder: Path, damage: bytes | None)
     assert cached("kind", (b"a",), maker.make)[1] == 2
 
 
-def test_it_is_made_where_nothing_can_be_kept(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_cache_folder_is_needed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("no folder")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     assert cached("kind", (b"a",), Maker().make)[1] == 1
 
 
-def test_what_was_not_used_for_longest_goes_first(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_least_recently_used_goes_first(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     maker = Maker()
     monkeypatch.setattr(array_cache, "_BYTES_MAX", 20_000)
     cached("kind", (b"a",), maker.make)
@@ -125,9 +121,7 @@ def _grid(value: int, size: int) -> OccupancyGrid:
         *(("replace", number) for number in (1, 2, 3, 4)),
     ],
 )
-def test_killed_while_saving_a_map_the_pair_is_the_old_or_the_new(
-    tmp_path: Path, point: str, number: int
-) -> None:
+def test_a_map_pair_survives_a_kill_while_saving(tmp_path: Path, point: str, number: int) -> None:
     for name, value, size in (("map", 0, 20), ("new", 100, 30)):
         save_map(_grid(value, size), tmp_path / name)
     argv = [str(tmp_path / "new.yaml"), str(tmp_path / "map"), point, str(number)]

@@ -199,9 +199,7 @@ def test_a_file_of_something_else_is_not_overwritten(tmp_path: Path, ending: str
 
 
 @pytest.mark.parametrize("image_format", ["pgm", "png"])
-def test_a_map_is_overwritten_and_one_without_its_image_too(
-    tmp_path: Path, image_format: str
-) -> None:
+def test_a_map_is_overwritten_even_without_its_image(tmp_path: Path, image_format: str) -> None:
     for _ in range(2):
         _, image = save_map(OccupancyGrid(FRAME, TRINARY), tmp_path / "room", image_format)
     image.unlink()

@@ -217,9 +217,7 @@ def test_takes_over_where_the_rest_is_short_straight_and_ahead(
         (before(1.5), {"left": 1.62}, True),
     ],
 )
-def test_a_curve_to_the_goals_heading_begins_sooner(
-    pose: SE2, values: dict[str, Any], curves: bool
-) -> None:
+def test_a_curve_to_the_heading_is_sooner(pose: SE2, values: dict[str, Any], curves: bool) -> None:
     assert (Asked(curve_time=4.0)(pose, **values) is not None) is curves
     assert Asked(curve_time=0.0)(pose, **values) is None
 
@@ -374,7 +372,7 @@ def test_a_steered_robot_arrives_on_bends_that_it_can_drive(start: float, headin
 
 
 @pytest.mark.parametrize("room", [True, False])
-def test_a_steered_robots_curve_leads_round_obstacles_or_is_left_to_the_controller(
+def test_a_steered_robots_curve_leads_round_obstacles(
     room: bool,
 ) -> None:
     grid = empty_grid(5.0, 5.0)

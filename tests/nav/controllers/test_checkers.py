@@ -54,9 +54,7 @@ def test_a_tolerance_is_tolerated_to_its_edge(x: float, yaw: float, arrives: boo
 
 @pytest.mark.parametrize("stateful", [True, False])
 @pytest.mark.parametrize("heading", [True, False])
-def test_a_position_once_reached_stays_reached_where_stateful(
-    heading: bool, stateful: bool
-) -> None:
+def test_a_position_reached_stays_reached_where_stateful(heading: bool, stateful: bool) -> None:
     simple = SimpleGoalChecker(GoalConfig(xy_goal_tolerance=0.2, stateful=stateful))
     checker = simple if heading else PositionGoalChecker(PositionGoalConfig(0.2, stateful))
     assert not checker.reached(SE2(0.7, 0.0, 3.1), GOAL)

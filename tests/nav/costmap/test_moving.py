@@ -269,9 +269,7 @@ class Watched:
 
 @pytest.mark.parametrize("rolling", [False, True])
 @pytest.mark.parametrize(("moving_time", "stays"), [(1.5, False), (0.0, True)])
-def test_marks_of_people_who_left_unseen_fade(
-    rolling: bool, moving_time: float, stays: bool
-) -> None:
+def test_marks_of_departed_people_fade(rolling: bool, moving_time: float, stays: bool) -> None:
     watched = Watched(moving_time, rolling)
     for k in range(12):
         watched.see((0.8, -0.9 + 0.1 * k))
@@ -326,9 +324,7 @@ def test_it_costs_to_be_where_somebody_will_be_and_less_the_later() -> None:
 @pytest.mark.parametrize(
     ("rolling", "distance", "lethal"), [(True, 0.7, True), (True, 1.8, False), (False, 0.7, False)]
 )
-def test_who_is_far_will_have_gone_and_is_no_obstacle_nor_to_plans_who_is_near(
-    rolling: bool, distance: float, lethal: bool
-) -> None:
+def test_far_people_are_no_obstacle_to_plans(rolling: bool, distance: float, lethal: bool) -> None:
     watched = Watched(rolling=rolling)
     for k in range(12):
         watched.see((distance, -0.5 + 0.06 * k))

@@ -123,9 +123,7 @@ def test_the_pieces_of_a_file_are_driven(tmp_path: Path) -> None:
         ({"turning_radius": "wide"}, "no file of lattice primitives"),
     ],
 )
-def test_says_what_is_wrong_with_a_file(
-    tmp_path: Path, about: dict[str, object], text: str
-) -> None:
+def test_file_mistakes_are_named(tmp_path: Path, about: dict[str, object], text: str) -> None:
     with pytest.raises(InputFileError, match=text):
         make("smac lattice", lattice_filepath=str(written(tmp_path, **about)))
 

@@ -66,9 +66,7 @@ def test_what_is_left_of_a_path_begins_where_the_robot_is() -> None:
         (np.array([[0.0, 0.0, 0.0], [0.0, 2.55, 0.0], [0.0, 2.0, 0.0]]), SE2(), False),  # 1.1
     ],
 )
-def test_a_path_leads_to_its_end_where_it_is_not_a_metre_longer_than_straight(
-    path: np.ndarray, pose: SE2, ends: bool
-) -> None:
+def test_a_path_within_a_metre_of_straight_ends(path: np.ndarray, pose: SE2, ends: bool) -> None:
     assert paths.ends_here(path, pose) is ends
 
 
@@ -150,9 +148,7 @@ def test_the_nearest_exit_is_not_taken_where_it_leads_nowhere() -> None:
 
 
 @pytest.mark.parametrize("name", CLASSES)
-def test_a_near_goal_has_the_path_that_all_of_the_map_gives(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_near_goal_has_the_whole_maps_path(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     costmap, planner = rooms(800, 0), make(name)
     rng = np.random.default_rng(1)
     free = np.argwhere(costmap.data[250:550, 250:550] < 100) + 250

@@ -61,9 +61,7 @@ def test_braces_on_both_sides_name_an_entry(text: str, name: str | None) -> None
         ('<Repeat num_cycles="{n}"><AlwaysSuccess/></Repeat>', {"n": 1.5}, "a whole number"),
     ],
 )
-def test_an_entry_of_another_kind_is_refused(
-    node: str, entries: dict[str, object], says: str
-) -> None:
+def test_another_kind_is_refused(node: str, entries: dict[str, object], says: str) -> None:
     play = Play(node, **entries)
     with pytest.raises(TreeError, match=says):
         play.tick()

@@ -73,9 +73,7 @@ def test_each_node_shuts_down_from_every_state(bench: RosBench, group: Group, st
         assert entities(node) == before
 
 
-def test_each_node_survives_time_set_back_and_changed_parameters_in_every_state(
-    bench: RosBench, group: Group
-) -> None:
+def test_nodes_survive_a_set_back_clock_and_new_parameters(bench: RosBench, group: Group) -> None:
     diagnostics = bench.collect(DiagnosticArray, "/diagnostics")
     for node in made(bench, group):
         for transition in ("", *CYCLE):

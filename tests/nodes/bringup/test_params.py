@@ -18,9 +18,7 @@ from bringup.tuning.space import known_parameters
 from scripts.reference import FOLDER, parameters, topics
 
 
-def test_all_parameters_dumped_load_again_and_change_nothing(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_dumped_parameters_load_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.run(parse(["params", "dump"])) == 0
     path = tmp_path / "all.yaml"
     path.write_text(capsys.readouterr().out, encoding="utf-8")
@@ -29,9 +27,7 @@ def test_all_parameters_dumped_load_again_and_change_nothing(
     assert cli.run(parse(["params", "diff", str(path)])) == 0
 
 
-def test_a_difference_is_shown_with_both_values(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_difference_has_both_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.yaml"
     path.write_text("amcl: {ros__parameters: {max_beams: 90}}")
     assert cli.run(parse(["params", "diff", str(path)])) == 1

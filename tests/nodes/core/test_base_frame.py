@@ -58,7 +58,7 @@ def test_a_right_one_is_not_spoken_of(
     assert "does not exist" not in capfd.readouterr().err
 
 
-def test_a_script_finds_the_pose_of_a_robot_with_frames_of_its_own(
+def test_a_script_finds_the_pose_in_a_robots_own_frames(
     stack: Callable[..., LockStep],
 ) -> None:
     robot = stack()

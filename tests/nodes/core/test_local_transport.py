@@ -161,9 +161,7 @@ def test_a_reader_that_changes_a_message_is_found(monkeypatch: pytest.MonkeyPatc
             bench.advance(30.0)
 
 
-def test_a_client_s_message_is_judged_once_and_refused_by_all(
-    bench: RosBench, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_message_is_judged_once_for_all(bench: RosBench, monkeypatch: pytest.MonkeyPatch) -> None:
     judged: list[Any] = []
 
     def problem_of(message: Any, now: float) -> str:

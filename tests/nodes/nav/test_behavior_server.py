@@ -75,9 +75,7 @@ def test_a_drive_has_limits_of_its_own(kind: str) -> None:
 
 
 @pytest.mark.parametrize(("distance", "speed"), [(0.5, 0.25), (-0.4, -0.2)])
-def test_drive_on_heading_drives_ahead_and_back(
-    robot: PlayedRobot, distance: float, speed: float
-) -> None:
+def test_drive_on_heading_goes_both_ways(robot: PlayedRobot, distance: float, speed: float) -> None:
     goal = drive(robot, distance, speed)
     robot.run_until_done(goal, 4.0)
     assert goal.status == SUCCEEDED

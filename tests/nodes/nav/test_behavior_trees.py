@@ -170,9 +170,7 @@ def test_a_tree_of_nav2s_replans_only_where_the_path_is_not_free(robot: PlayedRo
 @pytest.mark.parametrize(
     "name", sorted(path.name for path in shipped_file("behavior_trees").glob("navigate_w_*.xml"))
 )
-def test_a_goal_is_reached_by_each_tree_of_nav2_s_that_is_shipped(
-    robot: PlayedRobot, name: str
-) -> None:
+def test_a_goal_is_reached_by_each_shipped_tree_of_nav2(robot: PlayedRobot, name: str) -> None:
     goal = go(robot, GOAL, name)
     robot.run_until_done(goal, 40.0)
     assert goal.status == SUCCEEDED, goal.result.error_msg

@@ -79,9 +79,7 @@ def test_a_newer_goal_replaces_the_running_one_without_a_stop(robot: PlayedRobot
 
 
 @pytest.mark.parametrize("after", [0.0, 0.02, 3.0])
-def test_cancellation_stops_the_robot_at_once_and_for_good(
-    robot: PlayedRobot, after: float
-) -> None:
+def test_cancellation_stops_the_robot_for_good(robot: PlayedRobot, after: float) -> None:
     goal = go(robot, SE2(3.0, 1.0))
     robot.run(after)
     goal.cancel()

@@ -147,7 +147,7 @@ def test_a_pose_that_is_known_later_is_waited_for(robot: PlayedRobot) -> None:
     assert goal.status == SUCCEEDED
 
 
-def test_a_goal_that_waits_for_the_robots_pose_is_replaced_and_cancelled(
+def test_a_goal_waiting_for_the_pose_is_replaced_and_cancelled(
     robot: PlayedRobot,
 ) -> None:
     robot.localized = False
@@ -163,7 +163,7 @@ def test_a_goal_that_waits_for_the_robots_pose_is_replaced_and_cancelled(
     assert_stopped_for_good(robot)
 
 
-def test_a_pose_that_is_lost_stops_the_robot_until_it_is_known(
+def test_a_lost_pose_stops_the_robot_until_it_is_known(
     robot: PlayedRobot,
 ) -> None:
     diagnostics = robot.bench.collect(DiagnosticArray, "/diagnostics")
@@ -185,9 +185,7 @@ def test_a_pose_that_is_lost_stops_the_robot_until_it_is_known(
 
 
 @pytest.mark.parametrize("seconds", [1.0, 5.0])
-def test_a_dead_scanner_stops_the_robot_until_it_is_well(
-    robot: PlayedRobot, seconds: float
-) -> None:
+def test_a_dead_scanner_stops_the_robot(robot: PlayedRobot, seconds: float) -> None:
     diagnostics = robot.bench.collect(DiagnosticArray, "/diagnostics")
     goal = go(robot, SE2(3.0, 1.0))
     drive(robot)

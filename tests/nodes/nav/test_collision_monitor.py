@@ -99,7 +99,7 @@ def test_zero_is_repeated_for_a_while_only(timeout: float) -> None:
 
 
 @pytest.mark.parametrize("brakes", [True, False])
-def test_a_scanner_that_falls_silent_slows_the_robot_before_the_timeout_or_not(
+def test_a_silent_scanner_slows_the_robot_before_the_timeout_or_not(
     brakes: bool,
 ) -> None:
     robot = made(source_timeout=2.0, brake_before_source_timeout=brakes)
@@ -109,7 +109,7 @@ def test_a_scanner_that_falls_silent_slows_the_robot_before_the_timeout_or_not(
     assert (robot.command.x < 0.09) is brakes
 
 
-def test_a_robot_that_is_held_blind_says_what_is_silent_and_where_scans_are(
+def test_a_blind_robot_names_the_silent_topic(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     robot = made(**{"scan.topic": "front/scan"})

@@ -162,9 +162,7 @@ def reload(robot: PlayedRobot, path: str) -> bool:
         ({"dock_plugins": ["own"], "own.plugin": "no::Such"}, "no dock type 'no::Such'"),
     ],
 )
-def test_parameters_that_make_no_sense_are_refused(
-    tmp_path: Path, parameters: dict[str, Any], says: str
-) -> None:
+def test_invalid_values_are_refused(tmp_path: Path, parameters: dict[str, Any], says: str) -> None:
     with pytest.raises(ConfigError, match=says):
         made(tmp_path, **parameters)
 

@@ -192,7 +192,7 @@ def test_time_set_back_restarts_patience(exploration: Exploration) -> None:
     assert exploration.said.startswith("done")
 
 
-def test_a_robot_that_sees_only_ahead_turns_round_before_it_is_done(
+def test_a_robot_that_sees_only_ahead_turns_round_at_the_end(
     exploration: Exploration,
 ) -> None:
     exploration.hide((-5.5, 1.0))  # it stands at 0, in what is unknown

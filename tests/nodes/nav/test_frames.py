@@ -76,9 +76,7 @@ def test_a_pose_without_a_frame_is_refused() -> None:
         ({"base_link_frame": "imu", "base_footprint_frame": "ground"}, ("imu", "ground")),
     ],
 )
-def test_height_roll_and_pitch_are_taken_off(
-    values: dict[str, str], frames: tuple[str, str]
-) -> None:
+def test_tilt_and_height_are_removed(values: dict[str, str], frames: tuple[str, str]) -> None:
     bench = RosBench()
     (spec,) = further_nodes({"base_footprint_publisher": {}})
     node = spec.make(bench.process, values)

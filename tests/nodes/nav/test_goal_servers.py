@@ -150,9 +150,7 @@ def assert_aborted(goal: Goal, server: Server, reason: str) -> None:
         assert goal.result.error_code == server.unknown
 
 
-def test_a_newer_goal_replaces_the_running_one_and_can_be_cancelled(
-    robot: PlayedRobot, server: Server
-) -> None:
+def test_a_newer_goal_replaces_and_can_be_cancelled(robot: PlayedRobot, server: Server) -> None:
     older = sent(robot, server)
     newer = server.send(robot)
     robot.run(0.1)
@@ -163,9 +161,7 @@ def test_a_newer_goal_replaces_the_running_one_and_can_be_cancelled(
     assert_stopped_for_good(robot)
 
 
-def test_the_end_of_activity_stops_the_robot_and_ends_the_goal(
-    robot: PlayedRobot, server: Server
-) -> None:
+def test_deactivation_stops_the_robot_and_the_goal(robot: PlayedRobot, server: Server) -> None:
     goal = sent(robot, server)
     robot.transition(server.node, "deactivate")
     assert_aborted(goal, server, "the node was")
@@ -180,9 +176,7 @@ def test_the_end_of_activity_stops_the_robot_and_ends_the_goal(
     assert_stopped_for_good(robot)
 
 
-def test_time_set_back_stops_the_robot_and_ends_the_goal(
-    robot: PlayedRobot, server: Server
-) -> None:
+def test_a_set_back_clock_stops_robot_and_goal(robot: PlayedRobot, server: Server) -> None:
     goal = sent(robot, server)
     robot.localized = False
     robot.bench.set_back()

@@ -155,9 +155,7 @@ def test_a_node_of_trees(
     assert (sent.status == SUCCEEDED) == succeeds
 
 
-def test_a_module_that_cannot_be_imported_is_named(
-    own_plugins: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_missing_modules_are_named(own_plugins: Path, capfd: pytest.CaptureFixture[str]) -> None:
     values = page(own_plugins)
     values["bt_navigator"]["plugin_lib_names"] = ["nav2_wait_action_bt_node", "your_trees"]
     (own_plugins / "east.xml").write_text(IS_EAST.format(0.0), encoding="utf-8")

@@ -111,9 +111,7 @@ def test_what_cannot_be_planned_fails_with_its_code(robot: PlayedRobot) -> None:
         assert_failed(through(robot, *stops, **others), code + 100)
 
 
-def test_no_poses_to_go_through_are_an_error_in_the_log_too(
-    robot: PlayedRobot, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_no_poses_are_a_logged_error(robot: PlayedRobot, capfd: pytest.CaptureFixture[str]) -> None:
     robot.run(1.0)
     assert_failed(through(robot), ResultThrough.NO_VIAPOINTS_GIVEN)
     assert "compute_path_through_poses: goal aborted: 0 goals were" in capfd.readouterr().err
@@ -143,9 +141,7 @@ def test_a_planner_that_bends_tighter_than_the_robot_can_is_reported(
 @pytest.mark.parametrize(
     ("ask", "code"), [(to_pose, Result.TIMEOUT), (through, ResultThrough.TIMEOUT)]
 )
-def test_a_costmap_that_does_not_become_current_is_a_timeout(
-    robot: PlayedRobot, ask: Any, code: int
-) -> None:
+def test_a_costmap_not_current_is_a_timeout(robot: PlayedRobot, ask: Any, code: int) -> None:
     robot.localized = False
     robot.run(1.0)
     goal = ask(robot, GOAL)

@@ -228,7 +228,7 @@ def test_the_speed_limit_of_an_edge_is_published_and_lifted_at_the_end(tmp_path:
     ]
 
 
-def test_another_route_is_asked_for_by_the_plugins_name_while_one_is_tracked(
+def test_a_tracked_route_is_rerouted_by_the_plugins_name(
     tmp_path: Path,
 ) -> None:
     again = {"plugin": "nav2_route::ReroutingService"}
@@ -280,9 +280,7 @@ def test_a_route_that_is_blocked_behind_its_forks_fails(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("aggregate", "kept"), [(False, [3, 2]), (True, [0, 1, 2])])
-def test_blocked_edges_are_forgotten_at_the_next_reroute_unless_they_are_gathered(
-    tmp_path: Path, aggregate: bool, kept: list[int]
-) -> None:
+def test_blocked_edges_may_be_gathered(tmp_path: Path, aggregate: bool, kept: list[int]) -> None:
     values = {"max_collision_dist": 6.0, "costmap_topic": "costs", "rate": 0.1}
     robot = serving(
         tmp_path, operations=MONITOR, CollisionMonitor=values, aggregate_blocked_ids=aggregate

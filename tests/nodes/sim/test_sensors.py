@@ -132,9 +132,7 @@ def test_each_camera_has_topics_of_its_own(
     assert (x, y, z) == pytest.approx((0.0, 0.0, 2.0), abs=0.01)
 
 
-def test_camera_publishes_only_for_who_looks(
-    bench: RosBench, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_camera_publishes_to_listeners(bench: RosBench, monkeypatch: pytest.MonkeyPatch) -> None:
     sim = start_sim(bench)
     drawn: list[float] = []
 
@@ -164,9 +162,7 @@ def test_camera_publishes_only_for_who_looks(
     )  # fmt: skip
 
 
-def test_camera_that_cannot_draw_is_switched_off_and_nothing_else(
-    bench: RosBench, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_camera_without_opengl_is_off(bench: RosBench, monkeypatch: pytest.MonkeyPatch) -> None:
     sim = start_sim(bench)
     tries: list[float] = []
 
@@ -181,9 +177,7 @@ def test_camera_that_cannot_draw_is_switched_off_and_nothing_else(
     assert sim.simulator.time == 0.4
 
 
-def test_in_real_time_pictures_are_drawn_beside_the_physics(
-    bench: RosBench, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_pictures_do_not_delay_real_time(bench: RosBench, monkeypatch: pytest.MonkeyPatch) -> None:
     """A picture that takes long holds no tick up, and comes with the stamp of what it shows."""
     sim = start_sim(bench)
     start, go_on = threading.Event(), threading.Event()

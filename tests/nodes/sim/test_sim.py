@@ -121,9 +121,7 @@ def test_wrong_command_type_is_warned_of_once(
     assert capfd.readouterr().err.count("publishes cmd_vel as geometry_msgs/msg/TwistStamped") == 1
 
 
-def test_the_type_that_alone_is_published_is_taken(
-    bench: RosBench, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_published_type_is_taken(bench: RosBench, monkeypatch: pytest.MonkeyPatch) -> None:
     sim = start_sim(bench)
     stamped = SimpleNamespace(node_name="nav", topic_type="geometry_msgs/msg/TwistStamped")
     monkeypatch.setattr(sim, "get_publishers_info_by_topic", lambda topic: [stamped])

@@ -143,9 +143,7 @@ def test_action_can_be_cancelled_and_refuses_a_second_goal(bench: RosBench, sim:
     assert sim.simulator.time == 0.06
 
 
-def test_action_on_a_playing_simulation_fails_with_its_reason(
-    bench: RosBench, sim: SimNode
-) -> None:
+def test_an_action_on_a_playing_simulation_fails(bench: RosBench, sim: SimNode) -> None:
     result = _goal(bench, 5).get_result_async()
     bench.process.drain()
     assert result.result().status == GoalStatus.STATUS_ABORTED
@@ -225,9 +223,7 @@ def test_world_is_replaced_and_the_simulation_stopped(bench: RosBench, sim: SimN
     assert sim.simulator.time == 0.1
 
 
-def test_a_world_can_be_sent_as_text_its_missing_assets_ignored(
-    bench: RosBench, sim: SimNode
-) -> None:
+def test_a_world_is_sent_as_text_or_without_assets(bench: RosBench, sim: SimNode) -> None:
     text = WORLD.format("")
     response = _load(bench, text=text)
     assert (response.result.result, response.world.name) == (OK, "w")
@@ -236,9 +232,7 @@ def test_a_world_can_be_sent_as_text_its_missing_assets_ignored(
     assert response.result.result == OK
 
 
-def test_impossible_worlds_have_their_codes_and_change_nothing(
-    bench: RosBench, sim: SimNode
-) -> None:
+def test_impossible_worlds_change_nothing(bench: RosBench, sim: SimNode) -> None:
     before = names(bench)
     plugin = {"text": WORLD.format("<plugin name='p'/>"), "fail_on_unsupported_element": True}
     cases: list[tuple[dict[str, Any], int, str]] = [

@@ -126,9 +126,7 @@ def test_topic_that_no_topic_can_be_is_refused(bench: RosBench, tmp_path: Path) 
 
 
 @pytest.mark.parametrize("rate", [100.0, 250.0])
-def test_imu_faster_than_the_tick_reads_between_ticks(
-    bench: RosBench, tmp_path: Path, rate: float
-) -> None:
+def test_a_fast_imu_reads_between_ticks(bench: RosBench, tmp_path: Path, rate: float) -> None:
     edit = ("<update_rate>50", f"<update_rate>{rate:g}")
     sim = start_sim(bench, robot=_robot(tmp_path, edit))
     imu = bench.collect(Imu, "/imu/data", qos.TF)
@@ -178,9 +176,7 @@ def test_only_topics_of_sensors_that_are_there_are_advertised(
         assert names.isdisjoint(_SENSORS[kind])
 
 
-def test_a_thing_without_wheels_or_truth_has_no_topics_of_them(
-    bench: RosBench, tmp_path: Path
-) -> None:
+def test_a_thing_without_wheels_has_no_topics_of_them(bench: RosBench, tmp_path: Path) -> None:
     path = tmp_path / "box.urdf"
     path.write_text(
         "<robot name='box'><link name='base'><inertial><mass value='1'/><inertia ixx='.1' iyy='.1'"
@@ -193,9 +189,7 @@ def test_a_thing_without_wheels_or_truth_has_no_topics_of_them(
     assert names.isdisjoint({"/odom", "/scan", "/imu/data", "/ground_truth/odom"})
 
 
-def test_a_command_that_is_cut_is_said_once(
-    bench: RosBench, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_cut_command_is_reported_once(bench: RosBench, capfd: pytest.CaptureFixture[str]) -> None:
     sim = start_sim(bench)
     for speed in (5.0, 6.0, 0.5, 7.0):
         command = Twist()

@@ -58,9 +58,7 @@ def test_a_late_subscriber_and_the_service_get_the_map(bench: RosBench, server: 
     assert_same(bench.call(GetMap, "map_server/map", GetMap.Request()).map, GRID)
 
 
-def test_load_map_refuses_with_its_code_or_replaces_the_map(
-    bench: RosBench, server: Any, tmp_path: Path
-) -> None:
+def test_load_map_refuses_or_replaces_the_map(bench: RosBench, server: Any, tmp_path: Path) -> None:
     (tmp_path / "broken.yaml").write_text("image: 3\n")
     for url, result in (
         ("none.yaml", LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST),
@@ -160,9 +158,7 @@ def test_a_map_is_waited_for_up_to_the_timeout(
 
 
 @pytest.mark.parametrize("how", ["deactivate", "set_back"])
-def test_who_waits_for_a_map_is_answered_in_any_case(
-    bench: RosBench, tmp_path: Path, how: str
-) -> None:
+def test_waiting_clients_are_always_answered(bench: RosBench, tmp_path: Path, how: str) -> None:
     saver = activated(bench, MapSaverNode, maps_folder=str(tmp_path))
     bench.advance(0.5)
     future = asked_to_save(bench, map_url="late")

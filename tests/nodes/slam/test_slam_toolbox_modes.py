@@ -34,9 +34,7 @@ FOREIGN = Path(__file__).resolve().parents[2] / "foreign" / "slam_toolbox"
 STOCK = FOREIGN / "mapper_params_online_async.yaml"
 
 
-def test_a_stock_file_is_accepted_says_what_has_no_effect_and_maps_well(
-    robot: Robot, logged: Logged
-) -> None:
+def test_a_stock_file_is_accepted_with_remarks_and_maps(robot: Robot, logged: Logged) -> None:
     read = merged_sources([STOCK])
     node = started(robot, **for_node(read.parameters, "slam_toolbox"))
     robot.drive(len(LOG) - 1)
@@ -159,9 +157,7 @@ def _spoilt(message: Any, **fields: Any) -> Any:
 
 
 @pytest.mark.parametrize("value", [math.nan, 0.0])
-def test_scans_without_a_reading_are_counted_warned_about_once_and_move_nothing(
-    robot: Robot, logged: Logged, value: float
-) -> None:
+def test_scans_without_a_reading_move_nothing(robot: Robot, logged: Logged, value: float) -> None:
     node = started(robot)
     send_spoilt(robot, ranges=[value] * 360)
     assert node.slam.scans.counts[Skip.EMPTY] == node.slam.scans.skipped == 20
@@ -217,9 +213,7 @@ def assert_continues(robot: Robot) -> None:
     assert robot.error() < 0.03
 
 
-def test_scans_sent_twice_or_late_are_counted_and_move_nothing(
-    robot: Robot, logged: Logged
-) -> None:
+def test_scans_sent_twice_or_late_move_nothing(robot: Robot, logged: Logged) -> None:
     node = started(robot)
     robot.drive(10)
     for _ in range(10):

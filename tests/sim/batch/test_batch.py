@@ -154,9 +154,7 @@ PERSON = """<actor name="anna"><script><trajectory id="0" type="walk"><waypoint>
     ("inside", "problem"),
     [(CRATE, "'crate', which moves; valid: static"), (PERSON, "'anna', a person; valid: static")],
 )
-def test_what_moves_in_a_world_is_refused_by_name(
-    inside: str, problem: str, tmp_path: Path
-) -> None:
+def test_moving_entities_are_refused_by_name(inside: str, problem: str, tmp_path: Path) -> None:
     world = load_world(saved_world(tmp_path, inside))
     with pytest.raises(WorldError, match=problem):
         Batch(load_robot(ROBOT), world, np.zeros((1, 3)))

@@ -100,9 +100,7 @@ def test_packages_and_files_of_values_are_found(tmp_path: Path) -> None:
         _expand(tmp_path, inside.replace("sizes", "none"))
 
 
-def test_files_are_expanded_by_forks_of_one_process_that_keep_nothing_of_each_other(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_forks_expand_files_independently(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     inside = '<xacro:property name="b" value="${load_yaml(\'b.yaml\').x}"/><a b="${b}"/>'
     monkeypatch.setenv("HEARD", "one")
     assert b'b="one"' in _expand(tmp_path, '<a b="$(env HEARD)"/>').text

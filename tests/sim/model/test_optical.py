@@ -79,9 +79,7 @@ def test_frame_of_pictures(urdf: Urdf, named: str, pose: Pose3, expected: Sensor
         ("scanner", UP, SensorFrame("scanner", "camera", UP)),
     ],
 )
-def test_sensor_off_its_link_has_a_frame_where_it_is(
-    named: str, pose: Pose3, expected: SensorFrame
-) -> None:
+def test_an_offset_sensor_has_its_frame(named: str, pose: Pose3, expected: SensorFrame) -> None:
     sensor = SensorSettings(
         link="camera", frame=named, rate=5.0, topic="t", name="top lidar", pose=pose
     )

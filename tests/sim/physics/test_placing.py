@@ -113,9 +113,7 @@ def test_the_nearest_pose_is_free_at_any_heading(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("edge", "is_free"), [("5.2", True), ("7.6", False)])
-def test_it_is_looked_for_no_farther_than_three_metres(
-    tmp_path: Path, edge: str, is_free: bool
-) -> None:
+def test_it_is_searched_within_three_metres(tmp_path: Path, edge: str, is_free: bool) -> None:
     on = among(tmp_path, ("block", "0 0 0.5", f"{edge} 20 1"))
     if is_free:
         assert 2.6 < abs(on.nearest_free(SE2()).x) < 3.01

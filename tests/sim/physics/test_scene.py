@@ -80,9 +80,7 @@ def test_geoms_are_called_by_what_they_are_of(two: Scene) -> None:
         (230, 0, 1_000_000_000),
     ],
 )
-def test_memory_for_contacts_is_that_of_what_can_be_pushed(
-    shapes: int, held: int, memory: int
-) -> None:
+def test_contact_memory_is_that_of_pushed_bodies(shapes: int, held: int, memory: int) -> None:
     entities = [crate(count, n, mass) for count, n, mass in ((shapes, "m", 1.0), (held, "h", 0.0))]
     given = scene(*(each for each in entities if each.solid), robots=())
     assert given.model.narena == memory

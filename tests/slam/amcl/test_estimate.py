@@ -54,9 +54,7 @@ def test_a_pose_that_is_not_finite_is_named(pose: SE2) -> None:
         (0.0, 4.01, False),
     ],
 )
-def test_a_pose_off_the_map_is_refused_with_the_map_s_extent(
-    x: float, y: float, inside: bool
-) -> None:
+def test_a_pose_off_the_map_is_refused_with_its_extent(x: float, y: float, inside: bool) -> None:
     if inside:
         check_inside(SE2(x, y), TURNED)
         return
@@ -174,9 +172,7 @@ SPREAD = Cluster(1.0, np.array([1.0, 2.0, 3.1]), np.diag([0.1**2, 0.2**2, 0.3**2
     ("axis", "reach"), [(0, 0.3 + 0.05), (1, 0.6 + 0.05), (2, 0.9 + 0.05)], ids=["x", "y", "theta"]
 )
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_cluster_holds_what_lies_within_three_deviations(
-    axis: int, reach: float, sign: float
-) -> None:
+def test_a_cluster_spans_three_deviations(axis: int, reach: float, sign: float) -> None:
     for part, held in ((0.97, True), (1.03, False)):
         pose = SPREAD.mean.copy()
         pose[axis] += sign * part * reach

@@ -83,9 +83,7 @@ def test_ranges_are_those_within_limits(
 
 @pytest.mark.parametrize("mount", MOUNTS)
 @pytest.mark.parametrize("motion", [SE2(), SE2(0.2, 0.05, 0.3)])
-def test_ends_lie_where_each_beam_ended_seen_from_the_base_at_the_first(
-    mount: SE2, motion: SE2
-) -> None:
+def test_beams_end_where_seen_from_the_base_at_the_first(mount: SE2, motion: SE2) -> None:
     scan = replace(rising(50), T_base_sensor=mount, motion=motion)
     beams = ScanView.of(scan, CONFIG).many
     for k, range_ in enumerate(scan.ranges.tolist()):

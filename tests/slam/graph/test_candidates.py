@@ -171,9 +171,7 @@ def test_another_pose_may_lie_where_the_window_reaches_beside_the_best(
     ("xy", "theta", "count"),
     [(0.2, 0.05, 1), (1.0, 0.3, 1), (2.0, 0.5, 2), (3.0, 0.39, 3), (10.0, 0.295, 10)],
 )
-def test_pieces_cover_the_window_once_from_the_middle_outwards(
-    xy: float, theta: float, count: int
-) -> None:
+def test_pieces_cover_the_window_from_the_middle(xy: float, theta: float, count: int) -> None:
     pieces = search(xy, theta).pieces(0.05)
     assert len(pieces) == count
     assert all((middle.x, middle.y) == (PRIOR.x, PRIOR.y) for middle, _ in pieces)
@@ -199,7 +197,5 @@ def test_pieces_cover_the_window_once_from_the_middle_outwards(
         (9, 0.05, 5),
     ],
 )
-def test_blocks_of_a_search_are_up_to_32_cells_and_no_wider_than_the_window(
-    xy: float, resolution: float, depth: int
-) -> None:
+def test_blocks_of_a_search_fit_the_window(xy: float, resolution: float, depth: int) -> None:
     assert {window.depth for _, window in search(xy).pieces(resolution)} == {depth}

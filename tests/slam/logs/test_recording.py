@@ -70,9 +70,7 @@ def test_messages_are_read_in_either_byte_order() -> None:
 
 
 @pytest.mark.parametrize(("tf", "odometry"), [(True, False), (False, True), (True, True)])
-def test_each_scan_gets_its_odometry_and_its_mount(
-    tmp_path: Path, tf: bool, odometry: bool
-) -> None:
+def test_scans_get_their_odometry_and_mount(tmp_path: Path, tf: bool, odometry: bool) -> None:
     log = open_log(write(tmp_path / "a.mcap", entries(tf, odometry)), RecordingTopics())
     pairs = list(log)
     assert len(pairs) == len(LOG)

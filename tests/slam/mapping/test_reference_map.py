@@ -66,7 +66,7 @@ def surface(count: int) -> Surface:
     return Surface(points, np.zeros((count, 2)), np.zeros(count, np.bool_))
 
 
-def test_the_field_holds_all_walls_where_the_graph_has_them(
+def test_the_field_holds_all_walls_of_the_graph(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     field = mapped(Scripted(), 8.0, 4.0, monkeypatch).field

@@ -151,9 +151,7 @@ def facing(*degrees: float) -> np.ndarray:
         (0.26, 0.0, False, 0),
     ],
 )
-def test_a_gap_on_a_wall_is_filled_evenly(
-    gap: float, turn: float, linked: bool, filled: int
-) -> None:
+def test_a_wall_gap_is_filled_evenly(gap: float, turn: float, linked: bool, filled: int) -> None:
     ends = np.array([[1.0, 2.0], [1.0 + 0.6 * gap, 2.0 - 0.8 * gap], [9.0, 9.0]])
     normals = facing(20.0, 20.0 + turn, 0.0)
     surface = Surface(ends, normals, np.array([linked, False, False]))

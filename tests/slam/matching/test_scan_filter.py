@@ -43,9 +43,7 @@ KNOWN = np.diag([0.01, 0.01, 0.001])
         (replace(GOOD, stamp=6.0, ranges=np.full(30, 0.0)), Skip.EMPTY),
     ],
 )
-def test_a_scan_that_cannot_be_used_is_counted_by_its_reason(
-    scan: Scan, reason: Skip | None
-) -> None:
+def test_an_unusable_scan_is_counted_by_its_reason(scan: Scan, reason: Skip | None) -> None:
     intake = ScanFilter(7.0)
     assert intake.last is None
     first = intake.take(GOOD)
@@ -71,9 +69,7 @@ def test_a_scan_that_cannot_be_used_is_counted_by_its_reason(
         (0.001, -0.2, 0.0),
     ],
 )
-def test_the_motion_within_a_scan_is_that_before_it_for_as_long(
-    increment: float, gap: float, share: float
-) -> None:
+def test_motion_within_a_scan_is_that_before(increment: float, gap: float, share: float) -> None:
     """Half of a motion is that which done twice is all of it."""
     scan = Scan(np.ones(101), 0.0, 0.01, 0.1, 9.0, 1.0, time_increment=increment)
     half = SE2(0.3, -0.1, 0.4)

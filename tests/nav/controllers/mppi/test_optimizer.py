@@ -74,9 +74,7 @@ def judged(costs: Floats) -> Any:
 @pytest.mark.parametrize(
     ("noise_time", "model"), [(0.0, "DiffDrive"), (0.3, "DiffDrive"), (0.3, "Omni")]
 )
-def test_each_command_is_the_mean_of_what_was_tried_weighed_by_its_cost(
-    noise_time: float, model: str
-) -> None:
+def test_commands_are_means_of_samples_weighed_by_costs(noise_time: float, model: str) -> None:
     config = made_config(noise_time=noise_time, motion_model=model, vy_std=0.3)
     optimizer, rng = Optimizer(config), np.random.default_rng(0)
     parts = len(deviations_of(config))

@@ -50,9 +50,7 @@ def test_places_differ_and_are_written_down(tmp_path: Path) -> None:
         (2, 1, 80, "port 80 is no first port"),
     ],
 )
-def test_a_class_that_does_not_fit_is_refused(
-    count: int, domain: int, port: int, text: str
-) -> None:
+def test_an_unfitting_class_is_refused(count: int, domain: int, port: int, text: str) -> None:
     with pytest.raises(ArjunaError, match=text):
         seats(count, Path("x"), domain, port)
 

@@ -21,7 +21,7 @@ def output(capsys: pytest.CaptureFixture[str], *words: str) -> str:
     return capsys.readouterr().out
 
 
-def test_show_indents_nested_types_without_their_comments(
+def test_show_indents_nested_types_without_comments(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert output(capsys, "interface", "show", "geometry_msgs/msg/PoseStamped") == (
@@ -39,7 +39,7 @@ def test_show_without_comments(capsys: pytest.CaptureFixture[str]) -> None:
     )
 
 
-def test_show_with_all_comments_has_those_of_nested_types(
+def test_show_all_comments_has_nested_ones(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     text = output(capsys, "interface", "show", "geometry_msgs/msg/Twist", "--all-comments")
@@ -84,7 +84,7 @@ def test_comments_go_as_far_as_ros2cli_finds_them(line: str, expected: str | Non
     assert bare(line) == expected
 
 
-def test_installed_interfaces_of_every_kind_can_be_shown(
+def test_interfaces_of_every_kind_are_shown(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     names = output(capsys, "interface", "list").split()

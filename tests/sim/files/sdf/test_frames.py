@@ -173,9 +173,7 @@ def test_chains_end_at_a_hundred_frames() -> None:
         ("<axis><use_parent_model_frame>0</use_parent_model_frame></axis>", "1.5", 5.0),
     ],
 )
-def test_an_axis_is_in_its_joints_frame_but_in_old_files(
-    axis: str, version: str, expected: float
-) -> None:
+def test_an_axis_is_in_its_joints_frame(axis: str, version: str, expected: float) -> None:
     xml = file(f"<link name='l'>{AT.format(1)}</link>{axis}", version)
     own = Scope(xml, xml.root[0], "m")
     assert own.axis(xml.root[0][1], Pose3((5.0, 0.0, 0.0))).position[0] == expected
