@@ -90,9 +90,7 @@ def compiled(tree: Path) -> set[str]:
         ("words", {"plan", "walk", "other"}),
     ],
 )
-def test_a_change_deletes_what_was_compiled_with_it_and_no_more(
-    changed: str | None, left: set[str], tree: Path
-) -> None:
+def test_a_change_deletes_its_kernels(changed: str | None, left: set[str], tree: Path) -> None:
     state = tree.parent / ".setup" / "kernels.json"
     kernels.forget_stale(tree.parent, state)
     assert compiled(tree) == {"plan", "walk", "other"}

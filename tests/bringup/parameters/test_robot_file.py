@@ -33,9 +33,7 @@ def body_of(words: list[str]) -> str:
     return str(for_node(parameters, CONTROLLER_SERVER.name).get("body", ""))
 
 
-def test_an_outline_smaller_than_the_robot_is_reported_once_with_its_advice(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_small_outlines_are_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["demo", "--params", of_radius(tmp_path, "robot_radius: 0.22")]
     body = body_of(words)
     assert body.startswith("[[0.225, ")

@@ -92,9 +92,7 @@ def test_the_guide_s_shortest_setup_py_will_do(source: Path) -> None:
     assert _sourced("ros2 run my_robot minimal_node") == "alive\n"
 
 
-def test_packages_are_built_in_the_order_of_their_needs(
-    source: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_packages_are_built_in_order(source: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name, depends in (("a", "b"), ("b", "c"), ("c", ""), ("d", "")):
         _manifest(source, name, depends=depends)
     (_manifest(source, "ignored") / "COLCON_IGNORE").touch()

@@ -198,9 +198,7 @@ def blocked_behind(x: float) -> Costmap:
         (before(0.9, 2.0), {"within": True}, True),
     ],
 )
-def test_takes_over_where_the_rest_is_short_straight_and_ahead(
-    pose: SE2, values: dict[str, Any], begins: bool
-) -> None:
+def test_takes_over_where_little_is_left(pose: SE2, values: dict[str, Any], begins: bool) -> None:
     assert (Asked(curve_time=0.0)(pose, **values) is not None) is begins
     assert Asked(enabled=False)(pose, **values) is None
 

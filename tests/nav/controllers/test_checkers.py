@@ -71,7 +71,7 @@ def test_a_position_reached_stays_reached_where_stateful(heading: bool, stateful
         PositionGoalChecker(PositionGoalConfig(0.2)),
     ],
 )
-def test_who_was_pushed_away_from_a_goal_has_not_arrived(
+def test_a_pushed_robot_has_to_return(
     checker: SimpleGoalChecker | PositionGoalChecker,
 ) -> None:
     assert checker.reached(SE2(0.9, 0.0, 0.0), GOAL)

@@ -97,18 +97,14 @@ def test_a_goal_that_is_lost_is_sent_again(bench: RosBench, timeout: float, succ
     assert node.taken == (3 if succeeds else 2)
 
 
-def test_a_goal_without_an_answer_yet_is_sent_once(
-    bench: RosBench, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_unanswered_goals_are_sent_once(bench: RosBench, capfd: pytest.CaptureFixture[str]) -> None:
     node = _server(bench, takes=45.0)
     end = Goals(BenchSession(bench)).navigate(SE2(1.0, 0.0), 90.0)
     assert (end.succeeded, node.taken) == (True, 1)
     assert capfd.readouterr().err.count("nothing is heard of it yet") == 1
 
 
-def test_a_server_that_is_not_active_is_waited_for_and_that_is_said(
-    bench: RosBench, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_inactive_servers_are_awaited(bench: RosBench, capfd: pytest.CaptureFixture[str]) -> None:
     node = _server(bench, active=False)
     session = BenchSession(bench)
     session.at = {5.0: node.trigger_activate}
@@ -179,9 +175,7 @@ def compile_again() -> None:
     compiled()
 
 
-def test_a_compilation_is_announced_and_the_next_sign_of_life_ends_it(
-    reporter: Reporter, lines: list[str]
-) -> None:
+def test_a_compilation_is_announced_and_ended(reporter: Reporter, lines: list[str]) -> None:
     reporter.update(1.0)
     compile_again()
     assert max(patience(lines)) == 90.0

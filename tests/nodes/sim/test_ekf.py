@@ -155,9 +155,7 @@ def test_a_gyro_faster_than_the_wheels_is_used_in_between(bench: RosBench) -> No
         ("odometry/filtered", "/odometry/filtered"),
     ],
 )
-def test_a_filter_that_would_listen_to_itself_is_refused(
-    bench: RosBench, odom0: str, odom_topic: str
-) -> None:
+def test_self_listening_filters_are_refused(bench: RosBench, odom0: str, odom_topic: str) -> None:
     """As `odom0: odom` of public files makes it, whose filter publishes odometry/filtered."""
     node = EkfNode(bench.process, {"odom0": odom0, "odom_topic": odom_topic})
     with pytest.raises(ConfigError, match=f"odom0 '{odom0}' is /.*\\n.*odom0: wheel_odom, or"):

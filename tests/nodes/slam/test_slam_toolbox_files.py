@@ -148,9 +148,7 @@ def test_each_match_type_finds_the_robot(
     assert 100 in robot.call(GetMap, "dynamic_map").map.data
 
 
-def test_as_slam_toolbox_a_start_is_to_be_given(
-    robot: Robot, saved: SlamToolboxNode, tmp_path: Path
-) -> None:
+def test_slam_toolbox_needs_a_start(robot: Robot, saved: SlamToolboxNode, tmp_path: Path) -> None:
     saved.trigger_deactivate()
     saved.trigger_cleanup()
     again(robot, 20)

@@ -117,9 +117,7 @@ def test_every_third_scan_or_none_too_soon_if_so_asked(robot: Robot) -> None:
 
 
 @pytest.mark.parametrize(("synchronous", "used"), [(True, 8), (False, 1)])
-def test_scans_that_waited_are_all_used_or_only_the_newest(
-    robot: Robot, synchronous: bool, used: int
-) -> None:
+def test_waiting_scans_are_used_or_dropped(robot: Robot, synchronous: bool, used: int) -> None:
     node = started(robot, synchronous=synchronous)
     robot.drive(3)
     late = []

@@ -158,9 +158,7 @@ def search(xy: float, theta: float = 0.3) -> Search:
 
 @pytest.mark.parametrize(("xy", "reaches"), [(0.75, False), (0.85, True)])
 @pytest.mark.parametrize("off", [(0.3, 0.0), (-0.3, 0.0), (0.0, 0.3), (0.0, -0.3)])
-def test_another_pose_may_lie_where_the_window_reaches_beside_the_best(
-    xy: float, reaches: bool, off: tuple[float, float]
-) -> None:
+def test_other_poses_lie_near_the_best(xy: float, reaches: bool, off: tuple[float, float]) -> None:
     assert search(xy).reaches_beside(PRIOR) is reaches
     best = SE2(PRIOR.x + off[0], PRIOR.y + off[1], PRIOR.theta)
     assert search(xy - 0.3).reaches_beside(best) is reaches

@@ -242,9 +242,7 @@ def turned(degrees: float) -> Floats:
         (0.8, 136.0, True),
     ],
 )
-def test_a_correction_is_supported_by_what_sees_it_and_moves_as_far(
-    gap: float, degrees: float, supports: bool
-) -> None:
+def test_corrections_need_their_keyframes(gap: float, degrees: float, supports: bool) -> None:
     graph = laps()
     heading = graph.pose(4).theta
 

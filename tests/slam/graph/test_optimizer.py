@@ -241,9 +241,7 @@ def test_the_spread_is_the_greatest_deviation_in_any_direction(seed: int) -> Non
     "along", [(1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (0.3, -0.5, -0.1)]
 )
 @pytest.mark.parametrize("theta", [0.4, 3.1, -3.1])
-def test_a_correction_is_plausible_up_to_four_deviations(
-    along: tuple[float, float, float], theta: float
-) -> None:
+def test_plausible_within_four_sigmas(along: tuple[float, float, float], theta: float) -> None:
     """Of what the graph does not know, and of 0.1 m and 0.02 rad more."""
     known = np.array([[0.5, 0.1, 0.02], [0.1, 0.3, -0.01], [0.02, -0.01, 0.04]])
     information = np.linalg.inv(known + np.diag([0.1**2, 0.1**2, 0.02**2]))

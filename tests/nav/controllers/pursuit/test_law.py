@@ -193,9 +193,7 @@ def test_an_arc_is_looked_at_for_a_time() -> None:
 @pytest.mark.parametrize(
     ("blocked", "share"), [(1.65, 1.0), (1.6, 0.7), (1.4, 0.5), (1.3, 0.35), (1.2, None)]
 )
-def test_an_arc_is_looked_at_up_to_its_point_which_is_taken_nearer_where_it_is_not_free(
-    blocked: float, share: float | None
-) -> None:
+def test_arcs_are_checked_and_shortened_to_be_free(blocked: float, share: float | None) -> None:
     asked = Asked(max_allowed_time_to_collision_up_to_carrot=9.0, lookahead_dist=0.6)
     result = asked(SE2(1.02), costmap=blocked_from(blocked))
     assert (result.status is ControlStatus.SUCCEEDED) is (share is not None)
