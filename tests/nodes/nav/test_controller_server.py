@@ -245,12 +245,16 @@ def test_zero_is_commanded_at_the_end_unless_it_is_not_to_be(stops: bool) -> Non
     assert (robot.commands[-1] == STILL) is stops
 
 
-@pytest.mark.parametrize(("least", "counts"), [(0.2, True), (0.4, False)])
-def test_a_slow_drift_to_a_side_counts_as_none(least: float, counts: bool) -> None:
-    node, message = made(min_y_velocity_threshold=least).nodes["controller_server"], Odometry()
-    message.twist.twist.linear.y = -0.3
+@pytest.mark.parametrize(("least", "counts"), [(0.2, True), (0.3, False), (0.4, False)])
+def test_slow_measurements_count_as_none(least: float, counts: bool) -> None:
+    names = ("min_x_velocity_threshold", "min_y_velocity_threshold", "min_theta_velocity_threshold")
+    node = made(**dict.fromkeys(names, least)).nodes["controller_server"]
+    message = Odometry()
+    moved = message.twist.twist
+    moved.linear.x = moved.linear.y = moved.angular.z = -0.3
     node._on_odometry(message)
-    assert (node._velocity.y != 0.0) is counts
+    measured = node._velocity
+    assert [v != 0.0 for v in (measured.x, measured.y, measured.yaw_rate)] == [counts] * 3
 
 
 def test_slow_measurements_count_as_standing() -> None:

@@ -73,6 +73,18 @@ def test_it_docks_by_name_and_undocks(robot: PlayedRobot) -> None:
     assert robot.command == STILL
 
 
+@pytest.mark.parametrize(("away", "docked"), [(0.05, True), (0.15, False)])
+def test_a_robot_that_was_moved_off_its_dock_is_in_none(
+    robot: PlayedRobot, away: float, docked: bool
+) -> None:
+    robot.run_until_done(dock(robot), 60.0)
+    robot.pose = robot.pose @ SE2(-away)
+    robot.run(0.2)
+    leaving = undock(robot)
+    robot.run(0.5)
+    assert leaving.done is not docked
+
+
 def test_it_docks_by_pose_where_the_robot_stands_near(robot: PlayedRobot) -> None:
     pose = pose_stamped(SE2(0.7, 0.05, 0.0), "map", 0.0)
     goal = dock_at(robot, pose, "simple_non_charging_dock", navigate_to_staging_pose=False)

@@ -78,7 +78,7 @@ def test_a_waypoint_that_is_not_reached_ends_it_all(robot: PlayedRobot) -> None:
     goal = follow(robot, SQUARE[0], OUTSIDE, SQUARE[1])
     robot.run_until_done(goal, 30.0)
     assert_failed(goal, UNKNOWN)
-    assert "waypoint 1 of 3" in goal.result.error_msg
+    assert "waypoint 1 of 3 was not reached" in goal.result.error_msg
     assert "outside the costmap" in goal.result.error_msg
     (missed,) = goal.result.missed_waypoints
     assert (missed.index, missed.error_code) == (1, 204)
