@@ -1,7 +1,10 @@
-"""The command line: what it takes, what it refuses, and how fast it answers."""
+"""The command line: words, help, errors, the terminal's width."""
 
 from __future__ import annotations
 
+import argparse
+import os
+import re
 import shlex
 import subprocess
 import sys
@@ -12,6 +15,7 @@ import pytest
 from bringup import cli
 from bringup.cli_parser import parse
 from bringup.commands import COMMANDS, module_of
+from bringup.terminal import RIGHT, UP, Keys
 
 EVERY = [name for group in COMMANDS.values() for name in group]
 NODE_COMMANDS = {"sim": [], "slam": [], "nav": ["--map", "m.yaml"], "demo": []}
@@ -89,9 +93,7 @@ def test_a_robot_is_chosen_by_namespace_and_domain(command: str) -> None:
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_a_command_shows_examples_that_are_understood(
-    name: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_commands_examples_are_understood(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="0"):
         parse([name, "--help"])
     shown = capsys.readouterr().out
@@ -105,7 +107,7 @@ def test_the_demo_writes_to_out_demo_by_default() -> None:
     assert parse(["demo", "--out", "x"]).out == Path("x")
 
 
-def test_without_a_command_the_first_page_says_what_to_type(
+def test_without_a_command_the_first_page_is_shown(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert cli.run(parse([])) == 0
@@ -132,3 +134,51 @@ def test_sim_takes_several_robots_each_with_its_namespace_and_start() -> None:
     assert arguments.robots == [Path("a.urdf"), Path("b.urdf")]
     assert arguments.namespaces == ["a", "b"]
     assert arguments.ats == [[1.0, -2.0], [0.0, 0.0]]
+
+
+PYPROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"
+
+
+def said_without(module: str, capsys: pytest.CaptureFixture[str]) -> str:
+    """Return what is said where a command's module is missing."""
+
+    def command(arguments: argparse.Namespace) -> int:
+        raise ModuleNotFoundError(f"No module named {module!r}", name=module)
+
+    assert cli.run(argparse.Namespace(run=command)) == cli.REFUSED
+    return capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("module", "extra"),
+    [("rerun", "view"), ("rerun.blueprint", "view"), ("optuna", "tune"), ("pyarrow", "campaign")],
+)
+def test_a_module_of_an_extra_is_named_with_the_words_that_install_it(
+    module: str, extra: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = said_without(module, capsys)
+    assert said.startswith(f"error: the module {module} is not installed")
+    assert f"'make setup EXTRAS={extra}'" in said
+
+
+def test_another_module_asks_for_the_whole_set_up(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "run 'make setup'\n" in said_without("numba", capsys)
+
+
+def test_the_extras_are_those_of_the_project() -> None:
+    text = PYPROJECT.read_text(encoding="utf-8")
+    for module, extra in cli.EXTRAS.items():
+        (packages,) = re.findall(rf"^{extra} = \[(.*)\]", text, re.MULTILINE)
+        assert re.search(rf'"{module.replace("_", "-")}(-sdk)?"', packages), module
+
+
+def test_arrows_and_escape_are_keys(monkeypatch: pytest.MonkeyPatch) -> None:
+    ours, theirs = os.openpty()
+    with open(theirs) as terminal:  # noqa: PTH123 - a descriptor
+        monkeypatch.setattr("sys.stdin", terminal)
+        with Keys() as keys:
+            assert keys.live
+            os.write(ours, f"a{UP}{RIGHT} \x1b".encode())
+            assert [keys.wait(5.0) for _ in range(5)] == ["a", UP, RIGHT, " ", "\x1b"]
+            assert keys.wait(0.0) == ""
+    os.close(ours)

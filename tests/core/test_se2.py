@@ -1,16 +1,18 @@
-"""Claims: SE2 is a group, its exponential and logarithm undo each other, and it maps points."""
+"""Poses and velocities: group axioms, exponentials, frames in space."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from arjuna_core.pose3 import Pose3
+from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.se2 import IDENTITY, SE2, wrap, yaw_of
+from arjuna_core.twist import STILL, RecentVelocities, Velocity
 
 SEEDS = range(20)
 
@@ -132,3 +134,83 @@ def test_the_yaw_of_a_tilted_quaternion_of_any_length(seed: int) -> None:
 def test_what_is_no_rotation_has_no_yaw(quaternion: tuple[float, float, float, float]) -> None:
     with pytest.raises(ValueError, match="is no rotation"):
         yaw_of(*quaternion)
+
+
+@pytest.mark.parametrize(("duration", "mean"), [(0.0, 0.4), (0.125, 0.3), (0.25, 0.2), (9.0, 0.15)])
+def test_the_mean_is_of_what_was_measured_within_the_duration(duration: float, mean: float) -> None:
+    recent = RecentVelocities(duration)
+    assert recent.mean() == STILL
+    for k, x in enumerate((0.0, 0.0, 0.2, 0.4)):
+        recent.add(Velocity(x, y=-x, yaw_rate=2.0 * x), 0.125 * k)
+    velocity = recent.mean()
+    parts = velocity.x, velocity.y, velocity.yaw_rate
+    assert parts == pytest.approx((mean, -mean, 2.0 * mean))
+
+
+def test_a_time_before_is_another_run() -> None:
+    recent = RecentVelocities(1.0)
+    recent.add(Velocity(0.4), 5.0)
+    recent.add(Velocity(0.1), 0.0)
+    assert recent.mean() == Velocity(0.1)
+
+
+POSES = [
+    Pose3.from_rpy((*position, 0.5), tuple(angles))
+    for position, angles in zip(
+        np.random.default_rng(3).uniform(-2, 2, (6, 2)).tolist(),
+        np.random.default_rng(4).uniform(-1.4, 1.4, (6, 3)).tolist(),
+        strict=True,
+    )
+]
+POINTS = np.random.default_rng(5).uniform(-3, 3, (5, 3))
+
+
+@pytest.mark.parametrize(("a", "b"), list(pairwise(POSES)))
+def test_compositions_move_points_in_turn_and_inverses_move_them_back(a: Pose3, b: Pose3) -> None:
+    np.testing.assert_allclose((a @ b).apply(POINTS), a.apply(b.apply(POINTS)))
+    np.testing.assert_allclose(a.inverse().apply(a.apply(POINTS)), POINTS)
+    assert (a @ a.inverse()).position == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
+    np.testing.assert_allclose((a @ b @ b.inverse()).rotation(), a.rotation(), atol=1e-12)
+
+
+@pytest.mark.parametrize(("a", "b"), list(pairwise(POSES)))
+@pytest.mark.parametrize("share", [0.0, 0.2, 0.5, 1.0])
+def test_a_pose_between_goes_straight_and_turns_evenly(a: Pose3, b: Pose3, share: float) -> None:
+    def angle(c: Pose3, d: Pose3) -> float:
+        return 2.0 * math.acos(min(1.0, abs((c.inverse() @ d).quaternion[0])))
+
+    between = a.interpolate(b, share)
+    np.testing.assert_allclose(
+        np.subtract(between.position, a.position), share * np.subtract(b.position, a.position)
+    )
+    assert np.linalg.norm(between.quaternion) == pytest.approx(1.0)
+    assert angle(a, between) == pytest.approx(share * angle(a, b), abs=1e-7)
+    assert angle(between, b) == pytest.approx((1.0 - share) * angle(a, b), abs=1e-7)
+
+
+def test_a_pose_between_takes_the_shorter_turn_and_none_between_equal_ones() -> None:
+    near, w = Pose3.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), ORIGIN.quaternion
+    same = Pose3((2.0, 0.0, 0.0), (-w[0], -w[1], -w[2], -w[3]))  # the same rotation, written so
+    assert same.interpolate(near, 0.5).rpy()[2] == pytest.approx(0.5)
+    assert ORIGIN.interpolate(same, 0.5).planar() == SE2(1.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("rpy", [(0.3, -0.4, 2.0), (-3.0, 1.2, -0.1), (0.0, 0.0, 0.0)])
+def test_roll_pitch_and_yaw_come_back(rpy: tuple[float, float, float]) -> None:
+    assert Pose3.from_rpy((0.0, 0.0, 0.0), rpy).rpy() == pytest.approx(rpy)
+
+
+@pytest.mark.parametrize(
+    ("rpy", "ahead"),
+    [
+        ((0.0, 0.0, math.pi / 2), (0.0, 1.0, 0.0)),
+        ((0.0, math.pi / 2, 0.0), (0.0, 0.0, -1.0)),  # the nose goes down
+        ((math.pi / 2, 0.0, 0.0), (1.0, 0.0, 0.0)),
+        ((math.pi / 2, 0.0, math.pi / 2), (0.0, 1.0, 0.0)),
+    ],
+)
+def test_angles_turn_about_fixed_axes(
+    rpy: tuple[float, float, float], ahead: tuple[float, float, float]
+) -> None:
+    turned = Pose3.from_rpy((0.0, 0.0, 0.0), rpy).apply(np.array([[1.0, 0.0, 0.0]]))[0]
+    assert turned == pytest.approx(ahead, abs=1e-12)

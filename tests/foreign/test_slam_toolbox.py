@@ -73,9 +73,7 @@ def error(robot: LockStep, origin: SE2) -> float:
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_a_stock_file_gives_a_map_at_once_and_keeps_the_robot_on_it(
-    stack: Callable[..., LockStep], path: Path
-) -> None:
+def test_a_stock_file_maps_and_localizes(stack: Callable[..., LockStep], path: Path) -> None:
     robot, maps = mapping(stack, path)
     origin = robot.sim.last.truth.pose
     drive(robot, 0.3, 0.4, 18.0)
@@ -85,9 +83,7 @@ def test_a_stock_file_gives_a_map_at_once_and_keeps_the_robot_on_it(
     assert error(robot, origin) < 0.03
 
 
-def test_a_saved_graph_is_localized_on_by_the_stock_file(
-    stack: Callable[..., LockStep], home: Path
-) -> None:
+def test_a_stock_file_localizes_on_a_graph(stack: Callable[..., LockStep], home: Path) -> None:
     robot, _ = mapping(stack, ASYNC)
     origin = robot.sim.last.truth.pose
     drive(robot, 0.3, 0.4, 16.0)

@@ -1,4 +1,4 @@
-"""A participant of another host that is none: announced by hand, from another address.
+"""A forged participant of another host: announced by hand, from another address.
 
 `attack` does it in a network namespace with two addresses, where the machine allows one.
 """

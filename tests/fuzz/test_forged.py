@@ -12,9 +12,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.system]
 
 
 @pytest.mark.parametrize(("discovery_range", "answers"), [("", False), ("SUBNET", True)])
-def test_a_participant_of_another_host_is_answered_by_an_open_robot_alone(
-    discovery_range: str, answers: bool
-) -> None:
+def test_only_an_open_robot_answers_another_host(discovery_range: str, answers: bool) -> None:
     count = attack(discovery_range)
     if isinstance(count, str):
         pytest.skip(count)

@@ -12,7 +12,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from tests.fuzz.barrage import STACKS, Barrage
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
-COUNT = 200
+COUNT = 120
 
 
 @pytest.mark.parametrize("stack", STACKS)

@@ -53,13 +53,13 @@ def _problem(path: Path) -> str:
 @pytest.mark.parametrize(
     ("changed", "loaded", "count"),
     [
-        ("robot.urdf", "robot.urdf", 150),
-        ("world.world", "world.world", 80),
+        ("robot.urdf", "robot.urdf", 75),
+        ("world.world", "world.world", 40),
         ("hall.yaml", "hall.yaml", 30),
         ("hall.pgm", "hall.yaml", 20),
         ("cube.stl", "robot.urdf", 20),
-        ("wheel.obj", "robot.urdf", 30),
-        ("room.dae", "world.world", 30),
+        ("wheel.obj", "robot.urdf", 20),
+        ("room.dae", "world.world", 20),
         ("macros.xacro", "macros.xacro", 8),
     ],
 )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -44,21 +43,15 @@ def test_folder_does_not_shadow_the_generated_package() -> None:
     assert not (ROOT / "__init__.py").exists()
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_definition_says_what_it_is_for_and_ends_with_a_newline(path: Path) -> None:
-    text = path.read_text(encoding="ascii")
-    assert text.startswith("# ")
-    assert text.endswith("\n")
-
-
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_no_constant_line_occurs_twice_in_a_file(path: Path) -> None:
+def test_definitions_say_what_they_are_for_and_name_no_constant_twice() -> None:
     # rosidl_parser 4.6.6 puts the second of two equal constants, comment included, into the
     # part of the first, and the generated C does not compile.
-    lines = Counter(
-        line for line in path.read_text().splitlines() if re.match(r"\w+ [A-Z0-9_]+ ?=", line)
-    )
-    assert [line for line, count in lines.items() if count > 1] == []
+    for path in FILES:
+        text = path.read_text(encoding="ascii")
+        assert text.startswith("# "), path
+        assert text.endswith("\n"), path
+        lines = [line for line in text.splitlines() if re.match(r"\w+ [A-Z0-9_]+ ?=", line)]
+        assert len(lines) == len(set(lines)), path
 
 
 @pytest.mark.parametrize(

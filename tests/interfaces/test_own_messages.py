@@ -35,9 +35,7 @@ def _write(folder: Path, **texts: str) -> None:
         (folder / kind / f"{name}.{kind}").write_text(text)
 
 
-def test_packages_of_a_workspace_come_in_the_order_of_their_needs(
-    environment: Any, tmp_path: Path
-) -> None:
+def test_packages_of_a_workspace_come_by_their_needs(environment: Any, tmp_path: Path) -> None:
     _write(tmp_path / "src" / "a_msgs", Pair="b_msgs/Level first\n")
     _write(tmp_path / "src" / "folder", Level="float32 level\n", Ask="---\nbool ok\n")
     _write(tmp_path / "install" / "b_msgs" / "share", Level="float32 old\n")

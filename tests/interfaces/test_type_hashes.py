@@ -49,55 +49,54 @@ def node() -> Iterator[Any]:
         context.shutdown()
 
 
-@pytest.mark.parametrize("name", EXPECTED)
-def test_installed_type_description_has_the_expected_hash(name: str) -> None:
-    package, kind, stem = name.split("/")
-    description = json.loads((share(package) / kind / f"{stem}.json").read_text())
-    hashes = {entry["type_name"]: entry["hash_string"] for entry in description["type_hashes"]}
-    assert hashes[name] == EXPECTED[name]
+def test_installed_type_descriptions_have_the_expected_hashes() -> None:
+    for name, expected in EXPECTED.items():
+        package, kind, stem = name.split("/")
+        description = json.loads((share(package) / kind / f"{stem}.json").read_text())
+        hashes = {entry["type_name"]: entry["hash_string"] for entry in description["type_hashes"]}
+        assert hashes[name] == expected, name
 
 
-@pytest.mark.parametrize("name", OURS)
-def test_type_loads_its_compiled_type_support(name: str) -> None:
+def test_types_load_their_compiled_type_support() -> None:
     from rclpy.type_support import check_for_type_support
 
-    cls = load(name)
-    if "/action/" in name:
-        cls.__class__.__import_type_support__()
-        assert cls.__class__._TYPE_SUPPORT is not None
-    else:
-        check_for_type_support(cls)
+    for name in OURS:
+        cls = load(name)
+        if "/action/" in name:
+            cls.__class__.__import_type_support__()
+            assert cls.__class__._TYPE_SUPPORT is not None, name
+        else:
+            check_for_type_support(cls)
 
 
-@pytest.mark.parametrize("name", [name for name in EXPECTED if "/msg/" in name])
-def test_publisher_announces_the_expected_hash(name: str, node: Any) -> None:
-    topic = name.lower()
-    publisher = node.create_publisher(load(name), topic, 1)
-    (info,) = node.get_publishers_info_by_topic(topic)
-    assert info.topic_type == name
-    assert str(info.topic_type_hash) == EXPECTED[name]
-    node.destroy_publisher(publisher)
+def test_publishers_announce_the_expected_hashes(node: Any) -> None:
+    for name in (name for name in EXPECTED if "/msg/" in name):
+        topic = name.lower()
+        publisher = node.create_publisher(load(name), topic, 1)
+        (info,) = node.get_publishers_info_by_topic(topic)
+        assert (info.topic_type, str(info.topic_type_hash)) == (name, EXPECTED[name])
+        node.destroy_publisher(publisher)
 
 
-@pytest.mark.parametrize("name", [name for name in OURS if "/msg/" not in name])
-def test_service_or_action_registers_with_the_middleware(name: str, node: Any) -> None:
+def test_services_and_actions_register_with_the_middleware(node: Any) -> None:
     # A package without its introspection type support imports, and fails only here.
     from rclpy.action import ActionClient
 
-    if "/srv/" in name:
-        node.destroy_client(node.create_client(load(name), name.lower()))
-    else:
-        ActionClient(node, load(name), name.lower()).destroy()
+    for name in (name for name in OURS if "/msg/" not in name):
+        if "/srv/" in name:
+            node.destroy_client(node.create_client(load(name), name.lower()))
+        else:
+            ActionClient(node, load(name), name.lower()).destroy()
 
 
-@pytest.mark.parametrize("package", PACKAGES)
-def test_ament_index_lists_the_interfaces_of_a_package(package: str) -> None:
+def test_the_ament_index_lists_the_interfaces_of_each_package() -> None:
     from ament_index_python import get_resource
 
-    folder = share(package)
-    content, _ = get_resource("rosidl_interfaces", package)
-    listed = set(content.splitlines())
-    defined = {f"{name.partition('/')[2]}.{name.split('/')[1]}" for name in OURS
-               if name.startswith(f"{package}/")}  # fmt: skip
-    assert {entry for entry in listed if not entry.endswith(".idl")} == defined
-    assert all((folder / entry).is_file() for entry in listed)
+    for package in PACKAGES:
+        folder = share(package)
+        content, _ = get_resource("rosidl_interfaces", package)
+        listed = set(content.splitlines())
+        defined = {f"{name.partition('/')[2]}.{name.split('/')[1]}" for name in OURS
+                   if name.startswith(f"{package}/")}  # fmt: skip
+        assert {entry for entry in listed if not entry.endswith(".idl")} == defined
+        assert all((folder / entry).is_file() for entry in listed)

@@ -166,9 +166,7 @@ def test_a_furnished_rooms_map_lies_where_the_room_does(tmp_path: Path) -> None:
 
 @pytest.mark.ros
 @pytest.mark.system
-def test_a_jackal_crosses_a_world_but_none_without_a_path(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_jackal_crosses_a_world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("rclpy", reason="no ROS here")
     free = barn_world(tmp_path / "free", [(-2.0, 6.0)])
     result = run(barn, "--worlds", str(free))

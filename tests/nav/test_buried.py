@@ -22,7 +22,7 @@ from arjuna_nav.costmap.footprint import Footprint
 from tests.helpers.nav.controllers import PARAMETERS, make
 from tests.nav.worlds import block, costmap_of, empty_grid, polyline
 
-SEEDS = range(6)
+SEEDS = (0, 1, 2, 5)  # both outlines, unknown space tracked or not
 ROUND, BOX = "[]", "[[0.3, 0.2], [-0.3, 0.2], [-0.3, -0.2], [0.3, -0.2]]"
 CONFIG = BehaviorConfig()
 MIDDLE = SE2(3.0, 3.0)
@@ -97,8 +97,7 @@ def test_behaviours_go_nowhere_but_out(name: str, kind: str, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("kind", ["middle", "edge", "whole"])
-@pytest.mark.parametrize("v", [0.3, -0.3, 0.05, 0.0])
-@pytest.mark.parametrize("w", [0.0, 0.8])
+@pytest.mark.parametrize(("v", "w"), [(0.3, 0.0), (-0.3, 0.8), (0.05, 0.8), (0.0, 0.8)])
 def test_teleoperation_goes_nowhere_but_out(v: float, w: float, kind: str, seed: int) -> None:
     costmap, pose, footprint = scene(kind, seed)
     teleop = AssistedTeleop(CONFIG, footprint, 0.0)

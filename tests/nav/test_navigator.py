@@ -227,9 +227,7 @@ def test_aborts_at_once_where_no_recovery_helps(script: Script, status: PlanStat
 
 
 @pytest.mark.parametrize("status", [ControlStatus.INVALID_CONTROLLER, ControlStatus.INVALID_PATH])
-def test_aborts_at_once_at_a_controllers_hopeless_error(
-    script: Script, status: ControlStatus
-) -> None:
+def test_aborts_at_once_at_a_hopeless_error(script: Script, status: ControlStatus) -> None:
     script.follow().tick(follow=failed(status))
     assert script.end == Finish(Ending.ABORTED, int(status), status.name)
 
@@ -348,7 +346,7 @@ def test_an_outage_is_stood_through(status: ControlStatus) -> None:
 @pytest.mark.parametrize(
     "status", [ControlStatus.TF_ERROR, PlanStatus.TF_ERROR, PlanStatus.START_OCCUPIED]
 )
-def test_an_outage_that_lasts_ends_the_goal_with_its_reason(
+def test_a_long_outage_ends_the_goal_with_its_reason(
     status: ControlStatus | PlanStatus,
 ) -> None:
     script = Script(config=NavigatorConfig(outage_patience=4.0))

@@ -1,15 +1,117 @@
-"""The parts that the set-up reports as missing."""
+"""What is checked and installed first."""
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from scripts import preflight
+from scripts import installing, preflight
+from scripts.installing import EXTRAS, INSTALLER, ON_REQUEST, lines_of, wanted_extras
 from scripts.preflight import Missing, explain, find_missing
+from scripts.setup_env import LOCK
+from scripts.steps import StepError
+
+
+def program(path: Path, code: int) -> Path:
+    """Write a program that notes its arguments and ends with a code."""
+    path.write_text(f'#!/bin/sh\necho "$@" >> {path}.calls\nexit {code}\n')
+    path.chmod(0o755)
+    return path
+
+
+def calls(path: Path) -> str:
+    """Return the arguments of a program's calls."""
+    file = path.with_name(f"{path.name}.calls")
+    return file.read_text() if file.exists() else ""
+
+
+def test_uv_installs_where_it_is(tmp_path: Path) -> None:
+    uv, python = program(tmp_path / "uv", 0), program(tmp_path / "python", 0)
+    installing.install("packages", tmp_path / "log", python, uv, ["-r", "x.txt"])
+    assert calls(uv) == f"pip install --no-deps --python {python} -r x.txt\n"
+    assert calls(python) == ""
+
+
+def test_pip_installs_where_uv_cannot(tmp_path: Path) -> None:
+    uv, python = program(tmp_path / "uv", 2), program(tmp_path / "python", 0)
+    installing.install("packages", tmp_path / "log", python, uv, ["-r", "x.txt"])
+    assert calls(python) == "-m pip install --no-deps --no-compile -r x.txt\n"
+
+
+def test_what_pip_cannot_install_fails(tmp_path: Path) -> None:
+    python = program(tmp_path / "python", 1)
+    with pytest.raises(StepError, match="packages failed; the whole log is"):
+        installing.install("packages", tmp_path / "log", python, None, [])
+
+
+def test_uv_is_installed_once_a_version(tmp_path: Path) -> None:
+    lock, folder, log = tmp_path / "lock", tmp_path / "tool", tmp_path / "log"
+    python = tmp_path / "python"
+    python.write_text(
+        f"#!/bin/sh\necho x >> {python}.calls\nmkdir -p {folder}/bin\ntouch {folder}/bin/uv\n"
+    )
+    python.chmod(0o755)
+    for version, runs in (("1", 1), ("1", 1), ("2", 2)):
+        lock.write_text(f"numpy==3\nuv=={version}  # setup\n")
+        assert installing.find_uv(lock, python, folder, log) == folder / "bin" / "uv"
+        assert calls(python).count("x") == runs
+
+
+def test_without_uv_in_the_index_pip_is_left(tmp_path: Path) -> None:
+    lock, python = tmp_path / "lock", program(tmp_path / "python", 1)
+    lock.write_text("uv==1  # setup\n")
+    assert installing.find_uv(lock, python, tmp_path / "tool", tmp_path / "log") is None
+
+
+def test_comments_name_the_extras_of_a_line(tmp_path: Path) -> None:
+    lock = tmp_path / "requirements.lock"
+    lock.write_text(
+        "# A header.\nnumpy==1 ; python_version < '3.11'\npyarrow==2  # campaign view\n"
+        "rerun-sdk==3 ; python_version >= '3.11'  # view\n"
+    )
+    assert lines_of(lock) == ["numpy==1 ; python_version < '3.11'"]
+    assert lines_of(lock, "campaign") == ["pyarrow==2"]
+    assert lines_of(lock, "view") == ["pyarrow==2", "rerun-sdk==3 ; python_version >= '3.11'"]
+
+
+def test_our_lock_file_has_no_other_extras() -> None:
+    named = re.findall(r"  # ([a-z ]+)$", LOCK.read_text(), re.MULTILINE)
+    known = *EXTRAS, *ON_REQUEST
+    assert {word for words in named for word in words.split()} == {*known, INSTALLER}
+    assert all(lines_of(LOCK, extra) for extra in known)
+    assert len(lines_of(LOCK, INSTALLER)) == 1
+
+
+@pytest.mark.parametrize(
+    ("value", "wanted"),
+    [
+        (None, EXTRAS),
+        ("all", EXTRAS),
+        ("all cluster", tuple(sorted((*EXTRAS, "cluster")))),
+        ("", ()),
+        ("view", ("view",)),
+        ("view,tune", ("tune", "view")),
+    ],
+)
+def test_extras_are_all_unless_they_are_named(
+    value: str | None, wanted: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("EXTRAS", raising=False)
+    if value is not None:
+        monkeypatch.setenv("EXTRAS", value)
+    assert wanted_extras() == wanted
+
+
+def test_an_unknown_extra_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EXTRAS", "view rviz")
+    with pytest.raises(
+        StepError, match="EXTRAS has no rviz; valid: campaign, dev, gpu, learn, tune, view, cluster"
+    ):
+        wanted_extras()
 
 
 def test_all_that_is_missing_is_named_at_once_with_one_command_for_all() -> None:
@@ -51,9 +153,7 @@ def test_a_python_without_ensurepip_names_debians_package(monkeypatch: pytest.Mo
     assert missing.packages[0].endswith("-venv")
 
 
-def test_python_without_headers_names_debians_package(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_debians_package_has_headers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sysconfig.get_path", lambda name: str(tmp_path))
     missing = preflight.check_headers()
     assert missing is not None
@@ -61,9 +161,7 @@ def test_python_without_headers_names_debians_package(
 
 
 @pytest.mark.parametrize("command", ["no-such-compiler", "false", ""])
-def test_a_compiler_that_is_absent_or_broken_is_missing(
-    command: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_broken_compiler_is_missing(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", command)
     monkeypatch.setenv("CXX", command)
     assert preflight.check_c() is not None

@@ -1,11 +1,15 @@
-"""docs/reference/: the pages of commands and messages are current, and say what the code says."""
+"""Pages that scripts write: reference and guides."""
 
 from __future__ import annotations
 
 import argparse
 import ast
+from pathlib import Path
+
+import pytest
 
 from bringup.commands import COMMANDS
+from scripts.guides_page import ORDER, PAGE, ROOT, page, read, table_of
 from scripts.reference import FOLDER, commands, messages
 from scripts.reference.commands import _of
 from scripts.reference.messages import _errors, _said
@@ -76,3 +80,29 @@ def test_messages_are_found_wherever_they_are_made() -> None:
         ("and one more problem", "error"),
         ("the ... stands still: push it hard", "finding"),
     }
+
+
+ROWS = [row for guide in ORDER for rows in read(table_of(guide))[1].values() for row in rows]
+
+
+def test_the_page_is_current() -> None:
+    assert PAGE.read_text(encoding="utf-8") == page(), "run: python -m scripts.guides_page"
+
+
+def test_every_guide_has_its_tables() -> None:
+    assert {path.parent.name for path in (ROOT / "guides").glob("*/params.yaml")} == set(ORDER)
+    assert len(ROWS) > 250
+    assert all(row.theirs and row.here and row.test for row in ROWS)
+
+
+def test_named_tests_are_there() -> None:
+    for test in sorted({row.test for row in ROWS}):
+        file, _, name = test.partition("::")
+        assert f"def {name or 'test_'}" in (ROOT / file).read_text(encoding="utf-8"), test
+
+
+def test_a_line_that_is_no_row_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "table.txt"
+    path.write_text("# A\n\n## B\n\nx | y\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"table\.txt:5: expected 'theirs \| here"):
+        read(path)

@@ -144,9 +144,7 @@ def test_a_folder_that_is_no_environment_is_not_overwritten(checkout: Path) -> N
         setup_env.create_environment()
 
 
-def test_a_step_that_fails_shows_the_end_of_its_log(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_failed_step_shows_its_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = ["sh", "-c", "echo no space left; exit 3"]
     with pytest.raises(StepError, match=r"packing failed; the whole log is .*x\.log"):
         run(Step("packing", command, tmp_path / "x.log"))

@@ -85,9 +85,7 @@ def test_file_that_does_not_load_is_refused_in_one_line(
     assert said.err.count("\n") == 1
 
 
-def test_package_path_and_arguments_reach_the_macros(
-    macro: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_path_and_arguments_reach_macros(macro: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = macro.parents[1] / "elsewhere"
     options = ["--package-path", str(folder), "width:=0.4", "colour:=red"]
     assert run(parse(["sim", "--check", str(macro), *options])) == OK

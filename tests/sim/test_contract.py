@@ -24,6 +24,13 @@ WORLDS = sorted(
     for path in (ROOT / folder).iterdir()
     if path.suffix in (".world", ".sdf", ".yaml")
 )
+PAIRS = [
+    (robot, world)
+    for i, robot in enumerate(ROBOTS)
+    for k, world in enumerate(WORLDS)
+    if (i - k) % 3 == 0 or k == 0
+]
+"""Each robot in some of the worlds, each world with some of the robots."""
 
 
 _robot, _world = cache(load_robot), cache(load_world)  # plain values; xacro takes most of the time
@@ -52,8 +59,7 @@ def _drive(robot: Path, world: Path, seed: int) -> tuple[bytes, float, bool]:
     return sensed, sim.robot.spawn.distance(seen.truth.pose), is_noisy
 
 
-@pytest.mark.parametrize("world", WORLDS, ids=lambda path: path.name)
-@pytest.mark.parametrize("robot", ROBOTS, ids=lambda path: path.name)
+@pytest.mark.parametrize(("robot", "world"), PAIRS, ids=lambda path: path.name)
 def test_robot_drives_in_world_and_repeats_itself(robot: Path, world: Path) -> None:
     sensed, path, is_noisy = _drive(robot, world, 5)
     assert 0.25 < path < 0.45

@@ -1,4 +1,4 @@
-"""Robots of every drive follow commands, and their odometry agrees."""
+"""Drives and the inputs of the simulator."""
 
 from __future__ import annotations
 
@@ -16,10 +16,12 @@ from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.driven_robot import Observation
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.inputs import named_robot, names_of, steering_of
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.simulation import Simulation, solo
 from tests.sim import drive_cases as cases
-from tests.sim.builders import run, simulator, texts
+from tests.sim.builders import ROBOT, run, simulator, texts
+from tests.sim.drive_cases import car
 from tests.sim.generated import level
 
 SIDEWAYS = {
@@ -215,3 +217,40 @@ def test_heavy_steered_wheel_neither_kicks_the_robot_nor_speeds_it_up(tmp_path: 
     assert min(truth.w for truth in seen) > -0.1
     assert max(abs(truth.side) for truth in seen[:10]) < 0.05
     assert seen[-1].w == pytest.approx(0.6, rel=0.1)
+
+
+_OTHER = {
+    "base_footprint": "chassis_foot",
+    "<topicName>scan<": "<topicName>/front/scan<",
+    "<commandTopic>cmd_vel<": "<commandTopic>drive<",
+    "<odometryTopic>odom<": "<odometryTopic>wheels/odom<",
+}
+
+
+def test_standard_names_are_left_out() -> None:
+    assert names_of(named_robot("", "")) == {}
+
+
+def test_names_of_its_own_are_returned(tmp_path: Path) -> None:
+    text = ROBOT.read_text(encoding="utf-8")
+    for old, new in _OTHER.items():
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "other.urdf"
+    path.write_text(text, encoding="utf-8")
+    assert names_of(named_robot(str(path), "")) == {
+        "scan_topic": "/front/scan",
+        "cmd_vel_topic": "drive",
+        "odom_topic": "wheels/odom",
+        "base_frame": "chassis_foot",
+    }
+
+
+@pytest.mark.parametrize("limit", [0.5, 0.95])
+def test_a_steered_robots_bend_is_that_of_its_inner_wheel(tmp_path: Path, limit: float) -> None:
+    robot = named_robot(str(car("gz", limit=limit).write(tmp_path)), "")
+    steering = steering_of(robot, "base")
+    assert steering is not None
+    assert steering.radius == pytest.approx(0.36 / math.tan(limit) + 0.12)
+    assert steering.axle == pytest.approx(-0.16)
+    assert steering_of(named_robot("", ""), "base_link") is None

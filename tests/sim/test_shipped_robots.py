@@ -46,37 +46,28 @@ def test_check_understands_all_of_it(path: Path) -> None:
 
 
 @EACH
-def test_it_stands_still_and_level(path: Path) -> None:
+def test_it_stands_drives_a_metre_and_turns_by_ninety_degrees(path: Path) -> None:
     sim = simulator(robot=path)
     start = sim.robot.truth().pose
-    last = run(sim, 3.0, Velocity())
-    assert last.truth.pose.distance(start) < 0.002
-    assert abs(last.truth.pose.theta) < 0.005
+    still = run(sim, 3.0, Velocity()).truth.pose
+    assert still.distance(start) < 0.002
+    assert abs(still.theta) < 0.005
+    _drive(sim, Velocity(0.2), 5.0)
+    moved = sim.robot.truth().pose
+    assert moved.x == pytest.approx(1.0, rel=OFF)
+    assert abs(moved.y) < 0.02
+    for direction in (1.0, -1.0):
+        before = sim.robot.truth().pose
+        _drive(sim, Velocity(yaw_rate=direction * 0.5), math.pi)
+        turned = before.inverse() @ sim.robot.truth().pose
+        assert turned.theta == pytest.approx(direction * math.pi / 2, rel=OFF)
+        assert math.hypot(turned.x, turned.y) < 0.03
 
 
 def _drive(sim: Simulation, command: Velocity, seconds: float) -> None:
     run(sim, 0.5, Velocity())
     run(sim, seconds, command)
     run(sim, _REST, Velocity())
-
-
-@EACH
-def test_it_drives_a_metre(path: Path) -> None:
-    sim = simulator(robot=path)
-    _drive(sim, Velocity(0.2), 5.0)
-    pose = sim.robot.truth().pose
-    assert pose.x == pytest.approx(1.0, rel=OFF)
-    assert abs(pose.y) < 0.02
-
-
-@EACH
-@pytest.mark.parametrize("direction", [1.0, -1.0], ids=["left", "right"])
-def test_it_turns_by_ninety_degrees(path: Path, direction: float) -> None:
-    sim = simulator(robot=path)
-    _drive(sim, Velocity(yaw_rate=direction * 0.5), math.pi)
-    pose = sim.robot.truth().pose
-    assert pose.theta == pytest.approx(direction * math.pi / 2, rel=OFF)
-    assert math.hypot(pose.x, pose.y) < 0.03
 
 
 @EACH

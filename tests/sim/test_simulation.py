@@ -180,7 +180,7 @@ def test_robots_that_come_and_go_repeat_themselves() -> None:
     assert first != _coming_and_going(4)
 
 
-def test_a_robot_goes_on_as_it_was_when_another_comes_or_goes() -> None:
+def test_a_robot_continues_when_another_comes_or_leaves() -> None:
     simulation = pair()
     run(simulation, 0.5, {"a": Velocity(0.3, yaw_rate=0.5)})
     before, wheels = simulation.robots["a"].truth(), simulation.robots["a"].wheel_angles()
@@ -230,9 +230,7 @@ def test_more_robots_than_there_are_bits_are_refused() -> None:
 @pytest.mark.parametrize(
     ("at", "is_said"), [((-8.0, 0.5), True), ((5.4, -5.4), True), ((0.0, 0.0), False)]
 )
-def test_a_start_outside_the_walls_is_noted_with_one_inside(
-    at: tuple[float, float], is_said: bool
-) -> None:
+def test_a_start_outside_is_noted_with_one_inside(at: tuple[float, float], is_said: bool) -> None:
     sim = simulator(ROOM, spawn=SE2(*at))
     assert sim.robot.spawn == SE2(*at)
     said = [note for note in sim.notes if "outside the world's walls" in note]

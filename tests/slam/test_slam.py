@@ -26,9 +26,7 @@ def ran(log: Log) -> tuple[Slam, list[SlamUpdate]]:
     return slam, [update for update in updates if update is not None]
 
 
-def test_the_trajectory_is_within_2_cm_of_the_truth(
-    log: Log, ran: tuple[Slam, list[SlamUpdate]]
-) -> None:
+def test_the_trajectory_is_within_2_cm(log: Log, ran: tuple[Slam, list[SlamUpdate]]) -> None:
     T_world_map = log[0][2]
     error = [
         (T_world_map @ update.T_map_base).distance(truth)
@@ -39,7 +37,7 @@ def test_the_trajectory_is_within_2_cm_of_the_truth(
     assert math.sqrt(np.mean(np.square(error))) < 0.02
 
 
-def test_loops_are_closed_and_most_scans_are_no_keyframes(
+def test_loops_are_closed_and_keyframes_are_few(
     ran: tuple[Slam, list[SlamUpdate]],
 ) -> None:
     assert sum(update.closures for update in ran[1]) > 5
@@ -50,9 +48,7 @@ def occupied(grid: OccupancyGrid, T_world_map: SE2) -> Floats:
     return T_world_map.apply(grid.frame.to_points(np.argwhere(grid.occupied()).astype(np.int64)))
 
 
-def test_occupied_cells_lie_within_3_cm_of_the_walls(
-    log: Log, ran: tuple[Slam, list[SlamUpdate]]
-) -> None:
+def test_occupied_cells_lie_on_the_walls(log: Log, ran: tuple[Slam, list[SlamUpdate]]) -> None:
     grid = ran[0].map()
     assert grid is not None
     assert set(np.unique(grid.data)) == {-1, 0, 100}

@@ -12,7 +12,7 @@ import pytest
 
 from tests.bench import amcl, localization, loops, posegraph, scanmatch, slam
 from tests.helpers.tours import TourWorld, crowded, with_odometry, without_walls
-from tests.slam.logs.test_offline import text
+from tests.slam.logs.test_recording import text
 
 SQUARE = """\
 VERTEX_SE2 0 0 0 0
@@ -76,7 +76,7 @@ def test_a_building_is_measured() -> None:
     assert 0.0 <= result["agree_worst"] <= result["agree"] <= 1.0
 
 
-def test_localization_is_exact_and_finds_itself_in_the_office(
+def test_localization_is_exact_in_the_office(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     options = ("--worlds", "office", "--seeds", "2", "--seconds", "12")

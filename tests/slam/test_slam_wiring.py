@@ -74,7 +74,7 @@ def turned(covariance: Floats, angle: float) -> Floats:
     return result
 
 
-def test_poses_follow_the_matches_and_covariances_are_in_the_axes_of_map(
+def test_poses_follow_matches_with_covariances_in_map(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     scripted = Scripted()
@@ -169,9 +169,7 @@ class Reference:
 
 
 @pytest.mark.parametrize("kind", [StartKind.ANYWHERE, StartKind.FIRST_NODE])
-def test_the_robot_is_localized_from_where_it_is_found(
-    kind: StartKind, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_it_localizes_where_it_is_found(kind: StartKind, monkeypatch: pytest.MonkeyPatch) -> None:
     scripted, reference = Scripted(), Reference(lost=2)
     monkeypatch.setattr(localization, "Tracker", lambda *_: scripted)
     monkeypatch.setattr(localization, "ReferenceMap", reference)
@@ -211,7 +209,7 @@ def test_the_robot_is_localized_from_where_it_is_found(
         (MatchStatus.LOW_RESPONSE, np.diag([4.0, 4.0, 10.0])),  # half a metre and 0.3 rad
     ],
 )
-def test_a_resumed_map_goes_on_from_its_nearest_keyframe(
+def test_a_resumed_map_continues_from_its_nearest_keyframe(
     status: MatchStatus, information: Floats, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scripted, reference = Scripted(), Reference(status=status)
@@ -237,7 +235,7 @@ def test_a_resumed_map_goes_on_from_its_nearest_keyframe(
     assert len(again.scans) == 6
 
 
-def test_odometry_that_went_on_is_followed_from_the_session_s_last_keyframe(
+def test_odometry_continues_from_the_last_keyframe(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     scripted = Scripted()

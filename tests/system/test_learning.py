@@ -56,9 +56,7 @@ def test_the_shipped_policy_reaches_goals_by_itself() -> None:
     assert (reached, touched) == (10, 0)
 
 
-def test_training_repeats_itself_to_the_byte(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_training_is_deterministic(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("gymnasium", reason="the extra 'learn' is not installed")
     train = module("train")
     monkeypatch.setattr(train, "ROBOTS", 2)

@@ -24,9 +24,7 @@ SECTIONS = [
 
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("section", SECTIONS)
-def test_a_section_shows_what_it_promises(
-    section: Section, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_section_shows_its_promise(section: Section, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "93")
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     printed: list[str] = []

@@ -138,7 +138,7 @@ def test_the_greatest_and_least_values_stall_nothing(
     assert not failures(robot)
 
 
-def test_a_goal_is_reached_after_every_extreme_in_motion(
+def test_a_goal_is_reached_after_every_extreme(
     stack: Callable[..., LockStep],
 ) -> None:
     robot = lenient(stack, *STACKS["nav"])

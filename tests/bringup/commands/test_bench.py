@@ -42,9 +42,7 @@ def test_an_unknown_benchmark_is_refused_with_the_nearest() -> None:
         bench.measure("toyy", [])
 
 
-def test_without_a_checkout_the_message_says_so(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_missing_checkout_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bench, "_FOLDER", tmp_path / "none")
     with pytest.raises(InputFileError, match="they come with a checkout"):
         bench.measure("toy", [])

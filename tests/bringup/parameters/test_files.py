@@ -1,13 +1,16 @@
-"""Parameter files: forms, merging, errors that say what is valid."""
+"""Parameter files: read, merged and listed."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
+from arjuna_core.config import param
 from arjuna_core.errors import InputFileError
 from bringup.parameters.files import for_node, lines_of, load_parameters, node_of, sim_time_of
+from bringup.parameters.listing import differences, dump, values_of
 
 
 def write(folder: Path, text: str, name: str = "params.yaml") -> Path:
@@ -76,9 +79,7 @@ NODES = ("amcl", "local_costmap/local_costmap")
         ("local_costmap", "", None),
     ],
 )
-def test_a_section_is_of_a_node_as_ros_matches_it(
-    name: str, namespace: str, node: str | None
-) -> None:
+def test_a_section_matches_nodes_as_in_ros(name: str, namespace: str, node: str | None) -> None:
     assert node_of(name, NODES, namespace) == node
 
 
@@ -98,3 +99,43 @@ def test_a_process_has_the_clock_that_its_nodes_name() -> None:
 
 def test_a_section_without_values_says_nothing(tmp_path: Path) -> None:
     assert load_parameters([write(tmp_path, "amcl:\n  ros__parameters:\n")]) == {"amcl": {}}
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Nested."""
+
+    limits: tuple[float, ...] = param((0.5, float("inf")), "Limits.", unit="m/s", maximum=9.0)
+
+
+@dataclass(frozen=True)
+class Config:
+    """One of each kind."""
+
+    drive: Drive = Drive()
+    name: str = param("off", "Name that YAML would take for a word of its own.")
+    tiny: float = param(1e-7, "Tiny.", minimum=0.0)
+    radius: float | None = param(None, "Radius.")
+    mode: str = param("a", "Mode.", choices=("a", "b"))
+
+
+def test_what_is_dumped_loads_with_the_same_values(tmp_path: Path) -> None:
+    path = tmp_path / "all.yaml"
+    given = {"mode": "b", "drive.limits": [0.1]}
+    path.write_text(dump([("robot/base", Config, given)]), encoding="utf-8")
+    loaded = load_parameters([path])["robot/base"]
+    assert values_of(Config, loaded) == values_of(Config, given)
+
+
+def test_a_line_says_text_unit_bounds_and_default() -> None:
+    lines = dump([("n", Config, {"mode": "b"})]).splitlines()
+    comments = [line.split("  # ")[-1] for line in lines[2:] if line]
+    assert comments[0] == "Limits. [m/s] (at most 9)"
+    assert comments[2] == "Tiny. (0 or more)"
+    assert comments[4] == "Mode. (a | b) (default a)"
+    assert lines[5].startswith("    # radius:")
+
+
+def test_differences_name_node_name_and_both_values() -> None:
+    before, after = {"n": {"x": 1, "y": (1.0,)}}, {"n": {"x": 2, "y": (1.0,)}}
+    assert differences(before, after) == ["n: x: 1 -> 2"]

@@ -91,7 +91,7 @@ def test_a_simulated_robot_s_own_names_and_outline_reach_the_demo(tmp_path: Path
 
 
 @pytest.mark.parametrize("command", [["slam"], ["nav", "--map", "maps/race_track.yaml"]])
-def test_a_robot_s_file_reaches_what_runs_beside_the_simulator(
+def test_a_robots_file_reaches_the_nodes_beside_the_simulator(
     command: list[str],
 ) -> None:
     arguments = parse([*command, "--robot", "urdf/udacity_bot.xacro", "--odom-frame", "world"])
@@ -119,9 +119,7 @@ def test_standard_topics_are_no_names_of_the_robot(tmp_path: Path) -> None:
 _RADII = ("planner_server", "controller_server", "behavior_server", "velocity_smoother")
 
 
-def test_a_steered_robots_tightest_bend_reaches_all_who_drive_by_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_tightest_bends_reach_all_nodes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     own = str(car("gz").write(tmp_path))
     given = gather(parse(["demo", "--robot", own]))
     assert {given[node]["min_turning_radius"] for node in _RADII} == {0.779}

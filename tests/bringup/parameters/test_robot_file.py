@@ -34,9 +34,7 @@ def body_of(words: list[str]) -> str:
     return str(for_node(parameters, CONTROLLER_SERVER.name).get("body", ""))
 
 
-def test_an_outline_smaller_than_the_robot_is_reported_once_with_its_advice(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_small_outlines_are_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["demo", "--params", of_radius(tmp_path, "robot_radius: 0.22")]
     body = body_of(words)
     assert body.startswith("[[0.225, ")
@@ -63,9 +61,7 @@ def test_an_outline_that_holds_the_body_is_left_alone(
     assert not capsys.readouterr().err
 
 
-def test_a_file_s_radius_is_right_for_its_own_robot(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_radius_fits_its_own_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = of_radius(tmp_path, "robot_radius: 0.12")
     parameters = gather(parse(["demo", "--robot", "urdf/burger.urdf", "--params", file]))
     assert not capsys.readouterr().err
@@ -74,9 +70,7 @@ def test_a_file_s_radius_is_right_for_its_own_robot(
     assert "body" not in parameters[CONTROLLER_SERVER.name]
 
 
-def test_a_polygon_s_own_text_and_what_stands_out_of_it_are_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_polygons_and_parts_beyond_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     square = "[[0.18, 0.2], [0.18, -0.2], [-0.18, -0.2], [-0.18, 0.2]]"
     body_of(["demo", "--params", of_radius(tmp_path, f"footprint: '{square}'", ("global",))])
     (line,) = capsys.readouterr().err.splitlines()

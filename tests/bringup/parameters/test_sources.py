@@ -37,7 +37,7 @@ def test_words_are_parameters(word: str, expected: object) -> None:
 
 
 @pytest.mark.parametrize("word", ["a", "a=1", ":=1", "a:=[1", "node::=1"])
-def test_words_that_are_none_are_refused(word: str) -> None:
+def test_invalid_words_are_refused(word: str) -> None:
     with pytest.raises(ConfigError, match=r"is none; valid: NAME:=VALUE|is no YAML value"):
         of_words([word])
 

@@ -22,9 +22,7 @@ def log(tmp_path: Path) -> Iterator[RunLog]:
     log.close()
 
 
-def test_json_has_an_object_for_each_state_and_each_line(
-    log: RunLog, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_json_has_objects_and_lines(log: RunLog, capsys: pytest.CaptureFixture[str]) -> None:
     output = JsonOutput(StartUp(["nav"], 0.0), log)
     output.state("nav", "started")
     output.event("nav", {"node": "amcl", "state": "active"})
@@ -41,9 +39,7 @@ def test_json_has_an_object_for_each_state_and_each_line(
     assert (shown[4]["process"], shown[4]["state"]) == ("bringup", "active")
 
 
-def test_in_a_pipe_text_is_plain_and_events_are_not_shown(
-    log: RunLog, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_piped_text_is_plain(log: RunLog, capsys: pytest.CaptureFixture[str]) -> None:
     output = TextOutput(StartUp(["nav"], 0.0), log)
     output.event("nav", {"node": "amcl", "state": "active"})
     output.line("nav", WARNING)
@@ -79,7 +75,7 @@ def up(start_up: StartUp, name: str, *nodes: str) -> None:
     start_up.take(name, {"waiting": ""})
 
 
-def test_an_event_is_read_as_it_was_written_and_a_log_line_is_none() -> None:
+def test_events_are_read_as_written_and_log_lines_ignored() -> None:
     event = {"node": "amcl", "state": "active"}
     assert read_event(event_line(**event)) == event
     for line in ("[INFO] [1.0] [amcl]: active", '{"node": "amcl"}', "\x1e{", "\x1e[1]", ""):

@@ -55,9 +55,7 @@ def test_each_pair_is_warned_of_once(graph: Graph) -> None:
     assert len(graph.warnings) == 2
 
 
-def test_one_that_died_may_be_remembered_for_its_lease(
-    graph: Graph, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_dead_process_may_be_remembered(graph: Graph, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reporter, "any_dead", lambda node: True)
     graph.pairs = [*PAIRS, ("sim", "/")]
     looking = Twins(graph, ["/sim"])

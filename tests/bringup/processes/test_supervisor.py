@@ -136,7 +136,7 @@ def test_a_process_that_quits_on_purpose_ends_all_with_exit_code_0() -> None:
         assert orchestrator.matching("c1 quit, and so do all")
 
 
-def test_the_others_go_on_without_a_process_that_is_not_needed() -> None:
+def test_the_others_continue_without_a_process_that_is_not_needed() -> None:
     with supervise(OBEDIENT, "# not needed\n" + SINGLE_SHOT.format(2)) as orchestrator:
         orchestrator.wait_for("it refused its input: giving up")
         pids(orchestrator, 2)

@@ -1,7 +1,8 @@
-"""Claims: messages are due at their time, at any rate, after a pause and again in a loop."""
+"""Recordings: topics chosen, recorded, played and summed up."""
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,11 @@ import pytest
 from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import TopicInfo
 from arjuna_core.bags.writer import BagFolder
+from bringup.recording import summary
+from bringup.recording.listener import LossCounter
 from bringup.recording.playback import Playback
+from bringup.recording.selection import PlayFilter, add_options, selection_of
+from tests.core.bags.recordings import write_numbers
 
 TOPIC = TopicInfo("/number", "std_msgs/msg/Int32", "int32 data\n")
 SECOND = 1_000_000_000
@@ -98,3 +103,74 @@ def test_it_is_stepped_and_sent_back_while_it_stands(bag: Bag) -> None:
     assert (played.time, played.finished) == (102 * SECOND, True)
     played.seek(0)
     assert (played.time, played.finished) == (100 * SECOND, False)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "publishers", "lost"),
+    [
+        ([1, 2, 3], 1, 0),
+        ([7, 8, 9], 1, 0),  # joined late
+        ([1, 2, 5, 6], 1, 2),
+        ([1, 50, 2, 51, 3], 2, 0),  # two publishers
+        ([1, 50, 2, 53], 2, 2),
+        ([8, 9, 1, 2], 1, 0),  # the publisher began again
+        ([8, 9, 1, 2, 4], 1, 1),
+    ],
+)
+def test_gaps_are_counted(numbers: list[int], publishers: int, lost: int) -> None:
+    counter = LossCounter()
+    for number in numbers:
+        counter.take(number, publishers)
+    assert counter.lost == lost
+
+
+def chosen(*words: str, hidden: bool = False) -> PlayFilter:
+    parser = argparse.ArgumentParser()
+    add_options(parser)
+    return selection_of(parser.parse_args(words), hidden)
+
+
+@pytest.mark.parametrize(
+    ("words", "topic", "taken"),
+    [
+        ([], "/scan", True),
+        ([], "/x/_hidden", False),
+        ([], "/navigate_to_pose/_action/status", True),
+        (["--topics", "/scan", "odom"], "/odom", True),
+        (["--topics", "/scan"], "/scan_filtered", False),
+        (["--topics", "/camera/.*"], "/camera/image_raw", True),
+        (["--topics", "/x/_hidden"], "/x/_hidden", True),
+        (["--exclude", "/camera/.*"], "/camera/image_raw", False),
+        (["--topics", "/camera/.*", "--exclude", ".*/image_raw"], "/camera/image_raw", False),
+        (["-e", "/camera/.*", "-x", ".*/image_raw"], "/camera/camera_info", True),
+    ],
+)
+def test_topics_are_chosen(words: list[str], topic: str, taken: bool) -> None:
+    assert chosen(*words).takes(topic) == taken
+
+
+def test_a_bad_expression_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        chosen("--topics", "/a(")
+    assert "is no regular expression" in capsys.readouterr().err
+
+
+def test_lost_messages_are_listed(tmp_path: Path) -> None:
+    write_numbers(tmp_path / "bag").close({"/number": 7})
+    bag = Bag(tmp_path / "bag")
+    assert list(summary.missing(bag)) == [
+        "/number: 7 messages were published and never reached the recorder"
+    ]
+
+
+def test_the_summary_is_that_of_ros2_bag_info(tmp_path: Path) -> None:
+    write_numbers(tmp_path / "bag").close()
+    lines = list(summary.lines(Bag(tmp_path / "bag")))
+    assert lines[0] == "Files:             bag_0.mcap"
+    assert "Duration:          0.099000000s" in lines
+    assert "ROS Distro:        jazzy" in lines
+    assert lines[-4] == (
+        "Topic information: Topic: /number | Type: std_msgs/msg/Int32 | Count: 90 | "
+        "Serialization Format: cdr"
+    )
+    assert lines[-2:] == ["Service:           0", "Service information:"]

@@ -52,9 +52,7 @@ def _manifest(source: Path, name: str, kind: str = "ament_python", depends: str 
     return folder
 
 
-def test_a_package_is_created_built_and_run(
-    source: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_packages_are_created_and_run(source: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--build-type", "ament_python", "--node-name", "hello", "--license", "MIT"]
     _create(source, "my_robot", *words, "--dependencies", "rclpy", "std_msgs")
     assert colcon(["build", "--symlink-install", "--cmake-args", "-DX=1"]) == 0
@@ -94,9 +92,7 @@ def test_the_guide_s_shortest_setup_py_will_do(source: Path) -> None:
     assert _sourced("ros2 run my_robot minimal_node") == "alive\n"
 
 
-def test_packages_are_built_in_the_order_of_their_needs(
-    source: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_packages_are_built_in_order(source: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name, depends in (("a", "b"), ("b", "c"), ("c", ""), ("d", "")):
         _manifest(source, name, depends=depends)
     (_manifest(source, "ignored") / "COLCON_IGNORE").touch()
@@ -150,9 +146,7 @@ def test_a_package_of_ros_1_is_linked(source: Path, monkeypatch: pytest.MonkeyPa
         catkin_create_pkg()
 
 
-def test_what_cannot_be_built_is_named_and_the_rest_is_built(
-    source: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_broken_packages_are_named_alone(source: Path, capsys: pytest.CaptureFixture[str]) -> None:
     compiled = _manifest(source, "compiled", "ament_cmake")
     (compiled / "CMakeLists.txt").write_text("add_executable(node src/node.cpp)\n")
     broken = _create(source, "broken")
@@ -216,9 +210,7 @@ def test_a_script_of_ros_1_is_named(
     assert "is of ROS 1 (it imports rospy); docs/coming-from-ros1.md" in capsys.readouterr().err
 
 
-def test_a_package_s_own_executable_comes_first(
-    source: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_packages_own_executable_is_first(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program = source / "lib" / "tf2_ros" / "tf2_echo"
     program.parent.mkdir(parents=True)
     program.write_text("#!/bin/sh\n")

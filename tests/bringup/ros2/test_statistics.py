@@ -1,11 +1,14 @@
-"""The figures of `ros2 topic hz`, `delay` and `bw`."""
+"""Statistics of topics, and errors of the ros2 command."""
 
 from __future__ import annotations
 
+import signal
 from collections import deque
+from collections.abc import Iterator
 
 import pytest
 
+from bringup.ros2.errors import check_interrupts, watch_interrupts
 from bringup.ros2.statistics import Intervals, bandwidth_text, rate_text, spread
 
 
@@ -64,3 +67,30 @@ def test_deviation_is_that_of_the_whole_window() -> None:
 )
 def test_one_unit_for_the_whole_line(sizes: list[int], text: str) -> None:
     assert bandwidth_text(deque(sizes), 1.0) == text
+
+
+@pytest.fixture(autouse=True)
+def _handler_given_back() -> Iterator[None]:
+    before = signal.getsignal(signal.SIGINT)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+class Interrupted:
+    """Is interrupted while it is destroyed."""
+
+    def __del__(self) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_what_a_destructor_drops_is_raised_at_the_next_look() -> None:
+    watch_interrupts()
+    Interrupted()
+    with pytest.raises(KeyboardInterrupt, match=r"^$"):
+        check_interrupts()
+
+
+def test_nothing_is_raised_before() -> None:
+    watch_interrupts()
+    check_interrupts()

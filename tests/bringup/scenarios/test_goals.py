@@ -80,7 +80,7 @@ def test_goals_are_far_enough_from_each_other_or_refused() -> None:
 
 @pytest.mark.ros
 @pytest.mark.system
-def test_a_drive_that_fails_keeps_what_shows_it_and_one_that_succeeds_nothing(
+def test_a_failed_drive_keeps_its_evidence_and_a_good_one_nothing(
     tmp_path: Path,
 ) -> None:
     code, result = drive(tmp_path, "--scene", "door", "--width", "0.3", "--seed", "1")

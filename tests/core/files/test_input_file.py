@@ -84,9 +84,7 @@ def test_what_cannot_be_opened_is_refused(path: Path, name: str) -> None:
     assert len(str(caught.value)) <= 500
 
 
-def test_a_pipe_that_replaces_a_file_meanwhile_is_refused(
-    path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_pipe_put_in_place_is_refused(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pipe = path.with_name("pipe")
     os.mkfifo(pipe)
     opened = input_file._descriptor_of

@@ -1,4 +1,4 @@
-"""Claims: what is saved is loaded again, and each broken file is refused with its reason."""
+"""Maps written, read and looked for."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from PIL import Image
 from arjuna_core.errors import MapError
 from arjuna_core.files.map_image import MODES, MapOptions
 from arjuna_core.files.maps import FORMATS, load_map, save_map
+from arjuna_core.files.maps_folder import MapsFolderError, map_path
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 
@@ -198,11 +199,64 @@ def test_a_file_of_something_else_is_not_overwritten(tmp_path: Path, ending: str
 
 
 @pytest.mark.parametrize("image_format", ["pgm", "png"])
-def test_a_map_is_overwritten_and_one_without_its_image_too(
-    tmp_path: Path, image_format: str
-) -> None:
+def test_a_map_is_overwritten_even_without_its_image(tmp_path: Path, image_format: str) -> None:
     for _ in range(2):
         _, image = save_map(OccupancyGrid(FRAME, TRINARY), tmp_path / "room", image_format)
     image.unlink()
     save_map(OccupancyGrid(FRAME, TRINARY), tmp_path / "room", image_format)
     np.testing.assert_array_equal(load_map(tmp_path / "room.yaml").data, TRINARY)
+
+
+@pytest.fixture
+def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Folders `maps`, `home` and `work` side by side, with links between them and out."""
+    root = tmp_path.resolve()
+    for name in ("maps", "home/.ssh", "work", "elsewhere"):
+        (root / name).mkdir(parents=True)
+    (root / "home/out").symlink_to(root / "elsewhere")
+    (root / "home/in").symlink_to(root / "work")
+    (root / "work/room.posegraph").symlink_to(root / "elsewhere/room.posegraph")
+    monkeypatch.setenv("HOME", str(root / "home"))
+    monkeypatch.chdir(root / "work")
+    return root
+
+
+@pytest.mark.parametrize(
+    ("url", "expected"),
+    [
+        ("a/b", "maps/a/b"),
+        ("../home/a", "home/a"),
+        ("~/a", "home/a"),
+        ("{root}/home/a", "home/a"),
+        ("file://{root}/work/a", "work/a"),
+        ("~/in/a", "work/a"),
+        (".hidden", "maps/.hidden"),
+        ("../work/a.b", "work/a.b"),
+    ],
+)
+def test_a_path_is_found(folders: Path, url: str, expected: str) -> None:
+    assert map_path(folders / "maps", url.format(root=folders)) == folders / expected
+
+
+@pytest.mark.parametrize(
+    "url",
+    ["/etc/passwd", "../elsewhere/a", "~/out/a", "~/.ssh/id", "~/.bashrc", "~/", "..", "~/../a"],
+)
+def test_a_path_elsewhere_is_refused(folders: Path, url: str) -> None:
+    with pytest.raises(MapsFolderError, match=r"is no place for maps; valid: paths in .*/maps, "):
+        map_path(folders / "maps", url)
+
+
+def test_a_suffix_is_added_once_and_links_are_followed_after_it(folders: Path) -> None:
+    for name in ("a", "a.posegraph"):
+        found = map_path(folders / "maps", name, ".posegraph")
+        assert found == folders / "maps/a.posegraph"
+    with pytest.raises(MapsFolderError, match="is no place for maps"):
+        map_path(folders / "maps", "~/../work/room", ".posegraph")
+
+
+def test_the_whole_disk_is_no_home(folders: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", "/")
+    monkeypatch.chdir("/")
+    with pytest.raises(MapsFolderError, match=r"valid: paths in .*/maps, none of them hidden"):
+        map_path(folders / "maps", "/etc/passwd")

@@ -47,7 +47,7 @@ def off(robot: Unicycle, goal: SE2) -> tuple[float, float]:
     return robot.pose.distance(goal), abs(wrap(robot.pose.theta - goal.theta))
 
 
-@pytest.mark.parametrize("delay", [0, 1, 3])
+@pytest.mark.parametrize("delay", [0, 3])
 @pytest.mark.parametrize("heading", [0.0, 0.6, -2.0, 3.1])
 @pytest.mark.parametrize("start", [0.0, 1.0, 2.5])
 def test_it_drives_into_the_goal(delay: int, heading: float, start: float) -> None:
@@ -198,9 +198,7 @@ def blocked_behind(x: float) -> Costmap:
         (before(0.9, 2.0), {"within": True}, True),
     ],
 )
-def test_takes_over_where_the_rest_is_short_straight_and_ahead(
-    pose: SE2, values: dict[str, Any], begins: bool
-) -> None:
+def test_takes_over_where_little_is_left(pose: SE2, values: dict[str, Any], begins: bool) -> None:
     assert (Asked(curve_time=0.0)(pose, **values) is not None) is begins
     assert Asked(enabled=False)(pose, **values) is None
 
@@ -217,9 +215,7 @@ def test_takes_over_where_the_rest_is_short_straight_and_ahead(
         (before(1.5), {"left": 1.62}, True),
     ],
 )
-def test_a_curve_to_the_goals_heading_begins_sooner(
-    pose: SE2, values: dict[str, Any], curves: bool
-) -> None:
+def test_a_curve_to_the_heading_is_sooner(pose: SE2, values: dict[str, Any], curves: bool) -> None:
     assert (Asked(curve_time=4.0)(pose, **values) is not None) is curves
     assert Asked(curve_time=0.0)(pose, **values) is None
 
@@ -360,13 +356,10 @@ CAR = {
 }
 
 
-@pytest.mark.parametrize("delay", [1, 3])
 @pytest.mark.parametrize("start", [0.0, 1.0, 2.5])
 @pytest.mark.parametrize("heading", [0.0, 1.2, -2.0, 3.1])
-def test_a_steered_robot_arrives_on_bends_that_it_can_drive(
-    delay: int, start: float, heading: float
-) -> None:
-    robot = Unicycle(SE2(2.0, 2.5, start), delay=delay, steered=True)
+def test_a_steered_robot_arrives_on_bends_that_it_can_drive(start: float, heading: float) -> None:
+    robot = Unicycle(SE2(2.0, 2.5, start), delay=3, steered=True)
     goal = SE2(3.0, 2.7, heading)
     assert drive(robot, goal, empty_grid(5.0, 5.0), **CAR).state is FollowState.SUCCEEDED
     distance, angle = off(robot, goal)
@@ -377,7 +370,7 @@ def test_a_steered_robot_arrives_on_bends_that_it_can_drive(
 
 
 @pytest.mark.parametrize("room", [True, False])
-def test_a_steered_robots_curve_leads_round_obstacles_or_is_left_to_the_controller(
+def test_a_steered_robots_curve_leads_round_obstacles(
     room: bool,
 ) -> None:
     grid = empty_grid(5.0, 5.0)

@@ -138,7 +138,7 @@ def test_is_the_same_each_time(name: str) -> None:
     assert traces[0] == traces[1]
 
 
-def test_a_new_path_to_the_same_goal_is_gone_on_with(controller: Controller) -> None:
+def test_a_new_path_to_the_same_goal_is_continued_on(controller: Controller) -> None:
     costmap, robot = costmap_of(empty_grid(6.0, 6.0)), Unicycle(SE2(1.0, 3.0, 0.0))
     for k in range(6):
         pose = robot.pose

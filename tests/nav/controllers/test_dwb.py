@@ -318,9 +318,7 @@ V, W = (lambda v: Velocity(v)), (lambda w: Velocity(yaw_rate=w))
         ([V(0.0), W(0.1), W(0.2)], set()),
     ],
 )
-def test_a_velocity_that_changed_its_sign_may_not_change_it_back(
-    commands: list[Velocity], forbidden: set[int]
-) -> None:
+def test_oscillating_velocities_are_refused(commands: list[Velocity], forbidden: set[int]) -> None:
     oscillation = Oscillation(OscillationConfig())
     for command in commands:
         oscillation.take(command, SE2())

@@ -80,7 +80,7 @@ def test_without_it_following_fails_and_says_why() -> None:
     assert "collision ahead" in result.message
 
 
-def test_finds_none_where_there_is_none_and_waits_for_what_comes_up() -> None:
+def test_finds_no_escape_where_there_is_none_and_waits_for_newcomers() -> None:
     costmap, start = dead_end(SE2())
     escape, out = made(patience=1.0), polyline([(2.3, 1.5), (0.9, 1.5)], math.pi)
     assert escape.begin(start, out, costmap)
@@ -104,9 +104,7 @@ def test_finds_none_where_there_is_none_and_waits_for_what_comes_up() -> None:
 
 @pytest.mark.parametrize("origin", ORIGINS)
 @pytest.mark.parametrize(("gap", "waits"), [(0.2, True), (1.2, False)])
-def test_what_moves_across_the_path_is_waited_for_and_not_driven_round(
-    gap: float, waits: bool, origin: SE2
-) -> None:
+def test_crossing_people_are_waited_for(gap: float, waits: bool, origin: SE2) -> None:
     grid = empty_grid(5.0, 3.0, origin)
     block(grid, 1.9, 1.25, 0.4, 0.5)
     costmap = costmap_of(grid, footprint=str(CORNERS.tolist()))
@@ -239,9 +237,7 @@ ALONG = polyline([(2.0, 1.2), (5.0, 1.2)], 0.0)
 
 
 @pytest.mark.parametrize(("heading", "sign"), [(0.9, 1.0), (-0.9, -1.0)])
-def test_off_what_it_touches_it_drives_straight_before_it_turns(
-    heading: float, sign: float
-) -> None:
+def test_it_leaves_an_obstacle_straight_before_it_turns(heading: float, sign: float) -> None:
     start, escape = SE2(2.0, 1.2, heading), made()
     assert collides(WALL, LONG, start)
     assert escape.begin(start, ALONG, WALL)
@@ -270,9 +266,7 @@ def test_a_controller_that_turns_a_robot_that_touches_something_is_not_obeyed(tu
 
 
 @pytest.mark.parametrize(("end", "continues"), [((0.3, 1.5), False), ((4.0, 1.4), True)])
-def test_a_trajectory_is_dropped_where_the_path_leads_elsewhere_now(
-    end: tuple[float, float], continues: bool
-) -> None:
+def test_an_old_trajectory_is_dropped(end: tuple[float, float], continues: bool) -> None:
     grid = empty_grid(5.0, 3.0)
     block(grid, 1.9, 1.25, 0.4, 0.5)
     costmap = costmap_of(grid, footprint=str(CORNERS.tolist()))

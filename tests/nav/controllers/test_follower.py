@@ -129,9 +129,7 @@ def test_a_failing_controller_is_tolerated_for_a_time(
 
 @pytest.mark.parametrize("code", range(ControlStatus.UNKNOWN, ControlStatus.NO_VALID_CONTROL + 1))
 @pytest.mark.parametrize("start", [START, SE2(4.4, 2.0)])
-def test_a_controller_that_always_fails_has_the_last_word_even_near_its_goal(
-    code: int, start: SE2
-) -> None:
+def test_a_controller_that_always_fails_has_the_last_word(code: int, start: SE2) -> None:
     own: dict[str, Any] = {"arrival.enabled": True, "failure_tolerance": 0.3}
     followed = Followed(polyline([(start.x, 2.0), (5.0, 2.0)], 0.0), **own)
     followed.script.answer = ControlResult(ControlStatus(code), message="it is broken")
@@ -177,9 +175,7 @@ def test_what_moves_so_near_is_waited_for(gap: float, waits: bool) -> None:
 @pytest.mark.parametrize(
     ("config_limit", "limit", "given"), [(0.4, math.inf, 0.4), (0.4, 0.2, 0.2), (2.0, 1.5, 1.5)]
 )
-def test_the_controller_keeps_the_limit_of_what_lies_ahead_and_that_of_others(
-    config_limit: float, limit: float, given: float
-) -> None:
+def test_the_lowest_speed_limit_holds(config_limit: float, limit: float, given: float) -> None:
     followed = Followed(PATH, **{"FollowPath.speed": config_limit})
     followed.follower.speed_limit = limit
     followed.tick(0.0)
@@ -255,9 +251,7 @@ def test_the_goal_is_driven_into_if_that_is_wanted() -> None:
     ("kind", "radius", "takes_over"),
     [("Scripted", 0.0, True), ("Steered", 0.0, False), ("Steered", 0.6, True), ("Car", 0.0, True)],
 )
-def test_nothing_takes_over_from_the_controller_of_a_steered_robot_of_unknown_radius(
-    kind: str, radius: float, takes_over: bool
-) -> None:
+def test_unknown_radii_leave_the_controller_in(kind: str, radius: float, takes_over: bool) -> None:
     own: dict[str, Any] = {"arrival.enabled": True, "escape.enabled": True}
     own |= {"FollowPath.plugin": f"{__name__}:{kind}", "min_turning_radius": radius}
     followed = Followed(END, **own)

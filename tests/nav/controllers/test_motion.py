@@ -36,9 +36,7 @@ START = SE2(1.0, -2.0, 0.6)
         (Velocity(), 0),
     ],
 )
-def test_an_arc_is_the_exponential_of_its_twist_in_steps_fine_enough(
-    velocity: Velocity, steps: int
-) -> None:
+def test_an_arc_is_the_exponential_of_its_twist(velocity: Velocity, steps: int) -> None:
     poses = rollout(START, velocity, 2.0, 0.05)
     assert len(poses) == 1 + steps
     for pose, time in zip(poses, np.linspace(0.0, 2.0, 1 + steps), strict=True):
@@ -75,9 +73,7 @@ def test_a_segment_leaves_a_circle_where_it_is_a_radius_away(seed: int) -> None:
         (SE2(0.2), SE2(0.2), 1.0),  # no segment
     ],
 )
-def test_where_it_does_not_leave_the_circle_the_share_stays_on_the_segment(
-    before: SE2, after: SE2, share: float
-) -> None:
+def test_inside_the_circle_the_share_is_kept(before: SE2, after: SE2, share: float) -> None:
     assert crossing(SE2(), before, after, 1.0) == pytest.approx(share)
 
 
@@ -201,7 +197,7 @@ def test_the_next_part_begins_at_the_end_of_the_last(
 
 
 @pytest.mark.parametrize("bend", [2.0, -0.7, 0.0])
-def test_the_curve_into_a_pose_is_the_arc_on_a_circle_and_ends_with_its_heading(
+def test_the_curve_into_a_pose_is_an_arc_that_ends_with_its_heading(
     bend: float,
 ) -> None:
     seen = SE2.exp((0.3, 0.0, 0.3 * bend))

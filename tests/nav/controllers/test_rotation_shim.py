@@ -59,7 +59,7 @@ def test_a_turn_begins_beyond_one_angle_and_ends_within_another(side: float) -> 
     assert turns(controller, SE2(0.0, 0.0, 0.9 * side)), "for each new path"
 
 
-def test_its_yaw_rate_goes_on_from_the_one_measured() -> None:
+def test_its_yaw_rate_continues_from_the_one_measured() -> None:
     controller = shim()
     for w, expected in ((0.0, 0.075), (0.5, 0.575), (W_MAX, W_MAX)):
         command = asked(controller, SE2(0.0, 0.0, -2.0), w).velocity
@@ -80,9 +80,7 @@ def test_a_turn_is_for_a_new_goal_only_if_that_is_asked_for() -> None:
 @pytest.mark.parametrize(
     ("x", "y", "far"), [(3.6, 0.0, False), (3.4, 0.0, True), (3.6, 0.31, True)]
 )
-def test_it_looks_for_a_pose_so_far_ahead_and_leaves_the_rest_to_the_primary(
-    x: float, y: float, far: bool
-) -> None:
+def test_it_aims_ahead_and_leaves_the_rest_to_the_primary(x: float, y: float, far: bool) -> None:
     controller = shim(forward_sampling_distance=0.5)
     for at in (1.0, 2.0, 3.0):
         asked(controller, SE2(at))
@@ -91,9 +89,7 @@ def test_it_looks_for_a_pose_so_far_ahead_and_leaves_the_rest_to_the_primary(
 
 
 @pytest.mark.parametrize(("gap", "turned"), [(0.19, True), (0.21, False)])
-def test_at_the_goal_it_turns_to_its_heading_where_that_is_asked_for(
-    gap: float, turned: bool
-) -> None:
+def test_at_the_goal_it_turns_to_its_heading_where_asked(gap: float, turned: bool) -> None:
     assert 0.19 < XY_TOLERANCE < 0.21
     controller = make("mppi under the shim", rotate_to_goal_heading=True)  # it never only turns
     controller.set_path(ALL_ROUND[30:])
@@ -112,9 +108,7 @@ def test_at_the_goal_it_turns_to_its_heading_where_that_is_asked_for(
         (9.0, 1.4, False),
     ],
 )
-def test_a_turn_that_would_soon_hit_something_is_refused(
-    ahead: float, aside: float, hits: bool
-) -> None:
+def test_a_turn_into_a_collision_is_refused(ahead: float, aside: float, hits: bool) -> None:
     costmap, bearing = free(), -2.0 + aside
     cell = costmap.frame.to_cell(0.45 * math.cos(bearing), 0.45 * math.sin(bearing))
     costmap.data[cell] = 254
@@ -128,7 +122,7 @@ def test_a_turn_that_would_soon_hit_something_is_refused(
         assert (result.velocity.x, result.velocity.yaw_rate) == (0.0, W_MAX)
 
 
-def test_in_an_open_loop_a_turn_goes_on_from_what_was_commanded() -> None:
+def test_in_an_open_loop_a_turn_continues_from_the_last_command() -> None:
     for closed, rates in ((True, (0.075, 0.075)), (False, (0.075, 0.15))):
         controller = shim(closed_loop=closed, max_angular_accel=1.5)
         for rate in rates:

@@ -71,9 +71,7 @@ def test_a_trajectory_is_cut_where_the_robot_stops() -> None:
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize(("left", "driving"), [(0.45, 0.0), (0.08, 0.2), (0.02, 0.1), (0.06, 0.0)])
-def test_it_brakes_to_the_end_from_where_the_command_is_felt(
-    side: float, left: float, driving: float
-) -> None:
+def test_it_brakes_by_the_delay_of_commands(side: float, left: float, driving: float) -> None:
     tracker = tracking(line(1.0, side))
     pose, velocity = AT @ SE2(side * (1.0 - left)), Velocity(side * driving)
     command = commanded(tracker, pose, velocity)
@@ -130,9 +128,7 @@ def test_a_turn_comes_to_rest_at_its_end(angle: float, rate: float) -> None:
         *((0.0, 0.2, True), (0.0, 0.3, False), (0.0, -0.3, False)),
     ],
 )
-def test_a_turn_ends_where_it_is_exact_and_will_stay_so(
-    off: float, rate: float, ends: bool
-) -> None:
+def test_a_turn_ends_where_it_is_and_stays_exact(off: float, rate: float, ends: bool) -> None:
     tracker = tracking(turn(1.0))
     pose = AT @ SE2(0.0, 0.0, 1.0 - off)
     assert (tracker.compute(pose, Velocity(yaw_rate=rate), 0.3) is None) is ends
@@ -213,9 +209,7 @@ def test_it_keeps_the_bend_where_its_yaw_rate_is_limited() -> None:
 
 @pytest.mark.parametrize(("left", "share"), [(0.051, 0.0), (0.04, 0.2), (0.02, 0.6)])
 @pytest.mark.parametrize("angle", [0.3, -2.0])
-def test_the_turn_behind_a_stretch_begins_before_its_end(
-    left: float, share: float, angle: float
-) -> None:
+def test_the_next_turn_begins_before_the_end(left: float, share: float, angle: float) -> None:
     both = np.vstack((line(1.0), turn(angle, AT @ SE2(1.0))[1:]))
     command = commanded(tracking(both, blend=0.05), AT @ SE2(1.0 - left), Velocity(0.1))
     assert command.x > 0.0

@@ -1,4 +1,4 @@
-"""The robot's outline, and when it collides."""
+"""Footprints, windows of costmaps and the rays that clear them."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.motion import rollout
 from arjuna_nav.costmap.collision import collides, first_collision
 from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.costmap.raytrace import enter_scan
+from arjuna_nav.costmap.window import Window, clipped, grown, joined, seen_in, whole, within
 from tests.nav.worlds import block, costmap_of, empty_grid
 
 BODY = np.array([[0.225, 0.19], [-0.225, 0.19], [-0.225, -0.19], [0.225, -0.19]])
@@ -182,3 +184,83 @@ def test_padding_is_taken_off_again_and_a_size_is_scaled(outline: Footprint) -> 
     assert twice.inscribed_radius == 2.0 * outline.inscribed_radius
     assert twice.circumscribed_radius == 2.0 * outline.circumscribed_radius
     assert Footprint.circle(0.02).without(0.05).inscribed_radius == 1e-3, "never nothing"
+
+
+SHAPE = (5, 7)
+ALL = {(r, c) for r in range(5) for c in range(7)}
+
+
+def cells(window: Window | None) -> set[tuple[int, int]]:
+    if window is None:
+        return set()
+    rows, columns = window
+    return {
+        (r, c) for r in range(rows.start, rows.stop) for c in range(columns.start, columns.stop)
+    }
+
+
+def test_clipping_and_growing_keep_to_the_grid() -> None:
+    for seed in range(60):
+        r0, r1, c0, c1, by = (int(n) for n in np.random.default_rng(seed).integers(-3, 11, 5))
+        window = clipped(r0, r1, c0, c1, SHAPE)
+        assert cells(window) == {(r, c) for r, c in ALL if r0 <= r < r1 and c0 <= c < c1}
+        rows, columns = window  # not below 0, from where numpy counts from the end
+        assert all(0 <= n <= 5 for n in (rows.start, rows.stop))
+        assert all(0 <= n <= 7 for n in (columns.start, columns.stop))
+        if by >= 0 and cells(window):
+            inside = {
+                (r, c)
+                for r, c in ALL
+                if rows.start - by <= r < rows.stop + by
+                and columns.start - by <= c < columns.stop + by
+            }
+            assert cells(grown(window, by, SHAPE)) == inside
+    assert cells(whole(SHAPE)) == ALL
+
+
+A, B = (slice(1, 3), slice(2, 6)), (slice(2, 5), slice(0, 3))
+
+
+def test_two_windows_join_to_the_least_that_holds_both() -> None:
+    assert joined(A, B) == joined(B, A) == (slice(1, 5), slice(0, 6))
+    assert joined(A, None) == joined(None, A) == A
+    assert joined(None, None) is None
+
+
+def test_a_window_is_seen_in_another() -> None:
+    grid = np.arange(35).reshape(SHAPE)
+    outer = (slice(1, 5), slice(1, 7))
+    np.testing.assert_array_equal(grid[outer][seen_in(A, outer)], grid[A])
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_least_window_of_what_has_changed(seed: int) -> None:
+    changed = np.random.default_rng(seed).random((3, 4)) < 0.15
+    found = within((slice(1, 4), slice(2, 6)), changed)
+    cells = {(1 + int(r), 2 + int(c)) for r, c in np.argwhere(changed)}
+    assert (found is None) == (not cells)
+    if found is not None:
+        rows, columns = [r for r, _ in cells], [c for _, c in cells]
+        assert found == (
+            slice(min(rows), max(rows) + 1),
+            slice(min(columns), max(columns) + 1),
+        )
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_part_of_a_grid_is_cleared_and_marked_as_in_the_whole(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    whole = rng.integers(1, 255, (160, 180)).astype(np.uint8)
+    part = whole[50:110, 60:140].copy()
+    hits, hits_part = np.zeros(whole.shape, np.uint32), np.zeros(part.shape, np.uint32)
+    sensor = np.array([rng.uniform(62.0, 138.0), rng.uniform(52.0, 108.0), rng.uniform(-3.0, 3.0)])
+    ranges = rng.uniform(1.0, 48.0, 200)
+    ranges[::17], ranges[::29] = math.inf, math.nan
+    bearings = np.linspace(-math.pi, math.pi, 200)
+    limits = np.array([2.0, 50.0, float(seed % 2), 40.0, 45.0, 0.0, 44.0])
+    enter_scan(whole, hits, sensor, ranges, bearings, limits, True, True)
+    moved = sensor - (60.0, 50.0, 0.0)
+    enter_scan(part, hits_part, moved, ranges, bearings, limits, True, True)
+    np.testing.assert_array_equal(part, whole[50:110, 60:140])
+    np.testing.assert_array_equal(hits_part > 0, hits[50:110, 60:140] > 0)
+    assert (part == 0).any()

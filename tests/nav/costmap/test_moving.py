@@ -140,7 +140,7 @@ def test_who_turns_about_may_come_as_fast_as_before() -> None:
     assert least > 0.8
 
 
-def test_who_stops_may_go_on_at_its_pace_for_a_while() -> None:
+def test_a_person_who_stops_may_continue_at_their_pace_for_a_while() -> None:
     paces: list[float] = []
 
     def keep(moving: Moving) -> None:
@@ -269,9 +269,7 @@ class Watched:
 
 @pytest.mark.parametrize("rolling", [False, True])
 @pytest.mark.parametrize(("moving_time", "stays"), [(1.5, False), (0.0, True)])
-def test_marks_of_who_has_gone_on_unseen_fade(
-    rolling: bool, moving_time: float, stays: bool
-) -> None:
+def test_marks_of_departed_people_fade(rolling: bool, moving_time: float, stays: bool) -> None:
     watched = Watched(moving_time, rolling)
     for k in range(12):
         watched.see((0.8, -0.9 + 0.1 * k))
@@ -326,9 +324,7 @@ def test_it_costs_to_be_where_somebody_will_be_and_less_the_later() -> None:
 @pytest.mark.parametrize(
     ("rolling", "distance", "lethal"), [(True, 0.7, True), (True, 1.8, False), (False, 0.7, False)]
 )
-def test_who_is_far_will_have_gone_and_is_no_obstacle_nor_to_plans_who_is_near(
-    rolling: bool, distance: float, lethal: bool
-) -> None:
+def test_far_people_are_no_obstacle_to_plans(rolling: bool, distance: float, lethal: bool) -> None:
     watched = Watched(rolling=rolling)
     for k in range(12):
         watched.see((distance, -0.5 + 0.06 * k))
@@ -364,7 +360,7 @@ def test_what_is_laid_over_the_costs_is_taken_off_again() -> None:
 
 
 @pytest.mark.parametrize("origin", [SE2(), SE2(-3.0, 2.0, 0.6)])
-def test_path_costs_lie_where_things_go_on_any_grid(origin: SE2) -> None:
+def test_path_costs_lie_where_things_move_on_any_grid(origin: SE2) -> None:
     frame = GridFrame(0.05, 120, 100, origin)
     at, to = (origin.apply(np.array([end]))[0] for end in ([2.0, 2.0], [4.0, 2.0]))
     thing = np.array([[*at, *(to - at), 0.2]])

@@ -226,9 +226,7 @@ def test_it_drives_to_the_staging_pose_only_from_far_and_if_it_is_to() -> None:
         (1.0, False, "driving to the staging pose failed"),
     ],
 )
-def test_staging_ends_by_its_time_or_failure(
-    now: float, staged: bool | None, message: str | None
-) -> None:
+def test_staging_times_out_or_fails(now: float, staged: bool | None, message: str | None) -> None:
     order = Ordered(navigate=True)
     order.tick(0.0, IDENTITY)
     step = order.tick(now, IDENTITY, staged=staged)

@@ -120,9 +120,7 @@ def test_refuses_a_costmap_of_another_frame() -> None:
 
 
 @pytest.mark.parametrize(("hole", "reached"), [(0.3, True), (0.9, False)])
-def test_a_robot_in_unknown_space_starts_from_the_nearest_known_cell(
-    hole: float, reached: bool
-) -> None:
+def test_unknown_space_starts_from_the_nearest_known_cell(hole: float, reached: bool) -> None:
     grid = empty_grid(8.0, 4.0)
     grid.data[:, 150:] = -1
     rows, columns = np.ogrid[: grid.frame.height, : grid.frame.width]

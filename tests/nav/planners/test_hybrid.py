@@ -92,7 +92,7 @@ def test_a_path_through_a_large_map_is_as_good_as_any() -> None:
 
 
 @pytest.mark.parametrize("bearing", [4.0, 7.5, 11.0, 20.0])
-def test_a_path_between_the_headings_of_the_search_turns_no_more_than_it_must(
+def test_a_path_between_searched_headings_turns_no_more_than_needed(
     bearing: float,
 ) -> None:
     heading = math.radians(bearing)
@@ -148,9 +148,7 @@ def hybrid(
         (SE2(0.0, 0.0, 2.0), SE2(-0.8, 0.4, -1.0)),
     ],
 )
-def test_a_path_bends_no_tighter_than_the_robot_and_touches_nothing(
-    model: str, start: SE2, goal: SE2
-) -> None:
+def test_a_path_bends_as_the_robot_can_and_is_free(model: str, start: SE2, goal: SE2) -> None:
     result, hit = hybrid("room", start, goal, model)
     assert result.status is PlanStatus.SUCCEEDED, result.message
     assert hit is None

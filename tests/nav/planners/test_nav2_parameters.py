@@ -125,7 +125,7 @@ def estimates_once(planner: Planner, patch: pytest.MonkeyPatch) -> None:
 
 
 def estimates_on_large_cells(planner: Planner, patch: pytest.MonkeyPatch) -> None:
-    calls = counted(patch, guide, "spread")
+    calls = counted(patch, guide, "wavefront")
     planned(planner)
     assert [call[0].shape for call in calls] == [(60, 80)]
 

@@ -220,9 +220,7 @@ def test_where_the_outline_has_no_path_its_position_is_closed_and_another_asked_
         np.testing.assert_array_equal(later, closed)
 
 
-def test_another_path_that_the_outline_can_follow_is_taken_and_the_search_ends_where_none_is() -> (
-    None
-):
+def test_another_path_that_the_outline_can_follow_is_taken() -> None:
     costmap = costs(corridor(SE2(), width=0.2))
     beside = PlanResult(PlanStatus.SUCCEEDED, polyline([(0.4, 0.5), (0.4, 2.5)], 1.5))
     planner = Planned(FOUND, FOUND, beside)
@@ -234,9 +232,7 @@ def test_another_path_that_the_outline_can_follow_is_taken_and_the_search_ends_w
 
 
 @pytest.mark.parametrize(("answers", "asked"), [((NONE, FOUND), 2), ((NONE, NONE, FOUND), 3)])
-def test_gaps_that_cells_alone_may_close_are_opened_by_and_by(
-    answers: tuple[PlanResult, ...], asked: int
-) -> None:
+def test_gaps_closed_by_cells_are_opened(answers: tuple[PlanResult, ...], asked: int) -> None:
     costmap, planner = costs(corridor(SE2(), width=0.3)), Planned(*answers)
     assert plan_by(planner, costmap) is FOUND
     radius = 0.15 / 0.05

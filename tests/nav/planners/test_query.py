@@ -138,9 +138,7 @@ def test_a_goal_at_the_edge_has_a_window_too() -> None:
         (255, False, PlanStatus.GOAL_OCCUPIED),
     ],
 )
-def test_says_whether_the_goal_or_the_path_was_blocked(
-    cost: int, unknown: bool, status: PlanStatus
-) -> None:
+def test_names_the_blocked_goal_or_path(cost: int, unknown: bool, status: PlanStatus) -> None:
     data = np.zeros((SIDE, SIDE), np.uint8)
     data[6, 6] = cost
     values = np.full((SIDE, SIDE), np.inf, np.float32)
@@ -195,8 +193,6 @@ def test_points_look_at_the_next_and_the_last_as_given() -> None:
         ([(0, 0, 0), (1, 0, 0), (0, 0, 0)], 1.0 + 0.25 + 4.0),
     ],
 )
-def test_a_path_costs_its_length_its_turns_and_its_stops(
-    path: list[tuple[float, float, float]], cost: float
-) -> None:
+def test_a_path_costs_length_and_turns(path: list[tuple[float, float, float]], cost: float) -> None:
     drive = Drive(turn=0.5, reversal=0.25, back=4.0)
     assert path_cost(np.array(path, dtype=float), drive) == pytest.approx(cost, abs=1e-3)

@@ -62,9 +62,7 @@ class Played:
         (3, [{"at": "NODE"}, {"at": "ON_EXIT"}]),
     ],
 )
-def test_the_graph_asks_at_nodes_and_where_edges_begin_and_end(
-    passed: int | None, called: list[Any]
-) -> None:
+def test_operations_run_at_nodes_and_ends_of_edges(passed: int | None, called: list[Any]) -> None:
     bell, other = Played(), Played()
     names, result = perform({"Other": other, "Bell": bell}, event(passed=passed))
     assert (bell.called, other.called) == (called, [None])

@@ -86,9 +86,7 @@ def test_the_last_step_looked_at_is_before_the_time_is_over(x: float, allowed: f
         (0.28, 3.0, 0.0),  # towards what touches it
     ],
 )
-def test_what_touches_the_robot_does_not_hold_it_for_ever(
-    touching: float, ahead: float, allowed: float
-) -> None:
+def test_touching_obstacles_release_it(touching: float, ahead: float, allowed: float) -> None:
     side = 1.0 if ahead > 1.0 else -1.0
     points = np.array(
         [[side * touching, 0.0], [side * touching, 0.001], [ahead, 0.0], [ahead, 0.001]]
@@ -134,9 +132,7 @@ def test_it_can_stop_turning_before_who_walks_past_turns_to_it() -> None:
     ("away", "share"),
     [(1.0, 0.5), (0.9, 0.5), (0.5, 1.0), (0.7, 0.6), (0.0, 1.0), (-1.0, 1.0)],
 )
-def test_who_goes_away_comes_back_with_half_of_its_speed_at_least(
-    away: float, share: float
-) -> None:
+def test_a_departing_person_returns_with_half_of_the_speed(away: float, share: float) -> None:
     motion = (0.6 * away, 0.6 * math.sqrt(1.0 - away**2))
     part = moving(Velocity(0.8), (0.65, 0.0), motion, config=BRAKES_ALONE)
     braking = part * 0.8 / 2.0

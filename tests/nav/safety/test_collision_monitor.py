@@ -88,7 +88,7 @@ def test_by_default_a_robot_that_can_still_stop_is_not_slowed() -> None:
 
 @pytest.mark.parametrize("footprint", [ROBOT, Footprint.polygon(np.array(
     [[0.25, 0.2], [0.25, -0.2], [-0.25, -0.2], [-0.25, 0.2]]))])  # fmt: skip
-def test_a_robot_that_touches_something_may_go_where_it_gets_no_nearer(
+def test_a_robot_in_contact_may_move_where_it_gets_no_nearer(
     footprint: Footprint,
 ) -> None:
     monitor = made({})
@@ -181,9 +181,7 @@ def test_zones_have_any_names_and_several_may_do_the_same() -> None:
         ({"type": "velocity_polygon", "velocity_polygons": ["ahead"]}, "'ahead.points': "),
     ],
 )
-def test_a_zone_that_does_not_exist_is_refused_not_left_out(
-    zone: dict[str, Any], message: str
-) -> None:
+def test_an_unknown_zone_is_refused(zone: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         load(MonitorConfig, {"polygons": ["Near"], "Near": zone})
 
@@ -264,9 +262,7 @@ def test_who_turns_about_is_reckoned_with_as_fast_as_before() -> None:
 
 
 @pytest.mark.parametrize(("gap", "turns"), [(0.05, False), (0.3, False), (1.6, True)])
-def test_it_turns_on_the_spot_no_faster_than_it_can_stop_beside_who_walks(
-    gap: float, turns: bool
-) -> None:
+def test_it_turns_no_faster_than_it_can_stop_beside_people(gap: float, turns: bool) -> None:
     turning = Velocity(yaw_rate=1.6)
     verdict = judge_moving(turning, cluster(0.0, 0.25 + gap), -STRAY)
     assert (verdict == Verdict(turning)) is turns
@@ -294,9 +290,7 @@ def test_it_turns_on_while_somebody_yet_far_walks_up_to_it() -> None:
 
 
 @pytest.mark.parametrize(("speed", "held"), [(0.0, False), (1.0, True)])
-def test_it_turns_slowly_beside_what_has_come_though_its_motion_is_not_known(
-    speed: float, held: bool
-) -> None:
+def test_it_turns_slowly_beside_newcomers_of_unknown_motion(speed: float, held: bool) -> None:
     turning, someone = Velocity(yaw_rate=1.6), cluster(0.0, 0.6)
     monitor = made({})
     unknown = np.zeros((8, 2))

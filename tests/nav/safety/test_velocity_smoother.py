@@ -44,7 +44,7 @@ def test_speed_grows_by_no_more_than_the_acceleration() -> None:
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_starting_to_either_side_takes_the_acceleration_turning_round_the_braking(
+def test_starting_takes_the_acceleration_turning_round_the_braking(
     side: float,
 ) -> None:
     limits: dict[str, Any] = {"max_accel": (0.5, 0.0, 1.0), "max_decel": (-2.0, 0.0, -3.0)}
@@ -159,9 +159,7 @@ def test_limits_that_make_no_sense_are_refused(name: str, value: tuple[float, ..
         (STILL, Velocity(yaw_rate=1.0)),
     ],
 )
-def test_a_steered_robot_is_never_made_to_bend_tighter_than_it_can(
-    first: Velocity, then: Velocity
-) -> None:
+def test_a_steered_robot_is_never_bent_too_tightly(first: Velocity, then: Velocity) -> None:
     smoother = VelocitySmoother(load(SmoothingConfig, {**LIMITS, "min_turning_radius": 0.6}))
     velocities = []
     for k in range(30):

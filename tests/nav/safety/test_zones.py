@@ -147,9 +147,7 @@ def test_a_velocity_that_no_shape_holds_keeps_the_last() -> None:
     ("start", "end", "ahead", "back"),
     [(-1.0, 1.0, True, False), (2.0, -2.0, False, True), (-math.pi, math.pi, True, True)],
 )
-def test_of_a_holonomic_robot_the_direction_counts(
-    start: float, end: float, ahead: bool, back: bool
-) -> None:
+def test_holonomic_directions_count(start: float, end: float, ahead: bool, back: bool) -> None:
     limits = {"linear_min": -1.0, "linear_max": 1.0, "theta_min": -1.0, "theta_max": 1.0}
     between = {"direction_start_angle": start, "direction_end_angle": end}
     part = {"points": SQUARE, **limits, **between}
@@ -164,9 +162,7 @@ def test_of_a_holonomic_robot_the_direction_counts(
     (True, 0.0, 0.5, True), (True, 0.3, -0.4, True), (True, 0.0, 0.1, False),
     (True, 0.9, 0.9, False), (False, 0.0, 0.5, False), (False, 0.5, 0.9, True),
 ])  # fmt: skip
-def test_of_a_holonomic_robot_the_speed_in_any_direction_counts(
-    holonomic: bool, x: float, y: float, held: bool
-) -> None:
+def test_holonomic_speeds_count_everywhere(holonomic: bool, x: float, y: float, held: bool) -> None:
     part = {"points": SQUARE, "linear_min": 0.2, "linear_max": 1.0, "theta_max": 1.0}
     zone = {"type": "velocity_polygon", "velocity_polygons": ["all"], "holonomic": holonomic,
             "min_points": 1, "all": part}  # fmt: skip

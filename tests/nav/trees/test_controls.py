@@ -128,9 +128,7 @@ def test_a_recovery_that_fails_gives_its_turn_to_the_next() -> None:
     ("name", "next_asked"),
     [("Sequence", "Wait"), ("SequenceWithMemory", "Spin"), ("Fallback", "Wait")],
 )
-def test_a_control_that_is_stopped_begins_again_unless_it_remembers(
-    name: str, next_asked: str
-) -> None:
+def test_a_stopped_control_restarts_unless_it_remembers(name: str, next_asked: str) -> None:
     play = Play(f'<Timeout msec="250"><{name}>{WAIT}{SPIN}</{name}></Timeout>')
     play.tick()
     play.tick(Wait=name != "Fallback")

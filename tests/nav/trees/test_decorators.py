@@ -81,9 +81,7 @@ GIVEN = 'SpeedController min_speed="0.2" max_speed="0.6" min_rate="1" max_rate="
         (GIVEN, 0.1, 1.0, 0.03),
     ],
 )
-def test_the_child_is_ticked_so_often_a_second(
-    node: str, speed: float, period: float, share: float
-) -> None:
+def test_children_tick_at_a_rate(node: str, speed: float, period: float, share: float) -> None:
     close = f"</{node.split()[0]}>"
     play = Play(f"<PipelineSequence><{node}>{WAIT}{close}<Spin/></PipelineSequence>")
     play.now, play.velocity = 50.0, Velocity(speed)

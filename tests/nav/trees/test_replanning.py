@@ -66,9 +66,7 @@ def test_a_goal_is_new_even_where_its_pose_is_the_old_one() -> None:
         (SE2(), "goal", FAILURE),
     ],
 )
-def test_a_path_is_kept_where_the_robot_is_on_it_and_it_is_the_goals(
-    pose: SE2 | None, newest: str, preferred: Status
-) -> None:
+def test_the_goals_path_is_kept_if_near(pose: SE2 | None, newest: str, preferred: Status) -> None:
     play = Play('<IsPathPreferred path="{path}" new_path="{new}"/>', new=DETOUR)
     older = "path" if newest == "goal" else "goal"
     for name in (older, newest):

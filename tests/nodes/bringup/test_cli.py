@@ -134,9 +134,7 @@ def test_a_maps_folder_is_that_of_every_node_that_reads_or_writes_maps() -> None
         ("--without-localization", (NAVIGATION_GROUP,)),
     ],
 )
-def test_a_half_of_the_stack_may_be_left_out(
-    command: str, words: str, groups: tuple[Group, ...]
-) -> None:
+def test_halves_may_be_left_out(command: str, words: str, groups: tuple[Group, ...]) -> None:
     assert inputs.groups_of(parse([command, *words.split()])) == groups
 
 

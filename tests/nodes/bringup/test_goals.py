@@ -1,11 +1,12 @@
-"""The client's goals: sent again where that heals, waited for where that does, and else ended."""
+"""Goals sent to a robot, and what is reported meanwhile."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from typing import Any
 
+import numba
 import pytest
 from nav2_msgs.action import NavigateToPose
 from std_msgs.msg import String
@@ -15,6 +16,9 @@ from arjuna_core.ros.goal_server import GoalNode, GoalServer
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals, chosen
 from bringup.client.session import POLL, ClientError, Session
+from bringup.processes.health import PATIENCE
+from bringup.processes.output import read_event
+from bringup.processes.reporter import Reporter
 from tests.helpers.ros import RosBench
 
 
@@ -93,18 +97,14 @@ def test_a_goal_that_is_lost_is_sent_again(bench: RosBench, timeout: float, succ
     assert node.taken == (3 if succeeds else 2)
 
 
-def test_a_goal_without_an_answer_yet_is_sent_once(
-    bench: RosBench, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_unanswered_goals_are_sent_once(bench: RosBench, capfd: pytest.CaptureFixture[str]) -> None:
     node = _server(bench, takes=45.0)
     end = Goals(BenchSession(bench)).navigate(SE2(1.0, 0.0), 90.0)
     assert (end.succeeded, node.taken) == (True, 1)
     assert capfd.readouterr().err.count("nothing is heard of it yet") == 1
 
 
-def test_a_server_that_is_not_active_is_waited_for_and_that_is_said(
-    bench: RosBench, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_inactive_servers_are_awaited(bench: RosBench, capfd: pytest.CaptureFixture[str]) -> None:
     node = _server(bench, active=False)
     session = BenchSession(bench)
     session.at = {5.0: node.trigger_activate}
@@ -149,3 +149,42 @@ def test_a_controller_that_nobody_takes_is_not_waited_for_without_end(bench: Ros
         chosen(BenchSession(bench), "controller", "Crawl", timeout=2.0),
     ):
         pass
+
+
+@pytest.fixture
+def lines() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def reporter(lines: list[str]) -> Iterator[Reporter]:
+    bench = RosBench()
+    yield Reporter(bench.process, [], lines.append)
+    bench.close()
+
+
+def patience(lines: list[str]) -> list[float]:
+    """Return within what times the next signs of life were announced [s]."""
+    events = [read_event(line) or {} for line in lines]
+    return [event["alive"] for event in events if "alive" in event]
+
+
+def compile_again() -> None:
+    """Let Numba compile a function that it has not seen."""
+    compiled: Any = numba.njit(lambda: 0)
+    compiled()
+
+
+def test_a_compilation_is_announced_and_ended(reporter: Reporter, lines: list[str]) -> None:
+    reporter.update(1.0)
+    compile_again()
+    assert max(patience(lines)) == 90.0
+    reporter.update(1.2)
+    assert patience(lines)[-1] == PATIENCE == 6.0  # as SECURITY.md promises
+    reporter.close()
+
+
+def test_nothing_is_said_after_the_end(reporter: Reporter, lines: list[str]) -> None:
+    reporter.close()
+    compile_again()
+    assert not lines

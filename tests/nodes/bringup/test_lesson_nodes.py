@@ -58,7 +58,7 @@ def test_the_direct_goal_mover_arrives_without_detours(
     assert turned < 1.2 * math.pi
 
 
-def test_the_simple_goal_mover_arrives_ahead_on_the_left_alone(
+def test_the_simple_goal_mover_arrives_on_the_left_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     kind = _module("guides/turtlebot3/simple_pose.py", monkeypatch).SimplePose
@@ -90,9 +90,7 @@ def test_the_emergency_stop_slows_down_and_holds(monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.parametrize("angle_min", [-math.pi, 0.0])
-def test_the_emergency_stop_looks_ahead_wherever_the_scan_begins(
-    angle_min: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_emergency_stop_looks_ahead(angle_min: float, monkeypatch: pytest.MonkeyPatch) -> None:
     stop = _module("docs/tutorial/nodes/obstacle_avoider.py", monkeypatch)
     scan = LaserScan(angle_min=angle_min, angle_increment=math.radians(1.0))
     scan.range_min, scan.range_max = 0.1, 10.0

@@ -169,7 +169,7 @@ def test_without_autostart_nothing_happens_until_startup(managed: Callable[..., 
     assert system.is_active()
 
 
-def test_manage_nodes_answers_only_when_the_command_is_done(
+def test_manage_nodes_answers_when_the_command_is_done(
     managed: Callable[..., Managed],
 ) -> None:
     system = managed()
@@ -191,7 +191,7 @@ def test_reset_and_startup_work_again_and_again(managed: Callable[..., Managed])
         assert system.is_active()
 
 
-def test_a_node_that_refuses_to_configure_stops_the_bring_up(
+def test_a_node_that_cannot_configure_stops_the_bring_up(
     managed: Callable[..., Managed],
 ) -> None:
     system = managed(refuse="configure")
@@ -200,7 +200,7 @@ def test_a_node_that_refuses_to_configure_stops_the_bring_up(
     assert not system.is_active()
 
 
-def test_a_node_that_refuses_to_rest_does_not_keep_the_others_up(
+def test_a_node_that_cannot_rest_lets_the_others_down(
     managed: Callable[..., Managed],
 ) -> None:
     system = managed(refuse="deactivate", autostart=True)
@@ -210,7 +210,7 @@ def test_a_node_that_refuses_to_rest_does_not_keep_the_others_up(
     assert not system.is_active()
 
 
-def test_commands_that_come_while_one_runs_wait_their_turn(
+def test_commands_wait_for_the_running_one(
     managed: Callable[..., Managed],
 ) -> None:
     system = managed()
@@ -225,7 +225,7 @@ def test_a_command_that_does_not_exist_fails(managed: Callable[..., Managed]) ->
     assert not managed().manage(99)
 
 
-def test_a_manager_that_takes_no_commands_still_reports_its_state(
+def test_a_manager_without_commands_reports_its_state(
     managed: Callable[..., Managed],
 ) -> None:
     system = managed(autostart=True, commandable=False)
@@ -258,9 +258,7 @@ def test_nodes_of_ones_own_come_up_behind_the_process_s(managed: Callable[..., M
 
 
 @pytest.mark.parametrize("back", [True, False])
-def test_where_a_node_of_ones_own_is_lost_all_go_down_and_up_again_with_it(
-    managed: Callable[..., Managed], back: bool
-) -> None:
+def test_losing_a_users_node_restarts_all(managed: Callable[..., Managed], back: bool) -> None:
     system, own = with_own(managed, attempt_respawn_reconnection=back)
     system.lose(own)
     system.spin_until(lambda: not system.manager.system_active)
@@ -294,7 +292,7 @@ def test_a_node_that_comes_back_too_late_is_left_alone(managed: Callable[..., Ma
     assert system.diary[-1] == "first cleanup"
 
 
-def test_heartbeats_of_a_bond_are_signs_of_life_and_answered(
+def test_heartbeats_of_a_bond_are_answered(
     managed: Callable[..., Managed],
 ) -> None:
     system, own = with_own(managed)

@@ -130,7 +130,7 @@ def test_no_message_is_missed_where_each_changes_the_picture(bench: Bench) -> No
     assert numbers == [0, 1, 2, 3, 4]
 
 
-def test_an_image_that_is_compressed_is_heard_by_its_topic_s_type(bench: Bench) -> None:
+def test_a_compressed_image_is_received_by_its_topic_s_type(bench: Bench) -> None:
     image = CompressedImage(format="jpeg")
     bench.ros.publish(CompressedImage, "/eye", image)
     bench.until(lambda: bench.viewer.node.count_publishers("/eye"))
@@ -192,7 +192,7 @@ def test_a_point_is_published(bench: Bench) -> None:
     assert (got[0].point.x, got[0].point.y) == (1.0, -2.0)
 
 
-def test_driving_ends_when_the_button_is_let_go(bench: Bench) -> None:
+def test_driving_ends_when_the_button_is_released(bench: Bench) -> None:
     got = bench.ros.collect(Twist, "/cmd_vel")
     bench.until(lambda: bench.viewer.node.count_subscribers("/cmd_vel"))
     bench.viewer.drive(0.3, 0.1)

@@ -1,12 +1,18 @@
-"""A base frame that does not exist is said within seconds, with what is there and the remedy."""
+"""The robot's frames, and transforms as scripts see them."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from rclpy.node import Node
+from tf2_msgs.msg import TFMessage
 
+from arjuna_core.ros.context import new_context
+from arjuna_core.ros.convert import transform_msg
+from arjuna_core.ros.tf import TransformBuffer, TransformListener
 from arjuna_core.se2 import SE2
 from bringup.client.robot import Robot
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP, Group
@@ -52,10 +58,24 @@ def test_a_right_one_is_not_spoken_of(
     assert "does not exist" not in capfd.readouterr().err
 
 
-def test_a_script_finds_the_pose_of_a_robot_with_frames_of_its_own(
+def test_a_script_finds_the_pose_in_a_robots_own_frames(
     stack: Callable[..., LockStep],
 ) -> None:
     robot = stack()
     robot.run(1.0)
     with Robot(session=robot) as script:
         assert script.pose("odom").distance(SE2()) < 0.05
+
+
+def test_a_client_s_plain_node_listens_and_refuses_too() -> None:
+    context = new_context()
+    node = Node("plain", context=context)
+    buffer = TransformBuffer()
+    listener = TransformListener(node, buffer)
+    good, bad = (transform_msg(SE2(), "odom", child, 0.0) for child in ("base", "arm"))
+    bad.transform.translation.x = math.nan
+    listener._on_moving(TFMessage(transforms=[bad, good]))
+    node.destroy_node()
+    context.shutdown()
+    assert buffer.try_lookup("odom", "base") is not None
+    assert buffer.try_lookup("odom", "arm") is None

@@ -109,7 +109,7 @@ def test_every_layout_gives_the_same_points(reals: str, gap: int, rows: int) -> 
     assert cloud.sensor == pytest.approx([0.5, 0.0, 1.0])
 
 
-def test_points_that_are_none_are_left_out() -> None:
+def test_points_that_are_not_finite_are_left_out() -> None:
     found = message("<f8")
     np.frombuffer(found.data, np.float64)[1] = np.nan
     assert len(cloud_from_msg(found, Pose3()).points) == len(POINTS) - 1

@@ -114,9 +114,7 @@ def test_a_broken_service_answers_that_it_failed(bench: RosBench, node: FragileN
 
 
 @pytest.mark.parametrize("transition", CLIENT_SENDS)
-def test_a_transition_that_is_not_allowed_is_refused(
-    bench: RosBench, node: FragileNode, transition: int
-) -> None:
+def test_forbidden_transitions_fail(bench: RosBench, node: FragileNode, transition: int) -> None:
     request = ChangeState.Request()
     request.transition.id = transition
     assert not bench.call(ChangeState, "fragile/change_state", request).success
@@ -130,9 +128,7 @@ def test_a_parameter_of_no_known_type_is_refused(bench: RosBench, node: FragileN
     assert [result.successful for result in answer.results] == [False]
 
 
-def test_a_node_that_cannot_take_a_value_keeps_the_one_before(
-    bench: RosBench, node: FragileNode
-) -> None:
+def test_a_refused_value_keeps_the_one_before(bench: RosBench, node: FragileNode) -> None:
     node.broken = "on_config"
     request = SetParameters.Request(parameters=[ParameterMsg(name="limit")])
     request.parameters[0].value.type = 3
@@ -142,9 +138,7 @@ def test_a_node_that_cannot_take_a_value_keeps_the_one_before(
     assert node.config.limit == node.get_parameter("limit").value == 10.0
 
 
-def test_a_task_that_raises_ends_the_goals_and_runs_again(
-    bench: RosBench, node: FragileNode
-) -> None:
+def test_a_task_that_raises_ends_goals_and_reruns(bench: RosBench, node: FragileNode) -> None:
     outcomes = sent(bench, node)
     node.broken = "tick"
     bench.advance(0.3)
@@ -180,9 +174,7 @@ def test_a_goal_that_breaks_its_server_ends(bench: RosBench, node: FragileNode, 
 
 
 @pytest.mark.parametrize(("step", "state"), [("configure", 1), ("activate", 1)])
-def test_a_transition_that_raises_leaves_the_node_unconfigured(
-    bench: RosBench, step: str, state: int
-) -> None:
+def test_a_raising_transition_unconfigures(bench: RosBench, step: str, state: int) -> None:
     node = FragileNode(bench.process)
     node.broken = step
     node.trigger_configure()

@@ -161,9 +161,7 @@ def test_a_reader_that_changes_a_message_is_found(monkeypatch: pytest.MonkeyPatc
             bench.advance(30.0)
 
 
-def test_a_client_s_message_is_judged_once_and_refused_by_all(
-    bench: RosBench, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_message_is_judged_once_for_all(bench: RosBench, monkeypatch: pytest.MonkeyPatch) -> None:
     judged: list[Any] = []
 
     def problem_of(message: Any, now: float) -> str:
@@ -276,7 +274,7 @@ def test_a_timer_fires_by_the_process_s_time(bench: RosBench) -> None:
     assert fired == [5, 10, 27]
 
 
-def test_a_coroutine_goes_on_when_what_it_waits_for_has_come(either: RosBench) -> None:
+def test_a_coroutine_continues_when_its_future_is_done(either: RosBench) -> None:
     node = EchoNode(either.process)
     node.trigger_configure()
     node.serve(Trigger, "ask", lambda request, response: response)

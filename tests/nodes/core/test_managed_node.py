@@ -170,9 +170,7 @@ def test_a_goal_that_waits_is_cancelled_alone(bench: RosBench, node: EchoNode) -
     assert first.outcomes[0].succeeded
 
 
-def test_cancelling_ends_what_the_newest_goal_did_not_replace(
-    bench: RosBench, node: EchoNode
-) -> None:
+def test_cancelling_ends_a_goal_that_was_not_replaced(bench: RosBench, node: EchoNode) -> None:
     client = Client(bench, node)
     client.send()
     client.send()
@@ -259,9 +257,7 @@ def test_a_client_may_go_while_answers_are_coming(bench: RosBench, node: EchoNod
         bench.process.drain()
 
 
-def test_a_request_that_has_come_is_answered_by_a_node_that_goes(
-    bench: RosBench, node: EchoNode
-) -> None:
+def test_a_waiting_request_is_answered_by_a_leaving_node(bench: RosBench, node: EchoNode) -> None:
     node.serve(Trigger, "ask", lambda request, response: Trigger.Response(message="yes"))
     client = bench.node.create_client(Trigger, "ask")
     bench.process.drain()

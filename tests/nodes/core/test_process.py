@@ -226,9 +226,7 @@ def run_alone(code: str, **variables: str) -> str:
         ({"ROS_STATIC_PEERS": "192.0.2.9"}, True),
     ],
 )
-def test_only_a_range_or_peers_beyond_this_machine_open_sockets(
-    variables: dict[str, str], opens: bool
-) -> None:
+def test_only_wider_ranges_or_peers_open_sockets(variables: dict[str, str], opens: bool) -> None:
     addresses = set(run_alone(_PORTS, **variables).split())
     assert addresses
     assert (addresses == {"0100007F"}) != opens  # 127.0.0.1

@@ -1,7 +1,8 @@
-"""With `--as-nav2` nodes do what Nav2's published sources say: waypoints, the smoother's rate."""
+"""Nav2's own behaviour with `--as-nav2`, and goals reached with stock parameter files."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,9 +11,13 @@ from nav2_msgs.action import FollowWaypoints
 
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
+from bringup.parameters.files import load_parameters, shipped_parameters
+from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.sources import as_theirs
-from bringup.stack import NAVIGATION_GROUP, VELOCITY_SMOOTHER
+from bringup.stack import NAVIGATION_GROUP, VELOCITY_SMOOTHER, all_nodes
 from tests.helpers.nav.navigation import ABORTED, SUCCEEDED, PlayedRobot, started
+from tests.helpers.nav.navigator_goals import go
+from tests.helpers.nav.stock_files import FILES
 
 A, B, OUTSIDE = SE2(0.4), SE2(0.8), SE2(9.0)
 
@@ -66,3 +71,19 @@ def test_a_command_is_smoothed_at_the_smoothers_rate_alone() -> None:
     robot.run(0.25)
     # 2.5 / 20 = 0.125 a tick of 50 ms
     assert [each.x for each in robot.commands[:4]] == pytest.approx([0.125, 0.25, 0.375, 0.4])
+
+
+@pytest.mark.parametrize("name", ["Jazzy's nav2_params", "TurtleBot3 on Humble"])
+def test_a_goal_is_reached(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "params.yaml"
+    path.write_text(FILES[name], encoding="utf-8")
+    given = load_parameters([path])
+    parameters = understand(given, shipped_parameters(), all_nodes()).parameters
+    robot = PlayedRobot(parameters, shipped=False)
+    robot.bring_up(*NAVIGATION_GROUP.nodes)
+    robot.send_map()
+    robot.run(1.0)
+    goal = go(robot, SE2(1.5, 1.5, 0.5))
+    robot.run_until_done(goal, 30.0)
+    assert goal.status == SUCCEEDED, goal.result.error_msg
+    assert robot.pose.distance(SE2(1.5, 1.5)) < 0.25

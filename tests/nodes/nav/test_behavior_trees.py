@@ -1,4 +1,4 @@
-"""bt_navigator with other trees than its own: Nav2's, a user's, and broken ones."""
+"""bt_navigator with other trees than its own: Nav2's, a user's, along a route, and broken ones."""
 
 from __future__ import annotations
 
@@ -9,11 +9,22 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import NavigateThroughPoses
 from nav2_msgs.msg import BehaviorTreeLog
+from sensor_msgs.msg import BatteryState
 
 from arjuna_core.files.shipped import shipped_file
+from arjuna_core.ros import qos
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
-from tests.helpers.nav.navigation import CANCELED, SUCCEEDED, Goal, PlayedRobot, assert_failed
+from bringup.stack import NAVIGATION_GROUP
+from tests.helpers.nav.navigation import (
+    ABORTED,
+    CANCELED,
+    SUCCEEDED,
+    Goal,
+    PlayedRobot,
+    assert_failed,
+    started,
+)
 from tests.helpers.nav.navigator_goals import (
     GOAL,
     IN_BOX,
@@ -24,6 +35,7 @@ from tests.helpers.nav.navigator_goals import (
     made,
     stamped,
 )
+from tests.helpers.nav.routes import written
 
 TO_POSE = "navigate_to_pose_w_replanning_and_recovery.xml"
 THROUGH = "navigate_through_poses_w_replanning_and_recovery.xml"
@@ -158,9 +170,7 @@ def test_a_tree_of_nav2s_replans_only_where_the_path_is_not_free(robot: PlayedRo
 @pytest.mark.parametrize(
     "name", sorted(path.name for path in shipped_file("behavior_trees").glob("navigate_w_*.xml"))
 )
-def test_a_goal_is_reached_by_each_tree_of_nav2_s_that_is_shipped(
-    robot: PlayedRobot, name: str
-) -> None:
+def test_a_goal_is_reached_by_each_shipped_tree_of_nav2(robot: PlayedRobot, name: str) -> None:
     goal = go(robot, GOAL, name)
     robot.run_until_done(goal, 40.0)
     assert goal.status == SUCCEEDED, goal.result.error_msg
@@ -190,33 +200,28 @@ def test_a_goal_that_is_moved_is_followed(robot: PlayedRobot, tmp_path: Path) ->
     assert_stopped_for_good(robot)
 
 
-@pytest.mark.parametrize(
-    ("inside", "says"),
-    [
+def test_a_tree_that_is_wrong_ends_its_goal(robot: PlayedRobot, tmp_path: Path) -> None:
+    for inside, says in (
         ("<ComputePath/>", "there is no node 'ComputePath'; did you mean 'ComputePathToPose'?"),
         ("<FollowPath path='{path}'/>", "{path} is not on the blackboard"),
         ("<Spin server_name='whirl'/>", "the behavior tree failed"),
         ("<AlwaysFailure/>", "the behavior tree failed"),
-    ],
-)
-def test_a_tree_that_is_wrong_ends_its_goal(
-    robot: PlayedRobot, tmp_path: Path, inside: str, says: str
-) -> None:
-    goal = go(robot, GOAL, tree(tmp_path, inside))
-    robot.run_until_done(goal, 5.0)
-    assert goal.result.error_code == 0
-    assert says in goal.result.error_msg
+    ):
+        goal = go(robot, GOAL, tree(tmp_path, inside))
+        robot.run_until_done(goal, 5.0)
+        assert goal.result.error_code == 0
+        assert says in goal.result.error_msg
     good = go(robot, SE2(0.4, 0.0))
     robot.run_until_done(good, 30.0)
     assert good.status == SUCCEEDED
 
 
-@pytest.mark.parametrize("name", ["none.xml", "../secret.xml", "/etc/passwd"])
-def test_a_tree_outside_the_folder_is_not_read(robot: PlayedRobot, name: str) -> None:
-    goal = go(robot, GOAL, name)
-    assert_failed(goal, 0)
-    assert f"there is no behavior tree '{name}'" in goal.result.error_msg
-    assert "bt_folder" in goal.result.error_msg
+def test_a_tree_outside_the_folder_is_not_read(robot: PlayedRobot) -> None:
+    for name in ("none.xml", "../secret.xml", "/etc/passwd"):
+        goal = go(robot, GOAL, name)
+        assert_failed(goal, 0)
+        assert f"there is no behavior tree '{name}'" in goal.result.error_msg
+        assert "bt_folder" in goal.result.error_msg
 
 
 def test_a_default_tree_drives_goals_that_name_none(tmp_path: Path) -> None:
@@ -229,7 +234,7 @@ def test_a_default_tree_drives_goals_that_name_none(tmp_path: Path) -> None:
     assert log[0].event_log[0].node_name == "Sequence"
 
 
-def test_a_default_tree_that_is_none_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_default_tree_that_does_not_exist_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(AssertionError, match="bt_navigator did not configure"):
         made(default_nav_to_pose_bt_xml="nothing.xml")
     assert "there is no behavior tree 'nothing.xml'" in capfd.readouterr().err
@@ -242,3 +247,47 @@ def test_goals_that_name_no_tree_are_driven_by_the_shipped_one(name: str) -> Non
     go(robot, GOAL)
     robot.run(0.5)
     assert "WaitOutOutage" in {each.node_name for each in log[0].event_log}
+
+
+TREE = """
+<root BTCPP_format="4"><BehaviorTree ID="Route"><Sequence>
+  <TransformAvailable parent="map" child="base_footprint"/>
+  <Inverter><IsBatteryLow battery_topic="/battery" min_battery="0.2"/></Inverter>
+  <Parallel success_count="2">
+    <ComputeAndTrackRoute goal="{goal}" use_poses="true" next_node_id="{next}"/>
+    <Sequence>
+      <ComputeRoute goal="{goal}" use_poses="true" path="{path}" route="{route}"/>
+      <GetPoseFromPath path="{path}" index="-1" pose="{end}"/>
+      <FollowPath path="{path}"/>
+    </Sequence>
+  </Parallel>
+</Sequence></BehaviorTree></root>
+"""
+
+
+def on_a_route(tmp_path: Path) -> PlayedRobot:
+    (tmp_path / "route.xml").write_text(TREE, encoding="utf-8")
+    tree = {"bt_folder": str(tmp_path)}
+    route = {
+        "graph_filepath": str(written(tmp_path)),
+        "radius_to_achieve_node": 0.5,
+        "edge_cost_functions": ["DistanceScorer", "CostmapScorer"],
+        "operations": ["AdjustSpeedLimit", "ReroutingService", "CollisionMonitor"],
+    }
+    return started(*NAVIGATION_GROUP.nodes, bt_navigator=tree, route_server=route)
+
+
+def test_a_route_is_driven_unless_the_battery_is_empty(tmp_path: Path) -> None:
+    robot = on_a_route(tmp_path)
+    goal = go(robot, SE2(0.0, 4.1), "route.xml")
+    robot.run_until_done(goal, 40.0)
+    assert (goal.status, goal.result.error_msg) == (SUCCEEDED, "")
+    assert robot.pose.distance(SE2(0.0, 4.0)) < TOLERANCE
+    battery = robot.bench.node.create_publisher(BatteryState, "/battery", qos.DEFAULT)
+    robot.run(0.2)
+    battery.publish(BatteryState(percentage=0.1))
+    robot.run(0.2)
+    goal = go(robot, SE2(0.3, 0.1), "route.xml")
+    robot.run_until_done(goal, 5.0)
+    assert goal.status == ABORTED
+    assert robot.pose.distance(SE2(0.0, 4.0)) < TOLERANCE

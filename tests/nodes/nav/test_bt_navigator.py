@@ -8,9 +8,8 @@ import re
 
 import pytest
 from geometry_msgs.msg import PoseStamped
-from nav2_msgs.action import FollowPath
 
-from arjuna_core.ros.convert import path_msg, se2_from_pose, seconds
+from arjuna_core.ros.convert import se2_from_pose, seconds
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from arjuna_nav.navigator import NavigatorConfig
@@ -24,22 +23,17 @@ from tests.helpers.nav.navigator_goals import (
     stamped,
     through,
 )
-from tests.nav.worlds import polyline
 
 
-def test_a_goal_is_reached(robot: PlayedRobot) -> None:
+def test_goals_end_with_a_result_and_in_the_log(
+    robot: PlayedRobot, capfd: pytest.CaptureFixture[str]
+) -> None:
     goal = go(robot, GOAL)
     robot.run_until_done(goal, 30.0)
     assert (goal.status, goal.result.error_code, goal.result.error_msg) == (SUCCEEDED, 0, "")
     assert robot.pose.distance(GOAL) < TOLERANCE
     assert abs(robot.pose.theta - GOAL.theta) < TOLERANCE
     assert_stopped_for_good(robot)
-
-
-def test_the_log_says_which_goal_came_and_how_it_ended(
-    robot: PlayedRobot, capfd: pytest.CaptureFixture[str]
-) -> None:
-    robot.run_until_done(go(robot, GOAL), 30.0)
     robot.run_until_done(go(robot, SE2(40.0, 0.0)), 30.0)
     log = [line.split("bt_navigator]: ")[1] for line in capfd.readouterr().err.splitlines()
            if "bt_navigator]: " in line]  # fmt: skip
@@ -84,10 +78,8 @@ def test_a_newer_goal_replaces_the_running_one_without_a_stop(robot: PlayedRobot
     assert robot.pose.distance(SE2(3.0, 1.4)) < TOLERANCE
 
 
-@pytest.mark.parametrize("after", [0.0, 0.02, 0.1, 1.0, 3.0])
-def test_cancellation_stops_the_robot_at_once_and_for_good(
-    robot: PlayedRobot, after: float
-) -> None:
+@pytest.mark.parametrize("after", [0.0, 0.02, 3.0])
+def test_cancellation_stops_the_robot_for_good(robot: PlayedRobot, after: float) -> None:
     goal = go(robot, SE2(3.0, 1.0))
     robot.run(after)
     goal.cancel()
@@ -99,20 +91,14 @@ def test_cancellation_stops_the_robot_at_once_and_for_good(
 
 
 @pytest.mark.parametrize("topic", ["/goal_pose", "/move_base_simple/goal"])
-def test_a_goal_on_a_topic_is_driven_to(robot: PlayedRobot, topic: str) -> None:
-    robot.bench.publish(PoseStamped, topic, stamped(SE2(0.6, 0.3, 0.0)))
-    robot.run(10.0)
-    assert robot.pose.distance(SE2(0.6, 0.3)) < TOLERANCE
-    assert robot.command == STILL
-
-
-def test_a_goal_on_a_topic_replaces_one_of_a_client(robot: PlayedRobot) -> None:
+def test_a_goal_on_a_topic_replaces_one_of_a_client(robot: PlayedRobot, topic: str) -> None:
     goal = go(robot, SE2(3.0, 1.0))
     drive(robot)
-    robot.bench.publish(PoseStamped, "/goal_pose", stamped(SE2(0.5, 0.5)))
+    robot.bench.publish(PoseStamped, topic, stamped(SE2(0.5, 0.5)))
     robot.run(20.0)
     assert_failed(goal, 0)
     assert robot.pose.distance(SE2(0.5, 0.5)) < TOLERANCE
+    assert robot.command == STILL
 
 
 def test_poses_are_passed_in_turn(robot: PlayedRobot) -> None:
@@ -134,10 +120,3 @@ def test_poses_are_passed_in_turn(robot: PlayedRobot) -> None:
 def test_one_action_has_a_goal_at_a_time(robot: PlayedRobot) -> None:
     through(robot, SE2(2.0, 1.0), SE2(0.0, 1.0))
     assert not go(robot, GOAL).accepted
-
-
-def test_a_client_of_follow_path_is_not_disturbed_by_an_idle_navigator(robot: PlayedRobot) -> None:
-    route = path_msg(polyline([(0.0, 0.0), (0.8, 0.0)], 0.0), "map", 0.0)
-    goal = robot.send(FollowPath, "follow_path", FollowPath.Goal(path=route))
-    robot.run_until_done(goal, 10.0)
-    assert goal.status == SUCCEEDED

@@ -147,9 +147,7 @@ def test_goals_stand_under_their_name(tmp_path: Path, name: str) -> None:
 
 @pytest.mark.parametrize("name", ["route", "path"])
 @pytest.mark.parametrize("duration", [0.0, 0.6])
-def test_feedback_is_of_the_path_by_its_name_and_the_mean_velocity(
-    tmp_path: Path, name: str, duration: float
-) -> None:
+def test_feedback_has_path_name_and_mean_speed(tmp_path: Path, name: str, duration: float) -> None:
     ids = {"path_blackboard_id": "route", "filter_duration": duration}
     robot = made(bt_folder=str(tmp_path), **ids)
     plan = f'<ComputePathToPose goal="{{goal}}" path="{{{name}}}"/>'

@@ -45,7 +45,5 @@ def test_a_code_is_nav2s(codes: type[IntEnum], result: Any) -> None:
         ),
     ],
 )
-def test_recoveries_are_tried_at_nav2s_codes(
-    node: str, result: Any, names: tuple[str, ...]
-) -> None:
+def test_recoveries_follow_nav2s_codes(node: str, result: Any, names: tuple[str, ...]) -> None:
     assert frozenset(getattr(result, name) for name in names) == vars(NODES[node])["CODES"]

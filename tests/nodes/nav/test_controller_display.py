@@ -112,9 +112,7 @@ def test_a_cancelled_robot_brakes_as_the_controller_is_to() -> None:
 
 
 @pytest.mark.parametrize(("tolerance", "says"), [(0.1, "0.3 s"), (0.6, "0.6 s")])
-def test_a_pose_on_the_path_may_be_as_old_as_the_controller_s_tolerance(
-    tolerance: float, says: str
-) -> None:
+def test_a_pose_may_be_as_old_as_the_controllers_tolerance(tolerance: float, says: str) -> None:
     robot = made(**{"FollowPath.transform_tolerance": tolerance})
     goal = follow(robot)
     robot.run(1.0)

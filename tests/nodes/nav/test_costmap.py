@@ -1,8 +1,10 @@
-"""Costmap nodes: what clients see of them, what they can clear, when they are current."""
+"""Costmap nodes: what clients see of them, what they clear, when they are current."""
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,10 @@ from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.msg import Costmap as CostmapMsg
 from nav2_msgs.msg import CostmapUpdate
 from nav2_msgs.srv import (
+    ClearCostmapAroundPose,
+    ClearCostmapAroundRobot,
+    ClearCostmapExceptRegion,
+    ClearEntireCostmap,
     GetCostmap,
 )
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
@@ -20,7 +26,7 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import grid_from_msg, seconds
+from arjuna_core.ros.convert import grid_from_msg, pose_stamped, seconds
 from arjuna_core.se2 import SE2
 from bringup.stack import GLOBAL_COSTMAP, LOCAL_COSTMAP
 from tests.helpers.nav.costmaps import (
@@ -41,30 +47,29 @@ from tests.nav.worlds import empty_grid
 made = beside_a_box
 
 
-@pytest.mark.parametrize("name", [GLOBAL, LOCAL])
-def test_what_is_seen_is_marked_and_what_goes_is_cleared(robot: PlayedRobot, name: str) -> None:
-    assert box_cost(robot, name) == LETHAL
+def test_what_is_seen_is_marked_and_what_goes_is_cleared(robot: PlayedRobot) -> None:
+    assert [box_cost(robot, name) for name in (GLOBAL, LOCAL)] == [LETHAL, LETHAL]
     row, column = robot.world.frame.to_cell(*BOX)
     robot.world.data[row - 2 : row + 3, column - 3 : column + 3] = 0
     robot.run(1.2)
-    assert box_cost(robot, name) == FREE
+    assert [box_cost(robot, name) for name in (GLOBAL, LOCAL)] == [FREE, FREE]
 
 
-@pytest.mark.parametrize("name", [GLOBAL, LOCAL])
-def test_get_costmap_is_what_is_published(robot: PlayedRobot, name: str) -> None:
-    raw = robot.bench.latched(CostmapMsg, f"/{name}/costmap_raw")
-    grids = robot.bench.latched(OccupancyGridMsg, f"/{name}/costmap")
-    robot.run(1.0)
-    response = robot.bench.call(GetCostmap, f"/{name}/get_costmap", GetCostmap.Request())
-    asked, published = costmap_from_msg(response.map), costmap_from_msg(raw[-1])
-    assert asked.frame == published.frame
-    assert np.array_equal(asked.data, published.data)
-    shown = grid_from_msg(grids[-1])
-    assert shown.frame == published.frame
-    assert np.array_equal(shown.data == 100, published.data == 254)
-    assert np.array_equal(shown.data == -1, published.data == 255)
-    assert response.map.header.frame_id == ("map" if name == GLOBAL else "odom")
-    assert seconds(response.map.metadata.update_time) > 0.9
+def test_get_costmap_is_what_is_published(robot: PlayedRobot) -> None:
+    for name, frame in ((GLOBAL, "map"), (LOCAL, "odom")):
+        raw = robot.bench.latched(CostmapMsg, f"/{name}/costmap_raw")
+        grids = robot.bench.latched(OccupancyGridMsg, f"/{name}/costmap")
+        robot.run(1.0)
+        response = robot.bench.call(GetCostmap, f"/{name}/get_costmap", GetCostmap.Request())
+        asked, published = costmap_from_msg(response.map), costmap_from_msg(raw[-1])
+        assert asked.frame == published.frame
+        assert np.array_equal(asked.data, published.data)
+        shown = grid_from_msg(grids[-1])
+        assert shown.frame == published.frame
+        assert np.array_equal(shown.data == 100, published.data == 254)
+        assert np.array_equal(shown.data == -1, published.data == 255)
+        assert response.map.header.frame_id == frame
+        assert seconds(response.map.metadata.update_time) > 0.9
 
 
 def test_the_local_costmap_follows_the_robot(robot: PlayedRobot) -> None:
@@ -77,17 +82,14 @@ def test_the_local_costmap_follows_the_robot(robot: PlayedRobot) -> None:
     assert frame.origin.y == pytest.approx(-0.5, abs=0.051)
 
 
-@pytest.mark.parametrize("topic", ["costmap", "costmap_raw"])
-@pytest.mark.parametrize("name", [GLOBAL, LOCAL])
-def test_a_late_joiner_gets_the_costmap_though_time_stands_still(
-    robot: PlayedRobot, name: str, topic: str
-) -> None:
-    message_type = OccupancyGridMsg if topic == "costmap" else CostmapMsg
-    messages = robot.bench.latched(message_type, f"/{name}/{topic}")
-    assert len(messages) == 1
-    (info,) = robot.bench.node.get_publishers_info_by_topic(f"/{name}/{topic}")
-    assert info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
-    assert info.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+def test_a_late_joiner_gets_the_costmap_though_time_stands_still(robot: PlayedRobot) -> None:
+    kinds = {"costmap": OccupancyGridMsg, "costmap_raw": CostmapMsg}
+    for name, (topic, kind) in itertools.product((GLOBAL, LOCAL), kinds.items()):
+        messages = robot.bench.latched(kind, f"/{name}/{topic}")
+        assert len(messages) == 1
+        (info,) = robot.bench.node.get_publishers_info_by_topic(f"/{name}/{topic}")
+        assert info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        assert info.qos_profile.reliability == ReliabilityPolicy.RELIABLE
 
 
 def test_a_costmap_that_is_not_updated_is_not_published_as_new(robot: PlayedRobot) -> None:
@@ -103,13 +105,14 @@ def corners(message: Any) -> list[tuple[float, float]]:
     return [(point.x, point.y) for point in message.polygon.points]
 
 
-@pytest.mark.parametrize("name", [GLOBAL, LOCAL])
-def test_the_footprint_is_published_where_the_robot_is(robot: PlayedRobot, name: str) -> None:
-    messages = robot.bench.collect(PolygonStamped, f"/{name}/published_footprint")
+def test_the_footprint_is_published_where_the_robot_is(robot: PlayedRobot) -> None:
+    topics = [f"/{name}/published_footprint" for name in (GLOBAL, LOCAL)]
+    footprints = [robot.bench.collect(PolygonStamped, topic) for topic in topics]
     robot.pose = SE2(1.0, -1.0, 0.5)
     robot.run(1.2)
-    centre = np.mean(corners(messages[-1]), axis=0)
-    assert centre == pytest.approx((1.0, -1.0), abs=0.01)
+    for messages in footprints:
+        centre = np.mean(corners(messages[-1]), axis=0)
+        assert centre == pytest.approx((1.0, -1.0), abs=0.01)
 
 
 def test_a_footprint_can_be_given_while_running(robot: PlayedRobot) -> None:
@@ -262,3 +265,80 @@ def test_a_costmap_waits_for_the_first_pose_for_its_time_only(timeout: float, ac
     robot.localized = False  # once it was known it may be missed for long
     robot.run(4.0)
     assert (robot.nodes[LOCAL_COSTMAP.name].state_label == "active") is active
+
+
+def everything(robot: PlayedRobot, name: str) -> None:
+    service = f"/{name}/clear_entirely_{name}"
+    robot.bench.call(ClearEntireCostmap, service, ClearEntireCostmap.Request())
+
+
+def around(service: str, distance: float = 4.0) -> Callable[[PlayedRobot, str], None]:
+    def clear(robot: PlayedRobot, name: str) -> None:
+        request = ClearCostmapAroundRobot.Request(reset_distance=distance)
+        robot.bench.call(ClearCostmapAroundRobot, service.format(name), request)
+
+    return clear
+
+
+def except_region(service: str, distance: float = 1.0) -> Callable[[PlayedRobot, str], None]:
+    def clear(robot: PlayedRobot, name: str) -> None:
+        request = ClearCostmapExceptRegion.Request(reset_distance=distance)
+        robot.bench.call(ClearCostmapExceptRegion, service.format(name), request)
+
+    return clear
+
+
+def around_pose(
+    service: str, x: float = BOX[0], frame: str = "map", distance: float = 1.0
+) -> Callable[[PlayedRobot, str], None]:
+    def clear(robot: PlayedRobot, name: str) -> None:
+        request = ClearCostmapAroundPose.Request(
+            pose=pose_stamped(SE2(x, 0.0), frame, 0.0), reset_distance=distance
+        )
+        robot.bench.call(ClearCostmapAroundPose, service.format(name), request)
+
+    return clear
+
+
+@pytest.mark.parametrize("name", [GLOBAL, LOCAL])
+def test_clearing_forgets_what_was_seen_but_not_the_map(robot: PlayedRobot, name: str) -> None:
+    for clear in (
+        everything,
+        around("/{0}/clear_around_{0}"),
+        around("/{0}/clear_costmap_around_robot"),
+        except_region("/{0}/clear_except_{0}"),
+        except_region("/{0}/clear_costmap_except_region"),
+        around_pose("/{0}/clear_around_pose_{0}"),
+        around_pose("/{0}/clear_costmap_around_pose"),
+    ):
+        assert box_cost(robot, name) == LETHAL
+        clear(robot, name)
+        assert box_cost(robot, name) == FREE
+        assert cost(robot, GLOBAL, 5.05, 3.0) == LETHAL  # a wall of the map
+        robot.run(1.2)  # seen again
+
+
+@pytest.mark.parametrize("name", [GLOBAL, LOCAL])
+def test_what_lies_elsewhere_is_kept(robot: PlayedRobot, name: str) -> None:
+    for clear in (
+        around("/{0}/clear_around_{0}", 1.0),
+        around("/{0}/clear_around_{0}", -1.0),
+        around("/{0}/clear_around_{0}", math.nan),
+        except_region("/{0}/clear_except_{0}", 4.0),
+        around_pose("/{0}/clear_around_pose_{0}", -1.0),
+        around_pose("/{0}/clear_around_pose_{0}", frame="moon"),
+    ):
+        clear(robot, name)
+        assert box_cost(robot, name) == LETHAL
+
+
+def test_get_cost_answers_for_points_and_for_the_footprint(robot: PlayedRobot) -> None:
+    assert cost(robot, GLOBAL, 0.0, -2.0) == FREE
+    beside = cost(robot, GLOBAL, BOX[0], 0.45)
+    assert FREE < beside < 253.0
+    assert cost(robot, GLOBAL, BOX[0], 0.3, use_footprint=True) == LETHAL
+    assert beside < cost(robot, GLOBAL, BOX[0], 0.45, use_footprint=True) < LETHAL
+    assert cost(robot, GLOBAL, 9.0, 0.0, use_footprint=True) == LETHAL
+    assert cost(robot, GLOBAL, 9.0, 0.0) == -1.0
+    assert cost(robot, GLOBAL, math.nan, 0.0) == -1.0
+    assert cost(robot, LOCAL, 3.0, 0.0) == -1.0

@@ -1,4 +1,4 @@
-"""Costmap nodes with layers as others list them: two lidars, a map that rolls along, filters."""
+"""Costmap nodes with sensors and layers as others list them: lidars, a camera, sonars, filters."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import pytest
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.msg import Costmap as CostmapMsg
-from nav2_msgs.msg import CostmapFilterInfo, SpeedLimit
+from nav2_msgs.msg import CostmapFilterInfo, SpeedLimit, VoxelGrid
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import LaserScan, PointCloud2, PointField, Range
 from std_srvs.srv import SetBool
 from tf2_msgs.msg import TFMessage
 
@@ -201,3 +201,123 @@ def test_zones_and_speeds_come_by_masks_whose_topics_infos_name() -> None:
         assert robot.bench.call(SetBool, toggle, SetBool.Request(data=on)).success
         robot.run(0.3)
         assert cost(robot, LOCAL, 1.02, 0.02) == expected
+
+
+HEIGHT, TABLE = 0.5, 0.7  # of the camera and of a table [m]
+FIELDS = [PointField(name=n, offset=4 * k, datatype=7, count=1) for k, n in enumerate("xyz")]
+
+
+def with_camera() -> PlayedRobot:
+    sources = {
+        "voxel_layer.cloud.topic": "/camera/points",
+        "voxel_layer.min_obstacle_height": 0.1,
+        "voxel_layer.max_obstacle_height": 2.0,
+        "voxel_layer.z_resolution": 0.2,
+        "voxel_layer.publish_voxel_map": True,
+    }
+    robot = PlayedRobot({f"{LOCAL}/{LOCAL}": sources})
+    optical = TransformStamped(child_frame_id="eye", header=header("base_link", 0.0))
+    optical.transform.translation = Vector3(x=0.0, y=0.0, z=HEIGHT)
+    optical.transform.rotation = Quaternion(x=-0.5, y=0.5, z=-0.5, w=0.5)  # z looks ahead
+    robot.bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[optical]), qos.TF_STATIC)
+    robot.bring_up(LOCAL_COSTMAP)
+    robot.send_map()
+    robot.run(1.0)
+    return robot
+
+
+def see(robot: PlayedRobot, ahead: float, height: float, **layout: int) -> None:
+    """Send a cloud of one point so far ahead, so high above the ground [m]."""
+    point = np.array([0.0, HEIGHT - height, ahead], np.float32)
+    size = {"height": 1, "width": 1, "point_step": 12, "row_step": 12, **layout}
+    data = array.array("B", point.tobytes())
+    stamped = header("eye", robot.now)
+    cloud = PointCloud2(header=stamped, fields=FIELDS, data=data, is_dense=True, **size)
+    robot.bench.publish(PointCloud2, "/camera/points", cloud, qos.SENSOR_PUBLISHER)
+    robot.run(0.6)
+
+
+def test_a_table_is_marked_until_it_is_seen_to_be_gone() -> None:
+    robot = with_camera()
+    assert cost(robot, LOCAL, 1.02, 0.02) == FREE
+    see(robot, 1.02, TABLE)
+    assert cost(robot, LOCAL, 1.02, 0.02) == LETHAL
+    see(robot, 1.4, 0.0)  # the floor, seen below the table
+    assert cost(robot, LOCAL, 1.02, 0.02) == LETHAL
+    see(robot, 1.4, TABLE + 0.05)
+    assert cost(robot, LOCAL, 1.02, 0.02) < LETHAL
+
+
+def test_the_voxels_and_the_ends_of_rays_are_published() -> None:
+    robot = with_camera()
+    grids = robot.bench.latched(VoxelGrid, f"/{LOCAL}/voxel_grid")
+    ends = robot.bench.collect(PointCloud2, f"/{LOCAL}/clearing_endpoints", qos.LATCHED)
+    see(robot, 1.02, TABLE)
+    cleared = np.frombuffer(ends[-1].data, np.float32)
+    assert cleared == pytest.approx((1.02, 0.0, TABLE), abs=1e-3)
+    assert ends[-1].header.frame_id == "odom"
+    grid = grids[-1]
+    assert (grid.size_x, grid.size_y, grid.size_z) == (60, 60, 10)
+    columns = np.array(grid.data, np.uint32).reshape(60, 60)
+    column, row = (
+        int((at - low) / 0.05) for at, low in ((1.02, grid.origin.x), (0.02, grid.origin.y))
+    )
+    assert columns[row, column] >> 16 == 1 << int(TABLE / 0.2)
+
+
+def test_a_cloud_whose_layout_cannot_be_is_refused() -> None:
+    robot = with_camera()
+    see(robot, 1.02, TABLE, width=2**20)
+    assert cost(robot, LOCAL, 1.02, 0.02) == FREE
+    see(robot, 1.02, TABLE)
+    assert cost(robot, LOCAL, 1.02, 0.02) == LETHAL
+
+
+def with_sonar() -> PlayedRobot:
+    layer = {
+        "plugins": ["range_layer", "inflation_layer"],
+        "range_layer.topics": ["/sonar"],
+        "range_layer.no_readings_timeout": 0.8,
+        "inflation_layer.enabled": False,
+    }
+    robot = PlayedRobot({f"{LOCAL}/{LOCAL}": layer})
+    left = TransformStamped(child_frame_id="ear", header=header("base_link", 0.0))
+    left.transform.translation = Vector3(x=0.1, y=0.0, z=0.1)
+    left.transform.rotation = Quaternion(z=math.sqrt(0.5), w=math.sqrt(0.5))  # it looks to the left
+    robot.bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[left]), qos.TF_STATIC)
+    robot.bring_up(LOCAL_COSTMAP)
+    robot.send_map()
+    robot.run(0.6)
+    return robot
+
+
+def hear(robot: PlayedRobot, distance: float, field_of_view: float = 0.3) -> None:
+    """Send six readings."""
+    for _ in range(6):
+        reading = Range(
+            header=header("ear", robot.now),
+            field_of_view=field_of_view,
+            min_range=0.1,
+            max_range=3.0,
+            range=distance,
+        )
+        robot.bench.publish(Range, "/sonar", reading, qos.SENSOR_PUBLISHER)
+        robot.run(0.1)
+
+
+def test_a_sonar_marks_what_it_hears_and_its_silence_is_reported() -> None:
+    robot = with_sonar()
+    hear(robot, 1.01)
+    assert cost(robot, LOCAL, 0.12, 1.02) == LETHAL
+    assert cost(robot, LOCAL, 0.12, 0.62) == FREE
+    node = robot.nodes[f"{LOCAL}/{LOCAL}"]
+    assert node.current(0.3) is not None
+    robot.run(1.4)
+    assert node.current(0.3) is None
+    assert "no range on /sonar for" in node.why_not_current()
+
+
+def test_a_sonar_without_a_cone_is_refused() -> None:
+    robot = with_sonar()
+    hear(robot, 1.01, field_of_view=0.0)
+    assert cost(robot, LOCAL, 0.12, 1.02) == FREE

@@ -73,6 +73,18 @@ def test_it_docks_by_name_and_undocks(robot: PlayedRobot) -> None:
     assert robot.command == STILL
 
 
+@pytest.mark.parametrize(("away", "docked"), [(0.05, True), (0.15, False)])
+def test_a_robot_that_was_moved_off_its_dock_is_in_none(
+    robot: PlayedRobot, away: float, docked: bool
+) -> None:
+    robot.run_until_done(dock(robot), 60.0)
+    robot.pose = robot.pose @ SE2(-away)
+    robot.run(0.2)
+    leaving = undock(robot)
+    robot.run(0.5)
+    assert leaving.done is not docked
+
+
 def test_it_docks_by_pose_where_the_robot_stands_near(robot: PlayedRobot) -> None:
     pose = pose_stamped(SE2(0.7, 0.05, 0.0), "map", 0.0)
     goal = dock_at(robot, pose, "simple_non_charging_dock", navigate_to_staging_pose=False)
@@ -101,40 +113,25 @@ def broken() -> PoseStamped:
     return pose
 
 
-@pytest.mark.parametrize(
-    ("name", "pose", "kind", "code", "says"),
-    [
-        ("attic", None, "", 901, "there is no dock 'attic'; valid: home"),
-        ("", pose_stamped(HOME, "map", 0.0), "hook", 902, "no dock type 'hook'; valid: simple_"),
-        ("", broken(), "simple_charging_dock", 999, "is no rotation"),
-    ],
-)
-def test_what_is_no_dock_is_refused(
-    robot: PlayedRobot, name: str, pose: PoseStamped | None, kind: str, code: int, says: str
-) -> None:
-    goal = dock(robot, name) if pose is None else dock_at(robot, pose, kind)
-    assert_failed(goal, code)
-    assert says in goal.result.error_msg
-    assert not goal.result.success
-
-
-def test_a_staging_pose_in_the_wall_fails(robot: PlayedRobot) -> None:
+def test_orders_that_cannot_be_carried_out_end_with_their_codes(robot: PlayedRobot) -> None:
+    here = pose_stamped(HOME, "map", 0.0)
+    for goal, code, says in (
+        (dock(robot, "attic"), 901, "there is no dock 'attic'; valid: home"),
+        (dock_at(robot, here, "hook"), 902, "no dock type 'hook'; valid: simple_"),
+        (dock_at(robot, broken(), "simple_charging_dock"), 999, "is no rotation"),
+    ):
+        assert_failed(goal, code)
+        assert says in goal.result.error_msg
+        assert not goal.result.success
     pose = pose_stamped(SE2(20.0, 0.0, 0.0), "map", 0.0)
     goal = dock_at(robot, pose, "simple_charging_dock")
     robot.run_until_done(goal, 60.0)
-    assert_failed_to_stage(goal)
-
-
-def assert_failed_to_stage(goal: Goal) -> None:
     assert goal.result.error_code == DockRobot.Result.FAILED_TO_STAGE
     assert "staging pose" in goal.result.error_msg
-
-
-def test_cancellation_stops_the_robot_on_the_path_to_the_staging_pose(robot: PlayedRobot) -> None:
     goal = dock(robot)
     robot.run(1.0)
     assert robot.command != STILL
-    goal.cancel()
+    goal.cancel()  # on the path to the staging pose
     assert goal.status == CANCELED
     assert_stopped_for_good(robot)
 
@@ -177,9 +174,7 @@ def reload(robot: PlayedRobot, path: str) -> bool:
         ({"dock_plugins": ["own"], "own.plugin": "no::Such"}, "no dock type 'no::Such'"),
     ],
 )
-def test_parameters_that_make_no_sense_are_refused(
-    tmp_path: Path, parameters: dict[str, Any], says: str
-) -> None:
+def test_invalid_values_are_refused(tmp_path: Path, parameters: dict[str, Any], says: str) -> None:
     with pytest.raises(ConfigError, match=says):
         made(tmp_path, **parameters)
 

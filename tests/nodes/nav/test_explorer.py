@@ -1,4 +1,4 @@
-"""explorer: drives to what is unknown until nothing is, and survives refusals."""
+"""explorer: drives to what is unknown until nothing is; and under the name of explore_lite."""
 
 from __future__ import annotations
 
@@ -6,15 +6,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.action import NavigateToPose, Spin
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String
+from visualization_msgs.msg import Marker, MarkerArray
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import se2_from_pose
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
-from bringup.stack import EXPLORER
+from bringup.stack import EXPLORER, PROGRAMS
 from tests.helpers.nav.navigation import PlayedRobot
 from tests.nav.worlds import room
 
@@ -190,7 +192,7 @@ def test_time_set_back_restarts_patience(exploration: Exploration) -> None:
     assert exploration.said.startswith("done")
 
 
-def test_a_robot_that_sees_only_ahead_turns_round_before_it_is_done(
+def test_a_robot_that_sees_only_ahead_turns_round_at_the_end(
     exploration: Exploration,
 ) -> None:
     exploration.hide((-5.5, 1.0))  # it stands at 0, in what is unknown
@@ -229,3 +231,73 @@ def test_a_wrong_base_frame_is_said_with_its_remedy() -> None:
         " 'map' carries 'base_footprint'; set robot_base_frame: base_footprint,"
         " or start it with --base-frame base_footprint"
     )
+
+
+VALUES = {"costmap_topic": "map", "costmap_updates_topic": "map_updates", "visualize": True}
+
+
+class Started:
+    """An explorer at work, with a navigator that the test plays."""
+
+    def __init__(self, **values: Any) -> None:
+        self.robot = PlayedRobot({"explore_node": {**VALUES, **values}})
+        self.markers = self.robot.bench.collect(MarkerArray, "explore/frontiers")
+        self.navigator: FakeNavigator = self.robot.bench.activated(FakeNavigator)
+        self.robot.bring_up(PROGRAMS["explore_lite", "explore"])
+
+    def hide(self, low: float = 5.5) -> None:
+        """Send the room of which nothing is known from an x on."""
+        grid = room()
+        grid.data[:, round((low + 5.5) / 0.05) :] = -1
+        self.robot.send_map(grid)
+        self.robot.run(1.2)
+
+
+@pytest.fixture
+def started() -> Started:
+    return Started(return_to_init=True, progress_timeout=4.0)
+
+
+def test_it_explores_shows_frontiers_and_returns(started: Started) -> None:
+    started.hide(2.0)
+    (goal,) = started.navigator.goals
+    assert 1.0 <= goal.x < 2.0
+    (marker,) = started.markers[-1].markers
+    assert {round(point.x, 3) for point in marker.points} == {1.975}
+    started.hide()
+    started.navigator.end(reached=True)
+    started.robot.run(3.0)
+    assert len(started.navigator.goals) == 2
+    assert started.navigator.goals[1].distance(started.robot.pose) < 0.1
+    (marker,) = next(one.markers for one in reversed(started.markers) if one.markers)
+    assert marker.action == Marker.DELETE
+
+
+def test_a_goal_without_progress_is_given_up(started: Started) -> None:
+    started.hide(2.0)
+    started.robot.run(6.0)
+    first, second = started.navigator.goals[:2]
+    assert first.distance(second) > 0.4
+
+
+def test_it_stops_and_resumes_by_its_topic(started: Started) -> None:
+    started.robot.bench.publish(Bool, "explore/resume", Bool(data=False))
+    started.hide(2.0)
+    assert not started.navigator.goals
+    started.robot.bench.publish(Bool, "explore/resume", Bool(data=True))
+    started.robot.run(1.2)
+    assert len(started.navigator.goals) == 1
+    started.robot.bench.publish(Bool, "explore/resume", Bool(data=False))
+    started.robot.run(0.2)
+    assert started.navigator.server.cancel_requested
+
+
+def test_changes_of_the_map_count(started: Started) -> None:
+    started.hide()
+    started.navigator.goals.clear()
+    unknown = OccupancyGridUpdate(x=150, y=0, width=70, height=220)
+    unknown.data = np.full(70 * 220, -1, np.int8)
+    started.robot.bench.publish(OccupancyGridUpdate, "map_updates", unknown)
+    started.robot.bench.publish(Bool, "explore/resume", Bool(data=True))
+    started.robot.run(1.2)
+    assert any(goal.x > 1.0 for goal in started.navigator.goals)

@@ -150,41 +150,7 @@ def assert_aborted(goal: Goal, server: Server, reason: str) -> None:
         assert goal.result.error_code == server.unknown
 
 
-def test_cancellation_stops_the_robot_at_once_and_for_good(
-    robot: PlayedRobot, server: Server
-) -> None:
-    goal = sent(robot, server)
-    goal.cancel()
-    assert goal.status == CANCELED
-    assert_stopped_for_good(robot)
-
-
-@pytest.mark.parametrize("transition", ["deactivate", "shutdown"])
-def test_the_end_of_activity_stops_the_robot_and_ends_the_goal(
-    robot: PlayedRobot, server: Server, transition: str
-) -> None:
-    goal = sent(robot, server)
-    robot.transition(server.node, transition)
-    assert_aborted(goal, server, "the node was")
-    assert_stopped_for_good(robot)
-    if transition == "deactivate":
-        assert not server.send(robot).accepted
-        robot.transition(server.node, "activate")
-        assert_stopped_for_good(robot)
-        assert server.send(robot).accepted
-
-
-def test_time_set_back_stops_the_robot_and_ends_the_goal(
-    robot: PlayedRobot, server: Server
-) -> None:
-    goal = sent(robot, server)
-    robot.localized = False
-    robot.bench.set_back()
-    assert_aborted(goal, server, "time was set back")
-    assert robot.command == STILL
-
-
-def test_a_newer_goal_replaces_the_running_one(robot: PlayedRobot, server: Server) -> None:
+def test_a_newer_goal_replaces_and_can_be_cancelled(robot: PlayedRobot, server: Server) -> None:
     older = sent(robot, server)
     newer = server.send(robot)
     robot.run(0.1)
@@ -192,6 +158,30 @@ def test_a_newer_goal_replaces_the_running_one(robot: PlayedRobot, server: Serve
     assert not newer.done
     newer.cancel()
     assert newer.status == CANCELED
+    assert_stopped_for_good(robot)
+
+
+def test_deactivation_stops_the_robot_and_the_goal(robot: PlayedRobot, server: Server) -> None:
+    goal = sent(robot, server)
+    robot.transition(server.node, "deactivate")
+    assert_aborted(goal, server, "the node was")
+    assert_stopped_for_good(robot)
+    assert not server.send(robot).accepted
+    robot.transition(server.node, "activate")
+    assert_stopped_for_good(robot)
+    goal = server.send(robot)
+    robot.run(0.1)
+    robot.transition(server.node, "shutdown")
+    assert_aborted(goal, server, "the node was")
+    assert_stopped_for_good(robot)
+
+
+def test_a_set_back_clock_stops_robot_and_goal(robot: PlayedRobot, server: Server) -> None:
+    goal = sent(robot, server)
+    robot.localized = False
+    robot.bench.set_back()
+    assert_aborted(goal, server, "time was set back")
+    assert robot.command == STILL
 
 
 def test_a_server_at_rest_takes_no_path_to_smooth() -> None:

@@ -90,7 +90,7 @@ class Storm:
         return [r.result() if r.done() else None for r in self._results.values()]
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_each_goal_of_a_storm_ends_once_and_the_next_is_reached(seed: int) -> None:
     robot = made(number_of_retries=0)
     storm = Storm(robot, seed)

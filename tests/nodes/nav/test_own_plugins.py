@@ -60,12 +60,23 @@ def robot(own_plugins: Path) -> PlayedRobot:
     return made(page(own_plugins))
 
 
-def test_a_planner(robot: PlayedRobot) -> None:
-    request = ComputePathToPose.Goal(goal=pose_stamped(SE2(2.0, 0.5), "map", 0.0))
-    request.planner_id = "Line"
-    goal = robot.send(ComputePathToPose, "compute_path_to_pose", request)
+def test_a_planner_a_smoother_a_behavior_and_a_dock(robot: PlayedRobot) -> None:
+    pose = pose_stamped(SE2(2.0, 0.5), "map", 0.0)
+    planning = ComputePathToPose.Goal(goal=pose, planner_id="Line")
+    goal = robot.send(ComputePathToPose, "compute_path_to_pose", planning)
     robot.run_until_done(goal, 3.0)
     assert len(goal.result.path.poses) == 7
+    route = polyline([(0.0, 0.0), (1.0, 0.0)], 0.0)
+    smoothing = SmoothPath.Goal(path=path_msg(route, "map", 0.0), smoother_id="sparse")
+    goal = robot.send(SmoothPath, "smooth_path", smoothing)
+    robot.run_until_done(goal, 3.0)
+    assert len(poses_from_path(goal.result.path)) == len(route) // 2 + 1
+    goal = robot.send(Wait, "count", Wait.Goal())
+    robot.run_until_done(goal, 3.0)
+    assert goal.status == SUCCEEDED
+    assert [each.time_left.sec for each in goal.feedback] == [*range(9, 0, -1)]
+    staging = robot.nodes["docking_server"]._book.types["side"].staging_pose(SE2(1.2, 0.4))
+    assert staging.distance(SE2(1.2, 0.9)) < 1e-9
 
 
 def test_a_controller_and_checkers(robot: PlayedRobot) -> None:
@@ -87,21 +98,6 @@ def test_a_critic(robot: PlayedRobot, name: str, side: float) -> None:
     robot.run(1.5)
     assert side * robot.pose.y > 0.05
     assert name == "Cloud" or 0.0 < robot.command.x <= 0.25
-
-
-def test_a_smoother(robot: PlayedRobot) -> None:
-    route = polyline([(0.0, 0.0), (1.0, 0.0)], 0.0)
-    request = SmoothPath.Goal(path=path_msg(route, "map", 0.0), smoother_id="sparse")
-    goal = robot.send(SmoothPath, "smooth_path", request)
-    robot.run_until_done(goal, 3.0)
-    assert len(poses_from_path(goal.result.path)) == len(route) // 2 + 1
-
-
-def test_a_behavior(robot: PlayedRobot) -> None:
-    goal = robot.send(Wait, "count", Wait.Goal())
-    robot.run_until_done(goal, 3.0)
-    assert goal.status == SUCCEEDED
-    assert [each.time_left.sec for each in goal.feedback] == [*range(9, 0, -1)]
 
 
 def test_a_layer_and_a_filter(robot: PlayedRobot) -> None:
@@ -159,9 +155,7 @@ def test_a_node_of_trees(
     assert (sent.status == SUCCEEDED) == succeeds
 
 
-def test_a_module_that_cannot_be_imported_is_named(
-    own_plugins: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_missing_modules_are_named(own_plugins: Path, capfd: pytest.CaptureFixture[str]) -> None:
     values = page(own_plugins)
     values["bt_navigator"]["plugin_lib_names"] = ["nav2_wait_action_bt_node", "your_trees"]
     (own_plugins / "east.xml").write_text(IS_EAST.format(0.0), encoding="utf-8")
@@ -175,9 +169,3 @@ def test_a_module_that_cannot_be_imported_is_named(
     robot.run_until_done(sent, 3.0)
     assert_failed(sent, 0)
     assert "there is no node 'IsEast'" in sent.result.error_msg
-
-
-def test_a_dock(robot: PlayedRobot) -> None:
-    book = robot.nodes["docking_server"]._book
-    staging = book.types["side"].staging_pose(SE2(1.2, 0.4))
-    assert staging.distance(SE2(1.2, 0.9)) < 1e-9

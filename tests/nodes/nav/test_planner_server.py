@@ -100,22 +100,18 @@ FAILURES: list[tuple[int, dict[str, Any]]] = [
 ]
 
 
-@pytest.mark.parametrize(("code", "request_"), FAILURES)
-def test_what_cannot_be_planned_fails_with_its_code(
-    robot: PlayedRobot, code: int, request_: dict[str, Any]
-) -> None:
+def test_what_cannot_be_planned_fails_with_its_code(robot: PlayedRobot) -> None:
     robot.run(1.0)
-    assert_failed(to_pose(robot, **request_), code)
-    fields = dict(request_)
-    stops = (SE2(1.0, 0.0), fields.pop("goal"))
-    if fields.get("use_start"):
-        stops = (GOAL, GOAL)
-    assert_failed(through(robot, *stops, **fields), code + 100)
+    for code, fields in FAILURES:
+        assert_failed(to_pose(robot, **fields), code)
+        stops = (SE2(1.0, 0.0), fields["goal"])
+        if fields.get("use_start"):
+            stops = (GOAL, GOAL)
+        others = {name: value for name, value in fields.items() if name != "goal"}
+        assert_failed(through(robot, *stops, **others), code + 100)
 
 
-def test_no_poses_to_go_through_are_an_error_in_the_log_too(
-    robot: PlayedRobot, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_no_poses_are_a_logged_error(robot: PlayedRobot, capfd: pytest.CaptureFixture[str]) -> None:
     robot.run(1.0)
     assert_failed(through(robot), ResultThrough.NO_VIAPOINTS_GIVEN)
     assert "compute_path_through_poses: goal aborted: 0 goals were" in capfd.readouterr().err
@@ -145,9 +141,7 @@ def test_a_planner_that_bends_tighter_than_the_robot_can_is_reported(
 @pytest.mark.parametrize(
     ("ask", "code"), [(to_pose, Result.TIMEOUT), (through, ResultThrough.TIMEOUT)]
 )
-def test_a_costmap_that_does_not_become_current_is_a_timeout(
-    robot: PlayedRobot, ask: Any, code: int
-) -> None:
+def test_a_costmap_not_current_is_a_timeout(robot: PlayedRobot, ask: Any, code: int) -> None:
     robot.localized = False
     robot.run(1.0)
     goal = ask(robot, GOAL)
@@ -180,12 +174,11 @@ def test_each_action_waits_for_its_own_time(robot: PlayedRobot) -> None:
     assert_failed(second, ResultThrough.TIMEOUT)
 
 
-def test_a_newer_goal_replaces_one_that_waits(robot: PlayedRobot) -> None:
-    older = to_pose(robot)
-    newer = to_pose(robot)
-    robot.run_until_done(newer, 0.9)
-    assert_failed(older, Result.UNKNOWN)
-    assert newer.status == SUCCEEDED
+def test_newer_goals_replace_those_that_wait(robot: PlayedRobot) -> None:
+    goals = [to_pose(robot) for _ in range(4)]
+    robot.run(0.9)
+    assert [goal.status for goal in goals] == [ABORTED, ABORTED, ABORTED, SUCCEEDED]
+    assert_failed(goals[0], Result.UNKNOWN)
     older, newer = through(robot, GOAL), through(robot, GOAL)
     assert [older.status, newer.status] == [SUCCEEDED, SUCCEEDED]
 
@@ -250,9 +243,3 @@ def test_is_path_valid_reads_the_path_in_its_own_frame(robot: PlayedRobot) -> No
     ahead = path_msg(straight(0.0, 7.0, 0.0), "base_link", 0.0)
     (index,) = valid(robot, ahead).invalid_pose_indices
     assert 0.1 * index == pytest.approx(4.8, abs=0.21)
-
-
-def test_replaced_goals_are_counted_as_aborted(robot: PlayedRobot) -> None:
-    goals = [to_pose(robot) for _ in range(4)]
-    robot.run(0.9)
-    assert [goal.status for goal in goals] == [ABORTED, ABORTED, ABORTED, SUCCEEDED]

@@ -127,9 +127,7 @@ def test_a_plan_ends_after_max_planning_time(robot: PlayedRobot) -> None:
     assert "max_planning_time = 1 s" in goal.result.error_msg
 
 
-def test_a_plan_slower_than_expected_is_noted(
-    robot: PlayedRobot, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_slow_plans_are_reported(robot: PlayedRobot, capfd: pytest.CaptureFixture[str]) -> None:
     for wait, noted in ((0.3, False), (0.7, True)):
         goal = to_pose(robot, 2.0, "Slow")
         robot.run(wait)

@@ -16,6 +16,7 @@ from arjuna_core.grid import GridFrame
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import path_msg, pose_stamped
 from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.twist import STILL
 from arjuna_nav.costmap.costmap import LETHAL, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.nodes.behavior_actions import BACKUP
@@ -132,7 +133,9 @@ def test_a_behaviour_stops_before_what_costs_or_their_changes_show(late: bool) -
         costmap.update(1.0)
     costmap.run_until_done(goal)
     assert_failed(goal, 723)
+    assert "collision ahead at" in goal.result.error_msg
     assert 0.1 < robot.pose.x < 0.8
+    assert robot.command == STILL
 
 
 def test_an_outline_is_turned_back_from_where_the_robot_was() -> None:

@@ -1,4 +1,4 @@
-"""smoother_server: smooth paths, and why there is none."""
+"""smoother_server: smooth paths, and the reasons of its refusals."""
 
 from __future__ import annotations
 
@@ -34,16 +34,17 @@ def sharpest_turn(poses: Any) -> float:
     return float(np.abs(np.diff(np.unwrap(headings))).max())
 
 
-@pytest.mark.parametrize("smoother", ["", "simple_smoother"])
-def test_a_corner_is_rounded_and_the_path_published(robot: PlayedRobot, smoother: str) -> None:
+def test_a_corner_is_rounded_and_the_path_published(robot: PlayedRobot) -> None:
     published = robot.bench.collect(Path, "/plan_smoothed")
-    goal = smooth(robot, smoother_id=smoother, check_for_collisions=True)
-    assert (goal.status, goal.result.error_code, goal.result.was_completed) == (SUCCEEDED, 0, True)
-    poses = poses_from_path(goal.result.path)
-    assert sharpest_turn(poses) < 0.5 * sharpest_turn(CORNER)
-    assert poses[-1] == pytest.approx(CORNER[-1])
-    assert goal.result.path.header.frame_id == "map"
-    assert [each.poses for each in published] == [goal.result.path.poses]
+    for smoother in ("", "simple_smoother"):
+        goal = smooth(robot, smoother_id=smoother, check_for_collisions=True)
+        assert (goal.status, goal.result.error_code) == (SUCCEEDED, 0)
+        assert goal.result.was_completed
+        poses = poses_from_path(goal.result.path)
+        assert sharpest_turn(poses) < 0.5 * sharpest_turn(CORNER)
+        assert poses[-1] == pytest.approx(CORNER[-1])
+        assert goal.result.path.header.frame_id == "map"
+        assert published[-1].poses == goal.result.path.poses
 
 
 def test_a_pass_into_an_obstacle_is_undone(robot: PlayedRobot) -> None:
@@ -68,29 +69,20 @@ def not_finite() -> Path:
     return route
 
 
-@pytest.mark.parametrize(
-    ("code", "fields"),
-    [
+def test_what_cannot_be_smoothed_fails_with_its_code(robot: PlayedRobot) -> None:
+    into_wall = polyline([(0.0, 0.0), (4.8, 0.0)], 0.0)
+    cases: list[tuple[int, dict[str, Any]]] = [
         (Result.INVALID_SMOOTHER, {"smoother_id": "Best"}),
         (Result.INVALID_PATH, {"poses": Path()}),
         (Result.INVALID_PATH, {"poses": not_finite()}),
         (Result.INVALID_PATH, {"frame": "moon"}),
-        (
-            Result.SMOOTHED_PATH_IN_COLLISION,
-            {"poses": polyline([(0.0, 0.0), (4.8, 0.0)], 0.0), "check_for_collisions": True},
-        ),
-    ],
-)
-def test_what_cannot_be_smoothed_fails_with_its_code(
-    robot: PlayedRobot, code: int, fields: dict[str, Any]
-) -> None:
-    assert_failed(smooth(robot, **fields), code)
-
-
-def test_a_costmap_that_is_not_current_is_an_error(robot: PlayedRobot) -> None:
+        (Result.SMOOTHED_PATH_IN_COLLISION, {"poses": into_wall, "check_for_collisions": True}),
+    ]
+    for code, fields in cases:
+        assert_failed(smooth(robot, **fields), code)
     robot.localized = False
     robot.run(2.0)
-    assert_failed(smooth(robot), Result.UNKNOWN)
+    assert_failed(smooth(robot), Result.UNKNOWN)  # the costmap is not current
 
 
 def test_without_costs_on_its_topic_nothing_is_smoothed() -> None:

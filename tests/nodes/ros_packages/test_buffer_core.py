@@ -81,9 +81,7 @@ def test_between_two_times_through_a_fixed_frame(core: BufferCore) -> None:
         (0.5, r"extrapolation into the past.*from frame \[lidar\] to frame \[odom\]"),
     ],
 )
-def test_outside_what_is_known_is_said_as_tf2_does(
-    core: BufferCore, stamp: float, message: str
-) -> None:
+def test_extrapolation_fails_as_in_tf2(core: BufferCore, stamp: float, message: str) -> None:
     with pytest.raises(ExtrapolationException, match=message):
         core.lookup_transform_core("odom", "lidar", at(stamp))
 

@@ -64,7 +64,7 @@ def launched(
     return run
 
 
-def test_events_of_a_process_come_in_their_order(
+def test_events_of_a_process_are_in_order(
     launched: Callable[..., tuple[int, str]],
 ) -> None:
     talker = ExecuteProcess(cmd=["echo", "hello"], output="screen", name="talker")
@@ -106,7 +106,7 @@ def test_output_goes_where_it_is_asked_to(
     assert (code, "valid: screen, both" in printed) == (1, True)
 
 
-def test_the_end_of_a_needed_process_ends_all(
+def test_a_required_processs_end_ends_all(
     launched: Callable[..., tuple[int, str]],
 ) -> None:
     needed = ExecuteProcess(cmd=["sh", "-c", "exit 3"], on_exit=Shutdown(reason="no"), name="core")
@@ -149,7 +149,7 @@ def test_one_process_is_ended_by_an_event(
     assert (code, one.return_code) == (0, -number)
 
 
-def test_a_process_starts_again_as_often_as_it_may(
+def test_a_process_respawns_as_often_as_it_may(
     launched: Callable[..., tuple[int, str]],
 ) -> None:
     again = ExecuteProcess(cmd=["true"], respawn="True", respawn_max_retries=2)
@@ -157,7 +157,7 @@ def test_a_process_starts_again_as_often_as_it_may(
     assert printed.count("process started with pid") == 3
 
 
-def test_what_is_not_there_is_named_and_the_rest_runs(
+def test_a_missing_program_is_named(
     launched: Callable[..., tuple[int, str]],
 ) -> None:
     code, printed = launched(
@@ -193,7 +193,7 @@ def test_a_group_keeps_its_settings_to_itself(
     assert "environment variable 'GIVEN' is not set" in printed or "'a' does not exist" in printed
 
 
-def test_functions_and_coroutines_take_the_context(
+def test_functions_and_coroutines_get_the_context(
     launched: Callable[..., tuple[int, str]],
 ) -> None:
     async def later(context: LaunchContext) -> None:

@@ -145,6 +145,6 @@ def test_a_rotation_about_a_point_leaves_it_where_it_is() -> None:
     assert matrix @ (2.0, 3.0, 0.0, 1.0) == pytest.approx([2.0, 3.0, 0.0, 1.0])
 
 
-def test_axes_that_are_none_are_refused() -> None:
+def test_invalid_axes_are_refused() -> None:
     with pytest.raises(ValueError, match="no axes: 'xyz'; valid"):
         tf_transformations.quaternion_from_euler(0.0, 0.0, 0.0, "xyz")

@@ -86,34 +86,23 @@ def test_filters_by_name_category_tags_and_bounds(bench: RosBench) -> None:
     assert got.info.description == "a ball"
 
 
-@pytest.mark.parametrize(
-    ("filters", "code", "words"),
-    [
-        (EntityFilters(filter="("), Result.RESULT_OPERATION_FAILED, "no regular expression"),
-        (EntityFilters(filter=r"(a)\1"), Result.RESULT_OPERATION_FAILED, "invalid escape"),
-        (
-            EntityFilters(bounds=Bounds(type=Bounds.TYPE_CONVEX_HULL)),
-            Result.RESULT_FEATURE_UNSUPPORTED,
-            "valid: 1 (box), 3 (sphere)",
-        ),
-        (
-            EntityFilters(bounds=Bounds(type=Bounds.TYPE_BOX)),
-            Result.RESULT_OPERATION_FAILED,
-            "need 2 finite points",
-        ),
-    ],
-)
-def test_impossible_filter_is_refused(
-    bench: RosBench, filters: EntityFilters, code: int, words: str
-) -> None:
+def test_impossible_filters_are_refused(bench: RosBench) -> None:
     start_in(bench)
-    for service, name in (
-        (GetEntities, "/get_entities"),
-        (GetEntitiesStates, "/get_entities_states"),
+    hull, corners = Bounds(type=Bounds.TYPE_CONVEX_HULL), Bounds(type=Bounds.TYPE_BOX)
+    failed = Result.RESULT_OPERATION_FAILED
+    for filters, code, words in (
+        (EntityFilters(filter="("), failed, "no regular expression"),
+        (EntityFilters(filter=r"(a)\1"), failed, "invalid escape"),
+        (EntityFilters(bounds=hull), Result.RESULT_FEATURE_UNSUPPORTED, "valid: 1 (box), 3 (sph"),
+        (EntityFilters(bounds=corners), failed, "need 2 finite points"),
     ):
-        response = bench.call(service, name, service.Request(filters=filters))
-        assert response.result.result == code
-        assert words in response.result.error_message
+        for service, name in (
+            (GetEntities, "/get_entities"),
+            (GetEntitiesStates, "/get_entities_states"),
+        ):
+            response = bench.call(service, name, service.Request(filters=filters))
+            assert response.result.result == code
+            assert words in response.result.error_message
 
 
 def test_an_endless_search_ends(bench: RosBench) -> None:
@@ -127,17 +116,12 @@ def test_an_endless_search_ends(bench: RosBench) -> None:
     assert not response.entities
 
 
-def test_states_come_with_their_names(bench: RosBench) -> None:
+def test_states_and_bounds_come_by_name_and_unknown_names_are_refused(bench: RosBench) -> None:
     start_in(bench)
     spawn(bench, "crate", x=2.5)
     response = bench.call(GetEntitiesStates, "/get_entities_states", GetEntitiesStates.Request())
     assert list(response.entities) == ["arjuna", "crate"]
     assert [s.pose.position.x for s in response.states] == pytest.approx([0.0, 2.5], abs=1e-6)
-
-
-def test_bounds_are_a_box_in_the_entity_s_own_frame(bench: RosBench) -> None:
-    start_in(bench)
-    spawn(bench, "crate")
     for name, size in (("crate", 0.4), ("arjuna", None)):
         request = GetEntityBounds.Request(entity=name)
         bounds = bench.call(GetEntityBounds, "/get_entity_bounds", request).bounds
@@ -145,11 +129,6 @@ def test_bounds_are_a_box_in_the_entity_s_own_frame(bench: RosBench) -> None:
         upper, lower = bounds.points
         assert upper.x > 0.0 > lower.x
         assert size is None or upper.x - lower.x == pytest.approx(size)
-
-
-def test_unknown_entities_are_not_found(bench: RosBench) -> None:
-    start_in(bench)
-    spawn(bench, "crate")
     for service, name in (
         (GetEntityState, "/get_entity_state"),
         (SetEntityState, "/set_entity_state"),
@@ -161,10 +140,6 @@ def test_unknown_entities_are_not_found(bench: RosBench) -> None:
         response = bench.call(service, name, service.Request(entity="crates"))
         assert response.result.result == Result.RESULT_NOT_FOUND
         assert "did you mean 'crate'?" in response.result.error_message
-
-
-def test_robot_cannot_be_deleted(bench: RosBench) -> None:
-    start_in(bench)
     response = bench.call(DeleteEntity, "/delete_entity", DeleteEntity.Request(entity="arjuna"))
     assert response.result.result == Result.RESULT_OPERATION_FAILED
     assert "cannot be deleted" in response.result.error_message

@@ -223,8 +223,6 @@ def test_two_robots_that_one_comes_to_repeat_themselves() -> None:
         ({"namespaces": ["a"], "starts": [1.0]}, "1 numbers for the starts of 1 robots"),
     ],
 )
-def test_robots_without_namespaces_of_their_own_are_refused(
-    bench: RosBench, values: dict[str, Any], problem: str
-) -> None:
+def test_namespaces_must_be_unique(bench: RosBench, values: dict[str, Any], problem: str) -> None:
     with pytest.raises(ConfigError, match=problem):
         SimNode(bench.process, values)

@@ -129,9 +129,7 @@ def _wxyz(pose: Any) -> tuple[float, float, float, float]:
     return q.w, q.x, q.y, q.z
 
 
-def test_a_sensor_that_is_silent_is_named_once_with_the_topics_there_are(
-    bench: RosBench, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_silent_sensor_is_named_once(bench: RosBench, capfd: pytest.CaptureFixture[str]) -> None:
     bench.publish(Imu, "imu/data", _imu(0.0, 0.0))
     start(bench, EkfFilterNode(bench.process, PLANAR))
     bench.advance(10.0)

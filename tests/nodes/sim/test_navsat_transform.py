@@ -157,7 +157,7 @@ def test_without_a_datum_points_are_no_numbers(bench: RosBench) -> None:
 @pytest.mark.parametrize(
     ("datum", "message"), [([1.0, 2.0], "has 2 values"), ([91.0, 0.0, 0.0], "latitude 91")]
 )
-def test_a_datum_that_is_none_is_refused(bench: RosBench, datum: list[float], message: str) -> None:
+def test_an_invalid_datum_is_refused(bench: RosBench, datum: list[float], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         NavsatTransformNode(bench.process, {"datum": datum})
 

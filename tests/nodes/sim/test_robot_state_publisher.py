@@ -80,9 +80,7 @@ def test_a_descriptions_text_a_prefix_and_mimic_joints(bench: RosBench) -> None:
 
 
 @pytest.mark.parametrize(("ignore", "count"), [(False, 1), (True, 2)])
-def test_joint_states_of_before_are_dropped_unless_ignored(
-    bench: RosBench, ignore: bool, count: int
-) -> None:
+def test_older_joint_states_are_dropped(bench: RosBench, ignore: bool, count: int) -> None:
     moving = bench.collect(TFMessage, "/tf")
     values = {"robot_description": ARM, "ignore_timestamp": ignore, "publish_frequency": 1000.0}
     start(bench, RobotStatePublisherNode(bench.process, values))

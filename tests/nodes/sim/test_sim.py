@@ -121,9 +121,7 @@ def test_wrong_command_type_is_warned_of_once(
     assert capfd.readouterr().err.count("publishes cmd_vel as geometry_msgs/msg/TwistStamped") == 1
 
 
-def test_the_type_that_alone_is_published_is_taken(
-    bench: RosBench, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_published_type_is_taken(bench: RosBench, monkeypatch: pytest.MonkeyPatch) -> None:
     sim = start_sim(bench)
     stamped = SimpleNamespace(node_name="nav", topic_type="geometry_msgs/msg/TwistStamped")
     monkeypatch.setattr(sim, "get_publishers_info_by_topic", lambda topic: [stamped])
@@ -188,7 +186,7 @@ def test_inactive_simulator_stands_still(bench: RosBench) -> None:
     assert sim.simulator.time == 0.04
 
 
-def test_a_simulator_goes_on_where_a_killed_one_was(bench: RosBench, tmp_path: Path) -> None:
+def test_a_simulator_resumes_where_a_killed_one_was(bench: RosBench, tmp_path: Path) -> None:
     kept = {"resume_file": str(tmp_path / "sim"), "robot": str(shipped_file("urdf/arjuna.urdf"))}
     first = start_sim(bench, **kept)
     bench.publish(Twist, "/cmd_vel", Twist(linear=Vector3(x=0.4), angular=Vector3(z=0.5)))

@@ -1,4 +1,4 @@
-"""States, steps and resets of the simulation through a plain client."""
+"""States, steps, resets and worlds of the simulation through a plain client."""
 
 from __future__ import annotations
 
@@ -8,13 +8,19 @@ from typing import Any
 import pytest
 from action_msgs.msg import GoalStatus
 from simulation_interfaces.action import SimulateSteps
-from simulation_interfaces.msg import Result, SimulationState
+from simulation_interfaces.msg import Resource, Result, SimulationState, SimulatorFeatures
 from simulation_interfaces.srv import (
     DeleteEntity,
+    GetAvailableWorlds,
+    GetCurrentWorld,
+    GetEntities,
     GetSimulationState,
+    GetSimulatorFeatures,
+    LoadWorld,
     ResetSimulation,
     SetSimulationState,
     StepSimulation,
+    UnloadWorld,
 )
 from std_msgs.msg import Float64
 
@@ -87,24 +93,20 @@ def test_quitting_ends_the_process_that_hosts_it(bench: RosBench, sim: SimNode) 
     assert sim.simulator.time == 0.0
 
 
-@pytest.mark.parametrize(
-    ("state", "steps", "code"),
-    [
-        (STATE.STATE_PLAYING, 1, Result.RESULT_INCORRECT_STATE),
-        (STATE.STATE_STOPPED, 1, Result.RESULT_INCORRECT_STATE),
-        (STATE.STATE_PAUSED, 0, Result.RESULT_OPERATION_FAILED),
-        (STATE.STATE_PAUSED, 10**9, Result.RESULT_OPERATION_FAILED),
-        (STATE.STATE_PAUSED, 7, OK),
-    ],
-)
-def test_steps_need_a_pause_and_a_number(
-    bench: RosBench, sim: SimNode, state: int, steps: int, code: int
-) -> None:
-    _set(bench, state)
-    request = StepSimulation.Request(steps=steps)
-    response = bench.call(StepSimulation, "/step_simulation", request)
-    assert response.result.result == code
-    assert sim.simulator.time == pytest.approx(0.14 if code == OK else 0.0)
+def test_steps_need_a_pause_and_a_number(bench: RosBench, sim: SimNode) -> None:
+    wrong, failed = Result.RESULT_INCORRECT_STATE, Result.RESULT_OPERATION_FAILED
+    for state, steps, code, time in (
+        (STATE.STATE_PLAYING, 1, wrong, 0.0),
+        (STATE.STATE_PAUSED, 0, failed, 0.0),
+        (STATE.STATE_PAUSED, 10**9, failed, 0.0),
+        (STATE.STATE_PAUSED, 7, OK, 0.14),
+        (STATE.STATE_STOPPED, 1, wrong, 0.0),
+    ):
+        _set(bench, state)
+        request = StepSimulation.Request(steps=steps)
+        response = bench.call(StepSimulation, "/step_simulation", request)
+        assert response.result.result == code
+        assert sim.simulator.time == pytest.approx(time)
 
 
 def test_action_steps_with_progress_and_stays_paused(bench: RosBench, sim: SimNode) -> None:
@@ -141,9 +143,7 @@ def test_action_can_be_cancelled_and_refuses_a_second_goal(bench: RosBench, sim:
     assert sim.simulator.time == 0.06
 
 
-def test_action_on_a_playing_simulation_fails_with_its_reason(
-    bench: RosBench, sim: SimNode
-) -> None:
+def test_an_action_on_a_playing_simulation_fails(bench: RosBench, sim: SimNode) -> None:
     result = _goal(bench, 5).get_result_async()
     bench.process.drain()
     assert result.result().status == GoalStatus.STATUS_ABORTED
@@ -165,14 +165,14 @@ def test_scopes_reset_time_state_and_spawned_apart(bench: RosBench, sim: SimNode
     assert sim.simulator.time == 0.2
 
 
-@pytest.mark.parametrize("scope", [SCOPE.SCOPE_DEFAULT, SCOPE.SCOPE_ALL])
-def test_full_reset_brings_the_world_back(bench: RosBench, sim: SimNode, scope: int) -> None:
+def test_full_resets_bring_the_world_back(bench: RosBench, sim: SimNode) -> None:
     before = names(bench)
-    spawn(bench, "ball", "sphere:0.1", 1.0)
-    request = DeleteEntity.Request(entity="obstacle_red")
-    assert bench.call(DeleteEntity, "/delete_entity", request).result.result == OK
-    assert _reset(bench, scope).result == OK
-    assert names(bench) == before
+    for scope in (SCOPE.SCOPE_DEFAULT, SCOPE.SCOPE_ALL):
+        spawn(bench, "ball", "sphere:0.1", 1.0)
+        request = DeleteEntity.Request(entity="obstacle_red")
+        assert bench.call(DeleteEntity, "/delete_entity", request).result.result == OK
+        assert _reset(bench, scope).result == OK
+        assert names(bench) == before
 
 
 def test_achieved_factor_is_published_once_a_wall_second(
@@ -192,3 +192,110 @@ def test_lock_step_publishes_no_wall_time(bench: RosBench, sim: SimNode) -> None
     factors = bench.collect(Float64, "/real_time_factor")
     run(bench, sim, 100)
     assert factors == []
+
+
+CODES = LoadWorld.Response
+WORLD = "<sdf version='1.7'><world name='w'>{}</world></sdf>"
+MESH = (
+    "<model name='m'><static>1</static><link name='l'><collision name='c'><geometry><mesh>"
+    "<uri>none.stl</uri></mesh></geometry></collision></link></model>"
+)
+
+
+def _load(bench: RosBench, uri: str = "", text: str = "", **flags: bool) -> Any:
+    resource = Resource(uri=uri, resource_string=text)
+    request = LoadWorld.Request(world_resource=resource, **flags)
+    return bench.call(LoadWorld, "/load_world", request)
+
+
+def test_world_is_replaced_and_the_simulation_stopped(bench: RosBench, sim: SimNode) -> None:
+    spawn(bench, "ball", "sphere:0.1", 1.0)
+    run(bench, sim, 10)
+    response = _load(bench, "worlds/empty.world")
+    assert response.result.result == OK, response.result.error_message
+    assert Path(response.world.world_resource.uri).name == "empty.world"
+    assert names(bench) == ["arjuna"]
+    assert (_state(bench), sim.simulator.time) == (STATE.STATE_STOPPED, 0.0)
+    current = bench.call(GetCurrentWorld, "/get_current_world", GetCurrentWorld.Request())
+    assert current.world == response.world
+    assert _set(bench, STATE.STATE_PLAYING).result == OK
+    run(bench, sim, 5)
+    assert sim.simulator.time == 0.1
+
+
+def test_a_world_is_sent_as_text_or_without_assets(bench: RosBench, sim: SimNode) -> None:
+    text = WORLD.format("")
+    response = _load(bench, text=text)
+    assert (response.result.result, response.world.name) == (OK, "w")
+    assert response.world.world_resource.resource_string == text
+    response = _load(bench, text=WORLD.format(MESH), ignore_missing_or_unsupported_assets=True)
+    assert response.result.result == OK
+
+
+def test_impossible_worlds_change_nothing(bench: RosBench, sim: SimNode) -> None:
+    before = names(bench)
+    plugin = {"text": WORLD.format("<plugin name='p'/>"), "fail_on_unsupported_element": True}
+    cases: list[tuple[dict[str, Any], int, str]] = [
+        ({}, CODES.NO_RESOURCE, "neither a uri"),
+        ({"uri": "none.world"}, Result.RESULT_NOT_FOUND, "does not exist"),
+        ({"uri": "../../../etc/x.world"}, Result.RESULT_OPERATION_FAILED, "lies outside"),
+        ({"uri": "urdf/arjuna.urdf"}, CODES.UNSUPPORTED_FORMAT, "none of .world"),
+        ({"text": "<mujoco/>"}, CODES.UNSUPPORTED_FORMAT, "holds no <sdf>"),
+        ({"text": "<sdf><world>"}, CODES.RESOURCE_PARSE_ERROR, "broken XML"),
+        ({"text": WORLD.format(MESH)}, CODES.MISSING_ASSETS, "none.stl"),
+        (plugin, CODES.UNSUPPORTED_ELEMENTS, "plugin 'p'"),
+    ]
+    for fields, code, words in cases:
+        response = _load(bench, **fields)
+        assert response.result.result == code, response.result.error_message
+        assert words in response.result.error_message
+        assert (names(bench), _state(bench)) == (before, STATE.STATE_PLAYING)
+
+
+def test_without_a_world_nothing_runs_until_one_is_loaded(bench: RosBench, sim: SimNode) -> None:
+    def unload() -> int:
+        response = bench.call(UnloadWorld, "/unload_world", UnloadWorld.Request())
+        return int(response.result.result)
+
+    assert unload() == OK
+    assert unload() == UnloadWorld.Response.NO_WORLD_LOADED
+    assert _state(bench) == STATE.STATE_NO_WORLD
+    current = bench.call(GetCurrentWorld, "/get_current_world", GetCurrentWorld.Request())
+    assert current.result.result == GetCurrentWorld.Response.NO_WORLD_LOADED
+    assert _set(bench, STATE.STATE_PLAYING).result == Result.RESULT_INCORRECT_STATE
+    assert _reset(bench, SCOPE.SCOPE_ALL).result == Result.RESULT_INCORRECT_STATE
+    entities = bench.call(GetEntities, "/get_entities", GetEntities.Request())
+    assert entities.result.result == Result.RESULT_INCORRECT_STATE
+    run(bench, sim, 5)
+    assert sim.simulator.time == 0.0
+    assert _load(bench, "worlds/arjuna_room.world").result.result == OK
+    assert "obstacle_red" in names(bench)
+
+
+def test_available_worlds_can_be_loaded(bench: RosBench, sim: SimNode, tmp_path: Path) -> None:
+    (tmp_path / "mine.world").write_text(WORLD.format(""))
+    request = GetAvailableWorlds.Request()
+    worlds = bench.call(GetAvailableWorlds, "/get_available_worlds", request).worlds
+    names = {Path(world.world_resource.uri).name for world in worlds}
+    assert {"mine.world", "empty.world", "arjuna_room.world", "arjuna_room.yaml"} <= names
+    for world in worlds:
+        assert _load(bench, world.world_resource.uri).result.result == OK
+
+
+def test_features_name_what_is_served_and_nothing_else(bench: RosBench, sim: SimNode) -> None:
+    request = GetSimulatorFeatures.Request()
+    response = bench.call(GetSimulatorFeatures, "/get_simulator_features", request)
+    named = set(response.features.features)
+    assert {
+        SimulatorFeatures.SPAWNING,
+        SimulatorFeatures.DELETING,
+        SimulatorFeatures.SIMULATION_RESET_TIME,
+        SimulatorFeatures.STEP_SIMULATION_ACTION,
+        SimulatorFeatures.WORLD_LOADING,
+    } <= named
+    assert SimulatorFeatures.NAMED_POSES not in named
+    assert sorted(response.features.spawn_formats) == ["sdf", "urdf"]
+    services = dict(bench.node.get_service_names_and_types())
+    for name in ("spawn_entity", "delete_entity", "load_world", "get_entity_bounds"):
+        assert f"/{name}" in services
+    assert "/get_named_poses" not in services

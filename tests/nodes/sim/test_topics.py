@@ -63,9 +63,7 @@ def test_standard_topics_can_be_asked_for(bench: RosBench, tmp_path: Path) -> No
     assert odom[-1].header.frame_id == "odom"
 
 
-@pytest.mark.parametrize(
-    ("rate", "count"), [(10.0, 20), (30.0, 60), (7.0, 14), (40.0, 80), (50.0, 100)]
-)
+@pytest.mark.parametrize(("rate", "count"), [(30.0, 60), (7.0, 14), (50.0, 100)])
 def test_lidar_rate_is_exact_in_sim_time(
     bench: RosBench, tmp_path: Path, rate: float, count: int
 ) -> None:
@@ -79,7 +77,7 @@ def test_lidar_rate_is_exact_in_sim_time(
     assert max(late) < 0.02 - 1e-6
 
 
-@pytest.mark.parametrize("rate", [10.0, 25.0, 50.0])
+@pytest.mark.parametrize("rate", [10.0, 25.0])
 def test_odometry_rate_of_the_file_is_exact(bench: RosBench, tmp_path: Path, rate: float) -> None:
     edit = ("<updateRate>50", f"<updateRate>{rate:g}")
     sim = start_sim(bench, robot=_robot(tmp_path, edit))
@@ -127,10 +125,8 @@ def test_topic_that_no_topic_can_be_is_refused(bench: RosBench, tmp_path: Path) 
     assert again.trigger_configure() == TransitionCallbackReturn.SUCCESS
 
 
-@pytest.mark.parametrize("rate", [100.0, 200.0, 250.0])
-def test_imu_faster_than_the_tick_reads_between_ticks(
-    bench: RosBench, tmp_path: Path, rate: float
-) -> None:
+@pytest.mark.parametrize("rate", [100.0, 250.0])
+def test_a_fast_imu_reads_between_ticks(bench: RosBench, tmp_path: Path, rate: float) -> None:
     edit = ("<update_rate>50", f"<update_rate>{rate:g}")
     sim = start_sim(bench, robot=_robot(tmp_path, edit))
     imu = bench.collect(Imu, "/imu/data", qos.TF)
@@ -180,9 +176,7 @@ def test_only_topics_of_sensors_that_are_there_are_advertised(
         assert names.isdisjoint(_SENSORS[kind])
 
 
-def test_a_thing_without_wheels_or_truth_has_no_topics_of_them(
-    bench: RosBench, tmp_path: Path
-) -> None:
+def test_a_thing_without_wheels_has_no_topics_of_them(bench: RosBench, tmp_path: Path) -> None:
     path = tmp_path / "box.urdf"
     path.write_text(
         "<robot name='box'><link name='base'><inertial><mass value='1'/><inertia ixx='.1' iyy='.1'"
@@ -195,9 +189,7 @@ def test_a_thing_without_wheels_or_truth_has_no_topics_of_them(
     assert names.isdisjoint({"/odom", "/scan", "/imu/data", "/ground_truth/odom"})
 
 
-def test_a_command_that_is_cut_is_said_once(
-    bench: RosBench, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_cut_command_is_reported_once(bench: RosBench, capfd: pytest.CaptureFixture[str]) -> None:
     sim = start_sim(bench)
     for speed in (5.0, 6.0, 0.5, 7.0):
         command = Twist()

@@ -111,7 +111,7 @@ def test_the_service_sets_the_pose_too(room: Room) -> None:
     assert room.error[0] < 0.06
 
 
-def test_a_robot_that_is_lost_and_searched_elsewhere_has_no_pose_until_found(
+def test_a_robot_lost_elsewhere_has_no_pose_until_it_is_found(
     room: Room,
 ) -> None:
     node = started(room)
@@ -259,9 +259,7 @@ def test_on_a_newer_map_of_the_same_building_the_pose_is_kept(room: Room) -> Non
     assert room.error < (0.2, 0.1)
 
 
-def test_a_bad_map_as_the_first_is_refused_and_a_good_one_then_used(
-    room: Room, logged: Logged
-) -> None:
+def test_a_bad_first_map_is_refused_and_a_good_one_used(room: Room, logged: Logged) -> None:
     started(room, with_map=False)
     room.bench.publish(OccupancyGridMsg, "map", map_message(1, 1, 0), qos.LATCHED)
     room.drive(3)
@@ -296,9 +294,7 @@ def test_odometry_that_is_no_pose_leaves_the_filter_as_it_was(room: Room) -> Non
     assert room.error[0] < 0.06
 
 
-def test_a_configured_pose_off_the_map_is_refused_and_the_map_searched(
-    room: Room, logged: Logged
-) -> None:
+def test_a_start_off_the_map_leads_to_a_search(room: Room, logged: Logged) -> None:
     started(room, set_initial_pose=True, initial_pose={"x": 90.0, "y": 0.0, "yaw": 0.0})
     assert "lies outside the map" in logged.errors[0]
     room.drive(2)
@@ -397,7 +393,7 @@ def test_the_search_at_the_start_is_as_configured(room: Room, mode: str) -> None
     assert (room.error[0] < 0.06) == (mode == "always")
 
 
-def test_the_pose_is_saved_at_its_rate_and_a_later_start_goes_on_from_there(room: Room) -> None:
+def test_the_pose_is_saved_at_its_rate_and_a_later_start_resumes_there(room: Room) -> None:
     node = started(room, save_pose_rate=2.0, set_initial_pose=False)
     room.drive(12)
     saved = node.config.initial_pose

@@ -51,45 +51,34 @@ def assert_same(message: Any, grid: OccupancyGrid) -> None:
     assert received.frame.resolution == grid.frame.resolution
 
 
-def test_a_late_subscriber_gets_the_map(bench: RosBench, server: Any) -> None:
+def test_a_late_subscriber_and_the_service_get_the_map(bench: RosBench, server: Any) -> None:
     (message,) = bench.latched(OccupancyGridMsg, "map")
     assert message.header.frame_id == "map"
     assert_same(message, GRID)
-
-
-def test_the_map_service_answers_with_the_map(bench: RosBench, server: Any) -> None:
     assert_same(bench.call(GetMap, "map_server/map", GetMap.Request()).map, GRID)
 
 
-@pytest.mark.parametrize(
-    "url", ["second.yaml", "file://{folder}/second.yaml", "{folder}/second.yaml"]
-)
-def test_load_map_replaces_the_map(bench: RosBench, server: Any, tmp_path: Path, url: str) -> None:
-    save_map(OTHER, tmp_path / "second")
-    received = bench.latched(OccupancyGridMsg, "map")
-    response = load(bench, url.format(folder=tmp_path))
-    assert response.result == LoadMap.Response.RESULT_SUCCESS
-    assert_same(response.map, OTHER)
-    assert_same(received[-1], OTHER)
-
-
-@pytest.mark.parametrize(
-    ("url", "result"),
-    [
+def test_load_map_refuses_or_replaces_the_map(bench: RosBench, server: Any, tmp_path: Path) -> None:
+    (tmp_path / "broken.yaml").write_text("image: 3\n")
+    for url, result in (
         ("none.yaml", LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST),
         ("broken.yaml", LoadMap.Response.RESULT_INVALID_MAP_METADATA),
         ("../outside.yaml", LoadMap.Response.RESULT_UNDEFINED_FAILURE),
         ("/etc/passwd", LoadMap.Response.RESULT_UNDEFINED_FAILURE),
         ("package://maps/first.yaml", LoadMap.Response.RESULT_UNDEFINED_FAILURE),
         ("", LoadMap.Response.RESULT_UNDEFINED_FAILURE),
-    ],
-)
-def test_load_map_refuses_with_its_code_and_keeps_the_map(
-    bench: RosBench, server: Any, tmp_path: Path, url: str, result: int
-) -> None:
-    (tmp_path / "broken.yaml").write_text("image: 3\n")
-    assert load(bench, url).result == result
-    assert_same(bench.call(GetMap, "map_server/map", GetMap.Request()).map, GRID)
+    ):
+        assert load(bench, url).result == result
+        assert_same(bench.call(GetMap, "map_server/map", GetMap.Request()).map, GRID)
+    save_map(OTHER, tmp_path / "second")
+    received = bench.latched(OccupancyGridMsg, "map")
+    second = f"{tmp_path}/second.yaml"
+    for url, grid in (("second.yaml", OTHER), ("first.yaml", GRID), (f"file://{second}", OTHER)):
+        response = load(bench, url)
+        assert response.result == LoadMap.Response.RESULT_SUCCESS
+        assert_same(response.map, grid)
+        assert_same(received[-1], grid)
+    assert load(bench, second).result == LoadMap.Response.RESULT_SUCCESS
 
 
 def test_without_a_map_it_waits_for_load_map(bench: RosBench, tmp_path: Path) -> None:
@@ -132,44 +121,25 @@ def test_save_map_writes_what_was_on_the_topic(bench: RosBench, tmp_path: Path) 
     assert (tmp_path / "other.pgm").exists()
 
 
-@pytest.mark.parametrize(
-    "request_",
-    [
+def test_save_map_refuses_and_writes_nothing(bench: RosBench, tmp_path: Path) -> None:
+    folder = tmp_path / "maps"
+    activated(bench, MapSaverNode, maps_folder=str(folder))
+    assert not save(bench, map_url="room")  # no map has come
+    bench.publish(OccupancyGridMsg, "map", grid_msg(GRID, "map", 0.0), qos.LATCHED)
+    refused: list[dict[str, Any]] = [
         {"map_url": "../room"},
         {"map_url": "/tmp/elsewhere"},
         {"map_url": "room", "image_format": "bmp"},
         {"map_url": "room", "map_mode": "grey"},
         {"map_url": "room", "free_thresh": 0.9, "occupied_thresh": 0.3},
-        {"map_url": "room", "map_topic": "other_map"},
-    ],
-)
-def test_save_map_refuses_and_writes_nothing(
-    bench: RosBench, tmp_path: Path, request_: dict[str, Any]
-) -> None:
-    folder = tmp_path / "maps"
-    activated(bench, MapSaverNode, maps_folder=str(folder))
-    bench.publish(OccupancyGridMsg, "map", grid_msg(GRID, "map", 0.0), qos.LATCHED)
-    assert not save(bench, **request_)
-    assert not folder.exists()
-
-
-def test_save_map_without_a_map_answers_no(bench: RosBench, tmp_path: Path) -> None:
-    activated(bench, MapSaverNode, maps_folder=str(tmp_path))
-    assert not save(bench, map_url="room")
-
-
-@pytest.mark.parametrize("topic", ["parameter_events", "no topic//"])
-def test_a_topic_of_something_else_is_refused(bench: RosBench, tmp_path: Path, topic: str) -> None:
-    activated(bench, MapSaverNode, maps_folder=str(tmp_path))
-    assert not save(bench, map_url="room", map_topic=topic)
+        *({"map_url": "room", "map_topic": t} for t in ("other_map", "parameter_events", "no//")),
+    ]
+    for request in refused:
+        assert not save(bench, **request), request
     assert not bench.process.guard.tallies
-
-
-@pytest.mark.parametrize("topic", ["map", "/map", ""])
-def test_the_map_can_be_named_with_its_slash(bench: RosBench, tmp_path: Path, topic: str) -> None:
-    activated(bench, MapSaverNode, maps_folder=str(tmp_path))
-    bench.publish(OccupancyGridMsg, "map", grid_msg(GRID, "map", 0.0), qos.LATCHED)
-    assert save(bench, map_url="room", map_topic=topic)
+    assert not folder.exists()
+    for topic in ("map", "/map", ""):
+        assert save(bench, map_url="room", map_topic=topic)
 
 
 @pytest.mark.parametrize(("timeout", "saved"), [(0.3, False), (1.0, True)])
@@ -188,9 +158,7 @@ def test_a_map_is_waited_for_up_to_the_timeout(
 
 
 @pytest.mark.parametrize("how", ["deactivate", "set_back"])
-def test_who_waits_for_a_map_is_answered_in_any_case(
-    bench: RosBench, tmp_path: Path, how: str
-) -> None:
+def test_waiting_clients_are_always_answered(bench: RosBench, tmp_path: Path, how: str) -> None:
     saver = activated(bench, MapSaverNode, maps_folder=str(tmp_path))
     bench.advance(0.5)
     future = asked_to_save(bench, map_url="late")

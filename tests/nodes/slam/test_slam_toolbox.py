@@ -111,13 +111,6 @@ def test_mapping_stops_for_localization_and_continues(robot: Robot) -> None:
     assert robot.error() < 0.03
 
 
-def test_a_robot_that_stands_still_does_not_publish_the_map_again(robot: Robot) -> None:
-    started(robot, map_update_interval=1.0)
-    robot.drive(1)
-    robot.bench.advance(5.0)
-    assert len(robot.maps) == 1
-
-
 def test_a_map_is_saved_inside_the_open_folders_only(robot: Robot, tmp_path: Path) -> None:
     started(robot, maps_folder=str(tmp_path))
     no_map = SaveMap.Response.RESULT_NO_MAP_RECEIEVD
@@ -140,7 +133,7 @@ def test_dynamic_map_is_the_map(robot: Robot) -> None:
     assert 100 in message.data
 
 
-def test_paused_it_takes_no_scan_in_and_goes_on_after(robot: Robot) -> None:
+def test_paused_it_takes_no_scan_and_resumes_after(robot: Robot) -> None:
     node = started(robot)
     robot.drive(5)
     assert robot.call(Pause, "pause_new_measurements").status
@@ -230,7 +223,7 @@ def drive_on(robot: Robot, later: Robot, count: int = 10) -> None:
     later.drive(count)
 
 
-def test_the_next_process_goes_on_with_map_and_pose(
+def test_the_next_process_resumes_map_and_pose(
     robot: Robot, killed: SlamToolboxNode, file: Path, next_process: Robot
 ) -> None:
     again = started(next_process, resume_file=str(file))
@@ -283,7 +276,7 @@ def test_a_clock_that_was_set_back_meanwhile_begins_a_new_map(
 
 
 @pytest.mark.parametrize("how", ["reset", "deactivated", "another map"])
-def test_what_is_given_up_is_not_gone_on_with(
+def test_a_map_that_was_given_up_is_not_resumed(
     robot: Robot, killed: SlamToolboxNode, file: Path, how: str
 ) -> None:
     assert file.is_file()

@@ -1,4 +1,4 @@
-"""Claims: graphs are saved, loaded and gone on from as slam_toolbox's services have it."""
+"""Graphs are saved, loaded and resumed as by slam_toolbox's services."""
 
 from __future__ import annotations
 
@@ -68,9 +68,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("name", ["{home}/maps/room", "~/room", "../room", "room", "a.b/room"])
-def test_maps_and_graphs_go_to_any_path_of_the_home_and_come_back(
-    robot: Robot, home: Path, name: str
-) -> None:
+def test_maps_and_graphs_go_to_any_path_of_the_home(robot: Robot, home: Path, name: str) -> None:
     node = started(robot)
     robot.drive(20)
     name = name.format(home=home)
@@ -150,9 +148,7 @@ def test_each_match_type_finds_the_robot(
     assert 100 in robot.call(GetMap, "dynamic_map").map.data
 
 
-def test_as_slam_toolbox_a_start_is_to_be_given(
-    robot: Robot, saved: SlamToolboxNode, tmp_path: Path
-) -> None:
+def test_slam_toolbox_needs_a_start(robot: Robot, saved: SlamToolboxNode, tmp_path: Path) -> None:
     saved.trigger_deactivate()
     saved.trigger_cleanup()
     again(robot, 20)
@@ -162,9 +158,7 @@ def test_as_slam_toolbox_a_start_is_to_be_given(
     assert node.slam is before
 
 
-def test_localization_shows_what_it_sees_until_the_buffer_is_cleared(
-    robot: Robot, saved: SlamToolboxNode, tmp_path: Path
-) -> None:
+def test_localization_buffers_clear(robot: Robot, saved: SlamToolboxNode, tmp_path: Path) -> None:
     saved.trigger_deactivate()
     saved.trigger_cleanup()
     again(robot, 0)
@@ -198,9 +192,7 @@ def test_a_graph_that_cannot_be_loaded_changes_nothing(
     assert robot.error() < 0.03
 
 
-def test_parameters_name_a_graph_to_localize_on(
-    robot: Robot, saved: SlamToolboxNode, tmp_path: Path
-) -> None:
+def test_a_graph_may_be_a_parameter(robot: Robot, saved: SlamToolboxNode, tmp_path: Path) -> None:
     saved.trigger_deactivate()
     saved.trigger_cleanup()
     again(robot, 20)
@@ -227,9 +219,7 @@ def test_parameters_name_a_graph_to_localize_on(
     assert same.read_bytes() == first.read_bytes()
 
 
-def test_a_named_graph_that_is_missing_or_a_pose_that_is_none_refuses_to_configure(
-    robot: Robot, saved: SlamToolboxNode, tmp_path: Path
-) -> None:
+def test_missing_graphs_are_refused(robot: Robot, saved: SlamToolboxNode, tmp_path: Path) -> None:
     for values in (
         {"map_file_name": "none"},
         {"map_file_name": "room", "map_start_pose": (1.0, 2.0)},

@@ -34,9 +34,7 @@ FOREIGN = Path(__file__).resolve().parents[2] / "foreign" / "slam_toolbox"
 STOCK = FOREIGN / "mapper_params_online_async.yaml"
 
 
-def test_a_stock_file_is_accepted_says_what_has_no_effect_and_maps_well(
-    robot: Robot, logged: Logged
-) -> None:
+def test_a_stock_file_is_accepted_with_remarks_and_maps(robot: Robot, logged: Logged) -> None:
     read = merged_sources([STOCK])
     node = started(robot, **for_node(read.parameters, "slam_toolbox"))
     robot.drive(len(LOG) - 1)
@@ -119,9 +117,7 @@ def test_every_third_scan_or_none_too_soon_if_so_asked(robot: Robot) -> None:
 
 
 @pytest.mark.parametrize(("synchronous", "used"), [(True, 8), (False, 1)])
-def test_scans_that_waited_are_all_used_or_only_the_newest(
-    robot: Robot, synchronous: bool, used: int
-) -> None:
+def test_waiting_scans_are_used_or_dropped(robot: Robot, synchronous: bool, used: int) -> None:
     node = started(robot, synchronous=synchronous)
     robot.drive(3)
     late = []
@@ -159,15 +155,13 @@ def _spoilt(message: Any, **fields: Any) -> Any:
 
 
 @pytest.mark.parametrize("value", [math.nan, 0.0])
-def test_scans_without_a_reading_are_counted_warned_about_once_and_move_nothing(
-    robot: Robot, logged: Logged, value: float
-) -> None:
+def test_scans_without_a_reading_move_nothing(robot: Robot, logged: Logged, value: float) -> None:
     node = started(robot)
     send_spoilt(robot, ranges=[value] * 360)
     assert node.slam.scans.counts[Skip.EMPTY] == node.slam.scans.skipped == 20
     assert len(logged.warnings) == 1
     assert Skip.EMPTY.value in logged.warnings[0]
-    assert_goes_on(robot)
+    assert_continues(robot)
 
 
 def test_where_nothing_is_in_range_odometry_carries_from_the_first_scan(robot: Robot) -> None:
@@ -199,7 +193,7 @@ def test_scans_that_cannot_be_are_refused_reported_once_and_move_nothing(
     assert (tally.kind, tally.count) == ("refused", 20)
     assert len(logged.warnings) == 1
     assert reason in logged.warnings[0]
-    assert_goes_on(robot)
+    assert_continues(robot)
 
 
 def send_spoilt(robot: Robot, **fields: Any) -> None:
@@ -211,15 +205,13 @@ def send_spoilt(robot: Robot, **fields: Any) -> None:
         robot.send(_spoilt(robot.scan(), **fields))
 
 
-def assert_goes_on(robot: Robot) -> None:
+def assert_continues(robot: Robot) -> None:
     assert len(robot.poses) == 5
     robot.drive(5)
     assert robot.error() < 0.03
 
 
-def test_scans_sent_twice_or_late_are_counted_and_move_nothing(
-    robot: Robot, logged: Logged
-) -> None:
+def test_scans_sent_twice_or_late_move_nothing(robot: Robot, logged: Logged) -> None:
     node = started(robot)
     robot.drive(10)
     for _ in range(10):
@@ -247,9 +239,7 @@ def test_beam_counts_may_change_from_scan_to_scan(robot: Robot) -> None:
     assert robot.error() < 0.03
 
 
-def test_scans_without_transforms_wait_then_are_dropped_and_it_goes_on(
-    robot: Robot, logged: Logged
-) -> None:
+def test_scans_without_transforms_wait_then_are_dropped(robot: Robot, logged: Logged) -> None:
     started(robot)
     robot.drive(5)
     for _ in range(15):

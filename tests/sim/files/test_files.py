@@ -182,9 +182,7 @@ def test_robot_without_wheels_loads_and_stands_still(tmp_path: Path) -> None:
         ("<size>10.2 0.2 1.0</size>", "", "<box> lacks <size>"),
     ],
 )
-def test_bad_piece_of_a_world_is_left_out_by_name(
-    tmp_path: Path, old: str, new: str, problem: str
-) -> None:
+def test_broken_pieces_are_left_out(tmp_path: Path, old: str, new: str, problem: str) -> None:
     whole = load_world(ROOM)
     world = load_world(edited(ROOM, tmp_path, old, new))
     assert 0 < len(whole.bodies) - len(world.bodies) <= 2
@@ -257,9 +255,7 @@ def sensor_with(tags: str) -> str:
         ("<?xml", "\n  <?xml", ""),
     ],
 )
-def test_a_small_fault_is_noted_and_the_robot_drives(
-    tmp_path: Path, old: str, new: str, note: str
-) -> None:
+def test_a_small_fault_is_noted(tmp_path: Path, old: str, new: str, note: str) -> None:
     path = edited(ROBOT, tmp_path, old, new)
     notes = texts(load_robot(path).notes)
     assert any(note in text for text in notes) or (not note and not notes)

@@ -68,9 +68,7 @@ def _joint(kind: str, extra: str = "", name: str = "tool") -> str:
         ("planar", "", False),
     ],
 )
-def test_all_joint_types_load_and_drive(
-    tmp_path: Path, kind: str, extra: str, moving: bool
-) -> None:
+def test_all_joint_types_load(tmp_path: Path, kind: str, extra: str, moving: bool) -> None:
     sim = simulator(robot=_robot(tmp_path, FOUR + _joint(kind, extra)))
     assert ("tool_joint" in sim.robot.model.moving_joints) == moving
     last = run(sim, 1.0, Velocity(0.3))
@@ -161,9 +159,7 @@ IMU = """<gazebo><plugin name="imu" filename="libhector_gazebo_ros_imu.so">
     ],
     ids=["ros1", "ros2", "namespace"],
 )
-def test_lidar_is_read_in_every_spelling(
-    tmp_path: Path, inside: str, topic: str, frame: str
-) -> None:
+def test_every_lidar_spelling_reads(tmp_path: Path, inside: str, topic: str, frame: str) -> None:
     lidar = _load(tmp_path, FOUR + LASER.format(inside)).settings.first(LidarSettings)
     assert lidar is not None
     assert (lidar.topic, lidar.frame, lidar.link) == (topic, frame, "base")
@@ -207,9 +203,7 @@ CONTROLLERS = """
 @pytest.mark.parametrize("nested", [True, False])
 @pytest.mark.parametrize("stamped", [True, False])
 @pytest.mark.parametrize("kind", ["gz_ros2_control-system", "libgazebo_ros2_control.so"])
-def test_drive_of_ros2_control_is_read_with_its_topics(
-    tmp_path: Path, kind: str, stamped: bool, nested: bool
-) -> None:
+def test_ros2_control_names_a_drive(tmp_path: Path, kind: str, stamped: bool, nested: bool) -> None:
     text = CONTROLLERS if nested else textwrap.dedent(CONTROLLERS.replace("/**:\n", ""))
     if not stamped:
         text = text.replace("publish_rate", "use_stamped_vel: false\n      publish_rate")

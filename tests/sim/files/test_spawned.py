@@ -101,9 +101,7 @@ def test_a_primitive_is_a_shape_on_the_ground(
         ("cylinder:1,inf", "needs 2 finite numbers"),
     ],
 )
-def test_a_primitive_has_as_many_sizes_as_it_needs_and_within_bounds(
-    uri: str, problem: str
-) -> None:
+def test_a_primitive_needs_its_sizes_within_bounds(uri: str, problem: str) -> None:
     if not problem:
         assert read(uri=uri).solid
         return

@@ -147,9 +147,7 @@ def occupied(*rows: str) -> NDArray[np.bool_]:
         ((".#.", "...", ".#."), [(0, 1, 1, 1), (2, 1, 1, 1)]),  # a gap ends a run
     ],
 )
-def test_equal_runs_above_each_other_are_one_box(
-    rows: tuple[str, ...], boxes: list[tuple[int, ...]]
-) -> None:
+def test_stacked_equal_runs_are_a_box(rows: tuple[str, ...], boxes: list[tuple[int, ...]]) -> None:
     assert list(map(tuple, rectangles(occupied(*rows)).tolist())) == boxes
 
 
@@ -184,9 +182,7 @@ def test_walls_stand_where_the_map_has_them_on_the_floor(tmp_path: Path) -> None
     assert len(world.bodies) > len(walls)  # the floor
 
 
-def test_a_map_of_too_many_walls_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_too_many_walls_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = saved(tmp_path, [[100, 0, 100, 0, 100]])
     monkeypatch.setattr(world_file, "_BOXES_MAX", 3)
     load_map_world(path)

@@ -88,7 +88,7 @@ def test_texts_are_there_and_no_longer_than_a_thousand_characters() -> None:
         XmlFile(Path("w.sdf"), "sdf", WorldError, named.format("n" * 1001).encode())
 
 
-def test_a_file_says_why_it_is_none() -> None:
+def test_an_error_says_why_a_file_is_invalid() -> None:
     with refused("has the root <sdf>; valid: <robot>"):
         file(tag="robot")
     with pytest.raises(WorldError, match=r"line 2.*is broken XML|is broken XML.*line 2"):

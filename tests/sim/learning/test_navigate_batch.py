@@ -101,9 +101,7 @@ def test_the_same_seed_brings_the_same_bytes() -> None:
     assert drive(5) == first
 
 
-def test_an_episode_of_a_lost_robot_is_cut_short(
-    envs: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_lost_robots_episode_is_cut_short(envs: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     from arjuna_sim.batch.batch import Batch
 
     envs.reset(seed=1, options={"start": STARTS, "goal": GOALS})

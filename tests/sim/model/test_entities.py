@@ -131,9 +131,7 @@ def test_corners_are_those_of_its_box_where_it_stands() -> None:
         (12.0, (1.0, 0.0, 0.0)),
     ],
 )
-def test_a_round_starts_again_after_its_delay(
-    elapsed: float, expected: tuple[float, float, float]
-) -> None:
+def test_a_round_restarts_delayed(elapsed: float, expected: tuple[float, float, float]) -> None:
     assert WALK.pose(elapsed).array() == pytest.approx(expected)
 
 

@@ -80,9 +80,7 @@ def test_actor_without_a_script_stands_at_its_pose(tmp_path: Path) -> None:
         ("1.0</delay_start>", "-1</delay_start>", "<delay_start> is -1.0"),
     ],
 )
-def test_actor_with_a_broken_script_is_left_out_by_name(
-    tmp_path: Path, old: str, new: str, problem: str
-) -> None:
+def test_broken_actors_are_left_out(tmp_path: Path, old: str, new: str, problem: str) -> None:
     script = WALK.format(loop="true").replace(old, new, 1)
     world = load_world(_read(tmp_path, script))
     assert world.actors == ()
@@ -112,8 +110,6 @@ def test_path_is_followed_at_its_speed_facing_ahead(speed: float) -> None:
         (SQUARE, math.inf, "speed is inf"),
     ],
 )
-def test_impossible_path_is_refused(
-    points: NDArray[np.float64], speed: float, problem: str
-) -> None:
+def test_bad_paths_are_refused(points: NDArray[np.float64], speed: float, problem: str) -> None:
     with pytest.raises(ConfigError, match=problem):
         Trajectory.along(points, speed)

@@ -79,9 +79,7 @@ def test_a_simple_shape_is_a_geom_of_half_its_edges(shape: Shape, size: tuple[fl
         (Group.ROBOT_VISUAL, 0, 0),
     ],
 )
-def test_robots_touch_the_world_and_neither_touches_itself(
-    group: Group, touches: int, is_touched: int
-) -> None:
+def test_robots_touch_the_world_not_themselves(group: Group, touches: int, is_touched: int) -> None:
     model = added(Part(Shape(Kind.SPHERE, (1.0,))), group=group)
     assert (model.geom_contype[0], model.geom_conaffinity[0]) == (touches, is_touched)
     assert model.geom_group[0] == group.value

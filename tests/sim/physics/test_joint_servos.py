@@ -1,4 +1,4 @@
-"""Motors of joints hold, follow and push with the strength that their file gives them."""
+"""Servos of joints."""
 
 from __future__ import annotations
 
@@ -17,8 +17,12 @@ from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.spawned import read_entity
 from arjuna_sim.inputs import named_world
+from arjuna_sim.model.robot import SOLO
+from arjuna_sim.physics.wheels.servo import ServoConfig, armature
 from arjuna_sim.simulation import Simulation, Start, solo
+from tests.sim import drive_cases as cases
 from tests.sim.arms import CONTROLLERS, JOINTS, write_arm
+from tests.sim.builders import simulator
 
 STRETCHED = (0.3, 1.5, 0.1)
 
@@ -112,3 +116,40 @@ def test_same_commands_move_it_alike(tmp_path: Path) -> None:
         ends.append(angles(sim, 100))
     assert ends[0] == ends[1]
     assert ends[0] == pytest.approx((0.8, -0.35, 0.4), abs=2e-3)
+
+
+def test_motors_are_as_strong_as_what_they_move_is_heavy(tmp_path: Path) -> None:
+    sim = simulator(robot=cases.car("gz").write(tmp_path))
+    model, robot, config = sim.stage.scene.model, sim.robot.model, ServoConfig()
+    drive, mass = robot.drive, robot.urdf.mass
+    share = mass * drive.radius**2 / len(drive.wheels)
+    for name in drive.wheels:
+        motor, joint = model.actuator(name), model.joint(name)
+        damping = (model.dof_M0[joint.dofadr[0]] + share) / config.response_time
+        stiffness = damping / config.integral_time
+        assert motor.gainprm[0] == pytest.approx(stiffness)
+        assert motor.biasprm[:3] == pytest.approx((0.0, -stiffness, -damping))
+        assert motor.forcerange == pytest.approx((-drive.torque, drive.torque))
+    assert len(drive.steering) == 2
+    for name in drive.steering:
+        motor, joint = model.actuator(name), model.joint(name)
+        moved = model.dof_M0[joint.dofadr[0]] + mass * drive.radius**2 / 2
+        stiffness = moved / 0.02**2  # it comes there in 0.02 s
+        assert motor.gainprm[0] == pytest.approx(stiffness)
+        critical = 2.0 * np.sqrt(stiffness * moved)
+        assert motor.biasprm[:3] == pytest.approx((0.0, -stiffness, -critical))
+    servos = sim.stage.scene.robots[SOLO].servos
+    assert servos.lead.tolist() == [config.integral_time] * len(drive.wheels)
+    assert servos.response_time == config.response_time
+    assert servos.reach == pytest.approx(
+        [drive.torque / model.actuator(name).gainprm[0] for name in drive.wheels]
+    )
+
+
+def test_a_rotor_is_so_heavy_that_a_step_does_not_throw_it_over(tmp_path: Path) -> None:
+    robot = simulator(robot=cases.car("gz").write(tmp_path)).robot.model
+    share = robot.urdf.mass * robot.drive.radius**2 / len(robot.drive.wheels)
+    config = ServoConfig(response_time=0.02)
+    assert armature(robot, config, 0.004) == pytest.approx(share * 0.004 / 0.04)
+    heavy = ServoConfig(armature=9.0)
+    assert armature(robot, heavy, 0.004) == 9.0

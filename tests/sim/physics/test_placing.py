@@ -1,4 +1,4 @@
-"""Robots are put on slopes and floors as these lie, clear of what stands there."""
+"""Where robots start."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ from numpy.typing import NDArray
 from arjuna_core.errors import WorldError
 from arjuna_core.se2 import SE2
 from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.sdf.solids import prism
 from arjuna_sim.model.geometry.shapes import Kind, Mesh, Part, Shape
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.model.world import Body, World
 from arjuna_sim.physics.placing import Placer
 from arjuna_sim.simulation import Simulation, solo
-from tests.sim.builders import run, simulator
+from tests.sim.builders import ROBOT, run, simulator
 from tests.sim.generated import Chassis, level, slope
+from tests.sim.start_cases import WORLDS, Ground, start_case
 
 
 def robot_on(world: World) -> Simulation:
@@ -111,9 +113,7 @@ def test_the_nearest_pose_is_free_at_any_heading(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("edge", "is_free"), [("5.2", True), ("7.6", False)])
-def test_it_is_looked_for_no_farther_than_three_metres(
-    tmp_path: Path, edge: str, is_free: bool
-) -> None:
+def test_it_is_searched_within_three_metres(tmp_path: Path, edge: str, is_free: bool) -> None:
     on = among(tmp_path, ("block", "0 0 0.5", f"{edge} 20 1"))
     if is_free:
         assert 2.6 < abs(on.nearest_free(SE2()).x) < 3.01
@@ -150,3 +150,35 @@ def test_of_two_floors_it_takes_the_lowest_where_it_fits(tmp_path: Path) -> None
     assert on.root_pose(SE2()).position[2] == pytest.approx(ride + 0.2, abs=1e-6)
     lower = on.root_pose(SE2(2.5, 0.0, math.pi / 2)).position[2]
     assert lower == pytest.approx(ride + 0.1, abs=1e-6)
+
+
+CHASSIS = (Chassis(), Chassis(axles=1), Chassis(mass=40.0, radius=0.1, axles=3))
+
+
+@pytest.mark.parametrize("number", range(0, WORLDS, 3))
+def test_it_starts_on_the_ground_near_what_was_asked(number: int) -> None:
+    case, rng = start_case(number), np.random.default_rng(number)
+    robot = CHASSIS[number % 4 - 1].robot() if number % 4 else load_robot(ROBOT)
+    flat = Simulation(solo(robot), level(), SimulatorConfig(), np.random.default_rng(0))
+    run(flat, 1.0)
+    for asked in case.asked(rng):
+        sim = Simulation(solo(robot, asked), case.world, SimulatorConfig(), rng)
+        spawn = sim.robot.spawn
+        assert case.clearance(asked.x, asked.y) < 0.6 or spawn == asked
+        assert (spawn != asked) is any("the robot starts at" in note for note in sim.notes)
+        assert math.hypot(spawn.x - asked.x, spawn.y - asked.y) <= 3.01
+        begun = sim.robot.truth()
+        run(sim, 1.0)
+        rests, slope = sim.robot.truth(), steepness(case.ground, spawn)
+        at = rests.pose
+        assert math.hypot(at.x - spawn.x, at.y - spawn.y) < 0.03
+        assert abs(rests.z - begun.z) < 0.03
+        height = case.ground(at.x, at.y) + flat.robot.truth().z
+        assert rests.z == pytest.approx(height, abs=0.03 + 0.02 * slope)
+        assert math.hypot(rests.roll, rests.pitch) < math.atan(slope) + 0.06
+
+
+def steepness(ground: Ground, at: SE2) -> float:
+    dx = ground(at.x + 0.1, at.y) - ground(at.x - 0.1, at.y)
+    dy = ground(at.x, at.y + 0.1) - ground(at.x, at.y - 0.1)
+    return math.hypot(dx, dy) / 0.2

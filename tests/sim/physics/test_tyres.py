@@ -73,9 +73,7 @@ def geom(model: Any, name: str) -> int:
 
 
 @pytest.mark.parametrize(("radius", "timestep"), [(0.1, 0.002), (0.02, 0.005), (0.2, 0.001)])
-def test_a_tyre_sinks_in_by_a_share_of_its_radius_or_by_what_falls_in_a_step(
-    radius: float, timestep: float
-) -> None:
+def test_a_tyre_sinks_in_by_its_radius_or_fall(radius: float, timestep: float) -> None:
     expected = max(radius / 125.0, 4.0 * 9.81 * timestep**2)
     assert sag_of(robot(radius=radius), timestep) == pytest.approx(expected)
 
@@ -174,9 +172,7 @@ def own(model: Any) -> list[int]:
 @pytest.mark.parametrize(
     ("rubs", "share"), [(0.01, 0.7), (0.03, 0.7), (0.1, 0.3), (1.5, 0.02), (0.0, 0.7)]
 )
-def test_a_caster_is_damped_more_the_less_it_rubs(
-    z: float, touches: bool, rubs: float, share: float
-) -> None:
+def test_a_sliding_caster_is_damped(z: float, touches: bool, rubs: float, share: float) -> None:
     model = compiled(one := robot(ball(z), friction={"base": rubs}))
     before = model.geom_solref.copy()
     tune_tyres(model, one, SAG)

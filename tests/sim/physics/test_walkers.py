@@ -63,9 +63,7 @@ def test_people_stand_and_walk_on_the_ground(number: int) -> None:
 
 @pytest.mark.parametrize("speed", [0.8, 1.2])
 @pytest.mark.parametrize(("turn", "beside"), [(0.0, 0.2), (60.0, 0.1), (135.0, 0.0), (180.0, 0.2)])
-def test_who_walks_into_a_robot_pushes_it_aside_and_does_not_overturn_it(
-    turn: float, beside: float, speed: float
-) -> None:
+def test_walkers_push_a_robot_aside(turn: float, beside: float, speed: float) -> None:
     sim = simulator(spawn=SE2(0.0, 0.0, math.radians(turn)))
     direction = Trajectory.along(np.array([[1.0, beside], [-2.0, beside]]), speed)
     sim.stage.spawn(Entity("walker", person(), trajectory=direction, spawned=True))
@@ -78,9 +76,7 @@ def test_who_walks_into_a_robot_pushes_it_aside_and_does_not_overturn_it(
 
 
 @pytest.mark.parametrize(("turn", "towards"), [(2.2, 60.0), (0.4, 90.0), (-2.0, 120.0)])
-def test_who_walks_at_a_wall_steps_over_the_robot_between_which_drives_away_after(
-    turn: float, towards: float
-) -> None:
+def test_a_walker_at_a_wall_steps_over_the_robot(turn: float, towards: float) -> None:
     sim = simulator(spawn=SE2(0.0, 0.0, turn))
     wall = (Part(Shape(Kind.BOX, (3.2, 0.2, 1.0)), Pose3((0.0, 0.0, 0.5))),)
     sim.stage.spawn(Entity("wall", wall, start=Pose3((0.8, 0.5, 0.0)), spawned=True))
@@ -97,7 +93,7 @@ def test_who_walks_at_a_wall_steps_over_the_robot_between_which_drives_away_afte
     assert max(moved) > 0.15
 
 
-def test_who_was_stopped_and_let_go_presses_as_before() -> None:
+def test_a_person_stopped_and_released_presses_as_before() -> None:
     sim = simulator()
     direction = Trajectory.along(np.array([[1.0, 0.0], [-4.0, 0.0]]), 1.2, loop=False)
     sim.stage.spawn(Entity("walker", person(), trajectory=direction, spawned=True))
@@ -205,7 +201,7 @@ def test_who_waited_two_seconds_presses_lightly_until_nothing_is_there() -> None
     assert (scales.model.geom_solref == scales.usual).all()
 
 
-def test_who_is_let_go_has_forgotten() -> None:
+def test_a_released_person_has_forgotten() -> None:
     scales = Scales(60.0)
     scales.settle()
     scales.until(True)

@@ -65,7 +65,7 @@ def tracked(seed: int, config: AmclConfig = DEFAULTS) -> Run:
         (motion, sensor, seed)
         for motion in MOTION_MODELS.types
         for sensor in SENSOR_MODELS
-        for seed in range(3)
+        for seed in range(2)
     ],
 )
 def test_tracking_error_is_below_3_cm(seed: int, motion: str, sensor: str) -> None:
@@ -83,10 +83,8 @@ def test_tracking_error_is_below_3_cm(seed: int, motion: str, sensor: str) -> No
 
 
 @pytest.mark.parametrize("mode", ["drive", "spin", "stand"])
-@pytest.mark.parametrize("seed", range(7))
-def test_a_kidnapped_robot_notices_and_is_right_again_within_ten_seconds(
-    seed: int, mode: str
-) -> None:
+@pytest.mark.parametrize("seed", range(5))
+def test_a_kidnapped_robot_is_right_again_within_ten_seconds(seed: int, mode: str) -> None:
     run = tracked(seed)
     run.robot.pose = random_pose(np.random.default_rng(seed + 500))
     noticed = right = None
@@ -239,9 +237,7 @@ def test_set_pose_spreads_the_particles_by_the_covariance() -> None:
         (SE2(), np.eye(2), r"finite \(3, 3\)"),
     ],
 )
-def test_a_bad_pose_is_refused_and_the_last_good_state_kept(
-    pose: SE2, covariance: np.ndarray, match: str
-) -> None:
+def test_a_bad_pose_keeps_the_last_state(pose: SE2, covariance: np.ndarray, match: str) -> None:
     run = tracked(5)
     before = run.filter.particles.copy()
     with pytest.raises(LocalizationError, match=match):

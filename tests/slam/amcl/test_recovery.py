@@ -138,9 +138,7 @@ def view(near: int = 0, far: int = 40) -> ScanView:
 @pytest.mark.parametrize(
     ("near", "far", "readings"), [(0, 40, 1), (7, 33, 1), (9, 31, 2), (30, 10, 2), (31, 9, 1)]
 )
-def test_beams_that_end_near_by_are_left_out_of_a_second_reading(
-    near: int, far: int, readings: int
-) -> None:
+def test_short_beams_are_left_out_of_a_second_reading(near: int, far: int, readings: int) -> None:
     scan = view(near, far)
     found = scan.readings
     assert len(found) == readings
@@ -277,7 +275,7 @@ def searching(
     return Recovery(CONFIG, scripted.matcher(patch)), looked
 
 
-def test_poses_that_fit_about_as_well_share_the_evidence(
+def test_poses_of_equal_fit_share_the_evidence(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Each beam of 40 that more agree makes a pose e times as likely."""
@@ -318,7 +316,7 @@ def test_another_pose_must_fit_better_than_the_present_one(
     assert not never.due(0.1, 50.0)
 
 
-def test_a_search_that_is_wanted_takes_the_best_whatever_it_is(
+def test_a_wanted_search_takes_the_best(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     searched, _ = searching(monkeypatch, {0.0: 0.99, 5.0: 0.2}, 5.0)
@@ -392,9 +390,7 @@ def test_another_pose_is_not_taken_for_the_robots_though_people_stand_about(shar
 
 
 @pytest.mark.parametrize(("length", "weight"), [(3.5, 0.5), (0.3, 0.05)])
-def test_beams_that_end_early_count_half_from_afar_and_next_to_nothing_near_by(
-    length: float, weight: float
-) -> None:
+def test_short_beams_count_half_from_afar(length: float, weight: float) -> None:
     scan = scan_at(SE2(), 0.0, np.random.default_rng(0))
     early = (np.arange(360) < 180) & (scan.ranges > 4.0)
     ranges, share = np.where(early, length, scan.ranges), float(early.mean())

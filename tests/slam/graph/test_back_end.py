@@ -96,9 +96,7 @@ def test_a_closure_that_is_far_off_is_not_kept_waiting(off: SE2, urgent: bool) -
 
 
 @pytest.mark.parametrize(("count", "waits"), [(60, 23), (100, 24), (101, 25)])
-def test_closures_that_agree_wait_for_others_in_proportion_to_the_map(
-    scripted: Scripted, count: int, waits: int
-) -> None:
+def test_agreeing_closures_wait_for_others(scripted: Scripted, count: int, waits: int) -> None:
     """20 keyframes, and 4 % of all; with no closure, for ever."""
     scripted.by = (0.0, 0.0, 0.0)
     work = BackEnd(BackEndConfig(), straight(count))
@@ -164,7 +162,7 @@ def test_the_kernel_is_as_wide_as_what_it_must_believe_and_tightens(
     assert scripted.scales[-1] == 3.0
 
 
-def test_the_graph_moves_once_at_the_end_with_newer_nodes_beside_the_last(
+def test_the_graph_moves_once_with_newer_nodes_beside_the_last(
     scripted: Scripted,
 ) -> None:
     scripted.ends = [UNFINISHED, UNFINISHED]

@@ -158,9 +158,7 @@ def search(xy: float, theta: float = 0.3) -> Search:
 
 @pytest.mark.parametrize(("xy", "reaches"), [(0.75, False), (0.85, True)])
 @pytest.mark.parametrize("off", [(0.3, 0.0), (-0.3, 0.0), (0.0, 0.3), (0.0, -0.3)])
-def test_another_pose_may_lie_where_the_window_reaches_beside_the_best(
-    xy: float, reaches: bool, off: tuple[float, float]
-) -> None:
+def test_other_poses_lie_near_the_best(xy: float, reaches: bool, off: tuple[float, float]) -> None:
     assert search(xy).reaches_beside(PRIOR) is reaches
     best = SE2(PRIOR.x + off[0], PRIOR.y + off[1], PRIOR.theta)
     assert search(xy - 0.3).reaches_beside(best) is reaches
@@ -171,9 +169,7 @@ def test_another_pose_may_lie_where_the_window_reaches_beside_the_best(
     ("xy", "theta", "count"),
     [(0.2, 0.05, 1), (1.0, 0.3, 1), (2.0, 0.5, 2), (3.0, 0.39, 3), (10.0, 0.295, 10)],
 )
-def test_pieces_cover_the_window_once_from_the_middle_outwards(
-    xy: float, theta: float, count: int
-) -> None:
+def test_pieces_cover_the_window_from_the_middle(xy: float, theta: float, count: int) -> None:
     pieces = search(xy, theta).pieces(0.05)
     assert len(pieces) == count
     assert all((middle.x, middle.y) == (PRIOR.x, PRIOR.y) for middle, _ in pieces)
@@ -199,7 +195,5 @@ def test_pieces_cover_the_window_once_from_the_middle_outwards(
         (9, 0.05, 5),
     ],
 )
-def test_blocks_of_a_search_are_up_to_32_cells_and_no_wider_than_the_window(
-    xy: float, resolution: float, depth: int
-) -> None:
+def test_blocks_of_a_search_fit_the_window(xy: float, resolution: float, depth: int) -> None:
     assert {window.depth for _, window in search(xy).pieces(resolution)} == {depth}

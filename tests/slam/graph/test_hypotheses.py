@@ -214,9 +214,7 @@ def along(deviation: float) -> Floats:
         (2.4, 0.81, True),
     ],
 )
-def test_a_correction_that_others_do_not_see_is_believed_if_small_or_hardly_claimed(
-    gap: float, deviation: float, alone: bool
-) -> None:
+def test_small_unseen_corrections_are_believed(gap: float, deviation: float, alone: bool) -> None:
     graph = laps()
     door = corrects(graph, 4, gap, along(deviation))
     walls = [corrects(graph, node, 0.0, WALL) for node in (0, 8, 12)]
@@ -244,9 +242,7 @@ def turned(degrees: float) -> Floats:
         (0.8, 136.0, True),
     ],
 )
-def test_a_correction_is_supported_by_what_sees_it_and_moves_as_far(
-    gap: float, degrees: float, supports: bool
-) -> None:
+def test_corrections_need_their_keyframes(gap: float, degrees: float, supports: bool) -> None:
     graph = laps()
     heading = graph.pose(4).theta
 
@@ -287,9 +283,7 @@ def test_what_overlaps_counts_once(
     ("weight", "step", "count"),
     [(1.0, 0, 2), (1.1, 0, 0), (1.1, 1, 0), (1.1, -1, 0), (9.0, 2, 2), (9.0, -2, 2)],
 )
-def test_a_set_must_outweigh_another_of_the_same_submaps(
-    weight: float, step: int, count: int
-) -> None:
+def test_a_set_must_outweigh_its_rival(weight: float, step: int, count: int) -> None:
     graph = laps()
     rival = replace(closure(6, SE2(5.0)), query=30 + step, past=50, weight=weight, enough=99.0)
     pair = [replace(closure(4 + 4 * k), query=30, past=10 * k) for k in range(2)]
@@ -321,9 +315,7 @@ def test_doors_alone_do_not_outweigh_wide_nodes(wide: bool, rival_wide: bool, co
     ("gap", "enough", "alone"),
     [(1.4, 2.0, True), (1.49, 2.0, True), (1.51, 2.0, False), (0.5, 2.1, False)],
 )
-def test_a_wide_closure_near_where_the_graph_has_it_counts_twice(
-    gap: float, enough: float, alone: bool
-) -> None:
+def test_a_close_wide_closure_counts_twice(gap: float, enough: float, alone: bool) -> None:
     graph = laps()
     wide = closure(4, off_by(graph, 4, gap), wide=True, enough=enough)
     assert believed(graph, wide) == ([wide] if alone else [])

@@ -84,9 +84,7 @@ def test_the_last_keyframe_is_matched_with_the_submap_of_the_first() -> None:
         (Scripted(SE2(-2.0, 0.0, 0.0)), False),  # where the graph does not leave it open
     ],
 )
-def test_a_small_correction_is_believed_of_one_good_match(
-    matcher: Scripted, is_believed: bool
-) -> None:
+def test_a_small_correction_needs_one_good_match(matcher: Scripted, is_believed: bool) -> None:
     assert len(closed(matcher)) == is_believed
     assert len(matcher.asked) == 1
 
@@ -98,9 +96,7 @@ OFF = SE2(0.3, 0.0, 0.0)
     ("second", "is_believed"),
     [(OFF, True), (SE2(0.33, 0.0, 0.0), True), (SE2(-0.3, 0.0, 0.0), False), (SE2(0.7), False)],
 )
-def test_a_large_correction_needs_another_keyframe_that_agrees(
-    second: SE2, is_believed: bool
-) -> None:
+def test_a_large_correction_needs_another_keyframe(second: SE2, is_believed: bool) -> None:
     graph, submaps = square(0.04)
     matcher = Scripted(OFF)
     work = closer(matcher, LAST - 1, loop_scan_window=2.0)
@@ -161,9 +157,7 @@ def test_of_submaps_near_a_keyframe_put_by_hand_the_best_is_taken(
 
 @pytest.mark.parametrize("angle", [0.0, 0.7, -1.2])
 @pytest.mark.parametrize(("along", "claimed"), [(0.02, 0.02), (0.04, 0.1), (0.1, 1.5625)])
-def test_what_is_hardly_seen_is_doubted_along_its_direction_alone(
-    angle: float, along: float, claimed: float
-) -> None:
+def test_weak_directions_are_doubted_alone(angle: float, along: float, claimed: float) -> None:
     """Below a tenth of the information across, by as much again: 0.1 wide^1.5 / narrow."""
     turn = SE2(0.0, 0.0, angle).matrix()
     covariance = turn @ np.diag([along**2, 0.008**2, 0.004**2]) @ turn.T
@@ -173,9 +167,7 @@ def test_what_is_hardly_seen_is_doubted_along_its_direction_alone(
 
 
 @pytest.mark.parametrize(("heading", "known"), [(0.0, True), (0.1, False)])
-def test_a_closure_with_a_torn_submap_knows_it_as_badly_as_the_tear(
-    heading: float, known: bool
-) -> None:
+def test_a_closure_with_a_torn_submap_is_as_uncertain(heading: float, known: bool) -> None:
     """Two keyframes 2 m apart in a corner, and a gap before the second."""
     submap, gap = Submap(SlamConfig().field()), np.diag([0.2**2, 0.2**2, heading**2])
     for node, x in enumerate((2.0, 4.0)):
@@ -266,9 +258,7 @@ def found(window: Search, off: float, *, sure: bool = True, area: float = 20.0) 
     ("off", "moved", "again"),
     [(0.45, 1.5, False), (0.55, 0.45, False), (0.55, 0.55, True), (0.55, 1.5, True)],
 )
-def test_a_graph_that_was_bent_is_searched_where_it_was_not(
-    off: float, moved: float, again: bool, work: Work
-) -> None:
+def test_bent_graphs_are_searched_widely(off: float, moved: float, again: bool, work: Work) -> None:
     """Bent by 0.5 m; moved by as much as half of what the window reached."""
     graph, submaps = out_and_back()
 

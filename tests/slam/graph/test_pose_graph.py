@@ -1,15 +1,21 @@
-"""The graph as columns, and what may be added to it."""
+"""The pose graph, its files and rival closures."""
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from arjuna_core.arrays import Floats
+from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
+from arjuna_slam.graph.optimizer import optimize
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
+from arjuna_slam.graph.rivals import SeenField
+from arjuna_slam.matching.field import Field
+from tests.helpers.posegraph import read_graph
 
 
 def random_graph(seed: int, count: int = 12, loops: int = 6) -> PoseGraph:
@@ -77,3 +83,90 @@ def test_an_edge_joins_two_nodes_that_there_are(i: int, j: int) -> None:
         graph.add_edge(Edge(i, j, SE2(), np.eye(3), EdgeKind.LOOP))
     graph.add_edge(Edge(2, 0, SE2(), np.eye(3), EdgeKind.LOOP))
     assert len(graph.table) == len(graph.edges) == 3
+
+
+G2O = """\
+# a comment
+VERTEX_SE2 7 1 0 1.5707963267948966
+VERTEX_SE2 3 0 0 0
+EDGE_SE2 3 7 1 0 1.5707963267948966 4 1 0 9 0 25
+"""
+TORO = """\
+VERTEX2 3 0 0 0
+VERTEX2 7 1 0 1.5707963267948966
+EDGE2 3 7 1 0 1.5707963267948966 4 1 9 25 0 0
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "graph"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("text", [G2O, TORO])
+def test_both_formats_give_the_same_graph(tmp_path: Path, text: str) -> None:
+    poses, edges = read_graph(written(tmp_path, text))
+    assert poses[:, 0].tolist() == [0.0, 1.0]
+    assert (edges.i.tolist(), edges.j.tolist()) == ([0], [1])
+    assert edges.measured[0] == pytest.approx([1.0, 0.0, math.pi / 2])
+
+
+def test_information_is_in_the_axes_of_the_second_node(tmp_path: Path) -> None:
+    """The files measure the error in the frame that the measurement turns to."""
+    _, edges = read_graph(written(tmp_path, G2O))
+    expected = np.array([(9.0, -1.0, 0.0), (-1.0, 4.0, 0.0), (0.0, 0.0, 25.0)])
+    assert edges.information[0] == pytest.approx(expected)
+    moved = np.array([(0.0, 0.0, 0.0), (1.0, 0.5, math.pi / 2)])
+    assert optimize(moved, edges).trace[0] == pytest.approx(4.0 * 0.5**2)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("VERTEX_SE2 0 0 0\n", "line 1: 3 finite numbers are valid"),
+        ("VERTEX_SE2 0 0 0 nan\n", "line 1: 3 finite numbers are valid"),
+        ("VERTEX_SE2 0 0 0 0\n", "has no edges"),
+        ("VERTEX_SE2 0 0 0 0\nEDGE_SE2 0 9 1 0 0 1 0 0 1 0 1\n", r"nodes \[9\] have no vertex"),
+    ],
+)
+def test_a_broken_file_is_refused_with_its_line(tmp_path: Path, text: str, problem: str) -> None:
+    with pytest.raises(InputFileError, match=problem):
+        read_graph(written(tmp_path, text))
+
+
+def seen_field() -> SeenField:
+    """Return a field of a wall along y = 0 from x = 0 to 2 m; its left half has been seen."""
+    field = Field(0.1, 0.1)
+    points = np.column_stack((np.linspace(0.0, 2.0, 41), np.zeros(41)))
+    field.add(points, np.tile((0.0, 1.0), (41, 1)))
+    seen = np.zeros(field.score.shape, np.bool_)
+    seen[:, : seen.shape[1] // 2] = True
+    return SeenField(field, seen)
+
+
+def test_points_lie_on_seen_ground_where_its_cells_are() -> None:
+    ground = seen_field()
+    x, y = ground.field.origin
+    width = 0.1 * ground.seen.shape[1]
+    points = np.array([(x + 0.05, y + 0.05), (x + width - 0.05, y + 0.05), (x - 0.05, y + 0.05)])
+    assert ground.field.at(points, ground.seen).tolist() == [True, False, False]
+    assert not ground.field.at(
+        np.array([(x + 0.05, y - 0.05), (x + 0.05, y + 50.0)]), ground.seen
+    ).any()
+
+
+@pytest.mark.parametrize("reach", [0.0, 0.25, 1.0])
+def test_ground_that_was_not_seen_has_one_likelihood(reach: float) -> None:
+    ground = seen_field()
+    field = ground.neutral(0.5, reach)
+    border = int(np.ceil(reach / 0.1))
+    rows, columns = ground.seen.shape
+    assert field.score.shape == (rows + 2 * border, columns + 2 * border)
+    np.testing.assert_allclose(field.origin, ground.field.origin - 0.1 * border)
+    inner = field.score[border : border + rows, border : border + columns]
+    np.testing.assert_array_equal(inner[ground.seen], ground.field.score[ground.seen])
+    assert set(inner[~ground.seen].tolist()) == {127}
+    outside = np.ones(field.score.shape, np.bool_)
+    outside[border : border + rows, border : border + columns] = False
+    assert (field.score[outside] == 127).all()

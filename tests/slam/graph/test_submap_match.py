@@ -174,9 +174,7 @@ def same(walls: tuple[Wall, ...], scripted: Scripted, **how: float) -> SubmapMat
         (0.9, MatchStatus.NOT_CONVERGED, False),
     ],
 )
-def test_the_fine_match_must_confirm_the_coarse_one(
-    response: float, status: MatchStatus, is_one: bool
-) -> None:
+def test_the_fine_match_must_confirm(response: float, status: MatchStatus, is_one: bool) -> None:
     walls, scripted = submap((*SIDES, JAMB), IDENTITY), Scripted(known=covariance(0.0))
     scripted.response, scripted.status = response, status
     match = looked_for(walls, walls, scripted)
@@ -367,9 +365,7 @@ def test_a_dozen_of_a_submap_s_scans_are_asked(count: int, every: int) -> None:
 
 
 @pytest.mark.parametrize(("width", "sure"), [(1.0, True), (1.6, False)])
-def test_a_wall_longer_than_a_door_across_a_beam_makes_a_match_unsure(
-    width: float, sure: bool
-) -> None:
+def test_a_long_wall_across_a_beam_makes_a_match_unsure(width: float, sure: bool) -> None:
     open_ = ((0.0, 0.02, 16.0, 0.02), (0.0, 4.02, 16.0, 4.02), (15.52, 0.0, 15.52, 4.0))
     shut = (*open_, (9.52, 1.0, 9.52, 1.0 + width))
     view = SE2(5.0, 2.0, 0.0)

@@ -62,9 +62,7 @@ def test_words_may_be_apart_by_any_white_space_and_a_bare_kind_is_a_problem() ->
     ("range_max", "reach"), [("50.0", 49.99), ("0.0", 80.0), ("-1", 80.0), ("81.9", 80.0)]
 )
 @pytest.mark.parametrize("remissions", [0, 3])
-def test_a_robotlaser_line_says_its_longest_range(
-    range_max: str, reach: float, remissions: int
-) -> None:
+def test_a_robotlaser_line_has_its_range(range_max: str, reach: float, remissions: int) -> None:
     ranges = [1.0, reach - 0.001, reach + 0.001]
     ((scan, odometry),) = read_carmen([robotlaser(ranges, range_max, remissions)])
     assert scan.ranges.tolist() == [1.0, reach - 0.001, math.inf]
@@ -221,9 +219,7 @@ def test_the_same_messages_are_read_from_every_storage(name: str, tmp_path: Path
 
 
 @pytest.mark.parametrize("suffix", [".mcap", ".db3", ".bag"])
-def test_random_damage_raises_nothing_but_the_readers_own_error(
-    suffix: str, tmp_path: Path
-) -> None:
+def test_random_damage_raises_only_the_readers_error(suffix: str, tmp_path: Path) -> None:
     some = entries(odometry=True)[:60]
     path = {
         ".mcap": lambda: write(tmp_path / "a.mcap", some),

@@ -38,9 +38,7 @@ def mapper(count: int = 1) -> tuple[Mapper, Floats]:
         ((0.0, 0.0, math.tau - 0.004), False),
     ],
 )
-def test_a_pose_that_moved_half_a_cell_is_traced_again(
-    moved: tuple[float, float, float], is_traced: bool
-) -> None:
+def test_moved_poses_are_traced_again(moved: tuple[float, float, float], is_traced: bool) -> None:
     drawn, poses = mapper()
     assert not drawn.behind(poses)
     assert drawn.behind(poses + np.array(moved)) is is_traced
@@ -67,9 +65,7 @@ def test_a_new_scan_is_behind_and_each_needs_a_pose() -> None:
 
 
 @pytest.mark.parametrize(("clear", "known_beyond"), [(True, True), (False, False)])
-def test_beams_without_a_return_clear_cells_unless_they_are_left_out(
-    clear: bool, known_beyond: bool
-) -> None:
+def test_beams_without_a_return_may_clear_cells(clear: bool, known_beyond: bool) -> None:
     """A half circle of walls at 2 m, nothing behind; 4 m is read, but beyond the longest range."""
     ranges = np.where(np.arange(90) < 45, 2.0, np.inf)
     ranges[60] = 4.0

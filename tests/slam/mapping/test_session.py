@@ -66,9 +66,7 @@ def test_any_byte_that_changed_is_noticed(file: Path) -> None:
         (b"PK\x03\x04" + b"\0" * 100, "its checksum does not fit"),
     ],
 )
-def test_a_foreign_file_is_refused_with_the_reason(
-    tmp_path: Path, data: bytes, message: str
-) -> None:
+def test_a_foreign_file_is_refused_with_a_reason(tmp_path: Path, data: bytes, message: str) -> None:
     path = tmp_path / "other.posegraph"
     path.write_bytes(data)
     with pytest.raises(SessionFileError, match=message):
@@ -292,9 +290,7 @@ FAR = replace(made_up(1).scans[0], range_max=float("nan"))
         (Session((), np.zeros((0, 3)), np.zeros(0), (), ()), "poses.*no keyframe"),
     ],
 )
-def test_what_contradicts_itself_is_neither_written_nor_read(
-    wrong: Session, problem: str, tmp_path: Path
-) -> None:
+def test_contradictions_are_not_stored(wrong: Session, problem: str, tmp_path: Path) -> None:
     path = tmp_path / "a.posegraph"
     save_session(path, made_up(2))
     before = path.read_bytes()

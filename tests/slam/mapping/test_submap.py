@@ -138,9 +138,7 @@ def test_a_tear_before_the_first_keyframe_bends_nothing() -> None:
         ((0, 1, 2, 3, 4), [0, 1], 5),  # none before it: the first
     ],
 )
-def test_keyframes_that_were_forgotten_are_followed(
-    gone: tuple[int, ...], nodes: list[int], post: int
-) -> None:
+def test_lost_keyframes_are_followed(gone: tuple[int, ...], nodes: list[int], post: int) -> None:
     submap = Submap(Field(0.05, 0.05))
     for k in range(7):
         submap.insert(k, SEEN, SE2(float(k), 0.0, 0.0))

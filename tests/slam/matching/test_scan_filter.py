@@ -1,4 +1,4 @@
-"""From a scan to where it lies: which are used, how they are straightened, tracked or searched."""
+"""Scans that are filtered, and contradictions."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_slam.matching.contradiction import longest, seen_and_contradicted
 from arjuna_slam.matching.scan_filter import LastOdometry, ScanFilter, Skip, motion_within
 from arjuna_slam.matching.surface import Surface
+from tests.slam.slam_room import box, scan_at
 
 GOOD = Scan(np.full(30, 2.0), -1.0, 0.1, 0.1, 9.0, 5.0)
 NOTHING = Surface(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, np.bool_))
@@ -40,9 +43,7 @@ KNOWN = np.diag([0.01, 0.01, 0.001])
         (replace(GOOD, stamp=6.0, ranges=np.full(30, 0.0)), Skip.EMPTY),
     ],
 )
-def test_a_scan_that_cannot_be_used_is_counted_by_its_reason(
-    scan: Scan, reason: Skip | None
-) -> None:
+def test_an_unusable_scan_is_counted_by_its_reason(scan: Scan, reason: Skip | None) -> None:
     intake = ScanFilter(7.0)
     assert intake.last is None
     first = intake.take(GOOD)
@@ -68,9 +69,7 @@ def test_a_scan_that_cannot_be_used_is_counted_by_its_reason(
         (0.001, -0.2, 0.0),
     ],
 )
-def test_the_motion_within_a_scan_is_that_before_it_for_as_long(
-    increment: float, gap: float, share: float
-) -> None:
+def test_motion_within_a_scan_is_that_before(increment: float, gap: float, share: float) -> None:
     """Half of a motion is that which done twice is all of it."""
     scan = Scan(np.ones(101), 0.0, 0.01, 0.1, 9.0, 1.0, time_increment=increment)
     half = SE2(0.3, -0.1, 0.4)
@@ -89,3 +88,52 @@ def test_a_scan_taken_at_once_is_not_straightened() -> None:
     odometry.advance(GOOD.stamp, SE2())
     later = replace(GOOD, stamp=6.0)
     assert odometry.with_motion(later, SE2(1.0)) is later
+
+
+SHORT, LONG = box(0.0, 0.0, 6.0, 2.0), box(0.0, 0.0, 12.0, 2.0)
+END = np.array([(6.0, y) for y in np.linspace(0.2, 1.8, 17)])
+VIEWS = [SE2(1.0, 1.0, 0.3), SE2(3.0, 1.2, 2.0)]
+
+
+def counts(points: Floats, scans: list[tuple[Scan, SE2]]) -> tuple[int, int]:
+    """Return the numbers of points seen and contradicted."""
+    seen, against = seen_and_contradicted(points, scans, 20.0)
+    return int(seen.sum()), int(against.sum())
+
+
+def test_beams_go_through_an_end_that_is_not_there() -> None:
+    scans = [(scan_at(LONG, pose), pose) for pose in VIEWS]
+    assert counts(END, scans) == (17, 17)
+
+
+def test_an_end_that_is_there_is_seen() -> None:
+    scans = [(scan_at(SHORT, pose, clockwise=True), pose) for pose in VIEWS]
+    assert counts(END, scans) == (17, 0)
+
+
+def test_what_lies_behind_a_wall_says_nothing() -> None:
+    scans = [(scan_at(SHORT, pose), pose) for pose in VIEWS]
+    assert counts(END + np.array([3.0, 0.0]), scans) == (0, 0)
+
+
+def test_what_is_out_of_view_says_nothing() -> None:
+    scans = [
+        (scan_at(LONG, pose, field_of_view=math.pi), pose) for pose in (SE2(1.0, 1.0, math.pi),)
+    ]
+    assert counts(END, scans) == (0, 0)
+
+
+def test_the_longest_thing_is_one_without_gaps() -> None:
+    near = np.array([(0.0, y) for y in np.linspace(0.0, 0.6, 13)])
+    assert longest(np.concatenate((END, near))) == pytest.approx(1.6)
+    assert longest(np.concatenate((near, near + np.array([0.0, 1.0])))) == pytest.approx(0.6)
+    assert longest(np.zeros((0, 2))) == 0.0
+
+
+def test_one_beam_is_enough_and_seven_of_ten_must_speak_against() -> None:
+    true, false = (scan_at(SHORT, VIEWS[0]), VIEWS[0]), (scan_at(LONG, VIEWS[0]), VIEWS[0])
+    assert counts(END[:1], [false]) == (1, 1)
+    assert counts(END[:1], [true]) == (1, 0)
+    assert counts(END, [false] * 3 + [true]) == (17, 17)
+    assert counts(END, [false] * 2 + [true]) == (17, 0)
+    assert counts(END, []) == (0, 0)

@@ -70,9 +70,7 @@ def test_odometry_counts_by_its_last_ten_metres() -> None:
 
 @pytest.mark.parametrize("angle", [0.0, 0.8, math.pi / 2])
 @pytest.mark.parametrize(("worst", "judges"), [(0.0149, True), (0.0151, False)])
-def test_only_a_match_known_well_in_each_direction_judges(
-    angle: float, worst: float, judges: bool
-) -> None:
+def test_only_a_match_known_both_ways_judges(angle: float, worst: float, judges: bool) -> None:
     turn = SE2(0.0, 0.0, angle).matrix()
     covariance = turn @ np.diag([worst**2, 0.005**2, 0.003**2]) @ turn.T
     trust = Trust()

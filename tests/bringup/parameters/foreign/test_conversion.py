@@ -102,9 +102,7 @@ def test_a_nav2_file_keeps_only_what_is_used(name: str, tmp_path: Path) -> None:
     assert checked(tmp_path, ours.read_text()).notes == []
 
 
-def test_all_that_nobody_knows_is_named_at_once(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_all_unknown_names_come_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = written(tmp_path, "amcl: {kid_err: 0.1, max_particles: 800, laser_z_hti: 0.3}")
     assert cli.run(parse(["params", "convert", str(path)])) == 0  # it wrote what it knows
     written_lines = capsys.readouterr()

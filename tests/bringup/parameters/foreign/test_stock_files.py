@@ -44,9 +44,7 @@ def test_a_stock_file_loads_unchanged(name: str, tmp_path: Path) -> None:
     assert check_file(written(tmp_path, FILES[name])).problems == []
 
 
-def test_a_start_counts_what_has_no_effect(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_effectless_parameters_count(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     later = "    FollowPath.TrajectoryValidator.consider_footprint: true\n"  # of Nav2 after Jazzy
     plain = "planner_server:\n"
     path = written(tmp_path, nav2_file().replace(plain, later + plain))
@@ -194,9 +192,7 @@ EVERYWHERE: list[tuple[str, Parameters | str]] = [
 
 
 @pytest.mark.parametrize(("values", "taker"), EVERYWHERE)
-def test_what_is_for_every_node_goes_to_those_that_have_it(
-    values: str, taker: str, tmp_path: Path
-) -> None:
+def test_wildcards_reach_nodes_with_the_name(values: str, taker: str, tmp_path: Path) -> None:
     found = understood(tmp_path, f"/**: {{ros__parameters: {values}}}")
     changed = {n for n, v in found.parameters.items() if v != shipped_parameters().get(n, {})}
     assert found.problems == []

@@ -110,9 +110,7 @@ def test_what_is_left_over_of_another_plugin_is_not_needed() -> None:
         ("amcl", "random_seed", "the option --seed"),
     ],
 )
-def test_a_name_that_is_not_needed_has_its_own_node_s_reason(
-    node: str, key: str, reason: str
-) -> None:
+def test_an_unneeded_name_has_its_own_nodes_reason(node: str, key: str, reason: str) -> None:
     assert reason in only(understood({node: {key: 1}}), Kind.NOT_NEEDED)
 
 

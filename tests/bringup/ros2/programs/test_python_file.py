@@ -1,4 +1,4 @@
-"""Claims: `ros2 run FILE.py` runs what a listing only defines, once."""
+"""Programs that `ros2 run` knows: rviz2 and Python files."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from bringup.ros2.main import main
+from bringup.ros2.programs import rviz2
 
 MAIN = "import sys\n\ndef main():\n    print('ran', *sys.argv[1:])\n"
 
@@ -54,3 +55,21 @@ def test_what_cannot_run_says_why(
         path.write_text(text)
     assert main(["run", str(path)]) == 1
     assert problem in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("given", "options"),
+    [
+        ([], []),
+        (["-d", "nav2.rviz"], ["--config", "nav2.rviz"]),
+        (["--display-config", "a.rviz", "-f", "odom"], ["--config", "a.rviz", "--frame", "odom"]),
+        (["-d", "a.rviz", "-s", "none", "--ros-args", "-r", "__node:=r"], ["--config", "a.rviz"]),
+    ],
+)
+def test_its_options_are_the_view_s(
+    given: list[str], options: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    started: list[object] = []
+    monkeypatch.setattr(rviz2, "arjuna", lambda command, words: started.append((command, words)))
+    rviz2.main(given)
+    assert started == [("view", options)]

@@ -82,9 +82,7 @@ def test_slows_down_before_the_goal(left: float, speed: float) -> None:
 
 
 @pytest.mark.parametrize(("straight", "heading"), [(True, 0.0), (False, 1.0)])
-def test_comes_straight_to_the_goal_and_turns_there_or_in_a_bow(
-    straight: bool, heading: float
-) -> None:
+def test_comes_straight_to_the_goal_or_in_a_bow(straight: bool, heading: float) -> None:
     asked = Asked(prefer_final_rotation=straight)
     asked(SE2(4.3))
     assert asked.aim.array() == pytest.approx([0.7, 0.0, heading])
@@ -136,9 +134,7 @@ def test_a_turn_speeds_up_and_comes_to_rest() -> None:
 
 
 @pytest.mark.parametrize(("gap", "arrived"), [(0.19, True), (0.21, False)])
-def test_at_the_goal_only_the_heading_is_left_until_it_is_pushed_away(
-    gap: float, arrived: bool
-) -> None:
+def test_at_the_goal_it_turns_alone_until_it_is_pushed_away(gap: float, arrived: bool) -> None:
     asked = Asked()
     velocity = asked(SE2(5.0 - gap)).velocity
     assert (velocity.x == 0.0) is arrived

@@ -245,9 +245,7 @@ def test_the_angle_counts_where_the_path_leads_away(
         (1.2, 1.0, True),
     ],
 )
-def test_by_mode_2_a_pose_behind_may_be_backed_towards_its_heading_as_the_robot(
-    bearing: float, heading: float, counts: bool
-) -> None:
+def test_mode_2_may_back_towards_the_path(bearing: float, heading: float, counts: bool) -> None:
     """By hand: a pose behind that faces ahead is reached by backing, one that faces back is not.
 
     (3.0, 0.0): the bearing and the pose's heading part by over a right angle, so it is turned about

@@ -1,4 +1,4 @@
-"""MPPI's optimizer against its definition: sample, weigh, average, smooth, move on."""
+"""MPPI's optimizer against its definition, its commands against the published algorithm."""
 
 from __future__ import annotations
 
@@ -10,10 +10,16 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import lfilter, savgol_filter
 
+from arjuna_core.config import load
+from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.mppi.config import MppiConfig
+from arjuna_nav.controllers.mppi.controller import Mppi
 from arjuna_nav.controllers.mppi.optimizer import Optimizer
 from arjuna_nav.controllers.mppi.rollouts import Limits, Rollouts
+from arjuna_nav.costmap.footprint import Footprint
+from tests.helpers.nav import mppi_peer
+from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid
 
 STEPS, BATCH, DT = 14, 10, 0.1
 FREE = Limits(-9.0, 9.0, 9.0, 999.0, 999.0, 999.0, 9.0, 999.0, 999.0)
@@ -68,9 +74,7 @@ def judged(costs: Floats) -> Any:
 @pytest.mark.parametrize(
     ("noise_time", "model"), [(0.0, "DiffDrive"), (0.3, "DiffDrive"), (0.3, "Omni")]
 )
-def test_each_command_is_the_mean_of_what_was_tried_weighed_by_its_cost(
-    noise_time: float, model: str
-) -> None:
+def test_commands_are_means_of_samples_weighed_by_costs(noise_time: float, model: str) -> None:
     config = made_config(noise_time=noise_time, motion_model=model, vy_std=0.3)
     optimizer, rng = Optimizer(config), np.random.default_rng(0)
     parts = len(deviations_of(config))
@@ -168,3 +172,31 @@ def test_noise_of_its_own_for_each_command_is_a_part_of_thrice_as_much() -> None
         found.append(at)
     assert found[0] != found[1]
     assert all(max(at) > 1.5 * BATCH and min(at) < 0.5 * BATCH for at in found)
+
+
+def test_commands_are_those_of_the_published_algorithm() -> None:
+    library = mppi_peer.compiled()
+    if library is None:
+        pytest.skip("no C compiler")
+    grid = empty_grid(5.0, 5.0)
+    block(grid, 2.2, 1.7, 0.3, 0.3)
+    costmap, along = costmap_of(grid), np.arange(0.5, 4.5, 0.0437)
+    path = np.column_stack((along, np.full(len(along), 2.22), np.zeros(len(along))))
+    off = []
+    for seed in range(20):
+        config = load(MppiConfig, {"batch_size": 200, "ax_max": 1.0, "ax_min": -1.0, "seed": seed})
+        ours = Mppi(config, Footprint.circle(0.25), 0.2, 0.05)
+        peer = mppi_peer.ArrayMppi(library, config)
+        robot = Unicycle(SE2(0.5 + 0.15 * seed, 2.3, 0.6))
+        for controller in (ours, peer):
+            controller.set_path(path)
+        for step in range(5):
+            command = ours.compute(robot.pose, robot.velocity, costmap, 0.05 * step).velocity
+            theirs = peer.compute(robot.pose, robot.velocity, costmap)
+            assert theirs is not None
+            off.append(max(abs(command.x - theirs.x), abs(command.yaw_rate - theirs.yaw_rate)))
+            robot.drive(command)
+        peer.close()
+    # Where a rollout ends on the bound of a cell, rounding decides by which cell it is judged.
+    assert np.quantile(off, 0.9) < 1e-5
+    assert max(off) < 0.1

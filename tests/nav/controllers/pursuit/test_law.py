@@ -92,9 +92,7 @@ def test_its_yaw_rate_is_limited_by_driving_slower() -> None:
 @pytest.mark.parametrize(
     ("speed", "lookahead"), [(0.0, 0.4), (0.3, 0.45), (-0.3, 0.45), (0.5, 0.75), (2.0, 0.9)]
 )
-def test_the_lookahead_grows_with_the_speed_between_its_bounds(
-    speed: float, lookahead: float
-) -> None:
+def test_the_lookahead_grows_with_the_speed(speed: float, lookahead: float) -> None:
     own = {"min_lookahead_dist": 0.4, "max_lookahead_dist": 0.9, "lookahead_time": 1.5}
     asked, pose = Asked(use_velocity_scaled_lookahead_dist=True, **own), SE2(1.0, 0.1, 0.0)
     asked(pose, speed)
@@ -105,9 +103,7 @@ def test_the_lookahead_grows_with_the_speed_between_its_bounds(
     ("cost", "room"),
     [(0, math.inf), (1, math.inf), (126, 0.25 + math.log(2.0) / 3.0), (252, 0.25), (254, math.inf)],
 )
-def test_near_obstacles_the_speed_is_by_the_distance_that_the_cost_encodes(
-    cost: int, room: float
-) -> None:
+def test_near_obstacles_costs_encode_the_distance(cost: int, room: float) -> None:
     speed = 0.5 * min(0.8 * room / 0.6, 1.0)
     assert Asked(cost_scaling_gain=0.8, use_collision_detection=False)(
         SE2(1.0), costmap=flat(cost)
@@ -197,9 +193,7 @@ def test_an_arc_is_looked_at_for_a_time() -> None:
 @pytest.mark.parametrize(
     ("blocked", "share"), [(1.65, 1.0), (1.6, 0.7), (1.4, 0.5), (1.3, 0.35), (1.2, None)]
 )
-def test_an_arc_is_looked_at_up_to_its_point_which_is_taken_nearer_where_it_is_not_free(
-    blocked: float, share: float | None
-) -> None:
+def test_arcs_are_checked_and_shortened_to_be_free(blocked: float, share: float | None) -> None:
     asked = Asked(max_allowed_time_to_collision_up_to_carrot=9.0, lookahead_dist=0.6)
     result = asked(SE2(1.02), costmap=blocked_from(blocked))
     assert (result.status is ControlStatus.SUCCEEDED) is (share is not None)

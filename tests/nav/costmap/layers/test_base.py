@@ -90,7 +90,7 @@ def test_two_layers_combine_by_the_method(method: int) -> None:
     np.testing.assert_array_equal(costs, expected)
 
 
-def test_a_layer_goes_on_with_what_it_holds_on_another_grid() -> None:
+def test_a_layer_keeps_its_cells_on_another_grid() -> None:
     layer = obstacles()
     layer.data[:] = numbered()
     layer.move(GridFrame(0.5, 3, 3, OLD.origin @ SE2(2.0, 1.0)))

@@ -30,9 +30,7 @@ DRAWN = ("#..##..", "...??..", ".#...#.", "..#...#", "......#")
         (3, 8, (".......", "...??..", ".....#.", "......#", "......#")),
     ],
 )
-def test_groups_that_are_too_small_are_free(
-    least: int, connectivity: int, left: tuple[str, ...]
-) -> None:
+def test_too_small_groups_are_free(least: int, connectivity: int, left: tuple[str, ...]) -> None:
     data = grid(*DRAWN)
     values = {"minimal_group_size": least, "group_connectivity_type": connectivity}
     layered = LayeredCostmap(costmap_config(plugins=("denoise_layer",), denoise_layer=values))

@@ -121,9 +121,7 @@ def test_zones_are_kept_in_whatever_a_new_map_makes_of_the_grid() -> None:
 @pytest.mark.parametrize(
     ("overrides", "inside", "cost"), [(1, 1, 200), (1, 0, LETHAL), (0, 1, LETHAL)]
 )
-def test_a_robot_in_a_zone_may_leave_it_if_that_is_asked(
-    overrides: int, inside: int, cost: int
-) -> None:
+def test_a_robot_may_leave_a_zone_where_asked(overrides: int, inside: int, cost: int) -> None:
     values: dict[str, Any] = {"override_lethal_cost": bool(overrides), "lethal_override_cost": 200}
     layered = filtered("KeepoutFilter", **values)
     give(layered, 0, mask(100, 40))

@@ -74,7 +74,7 @@ def test_far_readings_are_believed_less() -> None:
 
 
 @pytest.mark.parametrize("distance", [0.05, 2.5, math.nan, math.inf])
-def test_readings_that_are_none_change_nothing(distance: float) -> None:
+def test_invalid_readings_change_nothing(distance: float) -> None:
     layered = costmap()
     enter(layered, SE2(), 1.0)
     before = layered.costmap.data.copy()

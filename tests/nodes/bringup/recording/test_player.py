@@ -1,4 +1,4 @@
-"""Claims: what is played is what was recorded: bytes, QoS, order; and nodes do with it the same."""
+"""What is played is what was recorded, with its definition."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+from nav2_msgs.action import NavigateToPose
+from rclpy.serialization import serialize_message
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
@@ -13,7 +16,7 @@ from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import BagMessage, TopicInfo, TopicQos
 from arjuna_core.bags.writer import BagFolder
 from arjuna_core.ros import qos
-from bringup.recording.message_definitions import message_definition
+from bringup.recording.message_definitions import message_definition, type_hash
 from bringup.recording.player import Player, PlayOptions
 from bringup.recording.recorder import Recorder
 from tests.helpers.ros import RosBench
@@ -112,3 +115,29 @@ def test_listeners_are_waited_for_where_they_acknowledge(bench: RosBench) -> Non
         player.publish(BagMessage(topics[0], 0, b"\0\1\0\0\1\0\0\0\0"))
         player.wait_for_acknowledgement(5.0)
     assert notes == ["/loose is best effort: nobody acknowledges its messages"]
+
+
+FEEDBACK = "nav2_msgs/action/NavigateToPose_FeedbackMessage"
+
+
+def test_a_definition_carries_every_type_it_needs_once() -> None:
+    text = message_definition("nav_msgs/msg/OccupancyGrid")
+    named = [line[5:] for line in text.splitlines() if line.startswith("MSG: ")]
+    assert sorted(named) == [
+        "builtin_interfaces/Time",
+        "geometry_msgs/Point",
+        "geometry_msgs/Pose",
+        "geometry_msgs/Quaternion",
+        "nav_msgs/MapMetaData",
+        "std_msgs/Header",
+    ]
+
+
+def test_the_feedback_of_an_action_can_be_read_by_its_definition() -> None:
+    message = NavigateToPose.Impl.FeedbackMessage()
+    message.feedback.distance_remaining = 3.5
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg(message_definition(FEEDBACK), FEEDBACK))
+    read = store.deserialize_cdr(serialize_message(message), FEEDBACK)
+    assert read.feedback.distance_remaining == 3.5  # type: ignore[attr-defined]
+    assert type_hash(FEEDBACK).startswith("RIHS01_")

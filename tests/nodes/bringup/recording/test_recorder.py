@@ -64,9 +64,7 @@ def record(bench: RosBench, folder: Path) -> Recorder:
     return Recorder(bench.process.make_node("recorder", spun=False), BagFolder(folder))
 
 
-def test_topics_that_appear_later_are_found_and_hidden_ones_left(
-    tmp_path: Path, bench: RosBench
-) -> None:
+def test_later_topics_are_found_and_hidden_ones_left(tmp_path: Path, bench: RosBench) -> None:
     with closing(record(bench, tmp_path / "bag")) as recorder:
         recorder.listener.discover(lambda name, _: name.startswith("/late"))
         bench.publish(String, "/late", String(data="unheard"))

@@ -158,9 +158,7 @@ def test_newer_goal_and_cancel_end_the_running_one(bench: RosBench, tmp_path: Pa
     assert at(seen) == pytest.approx(before, abs=1e-3)
 
 
-def test_goal_ends_where_another_controller_takes_its_joints(
-    bench: RosBench, tmp_path: Path
-) -> None:
+def test_a_goal_ends_where_its_joints_are_taken(bench: RosBench, tmp_path: Path) -> None:
     sim = start_arm(bench, tmp_path)
     running = follower(bench, sim).send(FollowJointTrajectory.Goal(trajectory=trajectory()))
     ended = running.get_result_async()
@@ -179,9 +177,7 @@ def test_goal_ends_where_another_controller_takes_its_joints(
     assert result.error_code == RESULT.OLD_HEADER_TIMESTAMP
 
 
-def test_newer_trajectory_begins_with_the_motion_of_the_older(
-    bench: RosBench, tmp_path: Path
-) -> None:
+def test_a_newer_trajectory_begins_with_the_motion(bench: RosBench, tmp_path: Path) -> None:
     sim = start_arm(bench, tmp_path)
     seen = bench.collect(JointState, "/joint_states")
     for position in (1.0, 2.0):

@@ -1,4 +1,4 @@
-"""A gamepad, from the bytes of its device to velocities."""
+"""Joystick and twist_mux: who commands the robot."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from typing import Any
 import pytest
 from geometry_msgs.msg import Twist, TwistStamped
 from sensor_msgs.msg import Joy
+from std_msgs.msg import Bool
 
 from arjuna_sim.nodes.processing.joystick import JoyNode, TeleopTwistJoyNode
+from arjuna_sim.nodes.processing.twist_mux import TwistMuxNode
 from arjuna_sim.processing.joystick import Gamepad, device_path
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import start
@@ -78,9 +80,7 @@ def test_a_pad_is_published_on_changes_and_again(bench: RosBench, device: Any) -
     assert len(joys) == 2 + 5
 
 
-def test_without_a_device_nothing_comes_until_it_is_plugged_in(
-    bench: RosBench, tmp_path: Path
-) -> None:
+def test_a_device_may_be_plugged_in_later(bench: RosBench, tmp_path: Path) -> None:
     joys = bench.collect(Joy, "joy")
     start(bench, JoyNode(bench.process, {"dev": str(tmp_path / "js9")}))
     bench.advance(0.2)
@@ -129,3 +129,77 @@ def test_reverse_can_be_inverted_and_no_button_be_needed(bench: RosBench) -> Non
 def test_axes_that_a_pad_lacks_are_0(bench: RosBench) -> None:
     (sent,) = _driven(bench, 1, axis_angular={"yaw": 9})
     assert sent.angular.z == 0.0
+
+
+VALUES: dict[str, Any] = {
+    "use_stamped": False,
+    "topics": {
+        "navigation": {"topic": "nav_vel", "timeout": 0.5, "priority": 10},
+        "joystick": {"topic": "joy_vel", "timeout": 0.5, "priority": 100},
+    },
+    "locks": {
+        "pause": {"topic": "pause_navigation", "timeout": 0.0, "priority": 100},
+        "watchdog": {"topic": "alive", "timeout": 0.3, "priority": 50},
+    },
+}
+
+
+def _say(bench: RosBench, topic: str, speed: float) -> None:
+    message = Twist()
+    message.linear.x = speed
+    bench.publish(Twist, topic, message)
+
+
+def test_the_highest_priority_passes_until_its_source_is_silent(bench: RosBench) -> None:
+    out = bench.collect(Twist, "cmd_vel_out")
+    start(bench, TwistMuxNode(bench.process, {**VALUES, "locks": {}}))
+    _say(bench, "nav_vel", 1.0)
+    _say(bench, "joy_vel", 2.0)
+    _say(bench, "nav_vel", 3.0)
+    bench.advance(0.48)
+    _say(bench, "nav_vel", 4.0)
+    bench.advance(0.06)
+    _say(bench, "nav_vel", 5.0)
+    assert [one.linear.x for one in out] == [1.0, 2.0, 5.0]
+
+
+def test_a_lock_masks_lower_priorities_while_it_is_on(bench: RosBench) -> None:
+    out = bench.collect(Twist, "cmd_vel_out")
+    values = {**VALUES, "locks": {"pause": VALUES["locks"]["pause"] | {"priority": 50}}}
+    start(bench, TwistMuxNode(bench.process, values))
+    bench.publish(Bool, "pause_navigation", Bool(data=True))
+    _say(bench, "nav_vel", 1.0)
+    _say(bench, "joy_vel", 2.0)
+    bench.advance(1.0)
+    bench.publish(Bool, "pause_navigation", Bool(data=False))
+    _say(bench, "nav_vel", 3.0)
+    assert [one.linear.x for one in out] == [2.0, 3.0]
+
+
+def test_a_lock_with_a_timeout_locks_while_it_is_silent(bench: RosBench) -> None:
+    out = bench.collect(Twist, "cmd_vel_out")
+    start(bench, TwistMuxNode(bench.process, VALUES))
+    _say(bench, "nav_vel", 1.0)
+    bench.publish(Bool, "alive", Bool(data=False))
+    _say(bench, "nav_vel", 2.0)
+    bench.advance(0.4)
+    _say(bench, "nav_vel", 3.0)
+    assert [one.linear.x for one in out] == [2.0]
+
+
+def test_commands_may_be_stamped_and_0_never_passes(bench: RosBench) -> None:
+    out = bench.collect(TwistStamped, "cmd_vel_out")
+    topics = {"a": {"topic": "a", "priority": 1}, "b": {"topic": "b", "priority": 0}}
+    start(bench, TwistMuxNode(bench.process, {"topics": topics}))
+    bench.publish(TwistStamped, "b", TwistStamped())
+    assert not out
+    bench.publish(TwistStamped, "a", TwistStamped())
+    assert len(out) == 1
+
+
+def test_another_types_source_is_named(bench: RosBench, capfd: pytest.CaptureFixture[str]) -> None:
+    start(bench, TwistMuxNode(bench.process, {"topics": {"a": {"topic": "nav_vel"}}}))
+    _say(bench, "nav_vel", 1.0)
+    bench.advance(6.0)
+    text = "'nav_vel' is not heard: it is of geometry_msgs/msg/Twist, not TwistStamped"
+    assert capfd.readouterr().err.count(f"{text}; set use_stamped to false") == 1

@@ -87,9 +87,7 @@ def test_links_that_are_fixed_to_each_other_are_one_group_its_root_first() -> No
         (0.31, 0.0, (0.31, 4.0)),  # as light as foam: the other's mass was forgotten
     ],
 )
-def test_a_part_weighs_what_its_shapes_do_where_its_masses_are_forgotten(
-    own: float, inner: float, given: tuple[float, float]
-) -> None:
+def test_lost_masses_are_computed(own: float, inner: float, given: tuple[float, float]) -> None:
     xml = urdf_file()
     urdf = robot(
         link("base", CUBE, mass=own), link("top", CUBE, mass=inner), fixed=(("base", "top"),)

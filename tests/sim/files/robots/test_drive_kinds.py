@@ -156,9 +156,7 @@ def tilted(angle: float) -> tuple[float, float, float]:
         ({"child": "nothing"}, False),
     ],
 )
-def test_a_joint_steers_that_turns_a_wheel_about_the_vertical(
-    how: dict[str, Any], steers: bool
-) -> None:
+def test_a_joint_steers_that_turns_a_wheel_upright(how: dict[str, Any], steers: bool) -> None:
     if "child" in how:
         urdf = car()
         urdf.links["nothing"] = Link("nothing", None, (), ())

@@ -66,9 +66,7 @@ def test_without_names_it_looks_where_it_turns_least(
         (0.0, 0.0, 0.112, False),
     ],
 )
-def test_a_wheel_drives_with_one_that_is_opposite_and_as_large(
-    x: float, z: float, radius: float, pairs: bool
-) -> None:
+def test_wheels_pair_with_equal_opposites(x: float, z: float, radius: float, pairs: bool) -> None:
     urdf = wheeled([(0.0, 0.2, 0.0), (x, -0.2, z)])
     tyre = Part(Shape(Kind.CYLINDER, (radius, 0.04)), ALONG_Y)
     urdf.links["b"] = Link("b", None, (tyre,), ())

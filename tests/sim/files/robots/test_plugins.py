@@ -196,9 +196,7 @@ def test_motors_whose_file_names_no_torque_pull_twice_the_weight_but_five_at_lea
         (DriveKind.SIDES, "world", True),
     ],
 )
-def test_what_moves_a_robot_in_the_plane_has_true_odometry(
-    kind: DriveKind, source: str, from_world: bool
-) -> None:
+def test_planar_drives_have_true_odometry(kind: DriveKind, source: str, from_world: bool) -> None:
     inside = f"<odometrySource>{source}</odometrySource><odometryFrame>o</odometryFrame>"
     xml = urdf_file(f"<plugin name='p'>{inside}</plugin>")
     found = read_wheelless(xml, xml.child(xml.root, "plugin", "r"), kind)

@@ -43,9 +43,7 @@ def placed(inside: str, folder: Path = Path()) -> Placed:
         ("<capsule><length>2</length><radius>1</radius></capsule>", Kind.CAPSULE, (1.0, 2.0)),
     ],
 )
-def test_a_shape_has_the_sizes_of_its_tags(
-    inside: str, kind: Kind, size: tuple[float, ...]
-) -> None:
+def test_a_shape_has_its_tags_sizes(inside: str, kind: Kind, size: tuple[float, ...]) -> None:
     shape, pose = placed(inside)
     assert (shape.kind, shape.size, pose) == (kind, size, ORIGIN)
 

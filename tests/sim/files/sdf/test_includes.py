@@ -123,9 +123,7 @@ def test_the_ground_is_built_in(tmp_path: Path, uri: str) -> None:
 
 
 @pytest.mark.parametrize(("own", "name"), [("", "none"), ("<name> n </name>", "n")])
-def test_what_does_not_exist_leaves_a_frame_that_others_may_name(
-    tmp_path: Path, own: str, name: str
-) -> None:
+def test_a_missing_include_leaves_a_frame(tmp_path: Path, own: str, name: str) -> None:
     found = Expanded(tmp_path, include("none", own))
     assert [(one.tag, one.get("name")) for one in found.world] == [("frame", name)]
     (note,) = found.xml.notes
@@ -172,9 +170,7 @@ def test_populations_are_models_before_includes_are_looked_for(tmp_path: Path) -
     assert note.startswith("population 'p' is left out")
 
 
-def test_a_world_that_includes_too_much_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_too_many_includes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write(tmp_path, "box.sdf", BOX)
     monkeypatch.setattr(module, "_INCLUDES_MAX", 3)
     Expanded(tmp_path, 3 * include("box.sdf"))

@@ -75,9 +75,7 @@ def turning(limits: str = "", kind: str = "revolute", dynamics: str = "", mimic:
         ("prismatic", "<limit><lower>0</lower><upper>.5</upper></limit>", ("prismatic", 0.0, 0.5)),
     ],
 )
-def test_limits_say_how_far_a_joint_moves(
-    kind: str, limits: str, expected: tuple[object, ...]
-) -> None:
+def test_limits_bound_a_joint(kind: str, limits: str, expected: tuple[object, ...]) -> None:
     found = turning(limits, kind)
     assert (found.kind, *(found.limits or ())) == expected
 
@@ -104,9 +102,7 @@ def test_what_slows_a_joint_is_never_negative() -> None:
         ("<multiplier>3</multiplier><offset>0.5</offset><reference>0.2</reference>", 3.0, -0.1),
     ],
 )
-def test_a_joint_follows_another_as_its_mimic_says(
-    inside: str, multiplier: float, offset: float
-) -> None:
+def test_a_joint_mimics_another(inside: str, multiplier: float, offset: float) -> None:
     mimic = turning(mimic=f"<mimic joint='k'>{inside}</mimic>").mimic
     assert mimic is not None
     assert (mimic.joint, mimic.multiplier) == ("k", multiplier)
@@ -278,9 +274,7 @@ def test_shapes_keep_their_sizes_and_colours() -> None:
         ("<mesh><uri>none.stl</uri></mesh>", NoteKind.MISSING, "'none.stl' does not exist"),
     ],
 )
-def test_looks_that_a_robot_cannot_have_are_noted(
-    geometry: str, kind: NoteKind, problem: str
-) -> None:
+def test_looks_without_effect_are_noted(geometry: str, kind: NoteKind, problem: str) -> None:
     xml = xml_of(link("base", f"<visual><geometry>{geometry}</geometry></visual>"))
     assert read_sdf_robot(xml)[0].links["base"].visuals == ()
     (note,) = xml.notes

@@ -38,9 +38,7 @@ def read(folder: Path, inside: str) -> tuple[Inertial, str]:
 
 
 @pytest.mark.parametrize("tensor", [(1.0, 2.0, 2.5, 0.0), (1.0, 2.0, 2.5, 0.3), (1, 1, 3.9, 0)])
-def test_an_inertia_that_a_body_can_have_is_taken(
-    tmp_path: Path, tensor: tuple[float, ...]
-) -> None:
+def test_a_possible_inertia_is_taken(tmp_path: Path, tensor: tuple[float, ...]) -> None:
     found, noted = read(tmp_path, MASS.format(6.0) + TENSOR.format(*tensor))
     xx, yy, zz, xy = tensor
     assert (found.mass, noted) == (6.0, "")
@@ -64,9 +62,7 @@ def test_it_is_turned_and_placed_by_its_origin(tmp_path: Path) -> None:
         (TENSOR.format(1e13, 1e13, 1e13, 0), "the inertia is beyond all bounds"),
     ],
 )
-def test_one_that_no_body_can_have_is_computed_with_a_note(
-    tmp_path: Path, tensor: str, problem: str
-) -> None:
+def test_an_impossible_inertia_is_computed(tmp_path: Path, tensor: str, problem: str) -> None:
     found, noted = read(tmp_path, MASS.format(6.0) + tensor)
     assert f"{problem}" in noted
     assert "so it is computed from its shapes of 6 kg" in noted
@@ -83,7 +79,7 @@ def test_one_that_no_body_can_have_is_computed_with_a_note(
         (MASS.format("heavy"), "heavy"),
     ],
 )
-def test_a_mass_that_is_none_is_refused(tmp_path: Path, inside: str, problem: str) -> None:
+def test_an_invalid_mass_is_refused(tmp_path: Path, inside: str, problem: str) -> None:
     with pytest.raises(RobotError, match=problem):
         read(tmp_path, inside + TENSOR.format(1, 1, 1, 0))
 

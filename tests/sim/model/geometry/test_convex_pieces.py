@@ -63,9 +63,7 @@ def volumes(found: list[NDArray[np.float64]]) -> list[float]:
         ((0.0, 0.0, 0.0), 1e-9),
     ],
 )
-def test_a_hull_is_what_it_is_of_or_a_millimetre_thick(
-    spans: tuple[float, float, float], volume: float
-) -> None:
+def test_a_hull_is_a_millimetre_thick(spans: tuple[float, float, float], volume: float) -> None:
     points = TILTED.apply(CUBE * np.array(spans) / 2)
     inside = points.mean(axis=0)[None]
     found = hull(np.vstack((points, inside, points)))

@@ -204,9 +204,7 @@ def test_a_mesh_weighs_as_its_hull_about_the_middle_of_its_box() -> None:
 
 @pytest.mark.parametrize("shape", [BALL, EGG], ids=lambda shape: shape.kind.value)
 @pytest.mark.parametrize("height", [0.4, 0.55, 0.2])
-def test_a_plane_cuts_a_round_shape_in_one_closed_line_on_its_surface(
-    shape: Shape, height: float
-) -> None:
+def test_a_plane_cuts_a_round_shape_in_one_closed_line(shape: Shape, height: float) -> None:
     lines = cut(shape, ASKEW, height)
     np.testing.assert_array_equal(lines[:, 2:], np.roll(lines[:, :2], -1, axis=0))
     ends = np.column_stack((lines[:, :2], np.full(len(lines), height)))
