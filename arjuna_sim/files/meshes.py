@@ -235,13 +235,16 @@ def _loaded(content: bytes, suffix: str, materials: bytes) -> Arrays:
             triangles = [np.asarray(each.triangles, np.float64) for each in found]
     except DaeError as error:
         raise ValueError(str(error)) from error
+    looks = [_look(getattr(each.visual, "material", None)) for each in found]
+    kinds = list(dict.fromkeys(looks))  # many parts may have one look
+    of = [kinds.index(look) for look in looks]
     units = scene.units or "meters"
     scale = float(units.partition(" * ")[0]) if " * " in units else 1.0
     return (
         np.concatenate((np.zeros((0, 3, 3)), *triangles)) * scale,
         np.concatenate((np.zeros((0, 3, 2), np.float32), *(_places(each) for each in found))),
-        np.repeat(np.arange(len(found), dtype=np.int32), [len(each) for each in triangles]),
-        _packed([_look(getattr(each.visual, "material", None)) for each in found]),
+        np.repeat(np.array(of, np.int32), [len(each) for each in triangles]),
+        _packed(kinds),
     )
 
 
@@ -255,11 +258,11 @@ def _places(mesh: Any) -> NDArray[np.float32]:
     return placed
 
 
-def _look(material: Any) -> tuple[list[float] | None, str]:
+def _look(material: Any) -> tuple[tuple[float, ...] | None, str]:
     """Return the colour and the picture's name of a material of trimesh; None and "" for none."""
     colour = getattr(material, "baseColorFactor", getattr(material, "diffuse", None))
     picture = getattr(material, "baseColorTexture", getattr(material, "image", None))
-    rgba = None if colour is None else [float(value) / 255.0 for value in np.ravel(colour)]
+    rgba = None if colour is None else tuple(float(value) / 255.0 for value in np.ravel(colour))
     return rgba, "" if picture is None else str(picture.info.get(_NAME, ""))
 
 

@@ -168,19 +168,21 @@ def test_plane_has_its_picture_on_its_size_the_top_to_the_left(tmp_path: Path) -
 
 
 def test_mesh_of_two_materials_is_drawn_in_both(tmp_path: Path) -> None:
-    second = "v 1 0 0\nv 1 1 0\nv 1 1 1\nusemtl plain\nf 5 6 7\n"
+    second = "v 1 0 0\nv 1 1 0\nv 1 1 1\nusemtl plain\nf 5 6 7\nusemtl again\nf 5 6 7\n"
     (tmp_path / "meshes").mkdir()
     (tmp_path / "meshes" / "b.obj").write_text(OBJ + second)
-    (tmp_path / "meshes" / "b.mtl").write_text(MTL + "newmtl plain\nKd 1 .5 0\n")
+    (tmp_path / "meshes" / "b.mtl").write_text(
+        MTL + "newmtl plain\nKd 1 .5 0\nnewmtl again\nKd 1 .5 0\n"
+    )
     four_colours(tmp_path / "materials" / "textures" / "face.png")  # not beside it
     world = world_of(tmp_path, "", "<mesh><uri>meshes/b.obj</uri></mesh>")
     looks = [b.part for b in world.bodies if b.model == "board" and not b.collides]
-    assert sorted(len(part.shape.mesh.triangles) for part in looks if part.shape.mesh) == [1, 2]
+    assert sorted(len(part.shape.mesh.triangles) for part in looks if part.shape.mesh) == [2, 2]
     (plain,) = (part for part in looks if part.picture is None)
     assert plain.rgba == pytest.approx((1.0, 0.5, 0.0, 1.0), abs=0.01)
     (solid,) = (b.part for b in world.bodies if b.model == "board" and b.collides)
     assert solid.shape.mesh is not None
-    assert len(solid.shape.mesh.triangles) == 3
+    assert len(solid.shape.mesh.triangles) == 4
 
 
 def test_apriltag_is_found_where_it_stands() -> None:
