@@ -83,8 +83,8 @@ class DrivenRobot:
         self._motion = RobotMotion(stage, name, model.moving_joints)
         self._placer = Placer(stage, name)
         self._base = base_of(model, config.drive)
-        steers = model.drive.kind is DriveKind.STEERED
-        self._drive, self._wheels = Drive(self.limits, steers), WheelSpeeds(model, self._base)
+        self._steers = model.drive.kind is DriveKind.STEERED
+        self._drive, self._wheels = Drive(self.limits, self._steers), WheelSpeeds(model, self._base)
         self.setpoint = Velocity()
         self._cameras: dict[str, Camera] = {}
         self._spawn_notes: tuple[str, ...] = ()
@@ -137,8 +137,10 @@ class DrivenRobot:
             self._drive.command(command, elapsed)
         wanted = self._base.reachable(self._drive.velocity(elapsed, tick))
         self.setpoint = self._wheels.slowed(wanted)
-        speeds = self._base.speeds_at(self.setpoint, self._motion.steering_angles())
-        self._motion.turn_wheels(speeds, self._base.angles(self.setpoint))
+        base, speeds = self._base, self._base.speeds(self.setpoint)
+        if self._steers:
+            speeds = base.speeds_at(self.setpoint, self._motion.steering_angles())
+        self._motion.turn_wheels(speeds, base.angles(self.setpoint))
         if self.controllers.names:
             at = self._motion.driven_joints()
             self._motion.drive_joints(self.controllers.update(elapsed, tick, at))

@@ -48,6 +48,13 @@ class SensorTag:
         names = ("framename", "gzframeid", "ignitionframeid", "frameid")
         return self.text(*names, default=self.link).lstrip("/")
 
+    @property
+    def robot(self) -> str:
+        """The robot's name, as its file has it."""
+        root = self.xml.root
+        model = root if root.get("name") else root.find("model")
+        return "robot" if model is None else model.get("name", "robot")
+
     def own_topic(self, last: str) -> str:
         """Return the topic of a sensor whose file names none: its name, and what it publishes."""
         name = re.sub(r"[^\w/]+", "_", self.name or last)

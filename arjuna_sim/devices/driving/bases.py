@@ -212,20 +212,14 @@ class SteeredBase(Base):
 
     def speeds(self, velocity: Velocity) -> NDArray[np.float64]:
         """Return how fast the wheels' joints turn."""
-        rolling, _ = self._rows(self._wheels, self.angles(velocity))
-        return rolling @ self._twist(velocity)
+        return self._rows(self._wheels, self.angles(velocity))[0] @ self._twist(velocity)
 
     def speeds_at(self, velocity: Velocity, angles: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how fast they turn at other angles of the steering [rad].
-
-        The base keeps its speed ahead, and turns as those angles let it without sliding.
-        """
-        rolling, sliding = self._rows(self._wheels, angles)
-        _, of_others = self._rows(self._others, angles)
-        rows = np.vstack((sliding, of_others))
-        turning = rows[:, 2] - self._axle * rows[:, 1]
-        rate = -velocity.x * float(turning @ rows[:, 0]) / max(float(turning @ turning), 1e-12)
-        return rolling @ self._twist(Velocity(velocity.x, yaw_rate=rate))
+        """Return how fast they turn at other angles [rad]: the speed ahead holds, not the turn."""
+        rolling, sliding = self._rows(self._wheels + self._others, angles)
+        turning = sliding[:, 2] - self._axle * sliding[:, 1]
+        rate = -velocity.x * float(turning @ sliding[:, 0]) / max(float(turning @ turning), 1e-12)
+        return rolling[: len(self._wheels)] @ self._twist(Velocity(velocity.x, yaw_rate=rate))
 
     def motion(
         self, turns: NDArray[np.float64], angles: NDArray[np.float64]

@@ -52,9 +52,7 @@ def read(tag: SensorTag) -> list[BatterySettings]:
     Raises:
         RobotError: A value is invalid.
     """
-    name, root = tag.text("batteryname", default="battery"), tag.xml.root
-    model = root if root.get("name") else root.find("model")
-    robot = "robot" if model is None else model.get("name", "robot")
+    name = tag.text("batteryname", default="battery")
     voltage, capacity = tag.number("voltage", 0.0), tag.number("capacity", 0.0)
     if not (voltage > 0.0 and capacity > 0.0):
         raise tag.fail(f"<voltage> {voltage}, <capacity> {capacity}: both must be above 0")
@@ -63,7 +61,7 @@ def read(tag: SensorTag) -> list[BatterySettings]:
             link=tag.link,
             frame=tag.link,
             rate=10.0,
-            topic=f"/model/{robot}/battery/{name}/state",
+            topic=f"/model/{tag.robot}/battery/{name}/state",
             name=name,
             voltage=voltage,
             full=tag.number("open_circuit_voltage_constant_coef", voltage),

@@ -22,9 +22,11 @@ class BumperSettings(SensorSettings):
 
     Attributes:
         in_world: Whether its points are in the world's frame rather than the sensor's.
+        robot: Its robot's name, which others see where it has the world for its own.
     """
 
     TITLE: ClassVar[str] = "bumper"
+    robot: str = ""
     in_world: bool = True
 
 
@@ -39,11 +41,13 @@ class ContactSettings(BumperSettings):
 def read(tag: SensorTag) -> list[BumperSettings]:
     """Read a bumper, whose messages are `ContactsState` where a ROS plugin makes them."""
     if tag.element.find("plugin") is None:
-        return [ContactSettings(**tag.mount(50.0, tag.own_topic("contacts")))]
+        mount = tag.mount(50.0, tag.own_topic("contacts"))
+        return [ContactSettings(**mount, robot=tag.robot)]
     states = "bumper_states"
     mount = tag.mount(50.0, states)
     mount["topic"] = topic(tag.element, mount["topic"], states, "bumpertopicname")
-    return [BumperSettings(**mount, in_world=tag.text("framename", default="world") in ABOVE)]
+    in_world = tag.text("framename", default="world") in ABOVE
+    return [BumperSettings(**mount, in_world=in_world, robot=tag.robot)]
 
 
 class Touch(NamedTuple):
@@ -116,6 +120,6 @@ class Bumper(StaticDevice):
         if "//" not in name:  # the world's, or an entity's
             name = name or model.body(int(body.id)).name.partition(":")[2]
             return f"{name.partition('::')[0]}::link::collision"
-        owner, link, number = ("robot//" + name).split("//")[-3:]
+        owner, link, number = f"{self._settings.robot}//{name}".split("//")[-3:]
         suffix = "" if number == "0" or not number.isdigit() else f"_{number}"
         return f"{owner}::{link}::{link}_collision{suffix}"

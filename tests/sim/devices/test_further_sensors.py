@@ -222,8 +222,8 @@ def test_bumper_feels_what_its_own_link_touches(tmp_path: Path) -> None:
         [True, True],
     ]
     (wheel,), (bumper,) = pressed["free"][1], pressed["at the wall"][0]
-    names = "arjuna::front_left_wheel::front_left_wheel_collision", "ground_plane"
-    assert (wheel.own.replace("robot::", "arjuna::"), wheel.other.split("::")[0]) == names
+    assert wheel.own.startswith("arjuna::front_left_wheel::front_left_wheel_collision")
+    assert wheel.other.startswith("ground_plane::")
     assert wheel.positions[:, 2] == pytest.approx(0.0, abs=2e-3)  # the world's ground
     assert wheel.normals @ (0.0, 0.0, 1.0) == pytest.approx(1.0)
     quarter = sim.robot.model.urdf.mass * 9.81 / 4.0
