@@ -104,7 +104,10 @@ def _drive(parameters: dict[str, Any]) -> None:
     from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
 
     room = {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))}
-    known: dict[str, dict[str, Any]] = {"map_server": room, "amcl": {"set_initial_pose": True}}
+    known: dict[str, dict[str, Any]] = {
+        "map_server": room,
+        "amcl": {"set_initial_pose": True},
+    }
     robot = LockStep(merged(shipped_parameters(), known, parameters))
     with closing(robot):
         robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)
@@ -129,7 +132,7 @@ def in_use() -> list[Entry]:
     found: dict[int, tuple[str, str, Any]] = {}
     for module in sorted(name for name in sys.modules if name.split(".")[0] in PACKAGES):
         for name, value in vars(sys.modules[module]).items():
-            if isinstance(value, Dispatcher) and hasattr(value._cache, "cache_path"):
+            if isinstance(value, Dispatcher) and _caches(value):
                 own = value.py_func.__module__ == module
                 if own or id(value) not in found:
                     found[id(value)] = (module, name, value)
@@ -139,6 +142,10 @@ def in_use() -> list[Entry]:
         for arguments in function.overloads
     ]
     return sorted(entries, key=json.dumps)
+
+
+def _caches(function: Any) -> bool:
+    return hasattr(function._cache, "cache_path")
 
 
 def encode(kind: Any) -> Any:

@@ -109,9 +109,9 @@ class DriveOnHeading(TimedBehavior):
         return self._progress >= self._distance
 
     def _drive(self, pose: SE2, costmap: Costmap, now: float) -> BehaviorResult:
-        left, speed = self._distance - self._progress, self._ramped(now)
+        remaining, speed = self._distance - self._progress, self._ramped(now)
         velocity = Velocity(math.copysign(speed, self._speed))
-        time_left = left / speed if speed else 0.0
+        time_left = remaining / speed if speed else 0.0
         return self._unless_it_collides(velocity, time_left, pose, costmap)
 
     def _ramped(self, now: float) -> float:
@@ -121,8 +121,8 @@ class DriveOnHeading(TimedBehavior):
             since = max(now - self._driven_at, 0.0)
             speed = min(speed, self._driven + ramp.acceleration_limit * since)
         if ramp.deceleration_limit:
-            left = self._distance - self._progress
-            speed = min(speed, braking_speed(left, -ramp.deceleration_limit, 0.0))
+            remaining = self._distance - self._progress
+            speed = min(speed, braking_speed(remaining, -ramp.deceleration_limit, 0.0))
         self._driven, self._driven_at = max(speed, ramp.minimum_speed), now
         return self._driven
 

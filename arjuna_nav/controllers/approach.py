@@ -121,9 +121,9 @@ class FinalApproach:
             self.reset()
         return again
 
-    def steers(self, left: float, speed: float) -> bool:
+    def steers(self, remaining: float, speed: float) -> bool:
         """Return whether a steered robot's curve is due with so much of its path left [m]."""
-        due = bool(self._tracker.pieces) or left <= self._config.curve_time * speed
+        due = bool(self._tracker.pieces) or remaining <= self._config.curve_time * speed
         return self._config.enabled and self._drive.radius > 0.0 and due
 
     def reset(self) -> None:
@@ -140,7 +140,7 @@ class FinalApproach:
         costmap: Costmap,
         now: float,
         *,
-        left: float,
+        remaining: float,
         speed: float,
         within: bool,
         heading: bool,
@@ -151,7 +151,7 @@ class FinalApproach:
             pose: The robot's, in the frame of the costmap.
             velocity: As measured.
             now: Time [s].
-            left: Length of the path that is left [m].
+            remaining: Length of the path that is left [m].
             speed: Greatest speed [m/s].
             within: Whether the goal's tolerance is met but for the heading.
             heading: Whether the heading matters.
@@ -162,10 +162,10 @@ class FinalApproach:
             return None
         if not self._tracker.pieces:
             if self._drive.radius > 0.0:
-                trajectory = self._steered(pose, goal, velocity, costmap, now, left, speed)
+                trajectory = self._steered(pose, goal, velocity, costmap, now, remaining, speed)
             else:
                 trajectory = self._planned(
-                    pose, goal, velocity, costmap, left, speed, within, heading
+                    pose, goal, velocity, costmap, remaining, speed, within, heading
                 )
             if trajectory is None:
                 self._over = within
@@ -174,7 +174,7 @@ class FinalApproach:
         before = len(self._tracker.pieces)
         command = self._tracker.compute(pose, velocity, speed)
         if len(self._tracker.pieces) < before and self._turned_off(pose):
-            trajectory = self._steered(pose, goal, velocity, costmap, now, left, speed)
+            trajectory = self._steered(pose, goal, velocity, costmap, now, remaining, speed)
             if trajectory is not None:
                 self._tracker.follow(trajectory)
                 command = self._tracker.compute(pose, velocity, speed)
@@ -210,7 +210,7 @@ class FinalApproach:
         goal: SE2,
         velocity: Velocity,
         costmap: Costmap,
-        left: float,
+        remaining: float,
         speed: float,
         within: bool,
         heading: bool,
@@ -220,7 +220,7 @@ class FinalApproach:
         distance, bearing = math.hypot(seen.x, seen.y), math.atan2(seen.y, seen.x)
         straight_ahead = (
             abs(bearing) < config.bearing
-            and left < config.straight_ratio * distance + costmap.frame.resolution
+            and remaining < config.straight_ratio * distance + costmap.frame.resolution
         )
         if not within and not straight_ahead:
             return None
@@ -247,12 +247,12 @@ class FinalApproach:
         velocity: Velocity,
         costmap: Costmap,
         now: float,
-        left: float,
+        remaining: float,
         speed: float,
     ) -> NDArray[np.float64] | None:
         """Return a steered robot's curve into the goal, if one is due and free."""
         corners = costmap.frame.to_cells(self._footprint.at(goal))
-        due = self.steers(left, speed) and costmap.frame.inside(corners).all()
+        due = self.steers(remaining, speed) and costmap.frame.inside(corners).all()
         if not due or now - self._failed_at < self._config.patience:
             return None
         felt = self._tracking.felt(pose, velocity)
@@ -319,9 +319,9 @@ class FinalApproach:
             rest = paths.length(self._tracker.rest(pose, math.inf))
         else:
             rest = pose.distance(piece.end) if piece.direction else off
-        left = len(self._tracker.pieces), rest
-        if left[0] < self._best[0] or left[1] < self._best[1] - 1e-3:
-            self._best, self._best_at = left, now
+        remaining = len(self._tracker.pieces), rest
+        if remaining[0] < self._best[0] or remaining[1] < self._best[1] - 1e-3:
+            self._best, self._best_at = remaining, now
         return now - self._best_at > self._config.patience
 
 

@@ -361,7 +361,7 @@ class PathFollower:
         return control.velocity
 
     def _arrive(
-        self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float, left: float
+        self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float, remaining: float
     ) -> Velocity | None:
         """Return what drives into the goal, None while the controller drives or at the end."""
         end = self._end
@@ -373,7 +373,7 @@ class PathFollower:
             velocity,
             costmap,
             now,
-            left=left,
+            remaining=remaining,
             speed=min(self.desired_speed, self.speed_limit),
             within=aligned,
             heading=self._heading_matters,

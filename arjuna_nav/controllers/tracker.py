@@ -173,8 +173,10 @@ class Tracker:
         if not self.runs_out:
             # In a bend the end lies aside or behind: there the length along it counts.
             along = paths.length(piece.poses[here + 1 :])
-            left = max(side * (felt.inverse() @ piece.end).x, along)
-            speed = min(speed, max(braking_speed(left, config.deceleration, 0.0), config.min_speed))
+            remaining = max(side * (felt.inverse() @ piece.end).x, along)
+            speed = min(
+                speed, max(braking_speed(remaining, config.deceleration, 0.0), config.min_speed)
+            )
         seen = felt.inverse() @ _ahead(piece, here, felt, config.lookahead(speed))
         curvature = side * curvature_into(SE2(side * seen.x, side * seen.y, seen.theta))
         if self._radius > 0.0:

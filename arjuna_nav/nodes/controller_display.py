@@ -14,19 +14,19 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from arjuna_core.ros import qos
+from arjuna_core.ros.clouds import cloud_msg
 from arjuna_core.ros.convert import duration_msg, header, path_msg
 from arjuna_core.ros.messages import maker
 from arjuna_core.ros.node import ManagedNode
 from arjuna_nav.controllers import display
 from arjuna_nav.controllers.display import Evaluation, Judged
-from arjuna_nav.nodes.costmap.messages import cloud_msg
 
-MESSAGE = LocalPlanEvaluation
 _critic, _pose = maker(CriticScore, "name", "raw_score", "scale"), maker(Pose2D, "x", "y", "theta")
 _trajectory = maker(
     *(Trajectory2D, "velocity.x", "velocity.y", "velocity.theta", "time_offsets", "poses")
 )
 _score = maker(TrajectoryScore, "traj", "scores", "total")
+_colour, _point = maker(ColorRGBA, "r", "g", "b", "a"), maker(Point, "x", "y")
 
 
 def evaluation_msg(evaluation: Evaluation, frame: str, now: float) -> LocalPlanEvaluation:
@@ -46,9 +46,6 @@ def _judged(one: Judged) -> TrajectoryScore:
     return _score(_trajectory(*one.velocity, times, poses), scores, one.total)
 
 
-_colour, _point = maker(ColorRGBA, "r", "g", "b", "a"), maker(Point, "x", "y")
-
-
 class ControllerDisplay:
     """Publishes what a node's controllers show; `local_plan` there is with any of them."""
 
@@ -58,7 +55,7 @@ class ControllerDisplay:
             kinds |= display.topics_of(config.plugin, config)
         self._outputs: dict[str, tuple[Any, Callable[[Any, str, float], Any]]] = {}
         for topic, kind in kinds.items():
-            message, made = _messages_of(kind)
+            message, made = _MESSAGES[kind]
             self._outputs[topic] = node.publisher(message, topic, qos.LATEST), made
 
     def wanted(self) -> frozenset[str]:
@@ -103,18 +100,10 @@ def _markers(shapes: display.Shapes, frame: str, now: float) -> MarkerArray:
     return MarkerArray(markers=markers)
 
 
-def _messages_of(kind: type[Any]) -> tuple[Any, Callable[[Any, str, float], Any]]:
-    """Return the type of the messages of a kind of value, and what makes them."""
-    if kind is display.Evaluation:
-        from arjuna_nav.nodes.controller_display import MESSAGE, evaluation_msg
-
-        return MESSAGE, evaluation_msg
-    return _MESSAGES[kind]
-
-
 _MESSAGES: dict[type[Any], tuple[Any, Callable[[Any, str, float], Any]]] = {
     display.Plan: (Path, _path),
     display.Cloud: (PointCloud2, _cloud),
     display.Shapes: (MarkerArray, _markers),
+    Evaluation: (LocalPlanEvaluation, evaluation_msg),
 }
 """For each kind of value the type of its messages and what makes them, in a frame at a time [s]."""

@@ -21,14 +21,14 @@ class Guide:
 
     Attributes:
         end: The goal's cell, or the nearest to it that can be reached.
-        left: `(height, width) float32` cost from each cell to the end, inf where that does not
+        remaining: `(height, width) float32` cost from each cell to the end, inf where that does not
             matter or no path leads there.
         whole: Whether it is known from everywhere, not about the likely path alone.
         path_cost: Cost from the likeliest start, inf where the end is not the goal.
     """
 
     end: Cell
-    left: NDArray[np.float32]
+    remaining: NDArray[np.float32]
     whole: bool
     path_cost: float
 
@@ -59,22 +59,22 @@ def guide(
     first = int(exits[0, 0]), int(exits[0, 1])
     within = () if slack is None else corridors(data, costs, first, goal, slack, width)
     if within is not None and np.isfinite(costs[data[goal]]):
-        left = guided(
-            lambda one: _costs_left(data, costs, goal, one, coarseness),
+        remaining = guided(
+            lambda one: _costs_remaining(data, costs, goal, one, coarseness),
             lambda potential: float(potential[first]),
             within,
         )
-        if np.isfinite(left[tuple(exits.T)]).any():
-            return Guide(goal, left, not within, float(left[first]))
+        if np.isfinite(remaining[tuple(exits.T)]).any():
+            return Guide(goal, remaining, not within, float(remaining[first]))
     reached = query.approach(costs, seeds)
     end = query.reachable_end(reached)
     if end is None:
         return query.failure(reached)
-    left = _costs_left(data, costs, end, UNBOUNDED, coarseness)
-    return Guide(end, left, True, float(left[first]) if end == goal else math.inf)
+    remaining = _costs_remaining(data, costs, end, UNBOUNDED, coarseness)
+    return Guide(end, remaining, True, float(remaining[first]) if end == goal else math.inf)
 
 
-def _costs_left(
+def _costs_remaining(
     data: NDArray[np.uint8],
     costs: NDArray[np.float32],
     end: Cell,
@@ -86,7 +86,7 @@ def _costs_left(
     if coarseness == 1:
         return wavefront(data, costs, seed, corridor=within.open, shift=shift)
     coarse = pooled(data, coarseness, np.minimum)
-    left = wavefront(coarse, costs, seed, corridor=within.open, shift=shift - 1)
-    large = left.repeat(coarseness, axis=0).repeat(coarseness, axis=1)
+    remaining = wavefront(coarse, costs, seed, corridor=within.open, shift=shift - 1)
+    large = remaining.repeat(coarseness, axis=0).repeat(coarseness, axis=1)
     large *= np.float32(coarseness)
     return large[: data.shape[0], : data.shape[1]]

@@ -77,7 +77,7 @@ class ThetaStar:
             return Plan(found)
         data, options = costmap.data, (config.w_heuristic_cost / scale, config.how_many_corners)
         stop = stop_flag(), config.terminal_checking_interval
-        parents = _theta_star(data, costs, seeds, found.end, found.left, *options, *stop)
+        parents = _theta_star(data, costs, seeds, found.end, found.remaining, *options, *stop)
         check_stopped()
         points = _spaced(traced(parents, found.end, data.shape[1]))
         return Plan(query.answer(points), found.path_cost)
@@ -98,13 +98,13 @@ def _theta_star(
     costs: NDArray[np.float32],
     seeds: NDArray[np.float64],
     goal: tuple[int, int],
-    left: NDArray[np.float32],
+    remaining: NDArray[np.float32],
     weight: float,
     corners: int,
     stop: NDArray[np.bool_],
     interval: int,
 ) -> NDArray[np.int32]:
-    """Return the number of the corner before each cell, until the goal, among those with a `left`.
+    """Return the number of the corner before each cell, until the goal; cells need a cost to it.
 
     A cell that is taken from the queue looks past its parent to its parent's parent.
     """
@@ -117,7 +117,7 @@ def _theta_star(
     for row, column, value in seeds:
         r, c = int(row), int(column)
         values[r, c], parents[r * width + c] = value, r * width + c
-        heapq.heappush(queue, (value + weight * left[r, c], np.int64(r * width + c)))
+        heapq.heappush(queue, (value + weight * remaining[r, c], np.int64(r * width + c)))
     while len(queue) > 0:
         cell = heapq.heappop(queue)[1]
         row, column = cell // width, cell % width
@@ -136,12 +136,12 @@ def _theta_star(
             r, c = _neighbour(row, column, k)
             if not (0 <= r < height and 0 <= c < width) or closed[r, c]:
                 continue
-            if left[r, c] == np.inf:
+            if remaining[r, c] == np.inf:
                 continue
             value = values[row, column] + line_cost(data, costs, row, column, r, c)
             if value < values[r, c]:
                 values[r, c], parents[r * width + c] = value, cell
-                heapq.heappush(queue, (value + weight * left[r, c], np.int64(r * width + c)))
+                heapq.heappush(queue, (value + weight * remaining[r, c], np.int64(r * width + c)))
     return parents
 
 

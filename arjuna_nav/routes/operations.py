@@ -132,10 +132,10 @@ class TimeMarker:
         """Note the time of the edge that was left, if it was entered in the same drive."""
         if event.node is None:
             return None
-        left, entered_at = event.exited, self._since
-        whole = left is not None and left is self._edge and entered_at >= event.began
+        exited, entered_at = event.exited, self._since
+        whole = exited is not None and exited is self._edge and entered_at >= event.began
         self._edge, self._since = event.entered, event.now
-        if left is None or not whole:
+        if exited is None or not whole:
             return None
-        left.metadata[self._tag] = event.now - entered_at
+        exited.metadata[self._tag] = event.now - entered_at
         return OperationResult()

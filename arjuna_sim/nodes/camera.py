@@ -8,6 +8,7 @@ from typing import Any
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from arjuna_core.ros import qos
+from arjuna_core.ros.clouds import cloud_msg
 from arjuna_core.ros.convert import header
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
@@ -15,7 +16,7 @@ from arjuna_sim.devices.camera import CameraError, CameraThread, Shot, focal_len
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.world import World
-from arjuna_sim.nodes.sensor_topics import SensorTopics, cloud_msg
+from arjuna_sim.nodes.sensor_topics import SensorTopics
 from arjuna_sim.physics.stage import Stage
 from arjuna_sim.world_sensors import WorldSensors
 
@@ -132,7 +133,7 @@ class CameraTopics:
             self._depth_out.publish(self._image(stamp, "32FC1", shot.depth))
             if self._cloud_out is not None and self._gives_points():
                 seen = points(self._settings, shot.depth)
-                self._cloud_out.publish(cloud_msg(seen, None, self._settings.frame, stamp))
+                self._cloud_out.publish(cloud_msg(seen, self._settings.frame, stamp))
 
     def _image(self, stamp: float, encoding: str, pixels: Any) -> Image:
         data = pixels.tobytes()

@@ -86,8 +86,6 @@ class EkfNode(ManagedNode):
         alone = self.count_publishers(self._resolved(self.config.odom_topic)) < 2
         if self._wheels is None and self._silent == 2 and alone:
             topic = self._resolved(self.config.odom0)
-            if self.count_publishers(self._resolved(self.config.odom_topic)) > 1:
-                return  # the robot's drive publishes odometry itself
             count = self.count_publishers(topic)
             self.get_logger().warning(
                 f"no odometry of the wheels has come on {topic} (odom0), which {count} publish:"

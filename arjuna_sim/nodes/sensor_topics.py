@@ -5,7 +5,6 @@ A kind of sensor registers its message here, by `publishes`.
 
 from __future__ import annotations
 
-import array
 from collections.abc import Callable
 from typing import Any
 
@@ -23,12 +22,12 @@ from sensor_msgs.msg import (
     NavSatFix,
     NavSatStatus,
     PointCloud2,
-    PointField,
     Range,
 )
 from std_msgs.msg import String
 
 from arjuna_core.ros import qos
+from arjuna_core.ros.clouds import cloud_msg
 from arjuna_core.ros.convert import header, scan_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
@@ -47,16 +46,6 @@ from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.nodes.messages import WORLD, imu_msg, pose3_msg
 from arjuna_sim.world_sensors import WorldSensors
 
-_FLOAT, _UINT16 = np.dtype("<f4"), np.dtype("<u2")
-_POINT = np.dtype([("x", _FLOAT), ("y", _FLOAT), ("z", _FLOAT), ("ring", _UINT16)])
-_FIELDS = [
-    PointField(name=name, offset=4 * number, datatype=kind, count=1)
-    for number, (name, kind) in enumerate(
-        (*((axis, PointField.FLOAT32) for axis in "xyz"), ("ring", PointField.UINT16))
-    )
-]
-
-
 Convert = Callable[[Any, Any, float], Any]
 """Returns the message of a sensor's settings, its reading and the time [s]."""
 _messages: dict[type[SensorSettings], tuple[Any, Convert]] = {}
@@ -72,33 +61,6 @@ def publishes(kind: type[SensorSettings], message_type: Any) -> Callable[[Conver
     return registered
 
 
-def cloud_msg(
-    points: NDArray[np.float32], rows: NDArray[np.uint16] | None, frame: str, now: float
-) -> PointCloud2:
-    """Return points at a time [s] as a PointCloud2 message with the fields x, y, z and ring.
-
-    Args:
-        points: `(N, 3) float32` [m].
-        rows: Which row of the sensor each is of; None leaves out the field.
-    """
-    kind = _POINT if rows is not None else np.dtype(_POINT.descr[:3])
-    packed = np.zeros(len(points), kind)
-    packed["x"], packed["y"], packed["z"] = points.T
-    if rows is not None:
-        packed["ring"] = rows
-    return PointCloud2(
-        header=header(frame, now),
-        height=1,
-        width=len(points),
-        fields=_FIELDS[: 3 + (rows is not None)],
-        is_bigendian=False,
-        point_step=kind.itemsize,
-        row_step=kind.itemsize * len(points),
-        data=array.array("B", packed.tobytes()),
-        is_dense=True,
-    )
-
-
 @publishes(LidarSettings, LaserScan)
 def _scan(sensor: LidarSettings, reading: Any, now: float) -> LaserScan:
     return scan_msg(reading, sensor.frame, 1.0 / sensor.rate)
@@ -106,7 +68,8 @@ def _scan(sensor: LidarSettings, reading: Any, now: float) -> LaserScan:
 
 @publishes(CloudSettings, PointCloud2)
 def _cloud(sensor: CloudSettings, reading: Cloud, now: float) -> PointCloud2:
-    return cloud_msg(reading.points, reading.rows, sensor.frame, now)
+    rows = {} if reading.rows is None else {"ring": reading.rows}
+    return cloud_msg(reading.points, sensor.frame, now, rows)
 
 
 @publishes(RangeSettings, Range)

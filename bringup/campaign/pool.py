@@ -7,7 +7,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -18,6 +18,8 @@ from arjuna_core.files.input_file import read_json
 from bringup.campaign.outcome import Outcome, figures_of, judged
 from bringup.campaign.plan import Campaign, Run
 from bringup.processes.child import Child, ChildSpec, describe_exit
+from bringup.processes.fork import warm_up
+from bringup.stack import Group
 
 PROGRAM = (sys.executable, "-m", "bringup")
 """The program that takes the words of a run."""
@@ -82,6 +84,16 @@ class Forks:
 
     main: Callable[[], int]
     warm_up: Callable[[], None]
+
+
+def forks_of(arguments: object, groups: Iterable[Group]) -> Forks | None:
+    """Return forks that have imported some groups of nodes and what draws pictures.
+
+    None where the program that parsed the arguments is not to be forked.
+    """
+    also = "bringup.demo.measures", "bringup.viewing.pictures"
+    main = vars(arguments).get("main")
+    return Forks(main, lambda: warm_up(groups, also)) if main is not None else None
 
 
 class _Started:

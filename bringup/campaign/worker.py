@@ -196,7 +196,7 @@ def _remove_leftovers(folder: Path) -> None:
 class _Runs:
     """Does runs in forks of this process."""
 
-    def __init__(self, forks: Forks) -> None:
+    def __init__(self, forks: Forks | None) -> None:
         self._forks = LocalPool(1, forks=forks)
         self._path = sys.path[1:]  # without the folder that this process was started in
 
@@ -240,7 +240,7 @@ def _job(order: Mapping[str, Any], tree: Path) -> Job:
     return Job(Campaign(**one, factors={}), Run(**run), _below(tree, order["folder"]))
 
 
-def serve(forks: Forks, parent: int) -> None:
+def serve(forks: Forks | None, parent: int) -> None:
     """Do the runs that lines of standard input ask for, until it or the parent process ends."""
     die_with(parent)
     with os.fdopen(os.dup(1), "w") as answers:

@@ -7,13 +7,21 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from action_msgs.msg import GoalStatus
+from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
 from nav2_msgs.action import NavigateToPose, Spin
 from std_msgs.msg import String
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import duration_msg, pose_stamped
+from arjuna_core.ros.convert import (
+    duration_msg,
+    header,
+    planar_covariance,
+    pose_msg,
+    pose_stamped,
+)
 from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 from bringup.client.graph import action_server_state
@@ -21,6 +29,13 @@ from bringup.client.session import ClientError, Session
 
 _REMEDY = "is 'python -m bringup nav --map FILE' running and active?"
 _ENDS = {GoalStatus.STATUS_CANCELED: "cancelled", GoalStatus.STATUS_ABORTED: "aborted"}
+
+
+def initial_pose_msg(pose: SE2, metres: float, radians: float, now: float) -> Any:
+    """Return what sets the pose that AMCL starts from, with its standard deviations."""
+    covariance = planar_covariance(np.diag([metres**2, metres**2, radians**2]))
+    estimate = PoseWithCovariance(pose=pose_msg(pose), covariance=covariance)
+    return PoseWithCovarianceStamped(header=header("map", now), pose=estimate)
 
 
 @contextmanager

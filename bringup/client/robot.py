@@ -11,24 +11,23 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 
 from arjuna_core.files.map_image import MAP_SAVER, MapOptions
 from arjuna_core.files.maps import save_map
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import grid_from_msg, header, planar_covariance, pose_msg
+from arjuna_core.ros.convert import grid_from_msg
 from arjuna_core.ros.tf import TransformListener
 from arjuna_core.ros.velocity import VelocityOutput
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
-from bringup.client.goals import GoalEnd, Goals
+from bringup.client.goals import GoalEnd, Goals, initial_pose_msg
 from bringup.client.motion import ODOM, Reckoning, Trail, stop, velocity_output
 from bringup.client.sensing import DrawnMap, DrawnScan, DrivenPath, Lidar
 from bringup.client.session import ClientError, Connection, Session
 
 GOAL_TIMEOUT, EXPLORER_GRACE = 600.0, 60.0
-_INITIAL_COVARIANCE = np.diag([0.5**2, 0.5**2, 0.26**2])  # what RViz's "2D Pose Estimate" sends
 _REMEDIES = {
     "scan": "is 'python -m bringup sim' running, and not paused?",
     "map": "is 'python -m bringup slam' or 'nav' running, and does a scan come?",
@@ -213,10 +212,8 @@ class Robot:
         what = "somebody who listens on 'initialpose'"
         count = publisher.get_subscription_count
         self._wait(lambda: count() > 0, what, _REMEDIES["initialpose"])
-        pose = PoseWithCovariance(
-            pose=pose_msg(SE2(x, y, heading)), covariance=planar_covariance(_INITIAL_COVARIANCE)
-        )
-        publisher.publish(PoseWithCovarianceStamped(header=header("map", 0.0), pose=pose))
+        # as roughly as RViz's "2D Pose Estimate"
+        publisher.publish(initial_pose_msg(SE2(x, y, heading), 0.5, 0.26, 0.0))
         session.pause(0.1)  # it is sent
 
     def forward(self, metres: float, speed: float = 0.2, clearance: float = 0.3) -> float:

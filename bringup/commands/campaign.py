@@ -54,13 +54,12 @@ def run(arguments: argparse.Namespace) -> int:
     from arjuna_core.errors import ArjunaError
     from bringup.campaign.comparison import compared
     from bringup.campaign.plan import CampaignError, load_campaign
-    from bringup.campaign.pool import Forks
     from bringup.campaign.report import outcomes_in
     from bringup.campaign.worker import serve
     from bringup.terminal import show
 
     if arguments.worker is not None:
-        serve(Forks(arguments.main, _warm_up), arguments.worker)
+        serve(_forks(arguments), arguments.worker)
         return 0
     if arguments.compare is not None:
         first, second = map(outcomes_in, arguments.compare)
@@ -137,22 +136,7 @@ def _verified(
 
 
 def _forks(arguments: argparse.Namespace) -> Forks | None:
-    from bringup.campaign.pool import Forks
+    from bringup.campaign.pool import forks_of
+    from bringup.stack import DEMO_GROUPS
 
-    main = vars(arguments).get("main")
-    return Forks(main, _warm_up) if main is not None else None
-
-
-def _warm_up() -> None:
-    """Import what most runs need: a robot, and its pictures."""
-    from bringup.processes.fork import warm_up
-    from bringup.stack import (
-        EXPLORER_GROUP,
-        LOCALIZATION_GROUP,
-        NAVIGATION_GROUP,
-        SIM_GROUP,
-        SLAM_GROUP,
-    )
-
-    groups = SIM_GROUP, SLAM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP, EXPLORER_GROUP
-    warm_up(groups, also=("bringup.demo.measures", "bringup.viewing.pictures"))
+    return forks_of(arguments, DEMO_GROUPS)

@@ -101,11 +101,12 @@ def _grade(arguments: argparse.Namespace, submission: Path) -> int:
 def _grade_all(arguments: argparse.Namespace, exercise: Exercise, folders: list[Path]) -> int:
     """Grade a class's submissions, those that have changed since the last time or have no grade."""
     from bringup.campaign.plan import FOLDER, Campaign, Run
-    from bringup.campaign.pool import Forks, LocalPool
+    from bringup.campaign.pool import LocalPool, forks_of
     from bringup.campaign.progress import Progress
     from bringup.campaign.report import PAGE
     from bringup.campaign.runner import run_all
     from bringup.homework.report import RESULT, TABLE, write_class
+    from bringup.stack import LOCALIZATION_GROUP, SIM_GROUP
     from bringup.terminal import show, stopped_by_signals
 
     out = (arguments.out or Path("out/grades") / exercise.name).resolve()
@@ -117,8 +118,8 @@ def _grade_all(arguments: argparse.Namespace, exercise: Exercise, folders: list[
     ]
     for one, path in zip(runs, folders, strict=True):
         _forget_if_changed(out / one.name, _digest(exercise, path))
-    main = vars(arguments).get("main")
-    pool = LocalPool(arguments.jobs, forks=Forks(main, _warm_up) if main else None)
+    forks = forks_of(arguments, (SIM_GROUP, LOCALIZATION_GROUP))
+    pool = LocalPool(arguments.jobs, forks=forks)
     progress = Progress(len(runs), pool)
     outcomes = run_all(
         campaign, runs, out, pool, progress.ended, stopped_by_signals(), progress.lost,
@@ -155,13 +156,3 @@ def _forget_if_changed(folder: Path, digest: str) -> None:
     if not mark.exists() or read_text(mark) != digest:
         emptied_folder(folder, "*.json", "*.html", "*.png")
         write_atomically(mark, digest.encode())
-
-
-def _warm_up() -> None:
-    """Import what every grading needs."""
-    from bringup.processes.fork import warm_up
-    from bringup.stack import LOCALIZATION_GROUP, SIM_GROUP
-
-    warm_up(
-        (SIM_GROUP, LOCALIZATION_GROUP), also=("bringup.demo.measures", "bringup.viewing.pictures")
-    )

@@ -16,9 +16,8 @@ from std_msgs.msg import String
 
 from arjuna_core.files.maps import load_map
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import header, planar_covariance, pose_msg
 from arjuna_core.se2 import SE2
-from bringup.client.goals import Goals
+from bringup.client.goals import Goals, initial_pose_msg
 from bringup.demo.measures import Samples, distance_to_surfaces, segments_from
 from bringup.demo.report import Report, write_report
 from bringup.lockstep import LockStep, LockStepError
@@ -44,7 +43,6 @@ WAYPOINTS = (
 HOME = SE2(0.0, 0.0, 0.0)
 REACHED_WITHIN = 0.25  # nav2's xy_goal_tolerance, judged by the truth [m]
 KNOWS = 0.5  # localization quality from which the robot's word counts
-_INITIAL_COVARIANCE = np.diag([0.05**2, 0.05**2, 0.05**2])
 
 
 @dataclass(frozen=True)
@@ -178,9 +176,7 @@ class Demo:
         robot.process.transforms.clear()
         self._start_on_map(stem.with_suffix(".yaml"))
         assert last is not None
-        self._initial_pose.publish(
-            PoseWithCovarianceStamped(header=header("map", robot.now), pose=_with_covariance(last))
-        )
+        self._initial_pose.publish(initial_pose_msg(last, 0.05, 0.05, robot.now))
         robot.run_until(lambda: self._estimate() is not None, 10.0, "a first AMCL pose")
         robot.run(1.0)
         self._judge = True
@@ -261,11 +257,3 @@ class Demo:
         )
         write_report(out, report)
         return report
-
-
-def _with_covariance(pose: SE2) -> Any:
-    from geometry_msgs.msg import PoseWithCovariance
-
-    return PoseWithCovariance(
-        pose=pose_msg(pose), covariance=planar_covariance(_INITIAL_COVARIANCE)
-    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from rclpy.node import Node
@@ -27,6 +28,16 @@ class Controls:
             return response
 
         self._services.append(self._node.create_service(kind, f"~/{name}", respond))
+
+    def announcing(self, event: Any, name: str) -> Callable[[Path, Path], None]:
+        """Return what publishes, as an event of rosbag2's, that a file follows another."""
+        events = self._node.create_publisher(event, name, 1)
+
+        def announce(closed: Path, opened: Path) -> None:
+            files = {"closed_file": str(closed), "opened_file": str(opened)}
+            events.publish(event(**files, node_name=self._node.get_fully_qualified_name()))
+
+        return announce
 
     def poll(self) -> None:
         """Answer all requests that wait."""

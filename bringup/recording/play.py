@@ -120,12 +120,6 @@ def control(playing: Playing, node: Node) -> Controls:
     from rosbag2_interfaces import srv
     from rosbag2_interfaces.msg import ReadSplitEvent
 
-    events = node.create_publisher(ReadSplitEvent, "events/read_split", 1)
-
-    def announce(closed: Path, opened: Path) -> None:
-        files = {"closed_file": str(closed), "opened_file": str(opened)}
-        events.publish(ReadSplitEvent(**files, node_name=node.get_fully_qualified_name()))
-
     def pause(paused: bool) -> None:
         playback.paused = paused
 
@@ -134,8 +128,8 @@ def control(playing: Playing, node: Node) -> Controls:
         return {"success": True}
 
     playback = playing.playback
-    playing.on_split = announce
     controls = Controls(node)
+    playing.on_split = controls.announcing(ReadSplitEvent, "events/read_split")
     controls.add(srv.Pause, "pause", lambda _: pause(True))
     controls.add(srv.Resume, "resume", lambda _: pause(False))
     controls.add(srv.TogglePaused, "toggle_paused", lambda _: pause(not playback.paused))

@@ -201,18 +201,12 @@ def control(recorder: Recorder, node: Node, bag: BagFolder) -> Controls:
     from rosbag2_interfaces.msg import WriteSplitEvent
     from rosbag2_interfaces.srv import IsPaused, Pause, Resume, Snapshot, SplitBagfile
 
-    events = node.create_publisher(WriteSplitEvent, "events/write_split", 1)
-
-    def announce(closed: Path, opened: Path) -> None:
-        files = {"closed_file": str(closed), "opened_file": str(opened)}
-        events.publish(WriteSplitEvent(**files, node_name=node.get_fully_qualified_name()))
-
     def split(_: object) -> None:
         recorder.poll()
         bag.split()
 
-    bag.on_split = announce
     controls = Controls(node)
+    bag.on_split = controls.announcing(WriteSplitEvent, "events/write_split")
     controls.add(Pause, "pause", lambda _: recorder.pause(True))
     controls.add(Resume, "resume", lambda _: recorder.pause(False))
     controls.add(IsPaused, "is_paused", lambda _: {"paused": recorder.paused})

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import array
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -14,7 +12,6 @@ from nav2_msgs.msg import Costmap as CostmapMsg
 from nav2_msgs.msg import CostmapMetaData, CostmapUpdate, VoxelGrid
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from numpy.typing import NDArray
-from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
@@ -101,22 +98,6 @@ def polygon_msg(points: NDArray[np.float64], frame_id: str, now: float) -> Polyg
     """Return corners `(N, 2) float64` [m] as a polygon."""
     corners = [Point32(x=float(x), y=float(y)) for x, y in points]
     return PolygonStamped(header=header(frame_id, now), polygon=Polygon(points=corners))
-
-
-def cloud_msg(
-    points: NDArray[np.float64],
-    frame_id: str,
-    now: float,
-    channels: Mapping[str, NDArray[np.float32]] = MappingProxyType({}),
-) -> PointCloud2:
-    """Return points `(N, 3)` [m], and values `(N,)` by name, as a PointCloud2."""
-    names = [*"xyz", *channels]
-    fields = [PointField(name=n, offset=4 * k, datatype=7, count=1) for k, n in enumerate(names)]
-    rows = np.column_stack((points, *channels.values())).astype(np.float32)
-    data, step = array.array("B", rows.tobytes()), 4 * len(names)
-    layout = {"height": 1, "width": len(points), "point_step": step, "row_step": len(data)}
-    stamped = header(frame_id, now)
-    return PointCloud2(header=stamped, fields=fields, data=data, is_dense=True, **layout)
 
 
 def points_marker(points: NDArray[np.float64], frame_id: str, name: str) -> Marker:

@@ -18,6 +18,7 @@ from std_srvs.srv import SetBool
 
 from arjuna_core.grid import GridFrame
 from arjuna_core.ros import qos
+from arjuna_core.ros.clouds import cloud_msg
 from arjuna_core.ros.convert import header
 from arjuna_core.ros.node import ManagedNode
 from arjuna_nav.costmap import Costmap, LayeredCostmap
@@ -26,7 +27,6 @@ from arjuna_nav.costmap.layers.filters import BinaryFilter, CostmapFilter, Speed
 from arjuna_nav.costmap.layers.static import StaticLayer
 from arjuna_nav.costmap.layers.voxel import VoxelLayer
 from arjuna_nav.nodes.costmap.messages import (
-    cloud_msg,
     costmap_grid_msg,
     costmap_grid_update_msg,
     costmap_raw_msg,

@@ -17,17 +17,7 @@ from arjuna_core.pixels import pixels
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
 
-_FORMATS = {
-    "png": "PNG",
-    "jpg": "JPEG",
-    "jpeg": "JPEG",
-    "bmp": "BMP",
-    "tif": "TIFF",
-    "tiff": "TIFF",
-    "webp": "WEBP",
-    "ppm": "PPM",
-    "pgm": "PPM",
-}
+_FORMATS = "png", "jpg", "jpeg", "bmp", "tif", "tiff", "webp", "ppm", "pgm"
 
 
 @dataclass(frozen=True)
@@ -41,7 +31,7 @@ class PhotoConfig:
         "Folder of the pictures, below your home or the working folder.",
         path=True,
     )
-    image_format: str = param("png", "Their format.", choices=tuple(_FORMATS))
+    image_format: str = param("png", "Their format.", choices=_FORMATS)
 
 
 class PhotoAtWaypoint:
@@ -99,7 +89,9 @@ class PhotoAtWaypoint:
             raise ValueError(f"no image has come on {self._config.image_topic}")
         image = pixels(seen.encoding, seen.height, seen.width, seen.step, bytes(seen.data))
         data = io.BytesIO()
-        Picture.fromarray(image).save(data, _FORMATS[self._config.image_format])
+        Picture.fromarray(image).save(
+            data, Picture.registered_extensions()[f".{self._config.image_format}"]
+        )
         return data.getvalue()
 
 

@@ -81,12 +81,12 @@ class PoseSearch(abc.ABC):
             if isinstance(found, PlanResult):
                 return Plan(found)
             ends, coarse = self._ends(query, found.end, moves)
-            terrain = self._terrain(costmap, found.left)
-            left = rules._replace(limit=rules.limit - looked, coarse=coarse)
-            nodes, row, curve, more = search(first, ends, terrain, left, moves)
+            terrain = self._terrain(costmap, found.remaining)
+            remaining = rules._replace(limit=rules.limit - looked, coarse=coarse)
+            nodes, row, curve, more = search(first, ends, terrain, remaining, moves)
             looked += more
             if row >= 0:
-                searched, cells = driven(nodes, row, curve, terrain, left, moves)
+                searched, cells = driven(nodes, row, curve, terrain, remaining, moves)
                 poses = np.vstack((escape, searched))
                 poses[0, 2] = heading
                 path_cost = NEUTRAL * cells if found.end == query.goal_cell else math.inf
@@ -110,7 +110,7 @@ class PoseSearch(abc.ABC):
         """Return the costs left to the goal, those of an earlier plan to it where they are kept."""
         key, first = (query.goal_cell, query.costmap.frame, slack), tuple(seeds[0, :2].astype(int))
         kept = self._kept.get(key)
-        if kept is not None and np.isfinite(kept.left[first]):
+        if kept is not None and np.isfinite(kept.remaining[first]):
             return kept
         found = guide(query, self._costs(), seeds, slack, radius, self._coarseness)
         if isinstance(found, Guide) and self._config.cache_obstacle_heuristic:
@@ -151,11 +151,11 @@ class PoseSearch(abc.ABC):
         costs[INSCRIBED:UNKNOWN] = np.inf
         return costs
 
-    def _terrain(self, costmap: Costmap, left: NDArray[np.float32]) -> Terrain:
+    def _terrain(self, costmap: Costmap, remaining: NDArray[np.float32]) -> Terrain:
         """Return where the robot drives, with the cost left to the end from each cell."""
         return Terrain(
             costmap.data,
-            left / np.float32(NEUTRAL),
+            remaining / np.float32(NEUTRAL),
             self._footprint.points / costmap.frame.resolution,
             self._footprint.circular,
             costmap.circumscribed_cost,

@@ -37,7 +37,7 @@ class Terrain(NamedTuple):
 
     Attributes:
         data: `(height, width) uint8`.
-        left: `(height, width) float32` cost from a cell to the goal.
+        remaining: `(height, width) float32` cost from a cell to the goal.
         points: `(N, 2)` the robot's corners.
         circular: Whether it is a circle.
         safe_cost: Cost below which no heading collides.
@@ -45,7 +45,7 @@ class Terrain(NamedTuple):
     """
 
     data: NDArray[np.uint8]
-    left: NDArray[np.float32]
+    remaining: NDArray[np.float32]
     points: NDArray[np.float64]
     circular: bool
     safe_cost: int
@@ -200,7 +200,7 @@ def _expand(
         if side != 0 and moves.sides[move] == -side:
             cost += moves.changes[move]
         r, c = math.floor(pose[1] + moves.poses[end, 1]), math.floor(pose[0] + moves.poses[end, 0])
-        if not (0 <= r < height and 0 <= c < width) or terrain.left[r, c] == np.inf:
+        if not (0 <= r < height and 0 <= c < width) or terrain.remaining[r, c] == np.inf:
             continue
         other = row_at(index, r, c, moves.ends[move])  # most are known: before they are driven to
         least = nodes.values[row] + cost * rules.straight
@@ -217,8 +217,8 @@ def _expand(
         index = with_block(index, r, c)
         index.slots[slot_of(index, r, c, moves.ends[move])] = count
         nodes.values[count], nodes.before[count], nodes.kinds[count] = value, row, move
-        left = _cost_to_go(reached, goal, terrain, rules)
-        heapq.heappush(queue, (value / weight + left, np.int64(count)))
+        remaining = _cost_to_go(reached, goal, terrain, rules)
+        heapq.heappush(queue, (value / weight + remaining, np.int64(count)))
         count += 1
     return count, index
 
@@ -232,7 +232,7 @@ def _cost_to_go(
     Source: Savla, Frazzoli and Bullo, Traveling salesperson problems for the Dubins vehicle, IEEE
         TAC 2008, on how much longer than the straight line a curve can be.
     """
-    by_costs = float(terrain.left[math.floor(pose[1]), math.floor(pose[0])])
+    by_costs = float(terrain.remaining[math.floor(pose[1]), math.floor(pose[0])])
     if rules.spins:
         return by_costs
     dx, dy = (goal[0] - pose[0]) / rules.radius, (goal[1] - pose[1]) / rules.radius

@@ -21,21 +21,8 @@ from arjuna_sim.fusion.sensors import Part
 _SENSOR = re.compile(r"((odom|pose|twist|imu)\d+)(_\w+)?")
 # The variances of robot_localization's defaults
 _NOISE = (
-    0.05,
-    0.05,
-    0.06,
-    0.03,
-    0.03,
-    0.06,
-    0.025,
-    0.025,
-    0.04,
-    0.01,
-    0.01,
-    0.02,
-    0.01,
-    0.01,
-    0.015,
+    *(0.05, 0.05, 0.06, 0.03, 0.03, 0.06, 0.025, 0.025, 0.04),
+    *(0.01, 0.01, 0.02, 0.01, 0.01, 0.015),
 )
 
 

@@ -12,10 +12,10 @@ from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
+from arjuna_core.ros.clouds import cloud_msg
 from arjuna_core.ros.convert import cloud_from_msg, scan_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_sim.nodes.mounted_frames import MountedFrames
-from arjuna_sim.nodes.sensor_topics import cloud_msg
 from arjuna_sim.processing.to_scan import points_of_scan, scan_of_depth, scan_of_points
 
 _FLOAT_MAX = 3.4028234663852886e38  # a message's greatest range, of float32
@@ -134,7 +134,7 @@ class LaserscanToPointcloudNode(ManagedNode):
         scan = scan_from_msg(message)
         points = points_of_scan(scan.ranges, scan.angles, scan.range_min, scan.range_max)
         placed = pose.apply(points).astype(np.float32)
-        self._out.publish(cloud_msg(placed, None, frame, seconds(message.header.stamp)))
+        self._out.publish(cloud_msg(placed, frame, seconds(message.header.stamp)))
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import Pose
 from simulation_interfaces import srv
-from simulation_interfaces.msg import Result, SimulationState
+from simulation_interfaces.msg import Result
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.entities import BlockedPoseError, Entity, EntityError
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.messages import box_msg
-from arjuna_sim.nodes.services.host import Host, RequestError, answering
+from arjuna_sim.nodes.services.host import Host, RequestError, answering, need_world
 from arjuna_sim.nodes.services.known_entities import KnownEntities, matching
 
 
@@ -22,9 +22,7 @@ def in_world(host: Host, answer: Callable[[Any, Any], None]) -> Callable[[Any, A
     """Return a service's callback that refuses while no world is loaded."""
 
     def checked(request: Any, response: Any) -> None:
-        if host.state == SimulationState.STATE_NO_WORLD:
-            problem = "no world is loaded; load one first"
-            raise RequestError(Result.RESULT_INCORRECT_STATE, problem)
+        need_world(host)
         answer(request, response)
 
     return answering(checked)

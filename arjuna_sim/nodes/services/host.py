@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from simulation_interfaces.msg import Result
+from simulation_interfaces.msg import Result, SimulationState
 
 from arjuna_core.errors import ArjunaError
 from arjuna_sim.files.library import Library, ResourceError
@@ -32,6 +32,12 @@ def resource_error(response_type: Any, error: ResourceError) -> RequestError:
     name = error.fault.value
     holder = Result if name.startswith("RESULT_") else response_type
     return RequestError(getattr(holder, name), str(error))
+
+
+def need_world(host: Host, code: int = Result.RESULT_INCORRECT_STATE) -> None:
+    """Refuse a request by a code while no world is loaded."""
+    if host.state == SimulationState.STATE_NO_WORLD:
+        raise RequestError(code, "no world is loaded; load one first")
 
 
 def answering(answer: Callable[[Any, Any], None]) -> Callable[[Any, Any], Any]:

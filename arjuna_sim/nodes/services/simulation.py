@@ -12,7 +12,7 @@ from simulation_interfaces.msg import Result, SimulationState, SimulatorFeatures
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.node import ManagedNode
 from arjuna_sim.files.spawned import FORMATS
-from arjuna_sim.nodes.services.host import OK, Host, RequestError, answering
+from arjuna_sim.nodes.services.host import OK, Host, RequestError, answering, need_world
 
 _FEATURES = (
     *("SPAWNING", "DELETING", "ENTITY_TAGS", "ENTITY_BOUNDS", "ENTITY_BOUNDS_BOX"),
@@ -109,7 +109,7 @@ class SimulationServices:
         return response
 
     def _reset(self, request: Any, response: Any) -> None:
-        self._need_world()
+        need_world(self._host)
         scope, kind = request.scope, srv.ResetSimulation.Request
         simulator = self._host.simulator
         if scope in (kind.SCOPE_DEFAULT, kind.SCOPE_ALL):
@@ -132,18 +132,13 @@ class SimulationServices:
         self._forget()
         self._host.after_reset()
 
-    def _need_world(self) -> None:
-        if self._host.state == SimulationState.STATE_NO_WORLD:
-            problem = "no world is loaded; load one first"
-            raise RequestError(Result.RESULT_INCORRECT_STATE, problem)
-
     def _get_state(self, request: Any, response: Any) -> None:
         response.state.state = self._host.state
 
     def _set_state(self, request: Any, response: Any) -> None:
         state, codes = request.state.state, srv.SetSimulationState.Response
         if state != SimulationState.STATE_QUITTING:
-            self._need_world()
+            need_world(self._host)
         if state not in _STATES:
             valid = ", ".join(f"{number} ({name})" for number, name in _STATES.items())
             problem = f"state {state} cannot be entered; valid: {valid}"

@@ -17,7 +17,13 @@ from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.world import World
-from arjuna_sim.nodes.services.host import Host, RequestError, answering, resource_error
+from arjuna_sim.nodes.services.host import (
+    Host,
+    RequestError,
+    answering,
+    need_world,
+    resource_error,
+)
 
 _SUFFIXES = (".world", ".sdf", ".yaml")
 _NO_WORLD = b"<sdf version='1.7'><world name='none'/></sdf>"
@@ -79,17 +85,13 @@ class WorldServices:
         return read_world(XmlFile(path, "sdf", WorldError, text.encode(), library.search))
 
     def _unload(self, request: Any, response: Any) -> None:
-        self._need_world(UnloadWorld.Response.NO_WORLD_LOADED)
+        need_world(self._host, UnloadWorld.Response.NO_WORLD_LOADED)
         empty = read_world(XmlFile(Path("none"), "sdf", WorldError, _NO_WORLD))
         self._enter(empty, SimulationState.STATE_NO_WORLD)
 
     def _get_current(self, request: Any, response: Any) -> None:
-        self._need_world(GetCurrentWorld.Response.NO_WORLD_LOADED)
+        need_world(self._host, GetCurrentWorld.Response.NO_WORLD_LOADED)
         response.world = self._resource()
-
-    def _need_world(self, code: int) -> None:
-        if self._host.state == SimulationState.STATE_NO_WORLD:
-            raise RequestError(code, "no world is loaded")
 
     def _resource(self) -> WorldResource:
         world = self._host.simulator.world

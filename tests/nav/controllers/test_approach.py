@@ -166,7 +166,12 @@ class Asked:
         velocity: Velocity = STILL,
         **values: Any,
     ) -> Velocity | None:
-        own = {"left": pose.distance(self.goal), "speed": 0.5, "within": False, "heading": True}
+        own = {
+            "remaining": pose.distance(self.goal),
+            "speed": 0.5,
+            "within": False,
+            "heading": True,
+        }
         given: dict[str, Any] = {**own, **values}
         costs = costmap or self.free
         return self.approach.compute(pose, self.goal, velocity, costs, now, **given)
@@ -193,8 +198,8 @@ def blocked_behind(x: float) -> Costmap:
         (before(0.4, 0.34), {}, True),
         (before(0.4, 0.36), {}, False),
         (before(0.4, -0.36), {}, False),
-        (before(0.4), {"left": 0.469}, True),  # the path leads there straight
-        (before(0.4), {"left": 0.471}, False),
+        (before(0.4), {"remaining": 0.469}, True),  # the path leads there straight
+        (before(0.4), {"remaining": 0.471}, False),
         (before(0.9, 2.0), {"within": True}, True),
     ],
 )
@@ -211,8 +216,8 @@ def test_takes_over_where_little_is_left(pose: SE2, values: dict[str, Any], begi
         (before(1.1), {"speed": 0.25}, False),
         (before(1.9), {"heading": False}, False),
         (before(1.5, 0.36), {}, False),
-        (before(1.5), {"left": 1.64}, False),
-        (before(1.5), {"left": 1.62}, True),
+        (before(1.5), {"remaining": 1.64}, False),
+        (before(1.5), {"remaining": 1.62}, True),
     ],
 )
 def test_a_curve_to_the_heading_is_sooner(pose: SE2, values: dict[str, Any], curves: bool) -> None:
@@ -379,7 +384,7 @@ def test_a_steered_robots_curve_leads_round_obstacles(
         block(grid, 3.4, 0.0, 0.2, 5.0)
     costmap, start, goal = costmap_of(grid), SE2(1.6, 2.5), SE2(3.3, 2.5)
     approach = FinalApproach(ApproachConfig(), TrackerConfig(), ROBOT, 0.5)
-    around: dict[str, Any] = {"left": 1.7, "speed": 0.5, "within": False, "heading": True}
+    around: dict[str, Any] = {"remaining": 1.7, "speed": 0.5, "within": False, "heading": True}
     command = approach.compute(start, goal, STILL, costmap, 0.0, **around)
     assert (command is not None) is room
     assert approach.steers(9.0, 0.5) is room
@@ -389,7 +394,7 @@ def test_a_steered_robots_curve_leads_round_obstacles(
 def test_a_steered_robot_that_has_not_arrived_drives_as_many_curves_as_it_may() -> None:
     config = ApproachConfig(attempts=2)
     approach = FinalApproach(config, TrackerConfig(), ROBOT, 0.5)
-    around: dict[str, Any] = {"left": 1.0, "speed": 0.5, "within": True, "heading": True}
+    around: dict[str, Any] = {"remaining": 1.0, "speed": 0.5, "within": True, "heading": True}
     goal, costmap = SE2(3.0, 2.0), costmap_of(empty_grid(5.0, 4.0))
     for again in (True, False):
         assert approach.compute(SE2(2.0, 2.0), goal, STILL, costmap, 0.0, **around) is not None

@@ -22,6 +22,7 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
+from arjuna_core.ros.clouds import cloud_msg
 from arjuna_core.ros.convert import cloud_from_msg, header
 from arjuna_sim.nodes.messages import transform3_msg
 from arjuna_sim.nodes.processing.imu_filter import ImuFilterNode
@@ -32,7 +33,6 @@ from arjuna_sim.nodes.processing.to_scan import (
     LaserscanToPointcloudNode,
     PointcloudToLaserscanNode,
 )
-from arjuna_sim.nodes.sensor_topics import cloud_msg
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import start
 
@@ -98,7 +98,7 @@ def test_points_between_two_heights_are_a_scan(bench: RosBench) -> None:
         (0.1, 5, 0),
         (math.nan, 0, 0),
     ]
-    cloud = cloud_msg(np.array(points, np.float32), None, "lidar", 1.0)
+    cloud = cloud_msg(np.array(points, np.float32), "lidar", 1.0)
     bench.publish(PointCloud2, "cloud_in", cloud)
     (got,) = out
     assert got.header.frame_id == "base_link"
@@ -111,7 +111,7 @@ def test_beams_without_a_point_are_infinite_or_beyond(bench: RosBench) -> None:
     out = bench.collect(LaserScan, "scan")
     values = {"use_inf": False, "inf_epsilon": 0.5, "range_max": 4.0}
     start(bench, PointcloudToLaserscanNode(bench.process, values))
-    bench.publish(PointCloud2, "cloud_in", cloud_msg(np.zeros((0, 3), np.float32), None, "a", 1.0))
+    bench.publish(PointCloud2, "cloud_in", cloud_msg(np.zeros((0, 3), np.float32), "a", 1.0))
     assert set(out[0].ranges) == {4.5}
 
 
