@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import viser
+from PIL import Image
 
 from arjuna_core.se2 import SE2
+from bringup.viewing.drawing.textures import rectangle_glb
 
 Point3 = tuple[float, float, float]
 Point2 = tuple[float, float]
@@ -32,16 +34,10 @@ class Pointer:
         below: float = -0.02,
     ) -> None:
         self._pointed = pointed
-        corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32) * half
-        corners[:, 2] = below
-        self._ground = server.scene.add_mesh_simple(
-            "/ground",
-            corners,
-            np.array([[0, 1, 2], [0, 2, 3]], np.uint32),
-            color=(225, 228, 230),
-            cast_shadow=False,
-            receive_shadow=False,
-        )
+        png = io.BytesIO()
+        Image.new("RGB", (1, 1), (225, 228, 230)).save(png, "png")
+        glb = rectangle_glb(png.getvalue(), 2.0 * half, 2.0 * half)
+        self._ground = server.scene.add_glb("/ground", glb, position=(-half, -half, below))
         self._held = False
 
     def hold(self, wanted: bool) -> None:

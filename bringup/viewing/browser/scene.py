@@ -29,7 +29,6 @@ from bringup.viewing.drawing.values import (
 
 _WORLD = "/world"
 _FLOOR = 0.02  # above the map
-_FLAT: dict[str, Any] = {"cast_shadow": False, "receive_shadow": False}
 
 
 class Scene:
@@ -41,7 +40,7 @@ class Scene:
     """
 
     def __init__(
-        self, server: viser.ViserServer, decoding: int = 5, most_arrows: int = 100
+        self, server: viser.ViserServer, decoding: int = 20, most_arrows: int = 100
     ) -> None:
         self._server, self._decoding, self._most_arrows = server, decoding, most_arrows
         self._scene = server.scene
@@ -52,8 +51,13 @@ class Scene:
         self._old: list[tuple[int, Any]] = []
         self._maps = 0
         self._looked = False
+        self._turning: set[int] = set()
         self._middle, self._extent = np.zeros(3), 8.0
         self._scene.world_axes.visible = False
+        # plain light: shadows and reflections are most of a frame's cost without a GPU
+        self._scene.configure_default_lights(cast_shadow=False)
+        self._scene.configure_environment_map(None)
+        self._scene.add_light_ambient("/light", intensity=1.0)
         server.initial_camera.position, server.initial_camera.look_at = (0, -7, 9), (0, 0, 0)
 
     def add(self, display: str, shown: bool) -> None:
@@ -158,15 +162,27 @@ class Scene:
             self._looked = True
             self.look(np.array((0.0, -0.5, 0.75)))
 
-    def look(self, direction: Any, client: Any = None, whole: bool = True) -> None:
+    def look(self, direction: Any, whole: bool = True) -> None:
         """Look from a direction, at the whole map or at the origin from near by."""
         middle = self._middle - (*self.offset, 0.0) if whole else np.zeros(3)
         eye = middle + (self._extent if whole else 5.0) * direction
-        cameras: list[Any] = [client.camera] if client else [self._server.initial_camera]
-        if client is None:
-            cameras += [each.camera for each in self._server.get_clients().values()]
-        for camera in cameras:
-            camera.position, camera.look_at = eye, middle
+        self._server.initial_camera.position, self._server.initial_camera.look_at = eye, middle
+        for client in self._server.get_clients().values():
+            self.greet(client)
+
+    def greet(self, client: Any) -> None:
+        """Turn a browser to the last view that all were turned to."""
+        self._turning.add(client.client_id)
+        initial = self._server.initial_camera
+        client.camera.position, client.camera.look_at = initial.position, initial.look_at
+
+    def confirm(self, client: Any) -> None:
+        """Turn a browser again that says it looks elsewhere: amid its start it may miss it."""
+        if client.client_id in self._turning:
+            if np.allclose(client.camera.look_at, self._server.initial_camera.look_at, atol=0.01):
+                self._turning.discard(client.client_id)
+            else:
+                self.greet(client)
 
 
 def _inside(drawing: Drawing) -> Pose3:
@@ -180,9 +196,9 @@ def _inside(drawing: Drawing) -> Pose3:
 def _grid(scene: Any, name: str, drawing: Grid) -> Any:
     if drawing.opacity is None:
         glb = textures.map_glb(drawing.grid, *drawing.size)
-        return scene.add_glb(name, glb, visible=False, **_FLAT)
+        return scene.add_glb(name, glb, visible=False)
     pixels = textures.cost_pixels(drawing.grid, drawing.opacity)
-    return scene.add_image(name, pixels, *drawing.size, format="png", visible=False, **_FLAT)
+    return scene.add_image(name, pixels, *drawing.size, format="png", visible=False)
 
 
 def _points(scene: Any, name: str, drawing: Points) -> Any:
@@ -215,7 +231,7 @@ def _solids(scene: Any, name: str, drawing: Solids) -> Any:
     return scene.add_batched_meshes_simple(
         name, *triangles(drawing.shape), drawing.wxyzs, drawing.positions,
         batched_scales=drawing.sizes, batched_colors=drawing.colours,
-        batched_opacities=drawing.opacities, lod="off", visible=False, material="toon3", **_FLAT,
+        batched_opacities=_prop(drawing, "opacities"), lod="off", visible=False, material="toon3",
     )  # fmt: skip
 
 
@@ -235,7 +251,7 @@ def _label(scene: Any, name: str, drawing: Label) -> Any:
 
 
 def _model(scene: Any, name: str, drawing: Model) -> Any:
-    return scene.add_glb(name, drawing.glb, scale=drawing.scale, visible=False, cast_shadow=False)
+    return scene.add_glb(name, drawing.glb, scale=drawing.scale, visible=False)
 
 
 _MAKERS: dict[type[Drawing], Callable[[Any, str, Any], Any]] = {
@@ -291,6 +307,9 @@ def _padded(drawing: Drawing) -> Drawing:
 def _renewed(before: Drawing, handle: Any, drawing: Drawing) -> bool:
     """Change what is drawn already, where that is enough; return whether it was."""
     if isinstance(before, Grid) and isinstance(drawing, Grid):
+        same = (before.grid.frame, before.opacity) == (drawing.grid.frame, drawing.opacity)
+        if same and np.array_equal(before.grid.data, drawing.grid.data):
+            return True
         if before.size != drawing.size or None in (before.opacity, drawing.opacity):
             return False
         assert drawing.opacity is not None
@@ -310,9 +329,16 @@ def _renewed(before: Drawing, handle: Any, drawing: Drawing) -> bool:
         if isinstance(drawing, Solids | Axes) or empty or [*map(len, old)] != [*map(len, new)]:
             return False
     for mine, theirs in fields.items():
-        value = getattr(drawing, mine)
-        setattr(handle, theirs, value if isinstance(value, str) else np.asarray(value))
+        setattr(handle, theirs, _prop(drawing, mine))
     return True
+
+
+def _prop(drawing: Drawing, field: str) -> Any:
+    """Return a node's property; opaque bodies have no opacities, which would sort every frame."""
+    value = getattr(drawing, field)
+    if field == "opacities" and (value >= 1.0).all():
+        return None
+    return value if isinstance(value, str) else np.asarray(value)
 
 
 def path_part(name: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -97,6 +98,41 @@ def test_few_numbers_of_bodies_are_another_node(scene: Scene) -> None:
     assert nodes[1] is not nodes[2]
     scene.draw("one", {"": solids("sphere", [])})
     assert not scene._drawn
+
+
+@pytest.mark.parametrize("opacity", [None, 0.5])
+def test_a_map_that_comes_again_is_not_sent_again(opacity: float | None, scene: Scene) -> None:
+    other = OccupancyGrid(GRID.frame, np.full((2, 4), 100, np.int8))
+    nodes, pictures = [], []
+    for grid in (GRID, OccupancyGrid(GRID.frame, GRID.data.copy()), other):
+        scene.draw("one", {"": Grid(grid=grid, opacity=opacity)})
+        nodes.append(node(scene))
+        pictures.append(id(getattr(nodes[-1], "image", None)))
+    assert nodes[0] is nodes[1]
+    assert (nodes[1] is nodes[2]) is (opacity is not None)  # a browser decodes maps meanwhile
+    assert pictures[0] == pictures[1]
+
+
+def test_bodies_have_opacities_only_where_they_are_seen_through(scene: Scene) -> None:
+    clear = (*ROW[:4], 0.5)
+    for row, opaque in ((ROW, True), (clear, False), (ROW, True)):
+        scene.draw("one", {"": solids("box", [row])})
+        assert (node(scene).batched_opacities is None) is opaque
+
+
+def test_a_newcomer_looks_where_all_were_turned_to(scene: Scene) -> None:
+    scene.frame_map(Grid(grid=GRID))
+    camera = SimpleNamespace(position=None, look_at=None)
+    client = SimpleNamespace(camera=camera, client_id=1)
+    scene.greet(client)
+    camera.look_at = np.zeros(3)  # it had not begun yet
+    scene.confirm(client)
+    assert camera.look_at == pytest.approx([1.0, 0.5, 0.0])
+    assert camera.position == pytest.approx([1.0, -1.0, 2.25])
+    scene.confirm(client)
+    camera.look_at = np.zeros(3)  # a person turns it
+    scene.confirm(client)
+    assert camera.look_at == pytest.approx([0.0, 0.0, 0.0])
 
 
 def test_many_arrows_are_lines(scene: Scene) -> None:
