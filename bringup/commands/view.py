@@ -80,8 +80,8 @@ def _serve_browser(arguments: argparse.Namespace, stopped: Callable[[], bool]) -
     if config:
         shown = ", ".join(spec.name for spec in config.displays if spec.shown)
         show(f"{arguments.config}: {shown}, drawn in {frame}")
-        for name in config.left_out:
-            show(f"not shown here: {name}")
+        if config.unsupported:
+            show(f"not shown here, but kept: {', '.join(config.unsupported)}")
     show(f"open http://{arguments.host}:{server.get_port()} in a browser; Ctrl-C ends it")
     while not stopped():
         viewer.step()

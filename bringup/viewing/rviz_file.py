@@ -13,7 +13,13 @@ import yaml
 from arjuna_core.errors import ConfigError, InputFileError
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.yaml_file import read_yaml
-from bringup.viewing.displays.base import DISPLAYS, DisplaySpec, properties_of, settings_of
+from bringup.viewing.displays.base import (
+    DISPLAYS,
+    PIXELS,
+    DisplaySpec,
+    properties_of,
+    settings_of,
+)
 
 _MOVE_BASE = "/move_base/"  # below which ROS 1 publishes what has no such place here
 _OTHER_NAMES = {
@@ -26,6 +32,21 @@ _PACKAGES = {"ParticleCloud": "nav2_rviz_plugins"} | dict.fromkeys(
     ("People", "Speed", "LocalizationQuality", "DistanceToGoal", "BehaviorTree"), "arjuna"
 )
 """Where RViz has a display's class, if it has it elsewhere than most, or not at all."""
+_OF_RVIZ = re.compile(
+    r"rviz(_common|_default_plugins)?/|nav2_rviz_plugins/(Navigation 2|GoalTool)$"
+).match
+"""Panels and tools that RViz always has, or that the viewer has a part for."""
+_NAMESPACE = re.compile(r"^/?<\w+>/")
+_QOS = {
+    latched: {
+        "Depth": 5,
+        "Durability Policy": "Transient Local" if latched else "Volatile",
+        "History Policy": "Keep Last",
+        "Reliability Policy": "Reliable" if latched else "Best Effort",
+    }
+    for latched in (True, False)
+}
+"""The QoS that fits every publisher of what is latched, or is not."""
 _FLAT = re.compile(r"^\s*(-\s+)?([\w ()]+?):\s*(.*?)\s*$")
 
 
@@ -35,21 +56,15 @@ class RvizFile:
 
     Attributes:
         fixed_frame: Empty where it names none.
-        others: Displays that nothing here shows, as the file has them.
-        document: All of the file.
+        unsupported: Displays that it shows, panels and tools that nothing here is for, each with
+            its class.
+        document: All of the file; the displays' `rviz` are parts of it.
     """
 
     fixed_frame: str
     displays: tuple[DisplaySpec, ...]
-    others: tuple[Mapping[str, Any], ...] = ()
+    unsupported: tuple[str, ...] = ()
     document: Mapping[str, Any] | None = None
-
-    @property
-    def left_out(self) -> tuple[str, ...]:
-        """Names of the displays that nothing here shows, though the file does."""
-        shown = (each for each in self.others if each.get("Enabled", True))
-        kinds = ((each, str(each.get("Class", "")).rpartition("/")[2]) for each in shown)
-        return tuple(str(each.get("Name", kind)) for each, kind in kinds if kind != "Grid")
 
 
 def read_rviz(path: Path) -> RvizFile:
@@ -67,39 +82,57 @@ def read_rviz(path: Path) -> RvizFile:
     manager = document.get("Visualization Manager") if isinstance(document, dict) else None
     if not isinstance(manager, dict):
         raise InputFileError(path, "has no 'Visualization Manager'; valid: a file that RViz saved")
-    displays, others = [], []
+    displays, unsupported = [], []
     for display, shown in _displays(manager, True):
         spec = _spec(display, shown)
-        if spec is None:
-            others.append({**display, "Enabled": shown})
-        else:
+        if spec is not None:
             displays.append(spec)
+        elif shown and _kind(display) != "Grid":
+            unsupported.append(_named(display))
+    for what, parts in (("panel", document.get("Panels")), ("tool", manager.get("Tools"))):
+        others = [part for part in _mappings(parts) if not _OF_RVIZ(_class(part))]
+        unsupported += [f"{what} {_named(part)}" for part in others]
     frame = str((manager.get("Global Options") or {}).get("Fixed Frame", "")).lstrip("/")
-    return RvizFile(frame, tuple(displays), tuple(others), document)
+    return RvizFile(frame, tuple(displays), tuple(unsupported), document)
+
+
+def _class(part: Mapping[str, Any]) -> str:
+    return str(part.get("Class", ""))
+
+
+def _kind(display: Mapping[str, Any]) -> str:
+    return _class(display).rpartition("/")[2]
+
+
+def _named(part: Mapping[str, Any]) -> str:
+    name = str(part.get("Name", ""))
+    return f"{name} ({_class(part)})" if name else _class(part)
 
 
 def _displays(parent: Mapping[str, Any], shown: bool) -> Iterator[tuple[Mapping[str, Any], bool]]:
-    for display in parent.get("Displays") or ():
-        if isinstance(display, Mapping):
-            now = shown and bool(display.get("Enabled", True))
-            if "Displays" in display:
-                yield from _displays(display, now)
-            else:
-                yield display, now
+    for display in _mappings(parent.get("Displays")):
+        now = shown and bool(display.get("Enabled", True))
+        if "Displays" in display:
+            yield from _displays(display, now)
+        else:
+            yield display, now
+
+
+def _mappings(parts: Any) -> list[Mapping[str, Any]]:
+    return [part for part in parts if isinstance(part, Mapping)] if isinstance(parts, list) else []
 
 
 def _spec(display: Mapping[str, Any], shown: bool) -> DisplaySpec | None:
     """Return a display; None where nothing here shows it."""
-    given = str(display.get("Class", ""))
-    kind, name = given.rpartition("/")[2], str(display.get("Name", ""))
-    kind = _OTHER_NAMES.get(kind, kind)
+    name = str(display.get("Name", ""))
+    kind = _OTHER_NAMES.get(_kind(display), _kind(display))
     try:
         cls = DISPLAYS.resolve(kind)
     except ConfigError:
         return None
     topic = _topic(display, cls.property)
-    if kind == "PoseArray" and given.startswith("rviz/") and "particle" in topic:
-        kind, topic = "ParticleCloud", ""  # AMCL's, which in ROS 1 were poses
+    if kind == "PoseArray" and topic.lstrip("/") == "particlecloud":
+        kind, topic = "ParticleCloud", ""  # AMCL's, which before Nav2's 1.0 were poses
     settings = settings_of(kind, display)
     if kind == "Map" and "costmap" in topic:
         settings.setdefault("color_scheme", "costmap")
@@ -107,14 +140,18 @@ def _spec(display: Mapping[str, Any], shown: bool) -> DisplaySpec | None:
         settings.setdefault("height", 0.02 if "local" in topic else 0.01)
     if topic.startswith(_MOVE_BASE):
         topic = _of_ours(kind, topic)
-    return DisplaySpec(kind, name or kind, topic.lstrip("/"), shown, settings, rviz=display)
+    return DisplaySpec(kind, name or kind, topic, shown, settings, rviz=display)
 
 
 def _topic(display: Mapping[str, Any], where: str) -> str:
-    """Return a display's topic: a name in ROS 1, a mapping with its value in ROS 2."""
+    """Return a display's topic: a name in ROS 1, a mapping with its value in ROS 2.
+
+    What a launch file would put in place of `<robot_namespace>` is the viewer's own namespace.
+    """
     topic = display.get(where) or display.get("Topic") or display.get("Image Topic") or ""
     topic = topic or display.get("Marker Topic") or display.get("Update Topic") or ""
-    return str(topic.get("Value", "") if isinstance(topic, Mapping) else topic)
+    topic = str(topic.get("Value", "") if isinstance(topic, Mapping) else topic)
+    return _NAMESPACE.sub("", topic)
 
 
 def _of_ours(kind: str, topic: str) -> str:
@@ -131,14 +168,18 @@ def write_rviz(
     """Return a configuration that RViz 2 reads.
 
     Args:
-        read: The file that they came from; what it says of RViz alone stays.
+        read: The file that they came from: what it says stays, but for displays that are not as it
+            has them.
     """
-    entries = [{"Class": "rviz_default_plugins/Grid", "Name": "Grid", "Enabled": True}]
-    entries = list(read.others) if read else entries  # type: ignore[arg-type]
-    entries += [_entry(each) for each in displays]
     document = dict(read.document or {}) if read else {}
     manager = {"Class": "", **(document.get("Visualization Manager") or {})}
-    manager["Displays"] = [dict(each) for each in entries]
+    now = list(displays)
+    before = {id(spec.rviz): spec for spec in read.displays} if read else {}
+    grid = {"Class": "rviz_default_plugins/Grid", "Name": "Grid", "Enabled": True, "Value": True}
+    manager["Displays"] = [
+        *(_kept(manager.get("Displays"), before, {id(s.rviz): s for s in now}) if read else [grid]),
+        *(_entry(spec) for spec in now if id(spec.rviz) not in before),
+    ]
     manager["Global Options"] = {
         **(manager.get("Global Options") or {"Background Color": "48; 48; 48", "Frame Rate": 30}),
         "Fixed Frame": fixed_frame,
@@ -147,26 +188,69 @@ def write_rviz(
     return str(yaml.safe_dump(document, sort_keys=False, allow_unicode=True))
 
 
-def _entry(spec: DisplaySpec) -> dict[str, Any]:
-    display = spec.make()
+_ById = Mapping[int, DisplaySpec]
+
+
+def _kept(given: Any, before: _ById, now: _ById, opened: bool = False) -> list[Any]:
+    """Return a file's displays as they are now, those that nothing here shows as they were.
+
+    Args:
+        before: The displays as they were read, by their mappings.
+        opened: Whether they are of a group that was off and is on.
+    """
+    kept: list[Any] = []
+    for each in _mappings(given):
+        key = id(each)
+        if "Displays" in each:
+            was = bool(each.get("Enabled", True))
+            inside = (now.get(id(part)) for part, _ in _displays(each, True))
+            on = was or any(spec.shown for spec in inside if spec)
+            parts = _kept(each["Displays"], before, now, opened or on > was)
+            kept.append({**each, "Displays": parts, "Enabled": on})
+        elif key in now:
+            same = now[key] == before[key] and not opened
+            kept.append(each if same else _entry(now[key], before[key]))
+        elif key not in before:
+            kept.append({**each, "Enabled": False} if opened else each)
+    return kept
+
+
+def _entry(spec: DisplaySpec, was: DisplaySpec | None = None) -> dict[str, Any]:
+    """Return a display as RViz has it: what its file said of it, but for what has changed."""
     package = _PACKAGES.get(spec.kind, "rviz_default_plugins")
     kind = spec.kind if ":" in spec.kind else f"{package}/{spec.kind}"
-    entry = {
-        "Class": kind,
-        **spec.rviz,
-        "Name": spec.name,
-        "Enabled": spec.shown,
-        "Value": spec.shown,
-    }
-    if display.types:
-        before = entry.get(display.property)
-        topic: Any = dict(before) if isinstance(before, Mapping) else {"Depth": 5}
-        if "Interactive" in display.property:
-            topic = display.name
+    entry = {"Class": kind, **spec.rviz}
+    entry |= {"Name": spec.name, "Enabled": spec.shown, "Value": spec.shown}
+    before = {} if was is None else _properties(was)
+    found = {key: value for key, value in _properties(spec).items() if before.get(key) != value}
+    if entry.get("Style") == "Points" and "Size (m)" in found:
+        found["Size (Pixels)"] = round(PIXELS * found["Size (m)"])
+    shape = entry.get("Shape")
+    if isinstance(shape, Mapping):
+        inside = {key: found.pop(key) for key in shape.keys() & found.keys()}
+        entry["Shape"] = {**shape, **inside}
+    for key, value in found.items():
+        old = entry.get(key)
+        if key == "Namespaces":
+            entry[key] = {**dict.fromkeys(old or (), True), **value}
+        elif isinstance(old, Mapping):
+            entry[key] = {**old, **(value if isinstance(value, Mapping) else {"Value": value})}
         else:
-            topic["Value"] = display.name if display.name[0] in "/~" else f"/{display.name}"
-        entry[display.property] = topic
-    return entry | properties_of(display)
+            entry[key] = value
+    return entry
+
+
+def _properties(spec: DisplaySpec) -> dict[str, Any]:
+    display = spec.make()
+    found = properties_of(display)
+    if display.types and "Namespace" in display.property:
+        found[display.property] = display.name
+    elif display.types:
+        qos = {} if display.property in spec.rviz else _QOS[display.latched]
+        found[display.property] = {**qos, "Value": display.name}
+        if "Update Topic" in spec.rviz:
+            found["Update Topic"] = {"Value": f"{display.name}_updates"}
+    return found
 
 
 def _flat(path: Path) -> dict[str, Any] | None:

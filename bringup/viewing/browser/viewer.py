@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
+from operator import methodcaller
 from pathlib import Path
 from typing import Any
 
@@ -79,7 +80,7 @@ class Viewer:
         self._topics: dict[str, str] = {}
         self._map: Grid | None = None
         self._people: Parts | None = None
-        self._base = ""
+        self._root = ""
         self._due = self._slow_due = 0.0
         self._viewers = self._number = 0
         listed = self._panel.displays
@@ -89,6 +90,7 @@ class Viewer:
         for spec in displays:
             self.add(spec)
         server.on_client_connect(self._on_viewers)
+        server.on_client_connect(self._on_newcomer)
         server.on_client_disconnect(self._on_viewers)
 
     def _queue(self, function: Callable[..., None], *values: Any) -> None:
@@ -96,6 +98,10 @@ class Viewer:
 
     async def _on_viewers(self, client: Any) -> None:
         self._queue(self._count_viewers, len(self._server.get_clients()))
+
+    async def _on_newcomer(self, client: Any) -> None:
+        self._queue(self._scene.greet, client)
+        client.camera.on_update(lambda camera: self._queue(self._scene.confirm, client))
 
     def step(self, period: float = 0.1, rest: float = 0.5) -> None:
         """Do one period's work [s]; where nobody looks, wait up to a rest [s] for a viewer."""
@@ -118,17 +124,16 @@ class Viewer:
         robot.tick(now)
         self._scene.drop_old()
         for key, message in robot.take():
-            self._do(key, partial(_take, message))
-        moment = Moment(
-            now, robot.frames, self._base, robot.navigation.state.distance,
-            robot.entities.take(self._base),
-        )  # fmt: skip
+            self._do(key, methodcaller("take", message))
+        base = self._base
+        left, people = robot.navigation.state.distance, robot.entities.take(base)
+        moment = Moment(now, robot.frames, left, people)
         for key, each in self._shown.items():
             if each.spec.shown:
-                self._do(key, partial(_tick, moment))
+                self._do(key, methodcaller("tick", moment))
                 self._show_waiting(key, each, now)
         self._scene.update(robot.frames)
-        pose = robot.frames.pose(self._base) if self._following and self._base else None
+        pose = robot.frames.pose(base) if self._following and base else None
         if pose is not None:
             self._scene.centre(pose.position[:2])
         if now >= self._slow_due:
@@ -178,10 +183,16 @@ class Viewer:
         drawn = {name: part for name, part in parts.items() if not isinstance(part, beside)}
         self._scene.draw(key, drawn)
         if isinstance(each.display, RobotModel):
-            self._base = each.display.base
+            self._root = each.display.base
             self._panel.name(each.display.robot or "Arjuna")
             for note in each.display.notes:
                 self._robot.node.get_logger().warning(note)
+
+    @property
+    def _base(self) -> str:
+        """The robot's own frame: its description's root, else a usual name, or ""."""
+        names = filter(None, (self._root, "base_footprint", "base_link"))
+        return next((name for name in names if self._robot.frames.knows(name)), "")
 
     def _status(self) -> str:
         """Return how the chosen display fares."""
@@ -293,6 +304,8 @@ class Viewer:
         self._robot.frames.want(found.fixed_frame or "map")
         for spec in found.displays:
             self.add(spec)
+        if found.unsupported:
+            self._panel.show_tool(self._tool, f"Not shown here: {', '.join(found.unsupported)}")
 
     def _look(self, view: str, follow: bool) -> None:
         """Look from where a view says, and stay at the robot or at the map."""
@@ -373,11 +386,3 @@ class Viewer:
         if values.max() >= 65:
             return "the goal is in or near a wall: the planner takes a free place near by, or fails"
         return ""
-
-
-def _take(message: Any, display: Display) -> Parts | None:
-    return display.take(message)
-
-
-def _tick(moment: Moment, display: Display) -> Parts | None:
-    return display.tick(moment)

@@ -37,6 +37,8 @@ DISPLAYS = PluginTypes(
     "",
 )
 """The displays by RViz's names of their classes; `module:Class` of a user's own is another."""
+PIXELS = 100.0
+"""Pixels of the screen that stand for a metre, where RViz and a browser have not the same unit."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class DisplaySpec:
         topic: Empty for the class's own.
         settings: Of its `Config`, by field; what is not given has its default.
         anywhere: Whether another topic of its types will do while this one is silent.
-        rviz: What else a file of RViz said of it, to be saved again.
+        rviz: What a file of RViz said of it, to be saved again.
     """
 
     kind: str
@@ -77,15 +79,12 @@ class Moment:
 
     Attributes:
         now: Time [s, monotonic].
-        stamp: The robot's, of the newest transform [s].
-        base: The robot's own frame, empty while it is not known.
         distance: Left to the goal [m].
         people: What the simulator says stands around the robot since the last call, or None.
     """
 
     now: float
     frames: Frames
-    base: str = ""
     distance: float | None = None
     people: Parts | None = None
 
@@ -99,9 +98,11 @@ class Wanted:
     every: bool = False
 
 
-@dataclass(frozen=True)
-class NoConfig:
-    """A display without settings."""
+def settings(**fields: Any) -> type[Any]:
+    """Return the frozen dataclass of a display's settings, each declared by `param`."""
+    return dataclasses.make_dataclass(
+        "Config", [(name, Any, each) for name, each in fields.items()], frozen=True
+    )
 
 
 class Display:
@@ -120,7 +121,7 @@ class Display:
     latched: ClassVar[bool] = False
     raw: ClassVar[bool] = False
     property: ClassVar[str] = "Topic"
-    Config: ClassVar[type[Any]] = NoConfig
+    Config: ClassVar[type[Any]] = settings()
 
     def __init__(self, config: Any, topic: str) -> None:
         self.config = config
@@ -131,12 +132,12 @@ class Display:
         return (Wanted(self.name, self.types),) if self.types else ()
 
     def take(self, message: Any) -> Parts | None:
-        """Return what to draw in place of what was, or None to leave it.
+        """Return what to draw in place of what was, or None to leave it; the usual drawing here.
 
         Raises:
             ValueError: The message makes no sense.
         """
-        return None
+        return self.usual(message)
 
     def tick(self, moment: Moment) -> Parts | None:
         """Return what to draw in place of what was, or None to leave it; called ten times a second.
@@ -146,7 +147,9 @@ class Display:
         return None
 
     def usual(self, message: Any, **style: Any) -> Parts:
-        """Return the usual drawing of a message of its type, with other colours or sizes."""
+        """Return the usual drawing of a message of its type in its colour, with other sizes."""
+        if hasattr(self.config, "color"):
+            style = {"colour": self.config.color, **style}
         return {"": dataclasses.replace(DRAWN[self.types[0]](self.name, message), **style)}
 
 
@@ -164,8 +167,16 @@ def rviz_name(field_name: str) -> str:
 
 
 def settings_of(kind: str, properties: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a display's settings from RViz's properties; what does not fit is left out."""
+    """Return a display's settings from RViz's properties; what does not fit is left out.
+
+    Some are below its `Shape`. Points of a size in pixels are as wide as paths of it: 1 cm each.
+    """
     found: dict[str, Any] = {}
+    shape = properties.get("Shape")
+    properties = {**(shape if isinstance(shape, Mapping) else {}), **properties}
+    pixels = properties.get("Size (Pixels)")
+    if properties.get("Style") == "Points" and isinstance(pixels, (int, float)):
+        properties["Size (m)"] = pixels / PIXELS
     for each in dataclasses.fields(DISPLAYS.resolve(kind).Config):
         value = properties.get(rviz_name(each.name))
         if value is not None and (fitting := _fitted(value, each)) is not None:
@@ -176,6 +187,9 @@ def settings_of(kind: str, properties: Mapping[str, Any]) -> dict[str, Any]:
 def _fitted(value: Any, each: dataclasses.Field[Any]) -> Any:
     """Return a value as a field has it, within its bounds; None where it is none."""
     info, default = info_of(each), each.default
+    if isinstance(value, Mapping):  # a switch with more below it, or namespaces with one each
+        hidden = ";".join(str(key) for key, shown in value.items() if not shown)
+        value = value.get("Value", hidden)
     try:
         if isinstance(default, bool):
             return value if isinstance(value, bool) else str(value).lower() == "true"
@@ -185,10 +199,8 @@ def _fitted(value: Any, each: dataclasses.Field[Any]) -> Any:
             parts = str(value).split(";") if not isinstance(value, tuple) else value
             red, green, blue = (int(np.clip(float(part), 0, 255)) for part in parts)
             return red, green, blue
-    except ValueError:
+    except (ValueError, TypeError):
         return None
-    if isinstance(value, Mapping):  # RViz's namespaces, each with whether it is shown
-        return "" if all(value.values()) else " ".join(key for key, on in value.items() if on)
     if not info.choices:
         return str(value)
     return next((one for one in info.choices if one.lower() == str(value).lower()), None)
@@ -200,7 +212,7 @@ def properties_of(display: Display) -> dict[str, Any]:
     for each in dataclasses.fields(display.config):
         value = getattr(display.config, each.name)
         if each.name == "namespaces":
-            value = dict.fromkeys(value.split(), True)
+            value = dict.fromkeys(filter(None, value.split(";")), False)
         found[rviz_name(each.name)] = "; ".join(map(str, value)) if type(value) is tuple else value
     return found
 

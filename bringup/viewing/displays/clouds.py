@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.param import param
-from bringup.viewing.displays.base import Display, rainbow
+from bringup.viewing.displays.base import Display, rainbow, settings
 from bringup.viewing.drawing.messages import frame_of, scan_of, seconds
 from bringup.viewing.drawing.values import Colour, Colours, Parts, Points
 
@@ -17,29 +16,24 @@ from bringup.viewing.drawing.values import Colour, Colours, Parts, Points
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 
 
-@dataclass(frozen=True)
-class CloudConfig:
-    """Settings of points."""
-
-    color_transformer: str = param(
-        *("Intensity", "What colours the points."),
-        choices=("FlatColor", "Intensity", "AxisColor", "RGB8"),
-    )
-    channel_name: str = param("intensity", "Field that colours them by Intensity.")
-    axis: str = param("Z", "Axis that colours them by AxisColor.", choices=("X", "Y", "Z"))
-    color: tuple[int, int, int] = param((255, 255, 255), "FlatColor's colour.")
-    size_m: float = param(0.03, "Size of a point.", unit="m", minimum=0.001, maximum=1.0)
-    autocompute_intensity_bounds: bool = param(True, "Colours span the values that come.")
-    min_intensity: float = param(0.0, "Value of the first colour.")
-    max_intensity: float = param(4096.0, "Value of the last colour.")
-
-
 class PointCloud2(Display):
     """A cloud of points."""
 
     types = ("sensor_msgs/msg/PointCloud2",)
     topic = "points"
-    Config = CloudConfig
+    Config = settings(
+        color_transformer=param(
+            *("Intensity", "What colours the points."),
+            choices=("FlatColor", "Intensity", "AxisColor", "RGB8"),
+        ),
+        channel_name=param("intensity", "Field that colours them by Intensity."),
+        axis=param("Z", "Axis that colours them by AxisColor.", choices=("X", "Y", "Z")),
+        color=param((255, 255, 255), "FlatColor's colour."),
+        size_m=param(0.03, "Size of a point.", unit="m", minimum=0.001, maximum=1.0),
+        autocompute_intensity_bounds=param(True, "Colours span the values that come."),
+        min_intensity=param(0.0, "Value of the first colour."),
+        max_intensity=param(4096.0, "Value of the last colour."),
+    )
 
     def take(self, message: Any) -> Parts:
         values = cloud_fields(message)
@@ -93,7 +87,7 @@ def cloud_fields(message: Any) -> dict[str, NDArray[Any]]:
             dtype = np.dtype(order + _TYPES[each.datatype])
             try:
                 cells = np.ndarray(shape, dtype, message.data, each.offset, strides)
-            except TypeError as error:
+            except (TypeError, ValueError) as error:
                 raise ValueError(f"a cloud of {len(message.data)} bytes is too short") from error
             found[each.name] = cells.reshape(-1)
         elif each.datatype in _TYPES:
@@ -101,24 +95,19 @@ def cloud_fields(message: Any) -> dict[str, NDArray[Any]]:
     return found
 
 
-@dataclass(frozen=True)
-class ScanConfig:
-    """Settings of a laser scan."""
-
-    color_transformer: str = param(
-        "FlatColor", "What colours the points.", choices=("FlatColor", "Intensity")
-    )
-    color: tuple[int, int, int] = param((230, 30, 30), "Colour.")
-    size_m: float = param(0.05, "Size of a point.", unit="m", minimum=0.001, maximum=1.0)
-    on_floor: bool = param(True, "Draw the points on the floor, not at the lidar's height.")
-
-
 class LaserScan(Display):
     """A laser scan."""
 
     types = ("sensor_msgs/msg/LaserScan",)
     topic = "scan"
-    Config = ScanConfig
+    Config = settings(
+        color_transformer=param(
+            "FlatColor", "What colours the points.", choices=("FlatColor", "Intensity")
+        ),
+        color=param((230, 30, 30), "Colour."),
+        size_m=param(0.05, "Size of a point.", unit="m", minimum=0.001, maximum=1.0),
+        on_floor=param(True, "Draw the points on the floor, not at the lidar's height."),
+    )
 
     def take(self, message: Any) -> Parts:
         config = self.config

@@ -2,20 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from arjuna_core.param import param
-from bringup.viewing.displays.base import Display
+from bringup.viewing.displays.base import PIXELS, Display, settings
 from bringup.viewing.drawing.values import Parts
-
-
-@dataclass(frozen=True)
-class PathConfig:
-    """Settings of a path."""
-
-    color: tuple[int, int, int] = param((25, 255, 0), "Colour.")
-    line_width: float = param(0.04, "Width.", unit="m", minimum=0.001, maximum=1.0)
 
 
 class Path(Display):
@@ -23,18 +14,13 @@ class Path(Display):
 
     types = ("nav_msgs/msg/Path",)
     topic = "plan"
-    Config = PathConfig
+    Config = settings(
+        color=param((25, 255, 0), "Colour."),
+        line_width=param(0.04, "Width.", unit="m", minimum=0.001, maximum=1.0),
+    )
 
     def take(self, message: Any) -> Parts:
-        width = max(100.0 * self.config.line_width, 1.5)
-        return self.usual(message, colour=self.config.color, width=width)
-
-
-@dataclass(frozen=True)
-class PolygonConfig:
-    """Settings of a polygon."""
-
-    color: tuple[int, int, int] = param((90, 90, 90), "Colour.")
+        return self.usual(message, width=max(PIXELS * self.config.line_width, 1.5))
 
 
 class Polygon(Display):
@@ -42,7 +28,4 @@ class Polygon(Display):
 
     types = ("geometry_msgs/msg/PolygonStamped",)
     topic = "local_costmap/published_footprint"
-    Config = PolygonConfig
-
-    def take(self, message: Any) -> Parts:
-        return self.usual(message, colour=self.config.color)
+    Config = settings(color=param((90, 90, 90), "Colour."))

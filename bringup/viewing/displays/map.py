@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,18 +10,9 @@ import numpy as np
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.param import param
 from arjuna_core.pose3 import Pose3
-from bringup.viewing.displays.base import Display, Wanted
+from bringup.viewing.displays.base import Display, Wanted, settings
 from bringup.viewing.drawing.messages import DRAWN
 from bringup.viewing.drawing.values import Grid, Parts
-
-
-@dataclass(frozen=True)
-class MapConfig:
-    """Settings of a map."""
-
-    color_scheme: str = param("map", "Colours.", choices=("map", "costmap"))
-    alpha: float = param(0.7, "Opacity of the costs.", minimum=0.0, maximum=1.0)
-    height: float = param(0.0, "Height above the ground.", unit="m", minimum=-1.0, maximum=1.0)
 
 
 class Map(Display):
@@ -29,7 +20,11 @@ class Map(Display):
 
     types = ("nav_msgs/msg/OccupancyGrid",)
     topic, latched = "map", True
-    Config = MapConfig
+    Config = settings(
+        color_scheme=param("map", "Colours.", choices=("map", "costmap")),
+        alpha=param(0.7, "Opacity of the costs.", minimum=0.0, maximum=1.0),
+        height=param(0.0, "Height above the ground.", unit="m", minimum=-1.0, maximum=1.0),
+    )
     _grid: Grid | None = None
 
     def wanted(self) -> tuple[Wanted, ...]:

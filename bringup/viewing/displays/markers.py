@@ -14,7 +14,7 @@ import numpy as np
 
 from arjuna_core.param import param
 from arjuna_core.pose3 import ORIGIN, Pose3
-from bringup.viewing.displays.base import Display, Moment, Wanted, colour_of
+from bringup.viewing.displays.base import Display, Moment, Wanted, colour_of, settings
 from bringup.viewing.drawing.frames import Frames
 from bringup.viewing.drawing.messages import frame_of, pose3, seconds
 from bringup.viewing.drawing.solids import arrow_pose, solids
@@ -53,19 +53,14 @@ class _Kept:
     single: Drawing | None = None
 
 
-@dataclass(frozen=True)
-class MarkerConfig:
-    """Settings of markers."""
-
-    namespaces: str = param("", "Namespaces to show, with spaces between them; empty for all.")
-
-
 class MarkerArray(Display):
     """Arrays of markers."""
 
     types = ("visualization_msgs/msg/MarkerArray",)
     topic = "visualization_marker_array"
-    Config = MarkerConfig
+    Config = settings(
+        namespaces=param("", "Namespaces to hide, with semicolons between them."),
+    )
 
     def __init__(self, config: Any, topic: str) -> None:
         super().__init__(config, topic)
@@ -76,7 +71,7 @@ class MarkerArray(Display):
         return (Wanted(self.name, self.types, every=True),)
 
     def take(self, message: Any) -> None:
-        wanted = self.config.namespaces.split()
+        hidden = self.config.namespaces.split(";") if self.config.namespaces else ()
         for marker in getattr(message, "markers", None) or _alone(message):
             key = marker.ns, marker.id
             if marker.action == _DELETE_ALL:
@@ -85,7 +80,7 @@ class MarkerArray(Display):
                 }
             elif marker.action == _DELETE:
                 self._kept.pop(key, None)
-            elif not wanted or marker.ns in wanted:
+            elif marker.ns not in hidden:
                 self._kept[key] = _read(marker)
             self._changed = True
 
@@ -173,9 +168,10 @@ def _arrows(marker: Any, pose: Pose3, scale: Any, colour: Any, alpha: float) -> 
 
 
 def _read_points(kept: _Kept, marker: Any, pose: Pose3, scale: Any) -> None:
-    points, kind = pose.apply(_xyz(marker.points)), marker.type
+    points, kind = _xyz(marker.points), marker.type
     if not np.isfinite(points).all():
         raise ValueError(f"a point of marker {marker.ns}/{marker.id} is not finite")
+    points = pose.apply(points)
     alpha = marker.color.a
     if len(marker.colors) == len(points) and len(points):
         colours = np.array([colour_of(each) for each in marker.colors], np.uint8)

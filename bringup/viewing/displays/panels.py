@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,15 +10,8 @@ from PIL import Image as Pillow
 
 from arjuna_core.param import param
 from arjuna_core.pixels import pixels
-from bringup.viewing.displays.base import Display, Moment
+from bringup.viewing.displays.base import Display, Moment, settings
 from bringup.viewing.drawing.values import Parts, Picture, Values, Words
-
-
-@dataclass(frozen=True)
-class ImageConfig:
-    """Settings of a picture."""
-
-    widest: int = param(640, "Columns at most.", minimum=16, maximum=4096)
 
 
 class Image(Display):
@@ -27,7 +19,9 @@ class Image(Display):
 
     types = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
     topic = "camera/image_raw"
-    Config = ImageConfig
+    Config = settings(
+        widest=param(640, "Columns at most.", minimum=16, maximum=4096),
+    )
 
     def take(self, message: Any) -> Parts:
         widest = self.config.widest

@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from arjuna_core.param import param
-from bringup.viewing.displays.base import Display
+from bringup.viewing.displays.base import Display, settings
 from bringup.viewing.drawing.messages import DRAWN, arrow_segments, frame_of, planar
 from bringup.viewing.drawing.values import Arrows, Line, Parts
 
 _WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
-
-
-@dataclass(frozen=True)
-class PoseConfig:
-    """Settings of a pose."""
-
-    color: tuple[int, int, int] = param((220, 40, 180), "Colour.")
-    shaft_length: float = param(0.5, "Length.", unit="m", minimum=0.01, maximum=10.0)
 
 
 class Pose(Display):
@@ -30,7 +22,10 @@ class Pose(Display):
 
     types = ("geometry_msgs/msg/PoseStamped",)
     topic = "goal_pose"
-    Config = PoseConfig
+    Config = settings(
+        color=param((220, 40, 180), "Colour."),
+        shaft_length=param(0.5, "Length.", unit="m", minimum=0.01, maximum=10.0),
+    )
 
     def take(self, message: Any) -> Parts:
         row = planar(message.pose).array()[None]
@@ -38,20 +33,15 @@ class Pose(Display):
         return {"": Arrows(frame=frame_of(message), segments=segments, colour=self.config.color)}
 
 
-@dataclass(frozen=True)
-class PoseArrayConfig:
-    """Settings of many poses."""
-
-    color: tuple[int, int, int] = param((150, 60, 200), "Colour.")
-    arrow_length: float = param(0.2, "Length.", unit="m", minimum=0.01, maximum=10.0)
-
-
 class PoseArray(Display):
     """Poses as arrows."""
 
     types = ("geometry_msgs/msg/PoseArray",)
     topic = "poses"
-    Config = PoseArrayConfig
+    Config = settings(
+        color=param((150, 60, 200), "Colour."),
+        arrow_length=param(0.2, "Length.", unit="m", minimum=0.01, maximum=10.0),
+    )
 
     def take(self, message: Any) -> Parts:
         rows = np.array([planar(each).array() for each in message.poses]).reshape(-1, 3)
@@ -61,22 +51,12 @@ class PoseArray(Display):
         return {"": Arrows(frame=frame_of(message), segments=segments, **style)}
 
 
-@dataclass(frozen=True)
-class ParticleConfig:
-    """Settings of particles."""
-
-    color: tuple[int, int, int] = param((70, 170, 60), "Colour.")
-
-
 class ParticleCloud(Display):
     """AMCL's particles."""
 
     types = ("nav2_msgs/msg/ParticleCloud",)
     topic, raw = "particle_cloud", True
-    Config = ParticleConfig
-
-    def take(self, message: Any) -> Parts:
-        return self.usual(message, colour=self.config.color)
+    Config = settings(color=param((70, 170, 60), "Colour."))
 
 
 class PoseWithCovariance(Display):
@@ -84,21 +64,7 @@ class PoseWithCovariance(Display):
 
     types = (_WITH_COVARIANCE,)
     topic, latched = "amcl_pose", True
-    Config = PoseArrayConfig
-
-    def take(self, message: Any) -> Parts:
-        return self.usual(message, colour=self.config.color)
-
-
-@dataclass(frozen=True)
-class OdometryConfig:
-    """Settings of odometry."""
-
-    keep: int = param(100, "Arrows that stay.", minimum=1, maximum=1000)
-    position_tolerance: float = param(0.1, "Way to the next one.", unit="m", minimum=0.0)
-    angle_tolerance: float = param(0.1, "Turn to the next one.", unit="rad", minimum=0.0)
-    color: tuple[int, int, int] = param((255, 25, 0), "Colour.")
-    covariance: bool = param(False, "Draw the ellipse of two sigmas.")
+    Config = PoseArray.Config
 
 
 class Odometry(Display):
@@ -106,7 +72,13 @@ class Odometry(Display):
 
     types = ("nav_msgs/msg/Odometry",)
     topic = "odom"
-    Config = OdometryConfig
+    Config = settings(
+        keep=param(100, "Arrows that stay.", minimum=1, maximum=1000),
+        position_tolerance=param(0.1, "Way to the next one.", unit="m", minimum=0.0),
+        angle_tolerance=param(0.1, "Turn to the next one.", unit="rad", minimum=0.0),
+        color=param((255, 25, 0), "Colour."),
+        covariance=param(False, "Draw the ellipse of two sigmas."),
+    )
 
     def __init__(self, config: Any, topic: str) -> None:
         super().__init__(config, topic)

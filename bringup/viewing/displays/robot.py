@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from arjuna_core.param import param
-from bringup.viewing.displays.base import Display, Moment
+from bringup.viewing.displays.base import Display, Moment, settings
 from bringup.viewing.drawing.values import Axes, Drawing, Label, Line, Model, Parts
 
 
@@ -36,20 +35,15 @@ class RobotModel(Display):
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class TfConfig:
-    """Settings of the tree of frames."""
-
-    show_names: bool = param(True, "Show the frames' names.")
-    show_axes: bool = param(True, "Show the frames' axes.")
-    show_arrows: bool = param(False, "Show a line from each frame to its parent.")
-    marker_scale: float = param(1.0, "Size; axes of 0.25 m at 1.", minimum=0.01, maximum=100.0)
-
-
 class TF(Display):
     """The frames' axes and names."""
 
-    Config = TfConfig
+    Config = settings(
+        show_names=param(True, "Show the frames' names."),
+        show_axes=param(True, "Show the frames' axes."),
+        show_arrows=param(False, "Show a line from each frame to its parent."),
+        marker_scale=param(1.0, "Size; axes of 0.25 m at 1.", minimum=0.01, maximum=100.0),
+    )
 
     def tick(self, moment: Moment) -> Parts | None:
         config, frames = self.config, moment.frames

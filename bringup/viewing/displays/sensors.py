@@ -3,24 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from arjuna_core.param import param
-from bringup.viewing.displays.base import Display
+from bringup.viewing.displays.base import Display, settings
 from bringup.viewing.drawing.messages import frame_of
 from bringup.viewing.drawing.solids import arrow_pose, solids
 from bringup.viewing.drawing.values import Axes, Colour, Parts
-
-
-@dataclass(frozen=True)
-class RangeConfig:
-    """Settings of a range."""
-
-    color: tuple[int, int, int] = param((60, 140, 255), "Colour.")
-    alpha: float = param(0.5, "Opacity.", minimum=0.0, maximum=1.0)
 
 
 class Range(Display):
@@ -28,7 +19,10 @@ class Range(Display):
 
     types = ("sensor_msgs/msg/Range",)
     topic = "range"
-    Config = RangeConfig
+    Config = settings(
+        color=param((60, 140, 255), "Colour."),
+        alpha=param(0.5, "Opacity.", minimum=0.0, maximum=1.0),
+    )
 
     def take(self, message: Any) -> Parts:
         reach = float(message.range)
@@ -42,21 +36,16 @@ class Range(Display):
         return {"": solids("cone", [row], frame=frame_of(message))}
 
 
-@dataclass(frozen=True)
-class PointConfig:
-    """Settings of a point."""
-
-    color: tuple[int, int, int] = param((204, 41, 204), "Colour.")
-    alpha: float = param(1.0, "Opacity.", minimum=0.0, maximum=1.0)
-    radius: float = param(0.2, "Radius.", unit="m", minimum=0.001, maximum=10.0)
-
-
 class PointStamped(Display):
     """A point as a ball."""
 
     types = ("geometry_msgs/msg/PointStamped",)
     topic = "clicked_point"
-    Config = PointConfig
+    Config = settings(
+        color=param((204, 41, 204), "Colour."),
+        alpha=param(1.0, "Opacity.", minimum=0.0, maximum=1.0),
+        radius=param(0.2, "Radius.", unit="m", minimum=0.001, maximum=10.0),
+    )
 
     def take(self, message: Any) -> Parts:
         at = message.point
@@ -67,23 +56,18 @@ class PointStamped(Display):
         return {"": solids("sphere", [row], frame=frame_of(message))}
 
 
-@dataclass(frozen=True)
-class WrenchConfig:
-    """Settings of a wrench."""
-
-    force_color: tuple[int, int, int] = param((204, 51, 51), "Colour of the force.")
-    torque_color: tuple[int, int, int] = param((204, 204, 51), "Colour of the torque.")
-    force_arrow_scale: float = param(2.0, "Length for 1 N.", unit="m", minimum=0.0)
-    torque_arrow_scale: float = param(2.0, "Length for 1 N m.", unit="m", minimum=0.0)
-    arrow_width: float = param(0.1, "Width.", unit="m", minimum=0.001, maximum=10.0)
-
-
 class Wrench(Display):
     """A force and a torque as arrows."""
 
     types = ("geometry_msgs/msg/WrenchStamped",)
     topic = "wrench"
-    Config = WrenchConfig
+    Config = settings(
+        force_color=param((204, 51, 51), "Colour of the force."),
+        torque_color=param((204, 204, 51), "Colour of the torque."),
+        force_arrow_scale=param(2.0, "Length for 1 N.", unit="m", minimum=0.0),
+        torque_arrow_scale=param(2.0, "Length for 1 N m.", unit="m", minimum=0.0),
+        arrow_width=param(0.1, "Width.", unit="m", minimum=0.001, maximum=10.0),
+    )
 
     def take(self, message: Any) -> Parts:
         config, rows = self.config, []
@@ -95,21 +79,16 @@ class Wrench(Display):
         return {"": solids("arrow", [row for row in rows if row], frame=frame_of(message))}
 
 
-@dataclass(frozen=True)
-class ImuConfig:
-    """Settings of an IMU."""
-
-    axes_scale: float = param(0.5, "Length of its axes.", unit="m", minimum=0.01, maximum=10.0)
-    acceleration_scale: float = param(0.05, "Length for 1 m/s2.", unit="m", minimum=0.0)
-    acceleration_color: tuple[int, int, int] = param((255, 160, 0), "Colour of the acceleration.")
-
-
 class Imu(Display):
     """An IMU's orientation as axes, and its acceleration as an arrow."""
 
     types = ("sensor_msgs/msg/Imu",)
     topic = "imu/data"
-    Config = ImuConfig
+    Config = settings(
+        axes_scale=param(0.5, "Length of its axes.", unit="m", minimum=0.01, maximum=10.0),
+        acceleration_scale=param(0.05, "Length for 1 m/s2.", unit="m", minimum=0.0),
+        acceleration_color=param((255, 160, 0), "Colour of the acceleration."),
+    )
 
     def take(self, message: Any) -> Parts:
         turn, frame, config = message.orientation, frame_of(message), self.config

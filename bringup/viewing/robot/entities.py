@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from simulation_interfaces.msg import EntityCategory
 from simulation_interfaces.srv import GetEntitiesStates, GetEntityBounds, GetEntityInfo
 
@@ -22,24 +23,6 @@ _COLOURS: dict[int, Colour] = {
     EntityCategory.CATEGORY_STATIC_OBJECT: (150, 150, 160),
 }
 Corner = tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class Body:
-    """A person, drawn round, or a box.
-
-    Attributes:
-        pose: Pose of the middle of its bounding box.
-        size: Edges of its bounding box [m].
-        colour: Red, green and blue, 0 to 255.
-        person: Whether it is a person.
-    """
-
-    name: str
-    pose: Pose3
-    size: Corner
-    colour: Colour
-    person: bool = False
 
 
 @dataclass(frozen=True)
@@ -107,45 +90,33 @@ class EntityWatch:
         if found is None:
             return None
         return {
-            shape: solids(
-                shape,
-                (
-                    (each.pose.position, each.pose.quaternion, each.size, each.colour, 0.9)
-                    for each in found
-                    if each.person is (shape == "cylinder")
-                ),
-                frame=robot_frame,
-                stamp=stamp,
-            )
-            for shape in ("cylinder", "box")
+            shape: solids(shape, rows, frame=robot_frame, stamp=stamp)
+            for shape, rows in found.items()
         }
 
 
 def bodies(
     kinds: Mapping[str, Kind], poses: Iterable[tuple[str, Pose3]]
-) -> tuple[Body, ...] | None:
-    """Return the bodies around the robot in its frame; None where there is no robot.
+) -> dict[str, list[Any]] | None:
+    """Return rows of `solids` in the robot's frame by their shapes; None where there is no robot.
 
-    A simulator's world and a map need not have the same origin; the robot is in both.
+    People are cylinders, all else is boxes. A simulator's world and a map need not have the same
+    origin; the robot is in both.
 
     Args:
         poses: All entities' poses in the world.
     """
-    known = [(name, kinds[name], pose) for name, pose in poses if name in kinds]
-    robots = [pose for _, kind, pose in known if kind.category == ROBOT]
+    known = [(kinds[name], pose) for name, pose in poses if name in kinds]
+    robots = [pose for kind, pose in known if kind.category == ROBOT]
     if not robots:
         return None
     T_robot_world = robots[0].inverse()
-    return tuple(
-        _body(name, kind, T_robot_world @ pose)
-        for name, kind, pose in known
-        if kind.category != ROBOT and kind.low != kind.high
-    )
-
-
-def _body(name: str, kind: Kind, pose: Pose3) -> Body:
-    pairs = list(zip(kind.low, kind.high, strict=True))
-    x, y, z = ((low + high) / 2.0 for low, high in pairs)
-    dx, dy, dz = (high - low for low, high in pairs)
-    colour = _COLOURS.get(kind.category, (180, 140, 90))
-    return Body(name, pose @ Pose3((x, y, z)), (dx, dy, dz), colour, kind.category == HUMAN)
+    found: dict[str, list[Any]] = {"cylinder": [], "box": []}
+    for kind, pose in known:
+        if kind.category != ROBOT and kind.low != kind.high:
+            low, high = np.array(kind.low), np.array(kind.high)
+            middle = T_robot_world @ pose @ Pose3(tuple(((low + high) / 2.0).tolist()))
+            colour = _COLOURS.get(kind.category, (180, 140, 90))
+            shape = "cylinder" if kind.category == HUMAN else "box"
+            found[shape].append((middle.position, middle.quaternion, high - low, colour, 0.9))
+    return found

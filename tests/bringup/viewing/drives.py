@@ -48,7 +48,7 @@ def _zero(node: Nodetype, of: Any) -> Any:
     if node is Nodetype.BASE:
         return "" if of[0] == "string" else 0
     (item, kind), count = of
-    return [] if item is Nodetype.NAME else np.zeros(count, kind[0])
+    return [] if item is Nodetype.NAME or kind[0] == "string" else np.zeros(count, kind[0])
 
 
 def header(frame: str) -> Any:
@@ -133,6 +133,10 @@ def status(*codes: int) -> Any:
     return make("action_msgs/msg/GoalStatusArray", status_list=rows)
 
 
+def serialized(message: Any) -> bytes:
+    return bytes(_STORE.serialize_cdr(message, message.__msgtype__))
+
+
 class Drive:
     """Writes a recording into a folder, message by message."""
 
@@ -144,7 +148,7 @@ class Drive:
         """Record a message at a time [s]."""
         kind = message.__msgtype__
         definition = _STORE.generate_msgdef(kind, ros_version=2)[0]
-        data = bytes(_STORE.serialize_cdr(message, kind))
+        data = serialized(message)
         info = TopicInfo(topic, kind, definition)
         stamp = round(time * SECOND)
         self._writer.write(info, stamp, data[:10] if damaged else data, stamp)

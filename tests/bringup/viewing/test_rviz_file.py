@@ -11,29 +11,62 @@ import pytest
 import yaml
 
 from arjuna_core.errors import InputFileError
-from bringup.viewing.displays.base import DISPLAYS, Display
+from bringup.viewing.displays.base import DISPLAYS, Display, DisplaySpec
 from bringup.viewing.displays.standard import STANDARD
 from bringup.viewing.rviz_file import RvizFile, read_rviz, write_rviz
 
-NAV2 = """
-Panels: [{Class: rviz_common/Displays}]
+QOS = "Depth: 5, Durability Policy: Volatile, History Policy: Keep Last, Reliability Policy"
+NAV2 = f"""
+Panels:
+  - {{Class: rviz_common/Displays, Tree Height: 287}}
+  - {{Class: nav2_rviz_plugins/Navigation 2, Name: Navigation 2}}
+  - {{Class: nav2_rviz_plugins/Docking, Name: Docking}}
+  - {{Class: "slam_toolbox::SlamToolboxPlugin", Name: SlamToolboxPlugin}}
 Visualization Manager:
+  Class: ""
   Displays:
-    - {Class: rviz_default_plugins/Grid, Name: Grid, Enabled: true}
-    - {Class: rviz_default_plugins/RobotModel, Enabled: true,
-       Description Topic: {Value: /robot_description}}
-    - {Class: rviz_default_plugins/LaserScan, Enabled: true, Topic: {Depth: 5, Value: /front/scan}}
-    - {Class: rviz_default_plugins/PointCloud2, Name: Bumper, Enabled: true, Topic: {Value: /hits}}
-    - {Class: own_plugins/StudentsOwn, Name: Student's own, Secret: 7}
+    - {{Class: rviz_default_plugins/Grid, Name: Grid, Enabled: true, Offset: {{X: 0, Y: 0}}}}
+    - {{Class: rviz_default_plugins/RobotModel, Enabled: false, Name: RobotModel, Value: false,
+       Description Topic: {{{QOS}: Reliable, Value: robot_description}}}}
+    - {{Class: rviz_default_plugins/TF, Enabled: true, Name: TF, Show Names: false,
+       Frames: {{All Enabled: false, base_link: {{Value: true}}}}, Tree: {{}}}}
+    - {{Class: rviz_default_plugins/LaserScan, Name: LaserScan, Enabled: true, Value: true,
+       Color Transformer: Intensity, Style: Points, Size (Pixels): 3, Size (m): 0.0099,
+       Topic: {{{QOS}: Best Effort, Filter size: 10, Value: <robot_namespace>/front/scan}}}}
+    - {{Class: rviz_default_plugins/PointCloud2, Name: Bumper Hit, Enabled: true,
+       Color Transformer: "", Style: Spheres, Size (m): 0.08,
+       Topic: {{{QOS}: Best Effort, Value: /hits}}}}
+    - {{Class: own_plugins/StudentsOwn, Name: Student's own, Secret: 7}}
     - Class: rviz_common/Group
       Name: Controller
       Enabled: true
       Displays:
-        - {Class: rviz_default_plugins/Map, Enabled: true, Topic: {Value: /local_costmap/costmap}}
-        - {Class: rviz_default_plugins/Path, Enabled: true, Topic: {Value: /local_plan}}
-        - {Class: nav2_rviz_plugins/ParticleCloud, Enabled: false, Topic: {Value: /particle_cloud}}
-  Global Options: {Fixed Frame: odom}
-  Views: {Current: {Class: rviz_default_plugins/Orbit}}
+        - {{Class: rviz_default_plugins/Map, Name: Local, Enabled: true, Alpha: 0.7, Value: true,
+           Color Scheme: costmap, Topic: {{{QOS}: Reliable, Value: local_costmap/costmap}},
+           Update Topic: {{{QOS}: Reliable, Value: local_costmap/costmap_updates}}}}
+        - {{Class: rviz_default_plugins/Path, Name: Local Plan, Enabled: true, Color: 0; 12; 255,
+           Pose Style: None, Topic: {{{QOS}: Reliable, Value: local_plan}}}}
+        - {{Class: nav2_rviz_plugins/ParticleCloud, Name: Swarm, Enabled: false,
+           Topic: {{{QOS}: Best Effort, Value: particle_cloud}}}}
+    - Class: rviz_common/Group
+      Name: Realsense
+      Enabled: false
+      Displays:
+        - {{Class: rviz_default_plugins/Image, Name: Camera, Enabled: true, Value: true,
+           Topic: {{{QOS}: Reliable, Value: camera/image_raw}}}}
+        - {{Class: own_plugins/Depth, Name: Depth, Enabled: true}}
+        - {{Class: rviz_default_plugins/MarkerArray, Name: Routes, Enabled: true, Value: true,
+           Namespaces: {{a: true, b: false}}, Topic: {{{QOS}: Reliable, Value: route_graph}}}}
+    - {{Class: rviz_default_plugins/Odometry, Name: Odometry, Enabled: true, Keep: 100,
+       Covariance: {{Position: {{Alpha: 0.3}}, Value: false}},
+       Shape: {{Color: 255; 25; 0, Shaft Length: 1, Value: Arrow}}, Topic: /odom}}
+  Global Options: {{Fixed Frame: odom, Frame Rate: 30}}
+  Tools:
+    - {{Class: rviz_default_plugins/SetInitialPose, Topic: {{{QOS}: Reliable, Value: initialpose}}}}
+    - {{Class: nav2_rviz_plugins/GoalTool}}
+    - {{Class: own_plugins/Lasso}}
+  Views: {{Current: {{Class: rviz_default_plugins/TopDownOrtho, Scale: 54, Y: 0}}, Saved: ~}}
+Window Geometry: {{Height: 893, QMainWindow State: 000000ff00000000fd00000004, X: 72}}
 """
 KINDS = ["LaserScan", "Map", "Path", "PoseArray", "RobotModel", "TF", "Polygon", "Odometry"]
 
@@ -47,30 +80,41 @@ def _read(folder: Path, text: str) -> RvizFile:
 def test_a_file_of_ros_2_is_read_with_its_groups(tmp_path: Path) -> None:
     found = _read(tmp_path, NAV2)
     assert found.fixed_frame == "odom"
-    shown = [(each.kind, each.topic) for each in found.displays if each.shown]
-    assert shown == [
-        ("RobotModel", "robot_description"),
-        ("LaserScan", "front/scan"),
-        ("PointCloud2", "hits"),
+    assert [(each.kind, each.topic) for each in found.displays if each.shown] == [
+        ("TF", ""),
+        ("LaserScan", "front/scan"),  # in the namespace of whoever looks
+        ("PointCloud2", "/hits"),
         ("Map", "local_costmap/costmap"),
         ("Path", "local_plan"),
+        ("Odometry", "/odom"),
     ]
-    assert [each.kind for each in found.displays if not each.shown] == ["ParticleCloud"]
-    assert found.left_out == ("Student's own",)
+    hidden = [each.kind for each in found.displays if not each.shown]
+    assert hidden == ["RobotModel", "ParticleCloud", "Image", "MarkerArray"]
+    assert found.unsupported == (
+        "Student's own (own_plugins/StudentsOwn)",
+        "panel Docking (nav2_rviz_plugins/Docking)",
+        "panel SlamToolboxPlugin (slam_toolbox::SlamToolboxPlugin)",
+        "tool own_plugins/Lasso",
+    )
 
 
 def test_settings_are_read_as_rviz_writes_them(tmp_path: Path) -> None:
     text = """Visualization Manager: {Displays: [
       {Class: rviz_default_plugins/PointCloud2, Size (m): 0.2, Color Transformer: AxisColor,
        Axis: Y},
-      {Class: rviz_default_plugins/Path, Color: 1; 2; 300, Line Width: lots},
+      {Class: rviz_default_plugins/Path, Color: 1; 2; 300, Line Width: [lots]},
+      {Class: rviz_default_plugins/LaserScan, Style: Points, Size (Pixels): 3, Size (m): 0.01},
+      {Class: rviz_default_plugins/Odometry, Covariance: {Value: true}, Shape: {Color: 1; 2; 3}},
       {Class: rviz_default_plugins/MarkerArray, Namespaces: {a: true, b: false}},
       {Class: rviz_default_plugins/Map, Topic: {Value: /map}, Color Scheme: raw}]}"""
-    cloud, path, markers, a_map = (each.make().config for each in _read(tmp_path, text).displays)
+    configs = (each.make().config for each in _read(tmp_path, text).displays)
+    cloud, path, scan, odometry, markers, a_map = configs
     assert (cloud.size_m, cloud.color_transformer, cloud.axis) == (0.2, "AxisColor", "Y")
     assert path.color == (1, 2, 255)  # within the bounds
     assert path.line_width == 0.04  # no number: the default
-    assert markers.namespaces == "a"
+    assert scan.size_m == 0.03  # 3 pixels are seen, 1 cm is not
+    assert (odometry.covariance, odometry.color) == (True, (1, 2, 3))
+    assert markers.namespaces == "b"  # what a file does not name is shown
     assert a_map.color_scheme == "map"
 
 
@@ -84,18 +128,54 @@ def test_what_is_saved_is_read_again(tmp_path: Path) -> None:
         assert saved.make().name == spec.make().name
 
 
-def test_saving_keeps_what_only_rviz_knows(tmp_path: Path) -> None:
+def _again(found: RvizFile, displays: list[DisplaySpec]) -> tuple[Any, dict[str, Any]]:
+    """Return a saved file's document, and its displays and groups by name."""
+    saved = yaml.safe_load(write_rviz(found.fixed_frame, displays, found))
+
+    def below(parent: Any) -> dict[str, Any]:
+        parts = {each["Name"]: each for each in parent.get("Displays", ())}
+        return parts | {name: part for each in parts.values() for name, part in below(each).items()}
+
+    return saved, below(saved["Visualization Manager"])
+
+
+def test_saving_what_was_not_changed_changes_nothing(tmp_path: Path) -> None:
     found = _read(tmp_path, NAV2)
-    one, *others = found.displays
-    changed = [replace(one, shown=False), *others]
-    saved = yaml.safe_load(write_rviz("map", changed, found))
-    assert saved["Panels"] == [{"Class": "rviz_common/Displays"}]
-    manager = saved["Visualization Manager"]
-    assert manager["Views"] == {"Current": {"Class": "rviz_default_plugins/Orbit"}}
-    by_class = {each["Class"].rpartition("/")[2]: each for each in manager["Displays"]}
-    assert by_class["StudentsOwn"]["Secret"] == 7
-    assert by_class["LaserScan"]["Topic"] == {"Depth": 5, "Value": "/front/scan"}
-    assert not by_class["RobotModel"]["Enabled"]
+    assert _again(found, list(found.displays))[0] == yaml.safe_load(NAV2)
+
+
+def test_saving_changes_what_was_changed_and_nothing_else(tmp_path: Path) -> None:
+    found = _read(tmp_path, NAV2)
+    before = _again(found, list(found.displays))[1]
+    changes: dict[str, dict[str, Any]] = {
+        "LaserScan": {"settings": {"size_m": 0.05}},
+        "Local": {"topic": "other/costmap"},
+        "Odometry": {"settings": {"color": (1, 2, 3), "covariance": True}},
+        "Routes": {"shown": True, "settings": {"namespaces": "c"}},
+    }
+    changed = [replace(each, **changes.get(each.name, {})) for each in found.displays]
+    saved, after = _again(found, [each for each in changed if each.name != "Local Plan"])
+    assert before.keys() - after.keys() == {"Local Plan"}
+    assert saved["Window Geometry"] == yaml.safe_load(NAV2)["Window Geometry"]
+    assert after["LaserScan"]["Size (Pixels)"] == 5
+    assert after["Local"]["Topic"] == {**before["Local"]["Topic"], "Value": "other/costmap"}
+    assert after["Local"]["Update Topic"]["Value"] == "other/costmap_updates"
+    assert after["Odometry"]["Covariance"] == {"Position": {"Alpha": 0.3}, "Value": True}
+    assert after["Odometry"]["Shape"]["Color"] == "1; 2; 3"
+    assert after["Routes"]["Namespaces"] == {"a": True, "b": True, "c": False}
+    shown = [name for name in ("Realsense", "Routes", "Camera", "Depth") if after[name]["Enabled"]]
+    assert shown == ["Realsense", "Routes"]  # of a group that was off, that one alone
+    for name in ("TF", "Swarm", "Bumper Hit", "RobotModel", "Student's own"):
+        assert after[name] == before[name]
+
+
+def test_a_display_that_was_added_is_saved_with_a_qos_that_fits(tmp_path: Path) -> None:
+    found = _read(tmp_path, NAV2)
+    own = DisplaySpec("PointCloud2", "mine", "my/points")
+    mine = _again(found, [*found.displays, own])[1]["mine"]
+    assert mine["Class"] == "rviz_default_plugins/PointCloud2"
+    assert mine["Topic"]["Reliability Policy"] == "Best Effort"
+    assert mine["Topic"]["Value"] == "my/points"
 
 
 def test_a_class_of_one_s_own_is_a_display(tmp_path: Path) -> None:
@@ -138,7 +218,7 @@ def test_a_file_whose_indentation_is_lost_says_the_same(seed: int, tmp_path: Pat
     flat = _read(tmp_path, "\n".join(line.strip() for line in text.splitlines()))
     said = ([replace(each, rviz={}) for each in found.displays] for found in (flat, whole))
     assert next(said) == next(said)
-    assert (flat.fixed_frame, flat.left_out) == (whole.fixed_frame, whole.left_out)
+    assert (flat.fixed_frame, flat.unsupported) == (whole.fixed_frame, whole.unsupported)
     assert whole.fixed_frame == "base_footprint"
     assert all(each.kind in DISPLAYS.types for each in whole.displays)
 

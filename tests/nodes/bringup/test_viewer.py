@@ -13,6 +13,7 @@ import pytest
 
 pytest.importorskip("viser", reason="no viewer here")
 
+from arjuna_interfaces.msg import LocalizationQuality
 from geometry_msgs.msg import (
     PointStamped,
     PolygonStamped,
@@ -20,9 +21,9 @@ from geometry_msgs.msg import (
     PoseWithCovarianceStamped,
     Twist,
 )
-from nav2_msgs.msg import Particle, ParticleCloud
+from nav2_msgs.msg import BehaviorTreeLog, BehaviorTreeStatusChange, Particle, ParticleCloud
 from nav_msgs.msg import OccupancyGrid as GridMsg
-from nav_msgs.msg import Path
+from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import Image, LaserScan
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -38,6 +39,7 @@ from bringup.viewing.displays.standard import STANDARD
 from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
 from bringup.viewing.rviz_file import write_rviz
 from tests.bringup.viewing.drives import URDF
+from tests.bringup.viewing.test_rviz_file import NAV2
 from tests.helpers.processes import wait_until
 from tests.helpers.ros import RosBench
 
@@ -86,6 +88,13 @@ def publish_everything(ros: RosBench) -> None:
     ros.publish(ParticleCloud, "/particle_cloud", cloud, qos.SENSOR_PUBLISHER)
     belief = PoseWithCovarianceStamped(header=header("map", 1.0))
     ros.publish(PoseWithCovarianceStamped, "/amcl_pose", belief, qos.LATCHED)
+    odometry = Odometry(header=header("odom", 1.0))
+    ros.publish(Odometry, "/odom", odometry, qos.DEFAULT)
+    quality = LocalizationQuality(header=header("map", 1.0), quality=0.5)
+    ros.publish(LocalizationQuality, "/amcl/localization_quality", quality, qos.LATCHED)
+    change = BehaviorTreeStatusChange(node_name="FollowPath", current_status="RUNNING")
+    log = BehaviorTreeLog(event_log=[change])
+    ros.publish(BehaviorTreeLog, "/behavior_tree_log", log, qos.DEFAULT)
     for topic in ("/plan", "/local_plan"):
         ros.publish(Path, topic, path_msg(np.zeros((2, 3)), "map", 1.0), qos.DEFAULT)
     goal = PoseStamped(header=header("map", 1.0), pose=pose_msg(SE2()))
@@ -94,7 +103,7 @@ def publish_everything(ros: RosBench) -> None:
     ros.publish(Image, "/camera/image_raw", image, qos.SENSOR_PUBLISHER)
 
 
-def test_each_topic_is_drawn_by_its_display(shown: Shown) -> None:
+def test_each_topic_is_drawn_by_its_display(shown: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = (
         *("robot_1/base_link", "map_2/|1", "laser_scan_3/|", "global_costmap_4/|"),
         *("local_costmap_5/|", "footprint_6/|", "particles_7/|", "amcl's_pose_8/|"),
@@ -102,16 +111,25 @@ def test_each_topic_is_drawn_by_its_display(shown: Shown) -> None:
     )
     nodes = {f"/world/{name}" for name in expected}
 
+    panel, names = shown.viewer._panel, list[str]()
+    monkeypatch.setattr(panel, "name", names.append)
+
     def drawn() -> bool:
         visible = {name for name, handle in shown.handles.items() if handle.visible}
-        return nodes <= visible and "camera_17" in shown.viewer._panel._shown_beside
+        beside = {key.rpartition("_")[0] for key in panel._shown_beside}
+        return nodes <= visible and beside >= {
+            *("camera", "plot_of_speed", "plot_of_localization_quality", "behavior_tree"),
+        }
 
     shown.until(drawn, lambda: publish_everything(shown.ros))
+    assert names[0] == "r"  # the robot's
+    tree, _ = panel._shown_beside["behavior_tree_21"]
+    assert "▶ FollowPath: running" in tree.content
     overlay = shown.handles["/world/local_costmap_5/|"]
     assert tuple(overlay.position) == pytest.approx((1.0, 0.5, 0.02))  # its middle
     scan = shown.handles["/world/laser_scan_3/|"]
     assert scan.position[2] == pytest.approx(0.02)  # on the floor
-    camera, _ = shown.viewer._panel._shown_beside["camera_17"]
+    camera, _ = panel._shown_beside["camera_17"]
     assert camera.image.shape[:2] == (1, 1)
 
 
@@ -148,6 +166,16 @@ def test_a_display_is_added_changed_and_removed(shown: Shown) -> None:
     assert viewer.specs()[-1].make().config.radius == 0.5
 
 
+def test_a_file_of_nav2_is_opened_and_what_it_lacks_here_is_said(shown: Shown) -> None:
+    viewer = shown.viewer
+    viewer._load(NAV2.encode())
+    assert len(viewer.specs()) == len(viewer._scene._groups) - 1 == 10
+    assert "panel Docking (nav2_rviz_plugins/Docking)" in viewer._panel._hint.content
+    # its robot model is hidden, and the view follows the robot all the same
+    shown.until(lambda: viewer._base, lambda: publish_everything(shown.ros))
+    assert viewer._base == "base_link"
+
+
 def test_the_view_follows_the_robot_and_clicks_with_it(shown: Shown) -> None:
     viewer = shown.viewer
     shown.until(lambda: viewer._base, lambda: publish_everything(shown.ros))
@@ -161,6 +189,10 @@ def test_the_view_follows_the_robot_and_clicks_with_it(shown: Shown) -> None:
     assert points[0].point.x == pytest.approx(1.5)
     viewer._look("", False)
     assert viewer._scene.offset == (0.0, 0.0)
+    viewer._look("from above", False)
+    camera: Any = viewer._server.initial_camera
+    assert camera.position[:2] == pytest.approx(camera.look_at[:2], abs=0.1)
+    assert camera.position[2] > 2.0
 
 
 def test_a_distance_is_measured(shown: Shown) -> None:
@@ -191,6 +223,7 @@ def test_a_goal_is_sent_and_marked_and_the_tool_laid_down(shown: Shown) -> None:
     shown.until(lambda: shown.viewer._robot.frames.fixed, lambda: publish_everything(shown.ros))
     shown.viewer._take(Tool.GOAL)
     assert "press where the robot shall go" in shown.viewer._panel._hint.content.lower()
+    assert "● 2D goal" in shown.viewer._panel._tools.options
     shown.viewer._point((1.0, 1.0), (1.0, 2.0))
     assert "no navigator is running" in shown.viewer._robot.navigation.state.error
     assert shown.viewer._tool is Tool.LOOK
