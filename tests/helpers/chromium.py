@@ -18,7 +18,7 @@ from websockets.sync.client import ClientConnection, connect
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 WIDTH, HEIGHT = 800, 520
-_START = 30.0
+_START = 120.0  # [s, wall] for an answer of a page on a busy machine
 _ENDING = 5.0
 _POLL = 0.1
 _FLAGS = (

@@ -17,17 +17,20 @@ from typing import Any
 DEADLINE = 60.0  # [s, wall]: what fails, fails late; a busy machine is slow
 
 
-def wait_until(done: Callable[[], Any], step: Callable[[], Any], what: object) -> None:
+def wait_until(
+    done: Callable[[], Any], step: Callable[[], Any], what: object, within: float = DEADLINE
+) -> None:
     """Step until something is so that another thread or process brings.
 
     Args:
         done: Whether it is.
         step: What to do between two looks; it waits a little.
         what: How the error calls it, as it is then.
+        within: How long it may take [s, wall].
     """
-    deadline = time.monotonic() + DEADLINE
+    deadline = time.monotonic() + within
     while not done():
-        assert time.monotonic() < deadline, f"waited {DEADLINE:g} s for {what}"
+        assert time.monotonic() < deadline, f"waited {within:g} s for {what}"
         step()
 
 
