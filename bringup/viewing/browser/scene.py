@@ -51,15 +51,13 @@ class Scene:
         self._old: list[tuple[int, Any]] = []
         self._maps = 0
         self._looked = False
+        self._turning: set[int] = set()
         self._middle, self._extent = np.zeros(3), 8.0
         self._scene.world_axes.visible = False
         # plain light: shadows and reflections are most of a frame's cost without a GPU
         self._scene.configure_default_lights(cast_shadow=False)
         self._scene.configure_environment_map(None)
         self._scene.add_light_ambient("/light", intensity=1.0)
-        # a browser compiles a shader again when the last cloud that uses it gets other colours
-        below = np.array([[0.0, 0.0, -1.0]], np.float32)
-        self._scene.add_point_cloud("/shader", below, np.zeros((1, 3), np.uint8), point_size=1e-3)
         server.initial_camera.position, server.initial_camera.look_at = (0, -7, 9), (0, 0, 0)
 
     def add(self, display: str, shown: bool) -> None:
@@ -168,14 +166,23 @@ class Scene:
         """Look from a direction, at the whole map or at the origin from near by."""
         middle = self._middle - (*self.offset, 0.0) if whole else np.zeros(3)
         eye = middle + (self._extent if whole else 5.0) * direction
-        clients = self._server.get_clients().values()
-        for camera in (self._server.initial_camera, *(each.camera for each in clients)):
-            camera.position, camera.look_at = eye, middle
+        self._server.initial_camera.position, self._server.initial_camera.look_at = eye, middle
+        for client in self._server.get_clients().values():
+            self.greet(client)
 
     def greet(self, client: Any) -> None:
-        """Turn a newcomer to the last view that all were turned to: it may have come amid it."""
+        """Turn a browser to the last view that all were turned to."""
+        self._turning.add(client.client_id)
         initial = self._server.initial_camera
         client.camera.position, client.camera.look_at = initial.position, initial.look_at
+
+    def confirm(self, client: Any) -> None:
+        """Turn a browser again that says it looks elsewhere: amid its start it may miss it."""
+        if client.client_id in self._turning:
+            if np.allclose(client.camera.look_at, self._server.initial_camera.look_at, atol=0.01):
+                self._turning.discard(client.client_id)
+            else:
+                self.greet(client)
 
 
 def _inside(drawing: Drawing) -> Pose3:

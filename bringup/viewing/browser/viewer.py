@@ -101,6 +101,7 @@ class Viewer:
 
     async def _on_newcomer(self, client: Any) -> None:
         self._queue(self._scene.greet, client)
+        client.camera.on_update(lambda camera: self._queue(self._scene.confirm, client))
 
     def step(self, period: float = 0.1, rest: float = 0.5) -> None:
         """Do one period's work [s]; where nobody looks, wait up to a rest [s] for a viewer."""

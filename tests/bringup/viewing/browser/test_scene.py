@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -117,6 +118,21 @@ def test_bodies_have_opacities_only_where_they_are_seen_through(scene: Scene) ->
     for row, opaque in ((ROW, True), (clear, False), (ROW, True)):
         scene.draw("one", {"": solids("box", [row])})
         assert (node(scene).batched_opacities is None) is opaque
+
+
+def test_a_newcomer_looks_where_all_were_turned_to(scene: Scene) -> None:
+    scene.frame_map(Grid(grid=GRID))
+    camera = SimpleNamespace(position=None, look_at=None)
+    client = SimpleNamespace(camera=camera, client_id=1)
+    scene.greet(client)
+    camera.look_at = np.zeros(3)  # it had not begun yet
+    scene.confirm(client)
+    assert camera.look_at == pytest.approx([1.0, 0.5, 0.0])
+    assert camera.position == pytest.approx([1.0, -1.0, 2.25])
+    scene.confirm(client)
+    camera.look_at = np.zeros(3)  # a person turns it
+    scene.confirm(client)
+    assert camera.look_at == pytest.approx([0.0, 0.0, 0.0])
 
 
 def test_many_arrows_are_lines(scene: Scene) -> None:
