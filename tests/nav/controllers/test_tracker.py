@@ -207,15 +207,18 @@ def test_it_keeps_the_bend_where_its_yaw_rate_is_limited() -> None:
     assert narrow.yaw_rate / narrow.x == pytest.approx(wide.yaw_rate / wide.x)
 
 
-@pytest.mark.parametrize(("left", "share"), [(0.051, 0.0), (0.04, 0.2), (0.02, 0.6)])
+@pytest.mark.parametrize("left", [0.051, 0.04, 0.02])
+@pytest.mark.parametrize("aside", [0.0, 0.01])
 @pytest.mark.parametrize("angle", [0.3, -2.0])
-def test_the_next_turn_begins_before_the_end(left: float, share: float, angle: float) -> None:
+def test_the_next_turn_begins_before_the_end(left: float, aside: float, angle: float) -> None:
     both = np.vstack((line(1.0), turn(angle, AT @ SE2(1.0))[1:]))
-    command = commanded(tracking(both, blend=0.05), AT @ SE2(1.0 - left), Velocity(0.1))
+    pose, share = AT @ SE2(1.0 - left, aside), max(1.0 - math.hypot(left, aside) / 0.05, 0.0)
+    command = commanded(tracking(both, blend=0.05), pose, Velocity(0.1))
+    alone = commanded(tracking(line(1.0), blend=0.05), pose, Velocity(0.1))
     assert command.x > 0.0
-    assert command.yaw_rate == pytest.approx(share * turned(angle, 0.0), abs=1e-6)
-    alone = commanded(tracking(line(1.0), blend=0.05), AT @ SE2(1.0 - left), Velocity(0.1))
-    assert alone.yaw_rate == pytest.approx(0.0, abs=1e-6)
+    assert (alone.yaw_rate < -1e-3) is (aside > 0.0), "it steers back to the line"
+    mixed = share * turned(angle, 0.0) + (1.0 - share) * alone.yaw_rate
+    assert command.yaw_rate == pytest.approx(mixed, abs=1e-6)
 
 
 def test_the_rest_lies_ahead_of_the_robot_as_far_as_it_is_asked_for() -> None:

@@ -96,10 +96,12 @@ def test_several_are_spawned_at_once_each_with_its_result(bench: RosBench) -> No
     start_in(bench)
     good = SpawnRequest(name="a", entity_resource=Resource(uri="sphere:0.2"))
     good.initial_pose.pose.position.x = 2.0
-    request = SpawnEntities.Request(spawn_requests=[good, SpawnRequest(name="b")])
+    bad = [SpawnRequest(name=name) for name in "bc"]
+    request = SpawnEntities.Request(spawn_requests=[good, *bad])
     response = bench.call(SpawnEntities, "/spawn_entities", request)
     assert response.result.result == SpawnEntities.Response.ENTITIES_SPAWN_FAILED
-    assert [r.result.result for r in response.results] == [OK, CODES.NO_RESOURCE]
+    assert "2 of 3 entities were not spawned" in response.result.error_message
+    assert [r.result.result for r in response.results] == [OK, *[CODES.NO_RESOURCE] * 2]
     assert names(bench) == ["arjuna", "a"]
 
 
