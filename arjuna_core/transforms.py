@@ -71,14 +71,18 @@ class Edge(Generic[T]):
             return True
         self.stamps.insert(index, stamp)
         self.transforms.insert(index, transform)
-        keep = bisect.bisect_left(self.stamps, self.stamps[-1] - duration)
-        del self.stamps[:keep], self.transforms[:keep]
+        oldest = self.stamps[-1] - duration
+        if self.stamps[0] < oldest:
+            keep = bisect.bisect_left(self.stamps, oldest)
+            del self.stamps[:keep], self.transforms[:keep]
         return True
 
     def at(self, child: str, stamp: float, early: float = 0.0, late: float = 0.0) -> T:
         """Return the transform at a time; see `TransformTree.lookup`."""
         if self.static:
             return self.transforms[0]
+        if stamp == self.stamps[-1]:  # as mostly
+            return self.transforms[-1]
         index = bisect.bisect_left(self.stamps, stamp)
         if index < len(self.stamps) and self.stamps[index] == stamp:
             return self.transforms[index]
@@ -317,7 +321,7 @@ class TransformTree(Generic[T]):
         when = self.latest_common(target, source) if stamp is None else stamp
         T_top_target = up.at(when, early, late)
         T_top_source = down.at(when, early, late)
-        return T_top_target.inverse() @ T_top_source if up.frames else T_top_source
+        return T_top_target.inverse() @ T_top_source if up.fixed or up.rest else T_top_source
 
     def try_lookup(self, target: str, source: str, stamp: float | None = LATEST) -> T | None:
         """Return `lookup`, or None where it would raise."""

@@ -61,8 +61,8 @@ class RecentVelocities:
     def mean(self) -> Velocity:
         """Return their mean; zero where there is none."""
         kept = [velocity for _, velocity in self._kept]
-        if not kept:
-            return STILL
+        if len(kept) < 2:
+            return kept[0] if kept else STILL
         x, y = math.fsum(v.x for v in kept), math.fsum(v.y for v in kept)
         yaw_rate = math.fsum(v.yaw_rate for v in kept)
         return Velocity(x, y=y, yaw_rate=yaw_rate).scaled(1.0 / len(kept))

@@ -178,7 +178,7 @@ class Navigator:
         path, distance = self._path.value, 0.0
         if path is not None and len(path) and state.pose is not None:
             distance = paths.remaining(path, state.pose)
-        speed = state.mean_velocity.speed
+        speed = state.mean_velocity().speed
         remaining = distance / speed if speed > 0.01 and distance > 0.1 else 0.0
         recoveries, goals = self._board.get(RECOVERIES), self._board.get(self._names.goals)
         return Feedback(

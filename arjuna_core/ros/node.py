@@ -146,12 +146,10 @@ class ManagedNode(Guarded, LifecycleNode):
         """Run the periodic tasks that are due at a time [s]; the process calls this."""
         if self.active:
             for periodic, task in self._tasks:
-                if periodic.due(now):
+                if not periodic.last <= now < periodic.next and periodic.due(now):
                     task()
-        self.due_at = math.inf
-        if self.active:
-            for periodic, _ in self._tasks:
-                self.due_at = min(self.due_at, periodic.next)
+        rests = not (self.active and self._tasks)
+        self.due_at = math.inf if rests else min([periodic.next for periodic, _ in self._tasks])
 
     def publisher(self, message_type: Any, topic: str, profile: Any) -> Any:
         """Create a publisher that lives until cleanup; `/` is the robot's namespace."""
@@ -177,7 +175,8 @@ class ManagedNode(Guarded, LifecycleNode):
         def deliver(message: Any) -> None:
             if not (self.active or while_inactive):
                 return
-            problem = self.process.problem_of(message)
+            transport = self.transport
+            problem = self.process.problem_of(message) if transport is None else transport.problem
             if problem is None:
                 callback(message)
             else:

@@ -34,6 +34,8 @@ class TransformListener:
     ) -> None:
         self._node = node
         self._buffer = buffer
+        self._transport = getattr(node, "transport", None)
+        self._guard = getattr(node, "guard", None)  # a client's plain node has none
         self._now = now or (lambda: node.get_clock().now().nanoseconds / NANOSECONDS)
         node.create_subscription(TFMessage, "tf", self._on_moving, qos.TF)
         node.create_subscription(
@@ -47,16 +49,15 @@ class TransformListener:
         self._insert(message, static=True)
 
     def _insert(self, message: Any, static: bool) -> None:
-        transport, guard = (getattr(self._node, name, None) for name in ("transport", "guard"))
-        trusted = transport is not None and transport.trusted
+        trusted = self._transport is not None and self._transport.trusted
         now = self._now()
         for item in message.transforms:
             parent, child = item.header.frame_id.lstrip("/"), item.child_frame_id.lstrip("/")
             stamp = seconds(item.header.stamp)
             problem = None if trusted else transform_problem(item)
             if problem := problem or self._buffer.admit(parent, child, stamp, static, now):
-                if guard is not None:  # a client's plain node has none
-                    guard.refused(self._node, "a transform", problem)
+                if self._guard is not None:
+                    self._guard.refused(self._node, "a transform", problem)
                 continue
             self._buffer.insert(
                 parent,

@@ -255,10 +255,9 @@ class PathFollower:
         want(self._controller, self.wanted)
         distance = paths.length(self._controller.path)
         speed = min(self.desired_speed, self.speed_limit)
-        arrives = not self._escape.active and not self._cancelled
-        arrives = arrives and (
-            paths.ends_here(self._controller.path, pose) or self._approach.steers(distance, speed)
-        )
+        ends = paths.ends_here(self._controller.path, pose, distance)
+        arrives = ends or self._approach.steers(distance, speed)
+        arrives = arrives and not self._escape.active and not self._cancelled
         if arrives and not self._has_driven:  # one that fails from the start has to say so
             control = self._controller.compute(pose, velocity, costmap, now)
             self._has_driven = control.status is ControlStatus.SUCCEEDED

@@ -149,7 +149,8 @@ class Tracker:
         poses = self.pieces[0].poses
         if self.pieces[0].direction:
             poses = poses[paths.nearest(poses, pose) :]
-            return np.vstack((pose.array(), poses[paths.along(poses) <= distance][1:]))
+            near = poses if distance == math.inf else poses[paths.along(poses) <= distance]
+            return np.vstack((pose.array(), near[1:]))
         turn = wrap(self.pieces[0].end.theta - pose.theta)
         steps = np.linspace(0.0, turn, 2 + int(abs(turn) / 0.03))  # a corner moves by a fifth cell
         return np.column_stack((np.tile((pose.x, pose.y), (len(steps), 1)), pose.theta + steps))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 from numba import njit
@@ -28,6 +29,7 @@ def cost_at_distance(distance: float, inscribed_radius: float, cost_scaling_fact
     return int(MAX_NON_OBSTACLE * math.exp(-cost_scaling_factor * (distance - inscribed_radius)))
 
 
+@cache
 def clearances(cost_scaling_factor: float) -> NDArray[np.float64]:
     """Return how far beyond its inscribed radius a robot is where a cost is, `(256,)` [m].
 

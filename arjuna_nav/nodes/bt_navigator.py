@@ -260,8 +260,8 @@ class BtNavigatorNode(ResumingNode):
             return
         frames = self.config.global_frame, self.config.robot_base_frame
         pose = self.transforms.try_lookup(*frames)
-        mean = self._recent.mean()
-        state = self._requests.state(pose, self._velocity, self._measured_at, mean)
+        measured = self._velocity, self._measured_at, self._recent.mean
+        state = self._requests.state(pose, *measured)
         goals, self._new_goals = self._new_goals, None
         requests, end = navigator.tick(
             state, goals, self._servers[self._kind.name].cancel_requested

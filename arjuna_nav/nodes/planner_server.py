@@ -218,7 +218,8 @@ class PlannerServerNode(GoalNode):
             server.fail(GoalError(code, made.message), planning_time=result.planning_time)
             return
         result.path = path_msg(made.path, self._costmap.config.global_frame, self.now)
-        self._out.publish(result.path)
+        if self._out.get_subscription_count():
+            self._out.publish(result.path)
         if made.expansions is not None:
             self._show(made.expansions, made.path, plan.outline, result.path.header)
         server.succeed(result)

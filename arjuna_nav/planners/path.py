@@ -13,12 +13,14 @@ from arjuna_core.se2 import SE2
 
 def length(path: NDArray[np.float64]) -> float:
     """Return the length of a path [m]."""
-    return float(np.hypot(*np.diff(path[:, :2], axis=0).T).sum())
+    steps = path[1:] - path[:-1]
+    return float(np.hypot(steps[:, 0], steps[:, 1]).sum())
 
 
 def along(path: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return how far along a path each of its poses lies, `(N,) float64` [m]."""
-    return np.append(0.0, np.cumsum(np.hypot(*np.diff(path[:, :2], axis=0).T)))
+    steps = path[1:] - path[:-1]
+    return np.concatenate(([0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))))
 
 
 def part_end(path: NDArray[np.float64], first: int = 0) -> int:
@@ -102,11 +104,15 @@ def remaining(path: NDArray[np.float64], pose: SE2) -> float:
     return length(ahead(path, pose))
 
 
-def ends_here(path: NDArray[np.float64], pose: SE2) -> bool:
-    """Return whether a path goes to its end from here, not in a loop that leads back later."""
+def ends_here(path: NDArray[np.float64], pose: SE2, left: float | None = None) -> bool:
+    """Return whether a path goes to its end from here, not in a loop that leads back later.
+
+    Args:
+        left: Length of the path, where that is known [m].
+    """
     straight = float(np.hypot(path[-1, 0] - pose.x, path[-1, 1] - pose.y))
     # Up to 1 m longer than the straight line, a path is no loop.
-    return length(path) <= straight + 1.0
+    return (length(path) if left is None else left) <= straight + 1.0
 
 
 def deviation(path: NDArray[np.float64], other: NDArray[np.float64]) -> float:

@@ -249,7 +249,7 @@ class SpeedController(RateController):
 
     def _rate(self) -> float:
         low, high = self.min_speed, self.max_speed
-        share = (self.tree.state.mean_velocity.speed - low) / max(high - low, 1e-9)
+        share = (self.tree.state.mean_velocity().speed - low) / max(high - low, 1e-9)
         slow, fast = self.min_rate, self.max_rate
         return float(slow + min(max(share, 0.0), 1.0) * (fast - slow))
 

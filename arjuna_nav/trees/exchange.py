@@ -81,7 +81,7 @@ class TreeState:
         moved_goal: The newest pose on the topic goal_update since the goal came.
         batteries: By their topics.
         connected: Returns whether a transform is known from the second frame to the first.
-        mean_velocity: Of the robot over `filter_duration`.
+        mean_velocity: Returns the robot's over `filter_duration`.
     """
 
     now: float
@@ -94,7 +94,7 @@ class TreeState:
     moved_goal: SE2 | None = None
     batteries: Mapping[str, Battery] = field(default_factory=dict)
     connected: Callable[[str, str], bool] = lambda parent, child: False
-    mean_velocity: Velocity = STILL
+    mean_velocity: Callable[[], Velocity] = lambda: STILL
 
 
 @dataclass(frozen=True)

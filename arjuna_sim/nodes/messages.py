@@ -20,7 +20,6 @@ from arjuna_sim.model.entities import EntityMotion
 from arjuna_sim.physics.robot_motion import JointStates, Truth
 
 WORLD = "world"
-_DIAGONAL = PLANAR[::4]
 _FARTHEST = 10_000.0  # [m] beyond it single precision tears meshes apart
 _SPACE, _TURN = ("x", "y", "z"), ("x", "y", "z", "w")
 _pose3 = maker(Pose, *(f"position.{i}" for i in _SPACE), *(f"orientation.{i}" for i in _TURN))
@@ -57,8 +56,10 @@ def odometry_msg(estimate: OdometryEstimate, frame: str, child: str, now: float)
     )
     message.pose.covariance[PLANAR] = estimate.covariance.ravel()
     v_variance, w_variance = estimate.twist_variance
-    side_variance = v_variance if estimate.side else 0.0
-    message.twist.covariance[_DIAGONAL] = v_variance, side_variance, w_variance
+    twist = message.twist.covariance
+    twist[0], twist[35] = v_variance, w_variance
+    if estimate.side:
+        twist[7] = v_variance
     return message
 
 

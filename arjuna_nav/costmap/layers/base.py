@@ -221,13 +221,13 @@ class SensedLayer(Layer):
 
     def _window(self, boxes: Sequence[tuple[SE2, float]]) -> Window:
         """Return the cells within given distances of poses [m]."""
-        frame = self.master.frame
-        points = frame.origin.inverse().apply(np.array([(p.x, p.y) for p, _ in boxes]))
-        reach = np.array([[radius] for _, radius in boxes])
-        low, high = (points - reach).min(axis=0), (points + reach).max(axis=0)
-        x0, y0 = (math.floor(v / frame.resolution) - 1 for v in low.tolist())
-        x1, y1 = (math.ceil(v / frame.resolution) + 1 for v in high.tolist())
-        return clipped(y0, y1, x0, x1, self.data.shape)
+        cell, T_grid_frame = self.master.frame.resolution, self.master.frame.origin.inverse()
+        placed = [(T_grid_frame @ pose, radius) for pose, radius in boxes]
+        x0, y0 = min(p.x - r for p, r in placed), min(p.y - r for p, r in placed)
+        x1, y1 = max(p.x + r for p, r in placed), max(p.y + r for p, r in placed)
+        rows = math.floor(y0 / cell) - 1, math.ceil(y1 / cell) + 1
+        columns = math.floor(x0 / cell) - 1, math.ceil(x1 / cell) + 1
+        return clipped(*rows, *columns, self.data.shape)
 
 
 def absolute(topic: str) -> str:

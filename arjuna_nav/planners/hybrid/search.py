@@ -137,7 +137,7 @@ def _search(
     nodes, (height, width) = new_table(start), terrain.data.shape
     index = indexed(height, width, len(moves.angles))
     most = np.max(moves.first[1:] - moves.first[:-1])
-    queue = [(0.0, np.int64(0))]
+    queue = [(0.0, np.int64(0), -1.0)]  # the last is what a row cost, until its bends are looked at
     count, looked, until_direct = np.int64(1), 0, 0.0  # a plain 1 has what takes it compiled twice
     best, last, rest, weight = np.inf, np.int64(-1), np.empty((0, 3)), rules.heuristic_weight
     goal, nearest, nearest_row, near = goals[0], np.inf, np.int64(0), 0
@@ -147,11 +147,16 @@ def _search(
             if until == rules.limit or stop[0]:
                 break
             until = min(until + rules.interval, rules.limit)
-        key, row = heapq.heappop(queue)
+        key, row, cost = heapq.heappop(queue)
         if best <= weight * key:
             break
         if nodes.done[row]:
             continue
+        if cost >= 0.0:  # half of all rows are never asked for their bends
+            with_bends = cost + _cost_to_go(nodes.poses[row], goal, terrain, rules)
+            if with_bends > key:
+                heapq.heappush(queue, (with_bends, row, -1.0))
+                continue
         nodes.done[row], looked, pose = True, looked + 1, nodes.poses[row]
         distance = math.hypot(pose[0] - goal[0], pose[1] - goal[1])
         if rules.tolerance >= 0.0:
@@ -171,7 +176,7 @@ def _search(
         nodes = with_room(nodes, count, most)
         # After 200 000 expanded poses the cost to go weighs twice as much.
         weight = rules.heuristic_weight * (1.0 + looked / 200_000)
-        count, index = _expand(row, count, nodes, index, queue, goal, terrain, rules, moves, weight)
+        count, index = _expand(row, count, nodes, index, queue, terrain, rules, moves, weight)
     if last < 0 and nearest <= rules.tolerance:
         last, rest = nearest_row, nodes.poses[nearest_row : nearest_row + 1].copy()
     return nodes, last, rest, looked
@@ -184,7 +189,6 @@ def _expand(
     nodes: PoseTable,
     index: RowIndex,
     queue: Any,
-    goal: NDArray[np.float64],
     terrain: Terrain,
     rules: Rules,
     moves: Moves,
@@ -217,8 +221,8 @@ def _expand(
         index = with_block(index, r, c)
         index.slots[slot_of(index, r, c, moves.ends[move])] = count
         nodes.values[count], nodes.before[count], nodes.kinds[count] = value, row, move
-        remaining = _cost_to_go(reached, goal, terrain, rules)
-        heapq.heappush(queue, (value / weight + remaining, np.int64(count)))
+        remaining = float(terrain.remaining[math.floor(reached[1]), math.floor(reached[0])])
+        heapq.heappush(queue, (value / weight + remaining, np.int64(count), value / weight))
         count += 1
     return count, index
 

@@ -101,7 +101,8 @@ class Script:
         return self.feedback().number_of_recoveries
 
     def feedback(self, pose: SE2 = IDENTITY, speed: float = 0.0) -> Feedback:
-        return self.navigator.feedback(TreeState(self.now, pose, mean_velocity=Velocity(speed)))
+        state = TreeState(self.now, pose, mean_velocity=lambda: Velocity(speed))
+        return self.navigator.feedback(state)
 
     def follow(self, path: NDArray[np.float64] = STRAIGHT) -> Script:
         """Come to the point where a path is followed."""

@@ -42,7 +42,7 @@ class Play:
             {self.open[kind]: self.feedback.pop(kind) for kind in list(self.feedback)},
             batteries=self.batteries,
             connected=lambda parent, child: (parent, child) in self.frames,
-            mean_velocity=self.velocity,
+            mean_velocity=lambda: self.velocity,
         )
         status, commands = self.tree.tick(state)
         for command in commands:
