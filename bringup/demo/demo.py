@@ -138,9 +138,8 @@ class Demo:
         self._exploration = message.data
 
     def _origin(self) -> SE2:
-        """Return where in the world the map begins: where the robot, or its odometry, does."""
-        simulator = self._robot.sim.simulator
-        start: SE2 = SE2() if simulator.robot.model.drive.from_world else simulator.robot.spawn
+        """Return where in the world the map begins: where the robot does."""
+        start: SE2 = self._robot.sim.simulator.robot.spawn
         return start
 
     def _truth(self) -> SE2:

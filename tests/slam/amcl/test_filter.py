@@ -201,6 +201,23 @@ def test_people_around_the_robot_do_not_throw_it_off() -> None:
         assert run.error[0] < 0.08
 
 
+@pytest.mark.parametrize(("beams", "searches"), [(15, False), (40, True)])
+def test_the_map_is_not_searched_for_a_few_beams_that_would_fit_anywhere(
+    monkeypatch: pytest.MonkeyPatch, beams: int, searches: bool
+) -> None:
+    found: list[float] = []
+    some = ParticleFilter(DEFAULTS, ROOM, np.random.default_rng(1))
+    some.set_pose(SE2(), TIGHT)
+    monkeypatch.setattr(
+        some._recovery, "search", lambda best, view: found.append(view.stamp) or [best]
+    )
+    ranges = np.full(360, np.inf)
+    ranges[: 2 * beams] = 1.2  # of nothing that the map has; every other beam is matched
+    for k in range(30):
+        some.update(SE2(), Scan(ranges, -math.pi, math.tau / 360, 0.1, 3.5, 0.1 * k), force=True)
+    assert bool(found) is searches
+
+
 def test_a_blind_scan_moves_the_estimate_by_odometry_and_says_so() -> None:
     run = tracked(4)
     scan = run.robot.step()
