@@ -13,8 +13,9 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import MOTION_MODELS, SENSOR_MODELS, AmclConfig
-from arjuna_slam.amcl.estimate import Estimate, LocalizationError, Status
+from arjuna_slam.amcl.estimate import Estimate, Hypothesis, LocalizationError, Status
 from arjuna_slam.amcl.filter import ParticleFilter
+from arjuna_slam.amcl.scan_view import ScanView
 from tests.slam.amcl.room import Robot, error, random_pose, room_map, scan_at
 
 DEFAULTS = AmclConfig()
@@ -208,9 +209,12 @@ def test_the_map_is_not_searched_for_a_few_beams_that_would_fit_anywhere(
     found: list[float] = []
     some = ParticleFilter(DEFAULTS, ROOM, np.random.default_rng(1))
     some.set_pose(SE2(), TIGHT)
-    monkeypatch.setattr(
-        some._recovery, "search", lambda best, view: found.append(view.stamp) or [best]
-    )
+
+    def search(best: Hypothesis, view: ScanView) -> list[Hypothesis]:
+        found.append(view.stamp)
+        return [best]
+
+    monkeypatch.setattr(some._recovery, "search", search)
     ranges = np.full(360, np.inf)
     ranges[: 2 * beams] = 1.2  # of nothing that the map has; every other beam is matched
     for k in range(30):
