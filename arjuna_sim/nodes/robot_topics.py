@@ -130,7 +130,8 @@ class RobotTopics:
         settings = standard(robot.settings) if plain else robot.settings
         self.settings = settings if config.frames_of_file else _with_frames(settings, robot)
         self.drive = standard_drive(robot.drive) if plain else robot.drive
-        is_wheels = not self.drive.from_world  # a file that asks for the world's odometry gets it
+        # A file that asks for the world's odometry gets it, unless it leaves the frame to a filter.
+        is_wheels = not (self.drive.from_world and "odom_tf" in self.drive.publishes)
         self._lidar = self.settings.first(LidarSettings)
         self._imu_settings = self.settings.first(ImuSettings)
         self.is_fused = bool(config.fused_odometry and is_wheels and self._imu_settings)

@@ -224,6 +224,8 @@ class ParticleFilter:
     def _relocalize(self, best: Hypothesis, T_odom_base: SE2, view: ScanView) -> Hypothesis:
         """Seed particles at poses where the scan fits better, once it has fit badly for long."""
         assert best.agreement is not None
+        if view.sparse and not self._recovery.wanted:
+            return best
         if not self._recovery.due(best.agreement, view.stamp):
             return best
         found = self._recovery.search(best, view)

@@ -15,6 +15,7 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.matching.map_field import MapField
 
+_SPARSE = 0.2  # share of beams with a return below which the map is not searched for them
 _BEAMS_MIN = 10  # fewer beams with a return say nothing about where the robot is
 
 
@@ -71,6 +72,11 @@ class ScanView:
     def blind(self) -> bool:
         """True if too few beams returned to locate the robot."""
         return len(self.many.endpoints) < _BEAMS_MIN
+
+    @property
+    def sparse(self) -> bool:
+        """True if so few beams returned, as of one thing in the open, that they fit anywhere."""
+        return len(self.many.endpoints) < _SPARSE * len(self.many.ranges)
 
     @property
     def readings(self) -> list[Floats]:

@@ -178,6 +178,20 @@ class ScanMatcher:
     def _refine(
         self, field: Field, surface: Surface, start: SE2, prior: SE2, information: Floats
     ) -> Match:
+        """Refine a pose with the information of its prior.
+
+        A scan's points share errors (`beam_correlation`). Where it says less of the heading than
+        the prior does, as of a single box in a hall, the prior must not be outvoted by them.
+        """
+        match = self._settle(field, surface, start, prior, information)
+        if match.covariance[2, 2] * information[2, 2] <= 1.0:
+            return match
+        correlated = self._config.beam_correlation * information
+        return self._settle(field, surface, start, prior, correlated)
+
+    def _settle(
+        self, field: Field, surface: Surface, start: SE2, prior: SE2, information: Floats
+    ) -> Match:
         config = self._config
         reference = field.index, field.planes, field.resolution, field.origin
         pose, _, total, square, steps = refine(

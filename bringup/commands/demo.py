@@ -18,6 +18,7 @@ EXAMPLES = (
     "demo",
     "demo --seed 7 --out out/seven",
     "demo --robot my.urdf --world my.world --waypoints points.yaml --no-kidnap",
+    "demo --scene house --goals 5 --explore-time 300 --no-kidnap",
 )
 
 
@@ -29,6 +30,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="where to drive: YAML, 'waypoints: [[x, y, yaw], ...]' (five in the room)",
     )
+    parser.add_argument(
+        "--goals", type=int, default=0, metavar="N", help="goals drawn on the map, in their place"
+    )
+    parser.add_argument("--scene", choices=options.BUILDINGS, help=options.ABOUT_BUILDINGS)
+    parser.add_argument(
+        "--explore-time",
+        type=options.positive,
+        metavar="S",
+        help="after which what is mapped so far is the map [s] (all is mapped)",
+    )
     parser.add_argument("--no-kidnap", action="store_true", help="do not carry the robot off")
     about = "where the report, pictures, map and recording go (%(default)s)"
     options.add(parser, "--out", default=Path("out/demo"), help=about)
@@ -36,19 +47,24 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the demo; return 0 where it succeeds, 1 where it does not."""
+    import numpy as np
     from rclpy.logging import LoggingSeverity, set_logger_level
 
     from bringup.demo.demo import Demo
-    from bringup.demo.report import summary
+    from bringup.demo.report import ARTIFACTS, summary
     from bringup.lockstep import LockStepError
     from bringup.parameters.inputs import gather
+    from bringup.scenarios.furnished import make_room
     from bringup.terminal import Progress, show
 
     options.extend_search(arguments)
-    chosen = _options(arguments, gather(arguments))
     set_logger_level("", LoggingSeverity[arguments.log_level.upper()])
+    out = emptied_folder(arguments.out.resolve(), *ARTIFACTS)
+    if arguments.scene is not None:
+        rng = np.random.default_rng(arguments.seed or 0)
+        arguments.world = make_room(out, rng, arguments.scene).world
     try:
-        report = Demo(chosen, Progress()).run()
+        report = Demo(_options(arguments, out, gather(arguments)), Progress()).run()
     except LockStepError as error:
         sys.stderr.write(f"error: {error}\n")
         return 1
@@ -56,15 +72,19 @@ def run(arguments: argparse.Namespace) -> int:
     return 0 if report.success else 1
 
 
-def _options(arguments: argparse.Namespace, parameters: Parameters) -> DemoOptions:
+def _options(arguments: argparse.Namespace, out: Path, parameters: Parameters) -> DemoOptions:
     from arjuna_core.se2 import SE2
     from bringup.client.waypoints import load_waypoints
     from bringup.demo.demo import WAYPOINTS, DemoOptions
-    from bringup.demo.report import ARTIFACTS
 
     file = arguments.waypoints
     waypoints = WAYPOINTS if file is None else tuple(SE2(*pose) for pose in load_waypoints(file))
-    out = emptied_folder(arguments.out.resolve(), *ARTIFACTS)
     return DemoOptions(
-        arguments.seed or 0, out, parameters, waypoints, kidnap=not arguments.no_kidnap
+        arguments.seed or 0,
+        out,
+        parameters,
+        waypoints,
+        goals=arguments.goals,
+        kidnap=not arguments.no_kidnap,
+        explore_time=arguments.explore_time,
     )

@@ -27,8 +27,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     options.add(parser, *options.SIMULATION, *options.NODES, "--seed")
     parser.add_argument(
         "--scene",
-        choices=("furnished", "door", "field"),
-        help="made up by the seed: a room, much of it below and above the lidar's plane; a door "
+        choices=(*options.BUILDINGS, "door", "field"),
+        help=f"{options.ABOUT_BUILDINGS}; a door "
         "between two rooms; a field of cylinders, as of the BARN challenge, without a map",
     )
     parser.add_argument(

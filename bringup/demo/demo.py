@@ -14,15 +14,19 @@ from nav2_msgs.srv import SaveMap
 from numpy.typing import NDArray
 from std_msgs.msg import String
 
+from arjuna_core.errors import ArjunaError
 from arjuna_core.files.maps import load_map
+from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.se2 import SE2
+from arjuna_sim.model.robot import footprint, inscribed_radius
 from bringup.client.goals import Goals, initial_pose_msg
 from bringup.demo.measures import Samples, distance_to_surfaces, segments_from
 from bringup.demo.report import Report, write_report
 from bringup.lockstep import LockStep, LockStepError
 from bringup.parameters.files import Parameters, merged
 from bringup.recording.recorder import demo_recorder
+from bringup.scenarios.space import FreeSpace
 from bringup.stack import (
     EXPLORER_GROUP,
     LOCALIZATION_GROUP,
@@ -51,24 +55,30 @@ class DemoOptions:
 
     Attributes:
         waypoints: What is driven to on the map.
+        goals: How many goals are drawn on the map that was made, in place of waypoints; 0 for none.
         kidnap: Whether the robot is carried off then, and drives home.
-        explore_time: For the exploration [s].
+        explore_time: After which what is mapped so far is the map [s]; None to map it all.
+        explore_limit: After which mapping it all is given up [s].
         goal_time: For a goal [s].
         notice_time: For the robot to notice that it was carried off [s].
         recover_time: For it to know again where it is [s].
         clearance: Of where it is carried off to [m].
+        margin: About the robot as it turns on a goal that is drawn [m].
     """
 
     seed: int
     out: Path
     parameters: Parameters
     waypoints: tuple[SE2, ...] = WAYPOINTS
+    goals: int = 0
     kidnap: bool = True
-    explore_time: float = 1800.0
+    explore_time: float | None = None
+    explore_limit: float = 1800.0
     goal_time: float = 300.0
     notice_time: float = 10.0
     recover_time: float = 60.0
     clearance: float = 0.6
+    margin: float = 0.15
 
 
 class Demo:
@@ -81,6 +91,7 @@ class Demo:
         self._rng = np.random.default_rng([options.seed, 1])
         self._quality = 0.0
         self._exploration = ""
+        self._explored = False
         self._judge = False
         self._recovery_s: float | None = None
 
@@ -125,9 +136,8 @@ class Demo:
         self._exploration = message.data
 
     def _origin(self) -> SE2:
-        """Return where in the world the map begins: where the robot, or its odometry, does."""
-        simulator = self._robot.sim.simulator
-        start: SE2 = SE2() if simulator.robot.model.drive.from_world else simulator.robot.spawn
+        """Return where in the world the map begins: where the robot does."""
+        start: SE2 = self._robot.sim.simulator.robot.spawn
         return start
 
     def _truth(self) -> SE2:
@@ -158,8 +168,12 @@ class Demo:
         robot = self._robot
         self._progress.phase("exploring and mapping", robot.now)
         robot.start(SLAM_GROUP, NAVIGATION_GROUP, EXPLORER_GROUP)
-        robot.run_until(
-            lambda: self._exploration.startswith("done"), self._options.explore_time, "exploration"
+        time = self._options.explore_time
+        self._explored = robot.run_until(
+            lambda: self._exploration.startswith("done"),
+            time or self._options.explore_limit,
+            "exploration",
+            required=time is None,
         )
         robot.stop(EXPLORER_GROUP)
 
@@ -187,11 +201,43 @@ class Demo:
         self._robot.start(LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=values)
 
     def _go(self, goal: SE2) -> bool:
-        succeeded = self._goals.navigate(goal, self._options.goal_time).succeeded
-        return succeeded and self._truth().distance(goal) <= REACHED_WITHIN
+        end = self._goals.navigate(goal, self._options.goal_time)
+        off = self._truth().distance(goal)
+        reached = end.succeeded and off <= REACHED_WITHIN
+        if not reached:
+            reason = end.reason or f"{off:.2f} m off by the truth"
+            self._samples.missed.append(f"({goal.x:.2f}, {goal.y:.2f}): {reason}")
+        return reached
+
+    def _drawn(self) -> tuple[SE2, ...]:
+        """Draw goals on the map that was made; the truth serves only to ask for no impossible one.
+
+        Raises:
+            ArjunaError: The map has no room for them.
+        """
+        robot, origin = self._robot.sim.simulator.robot, self._origin()
+        outline = footprint(robot.model, robot.model.urdf.root)
+        reach = float(np.hypot(*outline.T).max()) + self._options.margin
+        space = FreeSpace(self._map(), inscribed_radius(robot.model), reach)
+
+        def is_clear(pose: SE2) -> bool:
+            turns = (SE2(0.0, 0.0, 2.0 * np.pi * k / 8) for k in range(8))
+            return not any(robot.obstacles_at(origin @ pose @ turn) for turn in turns)
+
+        goals = [self._truth()]
+        for _ in range(self._options.goals):
+            goals.append(space.draw_beyond(goals[-1], self._rng, is_clear=is_clear))
+        return tuple(goals[1:])
+
+    def _map(self) -> OccupancyGrid:
+        return load_map(self._options.out / "map.yaml")
 
     def _drive_waypoints(self) -> None:
-        waypoints = self._options.waypoints
+        try:
+            waypoints = self._drawn() if self._options.goals else self._options.waypoints
+        except ArjunaError as error:
+            self._samples.missed.append(str(error))
+            return
         for number, goal in enumerate(waypoints, 1):
             name = f"waypoint {number} of {len(waypoints)}: ({goal.x:.1f}, {goal.y:.1f})"
             self._progress.phase(name, self._robot.now)
@@ -243,11 +289,14 @@ class Demo:
 
     def _report(self, recovered: bool | None) -> Report:
         out = self._options.out
-        grid = load_map(out / "map.yaml")
+        grid = self._map()
         draw_map(out / "map.png", grid)
-        draw_trajectory(out / "trajectory.png", grid, self._samples.table, self._samples.goals)
+        samples = self._samples
+        places = [(x, y) for _, x, y in samples.touched]
+        draw_trajectory(out / "trajectory.png", grid, samples.table, samples.goals, places)
         report = Report.of(
-            self._samples,
+            samples,
+            self._explored,
             grid,
             self._surfaces(),
             self._options.seed,

@@ -58,12 +58,13 @@ def explored_fraction(
 
     Args:
         grid: The map, in the world's frame.
-        surfaces: True segments, `(M, 4) float64` [m]; they enclose the start.
+        surfaces: True segments, `(M, 4) float64` [m].
         start: A pose in the free area.
         resolution: Edge of a cell of the truth's raster [m].
     """
-    low = surfaces.reshape(-1, 2).min(axis=0)
-    size = np.ceil((surfaces.reshape(-1, 2).max(axis=0) - low) / resolution).astype(int) + 1
+    ends = np.vstack((surfaces.reshape(-1, 2), [[start.x, start.y]]))
+    low = ends.min(axis=0)
+    size = np.ceil((ends.max(axis=0) - low) / resolution).astype(int) + 1
     columns, rows = np.meshgrid(np.arange(size[0]), np.arange(size[1]))
     centres = low + (np.column_stack((columns.ravel(), rows.ravel())) + 0.5) * resolution
     clear = distance_to_surfaces(centres, surfaces) > 0.75 * resolution
@@ -95,6 +96,8 @@ class Samples:
             between a kidnap and the recovery from it).
         stamps: For each row of when the estimate is [s]: as late as the robot's odometry comes.
         collisions: How often a contact with the world began.
+        touched: What was touched then, `(names, x, y)`.
+        missed: Which goals were not reached, and why; why none could be drawn.
         goals: `(x, y, yaw, reached)` in order.
     """
 
@@ -102,6 +105,8 @@ class Samples:
     judged: list[bool] = field(default_factory=list)
     stamps: list[float] = field(default_factory=list)
     collisions: int = 0
+    touched: list[tuple[str, float, float]] = field(default_factory=list)
+    missed: list[str] = field(default_factory=list)
     goals: list[tuple[float, float, float, bool]] = field(default_factory=list)
     _touching: bool = False
 
@@ -120,7 +125,9 @@ class Samples:
         self.rows.append((now, truth.x, truth.y, truth.theta, *guess))
         self.judged.append(judge and estimate is not None)
         touching = len(contacts) > 0
-        self.collisions += touching and not self._touching
+        if touching and not self._touching:
+            self.collisions += 1
+            self.touched.append((", ".join(sorted(contacts)), truth.x, truth.y))
         self._touching = touching
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,14 +23,17 @@ class Report:
     """The figures of one run; lengths [m], angles [rad], times [s]."""
 
     seed: int
+    exploration_done: bool
     waypoints_total: int
     waypoints_reached: int
     kidnap_recovered: bool | None
     kidnap_recovery_s: float | None
+    missed: tuple[str, ...]
     collisions: int
+    touched: tuple[str, ...]
     localization_rmse_m: float
     localization_rmse_rad: float
-    map_error_m: float
+    map_error_m: float | None
     explored_fraction: float
     path_length_m: float
     sim_time_s: float
@@ -41,6 +45,7 @@ class Report:
     @staticmethod
     def of(
         samples: Samples,
+        exploration_done: bool,
         grid: OccupancyGrid,
         surfaces: NDArray[np.float64],
         seed: int,
@@ -53,14 +58,17 @@ class Report:
         sim_time = float(samples.table[-1, 0])
         return Report(
             seed=seed,
+            exploration_done=exploration_done,
             waypoints_total=len(samples.goals),
             waypoints_reached=sum(reached for *_, reached in samples.goals),
             kidnap_recovered=kidnap_recovered,
             kidnap_recovery_s=kidnap_recovery_s,
+            missed=tuple(samples.missed),
             collisions=samples.collisions,
+            touched=tuple(f"{name} at ({x:.2f}, {y:.2f})" for name, x, y in samples.touched),
             localization_rmse_m=position,
             localization_rmse_rad=heading,
-            map_error_m=map_error(grid, surfaces),
+            map_error_m=map_error(grid, surfaces) if grid.occupied().any() else None,
             explored_fraction=explored_fraction(
                 grid, surfaces, SE2.from_array(samples.table[0, 1:4])
             ),
@@ -76,6 +84,7 @@ class Report:
         """True if the robot did all that it was asked to, without touching anything."""
         return (
             self.waypoints_reached == self.waypoints_total
+            and not self.missed
             and self.kidnap_recovered is not False
             and self.collisions == 0
         )
@@ -89,12 +98,15 @@ def write_report(folder: Path, report: Report) -> None:
 
 def summary(folder: Path, report: Report) -> str:
     """Return the report as one screen of text."""
+    error = math.nan if report.map_error_m is None else 100.0 * report.map_error_m
+    reached = f"{report.waypoints_reached} of {report.waypoints_total} reached"
+    ended = "" if report.exploration_done else ", then its time was over"
     rows = (
-        ("explored", f"{100.0 * report.explored_fraction:.1f} % of the free area"),
-        ("map error", f"{100.0 * report.map_error_m:.1f} cm, mean distance to true surfaces"),
-        ("waypoints", f"{report.waypoints_reached} of {report.waypoints_total} reached"),
+        ("explored", f"{100.0 * report.explored_fraction:.1f} % of the free area{ended}"),
+        ("map error", f"{error:.1f} cm, mean distance to true surfaces"),
+        ("waypoints", "; ".join((reached, *report.missed))),
         ("kidnap", _kidnap(report)),
-        ("collisions", f"{report.collisions}"),
+        ("collisions", "; ".join((f"{report.collisions}", *report.touched))),
         (
             "localization",
             f"{100.0 * report.localization_rmse_m:.1f} cm, "

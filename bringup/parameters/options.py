@@ -128,6 +128,12 @@ SIMULATION = (*ROBOT, "--world", "--model-path")
 """Which robot is simulated, and where."""
 SUPERVISED = (*ROBOT_CHOICE, "--json")
 """The options of a command that runs supervised processes."""
+BUILDINGS = ("furnished", "house", "shop", "hall")
+"""The buildings that are made up by a seed: `bringup.scenarios.furnished.LAYOUTS`."""
+ABOUT_BUILDINGS = (
+    "made up by the seed: a room, much of it below and above the lidar's plane; a house; a shop; "
+    "an open hall"
+)
 MESHES = "folder of ROS packages for the robot's meshes; may be given again"
 
 

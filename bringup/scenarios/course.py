@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2, wrap
 from bringup.parameters.files import Parameters, merged
 from bringup.scenarios.drive import Drive, believed_pose, desired_speed, placed
@@ -169,12 +168,8 @@ class Course:
             ArjunaError: None is found.
         """
         self._space.draw(rng)  # seeds keep the goals that they have always had
-        for _ in range(tries):
-            goal = self._space.draw(rng)
-            if self._space.shortest(self.before, goal) >= shortest:
-                self.before = goal
-                return goal
-        raise ArjunaError(f"the map has no goals {shortest:g} m from each other")
+        self.before = self._space.draw_beyond(self.before, rng, shortest, tries)
+        return self.before
 
     def drive(self, goal: SE2) -> Arrival:
         """Drive to a goal from where the robot is."""

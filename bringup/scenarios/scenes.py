@@ -15,7 +15,7 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from bringup.scenarios import barn
 from bringup.scenarios.doors import Door
-from bringup.scenarios.furnished import make_room
+from bringup.scenarios.furnished import LAYOUTS, make_room
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Scene:
 
 
 def _furnished(arguments: argparse.Namespace, folder: Path, rng: np.random.Generator) -> Scene:
-    world, seen, whole = make_room(folder, rng)
+    world, seen, whole = make_room(folder, rng, arguments.scene)
     return Scene(world, seen, load_map(whole))
 
 
@@ -61,7 +61,7 @@ def _of_file(arguments: argparse.Namespace, folder: Path, rng: np.random.Generat
 
 SCENES: dict[str | None, Callable[[argparse.Namespace, Path, np.random.Generator], Scene]] = {
     None: _of_file,
-    "furnished": _furnished,
+    **dict.fromkeys(LAYOUTS, _furnished),
     "door": _door,
     "field": _field,
 }

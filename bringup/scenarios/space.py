@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,25 @@ class FreeSpace:
         cell = self._cells[rng.integers(len(self._cells))]
         x, y = self.frame.to_point(int(cell[0]), int(cell[1]))
         return SE2(x, y, float(rng.uniform(-math.pi, math.pi)))
+
+    def draw_beyond(
+        self,
+        before: SE2,
+        rng: np.random.Generator,
+        shortest: float = 1.0,
+        tries: int = 1000,
+        is_clear: Callable[[SE2], bool] = lambda pose: True,
+    ) -> SE2:
+        """Return a random pose to which the path is so long [m]: a nearer one says little of it.
+
+        Raises:
+            ArjunaError: None is found.
+        """
+        for _ in range(tries):
+            goal = self.draw(rng)
+            if self.shortest(before, goal) >= shortest and is_clear(goal):
+                return goal
+        raise ArjunaError(f"the map has no goals {shortest:g} m from each other")
 
     def nearest(self, x: float, y: float) -> SE2:
         """Return the nearest position with room for the radius, the given one where it has [m]."""

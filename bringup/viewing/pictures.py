@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -63,12 +63,14 @@ def draw_trajectory(
     grid: OccupancyGrid,
     table: NDArray[np.float64],
     goals: Iterable[tuple[float, float, float, bool]],
+    touches: Sequence[tuple[float, float]] = (),
 ) -> None:
     """Write a picture of a map with the true path, the estimated path and the goals.
 
     Args:
         table: Time, true and estimated x, y, yaw, `(N, 7) float64` [s, m, m, rad, m, m, rad].
         goals: x, y, yaw [m, m, rad] and whether it was reached.
+        touches: Where the robot was when it touched something [m].
     """
     figure = Figure(figsize=(7.5, 7.5))
     axes = _draw_map(figure, grid, "The robot's path, true and estimated")
@@ -79,8 +81,14 @@ def draw_trajectory(
         axes.plot(x, y, "o", color=colour, ms=9)
         axes.annotate(str(number), (x, y), ha="center", va="center", fontsize=7)
         axes.arrow(x, y, 0.3 * np.cos(yaw), 0.3 * np.sin(yaw), color=colour, width=0.02)
+    _draw_touches(axes, touches)
     axes.legend(loc="upper right")
     _save(figure, path)
+
+
+def _draw_touches(axes: Axes, touches: Sequence[tuple[float, float]]) -> None:
+    if touches:
+        axes.plot(*np.array(touches).T, "x", color="tab:red", ms=12, mew=3, label="touched")
 
 
 def draw_path(path: Path, grid: OccupancyGrid, poses: NDArray[np.float64]) -> None:
@@ -119,9 +127,7 @@ def draw_snapshot(
             axes.plot(*_broken_at_leaps(np.array(trail), 0.3).T, **style, label=label)
     if len(snapshot.scan):
         axes.plot(*snapshot.scan.T, ".", color="tab:red", ms=4, label="scan")
-    if snapshot.touches:
-        touches = np.array([(pose.x, pose.y) for pose in snapshot.touches])
-        axes.plot(*touches.T, "x", color="tab:red", ms=12, mew=3, label="touched")
+    _draw_touches(axes, [(pose.x, pose.y) for pose in snapshot.touches])
     for goal in snapshot.goals:
         _draw_pose(axes, goal, "tab:orange")
     if snapshot.robot is not None:

@@ -181,9 +181,9 @@ def mecanum(controlled: bool = False) -> Robot:
     return Robot(four(), plugin("gz-sim-mecanum-drive-system", joints))
 
 
-def planar() -> Robot:
+def planar(more: str = "") -> Robot:
     """Return a robot on wheels called mecanum ones, which Gazebo moves in the plane."""
-    topics = "<command_topic>go</command_topic><odometry_topic>way</odometry_topic>"
+    topics = f"<command_topic>go</command_topic><odometry_topic>way</odometry_topic>{more}"
     wheels = four("{end}_{side}_mecanum_wheel")
     return Robot(wheels, plugin("libgazebo_ros_planar_move.so", topics))
 

@@ -85,6 +85,17 @@ def test_an_estimate_is_compared_with_the_truth_of_its_own_time(period: int) -> 
     assert heading == pytest.approx(0.01, abs=1e-9)
 
 
+def test_a_touch_is_noted_once_with_its_name_and_place() -> None:
+    samples = Samples()
+    for i, contacts in enumerate(((), ("b", "a"), ("a",), (), ("c",))):
+        samples.add(i * TICK, SE2(float(i), 2.0, 0.0), None, contacts, False)
+    assert (samples.collisions, samples.touched) == (2, [("a, b", 1.0, 2.0), ("c", 4.0, 2.0)])
+
+
+def test_the_area_of_a_start_outside_the_walls_is_not_all_there_is() -> None:
+    assert 0.0 <= explored_fraction(grid(0), SQUARE, SE2(-3.0, 2.0, 0.0)) < 1.0
+
+
 def test_an_estimate_without_a_stamp_is_of_now() -> None:
     samples = Samples()
     samples.add(TICK, SE2(1.0, 0.0, 0.0), SE2(1.0, 0.3, 0.0), (), True)

@@ -9,11 +9,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.ndimage import distance_transform_edt, label
 
 from arjuna_core.errors import ArjunaError
+from arjuna_core.files.maps import load_map
 from arjuna_core.grid import FREE, GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
+from bringup.parameters.options import BUILDINGS
 from bringup.scenarios import barn
+from bringup.scenarios.furnished import LAYOUTS, make_room
 from bringup.scenarios.space import FreeSpace
 
 pytest.importorskip("rclpy", reason="no ROS here")
@@ -52,6 +56,34 @@ def test_a_seed_makes_one_scene_through_which_there_is_a_path(scene: str, tmp_pa
         if each.start is not None:
             length = space.shortest(each.start, each.goals[0])
             assert 0.99 * each.start.distance(each.goals[0]) < length < 20.0  # of cells of 5 cm
+
+
+@pytest.mark.parametrize("name", ["house", "shop", "hall"])
+def test_a_wide_robot_reaches_all_of_a_building(name: str, tmp_path: Path) -> None:
+    for seed in range(5):
+        room = make_room(tmp_path, np.random.default_rng(seed), name)
+        grid = load_map(room.whole)
+        gaps = (distance_transform_edt(grid.free()) - 0.5) * grid.frame.resolution
+        regions, count = label(gaps >= 0.4)
+        sizes = np.sort(np.bincount(regions.ravel())[1:])
+        assert sizes[-1] / sizes.sum() > 0.9, (seed, count)
+
+
+def test_the_options_name_all_buildings() -> None:
+    assert tuple(LAYOUTS) == BUILDINGS
+
+
+def test_a_mission_drives_to_goals_on_its_own_map(tmp_path: Path) -> None:
+    words = "demo --scene hall --goals 2 --explore-time 8 --no-kidnap --log-level fatal"
+    code = run(parse([*words.split(), "--out", str(tmp_path)]))
+    report = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
+    assert (code, report["success"], report["exploration_done"]) == (0, True, False)
+    assert (report["waypoints_reached"], report["missed"], report["touched"]) == (2, [], [])
+    assert 0.01 < report["explored_fraction"] < 1.0
+    with pytest.raises(ArjunaError, match="the map has no goals 99 m"):
+        FreeSpace(load_map(tmp_path / "map.yaml"), 0.2).draw_beyond(
+            SE2(), np.random.default_rng(0), shortest=99.0, tries=3
+        )
 
 
 def test_a_field_s_map_is_occupied_where_its_cylinders_stand(tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import TICK, RosBench
 from tests.nodes.sim.running import run, start, start_sim
 from tests.sim.builders import edited
-from tests.sim.drive_cases import mecanum
+from tests.sim.drive_cases import Robot, mecanum, planar
 
 
 def _wheels(now: float, v: float, w: float) -> Odometry:
@@ -97,17 +97,21 @@ def test_an_imu_that_knows_no_orientation_is_taken_as_it_is_mounted(bench: RosBe
     assert odometry[-1].twist.twist.angular.z == pytest.approx(0.6, abs=0.01)
 
 
-def test_a_base_that_moves_sideways_has_fused_odometry(bench: RosBench, tmp_path: Path) -> None:
+@pytest.mark.parametrize("moved", [mecanum(), planar("<publish_odom_tf>false</publish_odom_tf>")])
+def test_a_base_that_moves_sideways_has_fused_odometry(
+    bench: RosBench, tmp_path: Path, moved: Robot
+) -> None:
+    """A planar_move too, whose file leaves the frame to a filter, as linorobot2's does."""
     sensor = "<sensor name='imu' type='imu'><update_rate>50</update_rate></sensor>"
     imu = f"<gazebo reference='base'>{sensor}</gazebo>"
-    robot = replace(mecanum(), extra=mecanum().extra + imu).write(tmp_path)
+    robot = replace(moved, extra=moved.extra + imu).write(tmp_path)
     sim = start_sim(bench, fused_odometry=True, robot=str(robot))
     start(bench, EkfNode(bench.process))
     odometry = bench.collect(Odometry, "odom")
     command = Twist()
     command.linear.y = 0.2
     for _ in range(50):
-        bench.publish(Twist, "cmd_vel", command)
+        bench.publish(Twist, sim.simulator.robots[SOLO].model.drive.command_topic, command)
         run(bench, sim, 1)
     last = odometry[-1]
     assert last.twist.twist.linear.y == pytest.approx(0.2, abs=0.02)

@@ -13,8 +13,9 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import MOTION_MODELS, SENSOR_MODELS, AmclConfig
-from arjuna_slam.amcl.estimate import Estimate, LocalizationError, Status
+from arjuna_slam.amcl.estimate import Estimate, Hypothesis, LocalizationError, Status
 from arjuna_slam.amcl.filter import ParticleFilter
+from arjuna_slam.amcl.scan_view import ScanView
 from tests.slam.amcl.room import Robot, error, random_pose, room_map, scan_at
 
 DEFAULTS = AmclConfig()
@@ -197,6 +198,26 @@ def test_people_around_the_robot_do_not_throw_it_off() -> None:
         ranges[blocked] = np.minimum(ranges[blocked], rng.uniform(0.5, 2.0))
         run.feed(replace(scan, ranges=ranges))
         assert run.error[0] < 0.08
+
+
+@pytest.mark.parametrize(("beams", "searches"), [(15, False), (40, True)])
+def test_the_map_is_not_searched_for_a_few_beams_that_would_fit_anywhere(
+    monkeypatch: pytest.MonkeyPatch, beams: int, searches: bool
+) -> None:
+    found: list[float] = []
+    some = ParticleFilter(DEFAULTS, ROOM, np.random.default_rng(1))
+    some.set_pose(SE2(), TIGHT)
+
+    def search(best: Hypothesis, view: ScanView) -> list[Hypothesis]:
+        found.append(view.stamp)
+        return [best]
+
+    monkeypatch.setattr(some._recovery, "search", search)
+    ranges = np.full(360, np.inf)
+    ranges[: 2 * beams] = 1.2  # of nothing that the map has; every other beam is matched
+    for k in range(30):
+        some.update(SE2(), Scan(ranges, -math.pi, math.tau / 360, 0.1, 3.5, 0.1 * k), force=True)
+    assert bool(found) is searches
 
 
 def test_a_blind_scan_moves_the_estimate_by_odometry_and_says_so() -> None:
