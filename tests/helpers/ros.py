@@ -90,6 +90,7 @@ class RosBench:
         self.process.drain()
         assert future.done(), f"{name} did not answer"
         self.node.destroy_client(client)
+        assert isinstance(future.result(), service_type.Response), f"{name} answered nothing"
         return future.result()
 
     def close(self) -> None:
