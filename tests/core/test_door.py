@@ -68,6 +68,8 @@ KNOWN = {
     "bringup/processes/child.py: lock.open": "locks of /dev/shm, which are not read",
     # What is installed with us.
     "arjuna_core/files/array_cache.py: .read_bytes": "our own modules",
+    "arjuna_core/shipped_kernels.py: cpus.open": "/proc/cpuinfo",
+    "arjuna_core/shipped_kernels.py: shutil.copytree": "our own kernels",
     "bringup/commands/__init__.py: path.open": "the commands' own files",
     "bringup/recording/message_definitions.py: .read_text": "definitions of installed messages",
     "bringup/ros2/types.py: .read_text": "definitions of installed messages",
