@@ -134,7 +134,7 @@ def test_motors_are_as_strong_as_what_they_move_is_heavy(tmp_path: Path) -> None
     for name in drive.steering:
         motor, joint = model.actuator(name), model.joint(name)
         moved = model.dof_M0[joint.dofadr[0]] + mass * drive.radius**2 / 2
-        stiffness = moved / 0.02**2  # it comes there in 0.02 s
+        stiffness = moved / 0.018**2  # it comes there in 0.018 s
         assert motor.gainprm[0] == pytest.approx(stiffness)
         critical = 2.0 * np.sqrt(stiffness * moved)
         assert motor.biasprm[:3] == pytest.approx((0.0, -stiffness, -critical))
