@@ -214,7 +214,7 @@ class Robot:
         self._wait(lambda: count() > 0, what, _REMEDIES["initialpose"])
         # as roughly as RViz's "2D Pose Estimate"
         publisher.publish(initial_pose_msg(SE2(x, y, heading), 0.5, 0.26, 0.0))
-        # It is sent, and discovery has ended: who leaves amid it may wait in Fast DDS 2.14 for ever.
+        # Who leaves during discovery may wait in Fast DDS 2.14 for ever: let it end.
         session.pause(0.5)
 
     def forward(self, metres: float, speed: float = 0.2, clearance: float = 0.3) -> float:
