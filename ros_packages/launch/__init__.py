@@ -19,6 +19,28 @@ from launch.launch_description_source import LaunchDescriptionSource
 from launch.launch_service import LaunchService
 from launch.substitution import SomeSubstitutionsType, Substitution
 
+__all__ = [
+    "Action",
+    "BaseEventHandler",
+    "Condition",
+    "Event",
+    "EventHandler",
+    "LaunchContext",
+    "LaunchDescription",
+    "LaunchDescriptionEntity",
+    "LaunchDescriptionSource",
+    "LaunchService",
+    "SomeSubstitutionsType",
+    "Substitution",
+    "actions",
+    "conditions",
+    "event_handlers",
+    "events",
+    "launch_description_sources",
+    "logging",
+    "substitutions",
+]
+
 import_by_file(
     (actions, conditions, event_handlers, events, launch_description_sources, substitutions)
 )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterable, Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +23,35 @@ from launch.substitution import (
     perform_substitutions,
     performed,
 )
+
+__all__ = [
+    "AppendEnvironmentVariable",
+    "DeclareLaunchArgument",
+    "EmitEvent",
+    "ExecuteLocal",
+    "ExecuteProcess",
+    "ForEach",
+    "ForLoop",
+    "GroupAction",
+    "IncludeLaunchDescription",
+    "LogInfo",
+    "OpaqueCoroutine",
+    "OpaqueFunction",
+    "PopEnvironment",
+    "PopLaunchConfigurations",
+    "PushEnvironment",
+    "PushLaunchConfigurations",
+    "RegisterEventHandler",
+    "ResetEnvironment",
+    "ResetLaunchConfigurations",
+    "SetEnvironmentVariable",
+    "SetLaunchConfiguration",
+    "Shutdown",
+    "TimerAction",
+    "UnregisterEventHandler",
+    "UnsetEnvironmentVariable",
+    "UnsetLaunchConfiguration",
+]
 
 
 class _Doing(Action):
@@ -144,11 +172,39 @@ class UnsetEnvironmentVariable(UnsetLaunchConfiguration):
     known = staticmethod(lambda context: context.environment)
 
 
-PushLaunchConfigurations = partial(_Doing, LaunchContext.push_launch_configurations)
-PopLaunchConfigurations = partial(_Doing, LaunchContext.pop_launch_configurations)
-PushEnvironment = partial(_Doing, LaunchContext.push_environment)
-PopEnvironment = partial(_Doing, LaunchContext.pop_environment)
-ResetEnvironment = partial(_Doing, LaunchContext.reset_environment)
+class PushLaunchConfigurations(Action):
+    """Saves the configurations."""
+
+    def execute(self, context: LaunchContext) -> None:
+        context.push_launch_configurations()
+
+
+class PopLaunchConfigurations(Action):
+    """Takes the saved configurations back."""
+
+    def execute(self, context: LaunchContext) -> None:
+        context.pop_launch_configurations()
+
+
+class PushEnvironment(Action):
+    """Saves the environment."""
+
+    def execute(self, context: LaunchContext) -> None:
+        context.push_environment()
+
+
+class PopEnvironment(Action):
+    """Takes the saved environment back."""
+
+    def execute(self, context: LaunchContext) -> None:
+        context.pop_environment()
+
+
+class ResetEnvironment(Action):
+    """Takes the environment back that launching began with."""
+
+    def execute(self, context: LaunchContext) -> None:
+        context.reset_environment()
 
 
 class ResetLaunchConfigurations(Action):

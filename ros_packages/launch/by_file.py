@@ -14,6 +14,6 @@ _BEFORE_A_WORD = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 def import_by_file(modules: Iterable[ModuleType]) -> None:
     """Let what modules export be imported as `launch.actions.timer_action.TimerAction` too."""
     for module in modules:
-        for name in [name for name in vars(module) if name[:1].isupper()]:
+        for name in module.__all__:
             file = _OTHERS.get(name, _BEFORE_A_WORD.sub("_", name).lower())
             sys.modules.setdefault(f"{module.__name__}.{file}", module)

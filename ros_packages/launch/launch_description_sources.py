@@ -5,6 +5,13 @@ from __future__ import annotations
 from launch.launch_description_source import InvalidLaunchFileError, LaunchDescriptionSource
 from launch.substitution import SomeSubstitutionsType
 
+__all__ = [
+    "AnyLaunchDescriptionSource",
+    "FrontendLaunchDescriptionSource",
+    "InvalidLaunchFileError",
+    "PythonLaunchDescriptionSource",
+]
+
 
 class AnyLaunchDescriptionSource(LaunchDescriptionSource):
     """A launch file of any kind."""

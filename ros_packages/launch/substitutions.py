@@ -21,6 +21,34 @@ from launch.substitution import (
     perform_substitutions,
 )
 
+__all__ = [
+    "AllSubstitution",
+    "AndSubstitution",
+    "AnonName",
+    "AnyLocalSubstitution",
+    "AnySubstitution",
+    "BooleanSubstitution",
+    "Command",
+    "EnvironmentVariable",
+    "EqualsSubstitution",
+    "FileContent",
+    "FindExecutable",
+    "IfElseSubstitution",
+    "LaunchConfiguration",
+    "LaunchLogDir",
+    "LocalSubstitution",
+    "NotEqualsSubstitution",
+    "NotSubstitution",
+    "OrSubstitution",
+    "PathJoinSubstitution",
+    "PathSubstitution",
+    "PythonExpression",
+    "SubstitutionFailure",
+    "TextSubstitution",
+    "ThisLaunchFile",
+    "ThisLaunchFileDir",
+]
+
 
 def is_true(text: str) -> bool:
     """Return whether a text is true or 1, rather than false or 0."""

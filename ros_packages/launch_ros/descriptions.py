@@ -7,6 +7,8 @@ from typing import Any
 
 from launch_ros.parameter_descriptions import Parameter, ParameterFile, ParameterValue
 
+__all__ = ["ComposableNode", "Parameter", "ParameterFile", "ParameterValue"]
+
 
 @dataclass(kw_only=True)
 class ComposableNode:

@@ -15,6 +15,8 @@ from launch.substitution import SomeSubstitutionsType, Substitution, perform_sub
 from arjuna_core.files.input_file import read_text
 from arjuna_core.files.whole_file import in_new_file
 
+__all__ = ["Parameter", "ParameterFile", "ParameterValue", "SomeParameters"]
+
 SomeParameters = Iterable[Any]
 _TYPES = {"str": str, "int": int, "float": float, "bool": bool}
 _SUBSTITUTED = re.compile(r"\$\([\w-]+[^()]*(?:\([^()]*\)[^()]*)*\)")

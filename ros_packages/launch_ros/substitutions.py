@@ -16,6 +16,8 @@ from launch.substitution import (
 )
 from launch.substitutions import PathJoinSubstitution
 
+__all__ = ["ExecutableInPackage", "FindPackagePrefix", "FindPackageShare", "Parameter"]
+
 
 class PackageNotFoundError(SubstitutionFailure):
     """A package is not in the ament index."""

@@ -22,6 +22,14 @@ from arjuna_core.files.input_file import read_text
 from arjuna_core.files.whole_file import in_new_file
 from arjuna_core.files.yaml_file import read_yaml
 
+__all__ = [
+    "HasNodeParams",
+    "LaunchConfigAsBool",
+    "ParseMultiRobotPose",
+    "ReplaceString",
+    "RewrittenYaml",
+]
+
 _Texts = Mapping[Any, SomeSubstitutionsType]
 
 

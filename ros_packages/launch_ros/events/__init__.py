@@ -1,3 +1,5 @@
 """Events of nodes."""
 
 from launch_ros.events import lifecycle
+
+__all__ = ["lifecycle"]

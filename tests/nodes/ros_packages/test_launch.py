@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 import yaml
-from launch import LaunchContext, LaunchDescription, LaunchService
+from launch import Action, LaunchContext, LaunchDescription, LaunchService
 from launch.actions import (
     DeclareLaunchArgument,
     EmitEvent,
@@ -234,6 +234,21 @@ def test_ctrl_c_ends_all_and_leaves_nothing(tmp_path: Path) -> None:
     assert process.returncode == 0
     status = Path(f"/proc/{(tmp_path / 'pid').read_text().strip()}/stat")
     assert not status.exists() or status.read_text().split()[2] == "Z"
+
+
+_MODULES = ["launch.actions", "launch.event_handlers", "launch.conditions", "launch.substitutions"]
+_ROS = ["launch_ros.actions", "launch_ros.descriptions", "launch_ros.substitutions"]
+
+
+def test_a_file_may_import_all_names_of_all_modules() -> None:
+    names: dict[str, Any] = {}
+    for module in [*_MODULES, *_ROS, "nav2_common.launch"]:
+        exec(f"from {module} import *", names)
+    assert names["Shutdown"] is Shutdown  # the action: a handler's module knows the event too
+    assert issubclass(names["PushLaunchConfigurations"], Action)
+    assert {"ForEach", "AllSubstitution", "LifecycleTransition", "ParseMultiRobotPose"} <= set(
+        names
+    )
 
 
 CONTEXT = {"a": "1", "path": "/x"}
