@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
-import shutil
 import sys
 from contextlib import suppress
 from pathlib import Path
@@ -36,6 +34,9 @@ def use_shipped_kernels(cpus: Path = Path("/proc/cpuinfo")) -> None:
 
 def _give_to_user(site: Path) -> None:
     """Copy what is compiled to where Numba looks where it cannot write beside a module."""
+    import hashlib
+    import shutil
+
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "numba"
     for folder in {path.parent for path in site.glob("arjuna_*/**/__pycache__/*.nbi")}:
         module = str(folder.parent)

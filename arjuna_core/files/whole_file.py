@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -69,6 +68,8 @@ def _force_folder(folder: Path) -> None:
 
 def in_new_file(text: str, suffix: str = ".yaml") -> Path:
     """Return a new file of a text, in the folder of temporary files, for another process."""
+    import tempfile
+
     with tempfile.NamedTemporaryFile(
         "w", prefix="arjuna_", suffix=suffix, delete=False, encoding="utf-8"
     ) as file:

@@ -58,10 +58,7 @@ def new_context(domain_id: int | None = None) -> Context:
     # messages' package takes its generator along if it can: parsers, a quarter of a node's start
     sys.modules.setdefault(_GENERATOR, None)  # type: ignore[arg-type]
     os.environ.setdefault(_RANGE, "LOCALHOST")
-    if os.environ.get(_PROFILES, "") in (
-        "",
-        *map(str, _OURS.values()),
-    ):  # a parent's range may differ
+    if os.environ.get(_PROFILES, "") in ("", *map(str, _OURS.values())):  # a parent's may differ
         os.environ[_PROFILES] = str(_OURS[reaches_other_hosts(os.environ)])
     context = Context()
     rclpy.init(context=context, domain_id=domain_id)
@@ -105,3 +102,13 @@ def class_of(name: str) -> Any:
         return getattr(module, short)
     except (ImportError, AttributeError) as error:
         raise LookupError(f"type '{name}' is not installed") from error
+
+
+def full_names(node: Any) -> list[str]:
+    """Return the full names of the nodes that a node sees, a name that occurs twice twice."""
+    return [full_name(*pair) for pair in node.get_node_names_and_namespaces()]
+
+
+def full_name(name: str, namespace: str) -> str:
+    """Return a node's full name."""
+    return f"{namespace.rstrip('/')}/{name}"

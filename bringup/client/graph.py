@@ -9,10 +9,11 @@ from lifecycle_msgs.srv import GetState
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import GetParameters
 
+from arjuna_core.ros.context import full_name, full_names
 from arjuna_core.ros.local.actions import served_actions
+from arjuna_core.ros.qos import qos_of
 from bringup.client.endpoint import Endpoint
 from bringup.client.session import Session
-from bringup.recording.listener import qos_of
 
 _TYPE = "lifecycle_msgs/srv/GetState"
 _SERVICE = "/get_state"
@@ -73,7 +74,7 @@ def action_server_state(session: Session, name: str) -> str:
     action = client.resolve_service_name(name)
     for node, namespace in client.get_node_names_and_namespaces():
         if action in served_actions(client, node, namespace):
-            service = f"{_full_name(node, namespace)}{_SERVICE}"
+            service = f"{full_name(node, namespace)}{_SERVICE}"
             if service not in dict(client.get_service_names_and_types()):
                 return ""
             return str(session.call(GetState, service, GetState.Request()).current_state.label)
@@ -90,19 +91,8 @@ def endpoints(session: Session) -> tuple[Endpoint, ...]:
     ends = []
     for publishes, topic, info in found:
         if (info.node_name, info.node_namespace) != (client.get_name(), client.get_namespace()):
-            node, offered = (
-                _full_name(info.node_name, info.node_namespace),
-                qos_of(info.qos_profile),
+            node, qos = full_name(info.node_name, info.node_namespace), qos_of(info.qos_profile)
+            ends.append(
+                Endpoint(node, topic, info.topic_type, publishes, qos.reliable, qos.latched)
             )
-            own = offered.reliable, offered.latched
-            ends.append(Endpoint(node, topic, info.topic_type, publishes, *own))
     return tuple(ends)
-
-
-def full_names(node: Any) -> list[str]:
-    """Return the full names of the nodes that a node sees, a name that occurs twice twice."""
-    return [_full_name(*pair) for pair in node.get_node_names_and_namespaces()]
-
-
-def _full_name(name: str, namespace: str) -> str:
-    return f"{namespace.rstrip('/')}/{name}"

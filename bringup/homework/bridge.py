@@ -13,7 +13,7 @@ from rclpy.qos import QoSProfile
 from arjuna_core.bags.topic import TopicQos
 from arjuna_core.ros.context import class_of
 from arjuna_core.ros.local.reading import reader
-from bringup.recording.listener import profile_of, qos_of
+from arjuna_core.ros.qos import profile_of, qos_of
 
 Message = dict[str, Any]
 Topic = dict[str, Any]

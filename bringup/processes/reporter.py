@@ -8,8 +8,8 @@ from typing import Any
 
 from numba.core import event as numba_event
 
+from arjuna_core.ros.context import full_names
 from arjuna_core.ros.process import Process
-from bringup.client.graph import full_names
 from bringup.processes.health import PATIENCE, PERIOD
 from bringup.processes.output import event_line
 from bringup.ros2.discovery import any_dead

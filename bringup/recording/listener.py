@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile
 
 from arjuna_core.bags.topic import TopicInfo, TopicQos, request_for
 from arjuna_core.ros.context import class_of
+from arjuna_core.ros.qos import profile_of, qos_of
 from bringup.recording.message_definitions import message_definition, type_hash
 
 BARE_NODE: dict[str, Any] = {"start_parameter_services": False, "enable_rosout": False}
@@ -197,22 +198,3 @@ class TopicListener:
 def offers_of(node: Node, topic: str) -> tuple[TopicQos, ...]:
     """Return the QoS of a topic's publishers."""
     return tuple(qos_of(each.qos_profile) for each in node.get_publishers_info_by_topic(topic))
-
-
-def qos_of(profile: QoSProfile) -> TopicQos:
-    """Return the QoS of an rclpy profile."""
-    return TopicQos(
-        profile.reliability != ReliabilityPolicy.BEST_EFFORT,
-        profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
-        profile.depth,
-    )
-
-
-def profile_of(wanted: TopicQos) -> QoSProfile:
-    """Return the rclpy profile of a recording's QoS."""
-    reliability, durability = ReliabilityPolicy, DurabilityPolicy
-    return QoSProfile(
-        depth=wanted.depth,
-        reliability=reliability.RELIABLE if wanted.reliable else reliability.BEST_EFFORT,
-        durability=durability.TRANSIENT_LOCAL if wanted.latched else durability.VOLATILE,
-    )

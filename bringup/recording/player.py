@@ -15,8 +15,8 @@ from rosgraph_msgs.msg import Clock
 from arjuna_core.bags.topic import BagMessage, TopicInfo, offer_for
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import class_of
+from arjuna_core.ros.qos import profile_of
 from arjuna_core.timing import NANOSECONDS
-from bringup.recording.listener import profile_of
 from bringup.recording.selection import EVENTS, is_service
 
 CLOCK = "/clock"

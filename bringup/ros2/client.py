@@ -15,7 +15,7 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 from rclpy.validate_full_topic_name import validate_full_topic_name
 
-from bringup.client.graph import full_names
+from arjuna_core.ros.context import full_names
 from bringup.client.session import POLL, Connection
 from bringup.ros2.discovery import discover
 from bringup.ros2.errors import Ros2Error, check_interrupts

@@ -13,8 +13,8 @@ from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import BagMessage, TopicInfo
 from arjuna_core.bags.writer import reindex
 from arjuna_core.errors import ArjunaError
+from arjuna_core.ros.qos import profile_of
 from bringup.recording import summary
-from bringup.recording.listener import profile_of
 from bringup.recording.selection import EVENTS, PlayFilter
 from rosbag2_py.options import (
     BagMetadata,

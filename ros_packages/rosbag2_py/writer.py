@@ -8,8 +8,8 @@ from pathlib import Path
 from arjuna_core.bags.topic import TopicInfo
 from arjuna_core.bags.writer import BagFolder
 from arjuna_core.errors import ArjunaError
+from arjuna_core.ros.qos import qos_of
 from bringup.recording.convert import bag_format, split_limits
-from bringup.recording.listener import qos_of
 from bringup.recording.message_definitions import installed_type
 from rosbag2_py.options import (
     CompressionMode,

@@ -15,7 +15,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from arjuna_core.bags.topic import request_for
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import class_of
-from bringup.recording.listener import offers_of, profile_of
+from arjuna_core.ros.qos import profile_of
+from bringup.recording.listener import offers_of
 from bringup.recording.message_definitions import message_definition
 
 _LITTLE_ENDIAN_CDR = b"\x00\x01"

@@ -12,7 +12,8 @@ from rclpy.serialization import deserialize_message
 
 from arjuna_core.bags.topic import TopicQos
 from arjuna_core.ros.context import class_of
-from bringup.recording.listener import offers_of, profile_of
+from arjuna_core.ros.qos import profile_of
+from bringup.recording.listener import offers_of
 from bringup.viewing.displays.base import Display, Wanted
 from bringup.viewing.robot.services import Services
 
