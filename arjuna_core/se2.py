@@ -50,16 +50,17 @@ class SE2:
 
     def __matmul__(self, other: SE2) -> SE2:
         """Compose two transforms; the angle of the result is wrapped to [-pi, pi)."""
-        theta, x, y = self.theta, other.x, other.y
-        c, s = math.cos(theta), math.sin(theta)
-        turned = (theta + other.theta + math.pi) % (2.0 * math.pi) - math.pi
-        return SE2(self.x + c * x - s * y, self.y + s * x + c * y, turned)
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        return SE2(
+            self.x + c * other.x - s * other.y,
+            self.y + s * other.x + c * other.y,
+            wrap(self.theta + other.theta),
+        )
 
     def inverse(self) -> SE2:
         """Return the transform that undoes this one."""
-        x, y, theta = self.x, self.y, self.theta
-        c, s = math.cos(theta), math.sin(theta)
-        return SE2(-c * x - s * y, s * x - c * y, (math.pi - theta) % (2.0 * math.pi) - math.pi)
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        return SE2(-c * self.x - s * self.y, s * self.x - c * self.y, wrap(-self.theta))
 
     def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Map points `(N, 2) float64` [m] from the right-hand frame into the left-hand one."""

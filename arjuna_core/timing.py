@@ -16,7 +16,6 @@ class Periodic:
 
     Attributes:
         next: Time before which none comes [s].
-        last: Time of the latest [s]; a clock before it was set back.
 
     Raises:
         ValueError: The period is not positive.
@@ -28,22 +27,22 @@ class Periodic:
         self._period = period
         self._phase = phase
         self._count = 0
-        self.last = self.next = -math.inf
+        self._last = self.next = -math.inf
 
     def due(self, now: float) -> bool:
         """Return whether an occurrence has come since the last call that said so."""
-        if self.last <= now < self.next:
+        if self._last <= now < self.next:
             return False
         # 1 ns for rounding.
         count = int((now - self._phase + 1e-9) // self._period) + 1
         if count < self._count:  # the clock was set back
             self._count = max(count - 1, 0)
-            self.last = self.next = -math.inf
+            self._last = self.next = -math.inf
         if count <= self._count:
             return False
         self._count = count
         # 1 us of rounding, which near the ends of a period is left to the division.
-        self.last = self._phase + (count - 1) * self._period + 1e-6
+        self._last = self._phase + (count - 1) * self._period + 1e-6
         self.next = self._phase + count * self._period - 1e-6
         return True
 

@@ -104,9 +104,9 @@ class _Course:
         tries: list[tuple[str, ...]] = []
         for start in _STARTS:
             tries.append(self._stopped(height, start))
-            for way in (sum(map(bool, tries)), len(tries) - sum(map(bool, tries))):
-                if 2 * way > len(_STARTS):
-                    return tries[-1]
+            stops = sum(map(bool, tries))
+            if 2 * max(stops, len(tries) - stops) > len(_STARTS):
+                return tries[-1]
         return ()
 
     def _stopped(self, height: float, start: float) -> tuple[str, ...]:
@@ -118,20 +118,20 @@ class _Course:
         sim.stage.move("sill", self._pose(height))
         seen, second = start, round(1.0 / sim.config.tick)
         while True:
-            met: set[str] = set()
+            touched: set[str] = set()
             for _ in range(second):
                 truth = sim.drive(Velocity(self.speed)).truth
                 if truth.pose.x > self._goal:
                     return ()
                 if math.hypot(truth.roll, truth.pitch) > 1.0:
                     return ("the robot, which falls",)
-                met |= self._touching()
+                touched |= self._touching()
             if truth.pose.x < seen + 0.05 * self.speed:
-                return tuple(sorted(met)) or ("the robot, which has no grip",)
+                return tuple(sorted(touched)) or ("the robot, which has no grip",)
             seen = truth.pose.x
 
     def _touching(self) -> set[str]:
         """Return the links that touch the sill."""
         scene, pairs = self._sim.stage.scene, self._sim.stage.data.contact.geom
-        met = pairs[scene.is_obstacle[pairs].any(axis=1)].ravel().tolist()
-        return {scene.model.geom(geom).name.rpartition("//")[0] for geom in met} - {""}
+        touching = pairs[scene.is_obstacle[pairs].any(axis=1)].ravel().tolist()
+        return {scene.model.geom(geom).name.rpartition("//")[0] for geom in touching} - {""}

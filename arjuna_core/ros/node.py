@@ -146,7 +146,7 @@ class ManagedNode(Guarded, LifecycleNode):
         """Run the periodic tasks that are due at a time [s]; the process calls this."""
         if self.active:
             for periodic, task in self._tasks:
-                if not periodic.last <= now < periodic.next and periodic.due(now):
+                if periodic.due(now):
                     task()
         rests = not (self.active and self._tasks)
         self.due_at = math.inf if rests else min([periodic.next for periodic, _ in self._tasks])
@@ -175,8 +175,7 @@ class ManagedNode(Guarded, LifecycleNode):
         def deliver(message: Any) -> None:
             if not (self.active or while_inactive):
                 return
-            transport = self.transport
-            problem = self.process.problem_of(message) if transport is None else transport.problem
+            problem = self.process.problem_of(message)
             if problem is None:
                 callback(message)
             else:

@@ -189,8 +189,8 @@ class Process:
         Relative names stay: ROS puts them below the node's namespace.
         """
         own = f"/{self.namespace}"
-        if name.startswith(f"{self.namespace}/"):  # Gazebo's `robot1/scan` of a robot in /robot1
-            return f"/{name}" if self.namespace else name
+        if self.namespace and name.startswith(f"{self.namespace}/"):
+            return f"/{name}"  # Gazebo's `robot1/scan` of a robot in /robot1
         outside = self.namespace and name.startswith("/") and not name.startswith(f"{own}/")
         return f"{own}{name}" if outside else name
 

@@ -104,15 +104,15 @@ def remaining(path: NDArray[np.float64], pose: SE2) -> float:
     return length(ahead(path, pose))
 
 
-def ends_here(path: NDArray[np.float64], pose: SE2, left: float | None = None) -> bool:
+def ends_here(path: NDArray[np.float64], pose: SE2, remaining: float | None = None) -> bool:
     """Return whether a path goes to its end from here, not in a loop that leads back later.
 
     Args:
-        left: Length of the path, where that is known [m].
+        remaining: Length of the path, where that is known [m].
     """
     straight = float(np.hypot(path[-1, 0] - pose.x, path[-1, 1] - pose.y))
     # Up to 1 m longer than the straight line, a path is no loop.
-    return (length(path) if left is None else left) <= straight + 1.0
+    return (length(path) if remaining is None else remaining) <= straight + 1.0
 
 
 def deviation(path: NDArray[np.float64], other: NDArray[np.float64]) -> float:

@@ -120,12 +120,12 @@ class Camera:
         ideal, buffer = None, None
         if depth:
             buffer = np.empty((settings.height, settings.width), np.float32)
-            self._draw(None, buffer, buffer)
+            self._draw(None, buffer)
         if color:
             drawn = lens or settings
             self._widen(drawn.height / settings.height)
             image = np.empty((drawn.height, drawn.width, 3), np.uint8)
-            self._draw(image, None, image)
+            self._draw(image, None)
             ideal = image[::-1] if lens is None else lens.picture(image[::-1])
         return Shot(
             None if ideal is None else self._noisy(ideal, float(data.time)),
@@ -163,10 +163,11 @@ class Camera:
         self._view.fixedcamid = model.camera(self._settings.name).id
         self._gl, self._model = gl, model
 
-    def _draw(self, image: Any, buffer: Any, into: NDArray[Any]) -> None:
+    def _draw(self, image: Any, buffer: Any) -> None:
         """Draw into one of them; the sky has colour, but would have a distance too."""
+        height, width = (buffer if image is None else image).shape[:2]
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = image is not None
-        area = mujoco.MjrRect(0, 0, into.shape[1], into.shape[0])
+        area = mujoco.MjrRect(0, 0, width, height)
         mujoco.mjr_render(area, self._scene, self._context)
         mujoco.mjr_readPixels(image, buffer, area, self._context)
 

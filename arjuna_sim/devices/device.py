@@ -72,7 +72,7 @@ class StaticDevice:
 
     def rebind(self, model: Any) -> None:
         """Continue with another model, in which the robot is the same."""
-        self._site = int(model.site(self._settings.site).id)
+        self._model, self._site = model, int(model.site(self._settings.site).id)
 
     def settle(self) -> None:
         """Do nothing: no motion is remembered."""

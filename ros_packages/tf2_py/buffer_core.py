@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
 from typing import Any
 
 from builtin_interfaces.msg import Time as TimeMsg
@@ -106,8 +105,9 @@ class BufferCore:
         first = self.lookup_transform_core(fixed_frame, source_frame, source_time)
         second = self.lookup_transform_core(target_frame, fixed_frame, target_time)
         stamp = Time.from_msg(second.header.stamp).nanoseconds
-        both = (pose3_from_transform(one.transform) for one in (second, first))
-        return _message(operator.matmul(*both), target_frame, source_frame, stamp)
+        T_target_fixed = pose3_from_transform(second.transform)
+        T_fixed_source = pose3_from_transform(first.transform)
+        return _message(T_target_fixed @ T_fixed_source, target_frame, source_frame, stamp)
 
     def can_transform_core(
         self, target_frame: str, source_frame: str, time: Time

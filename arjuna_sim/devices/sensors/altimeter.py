@@ -47,11 +47,6 @@ class Altimeter(StaticDevice):
 
     _start = math.nan
 
-    def rebind(self, model: Any) -> None:
-        """Continue with another model, in which the robot is the same."""
-        super().rebind(model)
-        self._model = model
-
     def read(self, data: Any, now: float) -> Climb:
         """Return height and speed."""
         height, velocity = float(data.site_xpos[self._site][2]), np.zeros(6)

@@ -78,7 +78,7 @@ class Bumper(StaticDevice):
     def rebind(self, model: Any) -> None:
         """Find the link's collision shapes, which carry its name."""
         super().rebind(model)
-        self._model, link = model, self._settings.link
+        link = self._settings.link
         body = int(model.site_bodyid[model.site(link).id])
         first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
         self._own = np.zeros(model.ngeom, np.bool_)

@@ -79,11 +79,6 @@ def _mount(tag: SensorTag, rate: str) -> dict[str, Any]:
 class TrueOdometry(StaticDevice):
     """Measures a link's true motion, with noise where the file names one."""
 
-    def rebind(self, model: Any) -> None:
-        """Continue with another model, in which the robot is the same."""
-        super().rebind(model)
-        self._model = model
-
     def read(self, data: Any, now: float) -> TrueMotion:
         """Return where the link is and how it moves."""
         settings, found, quaternion = self._settings, np.zeros(6), np.zeros(4)

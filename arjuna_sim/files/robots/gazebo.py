@@ -93,9 +93,9 @@ class _Reader:
         elif (body := text_of(plugin, "bodyname", "bodyid")) in urdf.links and "imu" in _type(
             plugin
         ):
-            self.sensors += sensor_kinds().readers["imu"](SensorTag(xml, plugin, body))
-        elif (kind_of := types_of(plugin)[0]) == BATTERY:
-            self.sensors += sensor_kinds().readers[kind_of](SensorTag(xml, plugin, urdf.root))
+            self.sensor(SensorTag(xml, plugin, body), "imu")
+        elif types_of(plugin)[0] == BATTERY:
+            self.sensor(SensorTag(xml, plugin, urdf.root), BATTERY)
         else:
             self._other_plugin(plugin, name, link)
 

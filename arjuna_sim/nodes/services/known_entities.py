@@ -26,6 +26,7 @@ from arjuna_sim.nodes.messages import WORLD, entity_state, motion_msg, pose3_fro
 from arjuna_sim.nodes.services.host import RequestError
 from arjuna_sim.simulation import Simulation
 
+_SHOWN = 80  # characters of a refused expression
 ALIAS = "robot"
 """A name for the simulator's own robot, whatever its file calls it."""
 
@@ -59,8 +60,8 @@ def _pattern(text: str) -> Any:
     try:
         return re2.compile(text, options)
     except re2.error as error:
-        reason = error.args[0].decode("utf-8", "replace")[:80]
-        problem = f"the filter '{text[:80]}' is no regular expression of RE2: {reason}"
+        reason = error.args[0].decode("utf-8", "replace")[:_SHOWN]
+        problem = f"the filter '{text[:_SHOWN]}' is no regular expression of RE2: {reason}"
         raise RequestError(Result.RESULT_OPERATION_FAILED, problem) from error
 
 
