@@ -193,25 +193,30 @@ def planar_on(*wheels: Wheel) -> Robot:
     return Robot(wheels, plugin("gz-sim-velocity-control-system"))
 
 
-def tracked(ends: bool = False, flippers: bool = False) -> Robot:
+def tracked(ends: bool = False, flippers: bool = False, low: bool = False) -> Robot:
     """Return a robot on two tracks.
 
     Args:
         ends: Whether the tracks have round ends, else they are boxes.
         flippers: Whether each has another one in front, off the ground.
+        low: Whether those are just above it, with a large end behind and a small one in front.
     """
     round_end = (
-        "<collision><origin xyz='{x} 0 0' rpy='1.5708 0 0'/>"
-        "<geometry><cylinder radius='0.05' length='0.06'/></geometry></collision>"
+        "<collision><origin xyz='{} 0 {}' rpy='1.5708 0 0'/>"
+        "<geometry><cylinder radius='{}' length='0.06'/></geometry></collision>"
     )
     solid = "<collision><geometry><box size='0.4 0.06 0.1'/></geometry></collision>"
-    solid = "".join(round_end.format(x=x) for x in (-0.15, 0.15)) if ends else solid
+    solid = "".join(round_end.format(x, 0.0, 0.05) for x in (-0.15, 0.15)) if ends else solid
+    flipper = round_end.format(-0.1, 0.0, 0.048) + round_end.format(0.1, 0.1, 0.02)
     extra, names = "", dict[str, list[str]]()
     for side, y in (("left", 0.15), ("right", -0.15)):
-        for name, x, z in (("track", 0.0, 0.0), ("flipper", 0.35, 0.1))[: 1 + flippers]:
+        parts = [("track", 0.0, 0.0, solid)]
+        parts += [("flipper", 0.35, 0.1, solid)] if flippers else []
+        parts += [("flipper", 0.25, 0.0, flipper)] if low else []
+        for name, x, z, shape in parts:
             names.setdefault(side, []).append(f"{side}_{name}")
             extra += (
-                f"<link name='{side}_{name}'>{INERTIAL.format(m=1.0, i=0.01)}{solid}</link>"
+                f"<link name='{side}_{name}'>{INERTIAL.format(m=1.0, i=0.01)}{shape}</link>"
                 f"<joint name='{side}_{name}_joint' type='fixed'><parent link='base'/>"
                 f"<child link='{side}_{name}'/><origin xyz='{x} {y} {z}'/></joint>"
             )

@@ -53,6 +53,7 @@ TRACKED = {
     "boxes": cases.tracked(),
     "round ends": cases.tracked(ends=True),
     "flippers": cases.tracked(flippers=True),
+    "low flippers": cases.tracked(low=True),
 }
 
 
@@ -146,7 +147,7 @@ def test_tracks_drive_as_a_skid_steer(
 ) -> None:
     seen = _driven(TRACKED[name], tmp_path, command, seconds)
     # [m] With flippers in front it turns about a point before its middle.
-    room = 6.0 if name == "flippers" else abs(wanted.x)
+    room = 6.0 if "flippers" in name else abs(wanted.x)
     _check(seen, wanted, room)
 
 
@@ -157,6 +158,16 @@ def test_wheels_that_no_file_names_are_in_no_message(tmp_path: Path) -> None:
     assert not any("wheel" in name for name in notes.reported)
     assert not robot.urdf.links["left_track"].collisions
     assert robot.urdf.links["left_flipper"].collisions
+
+
+def test_tracks_of_uneven_ends_run_at_one_speed(tmp_path: Path) -> None:
+    """What is off the ground stays solid; wheels are as small as the smallest that meets it."""
+    robot = load_robot(cases.tracked(low=True).write(tmp_path), SearchPath())
+    assert not texts(robot.notes)
+    assert robot.drive.radius == robot.drive.effective_radius == 0.048
+    [small] = robot.urdf.links["left_flipper"].collisions
+    assert small.shape.size[0] == 0.02
+    assert robot.drive.separation == pytest.approx(0.3)
 
 
 @pytest.mark.parametrize(

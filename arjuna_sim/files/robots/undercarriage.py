@@ -21,9 +21,10 @@ from arjuna_sim.model.geometry.shapes import Kind, Part, Shape, corners, inertia
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Joint, Link, Urdf
-from arjuna_sim.model.wheels import CASTER_GAP_MAX, effective_track, wheel_separation
+from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, effective_track, wheel_separation
 
-_LEVEL = 0.01  # wheels that are higher than the lowest one by more do not touch the ground [m]
+_LEVEL = 0.01  # wheels that are higher than the lowest one by more meet no ground [m]
+_TOUCH = 0.001  # of those, the ones that bear it on level ground [m]
 _WHEELS_MAX = 8  # of a track
 _MASS = 0.01  # of each wheel, of the robot's
 _ACROSS = Pose3.from_rpy((0.0, 0.0, 0.0), (math.pi / 2, 0.0, 0.0))  # a cylinder's axis along y
@@ -41,12 +42,18 @@ class _Wheel:
     def lowest(self) -> float:
         return self.middle[2] - self.radius
 
+    def shrunk(self, radius: float) -> _Wheel:
+        """Return a smaller wheel that touches the same ground."""
+        x, y, _ = self.middle
+        return _Wheel((x, y, self.lowest + radius), radius, self.width)
+
 
 def on_tracks(
     xml: XmlFile, urdf: Urdf, settings: GazeboSettings
 ) -> tuple[Urdf, DriveSettings, dict[str, float]]:
     """Return a robot whose tracks are rows of wheels, its drive, and its links' friction.
 
+    Wheels stand where a track meets the ground, of one size, so that all of it runs at one speed.
     Tracks that are off the ground, as flippers are, do not turn.
 
     Raises:
@@ -54,18 +61,27 @@ def on_tracks(
     """
     rows = {link: _row(urdf, link) for side in settings.tracks for link in side}
     ground = min((wheel.lowest for row in rows.values() for wheel in row), default=0.0)
+    rows = {
+        link: [wheel for wheel in row if wheel.lowest < ground + _LEVEL]
+        for link, row in rows.items()
+    }
+    radius = min((wheel.radius for row in rows.values() for wheel in row), default=0.0)
     friction, sides = dict(settings.friction), list[tuple[str, ...]]()
     for side in settings.tracks:
         names: list[str] = []
         for link in side:
-            wheels = [wheel for wheel in rows[link] if wheel.lowest < ground + _LEVEL]
-            if not wheels:
+            if not rows[link]:
                 xml.note(
                     f"link '{link}': is off the ground: its track stands", NoteKind.UNSUPPORTED
                 )
                 continue
-            urdf, added = _with_wheels(urdf, link, wheels)
-            bare = dataclasses.replace(urdf.links[link], collisions=())
+            raised = tuple(
+                part
+                for part in urdf.links[link].collisions
+                if _points_of(urdf, link, part)[:, 2].min() >= ground + _LEVEL
+            )
+            urdf, added = _with_wheels(urdf, link, [wheel.shrunk(radius) for wheel in rows[link]])
+            bare = dataclasses.replace(urdf.links[link], collisions=raised)
             urdf = dataclasses.replace(urdf, links={**urdf.links, link: bare})
             own = friction.get(link)
             friction |= {} if own is None else {urdf.joints[n].child: own for n in added}
@@ -74,13 +90,18 @@ def on_tracks(
     left, right = sides
     if not left or not right:
         raise xml.fail("tracks", "a side has no track with a <collision> on the ground")
-    radius = min(wheel.radius for row in rows.values() for wheel in row)
-    separation = wheel_separation(urdf, left, right)
+    bearing = _bearing(urdf, left), _bearing(urdf, right)
     drive = DriveSettings(
-        *(left, right, separation, radius, torque_of(urdf, radius, len(left + right))),
-        *(effective_track(urdf, left, right), radius),
+        *(left, right, wheel_separation(urdf, *bearing), radius),
+        *(torque_of(urdf, radius, len(left + right)), effective_track(urdf, *bearing), radius),
     )
     return urdf, drive, friction
+
+
+def _bearing(urdf: Urdf, side: tuple[str, ...]) -> tuple[str, ...]:
+    """Return those of a side's wheels, all of one size, that stand lowest and bear the robot."""
+    heights = {name: float(center(urdf, name)[2]) for name in side}
+    return tuple(name for name in side if heights[name] < min(heights.values()) + _TOUCH)
 
 
 def on_rollers(xml: XmlFile, urdf: Urdf) -> tuple[Urdf, DriveSettings | None]:
@@ -108,9 +129,12 @@ def on_rollers(xml: XmlFile, urdf: Urdf) -> tuple[Urdf, DriveSettings | None]:
 
 def _points(urdf: Urdf, link: str) -> NDArray[np.float64]:
     """Return the corners of a link's solid shapes in the root's frame, `(N, 3) float64` [m]."""
-    T = urdf.T_root(link)
     parts = urdf.links[link].collisions
-    return np.vstack([np.zeros((0, 3)), *((T @ p.pose).apply(corners(p.shape)) for p in parts)])
+    return np.vstack([np.zeros((0, 3)), *(_points_of(urdf, link, part) for part in parts)])
+
+
+def _points_of(urdf: Urdf, link: str, part: Part) -> NDArray[np.float64]:
+    return (urdf.T_root(link) @ part.pose).apply(corners(part.shape))
 
 
 def _row(urdf: Urdf, link: str) -> list[_Wheel]:
