@@ -20,6 +20,7 @@ from arjuna_sim.devices.driving.joints import JointControllers
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import Odometry, OdometryEstimate
 from arjuna_sim.devices.sensor_suite import SensorSuite
+from arjuna_sim.devices.sensors.battery import BatterySettings
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.model.geometry.walls import enclosure_of, surfaces
@@ -86,6 +87,8 @@ class DrivenRobot:
         self._steers = model.drive.kind is DriveKind.STEERED
         self._drive, self._wheels = Drive(self.limits, self._steers), WheelSpeeds(model, self._base)
         self.setpoint = Velocity()
+        batteries = (s for s in model.settings.sensors if isinstance(s, BatterySettings))
+        self._batteries = tuple(batteries)
         self._cameras: dict[str, Camera] = {}
         self._spawn_notes: tuple[str, ...] = ()
         self.begin()
@@ -102,6 +105,7 @@ class DrivenRobot:
         model, earth = self._stage.scene.model, self._stage.world.earth
         self._sensors = SensorSuite(staged, model, earth, config, seeds[[0, 1, 3]])
         self._felt: list[ImuReading] = []
+        self._is_empty = False
         self.is_imu_faster = self._sensors.is_imu_faster(config.tick)
         rng = np.random.default_rng(int(seeds[2]))
         self._odometry = Odometry(config.odometry, self._base, rng)
@@ -135,7 +139,8 @@ class DrivenRobot:
         elapsed, tick = self._stage.elapsed, self._config.tick
         if command is not None:
             self._drive.command(command, elapsed)
-        wanted = self._base.reachable(self._drive.velocity(elapsed, tick))
+        asked = Velocity() if self._is_empty else self._drive.velocity(elapsed, tick)
+        wanted = self._base.reachable(asked)
         self.setpoint = self._wheels.slowed(wanted)
         base, speeds = self._base, self._base.speeds(self.setpoint)
         if self._steers:
@@ -170,6 +175,7 @@ class DrivenRobot:
         self.feel(now)
         readings, self._felt = self._felt, []
         angles = self._motion.steering_angles()
+        self._is_empty = any(self.sense(each, now).charge == 0.0 for each in self._batteries)
         return Observation(
             now,
             self._odometry.update(self._encoders(), self._config.tick, angles),

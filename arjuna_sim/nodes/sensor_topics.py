@@ -123,9 +123,6 @@ def _height(sensor: AltimeterSettings, reading: Climb, now: float) -> Altimeter:
 
 @publishes(BatterySettings, BatteryState)
 def _battery(sensor: BatterySettings, reading: Charge, now: float) -> BatteryState:
-    discharges, rests = (
-        getattr(BatteryState, f"POWER_SUPPLY_STATUS_{name}") for name in ("DISCHARGING", "UNKNOWN")
-    )
     return BatteryState(
         header=header(sensor.frame, now),
         voltage=reading.voltage,
@@ -134,7 +131,7 @@ def _battery(sensor: BatterySettings, reading: Charge, now: float) -> BatterySta
         capacity=sensor.capacity,
         design_capacity=sensor.capacity,
         percentage=reading.percentage,
-        power_supply_status=discharges if sensor.drains else rests,
+        power_supply_status=BatteryState.POWER_SUPPLY_STATUS_DISCHARGING,
         present=True,
     )
 

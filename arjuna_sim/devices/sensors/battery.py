@@ -26,7 +26,6 @@ class BatterySettings(SensorSettings):
         resistance: [Ohm].
         tau: In which the current follows the load [s].
         load: Power that is drawn [W].
-        drains: Whether it is drawn from the start on.
     """
 
     TITLE: ClassVar[str] = "battery"
@@ -38,7 +37,6 @@ class BatterySettings(SensorSettings):
     resistance: float
     tau: float
     load: float
-    drains: bool
 
     def details(self) -> str:
         """Return charge, voltage and load."""
@@ -56,6 +54,10 @@ def read(tag: SensorTag) -> list[BatterySettings]:
     voltage, capacity = tag.number("voltage", 0.0), tag.number("capacity", 0.0)
     if not (voltage > 0.0 and capacity > 0.0):
         raise tag.fail(f"<voltage> {voltage}, <capacity> {capacity}: both must be above 0")
+    if flag(tag.element, False, "startonmotion") or not flag(tag.element, True, "startdraining"):
+        tag.note("drains from the start on, not from the first motion on")
+    if flag(tag.element, False, "enablerecharge"):
+        tag.note("is not recharged")
     return [
         BatterySettings(
             link=tag.link,
@@ -71,7 +73,6 @@ def read(tag: SensorTag) -> list[BatterySettings]:
             resistance=tag.number("resistance", 0.0),
             tau=max(tag.number("smooth_current_tau", 1.0), 1e-3),
             load=tag.number("power_load", 0.0),
-            drains=flag(tag.element, False, "startdraining"),
         )
     ]
 
@@ -115,9 +116,8 @@ class Battery:
     def _draw(self, dt: float) -> None:
         own = self._settings
         self._now += dt
-        wanted = own.load / max(self._voltage, 1e-3) if own.drains and self._charge > 0.0 else 0.0
+        wanted = own.load / max(self._voltage, 1e-3) if self._charge > 0.0 else 0.0
         self._current += min(dt / own.tau, 1.0) * (wanted - self._current)
         self._charge = max(0.0, self._charge - self._current * dt / 3600.0)
-        if own.drains:
-            empty = 1.0 - self._charge / own.capacity
-            self._voltage = own.full + own.fall * empty - own.resistance * self._current
+        empty = 1.0 - self._charge / own.capacity
+        self._voltage = own.full + own.fall * empty - own.resistance * self._current

@@ -234,19 +234,25 @@ def test_bumper_feels_what_its_own_link_touches(tmp_path: Path) -> None:
     assert (bumper.depths > 0.0).any()
 
 
-def test_a_battery_drains_as_its_load_draws(tmp_path: Path) -> None:
-    path = RobotMaker(tmp_path).write()
+def _with_battery(folder: Path, charge: float, more: str) -> Path:
+    path = RobotMaker(folder).write()
     battery = (
         "<gazebo><plugin filename='gz-sim-linearbatteryplugin-system'"
         " name='gz::sim::systems::LinearBatteryPlugin'><battery_name>pack</battery_name>"
         "<voltage>12</voltage><open_circuit_voltage_constant_coef>12.5"
         "</open_circuit_voltage_constant_coef><open_circuit_voltage_linear_coef>-3"
-        "</open_circuit_voltage_linear_coef><initial_charge>1</initial_charge><capacity>2"
+        f"</open_circuit_voltage_linear_coef><initial_charge>{charge}</initial_charge><capacity>2"
         "</capacity><resistance>0.1</resistance><smooth_current_tau>2</smooth_current_tau>"
-        "<power_load>110</power_load><start_draining>true</start_draining></plugin></gazebo>"
+        f"<power_load>110</power_load>{more}</plugin></gazebo>"
     )
     text = path.read_text(encoding="utf-8").replace("</robot>", f"{battery}</robot>")
     path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("more", ["", "<start_draining>true</start_draining>"])
+def test_a_battery_drains_as_its_load_draws(tmp_path: Path, more: str) -> None:
+    path = _with_battery(tmp_path, 1.0, more)
     sim = simulator(EMPTY, robot=path)
     sensor = _further(sim, "pack")
     assert sensor.topic == "/model/arjuna/battery/pack/state"
@@ -261,6 +267,19 @@ def test_a_battery_drains_as_its_load_draws(tmp_path: Path) -> None:
     )
     assert sim.robot.sense(sensor, 3600.0).charge == 0.0
     assert sim.robot.sense(sensor, 0.0) == read[0]  # the simulation began again
+
+
+def test_a_robot_stops_when_its_battery_is_empty(tmp_path: Path) -> None:
+    more = "<start_on_motion>true</start_on_motion><enable_recharge>true</enable_recharge>"
+    sim = simulator(EMPTY, robot=_with_battery(tmp_path, 0.002, more))
+    notes = [note.partition(": ")[2] for note in sim.notes if "attery" in note]
+    late = "drains from the start on, not from the first motion on"
+    assert notes == [late, "is not recharged"]
+    assert run(sim, 1.0, Velocity(0.3)).truth.v == pytest.approx(0.3, rel=0.1)
+    seen = run(sim, 3.0, Velocity(0.3))
+    assert seen.truth.v == pytest.approx(0.0, abs=1e-3)
+    sim.reset()
+    assert run(sim, 1.0, Velocity(0.3)).truth.v == pytest.approx(0.3, rel=0.1)
 
 
 def test_readings_are_the_same_each_time_whatever_else_is_read(tmp_path: Path) -> None:
