@@ -21,7 +21,7 @@ _OURS = {
 }
 """The profiles, by whether other hosts are reached."""
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
-_COLLECT = (10_000, 20, 20)
+_COLLECT = (100_000, 20, 20)
 """How many new objects, and collections of those, are waited for before a collection of garbage.
 
 Python's own (700, 10, 10) looks through all of a stack's 300 000 objects every 20 s of a run, which

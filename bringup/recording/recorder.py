@@ -148,7 +148,7 @@ class Recorder:
         """Return a message with its time; None if it is not to be recorded."""
         if self._clock is not None:
             now = round(self._clock() * 1e9)
-            return message._replace(received=now, published=now)
+            return Received(message.topic, now, now, message.data)
         if not self._options.sim_time:
             return message
         topic = message.topic

@@ -9,14 +9,13 @@ from __future__ import annotations
 import array
 from collections.abc import Callable, Iterator
 from functools import cache
-from operator import attrgetter
 from struct import Struct
 from typing import Any
 
 import numpy as np
 from rosidl_parser import definition
 
-from arjuna_core.ros.messages import fields_of, interface
+from arjuna_core.ros.messages import compiled, fields_of, interface
 
 CODES = {"boolean": "?", "octet": "c", "float": "f", "double": "d"} | {
     f"{sign}int{bits}": code.upper() if sign else code
@@ -25,36 +24,30 @@ CODES = {"boolean": "?", "octet": "c", "float": "f", "double": "d"} | {
 }
 HEADER = b"\x00\x01\x00\x00"
 _GAPS = tuple(b"\x00" * size for size in range(8))
-_LENGTH = Struct("<I")
-_Step = Callable[[bytearray, Any], None]
+_length = Struct("<I").pack
+_Write = Callable[[bytearray, Any], None]
 
 
 def to_cdr(message: Any) -> bytes:
     """Return a message's bytes, as a subscription gets them through the middleware."""
     out = bytearray(HEADER)
     kind: Any = type(message)
-    _write(out, message, _steps(kind))
+    _writer(kind)(out, message)
     return bytes(out)
 
 
-def _write(out: bytearray, message: Any, steps: tuple[_Step, ...]) -> None:
-    for step in steps:
-        step(out, message)
-
-
 @cache
-def _steps(cls: Any) -> tuple[_Step, ...]:
-    """Return what writes a type: numbers that stand side by side by one step."""
-    steps: list[_Step] = []
-    run: list[tuple[str, str]] = []
+def _writer(cls: Any) -> _Write:
+    """Return what writes messages of a type, compiled: numbers side by side are packed at once."""
+    known: dict[str, Any] = {"gaps": _GAPS, "length": _length, "text": _text}
+    lines, run = ["def write(out, m):"], list[tuple[str, str]]()
     for path, kind in flat(cls, ""):
         if isinstance(kind, definition.BasicType):
-            run.append((path, CODES[kind.typename]))
+            run.append((f"m.{path}", CODES[kind.typename]))
             continue
-        steps += [_numbers(run)] if run else []
-        steps.append(_nothing if kind is None else _field(attrgetter(path), kind))
+        lines += [*_numbers(run, known), *_field(f"m.{path}", kind, known)]
         run = []
-    return (*steps, *([_numbers(run)] if run else []))
+    return compiled("write", lines + _numbers(run, known), known)  # type: ignore[no-any-return]
 
 
 def flat(cls: type[Any], prefix: str) -> Iterator[tuple[str, Any]]:
@@ -68,18 +61,14 @@ def flat(cls: type[Any], prefix: str) -> Iterator[tuple[str, Any]]:
             yield f"{prefix}_{name}", kind
 
 
-def _nothing(out: bytearray, message: Any) -> None:
-    """Write what stands for a message without fields."""
-    out.append(0)
-
-
-def _numbers(run: list[tuple[str, str]]) -> _Step:
-    """Return what writes numbers side by side, wherever the first may begin."""
-    forms = [form([code for _, code in run], start) for start in range(8)]
-    get = attrgetter(*(path for path, _ in run))
-    if len(run) == 1:
-        return lambda out, message: out.extend(forms[(len(out) - 4) & 7].pack(get(message)))
-    return lambda out, message: out.extend(forms[(len(out) - 4) & 7].pack(*get(message)))
+def _numbers(run: list[tuple[str, str]], known: dict[str, Any]) -> list[str]:
+    """Return the line that writes numbers side by side, wherever the first may begin."""
+    if not run:
+        return []
+    name = f"forms_{len(known)}"
+    known[name] = [form([code for _, code in run], start).pack for start in range(8)]
+    values = ", ".join(path for path, _ in run)
+    return [f"    out += {name}[(len(out) - 4) & 7]({values})"]
 
 
 def form(codes: list[str], start: int) -> Struct:
@@ -92,45 +81,39 @@ def form(codes: list[str], start: int) -> Struct:
     return Struct(text)
 
 
-def _field(get: Callable[[Any], Any], kind: Any) -> _Step:
-    """Return what writes a text, an array or a list."""
+def _field(path: str, kind: Any, known: dict[str, Any]) -> list[str]:
+    """Return the lines that write a text, an array, a list, or what stands for no fields."""
+    if kind is None:
+        return ["    out.append(0)"]
     if isinstance(kind, definition.AbstractGenericString):
-        return lambda out, message: _text(out, get(message))
-    item, counted = kind.value_type, not isinstance(kind, definition.Array)
-    write = _items(item)
-
-    def write_list(out: bytearray, message: Any) -> None:
-        items = get(message)
-        if counted:
-            _count(out, len(items))
-        if len(items):
-            write(out, items)
-
-    return write_list
+        return [f"    text(out, {path})"]
+    count = "    out += gaps[-len(out) & 3] + length(len(items))"
+    counted = [] if isinstance(kind, definition.Array) else [count]
+    name = f"write_{len(known)}"
+    known[name] = _items(kind.value_type)
+    return [f"    items = {path}", *counted, "    if len(items):", f"        {name}(out, items)"]
 
 
-def _items(item: Any) -> _Step:
+def _items(item: Any) -> _Write:
     """Return what writes the items of a list, of which there are some."""
-    if isinstance(item, definition.NamespacedType):
-        cls = interface(item)
+    if isinstance(item, definition.BasicType):
+        return _array(CODES[item.typename])
+    is_text = isinstance(item, definition.AbstractGenericString)
+    write = _text if is_text else _writer(interface(item))
 
-        def write_messages(out: bytearray, items: Any) -> None:
-            steps = _steps(cls)
-            for each in items:
-                _write(out, each, steps)
+    def write_items(out: bytearray, items: Any) -> None:
+        for each in items:
+            write(out, each)
 
-        return write_messages
-    if isinstance(item, definition.AbstractGenericString):
-
-        def write_texts(out: bytearray, items: Any) -> None:
-            for each in items:
-                _text(out, each)
-
-        return write_texts
-    return _array(CODES[item.typename])
+    return write_items
 
 
-def _array(code: str) -> _Step:
+def _text(out: bytearray, text: str) -> None:
+    data = text.encode()
+    out.extend(_GAPS[-len(out) & 3] + _length(len(data) + 1) + data + _GAPS[1])
+
+
+def _array(code: str) -> _Write:
     """Return what writes numbers of one kind."""
     size = Struct(f"<{code}").size
 
@@ -144,15 +127,3 @@ def _array(code: str) -> _Step:
             out.extend(Struct(f"<{len(items)}{code}").pack(*items))
 
     return write_numbers
-
-
-def _count(out: bytearray, count: int) -> None:
-    out.extend(_GAPS[-len(out) & 3])
-    out.extend(_LENGTH.pack(count))
-
-
-def _text(out: bytearray, text: str) -> None:
-    data = text.encode()
-    _count(out, len(data) + 1)
-    out.extend(data)
-    out.append(0)

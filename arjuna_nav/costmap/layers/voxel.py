@@ -165,15 +165,28 @@ def clear_cloud(
             and how many unknown.
     """
     height, width = data.shape
-    levels = column[0]
+    levels, allowed, unknown = column
     ends = np.zeros(data.shape, np.uint32)  # one ray to each voxel will do
+    crossed = np.zeros(data.shape, np.uint32)
     for i in range(len(points)):
-        x, y, z = math.floor(points[i, 0]), math.floor(points[i, 1]), math.floor(points[i, 2])
+        px, py, pz = points[i]
+        x, y, z = math.floor(px), math.floor(py), math.floor(pz)
         if 0 <= y < height and 0 <= x < width and 0 <= z < levels:
             if ends[y, x] >> z & 1:
                 continue
             ends[y, x] |= np.uint32(1 << z)
-        _clear_ray(voxels, known, data, sensor, points[i], (limits[0], limits[1]), column)
+        _cross(crossed, levels, (sensor[0], sensor[1], sensor[2]), (px, py, pz), limits[:2])
+    for y in range(height):
+        for x in range(width):
+            if crossed[y, x]:
+                voxels[y, x] &= ~crossed[y, x]
+                known[y, x] |= crossed[y, x]
+                if _count(voxels[y, x]) > allowed:
+                    data[y, x] = LETHAL
+                elif unknown < levels and levels - _count(known[y, x]) > unknown:
+                    data[y, x] = UNKNOWN
+                else:
+                    data[y, x] = FREE
 
 
 @njit(cache=True)
@@ -213,50 +226,39 @@ def mark_cloud(
 
 
 @njit(cache=True)
-def _clear_ray(
-    voxels: NDArray[np.uint32],
-    known: NDArray[np.uint32],
-    data: NDArray[np.uint8],
-    start: NDArray[np.float64],
-    end: NDArray[np.float64],
-    reach: tuple[float, float],
-    above: tuple[int, int, int],
+def _cross(
+    crossed: NDArray[np.uint32],
+    levels: int,
+    start: tuple[float, float, float],
+    end: tuple[float, float, float],
+    reach: NDArray[np.float64],
 ) -> None:
-    """Set the voxels along a ray free, up to the one it ends in.
+    """Set the voxels along a ray, up to the one it ends in.
 
     Source: nav2_voxel_grid's ray tracing, a step for each voxel of the longest axis.
     """
-    height, width = data.shape
-    levels, allowed, unknown = above
-    x, y, z = start
-    dx, dy, dz = end[0] - x, end[1] - y, end[2] - z  # numbers, for an array is made at each step
+    height, width = crossed.shape
+    (x, y, z), (nearest, farthest) = start, (reach[0], reach[1])
+    dx, dy, dz = end[0] - x, end[1] - y, end[2] - z
     count = math.ceil(max(abs(dx), abs(dy), abs(dz)))
     length = math.hypot(dx, dy)
     last = math.floor(end[0]), math.floor(end[1]), math.floor(end[2])
     entered = False
     for k in range(count):
         share = k / count
-        if share * length < reach[0]:
+        if share * length < nearest:
             continue
-        if share * length > reach[1]:
+        if share * length > farthest:
             return
-        column, row = math.floor(x + share * dx), math.floor(y + share * dy)
-        level = math.floor(z + share * dz)
-        if (column, row, level) == last:
-            return
-        if not (0 <= row < height and 0 <= column < width and 0 <= level < levels):
-            if entered:  # a ray that has left the grid does not come back
-                return
-        else:
+        px, py, pz = x + share * dx, y + share * dy, z + share * dz
+        if 0.0 <= px < width and 0.0 <= py < height and 0.0 <= pz < levels:
             entered = True
-            voxels[row, column] &= ~np.uint32(1 << level)
-            known[row, column] |= np.uint32(1 << level)
-            if _count(voxels[row, column]) > allowed:
-                data[row, column] = LETHAL
-            elif unknown < levels and levels - _count(known[row, column]) > unknown:
-                data[row, column] = UNKNOWN
-            else:
-                data[row, column] = FREE
+            column, row, level = int(px), int(py), int(pz)
+            if column == last[0] and row == last[1] and level == last[2]:
+                return
+            crossed[np.uint32(row), np.uint32(column)] |= np.uint32(1 << level)
+        elif entered:  # a ray that has left the grid does not come back
+            return
 
 
 @njit(cache=True)
