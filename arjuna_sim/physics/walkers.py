@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import mujoco
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_sim.model.world import Trajectory
 from arjuna_sim.physics.ground import Ground
+from arjuna_sim.physics.scene import any_of
 
 
 class Walkers:
@@ -23,7 +26,6 @@ class Walkers:
         followed = [_on_ground(each, ground) for each in trajectories]
         longest = max((len(times) for times, _ in followed), default=0)
         self._bodies = np.array(bodies, np.int64)
-        self._rows = np.arange(len(bodies))
         self._delay = np.array([each.delay for each in trajectories])
         self._round = np.array([_round(each) for each in trajectories])
         self._times = np.array([_filled(times, longest, np.inf) for times, _ in followed])
@@ -38,22 +40,36 @@ class Walkers:
         Args:
             elapsed: Time since the start of each, `(N,) float64` [s].
         """
-        now = np.fmod(elapsed, self._round) - self._delay
-        after = (self._times <= now[:, None]).sum(axis=1)
-        before = np.maximum(after - 1, 0)
-        after = np.minimum(after, self._times.shape[1] - 1)
-        start, end = self._times[self._rows, before], self._times[self._rows, after]
-        length = np.where(np.isfinite(end - start) & (end > start), end - start, np.inf)
-        ratio = np.maximum(now - start, 0.0) / length
-        a, b = self._poses[self._rows, before], self._poses[self._rows, after]
-        step = b - a
-        step[:, 2] = np.arctan2(np.sin(step[:, 2]), np.cos(step[:, 2]))
-        x, y, theta, z = (a + ratio[:, None] * step).T
-        data.mocap_pos[self._bodies] = np.column_stack((x, y, z))
-        zero = np.zeros(len(x))
-        data.mocap_quat[self._bodies] = np.column_stack(
-            (np.cos(theta / 2), zero, zero, np.sin(theta / 2))
-        )
+        ways = self._round, self._delay, self._times, self._poses
+        _put(elapsed, *ways, self._bodies, data.mocap_pos, data.mocap_quat)
+
+
+@njit(cache=True)
+def _put(
+    elapsed: NDArray[np.float64],
+    rounds: NDArray[np.float64],
+    delays: NDArray[np.float64],
+    times: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    bodies: NDArray[np.int64],
+    positions: NDArray[np.float64],
+    quaternions: NDArray[np.float64],
+) -> None:
+    """Put each where it is, in place; NumPy took a twelfth of a run among two people for it."""
+    for k in range(len(bodies)):
+        now = np.fmod(elapsed[k], rounds[k]) - delays[k]
+        passed = np.searchsorted(times[k], now, side="right")
+        before, after = max(passed - 1, 0), min(passed, times.shape[1] - 1)
+        length = times[k, after] - times[k, before]
+        ratio = max(now - times[k, before], 0.0) / length if 0.0 < length < np.inf else 0.0
+        a, b = poses[k, before], poses[k, after]
+        turn = b[2] - a[2]
+        theta = a[2] + ratio * math.atan2(math.sin(turn), math.cos(turn))
+        for i, j in ((0, 0), (1, 1), (2, 3)):
+            positions[bodies[k], i] = a[j] + ratio * (b[j] - a[j])
+        quaternions[bodies[k]] = 0.0
+        quaternions[bodies[k], 0] = math.cos(0.5 * theta)
+        quaternions[bodies[k], 3] = math.sin(0.5 * theta)
 
 
 class Manners:
@@ -75,6 +91,7 @@ class Manners:
         self._who = np.full(model.ngeom, -1)
         for k, geoms in enumerate(self._geoms):
             self._who[geoms] = k
+        self._is_walkers = self._who >= 0
         self._mass = model.body_subtreemass[model.body_rootid[model.geom_bodyid]]
         self._usual = model.geom_solref[:, 0].copy()
         self._waited = np.zeros(len(bodies), np.int64)
@@ -82,9 +99,9 @@ class Manners:
     def stopped(self, data: Any) -> NDArray[np.int64]:
         """Return who goes no farther in the next step."""
         pairs = data.contact.geom[: data.ncon]
-        who = self._who[pairs].max(axis=1)
-        if not self._pushes.any() and (who < 0).all():
+        if not (any_of(pairs, self._is_walkers) or self._pushes.any()):
             return np.empty(0, np.int64)
+        who = self._who[pairs].max(axis=1)
         self._go_on(~np.isin(np.arange(len(self._waited)), who))
         self._pushes *= 1.0 - self._share
         force = np.zeros(6)

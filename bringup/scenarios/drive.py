@@ -68,7 +68,9 @@ class Meetings:
             velocity: The robot's.
             people: Their middles and radii `(N, 3)` [m].
         """
-        if not len(people):
+        reach = self._outline.circumscribed_radius + self._gaps[0]
+        near = [math.hypot(x - pose.x, y - pose.y) <= reach + radius for x, y, radius in people]
+        if not (self._touching or any(near)):
             return
         seen = pose.inverse().apply(people[:, :2])
         gaps, away = self._outline.gaps(seen)
