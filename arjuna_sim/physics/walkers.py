@@ -94,12 +94,12 @@ class Manners:
         self._is_walkers = self._who >= 0
         self._mass = model.body_subtreemass[model.body_rootid[model.geom_bodyid]]
         self._usual = model.geom_solref[:, 0].copy()
-        self._waited = np.zeros(len(bodies), np.int64)
+        self._waited, self._pushing = np.zeros(len(bodies), np.int64), False
 
     def stopped(self, data: Any) -> NDArray[np.int64]:
         """Return who goes no farther in the next step."""
         pairs = data.contact.geom[: data.ncon]
-        if not (any_of(pairs, self._is_walkers) or self._pushes.any()):
+        if not (self._pushing or any_of(pairs, self._is_walkers)):
             return np.empty(0, np.int64)
         who = self._who[pairs].max(axis=1)
         self._go_on(~np.isin(np.arange(len(self._waited)), who))
@@ -108,6 +108,7 @@ class Manners:
         for i in np.flatnonzero(who >= 0).tolist():
             mujoco.mj_contactForce(self._model, data, i, force)
             self._pushes[who[i]] += self._share * force[0] / self._mass[pairs[i]].max()
+        self._pushing = bool(self._pushes.any())
         # A walker halts at a push of 50 N per kg of what it meets: twice what tyres hold.
         halts = self._pushes > 50.0
         self._waited[halts | (self._waited > 0)] += 1
