@@ -186,6 +186,21 @@ def test_tracks_that_do_not_exist_are_refused(
         load_robot(path, SearchPath())
 
 
+def test_limits_of_tracks_and_of_a_tracked_vehicle_hold(tmp_path: Path) -> None:
+    """Each part of the velocity has its own; each track has that of its controller."""
+    parts = "<{0}_velocity><max_velocity>{1}</max_velocity></{0}_velocity>"
+    of_vehicle = parts.format("linear", 0.3) + parts.format("angular", 0.5)
+    robot = cases.tracked()
+    extra = robot.extra.replace("</plugin>", "<max_velocity>0.2</max_velocity></plugin>", 1)
+    driven = _driven(replace(robot, extra=extra), tmp_path, Velocity(0.8), 2.0)
+    assert driven.truth.pose.x == pytest.approx(0.4, abs=0.03)
+    extra = robot.extra.replace("<left_track>", f"{of_vehicle}<left_track>")
+    driven = _driven(replace(robot, extra=extra), tmp_path, Velocity(0.8), 2.0)
+    assert driven.truth.pose.x == pytest.approx(0.6, abs=0.04)
+    driven = _driven(replace(robot, extra=extra), tmp_path, Velocity(yaw_rate=1.0), 2.0)
+    assert driven.truth.pose.theta == pytest.approx(1.0, abs=0.1)
+
+
 @pytest.mark.parametrize("name", [*SIDEWAYS, *STEERED, *TRACKED])
 def test_robot_parks(tmp_path: Path, name: str) -> None:
     robot = SIDEWAYS[name][0] if name in SIDEWAYS else {**STEERED, **TRACKED}[name]

@@ -173,18 +173,21 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
         RobotError: A value is invalid.
     """
     label = f"plugin '{_name(plugin)}'"
+    linear, angular = (plugin.find(f"{part}_velocity") for part in ("linear", "angular"))
+    if linear is None and angular is None:  # else TrackedVehicle's, which limits no part unnamed
+        linear = angular = plugin
 
-    def number(*names: str) -> float:
-        return value(xml, plugin, label, 0.0, *names)
+    def number(*names: str, of: Element | None = plugin) -> float:
+        return 0.0 if of is None else value(xml, of, label, 0.0, *names)
 
     return dataclasses.replace(
         drive,
         plugin=_name(plugin),
-        max_acceleration=number(*_ACCELERATION),
-        max_velocity=number(*_SPEED),
-        max_reverse=_reverse(xml, plugin, label),
-        max_turn=number(*_TURN),
-        max_turn_acceleration=number(*_TURN_ACCELERATION),
+        max_acceleration=number(*_ACCELERATION, of=linear),
+        max_velocity=number(*_SPEED, of=linear),
+        max_reverse=_reverse(xml, linear, label),
+        max_turn=number(*_TURN, of=angular),
+        max_turn_acceleration=number(*_TURN_ACCELERATION, of=angular),
         command_timeout=_timeout(xml, plugin, label),
         rate=number("updaterate", "odompublishfrequency", "odometryrate"),
         command_topic=topic(plugin, "cmd_vel", "cmd_vel", "commandtopic", "topic"),
@@ -197,9 +200,9 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
     )
 
 
-def _reverse(xml: XmlFile, plugin: Element, label: str) -> float:
+def _reverse(xml: XmlFile, plugin: Element | None, label: str) -> float:
     """Return the greatest speed backwards, which files write as a least speed below 0 [m/s]."""
-    text = text_of(plugin, *_BACK)
+    text = "" if plugin is None else text_of(plugin, *_BACK)
     return max(0.0, -xml.numbers(text, 1, f"{label} <{_BACK[0]}>")[0]) if text else 0.0
 
 

@@ -153,7 +153,7 @@ def _driven(
     own = tuple(joint.name for joint in urdf.joints.values() if joint.has_position)
     made: DriveSettings | None = None
     if any(settings.tracks):
-        urdf, made, friction = on_tracks(xml, urdf, settings)
+        urdf, made, friction = on_tracks(xml, urdf, settings, tags.plugins)
         settings = dataclasses.replace(settings, friction=friction)
     elif settings.drive is None and settings.kind is DriveKind.PLANAR:
         if any(guess_sides(xml, urdf, tags.controlled)) or is_omni(urdf, tags.controlled):

@@ -9,13 +9,16 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+from collections.abc import Iterable
+from xml.etree.ElementTree import Element  # a type alone
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.robots.drive_kinds import with_mecanum
-from arjuna_sim.files.robots.plugins import torque_of
+from arjuna_sim.files.robots.plugins import torque_of, types_of
+from arjuna_sim.files.tag_text import text_of, value
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape, corners, inertial_of_parts
 from arjuna_sim.model.notes import NoteKind
@@ -49,16 +52,20 @@ class _Wheel:
 
 
 def on_tracks(
-    xml: XmlFile, urdf: Urdf, settings: GazeboSettings
+    xml: XmlFile, urdf: Urdf, settings: GazeboSettings, plugins: Iterable[Element]
 ) -> tuple[Urdf, DriveSettings, dict[str, float]]:
     """Return a robot whose tracks are rows of wheels, its drive, and its links' friction.
 
     Wheels stand where a track meets the ground, of one size, so that all of it runs at one speed.
     Tracks that are off the ground, as flippers are, do not turn.
 
+    Args:
+        plugins: Of the robot; a TrackController limits how fast its track runs.
+
     Raises:
         RobotError: A side has no track on the ground.
     """
+    speeds = _speeds(xml, plugins)
     rows = {link: _row(urdf, link) for side in settings.tracks for link in side}
     ground = min((wheel.lowest for row in rows.values() for wheel in row), default=0.0)
     rows = {
@@ -80,7 +87,8 @@ def on_tracks(
                 for part in urdf.links[link].collisions
                 if _points_of(urdf, link, part)[:, 2].min() >= ground + _LEVEL
             )
-            urdf, added = _with_wheels(urdf, link, [wheel.shrunk(radius) for wheel in rows[link]])
+            wheels = [wheel.shrunk(radius) for wheel in rows[link]]
+            urdf, added = _with_wheels(urdf, link, wheels, speeds.get(link, 0.0) / radius)
             bare = dataclasses.replace(urdf.links[link], collisions=raised)
             urdf = dataclasses.replace(urdf, links={**urdf.links, link: bare})
             own = friction.get(link)
@@ -96,6 +104,12 @@ def on_tracks(
         *(torque_of(urdf, radius, len(left + right)), effective_track(urdf, *bearing), radius),
     )
     return urdf, drive, friction
+
+
+def _speeds(xml: XmlFile, plugins: Iterable[Element]) -> dict[str, float]:
+    """Return the greatest speed of each track that is limited, by its link [m/s]."""
+    found = (plugin for plugin in plugins if "trackcontroller" in types_of(plugin))
+    return {text_of(p, "link"): value(xml, p, "TrackController", 0.0, "maxvelocity") for p in found}
 
 
 def _bearing(urdf: Urdf, side: tuple[str, ...]) -> tuple[str, ...]:
@@ -163,8 +177,14 @@ def _row(urdf: Urdf, link: str) -> list[_Wheel]:
     return [_Wheel((x, y, z), radius, width) for x, z, radius in row]
 
 
-def _with_wheels(urdf: Urdf, parent: str, wheels: list[_Wheel]) -> tuple[Urdf, list[str]]:
-    """Return a robot with wheels on a link, which turn about y of the root, and their joints."""
+def _with_wheels(
+    urdf: Urdf, parent: str, wheels: list[_Wheel], most: float = 0.0
+) -> tuple[Urdf, list[str]]:
+    """Return a robot with wheels on a link, which turn about y of the root, and their joints.
+
+    Args:
+        most: How fast they may turn, 0 for no limit [rad/s].
+    """
     links, joints, names = dict(urdf.links), dict(urdf.joints), []
     T_parent_root = urdf.T_root(parent).inverse()
     for i, wheel in enumerate(wheels):
@@ -173,6 +193,6 @@ def _with_wheels(urdf: Urdf, parent: str, wheels: list[_Wheel]) -> tuple[Urdf, l
         mass = max(_MASS * urdf.mass, 1e-3)
         links[name] = Link(name, inertial_of_parts([part], mass), (part,), ())
         T = T_parent_root @ Pose3(wheel.middle)
-        joints[name] = Joint(name, "continuous", parent, name, T, (0.0, 1.0, 0.0))
+        joints[name] = Joint(name, "continuous", parent, name, T, (0.0, 1.0, 0.0), max_speed=most)
         names.append(name)
     return dataclasses.replace(urdf, links=links, joints=joints), names
