@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from arjuna_sim.devices.device import StaticDevice, simulates
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.tag_text import topic
+from arjuna_sim.model.entities import body_name
 from arjuna_sim.model.optical import ABOVE
 from arjuna_sim.model.settings import SensorSettings, reads
 
@@ -73,12 +74,17 @@ class Touch(NamedTuple):
 @simulates(ContactSettings)
 @simulates(BumperSettings)
 class Bumper(StaticDevice):
-    """Feels what a link's collision shapes touch."""
+    """Feels what a link's collision shapes touch; of a world's sensor those of its whole model."""
 
     def rebind(self, model: Any) -> None:
-        """Find the link's collision shapes, which carry its name."""
+        """Find the collision shapes: a link's carry its name, a world's that of their model."""
         super().rebind(model)
-        link = self._settings.link
+        link, self._robot = self._settings.link, self._settings.robot
+        if "::" in link:
+            self._robot = "robot"  # as entities call the simulator's own
+            names = [self._owner(geom) for geom in range(model.ngeom)]
+            self._own = np.array([name == link.partition("::")[0] for name in names])
+            return
         body = int(model.site_bodyid[model.site(link).id])
         first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
         self._own = np.zeros(model.ngeom, np.bool_)
@@ -115,11 +121,15 @@ class Bumper(StaticDevice):
 
     def _called(self, geom: int) -> str:
         """Return a geom's name as Gazebo has it, `model::link::collision`."""
-        model, name = self._model, self._model.geom(geom).name
-        body = model.body(int(model.geom_bodyid[geom]))
-        if "//" not in name:  # the world's, or an entity's
-            name = name or model.body(int(body.id)).name.partition(":")[2]
-            return f"{name.partition('::')[0]}::link::collision"
-        owner, link, number = f"{self._settings.robot}//{name}".split("//")[-3:]
+        name = self._model.geom(geom).name
+        if "//" not in name:
+            return f"{self._owner(geom)}::link::collision"
+        owner, link, number = f"{self._robot}//{name}".split("//")[-3:]
         suffix = "" if number == "0" or not number.isdigit() else f"_{number}"
         return f"{owner}::{link}::{link}_collision{suffix}"
+
+    def _owner(self, geom: int) -> str:
+        """Return the model of the world, or the entity, that a geom is of."""
+        model = self._model
+        name = model.geom(geom).name or model.body(int(model.geom_bodyid[geom])).name
+        return str(name.removeprefix(body_name("")).partition("::")[0])

@@ -28,7 +28,7 @@ def read_fixtures(model: str, links: list[SdfLink], T_world: Pose3) -> Iterator[
             tag = SensorTag(link.file, element, f"{model}::{name}", ORIGIN)
             kind, readers = element.get("type", "?"), sensor_kinds().readers
             with leaving_out(link.file, tag.label):
-                if kind not in readers or kind == "contact":  # nothing names its shapes
+                if kind not in readers:
                     problem = f"{tag.label}: type '{kind}' is not simulated"
                     link.file.note(problem, NoteKind.IGNORED)
                     continue

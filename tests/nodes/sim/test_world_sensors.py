@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import Twist, Vector3
+from ros_gz_interfaces.msg import Contacts
 from sensor_msgs.msg import CameraInfo, Image, LaserScan
 
 from arjuna_core.pose3 import Pose3
@@ -44,7 +46,7 @@ def world_of(folder: Path, *models: str) -> Path:
 
 
 def test_topics_frames_and_poses_are_the_files(tmp_path: Path) -> None:
-    odd = "<sensor name='odd' type='sonic'/><sensor name='touch' type='contact'/>"
+    odd = "<sensor name='odd' type='sonic'/>"
     moving = model("cart", "3 0 .1 0 0 0", BOX + LIDAR.format("<topic>seen</topic>"), static=False)
     world = load_world(
         world_of(tmp_path, model("pole 1", "1 2 0 0 0 1", LIDAR.format("") + odd + CAMERA), moving)
@@ -58,8 +60,34 @@ def test_topics_frames_and_poses_are_the_files(tmp_path: Path) -> None:
     assert camera.model == "pole 1"
     assert [note for note in texts(world.notes) if "simulated" in note] == [
         "sensor 'odd': type 'sonic' is not simulated",
-        "sensor 'touch': type 'contact' is not simulated",
     ]
+
+
+def test_a_contact_sensor_feels_what_its_model_touches(bench: RosBench, tmp_path: Path) -> None:
+    """The robot at a wall, as it stands there and after it was moved; a crate's own ground."""
+    inside = "<contact><collision>c</collision></contact>"
+    touch = f"<sensor name='touch' type='contact'>{inside}</sensor>"
+    wall = model("wall", ".8 0 0 0 0 0", BOX.replace(".2 .2 .2", ".2 9 2") + touch)
+    crate = model("crate", "-2 0 .1 0 0 0", BOX + touch, static=False)
+    sim = start_sim(bench, world=str(world_of(tmp_path, wall, crate)))
+    felt = bench.collect(Contacts, "/wall/touch/contacts", qos.SENSOR_SUBSCRIPTION)
+    ground = bench.collect(Contacts, "/crate/touch/contacts", qos.SENSOR_SUBSCRIPTION)
+
+    def touching() -> set[tuple[str, str]]:
+        for _ in range(100):
+            bench.publish(Twist, "/cmd_vel", Twist(linear=Vector3(x=0.5)), qos.LATEST)
+            run(bench, sim, 1)
+        pairs = [(c.collision1.name, c.collision2.name) for c in felt[-1].contacts]
+        return {(own, other.partition("::")[0]) for own, other in pairs}
+
+    run(bench, sim, 5)
+    assert felt[-1].contacts == []
+    assert ground[-1].contacts[0].collision2.name.startswith("ground_plane::")
+    assert touching() == {("wall::link::collision", "robot")}
+    sim.simulator.stage.move("wall", Pose3((1.6, 0.0, 0.0)))
+    run(bench, sim, 5)
+    assert felt[-1].contacts == []
+    assert touching() == {("wall::link::collision", "robot")}
 
 
 def test_readings_follow_a_model_that_is_moved(bench: RosBench, tmp_path: Path) -> None:
