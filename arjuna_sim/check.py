@@ -17,10 +17,10 @@ from arjuna_core.pose3 import ORIGIN
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.files.robots.guess import save_guess
-from arjuna_sim.files.robots.robot_file import load_robot, names_drive
+from arjuna_sim.files.robots.robot_file import load_robot, names_drive, split_model
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.xacro_file import parse_arguments
-from arjuna_sim.files.world_file import MAP_SUFFIXES, load_world
+from arjuna_sim.files.world_file import MAP_SUFFIXES, load_world, robots_in
 from arjuna_sim.files.xml_file import BYTES_MAX, root_tag
 from arjuna_sim.model.geometry.shapes import Part
 from arjuna_sim.model.joints import ControllerKind
@@ -81,13 +81,15 @@ def check(
     Raises:
         InputFileError: It does not load, or the guess cannot be written.
     """
-    if is_robot(path):
+    if split_model(path)[1] or is_robot(path):
         return _check_robot(path, search, arguments, guess)
     if guess is not None:
         raise InputFileError(path, "is a world: only of a robot the drive is guessed")
-    world = load_world(path, search)
+    robots = robots_in(path, search)
+    world = load_world(path, search, without=robots)
     build_scene({}, world, ServoConfig(), _TIMESTEP)
-    return Found((f"{path}: loads", *_world_lines(world)), world.notes)
+    held = (f"  robot '{name}': --check {path}#{name} says more" for name in robots)
+    return Found((f"{path}: loads", *_world_lines(world), *held), world.notes)
 
 
 def is_robot(path: Path) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -26,7 +27,8 @@ def named_robot(path: str, arguments: str) -> RobotModel:
     """Return the robot of the parameters `robot` and `robot_arguments`.
 
     Args:
-        path: A URDF, xacro or SDF file; the shipped one's if empty.
+        path: A URDF, xacro or SDF file, or a world's robot as `world.sdf#name`; the shipped one's
+            if empty.
         arguments: Arguments of the xacro file, each `name:=value`, as in a shell.
 
     Raises:
@@ -104,11 +106,17 @@ def _link(robot: RobotModel, frame: str) -> str:
     return frame if frame in robot.urdf.links else robot.urdf.root
 
 
-def named_world(path: str) -> World:
+def named_world(path: str, robots: Iterable[RobotModel] = ()) -> World:
     """Return the world of the parameter `world`: an SDF file's, a map's, or the shipped room.
+
+    Args:
+        robots: Those that drive; one that the file holds is no part of the world.
 
     Raises:
         WorldError: The file cannot be read or does not describe a world.
         MapError: The map cannot be read.
     """
-    return load_world(path or shipped_file("worlds/arjuna_room.world"))
+    file = Path(path) if path else shipped_file("worlds/arjuna_room.world")
+    held = [robot.urdf for robot in robots if robot.start is not None]
+    own = {urdf.name for urdf in held if urdf.path.resolve() == file.resolve()}
+    return load_world(file, without=own)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element, SubElement  # parsing is defusedxml's
 
 from arjuna_core.errors import InputFileError
-from arjuna_core.pose3 import Pose3
+from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.files.sdf.frames import raw_pose
 from arjuna_sim.files.tag_text import text_of, topic
 from arjuna_sim.files.xml_file import XmlFile
@@ -169,6 +169,8 @@ class Tags:
         uneven: Notes on links whose friction differs along and across.
         controlled: Names of the joints that a velocity controller moves.
         springs: By joint, a spring's stiffness and where it is at rest.
+        T_model: Where the root link is in its SDF model.
+        T_world: Where the model stands in the world of its file; None without a world.
     """
 
     items: list[PluginTag | SensorTag] = field(default_factory=list)
@@ -179,6 +181,8 @@ class Tags:
     uneven: list[str] = field(default_factory=list)
     controlled: set[str] = field(default_factory=set)
     springs: dict[str, dict[str, Any]] = field(default_factory=dict)
+    T_model: Pose3 = ORIGIN
+    T_world: Pose3 | None = None
 
     @property
     def plugins(self) -> list[Element]:

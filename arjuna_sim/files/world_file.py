@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,8 @@ from arjuna_core.files.maps import load_map
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
+from arjuna_sim.files.sdf.includes import Includes
+from arjuna_sim.files.sdf.robots_in_world import robots_of
 from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.xacro_file import expand, has_macros
@@ -73,11 +76,14 @@ def _wall(grid: OccupancyGrid, box: list[int]) -> Part:
     return Part(Shape(Kind.BOX, (columns * cell, rows * cell, _HEIGHT)), pose, _COLOUR)
 
 
-def load_world(path: str | Path, search: SearchPath | None = None) -> World:
+def load_world(
+    path: str | Path, search: SearchPath | None = None, without: Collection[str] = ()
+) -> World:
     """Read a world from an SDF file, which may have xacro macros, or from a map's YAML.
 
     Args:
         search: Where to look for what it refers to; the environment's folders if None.
+        without: Names of its models that are robots, and no part of it.
 
     Raises:
         WorldError: The file cannot be read, or holds values or models that cannot be simulated.
@@ -85,14 +91,37 @@ def load_world(path: str | Path, search: SearchPath | None = None) -> World:
     path = Path(path)
     if path.suffix in MAP_SUFFIXES:
         return load_map_world(path)
+    return read_world(_opened(path, search), without)
+
+
+def robots_in(path: str | Path, search: SearchPath | None = None) -> tuple[str, ...]:
+    """Return the names of a world's models that drive, in the file's order.
+
+    Args:
+        search: As `load_world` takes it.
+
+    Raises:
+        WorldError: The file cannot be read.
+    """
+    path = Path(path)
+    if path.suffix in MAP_SUFFIXES:
+        return ()
+    xml = _opened(path, search)
+    includes, world = Includes(xml), xml.root.find("world")
+    world = xml.root if world is None else world
+    includes.expand(xml, world)
+    return tuple(robots_of(xml, includes, world))
+
+
+def _opened(path: Path, search: SearchPath | None) -> XmlFile:
     text = read_bytes(path, BYTES_MAX, WorldError)
     search = SearchPath.of() if search is None else search
     if not has_macros(path, text):
-        return read_world(XmlFile(path, "sdf", WorldError, text, search))
+        return XmlFile(path, "sdf", WorldError, text, search)
     try:
         expanded = expand(path, search, {})
     except RobotError as error:
         raise WorldError(error.path, error.problem, error.location) from error
     xml = XmlFile(path, "sdf", WorldError, expanded.text, search)
     xml.keep(*expanded.notes)
-    return read_world(xml)
+    return xml

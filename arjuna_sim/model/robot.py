@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from arjuna_core.se2 import SE2
 from arjuna_sim.model.geometry.shapes import corners
 from arjuna_sim.model.notes import Note
 from arjuna_sim.model.settings import DriveSettings, GazeboSettings
@@ -28,12 +29,14 @@ class RobotModel:
         urdf: Links, joints and their fixed transforms.
         settings: Sensors and friction from the Gazebo tags.
         notes: What its files say and the simulation leaves out.
+        start: Where its root link stands in the world that its file holds; None without a world.
     """
 
     urdf: Urdf
     settings: GazeboSettings
     drive: DriveSettings
     notes: tuple[Note, ...]
+    start: SE2 | None = None
 
     @property
     def moving_joints(self) -> tuple[str, ...]:

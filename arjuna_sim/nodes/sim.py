@@ -75,12 +75,14 @@ class SimNode(ManagedNode):
         self._create_services()
 
     def _simulation(self, config: SimConfig) -> Simulation:
-        rng, world = np.random.default_rng(config.seed), named_world(config.world)
         if config.namespaces:
-            return Simulation(starts_of(config), world, config, rng)
-        start = config.initial_pose
-        robot = named_robot(config.robot, config.robot_arguments)
-        return Simulation(solo(robot, SE2(start.x, start.y, start.yaw)), world, config, rng)
+            starts = starts_of(config)
+        else:
+            start = config.initial_pose
+            robot = named_robot(config.robot, config.robot_arguments)
+            starts = solo(robot, SE2(start.x, start.y, start.yaw))
+        world = named_world(config.world, [start.robot for start in starts.values()])
+        return Simulation(starts, world, config, np.random.default_rng(config.seed))
 
     def _create_topics(self) -> None:
         self._clock_out = self.publisher(Clock, "/clock", qos.LATEST)

@@ -46,6 +46,7 @@ class Robot:
         steering: The kind of its steering joints.
         files: Files beside it, by name.
         middle: Where the box's middle is along x [m].
+        rolled: How the box's link is turned in an SDF model, and raised then [rad].
     """
 
     wheels: tuple[Wheel, ...]
@@ -56,6 +57,7 @@ class Robot:
     steering: str = "revolute"
     files: dict[str, str] = field(default_factory=dict)
     middle: float = 0.0
+    rolled: float = 0.0
 
     def write(self, folder: Path, name: str = "made.urdf") -> Path:
         """Write its files; return the URDF."""
@@ -77,18 +79,21 @@ class Robot:
         """Write it as an SDF model; return its file."""
         for other, text in self.files.items():
             (folder / other).write_text(text, encoding="utf-8")
+        path = folder / "made.sdf"
+        path.write_text(f"<sdf version='1.8'>{self.sdf_model('made')}</sdf>", encoding="utf-8")
+        return path
+
+    def sdf_model(self, name: str, before: str = "") -> str:
+        """Return it as an SDF model, with more tags before its own."""
+        turned = f"<pose>0 0 0.1 {self.rolled} 0 0</pose>" if self.rolled else ""
+        inertial = _sdf_inertial(self.mass, 0.02 * self.mass)
         body = (
-            f"<link name='base'>{_sdf_inertial(self.mass, 0.02 * self.mass)}<collision name='c'>"
+            f"<link name='base'>{turned}{inertial}<collision name='c'>"
             "<geometry><box><size>0.3 0.2 0.06</size></box></geometry></collision></link>"
         )
         wheels = "".join(map(self._sdf_wheel, self.wheels))
         extra = self.extra.replace("<gazebo>", "").replace("</gazebo>", "")
-        path = folder / "made.sdf"
-        path.write_text(
-            f"<sdf version='1.8'><model name='made'>{body}{wheels}{extra}</model></sdf>",
-            encoding="utf-8",
-        )
-        return path
+        return f"<model name='{name}'>{before}{body}{wheels}{extra}</model>"
 
     def _sdf_wheel(self, wheel: Wheel) -> str:
         carrier, steer, inertia = "base", "", 0.4 * 0.4 * self.radius**2

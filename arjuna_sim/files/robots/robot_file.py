@@ -49,12 +49,13 @@ def load_robot(
     """Read a robot from a URDF or SDF file, which may have xacro macros.
 
     Args:
+        path: The file; `world.sdf#name` names a model of an SDF world.
         search: Where to look for what it refers to; the environment's folders if None.
 
     Raises:
         RobotError: The file cannot be read or does not describe a robot.
     """
-    path = Path(path)
+    path, model = split_model(path)
     text = read_bytes(path, BYTES_MAX, RobotError)
     expanded = Expanded(text)
     search = SearchPath.of() if search is None else search
@@ -65,7 +66,7 @@ def load_robot(
             problem = f"only defines macros ({', '.join(macros[:5])}) and makes no robot of them"
             raise RobotError(path, f"{problem}; give a file that calls <xacro:{macros[0]} .../>")
     try:
-        return robot_of_text(path, expanded, search)
+        return robot_of_text(path, expanded, search, model)
     except RobotError as error:
         missing = [note.text for note in expanded.notes if note.kind is NoteKind.MISSING]
         if not missing:
@@ -75,21 +76,30 @@ def load_robot(
         raise RobotError(error.path, problem) from error
 
 
-def robot_of_text(path: Path, expanded: Expanded, search: SearchPath) -> RobotModel:
+def split_model(path: str | Path) -> tuple[Path, str]:
+    """Return the file and the model of a world's robot, as in `world.sdf#name`; "" for no name."""
+    file, _, name = str(path).rpartition("#")
+    return (Path(file), name) if file and not Path(path).exists() else (Path(path), "")
+
+
+def robot_of_text(
+    path: Path, expanded: Expanded, search: SearchPath, model: str = ""
+) -> RobotModel:
     """Read a robot from a URDF or SDF without macros.
 
     Args:
         path: The file, for messages and for what stands beside it.
+        model: The robot's among those of an SDF world; "" for the one that drives.
 
     Raises:
         RobotError: It does not describe a robot.
     """
-    tag = root_tag(expanded.text) or "robot"
+    tag = "sdf" if model else root_tag(expanded.text) or "robot"
     xml = XmlFile(path, tag, RobotError, expanded.text, search)
     xml.beside = (path, *expanded.files)
     xml.keep(*expanded.notes)
     if tag == "sdf":
-        return robot_of(xml, *read_sdf_robot(xml))
+        return robot_of(xml, *read_sdf_robot(xml, model))
     urdf = read_urdf(xml)
     return robot_of(xml, urdf, read_tags(xml, urdf))
 
@@ -114,7 +124,9 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     Raises:
         RobotError: They do not describe a robot.
     """
-    urdf = stand_up(xml, _sprung(urdf, tags), tags)
+    root, urdf = urdf.root, stand_up(xml, _sprung(urdf, tags), tags)
+    T_model = tags.T_model @ urdf.T_root(root).inverse()
+    start = None if tags.T_world is None else (tags.T_world @ T_model).planar()
     if not urdf.text:
         urdf = dataclasses.replace(urdf, text=urdf_text(urdf, tags))
     urdf = complete_shapes(xml, urdf)
@@ -143,7 +155,7 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     urdf = complete_masses(xml, bound_inertias(xml, urdf, drive))
     if urdf.root == ANCHOR and drive.wheels:
         xml.note(f"link '{ANCHOR}': fixes it to the world, as in Gazebo: it does not drive")
-    return RobotModel(urdf, settings, drive, tuple(xml.notes))
+    return RobotModel(urdf, settings, drive, tuple(xml.notes), start)
 
 
 def _driven(

@@ -20,12 +20,19 @@ from arjuna_sim.model.urdf import Joint, Link, Urdf
 from arjuna_sim.model.wheels import axis, center, radius_of
 
 _ACROSS = 0.5  # least part of that line along y, or greatest along z: within 60 degrees
+_UPRIGHT = 0.995  # least part of a root's z axis along its model's: within 6 degrees
 _STANDS_OUT = 0.005  # from which one side counts as lower than another; files round to mm [m]
 _NAMES = ("base_footprint", "base_upright", "base_standing")
 
 
 def stand_up(xml: XmlFile, urdf: Urdf, tags: Tags) -> Urdf:
-    """Give a robot whose wheels' axes do not lie across a new root that stands and faces ahead."""
+    """Give a robot whose wheels' axes do not lie across a new root that stands and faces ahead.
+
+    So does one whose root leans in its SDF model.
+    """
+    rows = tags.T_model.rotation()
+    if rows[2, 2] < _UPRIGHT:
+        urdf = _turned(xml, urdf, rows, f"link '{urdf.root}' leans in its model")
     left, right = _named_sides(tags, urdf) or guess_sides(xml, urdf, tags.controlled)
     if not left or not right:
         return urdf
@@ -39,11 +46,16 @@ def stand_up(xml: XmlFile, urdf: Urdf, tags: Tags) -> Urdf:
         return urdf
     up = _up(urdf, across, left + right)
     rows = np.array([np.cross(across, up), across, up])  # maps the old root's frame into the new
+    return _turned(xml, urdf, rows, "its wheels do not turn across")
+
+
+def _turned(xml: XmlFile, urdf: Urdf, rows: NDArray[np.float64], reason: str) -> Urdf:
+    """Return a robot below a new root, into whose frame `rows` turn that of the old one."""
     name = next((n for n in _NAMES if n not in urdf.links), None)
     if name is None:
         return urdf
     rpy = " ".join(f"{angle:.9g}" for angle in _rpy(rows))
-    xml.note(f"its wheels do not turn across: the new root '{name}' carries it turned by {rpy}")
+    xml.note(f"{reason}: the new root '{name}' carries it turned by {rpy}")
     return _with_root(urdf, name, rpy)
 
 

@@ -260,7 +260,7 @@ def _content(inner: XmlFile) -> Element:
 
 
 def _override(model: Element, include: Element, name: str) -> None:
-    """Let an include's own name, pose and the like win over those of the model."""
+    """Let an include's own name, pose and the like win over those of the model; add plug-ins."""
     model.set("name", (include.findtext("name") or model.get("name") or name).strip())
     for tag in _OVERRIDES:
         wanted = include.find(tag)
@@ -269,6 +269,7 @@ def _override(model: Element, include: Element, name: str) -> None:
         for own in model.findall(tag):
             model.remove(own)
         model.append(wanted)
+    model.extend(include.findall("plugin"))
     frame = include.findtext("placement_frame")
     if frame is not None:
         model.set("placement_frame", frame.strip())

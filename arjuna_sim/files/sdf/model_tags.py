@@ -96,7 +96,7 @@ class ModelReader:
 
     Attributes:
         frames: Path, path of the frame that it is attached to, and pose of each `<frame>`.
-        plugins: The plugins, with the paths of joints that they name.
+        plugins: The plugins, with the paths of joints and links that they name.
     """
 
     def __init__(self, includes: Includes, is_robot: bool = False) -> None:
@@ -141,8 +141,7 @@ class ModelReader:
         xml = self._includes.file_of(model, xml)
         label = f"model '{model.get('name', '?')}'"
         scope = Scope(xml, model, label)
-        frame = model.get("placement_frame", "")
-        T_world = pose if placed or not frame else pose @ scope.find(frame).inverse()
+        T_world = pose if placed else own_pose(model, scope, pose)
         static = static or is_static(model)
         for tag in sorted({child.tag for child in model} - set(_OF_MODEL)):
             xml.note(f"{label}: <{tag}>: not simulated", NoteKind.IGNORED)
@@ -167,7 +166,7 @@ class ModelReader:
         for frame in model.findall("frame"):
             name, base = frame.get("name", "?"), frame.get("attached_to") or ""
             self.frames.append((prefix + name, prefix + base, T_world @ scope.find(name)))
-        own = {joint.get("name", "") for joint in model.findall("joint")}
+        own = {part.get("name", "") for part in model if part.tag in ("joint", "link")}
         for plugin in model.findall("plugin"):
             for tag in plugin.iter() if prefix else ():
                 if (tag.text or "").strip() in own:
@@ -223,6 +222,16 @@ def _parts(
     pose = T_world @ scope.pose(element, label, T_link) @ T_own
     friction, colour = read_friction(xml, element, label), read_colour(xml, element, label)
     return dressed(xml, Part(shape, pose, colour, friction), element, label)
+
+
+def own_pose(model: Element, scope: Scope, pose: Pose3) -> Pose3:
+    """Return the pose of a model's own frame, where its pose is that of its placement frame.
+
+    Raises:
+        WorldError: Its placement frame is none.
+    """
+    frame = model.get("placement_frame", "")
+    return pose @ scope.find(frame).inverse() if frame else pose
 
 
 def is_static(model: Element) -> bool:

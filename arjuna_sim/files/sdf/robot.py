@@ -27,6 +27,7 @@ from arjuna_sim.files.sdf.frames import raw_pose
 from arjuna_sim.files.sdf.geometry_tags import read_friction
 from arjuna_sim.files.sdf.includes import Includes
 from arjuna_sim.files.sdf.model_tags import WORLD, ModelReader, SdfJoint, SdfLink
+from arjuna_sim.files.sdf.robots_in_world import cut_out
 from arjuna_sim.files.sensor_tag import PluginTag, SensorTag, Tags
 from arjuna_sim.files.xml_file import UNLIMITED, XmlFile
 from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape
@@ -62,20 +63,26 @@ class _Robot:
         return {joint.child: joint.parent for joint in self.joints.values()}
 
 
-def read_sdf_robot(xml: XmlFile) -> tuple[Urdf, Tags]:
+def read_sdf_robot(xml: XmlFile, name: str = "") -> tuple[Urdf, Tags]:
     """Return links, joints and tags of the robot of a parsed SDF file; its text is empty.
+
+    Args:
+        name: Of a model of the file's world, which is the robot; "" for the one that drives.
 
     Raises:
         RobotError: It holds no model, or a value is invalid.
     """
-    includes = Includes(xml)
-    includes.expand(xml, xml.root)
+    includes, world = Includes(xml), xml.root.find("world")
+    held = xml.root if world is None else world
+    includes.expand(xml, held)
+    robot = _Robot()
+    if name or world is not None:
+        robot.tags.T_world = cut_out(xml, includes, held, name)
     model = xml.root.find("model")
     if model is None:
-        raise RobotError(xml.path, "is no robot: <sdf> must hold one <model>, and no <world>")
+        raise RobotError(xml.path, "is no robot: <sdf> must hold a <model>")
     reader = ModelReader(includes, is_robot=True)
     links, joints = reader.read(xml, model, ORIGIN, placed=True)
-    robot = _Robot()
     turning = {_called(j.child): j.T_world for j in joints if j.kind in _MOVING}
     for link in links:
         _add_link(robot, link, turning.get(_called(link.name)))
@@ -91,6 +98,7 @@ def read_sdf_robot(xml: XmlFile) -> tuple[Urdf, Tags]:
     _join_roots(xml, robot)
     found = check_mimics(xml, robot.joints)
     root = root_of(xml, robot.links, found)
+    robot.tags.T_model = robot.poses[root]
     name = xml.attribute(model, "name", "a model")
     return Urdf(xml.path, name, "", root, robot.links, found), robot.tags
 

@@ -6,7 +6,7 @@ import dataclasses
 import itertools
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import WorldError
@@ -27,6 +27,7 @@ from arjuna_sim.files.sdf.model_tags import (
     read_joint,
 )
 from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
+from arjuna_sim.files.sdf.robots_in_world import moved_models, robots_of
 from arjuna_sim.files.sdf.world_sensors import read_fixtures
 from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
@@ -176,8 +177,11 @@ def _end(models: dict[str, Element], name: str) -> tuple[str, str]:
     return first, rest or model.get("canonical_link", canonical)
 
 
-def read_world(xml: XmlFile) -> World:
+def read_world(xml: XmlFile, without: Collection[str] = ()) -> World:
     """Read a parsed SDF file; a piece of it that is broken or missing is left out, with a note.
+
+    Args:
+        without: Names of models that are robots, and no part of the world.
 
     Raises:
         WorldError: It is no world, or holds more than is read.
@@ -191,11 +195,12 @@ def read_world(xml: XmlFile) -> World:
     if sum(1 for e in world.iter() if e.tag in ("collision", "visual")) > PARTS_MAX:
         raise ExcessError(xml.path, f"has too many parts; valid: up to {PARTS_MAX}")
     reader = _Reader(xml)
-    reader.read(world)
+    reader.read(world, without)
     reader.note_missing()
-    of_sensors = {id(plugin) for each in world.iter("sensor") for plugin in each.iter("plugin")}
+    parts = (*world.iter("sensor"), *reader.robots)
+    known = {id(plugin) for each in parts for plugin in each.iter("plugin")}
     for plugin in world.iter("plugin"):
-        if id(plugin) not in of_sensors and not _OWN.search(
+        if id(plugin) not in known and not _OWN.search(
             f"{plugin.get('filename')} {plugin.get('name')}"
         ):
             xml.note(f"plugin '{plugin.get('name', '?')}': not simulated", NoteKind.IGNORED)
@@ -233,13 +238,22 @@ class _Reader:
         self.movable: dict[str, Movable] = {}
         self.lights: list[Light] = []
         self.sensors: list[Fixture] = []
+        self.robots: list[Element] = []
 
-    def read(self, world: Element) -> None:
+    def read(self, world: Element, without: Collection[str]) -> None:
         """Read a `<world>`, or an `<sdf>` that holds a model."""
         xml = self._xml
         self._includes.expand(xml, world)
-        scope, moved = Scope(xml, world, "world"), _states(xml, world)
+        scope, moved = Scope(xml, world, "world"), moved_models(xml, world)
         self._held = world_joints(xml, world, scope)
+        for model in world.findall("model"):
+            if model.get("name", "").strip() in without:
+                world.remove(model)
+        for name, model in robots_of(xml, self._includes, world).items():
+            self.robots.append(model)
+            option = f"--robot {xml.path.name}#{name}"
+            text = f"model '{name}': is a robot, but stands here as a thing; {option} drives it"
+            xml.note(text, NoteKind.IGNORED)
         for element in world:
             name = element.get("name", "")
             with leaving_out(xml, f"{element.tag} '{name}'"):
@@ -323,19 +337,3 @@ class _Reader:
         mass = _MASS if guessed is None else min(guessed.mass, MASS_MAX)
         self._xml.note(f"model '{name}': has no mass; it gets {mass:.3g} kg, by its shapes")
         return mass
-
-
-def _states(xml: XmlFile, world: Element) -> dict[str, Pose3]:
-    """Return where the world's `<state>` says that models have moved."""
-    state = world.find("state")
-    if state is None:
-        return {}
-    for tag in sorted({child.tag for child in state} & {"insertions", "deletions"}):
-        xml.note(f"<state> <{tag}>: not simulated", NoteKind.IGNORED)
-    found: dict[str, Pose3] = {}
-    for model in state.findall("model"):
-        name = model.get("name", "")
-        if model.find("pose") is not None:
-            with leaving_out(xml, f"state of model '{name}'"):
-                found[name] = raw_pose(xml, model, f"state of model '{name}'")
-    return found

@@ -100,7 +100,7 @@ def test_missing_truncated_and_foreign_robot_files_are_refused(tmp_path: Path) -
     cut.write_bytes(ROBOT.read_bytes()[:3000])
     with pytest.raises(RobotError, match=r"line .*broken XML"):
         load_robot(cut)
-    with pytest.raises(RobotError, match="is no robot: <sdf> must hold one <model>"):
+    with pytest.raises(RobotError, match="is a world in which no model has a drive"):
         load_robot(ROOM)
     binary = tmp_path / "binary.urdf"
     binary.write_bytes(bytes(range(256)))

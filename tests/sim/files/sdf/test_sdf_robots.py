@@ -124,7 +124,7 @@ def test_sdf_file_without_a_model_is_no_robot(tmp_path: Path) -> None:
     path = tmp_path / "w.sdf"
     path.write_text("<sdf version='1.9'><world name='w'/></sdf>", encoding="utf-8")
     assert not is_robot(path)
-    with pytest.raises(RobotError, match="must hold one <model>, and no <world>"):
+    with pytest.raises(RobotError, match=r"is a world in which no model has a drive$"):
         load_robot(path)
     joint = "<joint name='j' type='fixed'><parent>base</parent><child>none</child></joint>"
     broken = _robot(tmp_path, extra=joint)

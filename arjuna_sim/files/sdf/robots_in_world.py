@@ -1,0 +1,104 @@
+"""The robots among a world's models: those that drive, and where each stands."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element  # a type alone
+
+from arjuna_core.errors import RobotError, nearest
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.robots.controllers import drive_of_controllers
+from arjuna_sim.files.robots.plugins import drive_kind, is_control
+from arjuna_sim.files.sdf.frames import Scope, raw_pose
+from arjuna_sim.files.sdf.includes import Includes, leaving_out
+from arjuna_sim.files.sdf.model_tags import is_static, own_pose
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.notes import NoteKind
+
+
+def models_by_name(world: Element) -> dict[str, Element]:
+    """Return the models of an expanded world in the file's order; of two of one name the first."""
+    found: dict[str, Element] = {}
+    for model in world.findall("model"):
+        found.setdefault(model.get("name", "").strip(), model)
+    return found
+
+
+def robots_of(xml: XmlFile, includes: Includes, world: Element) -> dict[str, Element]:
+    """Return an expanded world's models that drive by their names, in the file's order."""
+
+    def drives(file: XmlFile, plugin: Element) -> bool:
+        with leaving_out(file, f"plugin '{plugin.get('name', '?')}'"):
+            controlled = drive_of_controllers(file, plugin) if is_control(plugin) else None
+            return drive_kind(plugin if controlled is None else controlled) is not None
+        return False
+
+    return {
+        name: model
+        for name, model in models_by_name(world).items()
+        if not is_static(model)
+        and any(drives(includes.file_of(model, xml), each) for each in model.iter("plugin"))
+    }
+
+
+def cut_out(xml: XmlFile, includes: Includes, world: Element, name: str) -> Pose3:
+    """Leave only the model of a robot in a file, as if its world had never held it.
+
+    Args:
+        name: Of the model; "" for the only one that drives.
+
+    Returns:
+        Where the model stands in the world.
+
+    Raises:
+        RobotError: There is no such model, or not one alone.
+    """
+    models = models_by_name(world)
+    if not name:
+        found = robots_of(xml, includes, world)
+        if not found:
+            free = ", ".join(n for n, model in models.items() if not is_static(model))
+            problem = "is a world in which no model has a drive"
+            others = f"; --robot {xml.path}#NAME takes one without: {free}" if free else ""
+            raise RobotError(xml.path, f"{problem}{others}")
+        if len(found) > 1:
+            valid = ", ".join(f"--robot {xml.path}#{each}" for each in found)
+            raise RobotError(xml.path, f"holds {len(found)} robots; valid: {valid}")
+        (name,) = found
+    if name not in models:
+        raise RobotError(xml.path, f"'{name}' is no model of its world; {nearest(name, models)}")
+    model = models[name]
+    T_world = pose_in(xml, includes, world, model)
+    for element in list(xml.root):
+        xml.root.remove(element)
+    xml.root.append(model)
+    return T_world
+
+
+def pose_in(xml: XmlFile, includes: Includes, world: Element, model: Element) -> Pose3:
+    """Return where a model of an expanded world stands.
+
+    Raises:
+        InputFileError: A frame that it is relative to does not exist.
+    """
+    label = f"model '{model.get('name', '?')}'"
+    moved = moved_models(xml, world).get(model.get("name", ""))
+    if moved is not None:
+        return moved
+    pose = Scope(xml, world, "world").pose(model, label)
+    return own_pose(model, Scope(includes.file_of(model, xml), model, label), pose)
+
+
+def moved_models(xml: XmlFile, world: Element) -> dict[str, Pose3]:
+    """Return where the world's `<state>` says that models have moved."""
+    state = world.find("state")
+    if state is None:
+        return {}
+    for tag in sorted({child.tag for child in state} & {"insertions", "deletions"}):
+        xml.note(f"<state> <{tag}>: not simulated", NoteKind.IGNORED)
+    found: dict[str, Pose3] = {}
+    for model in state.findall("model"):
+        name = model.get("name", "")
+        if model.find("pose") is not None:
+            with leaving_out(xml, f"state of model '{name}'"):
+                found[name] = raw_pose(xml, model, f"state of model '{name}'")
+    return found
