@@ -55,7 +55,7 @@ def simulate(
     world: str | Path = "",
     map: str | Path = "",
     slam: bool = False,
-    at: Sequence[float] = (0.0, 0.0, 0.0),
+    at: Sequence[float] | None = None,
     seed: int = 0,
     params: str | Path = "",
     timeout: float = 10.0,
@@ -69,7 +69,8 @@ def simulate(
         world: The room if empty.
         map: Localizes on it and navigates, if given.
         slam: Whether it maps and navigates; else it drives by `forward`, `turn` and the like.
-        at: Where it starts in the world [m, m, rad].
+        at: Where it starts in the world [m, m, rad]; if None where a world that holds it puts it,
+            else the origin.
         params: A parameter file.
         timeout: How long it waits for what should be there at once [s].
         settle: How long it stands still first [s].
@@ -88,7 +89,9 @@ def simulate(
     words = ["demo", "--seed", str(seed)]
     for name, path in zip(("robot", "world", "params"), (robot, world, params), strict=True):
         words += [f"--{name}", found_or_shipped(str(path))] if path else []
-    values = merged(gather(parse(words)), placed(SE2(*(float(value) for value in at))))
+    values = gather(parse(words))
+    own = (values["sim"].get(f"initial_pose.{key}", 0.0) for key in ("x", "y", "yaw"))
+    values = merged(values, placed(SE2(*(float(value) for value in (own if at is None else at)))))
     groups: tuple[Group, ...] = (SLAM_GROUP, NAVIGATION_GROUP) if slam else ()
     if map:
         values = merged(values, {"map_server": {"yaml_filename": found_or_shipped(str(map))}})

@@ -60,9 +60,11 @@ def run(arguments: argparse.Namespace) -> int:
         show(describe_file(arguments.check, arguments.robot_arguments, arguments.save_guess))
         return 0
     from bringup.parameters.sources import is_fleet
+    from bringup.parameters.world_robots import take_robots_of_world
     from bringup.processes.interactive import supervise
 
+    options.extend_search(arguments)
+    take_robots_of_world(arguments)
     if is_fleet(vars(arguments)):  # the simulator's node, which has no namespace, makes the robots
         arguments.namespace, arguments.robot = "", None
-    options.extend_search(arguments)
     return supervise(arguments)

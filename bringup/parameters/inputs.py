@@ -22,6 +22,7 @@ from bringup.parameters.files import (
 from bringup.parameters.remarks import Remark
 from bringup.parameters.robot_file import contradictions, of_simulated_robot
 from bringup.parameters.sources import is_fleet, of_options, originals_of
+from bringup.parameters.world_robots import take_robots_of_world
 from bringup.stack import (
     DEMO_GROUPS,
     DESCRIPTION_GROUP,
@@ -82,6 +83,7 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
     Raises:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
+    take_robots_of_world(arguments)
     groups, given = groups_of(arguments), vars(arguments)
     namespace, supervised = given.get("namespace", ""), arguments.command != "demo"
     read = merged_sources(

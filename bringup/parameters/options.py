@@ -205,7 +205,11 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "--cmd-vel-topic": _value(str, "TOPIC", "it is driven by (cmd_vel)"),
     "--base-frame": _value(str, "FRAME", "of the robot (base_footprint)"),
     "--odom-frame": _value(str, "FRAME", "of its odometry (odom)"),
-    "--robot": _path("its URDF, xacro or SDF (urdf/arjuna.urdf)", type=_input),
+    "--robot": _path(
+        "its URDF, xacro or SDF; WORLD.sdf#NAME is a model of a world (the robot that the world"
+        " holds, else urdf/arjuna.urdf)",
+        type=_input,
+    ),
     "--package-path": _paths(
         "folder of ROS packages for package:// and $(find ...)", type=_folder, metavar="DIR"
     ),
