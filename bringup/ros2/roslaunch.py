@@ -131,6 +131,7 @@ def _simulator(found: _Found) -> list[list[str]]:
     if not found.world:
         return []
     at = ["--at", found.start.get("x", "0"), found.start.get("y", "0")]
+    at = at if found.robot or found.start else []  # else a robot that the world has
     yaw = ["--yaw", found.start["yaw"]] if "yaw" in found.start else []
     robot = ["--robot", found.robot] if found.robot else []
     return [["sim", "--world", found.world, *robot, *at, *yaw]]

@@ -1,7 +1,7 @@
 """`ros2 run ros_gz_bridge parameter_bridge`: topics of the simulator under the names of a bridge.
 
 The simulator publishes ROS's messages itself, on the topics that the robot's file names. So only
-where a bridge gives a topic another name is there something to do.
+where a bridge, or Gazebo by a model's name, calls a topic otherwise is there something to do.
 """
 
 from __future__ import annotations
@@ -20,6 +20,13 @@ from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import ros_arguments
 
 _TOPIC = re.compile(r"(?P<topic>[^@]+)@(?P<type>[^@\[\]]+)(?P<direction>[@\[\]])[^@\[\]]+")
+_OF_MODEL = re.compile(r"/model/(?P<model>[^/]+)/(?P<topic>cmd_vel|odometry|tf)")
+_OWN = {
+    "cmd_vel": ("cmd_vel", "ROS_TO_GZ"),
+    "odometry": ("odom", "GZ_TO_ROS"),
+    "tf": ("tf", "GZ_TO_ROS"),
+}
+"""The robot's topic for each of Gazebo's, and its direction."""
 _DIRECTIONS = {"[": "GZ_TO_ROS", "]": "ROS_TO_GZ", "@": "BIDIRECTIONAL"}
 
 
@@ -65,6 +72,23 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
         yield Bridged(absolute(gz), absolute(ros), str(names["ros_type_name"]), direction)
 
 
+def simulated(node: Any, topic: Bridged) -> Bridged | None:
+    """Return a topic by the simulator's name of it; None while the robot is not there.
+
+    Gazebo names topics of a robot whose file names none after its model; here they are the robot's
+    own, below its namespace where there are several robots.
+    """
+    found = _OF_MODEL.fullmatch(topic.gz)
+    if found is None:
+        return topic
+    own, direction = _OWN[found["topic"]]
+    count = node.count_subscribers if direction == "ROS_TO_GZ" else node.count_publishers
+    for name in (topic.gz, f"/{found['model']}/{own}", f"/{own}"):
+        if count(name):
+            return topic._replace(gz=name, direction=direction)
+    return None
+
+
 class Relay:
     """Hands a topic's messages on, raw or not, under another name while somebody wants them."""
 
@@ -93,15 +117,18 @@ class Relay:
 
 def main(words: list[str]) -> None:
     """Hand on what has two names until interrupted."""
-    topics = [topic for topic in bridged(words) if topic.gz != topic.ros]
+    waiting, relays = list(bridged(words)), list[Relay]()
     with Client(argparse.Namespace(), "ros_gz_bridge") as client:
         client.discover()
-        relays = [Relay(client.node, topic) for topic in topics]
-        for topic in topics:
-            print(f"{topic.gz} is {topic.ros} too ({topic.direction})", flush=True)
-        if not topics:
-            print("nothing to do: the simulator publishes ROS's topics itself", flush=True)
         while True:
+            found = {topic: known for topic in waiting if (known := simulated(client.node, topic))}
+            waiting = [topic for topic in waiting if topic not in found]
+            for topic in found.values():
+                if topic.gz != topic.ros:
+                    relays.append(Relay(client.node, topic))
+                    print(f"{topic.gz} is {topic.ros} too ({topic.direction})", flush=True)
+            if found and not waiting and not relays:
+                print("nothing to do: the simulator publishes ROS's topics itself", flush=True)
             for relay in relays:
                 relay.look()
             client.spin(lambda: False, 0.5)

@@ -21,6 +21,7 @@ from arjuna_core.files.shipped import shipped_file
 from arjuna_core.files.whole_file import in_new_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import quaternion, yaw
+from arjuna_sim.files.world_file import robots_in
 from arjuna_sim.inputs import named_robot
 from bringup.client.simulator import SimulatorClient, SimulatorError, resource_of
 from bringup.ros2.client import Client
@@ -34,7 +35,7 @@ _ENDINGS = (".world", ".sdf", ".yaml")
 
 
 def serve(words: list[str]) -> None:
-    """Wait for a robot to be spawned, then simulate it in the world that Gazebo's words name."""
+    """Simulate what is spawned, or the robots that the world has, in the world that words name."""
     if "-g" in words and "-s" not in words:
         print("nothing to do: 'arjuna view' shows the world", flush=True)
         return
@@ -63,11 +64,16 @@ def serve(words: list[str]) -> None:
         if name.startswith("/"):  # a launch file's xacro may write it just now
             client.spin(Path(name).is_file, _PATIENCE)
         world = world_of(name)
+        held = bool(robots_in(world))
         client.node.create_service(SpawnEntity, "/spawn_entity", spawn)
-        print(
-            f"{world.name} waits for a robot: 'ros2 run ros_gz_sim create' spawns one", flush=True
-        )
-        client.spin(lambda: bool(wanted))
+        if not held:
+            spawns = "'ros2 run ros_gz_sim create' spawns one"
+            print(f"{world.name} waits for a robot: {spawns}", flush=True)
+        patience = _PUBLISHER_STARTS if LAUNCHED in os.environ else 0.0
+        client.spin(lambda: bool(wanted), patience if held else None)
+        if not wanted:
+            described = client.node.count_publishers("/robot_description")
+            wanted.append(["--without-description"] if described else [])
         client.spin(lambda: False, 0.5)  # [s] in which the answer arrives
     arjuna("sim", ["--world", str(world), *wanted[0]])
 

@@ -15,6 +15,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from arjuna_core.files.shipped import shipped_file
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.programs import gazebo
+from tests.sim.robot_worlds import Held, write
 
 pytestmark = pytest.mark.ros
 BURGER = shipped_file("urdf/burger.urdf")
@@ -124,3 +125,14 @@ def test_the_world_is_the_word_that_names_one(words: str, world: str) -> None:
 def test_an_unknown_world_names_the_nearest() -> None:
     with pytest.raises(Ros2Error, match=r"no world 'wearhouse\.world'; did you mean 'warehouse"):
         gazebo.world_of("wearhouse.world")
+
+
+def test_a_world_with_a_robot_waits_for_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    world, started = write(tmp_path, Held()), list[tuple[str, list[str]]]()
+    monkeypatch.setattr(gazebo, "arjuna", lambda *words: started.append(words))
+    monkeypatch.setenv("ROS_DOMAIN_ID", "93")
+    gazebo.serve(["-r", "-s", str(world)])
+    assert started == [("sim", ["--world", str(world)])]
+    assert "waits" not in capfd.readouterr().out

@@ -10,7 +10,7 @@ from std_msgs.msg import String
 
 from arjuna_core.pose3 import Pose3
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.programs.bridge import Bridged, Relay, bridged
+from bringup.ros2.programs.bridge import Bridged, Relay, bridged, simulated
 from bringup.ros2.programs.static_transform_publisher import parse
 from bringup.ros2.programs.tf2_echo import lines
 from tests.helpers.ros import RosBench
@@ -122,6 +122,21 @@ def test_messages_come_under_the_other_name_while_somebody_listens(bench: RosBen
     relay.look()
     bench.publish(String, "/scan", String(data="now"))
     assert [message.data for message in heard] == ["now"]
+
+
+def test_a_model_s_own_topics_are_the_robot_s(bench: RosBench) -> None:
+    """Wherever the robot is, once it is there; a topic that its file calls so stays."""
+    commands = Bridged("/model/a/cmd_vel", "/model/a/cmd_vel", STRING, "BIDIRECTIONAL")
+    odometry = Bridged("/model/a/odometry", "/odometry", STRING, "BIDIRECTIONAL")
+    assert simulated(bench.node, commands) is None
+    bench.collect(String, "/cmd_vel")
+    assert simulated(bench.node, commands) == ("/cmd_vel", commands.ros, STRING, "ROS_TO_GZ")
+    bench.publish(String, "/a/odom", String())
+    assert simulated(bench.node, odometry) == ("/a/odom", "/odometry", STRING, "GZ_TO_ROS")
+    bench.collect(String, "/model/a/cmd_vel")
+    assert simulated(bench.node, commands) == (*commands[:3], "ROS_TO_GZ")
+    other = Bridged("/model/a/joint/b/cmd_pos", "/cmd_pos", STRING, "ROS_TO_GZ")
+    assert simulated(bench.node, other) == other
 
 
 def test_commands_go_the_other_way(bench: RosBench) -> None:
