@@ -1,10 +1,11 @@
-"""Shell completion: a script for bash or zsh, made from the tables."""
+"""Shell completion: a script for bash or zsh, made from the parser."""
 
 from __future__ import annotations
 
+import argparse
+
 from arjuna_core.errors import ArjunaError, nearest
-from bringup.ros2.grammar import GRAPH, Argument, Command, Verb
-from bringup.ros2.tables import COMMANDS
+from bringup.ros2.grammar import build_parser, choices_of
 
 _SHELLS = ("bash", "zsh")
 LIVE = {
@@ -51,25 +52,24 @@ def script(shell: str) -> str:
     if shell not in _SHELLS:
         raise ArjunaError(f"no completion for '{shell}'; {nearest(shell, _SHELLS)}")
     zsh = "autoload -Uz bashcompinit && bashcompinit\n" if shell == "zsh" else ""
-    verbs = [
-        f'      {command.name}) words="{" ".join(verb.name for verb in command.verbs)}" ;;'
-        for command in COMMANDS
-        if command.verbs
-    ]
-    options = [_options(command, verb) for command in COMMANDS for verb in command.verbs]
+    commands = dict(choices_of(build_parser()))
+    verbs = {name: dict(choices_of(command)) for name, command in commands.items()}
     return _SCRIPT.format(
         zsh=zsh,
-        commands=" ".join(command.name for command in COMMANDS),
-        verbs="\n".join(verbs),
-        options="\n".join(options),
+        commands=" ".join(commands),
+        verbs="\n".join(
+            f'      {name}) words="{" ".join(found)}" ;;' for name, found in verbs.items() if found
+        ),
+        options="\n".join(
+            f'      "{name} {verb}") {_options(parser)} ;;'
+            for name, found in verbs.items()
+            for verb, parser in found.items()
+        ),
     )
 
 
-def _options(command: Command, verb: Verb) -> str:
-    flat: list[Argument] = []
-    for item in verb.arguments + (GRAPH if command.graph else ()):
-        flat.extend([item] if isinstance(item, Argument) else item)
-    flags = [name for item in flat for name in item.names if name.startswith("--")]
-    live = next((LIVE[item.complete] for item in flat if item.complete), "")
-    words = " ".join([*flags, "--help"])
-    return f'      "{command.name} {verb.name}") words="{words}"; live="{live}" ;;'
+def _options(parser: argparse.ArgumentParser) -> str:
+    _help, *actions = parser._actions
+    flags = [name for one in actions for name in one.option_strings if name.startswith("--")]
+    live = next((LIVE[name] for one in actions if (name := getattr(one, "complete", ""))), "")
+    return f'words="{" ".join([*flags, "--help"])}"; live="{live}"'

@@ -1,88 +1,72 @@
-"""The grammar of `ros2`: commands, verbs and arguments as values, and the parser of them."""
+"""The parser of `ros2`, built from `tables/`: a JSON file for each command, its verbs in it.
+
+An argument has its names in one text, its type as `is`, what the shell completes it with as
+`complete`, a key of the completion's `LIVE`, and what else `add_argument` takes. A text stands
+for a `shared` argument, or several; those of a list exclude one another.
+"""
 
 from __future__ import annotations
 
 import argparse
 import builtins
 import importlib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import Any
+
+from arjuna_core.files.input_file import read_json
+from bringup.parameters.options import factor, positive
 
 VERBS = "bringup.ros2.verbs"
 BUFFERED = "--use-python-default-buffering"
-
-
-@dataclass(frozen=True)
-class Argument:
-    """One argument, as `argparse.ArgumentParser.add_argument` takes it.
-
-    Attributes:
-        names: Its flags, or the one name of a positional.
-        complete: What the shell completes it with, a key of the completion's `LIVE`.
-    """
-
-    names: tuple[str, ...]
-    options: Mapping[str, Any]
-    complete: str = ""
-
-
-@dataclass(frozen=True)
-class Verb:
-    """One verb of a command.
-
-    Attributes:
-        arguments: Its arguments; a tuple of them excludes one another.
-        run: `module:function` among the verbs, imported only when it runs; by default the
-            command's module and the verb's name, with an underscore where Python has that name.
-    """
-
-    name: str
-    about: str
-    arguments: tuple[Argument | tuple[Argument, ...], ...] = ()
-    run: str = ""
-
-
-@dataclass(frozen=True)
-class Command:
-    """One command.
-
-    Attributes:
-        forward: `module:function` that takes all words after the command instead of verbs.
-        graph: Whether its verbs look at the graph and so take `GRAPH` too.
-    """
-
-    name: str
-    about: str
-    verbs: tuple[Verb, ...] = ()
-    arguments: tuple[Argument, ...] = ()
-    forward: str = ""
-    graph: bool = False
-
-    def runs(self, verb: Verb) -> str:
-        """Return `module:function` of one of its verbs."""
-        suffix = "_" if hasattr(builtins, verb.name) else ""
-        return verb.run or f"{self.name}:{verb.name}{suffix}"
-
-
-def switch(names: str, about: str, **options: Any) -> Argument:
-    """Return an option that is on or off."""
-    return Argument(tuple(names.split()), {"action": "store_true", "help": about, **options})
-
-
-GRAPH = (
-    Argument(
-        ("--spin-time",),
-        {"type": float, "metavar": "N", "help": "seconds to wait for the graph at most"},
-    ),
-    switch("-s --use-sim-time", "take the time from /clock"),
-    switch("--no-daemon", "accepted for ros2cli's sake: there is no daemon"),
+FORWARDED = {
+    "daemon": ("There is no daemon: none is needed", "forward:daemon"),
+    "doctor": ("Check the system for what goes wrong", "forward:doctor"),
+    "launch": ("Start what a known launch file starts", "launch:run"),
+    "run": ("Run a package specific executable", "forward:run"),
+    "wtf": ("The same as 'ros2 doctor'", "forward:doctor"),
+}
+"""What is said of the commands without verbs, and `module:function` that takes their words."""
+_GRAPH: tuple[dict[str, Any], ...] = (
+    {
+        "name": "--spin-time",
+        "is": "float",
+        "metavar": "N",
+        "help": "seconds to wait for the graph at most",
+    },
+    {"name": "-s --use-sim-time", "is": "switch", "help": "take the time from /clock"},
+    {
+        "name": "--no-daemon",
+        "is": "switch",
+        "help": "accepted for ros2cli's sake: there is no daemon",
+    },
 )
 """The options of every verb that looks at the graph. Nothing here needs ros2cli's daemon."""
 
 
-def build_parser(commands: tuple[Command, ...]) -> argparse.ArgumentParser:
-    """Return the parser of the commands that do not forward their words."""
+def _from(least: int, problem: str) -> Callable[[str], int]:
+    """Return a type of argument: a whole number, not below the least."""
+
+    def count(text: str) -> int:
+        if not text.isdecimal() or int(text) < least:
+            raise argparse.ArgumentTypeError(problem)
+        return int(text)
+
+    return count
+
+
+_TYPES: dict[str, Callable[[str], float]] = {
+    "int": int,
+    "float": float,
+    "from_zero": factor,
+    "positive": positive,
+    "count": _from(1, "value must be a positive integer"),
+    "unsigned": _from(0, "value must be non-negative integer"),
+}
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser; what it parses has `run`, the `module:function` of the verb, or None."""
     parser = argparse.ArgumentParser(
         prog="ros2",
         description="ros2 is the command-line tool for ROS 2, as Arjuna brings it.",
@@ -90,51 +74,77 @@ def build_parser(commands: tuple[Command, ...]) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(BUFFERED, action="store_true", help="do not write out every line at once")
-    children = _add_choices(parser, commands)
-    for command, child in zip(commands, children, strict=True):
+    tables: dict[str, Any] = {name: {"about": about} for name, (about, _) in FORWARDED.items()}
+    for path in Path(__file__).parent.glob("tables/*.json"):
+        tables[path.stem] = read_json(path)
+    for command, child in _add_choices(parser, dict(sorted(tables.items()))):
+        table = tables[command]
+        verbs, shared = table.get("verbs", {}), table.get("shared", {})
         child.set_defaults(run=None, help=child.format_help)
-        _add_arguments(child, command.arguments)
-        for verb, leaf in zip(command.verbs, _add_choices(child, command.verbs), strict=True):
-            leaf.set_defaults(run=command.runs(verb), command=command.name)
-            _add_arguments(leaf, verb.arguments + (GRAPH if command.graph else ()))
+        _add_arguments(child, table.get("arguments", ()), shared)
+        for verb, leaf in _add_choices(child, verbs):
+            suffix = "_" if hasattr(builtins, verb) else ""
+            run = verbs[verb].get("run", f"{command}:{verb}{suffix}")
+            leaf.set_defaults(run=run, command=command)
+            _add_arguments(leaf, verbs[verb].get("arguments", ()), shared)
+            _add_arguments(leaf, _GRAPH if table.get("graph") else (), shared)
     return parser
 
 
 def _add_choices(
-    parser: argparse.ArgumentParser, items: tuple[Command, ...] | tuple[Verb, ...]
-) -> list[argparse.ArgumentParser]:
+    parser: argparse.ArgumentParser, items: Mapping[str, Any]
+) -> list[tuple[str, argparse.ArgumentParser]]:
     """Add a parser for each command or verb and return them; the help lists them as ros2cli's."""
     if not items:
         return []
-    width = max(len(item.name) for item in items)
+    width = max(map(len, items))
     choices = parser.add_subparsers(
         title="Commands",
-        description="".join(f"{item.name:{width}}  {item.about}\n" for item in items),
+        description="".join(f"{name:{width}}  {one['about']}\n" for name, one in items.items()),
         metavar=f"Call `{parser.prog} <command> -h` for more detailed usage.",
     )
     style = argparse.RawDescriptionHelpFormatter
     return [
-        choices.add_parser(item.name, description=item.about, formatter_class=style)
-        for item in items
+        (name, choices.add_parser(name, description=one["about"], formatter_class=style))
+        for name, one in items.items()
     ]
 
 
-def _add_arguments(
-    parser: argparse.ArgumentParser, arguments: tuple[Argument | tuple[Argument, ...], ...]
-) -> None:
-    for item in arguments:
-        if isinstance(item, Argument):
-            parser.add_argument(*item.names, **item.options)
+def _add_arguments(parser: Any, items: Any, shared: Mapping[str, Any]) -> None:
+    for item in items:
+        if isinstance(item, str):
+            found = shared[item]
+            _add_arguments(parser, found if isinstance(found, list) else [found], shared)
+        elif isinstance(item, list):
+            _add_arguments(parser.add_mutually_exclusive_group(), item, shared)
         else:
-            group = parser.add_mutually_exclusive_group()
-            for one in item:
-                group.add_argument(*one.names, **one.options)
+            _add_argument(parser, **item)
+
+
+def _add_argument(parser: Any, name: str, complete: str = "", **options: Any) -> None:
+    kind = options.pop("is", "")
+    if options.get("default") == argparse.SUPPRESS:
+        options["default"] = argparse.SUPPRESS  # argparse wants the very object
+    if isinstance(options.get("metavar"), list):
+        options["metavar"] = tuple(options["metavar"])
+    if kind == "switch":
+        options["action"] = "store_true"
+    elif kind:
+        options["type"] = _TYPES[kind]
+    parser.add_argument(*name.split(), **options).complete = complete
+
+
+def choices_of(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """Yield the names and parsers of the commands, or of a command's verbs."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            yield from action.choices.items()
 
 
 def load(run: str) -> Callable[..., int | None]:
     """Import and return the function that a table names as `module:function`."""
     module, function = run.split(":")
     loaded: Callable[..., int | None] = getattr(
-        importlib.import_module(f"bringup.ros2.verbs.{module}"), function
+        importlib.import_module(f"{VERBS}.{module}"), function
     )
     return loaded

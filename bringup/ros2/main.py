@@ -14,8 +14,7 @@ from typing import NoReturn
 from arjuna_core.errors import ArjunaError
 from bringup.ros2 import completion
 from bringup.ros2.errors import watch_interrupts
-from bringup.ros2.grammar import BUFFERED, build_parser, load
-from bringup.ros2.tables import COMMANDS
+from bringup.ros2.grammar import BUFFERED, FORWARDED, build_parser, load
 
 FAILED, INTERRUPTED = 1, int(signal.SIGINT)  # as ros2cli ends
 _HANDED_ON = "ARJUNA_ROS2_HANDED_ON"
@@ -83,10 +82,9 @@ def _run(words: list[str]) -> int:
     if words[:1] == ["--completion"]:
         print(completion.script(words[1] if len(words) > 1 else "bash"))
         return 0
-    command = next((item for item in COMMANDS if words[:1] == [item.name]), None)
-    if command is not None and command.forward:
-        return load(command.forward)(words[1:]) or 0
-    parser = build_parser(COMMANDS)
+    if words and words[0] in FORWARDED:
+        return load(FORWARDED[words[0]][1])(words[1:]) or 0
+    parser = build_parser()
     arguments = parser.parse_args(words)
     if getattr(arguments, "run", None) is None:
         print(getattr(arguments, "help", parser.format_help)(), end="")

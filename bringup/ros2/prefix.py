@@ -17,7 +17,7 @@ from pathlib import Path
 from arjuna_core.files.array_cache import cache_folder
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.context import add_environment_to_ament_index
-from bringup.ros2.tables.launches import COMPOSED, LAUNCHES
+from bringup.ros2.launches import COMPOSED, LAUNCHES
 from bringup.ros2.verbs.forward import GENERATED, PROGRAMS
 
 _VARIABLE = "AMENT_PREFIX_PATH"

@@ -56,7 +56,7 @@ BRINGUP_WITHOUT_ROS = tuple(
     for folder, names in {
         "": (
             "__init__.py __main__.py campaign/ cli.py cli_parser.py doctor/checks/ lessons/ "
-            "offline/ ros2/tables/ stack.py terminal.py viewing/drawing/"
+            "offline/ stack.py terminal.py viewing/drawing/"
         ),
         "client/": "avoidance.py endpoint.py keys.py waypoints.py",
         "demo/": "measures.py report.py",
@@ -67,7 +67,7 @@ BRINGUP_WITHOUT_ROS = tuple(
         "processes/": "child.py fork.py health.py supervisor.py",
         "recording/": "playback.py selection.py summary.py",
         "scenarios/": "barn.py doors.py drive.py furnished.py people.py scenes.py space.py",
-        "ros2/": "completion.py errors.py grammar.py main.py statistics.py",
+        "ros2/": "completion.py errors.py grammar.py launches.py main.py statistics.py",
         "ros2/verbs/": "forward.py",
         "tuning/": "picture.py plan.py space.py study.py tuner.py",
         "viewing/": "displays/ frame_tree.py pictures.py rviz_file.py snapshot.py",

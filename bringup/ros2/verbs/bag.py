@@ -10,7 +10,7 @@ from datetime import datetime
 from pathlib import Path
 
 from arjuna_core.bags.reader import Bag
-from arjuna_core.bags.writer import BagFolder
+from arjuna_core.bags.writer import STORAGES, BagFolder
 from arjuna_core.bags.writer import reindex as write_metadata
 from arjuna_core.timing import NANOSECONDS
 from bringup.recording import summary
@@ -25,8 +25,6 @@ from bringup.recording.selection import PlayFilter, RecordFilter, is_service
 from bringup.ros2.errors import Ros2Error
 from bringup.terminal import show
 
-LEVELS = ("debug", "info", "warn", "error", "fatal")
-STORAGES = ("mcap", "sqlite3")
 PLUGINS = {
     "storage": (
         ("mcap", "rosbag2 storage plugin for the mcap file format", "MCAPStorage"),
@@ -280,7 +278,7 @@ def list_(arguments: argparse.Namespace) -> None:
 
 def _shown(level: str) -> Callable[[str], None]:
     """Return what prints the lines of a run, which are all of the level `info`."""
-    return show if LEVELS.index(level) <= LEVELS.index("info") else lambda line: None
+    return show if level in ("debug", "info") else lambda line: None
 
 
 def _absolute(names: Iterable[str]) -> tuple[str, ...]:

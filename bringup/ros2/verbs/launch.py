@@ -13,9 +13,7 @@ from typing import TYPE_CHECKING, Any
 from arjuna_core.errors import nearest
 from arjuna_core.files.shipped import shipped_file
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.prefix import add_prefix
-from bringup.ros2.roslaunch import commands, commands_of, is_ros1
-from bringup.ros2.tables.launches import (
+from bringup.ros2.launches import (
     COMPOSED,
     LAUNCHES,
     PLUGINS,
@@ -23,6 +21,8 @@ from bringup.ros2.tables.launches import (
     known_arguments,
     translated,
 )
+from bringup.ros2.prefix import add_prefix
+from bringup.ros2.roslaunch import commands, commands_of, is_ros1
 from bringup.ros2.verbs.forward import LAUNCHED, arjuna, module_of, remedy
 
 if TYPE_CHECKING:

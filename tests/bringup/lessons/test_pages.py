@@ -10,11 +10,10 @@ import pytest
 
 from arjuna_core.errors import InputFileError
 from bringup.cli_parser import parse
-from bringup.commands import COMMANDS as COMMANDS_OF_OURS
+from bringup.commands import COMMANDS
 from bringup.commands.lesson import PAGES
 from bringup.lessons.page import Command, load_page
 from bringup.ros2.grammar import build_parser
-from bringup.ros2.tables import COMMANDS
 
 PAGE = """# A lesson
 
@@ -101,7 +100,7 @@ TUTORIAL = ROOT / "docs" / "tutorial"
 EACH = pytest.mark.parametrize("name", PAGES.values())
 FILES = re.compile(r"[\w./-]+\.(?:yaml|urdf|xacro|world|py)")
 INLINE = re.compile(r"(?<!`)`([^`\n]+)`(?!`)")
-ALL = {name for group in COMMANDS_OF_OURS.values() for name in group}
+ALL = {name for group in COMMANDS.values() for name in group}
 RUN = {("tf2_ros", "tf2_echo"), ("nav2_map_server", "map_saver_cli")}
 """What `ros2 run` is used for; its programs are listed in docs/ros2.md."""
 LINKS = re.compile(r"\]\(([^)#]+?)\)")
@@ -121,7 +120,7 @@ def test_every_command_is_understood(name: str) -> None:
         elif words[0] == "run":
             assert tuple(words[1:3]) in RUN, command.text
         elif program == "ros2":
-            assert build_parser(COMMANDS).parse_args(words) is not None, command.text
+            assert build_parser().parse_args(words) is not None, command.text
         else:
             assert (program, Path(words[0]).suffix) == ("python", ".py"), command.text
 

@@ -11,16 +11,14 @@ import pytest
 
 from arjuna_core.files.shipped import shipped_file
 from bringup.cli_parser import parse
-from bringup.ros2.grammar import VERBS, build_parser
+from bringup.ros2.grammar import VERBS, build_parser, choices_of
+from bringup.ros2.launches import LAUNCHES
 from bringup.ros2.main import main, real_ros2, without_wheels
 from bringup.ros2.roslaunch import commands_of
-from bringup.ros2.tables import COMMANDS
-from bringup.ros2.tables.launches import LAUNCHES
 from bringup.ros2.verbs import forward, launch
 from bringup.ros2.verbs.forward import RosArguments, ros_arguments
 
 _BURGER, _PILLARS = shipped_file("urdf/burger.urdf"), shipped_file("worlds/pillar_arena.world")
-ALL = [(command, verb) for command in COMMANDS for verb in command.verbs]
 
 
 def test_help_imports_neither_ros_nor_numpy() -> None:
@@ -35,10 +33,11 @@ def test_help_imports_neither_ros_nor_numpy() -> None:
 
 
 def test_every_verb_has_its_function() -> None:
-    for command, verb in ALL:
-        module, function = command.runs(verb).split(":")
-        path = Path(*VERBS.split("."), f"{module}.py")
-        assert f"\ndef {function}(" in path.read_text(), (command.name, verb.name)
+    for name, command in choices_of(build_parser()):
+        for verb, parser in choices_of(command):
+            module, function = parser.get_default("run").split(":")
+            path = Path(*VERBS.split("."), f"{module}.py")
+            assert f"\ndef {function}(" in path.read_text(), (name, verb)
 
 
 @pytest.mark.parametrize(
@@ -61,7 +60,7 @@ def test_every_verb_has_its_function() -> None:
     ],
 )
 def test_words_become_arguments(words: list[str], expected: dict[str, object]) -> None:
-    arguments = vars(build_parser(COMMANDS).parse_args(words))
+    arguments = vars(build_parser().parse_args(words))
     assert {name: arguments[name] for name in expected} == expected
 
 

@@ -39,7 +39,6 @@ from bringup.recording.play import Playing
 from bringup.recording.recorder import Recorder
 from bringup.ros2.grammar import build_parser
 from bringup.ros2.main import main
-from bringup.ros2.tables import COMMANDS
 from bringup.ros2.verbs import bag as verbs
 from bringup.terminal import DOWN, RIGHT, UP
 from tests.helpers.ros import RosBench
@@ -77,7 +76,7 @@ def shared() -> Iterator[SimpleNamespace]:
 def parsed(words: str, **paths: Path) -> Any:
     """Return the arguments of words after `ros2 bag`, with paths for the names in braces."""
     given = [word.format(**paths) for word in words.split()]
-    return build_parser(COMMANDS).parse_args(["bag", *given])
+    return build_parser().parse_args(["bag", *given])
 
 
 def counts(folder: Path) -> dict[str, int]:

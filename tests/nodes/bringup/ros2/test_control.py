@@ -13,7 +13,6 @@ from arjuna_core.files.shipped import shipped_file
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.grammar import build_parser, load
 from bringup.ros2.programs import spawner
-from bringup.ros2.tables import COMMANDS
 from bringup.ros2.verbs import control
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import start_sim
@@ -44,9 +43,7 @@ def ros2(bench: RosBench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ca
         monkeypatch.setattr(module, "Client", lambda *given: BenchClient(bench))
 
     def run(line: str) -> None:
-        arguments: argparse.Namespace = build_parser(COMMANDS).parse_args(
-            ["control", *line.split()]
-        )
+        arguments: argparse.Namespace = build_parser().parse_args(["control", *line.split()])
         load(arguments.run)(arguments)
 
     return run
