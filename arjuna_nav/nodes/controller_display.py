@@ -14,8 +14,7 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.clouds import cloud_msg
-from arjuna_core.ros.convert import duration_msg, header, path_msg
+from arjuna_core.ros.convert import cloud_msg, duration_msg, header, path_msg
 from arjuna_core.ros.messages import maker
 from arjuna_core.ros.node import ManagedNode
 from arjuna_nav.controllers import display

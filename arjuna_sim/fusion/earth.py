@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arjuna_core.geodesy import GeoPoint, TangentPlane
+from arjuna_core.geodesy import GeoPoint, TangentPlane, UtmGrid
 from arjuna_core.pose3 import Pose3
-from arjuna_core.utm import UtmGrid
 from arjuna_sim.fusion.kinematics import Array
 
 

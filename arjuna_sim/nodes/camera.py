@@ -8,8 +8,7 @@ from typing import Any
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.clouds import cloud_msg
-from arjuna_core.ros.convert import header
+from arjuna_core.ros.convert import cloud_msg, header
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.camera import CameraError, CameraThread, Shot, focal_length, points

@@ -27,8 +27,7 @@ from sensor_msgs.msg import (
 from std_msgs.msg import String
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.clouds import cloud_msg
-from arjuna_core.ros.convert import header, scan_msg
+from arjuna_core.ros.convert import cloud_msg, header, scan_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.imu import ImuReading

@@ -15,8 +15,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
-from arjuna_sim.processing.scan_averages import ArrayFilter
-from arjuna_sim.processing.sweep import Array, Mask, Mounted, ScanFilter, Sweep
+from arjuna_sim.processing.sweep import Array, ArrayFilter, Mask, Mounted, ScanFilter, Sweep
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _run(campaign: Campaign, folder: Path, arguments: argparse.Namespace) -> int:
     from bringup.campaign.plan import runs_of
-    from bringup.campaign.progress import Progress
+    from bringup.campaign.pool import Progress
     from bringup.campaign.report import PAGE, share_text, write_page, write_table
     from bringup.campaign.runner import run_all
     from bringup.terminal import show, stopped_by_signals
@@ -121,7 +121,7 @@ def _verified(
 ) -> bool:
     """Show which of some runs that ran once more give other files; return whether none does."""
     from bringup.campaign.pool import LocalPool
-    from bringup.campaign.verification import differing
+    from bringup.campaign.runner import differing
     from bringup.terminal import show
 
     if not arguments.verify or not outcomes:

@@ -101,8 +101,7 @@ def _grade(arguments: argparse.Namespace, submission: Path) -> int:
 def _grade_all(arguments: argparse.Namespace, exercise: Exercise, folders: list[Path]) -> int:
     """Grade a class's submissions, those that have changed since the last time or have no grade."""
     from bringup.campaign.plan import FOLDER, Campaign, Run
-    from bringup.campaign.pool import LocalPool, forks_of
-    from bringup.campaign.progress import Progress
+    from bringup.campaign.pool import LocalPool, Progress, forks_of
     from bringup.campaign.report import PAGE
     from bringup.campaign.runner import run_all
     from bringup.homework.report import RESULT, TABLE, write_class

@@ -1,4 +1,4 @@
-"""The snapshot of a running robot: messages kept and counted, and the graph."""
+"""A running robot observed: its snapshot for the checks, and a table of its nodes."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from bringup.client.frames import FrameListener
 from bringup.client.graph import endpoints, lifecycle_states, nodes, on_system_time
 from bringup.client.session import Session
 from bringup.doctor.checks.rates import LEAST, LEAST_OF_TYPE
-from bringup.doctor.fit import scan_facts
-from bringup.doctor.machine import read_machine
-from bringup.doctor.snapshot import Clock, Robot, ScanFacts, Snapshot
+from bringup.doctor.machine import host_processes, read_machine
+from bringup.doctor.snapshot import Clock, Robot, ScanFacts, Snapshot, scan_facts
+from bringup.doctor.table import Row, cpu_shares, main_topic, rows
 from bringup.ros2.discovery import discover
 from bringup.ros2.types import interface_class
 
@@ -186,3 +186,37 @@ class Counter:
     def counts(self) -> dict[str, int]:
         """Return the number of messages on each topic that is counted."""
         return dict(self._counts)
+
+
+class Watcher:
+    """Listens to a robot."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._counter = Counter(session)
+        self._warnings: dict[str, str] = {}
+        session.client.create_subscription(Log, "/rosout", self._on_log, LOG)
+        discover(session)
+
+    def _on_log(self, message: Any) -> None:
+        if message.level >= Log.WARN:
+            self._warnings[message.name] = message.msg
+
+    def rows(self, period: float) -> list[Row]:
+        """Watch for a period [s] and return a row for each node."""
+        session = self._session
+        start = f"{session.client.get_namespace().rstrip('/')}/"
+        names = [name for name in nodes(session) if name.startswith(start)]
+        ends = endpoints(session)
+        topics = {name: main_topic(name, ends) for name in names}
+        for topic in filter(None, topics.values()):
+            self._counter.listen(topic)
+        self._counter.restart()
+        domain, begin = session.client.context.get_domain_id(), session.now
+        before = [host for host in host_processes() if host.domain == domain]
+        session.pause(period)
+        passed = session.now - begin
+        rates = {topic: count / passed for topic, count in self._counter.counts().items()}
+        shares = cpu_shares(before, host_processes(), passed)
+        states = lifecycle_states(session, 1.0)
+        return rows(names, states, shares, topics, rates, self._warnings)

@@ -1,10 +1,17 @@
-"""A machine and a graph at one instant, and findings of them, as plain values."""
+"""A machine, a graph and a scan at one instant, and findings of them, as plain values."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
 from bringup.client.endpoint import Endpoint
 from bringup.viewing.frame_tree import Frame
 
@@ -162,3 +169,30 @@ class Snapshot:
     def pace(self) -> float:
         """The pace of the robot's time, of real time."""
         return 1.0 if self.clock is None else self.clock.elapsed / self.duration
+
+
+def scan_facts(
+    scan: Scan, frame: str, upside_down: bool, grid: OccupancyGrid | None, T_map_sensor: SE2 | None
+) -> ScanFacts:
+    """Return the facts of a scan in the sensor's frame."""
+    hits = scan.valid
+    fit = None
+    if grid is not None and T_map_sensor is not None and hits.any() and grid.occupied().any():
+        seen = scan.mirrored() if upside_down else scan
+        fit = share_on_walls(replace(seen, T_base_sensor=T_map_sensor).points(), grid)
+    return ScanFacts(
+        frame,
+        float(hits.mean()) if len(hits) else 0.0,
+        float((hits & (scan.ranges < 0.05)).mean()) if len(hits) else 0.0,
+        upside_down,
+        scan.angle_increment < 0.0,
+        fit,
+    )
+
+
+def share_on_walls(points: NDArray[np.float64], grid: OccupancyGrid, near: float = 0.15) -> float:
+    """Return the share of points `(N, 2) float64` that lie near a map's occupied cells [m]."""
+    cells = grid.frame.to_cells(points)
+    rows, columns = cells[grid.frame.inside(cells)].T
+    distances = distance_transform_edt(~grid.occupied()) * grid.frame.resolution
+    return float((distances[rows, columns] <= near).sum() / len(points))

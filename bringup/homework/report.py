@@ -13,8 +13,7 @@ from typing import Any
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import read_json
 from arjuna_core.files.whole_file import write_atomically
-from bringup.campaign.report import PAGE, page_of
-from bringup.campaign.table import Table
+from bringup.campaign.report import PAGE, Table, page_of
 from bringup.homework.exercise import Exercise
 from bringup.homework.grading import Grade
 

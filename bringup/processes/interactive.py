@@ -18,8 +18,7 @@ from bringup.parameters.files import Parameters, merged
 from bringup.parameters.inputs import gather, groups_of
 from bringup.processes.child import ChildSpec
 from bringup.processes.fork import in_fork, warm_up
-from bringup.processes.output import JsonOutput, StartUp, TextOutput
-from bringup.processes.run_log import RunLog
+from bringup.processes.output import JsonOutput, RunLog, StartUp, TextOutput
 from bringup.processes.supervisor import Supervisor
 from bringup.stack import BT_NAVIGATOR, SIM, SLAM_TOOLBOX, WAYPOINT_FOLLOWER, Group
 

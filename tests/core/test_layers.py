@@ -61,7 +61,7 @@ BRINGUP_WITHOUT_ROS = tuple(
         "client/": "avoidance.py endpoint.py keys.py waypoints.py",
         "demo/": "measures.py report.py",
         "homework/": "exercise.py sandbox.py",
-        "doctor/": "fit.py machine.py report.py snapshot.py table.py",
+        "doctor/": "machine.py report.py snapshot.py table.py",
         "parameters/": "files.py listing.py options.py",
         "parameters/foreign/": "launch_file.py",
         "processes/": "child.py fork.py health.py supervisor.py",
@@ -71,7 +71,7 @@ BRINGUP_WITHOUT_ROS = tuple(
         "ros2/verbs/": "forward.py",
         "tuning/": "picture.py plan.py space.py study.py tuner.py",
         "viewing/": "displays/ frame_tree.py pictures.py rviz_file.py snapshot.py",
-        "viewing/rerun/": "scene.py series.py shapes.py stream.py",
+        "viewing/rerun/": "scene.py shapes.py stream.py",
     }.items()
     for name in names.split()
 )

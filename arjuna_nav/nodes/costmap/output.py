@@ -18,8 +18,7 @@ from std_srvs.srv import SetBool
 
 from arjuna_core.grid import GridFrame
 from arjuna_core.ros import qos
-from arjuna_core.ros.clouds import cloud_msg
-from arjuna_core.ros.convert import header
+from arjuna_core.ros.convert import cloud_msg, header
 from arjuna_core.ros.node import ManagedNode
 from arjuna_nav.costmap import Costmap, LayeredCostmap
 from arjuna_nav.costmap.layers.base import SensedLayer, absolute

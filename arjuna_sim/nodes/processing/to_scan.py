@@ -12,8 +12,7 @@ from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.clouds import cloud_msg
-from arjuna_core.ros.convert import cloud_from_msg, scan_from_msg, seconds
+from arjuna_core.ros.convert import cloud_from_msg, cloud_msg, scan_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_sim.nodes.mounted_frames import MountedFrames
 from arjuna_sim.processing.to_scan import points_of_scan, scan_of_depth, scan_of_points

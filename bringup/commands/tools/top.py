@@ -33,8 +33,8 @@ def run(arguments: argparse.Namespace, pipe_width: int = 160) -> int:
     from contextlib import closing
 
     from bringup.client.session import Connection
+    from bringup.doctor.observer import Watcher
     from bringup.doctor.table import table_text
-    from bringup.doctor.watcher import Watcher
     from bringup.terminal import show
 
     remaining, found = arguments.count, []

@@ -12,19 +12,19 @@ from arjuna_core.bags.topic import TopicInfo
 from bringup.viewing.drawing.frames import Frames
 from bringup.viewing.drawing.messages import DRAWN, SERIALIZED
 from bringup.viewing.drawing.visual_model import FindMesh
-from bringup.viewing.rerun import series, shapes
+from bringup.viewing.rerun import shapes
 from bringup.viewing.rerun.stream import Stream
 
 HANDLERS: dict[str, Callable[[Stream, str, Any], None]] = {
     "sensor_msgs/msg/Image": shapes.image,
     "sensor_msgs/msg/CompressedImage": shapes.compressed_image,
-    "nav_msgs/msg/Odometry": lambda stream, topic, m: series.twist(stream, topic, m.twist.twist),
-    "geometry_msgs/msg/Twist": series.twist,
-    "geometry_msgs/msg/TwistStamped": lambda stream, topic, m: series.twist(stream, topic, m.twist),
-    "arjuna_interfaces/msg/LocalizationQuality": series.quality,
-    "nav2_msgs/action/NavigateToPose_FeedbackMessage": series.feedback,
-    "action_msgs/msg/GoalStatusArray": series.goal_status,
-    "rcl_interfaces/msg/Log": series.log,
+    "nav_msgs/msg/Odometry": lambda stream, topic, m: shapes.twist(stream, topic, m.twist.twist),
+    "geometry_msgs/msg/Twist": shapes.twist,
+    "geometry_msgs/msg/TwistStamped": lambda stream, topic, m: shapes.twist(stream, topic, m.twist),
+    "arjuna_interfaces/msg/LocalizationQuality": shapes.quality,
+    "nav2_msgs/action/NavigateToPose_FeedbackMessage": shapes.feedback,
+    "action_msgs/msg/GoalStatusArray": shapes.goal_status,
+    "rcl_interfaces/msg/Log": shapes.log,
 }
 """Shows the messages of a type that are not drawn in space."""
 _PERIODS = {
@@ -94,13 +94,13 @@ class Scene:
             for note in shapes.robot(stream, message.data, self._find_mesh):
                 self._note(note)
         elif kind == _STRING:
-            series.text(stream, name, message)
+            shapes.text(stream, name, message)
         elif kind in DRAWN:
             shapes.draw(stream, name, DRAWN[kind](name, message))
         else:
             HANDLERS[kind](stream, name, message)
             if name.endswith("ground_truth/odom"):
-                series.errors(stream, self._frames, message)
+                shapes.errors(stream, self._frames, message)
 
     def _due(self, topic: TopicInfo) -> bool:
         period, now = _PERIODS.get(topic.type_name, 0.0), self._stream.now
@@ -132,12 +132,12 @@ def blueprint(frame: str) -> rrb.Blueprint:
     right = rrb.Vertical(
         rrb.Spatial2DView(name="Camera", origin="/camera"),
         rrb.Tabs(
-            rrb.TimeSeriesView(name="Speed [m/s]", origin=f"/{series.SPEED}"),
-            rrb.TimeSeriesView(name="Turn rate [rad/s]", origin=f"/{series.TURN}"),
+            rrb.TimeSeriesView(name="Speed [m/s]", origin=f"/{shapes.SPEED}"),
+            rrb.TimeSeriesView(name="Turn rate [rad/s]", origin=f"/{shapes.TURN}"),
         ),
         rrb.Tabs(
-            rrb.TimeSeriesView(name="Error [m], [rad]", origin=f"/{series.ERROR}"),
-            rrb.TimeSeriesView(name="To the goal", origin=f"/{series.GOAL}"),
+            rrb.TimeSeriesView(name="Error [m], [rad]", origin=f"/{shapes.ERROR}"),
+            rrb.TimeSeriesView(name="To the goal", origin=f"/{shapes.GOAL}"),
         ),
         rrb.StateTimelineView(name="Actions", origin="/states"),
         rrb.TextLogView(name="Words", origin="/logs"),

@@ -23,7 +23,7 @@ from bringup.campaign.comparison import (
     wilson_interval,
 )
 from bringup.campaign.outcome import Outcome, figures_of, judged
-from bringup.campaign.table import Table
+from bringup.campaign.report import Table
 
 
 def outcome(name: str, success: bool, **figures: float) -> Outcome:

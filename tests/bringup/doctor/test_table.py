@@ -13,10 +13,9 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from bringup.client.endpoint import Endpoint
-from bringup.doctor.fit import scan_facts
 from bringup.doctor.machine import HostProcess, host_processes
 from bringup.doctor.report import ROWS, as_json, diagnose, guides_page, page
-from bringup.doctor.snapshot import Machine, Robot, Snapshot
+from bringup.doctor.snapshot import Machine, Robot, Snapshot, scan_facts
 from bringup.doctor.table import cpu_shares, groups_by_node, main_topic, rows, table_text
 
 

@@ -23,7 +23,7 @@ from pathlib import Path
 from bringup.processes.child import ChildSpec
 from bringup.processes.health import RestartLimits
 from bringup.processes.output import StartUp, TextOutput
-from bringup.processes.run_log import RunLog
+from bringup.processes.output import RunLog
 from bringup.processes.supervisor import StopTimes, Supervisor
 
 def run():

@@ -7,7 +7,7 @@ from datetime import datetime, timedelta, timezone
 from pathlib import Path
 
 from bringup.processes.health import Heartbeat, RestartLimits, RestartPolicy, starved
-from bringup.processes.run_log import RUNS_KEPT, RunLog
+from bringup.processes.output import RUNS_KEPT, RunLog
 
 
 def test_what_never_gave_a_sign_of_life_is_not_watched() -> None:

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from bringup.processes.output import JsonOutput, StartUp, TextOutput, event_line, read_event
-from bringup.processes.run_log import RunLog
+from bringup.processes.output import JsonOutput, RunLog, StartUp, TextOutput, event_line, read_event
 
 WARNING = "[WARN] [1.5] [amcl]: lost"
 

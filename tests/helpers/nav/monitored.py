@@ -11,8 +11,7 @@ from geometry_msgs.msg import Point32, Polygon, PolygonInstance, PolygonInstance
 from sensor_msgs.msg import LaserScan, PointCloud2, Range
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.clouds import cloud_msg
-from arjuna_core.ros.convert import header
+from arjuna_core.ros.convert import cloud_msg, header
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from bringup.parameters.files import shipped_parameters

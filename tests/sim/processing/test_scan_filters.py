@@ -19,14 +19,14 @@ from arjuna_sim.processing.madgwick import (
     quaternion_of,
     rotation,
 )
-from arjuna_sim.processing.scan_averages import (
+from arjuna_sim.processing.scan_filters import FILTERS
+from arjuna_sim.processing.sweep import (
     ArrayFilter,
     AverageChain,
     AverageFilter,
     Observations,
+    Sweep,
 )
-from arjuna_sim.processing.scan_filters import FILTERS
-from arjuna_sim.processing.sweep import Sweep
 
 NAN = math.nan
 

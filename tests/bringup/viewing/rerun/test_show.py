@@ -14,8 +14,7 @@ import pytest
 import rerun as rr
 
 from arjuna_core.errors import InputFileError
-from bringup.viewing.rerun.output import Output, OutputError
-from bringup.viewing.rerun.show import replay
+from bringup.viewing.rerun.show import Output, OutputError, replay
 from tests.bringup.viewing.drives import Drive, drive, grid, make, scan, transform
 from tests.helpers.processes import wait_until
 

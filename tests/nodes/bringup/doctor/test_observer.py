@@ -13,10 +13,9 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
-from bringup.doctor.observer import Observer, clock_of
+from bringup.doctor.observer import Observer, Watcher, clock_of
 from bringup.doctor.report import diagnose
 from bringup.doctor.snapshot import Clock
-from bringup.doctor.watcher import Watcher
 from bringup.stack import LOCALIZATION_GROUP
 
 if TYPE_CHECKING:
