@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +71,22 @@ class GridFrame:
             & (cells[:, 1] >= 0)
             & (cells[:, 1] < self.width)
         )
+
+
+def replace_cells(
+    cells: NDArray[Any], x: int, y: int, width: int, height: int, values: Any
+) -> None:
+    """Replace a rectangle of cells, from a column and row on, in place.
+
+    Raises:
+        ValueError: It does not lie within the grid, or there are not as many values.
+    """
+    part = cells[y : y + height, x : x + width]
+    if min(x, y) < 0 or part.shape != (height, width) or len(values) != part.size:
+        rows, columns = cells.shape
+        problem = f"an update of {width} x {height} cells at ({x}, {y}) with {len(values)} values"
+        raise ValueError(f"{problem} does not fit into a grid of {columns} x {rows}")
+    part[:] = np.asarray(values, cells.dtype).reshape(part.shape)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
 from geometry_msgs.msg import Point
 from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.action import NavigateToPose
@@ -14,6 +13,7 @@ from std_msgs.msg import Bool, ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from arjuna_core.config import load, param
+from arjuna_core.grid import replace_cells
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, pose_stamped
 from arjuna_core.se2 import SE2
@@ -105,16 +105,13 @@ class ExploreLiteNode(ExplorerNode):
     def _on_update(self, message: Any) -> None:
         if self._grid is None:
             return
-        top, left = message.y, message.x
-        data = np.asarray(message.data, np.int8).reshape(message.height, message.width)
-        whole = self._grid.data.copy()
-        if min(top, left) < 0 or whole[top:, left:][: message.height, : message.width].shape != (
-            data.shape
-        ):
-            self.guard.refused(self, self.config.costmap_updates_topic, "lies outside of the map")
+        data = self._grid.data.copy()
+        try:
+            replace_cells(data, message.x, message.y, message.width, message.height, message.data)
+        except ValueError as error:
+            self.guard.refused(self, self.config.costmap_updates_topic, str(error))
             return
-        whole[top : top + message.height, left : left + message.width] = data
-        self._grid = replace(self._grid, data=whole)
+        self._grid = replace(self._grid, data=data)
 
     def _on_resume(self, message: Any) -> None:
         self._paused = not message.data

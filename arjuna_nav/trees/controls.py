@@ -100,17 +100,23 @@ class ReactiveFallback(_Reactive):
     CONTINUES, ENDS = Status.FAILURE, Status.SUCCESS
 
 
-class Parallel(Control):
+class _AtOnce(Control):
+    def _run_all(self) -> list[Status]:
+        """Tick the children that have not ended; return the states of all."""
+        for child in self.children:
+            if child.status not in ENDED:
+                child.execute()
+        return [child.status for child in self.children]
+
+
+class Parallel(_AtOnce):
     """Ticks all children; ends when enough have succeeded or failed; -1 means all."""
 
     success_count = Port(WHOLE, -1)
     failure_count = Port(WHOLE, 1)
 
     def _tick(self) -> Status:
-        for child in self.children:
-            if child.status not in ENDED:
-                child.execute()
-        statuses = [child.status for child in self.children]
+        statuses = self._run_all()
         skipped = statuses.count(Status.SKIPPED)
         for status, port in ((Status.SUCCESS, "success_count"), (Status.FAILURE, "failure_count")):
             count = self.get(port)
@@ -126,16 +132,13 @@ class Parallel(Control):
         return Status.SKIPPED if skipped == len(statuses) else Status.FAILURE
 
 
-class ParallelAll(Control):
+class ParallelAll(_AtOnce):
     """Ticks all children to their ends; fails where too many have failed; -1 means all."""
 
     max_failures = Port(WHOLE, 1)
 
     def _tick(self) -> Status:
-        for child in self.children:
-            if child.status not in ENDED:
-                child.execute()
-        statuses = [child.status for child in self.children]
+        statuses = self._run_all()
         if Status.RUNNING in statuses:
             return Status.RUNNING
         self.reset_children()

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from arjuna_core.pose3 import Pose3
 from arjuna_core.ros.tf import TransformBuffer
 from arjuna_core.ros.velocity import VelocityOutput, listeners
 from arjuna_core.se2 import SE2, wrap
@@ -60,18 +58,10 @@ class Trail(TransformBuffer):
         self.poses: deque[SE2] = deque(maxlen=most)
 
     def insert(
-        self,
-        parent: str,
-        child: str,
-        stamp: float,
-        transform: SE2,
-        static: bool = False,
-        mount: Pose3 | None = None,
-        *,
-        received: float = -math.inf,
+        self, parent: str, child: str, stamp: float, transform: SE2, *args: Any, **options: Any
     ) -> bool:
         """Add `T_parent_child`; see `TransformBuffer.insert`."""
-        added = super().insert(parent, child, stamp, transform, static, mount, received=received)
+        added = super().insert(parent, child, stamp, transform, *args, **options)
         moved = not self.poses or self.poses[-1].distance(transform) >= self._step
         if added and moved and parent == ODOM and child == self.base_below(ODOM):
             self.poses.append(transform)

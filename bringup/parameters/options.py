@@ -129,7 +129,7 @@ SIMULATION = (*ROBOT, "--world", "--model-path")
 SUPERVISED = (*ROBOT_CHOICE, "--json")
 """The options of a command that runs supervised processes."""
 BUILDINGS = ("furnished", "house", "shop", "hall")
-"""The buildings that are made up by a seed: `bringup.scenarios.furnished.LAYOUTS`."""
+"""The buildings that are made up by a seed, in the order of their `LAYOUTS`."""
 ABOUT_BUILDINGS = (
     "made up by the seed: a room, much of it below and above the lidar's plane; a house; a shop; "
     "an open hall"

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from arjuna_core.files.maps import save_map
 from arjuna_core.grid import FREE, OCCUPIED, GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
+from bringup.parameters.options import BUILDINGS
 
 _WALL = 0.1  # thickness of walls [m]
 _PLANE, _TOP = 0.28, 0.35  # of Arjuna's lidar, and above the robot [m]
@@ -127,12 +128,7 @@ def _hall(rng: np.random.Generator) -> Layout:
     return Layout(24.0, 16.0, (), ((0.3, _crate),) * 4 + ((0.45, _cupboard),) * 2)
 
 
-LAYOUTS: dict[str, Callable[[np.random.Generator], Layout]] = {
-    "furnished": _room,
-    "house": _house,
-    "shop": _shop,
-    "hall": _hall,
-}
+LAYOUTS = dict(zip(BUILDINGS, (_room, _house, _shop, _hall), strict=True))
 """The buildings by name."""
 
 

@@ -13,7 +13,7 @@ from nav2_msgs.msg import Costmap as CostmapMsg
 from nav2_msgs.msg import CostmapUpdate
 
 from arjuna_core.errors import ConfigError
-from arjuna_core.grid import GridFrame
+from arjuna_core.grid import GridFrame, replace_cells
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import se2_from_pose, seconds
 from arjuna_core.ros.node import ManagedNode
@@ -151,17 +151,14 @@ class _CostsByTopic:
         self._on_life(message)
 
     def _on_update(self, message: Any) -> None:
-        costmap, costs = self._costmap, np.array(message.data, dtype=np.uint8)
+        costmap, size = self._costmap, (message.size_x, message.size_y)
         if costmap is None or message.header.frame_id.lstrip("/") != self.frame_id:
             return
-        rows = slice(message.y, message.y + message.size_y)
-        columns = slice(message.x, message.x + message.size_x)
-        part = costmap.data[rows, columns]
-        if part.size != len(costs) or part.shape != (message.size_y, message.size_x):
-            text = f"{message.size_x} x {message.size_y} cells at ({message.x}, {message.y})"
-            self._node.get_logger().error(f"{self._topic}_updates ignored: {text}, {len(costs)}")
+        try:
+            replace_cells(costmap.data, message.x, message.y, *size, message.data)
+        except ValueError as error:
+            self._node.get_logger().error(f"{self._topic}_updates ignored: {error}")
             return
-        part[:] = costs.reshape(part.shape)
         self._costmap = replace(costmap, stamp=seconds(message.header.stamp))
         self._on_life(message)
 

@@ -15,9 +15,8 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.files.maps import load_map
 from arjuna_core.grid import FREE, GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
-from bringup.parameters.options import BUILDINGS
 from bringup.scenarios import barn
-from bringup.scenarios.furnished import LAYOUTS, make_room
+from bringup.scenarios.furnished import make_room
 from bringup.scenarios.space import FreeSpace
 
 pytest.importorskip("rclpy", reason="no ROS here")
@@ -67,10 +66,6 @@ def test_a_wide_robot_reaches_all_of_a_building(name: str, tmp_path: Path) -> No
         regions, count = label(gaps >= 0.4)
         sizes = np.sort(np.bincount(regions.ravel())[1:])
         assert sizes[-1] / sizes.sum() > 0.9, (seed, count)
-
-
-def test_the_options_name_all_buildings() -> None:
-    assert tuple(LAYOUTS) == BUILDINGS
 
 
 def test_a_mission_drives_to_goals_on_its_own_map(tmp_path: Path) -> None:
