@@ -33,9 +33,7 @@ from arjuna_sim.nodes.robot_topics import ContactTopic
 from arjuna_sim.nodes.services.entities import EntityServices
 from arjuna_sim.nodes.services.gazebo import GazeboServices
 from arjuna_sim.nodes.services.known_entities import KnownEntities
-from arjuna_sim.nodes.services.simulation import SimulationServices, StepAction
-from arjuna_sim.nodes.services.spawning import SpawnServices
-from arjuna_sim.nodes.services.worlds import WorldServices
+from arjuna_sim.nodes.services.simulation import SimulationServices, StepAction, WorldServices
 from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.physics.pacing import PaceMeter, Pacer
 from arjuna_sim.physics.viewer import Viewer
@@ -160,7 +158,7 @@ class SimNode(ManagedNode):
         known = KnownEntities(self.simulator)
         self._steps = StepAction(self, lambda: self.state)
         SimulationServices(self, self._steps, known.infos.clear)
-        answers = {**EntityServices(self, known).answers, **SpawnServices(self, known).answers}
+        answers = EntityServices(self, known).answers
         GazeboServices(self, known, answers)
         WorldServices(self, known.infos.clear)
 

@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     from rclpy.logging import LoggingSeverity, set_logger_level
 
     from bringup.demo.demo import Demo
-    from bringup.demo.report import ARTIFACTS, summary
+    from bringup.demo.measures import ARTIFACTS, summary
     from bringup.lockstep import LockStepError
     from bringup.parameters.inputs import gather
     from bringup.scenarios.furnished import make_room

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from bringup.parameters import options
 
 if TYPE_CHECKING:
-    from bringup.lessons.page import Section
+    from bringup.lessons.runner import Section
 
 EXAMPLES = ("lesson 1", "lesson 3 --list", "lesson 4 --part 2")
 
@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     """
     from arjuna_core.errors import ConfigError
     from arjuna_core.files.shipped import shipped_file
-    from bringup.lessons.page import load_page
+    from bringup.lessons.runner import load_page
     from bringup.terminal import show
 
     path = shipped_file(f"docs/tutorial/{PAGES[arguments.number]}.md")

@@ -39,8 +39,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run a tuning, going on where it was broken off; return 0 where all its trials were run."""
     from arjuna_core.errors import ArjunaError
-    from bringup.tuning.plan import load_tuning
-    from bringup.tuning.space import known_parameters
+    from bringup.tuning.plan import known_parameters, load_tuning
 
     counts = arguments.jobs, arguments.at_once, arguments.trials
     if any(count is not None and count < 1 for count in counts):

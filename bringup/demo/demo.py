@@ -21,8 +21,7 @@ from arjuna_core.ros import qos
 from arjuna_core.se2 import SE2
 from arjuna_sim.model.robot import footprint, inscribed_radius
 from bringup.client.goals import Goals, initial_pose_msg
-from bringup.demo.measures import Samples, distance_to_surfaces, segments_from
-from bringup.demo.report import Report, write_report
+from bringup.demo.measures import Report, Samples, distance_to_surfaces, segments_from, write_report
 from bringup.lockstep import LockStep, LockStepError
 from bringup.parameters.files import Parameters, merged
 from bringup.recording.recorder import demo_recorder

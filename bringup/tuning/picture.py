@@ -13,8 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from arjuna_core.files.whole_file import write_atomically
-from bringup.tuning.plan import Tuning
-from bringup.tuning.space import Dimension
+from bringup.tuning.plan import Dimension, Tuning
 from bringup.tuning.study import Study, Tried
 
 mpl.use("Agg")

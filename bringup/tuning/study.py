@@ -26,8 +26,7 @@ from optuna.storages.journal import JournalFileBackend
 from arjuna_core.files.input_file import open_file
 from bringup.campaign.outcome import Outcome
 from bringup.campaign.plan import CampaignError
-from bringup.tuning.plan import Tuning
-from bringup.tuning.space import Dimension, Value
+from bringup.tuning.plan import Dimension, Tuning, Value
 
 FILE = "study.journal"
 _FAILED, _TUNING = "failed runs", "tuning"

@@ -15,8 +15,7 @@ from bringup.campaign.outcome import Outcome
 from bringup.campaign.plan import Campaign, Level, runs_of
 from bringup.campaign.pool import Ended, Job, Pool
 from bringup.campaign.runner import resumed, run_all, run_jobs
-from bringup.tuning.plan import Tuning
-from bringup.tuning.space import Value
+from bringup.tuning.plan import Tuning, Value
 from bringup.tuning.study import Study, Tried
 
 BEST = "best.yaml"

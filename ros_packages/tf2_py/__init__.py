@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from tf2_py.buffer_core import BufferCore
-from tf2_py.exceptions import (
+from tf2_py.buffer_core import (
+    BufferCore,
     ConnectivityException,
     ExtrapolationException,
     InvalidArgumentException,

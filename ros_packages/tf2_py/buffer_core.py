@@ -13,13 +13,31 @@ from rclpy.time import Time
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.ros.convert import pose3_from_transform
 from arjuna_core.transforms import ExtrapolationError, LoopError, TransformError, TransformTree
-from tf2_py.exceptions import (
-    ConnectivityException,
-    ExtrapolationException,
-    InvalidArgumentException,
-    LookupException,
-    TransformException,
-)
+
+
+class TransformException(Exception):
+    """Any error of tf2."""
+
+
+class ConnectivityException(TransformException):
+    """Two frames are in trees that are not connected."""
+
+
+class LookupException(TransformException):
+    """A frame does not exist."""
+
+
+class ExtrapolationException(TransformException):
+    """A transform is asked for at a time that its data does not reach."""
+
+
+class InvalidArgumentException(TransformException):
+    """An argument is not valid."""
+
+
+class TimeoutException(TransformException):
+    """A transform did not come in time."""
+
 
 _SECOND = 1_000_000_000
 _CACHE = 10 * _SECOND  # tf2's BUFFER_CORE_DEFAULT_CACHE_TIME

@@ -59,7 +59,7 @@ BRINGUP_WITHOUT_ROS = tuple(
             "offline/ stack.py terminal.py viewing/drawing/"
         ),
         "client/": "avoidance.py endpoint.py keys.py waypoints.py",
-        "demo/": "measures.py report.py",
+        "demo/": "measures.py",
         "homework/": "exercise.py sandbox.py",
         "doctor/": "machine.py report.py snapshot.py table.py",
         "parameters/": "files.py listing.py options.py",
@@ -69,7 +69,7 @@ BRINGUP_WITHOUT_ROS = tuple(
         "scenarios/": "barn.py doors.py drive.py furnished.py people.py scenes.py space.py",
         "ros2/": "completion.py errors.py grammar.py launches.py main.py statistics.py",
         "ros2/verbs/": "forward.py",
-        "tuning/": "picture.py plan.py space.py study.py tuner.py",
+        "tuning/": "picture.py plan.py study.py tuner.py",
         "viewing/": "displays/ frame_tree.py pictures.py rviz_file.py snapshot.py",
         "viewing/rerun/": "scene.py shapes.py stream.py",
     }.items()

@@ -42,12 +42,11 @@ from arjuna_slam.mapping.session import SessionFileError, load_session
 from arjuna_slam.offline import read_relations
 from bringup.campaign.plan import load_campaign
 from bringup.client.waypoints import load_waypoints
-from bringup.lessons.page import load_page
+from bringup.lessons.runner import load_page
 from bringup.parameters.files import load_parameters
 from bringup.parameters.foreign.conversion import converted
 from bringup.parameters.foreign.launch_file import LaunchFile
-from bringup.tuning.plan import load_tuning
-from bringup.tuning.space import Known, known_parameters
+from bringup.tuning.plan import Known, known_parameters, load_tuning
 from bringup.viewing.drawing import visual_model
 from bringup.viewing.drawing.visual_model import VisualError
 from bringup.viewing.rviz_file import read_rviz

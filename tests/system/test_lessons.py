@@ -8,8 +8,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.files.shipped import shipped_file
 from bringup.commands.lesson import PAGES
-from bringup.lessons.page import Section, load_page
-from bringup.lessons.runner import run_section
+from bringup.lessons.runner import Section, load_page, run_section
 
 pytestmark = [pytest.mark.ros, pytest.mark.system, pytest.mark.tutorial]
 ROOT = shipped_file("docs").parent

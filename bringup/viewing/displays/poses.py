@@ -1,4 +1,4 @@
-"""Poses: one, many, with a covariance, and odometry's trail of them."""
+"""Paths, polygons and poses: one, many, with a covariance, and odometry's trail of them."""
 
 from __future__ import annotations
 
@@ -10,9 +10,32 @@ from typing import Any
 import numpy as np
 
 from arjuna_core.param import param
-from bringup.viewing.displays.base import Display, settings
+from bringup.viewing.displays.base import PIXELS, Display, settings
 from bringup.viewing.drawing.messages import DRAWN, arrow_segments, frame_of, planar
 from bringup.viewing.drawing.values import Arrows, Line, Parts
+
+
+class Path(Display):
+    """A path; its width is of the screen, one pixel a centimetre."""
+
+    types = ("nav_msgs/msg/Path",)
+    topic = "plan"
+    Config = settings(
+        color=param((25, 255, 0), "Colour."),
+        line_width=param(0.04, "Width.", unit="m", minimum=0.001, maximum=1.0),
+    )
+
+    def take(self, message: Any) -> Parts:
+        return self.usual(message, width=max(PIXELS * self.config.line_width, 1.5))
+
+
+class Polygon(Display):
+    """A polygon's outline."""
+
+    types = ("geometry_msgs/msg/PolygonStamped",)
+    topic = "local_costmap/published_footprint"
+    Config = settings(color=param((90, 90, 90), "Colour."))
+
 
 _WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 

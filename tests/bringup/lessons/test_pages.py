@@ -12,7 +12,7 @@ from arjuna_core.errors import InputFileError
 from bringup.cli_parser import parse
 from bringup.commands import COMMANDS
 from bringup.commands.lesson import PAGES
-from bringup.lessons.page import Command, load_page
+from bringup.lessons.runner import Command, load_page
 from bringup.ros2.grammar import build_parser
 
 PAGE = """# A lesson

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bringup.lessons.page import Section, load_page
-from bringup.lessons.runner import LessonError, program, run_section
+from bringup.lessons.runner import LessonError, Section, load_page, program, run_section
 
 SERVER = """
 import signal, sys

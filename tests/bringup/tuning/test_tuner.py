@@ -18,8 +18,7 @@ from bringup.campaign.outcome import Outcome
 from bringup.campaign.plan import CampaignError
 from bringup.campaign.pool import Ended, Job, LocalPool
 from bringup.tuning.picture import PICTURE, write_picture
-from bringup.tuning.plan import Tuning, load_tuning
-from bringup.tuning.space import Known, Value, dimensions_of
+from bringup.tuning.plan import Known, Tuning, Value, dimensions_of, load_tuning
 from bringup.tuning.study import FILE, Study, Tried
 from bringup.tuning.tuner import BEST, Tuner
 

@@ -13,8 +13,7 @@ from bringup.cli_parser import parse
 from bringup.parameters.checking import check_file
 from bringup.processes.host import Host
 from bringup.stack import DEMO_GROUPS, Group, all_nodes
-from bringup.tuning.plan import load_tuning
-from bringup.tuning.space import known_parameters
+from bringup.tuning.plan import known_parameters, load_tuning
 from scripts.reference import FOLDER, parameters, topics
 
 
