@@ -97,11 +97,9 @@ class Wanted:
     every: bool = False
 
 
-def settings(**fields: Any) -> type[Any]:
-    """Return the frozen dataclass of a display's settings, each declared by `param`."""
-    return dataclasses.make_dataclass(
-        "Config", [(name, Any, each) for name, each in fields.items()], frozen=True
-    )
+@dataclass(frozen=True)
+class NoSettings:
+    """The settings of a display that has none."""
 
 
 class Display:
@@ -120,7 +118,7 @@ class Display:
     latched: ClassVar[bool] = False
     raw: ClassVar[bool] = False
     property: ClassVar[str] = "Topic"
-    Config: ClassVar[type[Any]] = settings()
+    Config: ClassVar[type[Any]] = NoSettings
 
     def __init__(self, config: Any, topic: str) -> None:
         self.config = config

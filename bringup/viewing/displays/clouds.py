@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.param import param
-from bringup.viewing.displays.base import Display, rainbow, settings
+from bringup.viewing.displays.base import Display, rainbow
 from bringup.viewing.drawing.messages import frame_of, scan_of, seconds
 from bringup.viewing.drawing.values import Colour, Colours, Parts, Points
 
@@ -21,19 +22,20 @@ class PointCloud2(Display):
 
     types = ("sensor_msgs/msg/PointCloud2",)
     topic = "points"
-    Config = settings(
-        color_transformer=param(
+
+    @dataclass(frozen=True)
+    class Config:
+        color_transformer: str = param(
             *("Intensity", "What colours the points."),
             choices=("FlatColor", "Intensity", "AxisColor", "RGB8"),
-        ),
-        channel_name=param("intensity", "Field that colours them by Intensity."),
-        axis=param("Z", "Axis that colours them by AxisColor.", choices=("X", "Y", "Z")),
-        color=param((255, 255, 255), "FlatColor's colour."),
-        size_m=param(0.03, "Size of a point.", unit="m", minimum=0.001, maximum=1.0),
-        autocompute_intensity_bounds=param(True, "Colours span the values that come."),
-        min_intensity=param(0.0, "Value of the first colour."),
-        max_intensity=param(4096.0, "Value of the last colour."),
-    )
+        )
+        channel_name: str = param("intensity", "Field that colours them by Intensity.")
+        axis: str = param("Z", "Axis that colours them by AxisColor.", choices=("X", "Y", "Z"))
+        color: Colour = param((255, 255, 255), "FlatColor's colour.")
+        size_m: float = param(0.03, "Size of a point.", unit="m", minimum=0.001, maximum=1.0)
+        autocompute_intensity_bounds: bool = param(True, "Colours span the values that come.")
+        min_intensity: float = param(0.0, "Value of the first colour.")
+        max_intensity: float = param(4096.0, "Value of the last colour.")
 
     def take(self, message: Any) -> Parts:
         values = cloud_fields(message)
@@ -100,14 +102,15 @@ class LaserScan(Display):
 
     types = ("sensor_msgs/msg/LaserScan",)
     topic = "scan"
-    Config = settings(
-        color_transformer=param(
+
+    @dataclass(frozen=True)
+    class Config:
+        color_transformer: str = param(
             "FlatColor", "What colours the points.", choices=("FlatColor", "Intensity")
-        ),
-        color=param((230, 30, 30), "Colour."),
-        size_m=param(0.05, "Size of a point.", unit="m", minimum=0.001, maximum=1.0),
-        on_floor=param(True, "Draw the points on the floor, not at the lidar's height."),
-    )
+        )
+        color: Colour = param((230, 30, 30), "Colour.")
+        size_m: float = param(0.05, "Size of a point.", unit="m", minimum=0.001, maximum=1.0)
+        on_floor: bool = param(True, "Draw the points on the floor, not at the lidar's height.")
 
     def take(self, message: Any) -> Parts:
         config = self.config

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from arjuna_core.grid import replace_cells
 from arjuna_core.param import param
 from arjuna_core.pose3 import Pose3
-from bringup.viewing.displays.base import Display, Wanted, settings
+from bringup.viewing.displays.base import Display, Wanted
 from bringup.viewing.drawing.messages import DRAWN
 from bringup.viewing.drawing.values import Grid, Parts
 
@@ -18,11 +18,13 @@ class Map(Display):
 
     types = ("nav_msgs/msg/OccupancyGrid",)
     topic, latched = "map", True
-    Config = settings(
-        color_scheme=param("map", "Colours.", choices=("map", "costmap")),
-        alpha=param(0.7, "Opacity of the costs.", minimum=0.0, maximum=1.0),
-        height=param(0.0, "Height above the ground.", unit="m", minimum=-1.0, maximum=1.0),
-    )
+
+    @dataclass(frozen=True)
+    class Config:
+        color_scheme: str = param("map", "Colours.", choices=("map", "costmap"))
+        alpha: float = param(0.7, "Opacity of the costs.", minimum=0.0, maximum=1.0)
+        height: float = param(0.0, "Height above the ground.", unit="m", minimum=-1.0, maximum=1.0)
+
     _grid: Grid | None = None
 
     def wanted(self) -> tuple[Wanted, ...]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from arjuna_core.param import param
 from arjuna_core.pose3 import ORIGIN, Pose3
-from bringup.viewing.displays.base import Display, Moment, Wanted, colour_of, settings
+from bringup.viewing.displays.base import Display, Moment, Wanted, colour_of
 from bringup.viewing.drawing.frames import Frames
 from bringup.viewing.drawing.messages import frame_of, pose3, seconds
 from bringup.viewing.drawing.solids import arrow_pose, solids
@@ -58,9 +58,10 @@ class MarkerArray(Display):
 
     types = ("visualization_msgs/msg/MarkerArray",)
     topic = "visualization_marker_array"
-    Config = settings(
-        namespaces=param("", "Namespaces to hide, with semicolons between them."),
-    )
+
+    @dataclass(frozen=True)
+    class Config:
+        namespaces: str = param("", "Namespaces to hide, with semicolons between them.")
 
     def __init__(self, config: Any, topic: str) -> None:
         super().__init__(config, topic)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -10,7 +11,7 @@ from PIL import Image as Pillow
 
 from arjuna_core.param import param
 from arjuna_core.pixels import pixels
-from bringup.viewing.displays.base import Display, Moment, settings
+from bringup.viewing.displays.base import Display, Moment
 from bringup.viewing.drawing.values import Parts, Picture, Values, Words
 
 
@@ -19,9 +20,10 @@ class Image(Display):
 
     types = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
     topic = "camera/image_raw"
-    Config = settings(
-        widest=param(640, "Columns at most.", minimum=16, maximum=4096),
-    )
+
+    @dataclass(frozen=True)
+    class Config:
+        widest: int = param(640, "Columns at most.", minimum=16, maximum=4096)
 
     def take(self, message: Any) -> Parts:
         widest = self.config.widest

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from arjuna_core.param import param
-from bringup.viewing.displays.base import PIXELS, Display, settings
+from bringup.viewing.displays.base import PIXELS, Display
 from bringup.viewing.drawing.messages import DRAWN, arrow_segments, frame_of, planar
-from bringup.viewing.drawing.values import Arrows, Line, Parts
+from bringup.viewing.drawing.values import Arrows, Colour, Line, Parts
 
 
 class Path(Display):
@@ -20,10 +20,11 @@ class Path(Display):
 
     types = ("nav_msgs/msg/Path",)
     topic = "plan"
-    Config = settings(
-        color=param((25, 255, 0), "Colour."),
-        line_width=param(0.04, "Width.", unit="m", minimum=0.001, maximum=1.0),
-    )
+
+    @dataclass(frozen=True)
+    class Config:
+        color: Colour = param((25, 255, 0), "Colour.")
+        line_width: float = param(0.04, "Width.", unit="m", minimum=0.001, maximum=1.0)
 
     def take(self, message: Any) -> Parts:
         return self.usual(message, width=max(PIXELS * self.config.line_width, 1.5))
@@ -34,7 +35,10 @@ class Polygon(Display):
 
     types = ("geometry_msgs/msg/PolygonStamped",)
     topic = "local_costmap/published_footprint"
-    Config = settings(color=param((90, 90, 90), "Colour."))
+
+    @dataclass(frozen=True)
+    class Config:
+        color: Colour = param((90, 90, 90), "Colour.")
 
 
 _WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
@@ -45,10 +49,11 @@ class Pose(Display):
 
     types = ("geometry_msgs/msg/PoseStamped",)
     topic = "goal_pose"
-    Config = settings(
-        color=param((220, 40, 180), "Colour."),
-        shaft_length=param(0.5, "Length.", unit="m", minimum=0.01, maximum=10.0),
-    )
+
+    @dataclass(frozen=True)
+    class Config:
+        color: Colour = param((220, 40, 180), "Colour.")
+        shaft_length: float = param(0.5, "Length.", unit="m", minimum=0.01, maximum=10.0)
 
     def take(self, message: Any) -> Parts:
         row = planar(message.pose).array()[None]
@@ -61,10 +66,11 @@ class PoseArray(Display):
 
     types = ("geometry_msgs/msg/PoseArray",)
     topic = "poses"
-    Config = settings(
-        color=param((150, 60, 200), "Colour."),
-        arrow_length=param(0.2, "Length.", unit="m", minimum=0.01, maximum=10.0),
-    )
+
+    @dataclass(frozen=True)
+    class Config:
+        color: Colour = param((150, 60, 200), "Colour.")
+        arrow_length: float = param(0.2, "Length.", unit="m", minimum=0.01, maximum=10.0)
 
     def take(self, message: Any) -> Parts:
         rows = np.array([planar(each).array() for each in message.poses]).reshape(-1, 3)
@@ -79,7 +85,10 @@ class ParticleCloud(Display):
 
     types = ("nav2_msgs/msg/ParticleCloud",)
     topic, raw = "particle_cloud", True
-    Config = settings(color=param((70, 170, 60), "Colour."))
+
+    @dataclass(frozen=True)
+    class Config:
+        color: Colour = param((70, 170, 60), "Colour.")
 
 
 class PoseWithCovariance(Display):
@@ -95,13 +104,14 @@ class Odometry(Display):
 
     types = ("nav_msgs/msg/Odometry",)
     topic = "odom"
-    Config = settings(
-        keep=param(100, "Arrows that stay.", minimum=1, maximum=1000),
-        position_tolerance=param(0.1, "Way to the next one.", unit="m", minimum=0.0),
-        angle_tolerance=param(0.1, "Turn to the next one.", unit="rad", minimum=0.0),
-        color=param((255, 25, 0), "Colour."),
-        covariance=param(False, "Draw the ellipse of two sigmas."),
-    )
+
+    @dataclass(frozen=True)
+    class Config:
+        keep: int = param(100, "Arrows that stay.", minimum=1, maximum=1000)
+        position_tolerance: float = param(0.1, "Way to the next one.", unit="m", minimum=0.0)
+        angle_tolerance: float = param(0.1, "Turn to the next one.", unit="rad", minimum=0.0)
+        color: Colour = param((255, 25, 0), "Colour.")
+        covariance: bool = param(False, "Draw the ellipse of two sigmas.")
 
     def __init__(self, config: Any, topic: str) -> None:
         super().__init__(config, topic)

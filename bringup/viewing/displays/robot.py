@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from arjuna_core.param import param
-from bringup.viewing.displays.base import Display, Moment, settings
+from bringup.viewing.displays.base import Display, Moment
 from bringup.viewing.drawing.values import Axes, Drawing, Label, Line, Model, Parts
 
 
@@ -38,12 +39,12 @@ class RobotModel(Display):
 class TF(Display):
     """The frames' axes and names."""
 
-    Config = settings(
-        show_names=param(True, "Show the frames' names."),
-        show_axes=param(True, "Show the frames' axes."),
-        show_arrows=param(False, "Show a line from each frame to its parent."),
-        marker_scale=param(1.0, "Size; axes of 0.25 m at 1.", minimum=0.01, maximum=100.0),
-    )
+    @dataclass(frozen=True)
+    class Config:
+        show_names: bool = param(True, "Show the frames' names.")
+        show_axes: bool = param(True, "Show the frames' axes.")
+        show_arrows: bool = param(False, "Show a line from each frame to its parent.")
+        marker_scale: float = param(1.0, "Size; axes of 0.25 m at 1.", minimum=0.01, maximum=100.0)
 
     def tick(self, moment: Moment) -> Parts | None:
         config, frames = self.config, moment.frames

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from arjuna_core.param import param
-from bringup.viewing.displays.base import Display, settings
+from bringup.viewing.displays.base import Display
 from bringup.viewing.drawing.messages import frame_of
 from bringup.viewing.drawing.solids import arrow_pose, solids
 from bringup.viewing.drawing.values import Axes, Colour, Parts
@@ -19,10 +20,11 @@ class Range(Display):
 
     types = ("sensor_msgs/msg/Range",)
     topic = "range"
-    Config = settings(
-        color=param((60, 140, 255), "Colour."),
-        alpha=param(0.5, "Opacity.", minimum=0.0, maximum=1.0),
-    )
+
+    @dataclass(frozen=True)
+    class Config:
+        color: Colour = param((60, 140, 255), "Colour.")
+        alpha: float = param(0.5, "Opacity.", minimum=0.0, maximum=1.0)
 
     def take(self, message: Any) -> Parts:
         reach = float(message.range)
@@ -41,11 +43,12 @@ class PointStamped(Display):
 
     types = ("geometry_msgs/msg/PointStamped",)
     topic = "clicked_point"
-    Config = settings(
-        color=param((204, 41, 204), "Colour."),
-        alpha=param(1.0, "Opacity.", minimum=0.0, maximum=1.0),
-        radius=param(0.2, "Radius.", unit="m", minimum=0.001, maximum=10.0),
-    )
+
+    @dataclass(frozen=True)
+    class Config:
+        color: Colour = param((204, 41, 204), "Colour.")
+        alpha: float = param(1.0, "Opacity.", minimum=0.0, maximum=1.0)
+        radius: float = param(0.2, "Radius.", unit="m", minimum=0.001, maximum=10.0)
 
     def take(self, message: Any) -> Parts:
         at = message.point
@@ -61,13 +64,14 @@ class Wrench(Display):
 
     types = ("geometry_msgs/msg/WrenchStamped",)
     topic = "wrench"
-    Config = settings(
-        force_color=param((204, 51, 51), "Colour of the force."),
-        torque_color=param((204, 204, 51), "Colour of the torque."),
-        force_arrow_scale=param(2.0, "Length for 1 N.", unit="m", minimum=0.0),
-        torque_arrow_scale=param(2.0, "Length for 1 N m.", unit="m", minimum=0.0),
-        arrow_width=param(0.1, "Width.", unit="m", minimum=0.001, maximum=10.0),
-    )
+
+    @dataclass(frozen=True)
+    class Config:
+        force_color: Colour = param((204, 51, 51), "Colour of the force.")
+        torque_color: Colour = param((204, 204, 51), "Colour of the torque.")
+        force_arrow_scale: float = param(2.0, "Length for 1 N.", unit="m", minimum=0.0)
+        torque_arrow_scale: float = param(2.0, "Length for 1 N m.", unit="m", minimum=0.0)
+        arrow_width: float = param(0.1, "Width.", unit="m", minimum=0.001, maximum=10.0)
 
     def take(self, message: Any) -> Parts:
         config, rows = self.config, []
@@ -84,11 +88,12 @@ class Imu(Display):
 
     types = ("sensor_msgs/msg/Imu",)
     topic = "imu/data"
-    Config = settings(
-        axes_scale=param(0.5, "Length of its axes.", unit="m", minimum=0.01, maximum=10.0),
-        acceleration_scale=param(0.05, "Length for 1 m/s2.", unit="m", minimum=0.0),
-        acceleration_color=param((255, 160, 0), "Colour of the acceleration."),
-    )
+
+    @dataclass(frozen=True)
+    class Config:
+        axes_scale: float = param(0.5, "Length of its axes.", unit="m", minimum=0.01, maximum=10.0)
+        acceleration_scale: float = param(0.05, "Length for 1 m/s2.", unit="m", minimum=0.0)
+        acceleration_color: Colour = param((255, 160, 0), "Colour of the acceleration.")
 
     def take(self, message: Any) -> Parts:
         turn, frame, config = message.orientation, frame_of(message), self.config
