@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 
-from bringup.cli_parser import parse
+from bringup.cli import parse, run
 
 
 def main() -> int:
@@ -17,8 +17,6 @@ def main() -> int:
     arguments = parse()
     arguments.main = main  # for commands that run others in forks of this process
     try:
-        from bringup.cli import run
-
         return run(arguments)
     except KeyboardInterrupt:  # while it imports; commands that run have handlers of their own
         return 128 + signal.SIGINT  # as POSIX shells report it

@@ -80,7 +80,7 @@ def simulate(
     """
     from rclpy.logging import LoggingSeverity, set_logger_level
 
-    from bringup.cli_parser import parse
+    from bringup.cli import parse
     from bringup.parameters.inputs import gather
     from bringup.scenarios.drive import placed
 

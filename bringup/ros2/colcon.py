@@ -27,7 +27,6 @@ from bringup.ros2.errors import Ros2Error
 from bringup.ros2.main import become_real
 
 _IGNORED = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE")
-_MADE = ("build", "install", "log")
 _DEPENDS = re.compile(r"(build|exec|run|buildtool|test|build_export|)_?depend")
 _COMPILED = ("add_executable", "add_library", "pybind11_add_module")
 _CALL = re.compile(r"^\s*(\w+)\s*\(([^)]*)\)", re.MULTILINE)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 
-from bringup.cli_parser import parser_of
+from bringup.cli import parser_of
 from bringup.commands import COMMANDS, module_of
 from scripts.reference import NOTE, cell, code
 

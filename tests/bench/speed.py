@@ -27,7 +27,7 @@ from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.process import Process, Transport
 from arjuna_core.se2 import SE2
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.client.goals import Goals
 from bringup.commands import COMMANDS
 from bringup.lockstep import LockStep

@@ -55,7 +55,7 @@ BRINGUP_WITHOUT_ROS = tuple(
     f"{folder}{name}"
     for folder, names in {
         "": (
-            "__init__.py __main__.py campaign/ cli.py cli_parser.py doctor/checks/ lessons/ "
+            "__init__.py __main__.py campaign/ cli.py doctor/checks/ lessons/ "
             "offline/ stack.py terminal.py viewing/drawing/"
         ),
         "client/": "avoidance.py endpoint.py keys.py waypoints.py",

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 import yaml
 
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from scripts.docs_site import START, gather
 from scripts.setup_env import ROOT
 

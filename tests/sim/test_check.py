@@ -10,8 +10,7 @@ import pytest
 from arjuna_core.errors import InputFileError
 from arjuna_sim.check import check, is_robot
 from arjuna_sim.files.search_path import SearchPath
-from bringup.cli import OK, REFUSED, run
-from bringup.cli_parser import parse
+from bringup.cli import OK, REFUSED, parse, run
 from tests.sim.builders import ROBOT, ROOM, ROOT, edited, texts
 
 MACRO = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">

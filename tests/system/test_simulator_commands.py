@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup import cli
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.client.simulator import SimulatorClient, SimulatorError
 from tests.helpers.processes import Lines
 

@@ -35,7 +35,7 @@ CPU = Path("/proc/cpuinfo").read_text()
 CHECK = """
 import sys
 from bringup.cli import run
-from bringup.cli_parser import parse
+from bringup.cli import parse
 for path in sys.argv[1:]:
     run(parse(["sim", "--check", path]))
 """

@@ -12,9 +12,6 @@ from arjuna_core.ros.convert import duration_msg
 from bringup.ros2.client import Client, absolute
 from bringup.ros2.errors import Ros2Error
 
-_RISING = ("unconfigured", "inactive", "active")
-"""States of a controller that is loaded."""
-
 
 class Manager:
     """The services of a controller_manager, waited for up to a time-out [s]."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bringup.cli_parser import parse
+from bringup.cli import parse
 
 
 def test_spawn_takes_a_position_and_a_path() -> None:

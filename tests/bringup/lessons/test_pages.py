@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.errors import InputFileError
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.commands import COMMANDS
 from bringup.commands.lesson import PAGES
 from bringup.lessons.runner import Command, load_page

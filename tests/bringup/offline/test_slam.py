@@ -17,9 +17,8 @@ from arjuna_sim.config import SimulatorConfig
 from arjuna_slam.logs.log import open_log
 from arjuna_slam.logs.recording import RecordingTopics
 from bringup import cli
-from bringup.cli import REFUSED
+from bringup.cli import REFUSED, parse
 from bringup.cli import run as run_cli
-from bringup.cli_parser import parse
 from bringup.offline.calibration import write_calibration
 from bringup.parameters.files import for_node, load_parameters
 from bringup.terminal import Bar

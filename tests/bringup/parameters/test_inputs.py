@@ -12,7 +12,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from arjuna_core.config import flatten, load
 from arjuna_core.errors import ArjunaError
 from arjuna_core.files.shipped import shipped_file
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.parameters.files import for_node
 from bringup.parameters.inputs import gather, groups_of
 from bringup.parameters.sources import ROBOT_NAMES

@@ -10,7 +10,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.config import load
 from arjuna_core.files.shipped import shipped_file
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.parameters.checking import check_file
 from bringup.parameters.files import SAFETY, for_node
 from bringup.parameters.inputs import gather

@@ -8,7 +8,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.shipped import shipped_file
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.parameters.checking import problems_of
 from bringup.parameters.files import merged, shipped_parameters
 from bringup.parameters.inputs import groups_of

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.files.shipped import shipped_file
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.ros2.grammar import VERBS, build_parser, choices_of
 from bringup.ros2.launches import LAUNCHES
 from bringup.ros2.main import main, real_ros2, without_wheels

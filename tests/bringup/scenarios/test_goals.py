@@ -21,8 +21,7 @@ from bringup.scenarios.space import FreeSpace
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from bringup.cli import run
-from bringup.cli_parser import parse
+from bringup.cli import parse, run
 from bringup.scenarios.course import Arrival, Course
 from bringup.scenarios.scenes import SCENES, Scene
 

@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup import cli
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from tests.foreign.guides.typed import BESIDE, GUIDES, Row, beside, rows, type_row
 
 pytestmark = pytest.mark.ros

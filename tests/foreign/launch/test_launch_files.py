@@ -21,7 +21,7 @@ from launch.events.process import ProcessExited, ProcessStarted
 from launch.execute_process import ExecuteProcess
 from launch_ros import lifecycle
 
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.ros2.prefix import add_prefix
 from bringup.ros2.verbs import launch as verb
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.se2 import SE2
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.lockstep import LockStep
 from bringup.parameters.files import merged
 from bringup.parameters.inputs import gather

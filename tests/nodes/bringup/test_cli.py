@@ -12,7 +12,7 @@ import pytest
 from arjuna_core.errors import ArjunaError
 from arjuna_core.files.shipped import shipped_file
 from bringup import cli
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.parameters import inputs
 from bringup.processes import interactive
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP, Group

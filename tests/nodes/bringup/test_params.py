@@ -9,7 +9,7 @@ import pytest
 
 from arjuna_core.files.shipped import shipped_file
 from bringup import cli
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.parameters.checking import check_file
 from bringup.processes.host import Host
 from bringup.stack import DEMO_GROUPS, Group, all_nodes

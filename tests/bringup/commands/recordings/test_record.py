@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.commands.recordings.record import next_free
 
 

@@ -11,7 +11,7 @@ import yaml
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup import cli
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.parameters.checking import check_file
 from bringup.parameters.files import load_parameters, merged, shipped_parameters
 from bringup.parameters.foreign.conversion import Conversion, converted

@@ -13,7 +13,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.config import load
 from arjuna_nav.costmap import CostmapConfig
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.parameters.checking import check_file
 from bringup.parameters.files import Parameters, load_parameters, shipped_parameters
 from bringup.parameters.foreign.understanding import understand

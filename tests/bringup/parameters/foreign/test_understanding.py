@@ -12,7 +12,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.config import flatten, load
 from arjuna_core.errors import ConfigError
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.parameters.checking import check_file
 from bringup.parameters.files import Parameters, for_node, shipped_parameters
 from bringup.parameters.foreign.understanding import understand

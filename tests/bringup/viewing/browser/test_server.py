@@ -13,7 +13,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.viewing.browser.server import ServerError, open_server
 
 

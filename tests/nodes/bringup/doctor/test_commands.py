@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from bringup import cli
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.commands.tools import tf
 from bringup.ros2 import discovery
 

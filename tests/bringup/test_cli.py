@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from bringup import cli
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.commands import COMMANDS, module_of
 from bringup.terminal import RIGHT, UP, Keys
 
