@@ -33,7 +33,7 @@ from arjuna_sim.nodes.robot_topics import ContactTopic
 from arjuna_sim.nodes.services.entities import EntityServices
 from arjuna_sim.nodes.services.gazebo import GazeboServices
 from arjuna_sim.nodes.services.known_entities import KnownEntities
-from arjuna_sim.nodes.services.simulation import SimulationServices, StepAction, WorldServices
+from arjuna_sim.nodes.services.simulation import SimulationServices, StepAction
 from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.physics.pacing import PaceMeter, Pacer
 from arjuna_sim.physics.viewer import Viewer
@@ -160,7 +160,6 @@ class SimNode(ManagedNode):
         SimulationServices(self, self._steps, known.infos.clear)
         answers = EntityServices(self, known).answers
         GazeboServices(self, known, answers)
-        WorldServices(self, known.infos.clear)
 
     def activate(self) -> None:
         """Restart pacing, and publish the pose of the world."""

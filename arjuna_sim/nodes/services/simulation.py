@@ -15,7 +15,6 @@ from simulation_interfaces.msg import (
     SimulatorFeatures,
     WorldResource,
 )
-from simulation_interfaces.srv import GetAvailableWorlds, GetCurrentWorld, LoadWorld, UnloadWorld
 
 from arjuna_core.errors import ArjunaError, WorldError
 from arjuna_core.ros.goal_server import GoalServer
@@ -38,87 +37,6 @@ from arjuna_sim.nodes.services.host import (
 
 _SUFFIXES = (".world", ".sdf", ".yaml")
 _NO_WORLD = b"<sdf version='1.7'><world name='none'/></sdf>"
-
-
-class WorldServices:
-    """Serves what concerns worlds."""
-
-    def __init__(self, host: Host, forget: Callable[[], None]) -> None:
-        self._host = host
-        self._forget = forget
-        self._inline = ""
-        host.serve(LoadWorld, "load_world", answering(self._load))
-        host.serve(UnloadWorld, "unload_world", answering(self._unload))
-        host.serve(GetCurrentWorld, "get_current_world", answering(self._get_current))
-        host.serve(GetAvailableWorlds, "get_available_worlds", answering(self._get_available))
-
-    def _load(self, request: Any, response: Any) -> None:
-        try:
-            self._enter(self._read(request), SimulationState.STATE_STOPPED)
-        except ResourceError as error:
-            raise resource_error(LoadWorld.Response, error) from error
-        except ArjunaError as error:
-            raise RequestError(LoadWorld.Response.RESOURCE_PARSE_ERROR, str(error)) from error
-        resource = request.world_resource
-        self._inline = "" if resource.uri.strip() else resource.resource_string
-        response.world = self._resource()
-
-    def _enter(self, world: World, state: int) -> None:
-        self._host.simulator.load_world(world)
-        self._forget()
-        self._host.state = state
-        self._host.after_reset()
-
-    def _read(self, request: Any) -> World:
-        """Read the world that a client names or sends.
-
-        Raises:
-            ResourceError: It may not or cannot be used as the request wants it.
-            WorldError: It is broken.
-        """
-        resource = request.world_resource
-        if resource.uri.strip():
-            world = load_world(self._host.library.find(resource.uri.strip(), _SUFFIXES))
-        else:
-            world = self._read_text(resource.resource_string)
-        if not request.ignore_missing_or_unsupported_assets:
-            check_assets(world.notes)
-        for note in world.notes:
-            if request.fail_on_unsupported_element and note.kind is NoteKind.IGNORED:
-                raise ResourceError(Fault.UNSUPPORTED_ELEMENTS, note.text)
-        return world
-
-    def _read_text(self, text: str) -> World:
-        if "<sdf" not in sent_text(text):
-            raise ResourceError(Fault.UNSUPPORTED_FORMAT, "holds no <sdf>; valid: an SDF world")
-        library = self._host.library
-        path = library.folder / "resource_string"
-        return read_world(XmlFile(path, "sdf", WorldError, text.encode(), library.search))
-
-    def _unload(self, request: Any, response: Any) -> None:
-        need_world(self._host, UnloadWorld.Response.NO_WORLD_LOADED)
-        empty = read_world(XmlFile(Path("none"), "sdf", WorldError, _NO_WORLD))
-        self._enter(empty, SimulationState.STATE_NO_WORLD)
-
-    def _get_current(self, request: Any, response: Any) -> None:
-        need_world(self._host, GetCurrentWorld.Response.NO_WORLD_LOADED)
-        response.world = self._resource()
-
-    def _resource(self) -> WorldResource:
-        world = self._host.simulator.world
-        uri = "" if self._inline else str(world.path)
-        resource = Resource(uri=uri, resource_string=self._inline)
-        return WorldResource(name=world.name, world_resource=resource)
-
-    def _get_available(self, request: Any, response: Any) -> None:
-        if request.additional_sources and not request.continue_on_error:
-            problem = "only the simulator's own sources are searched; leave additional_sources out"
-            raise RequestError(Result.RESULT_FEATURE_UNSUPPORTED, problem)
-        if not request.filter.tags:  # no world has tags
-            response.worlds = [
-                WorldResource(name=path.stem, world_resource=Resource(uri=str(path)))
-                for path in self._host.library.worlds()
-            ]
 
 
 _FEATURES = (
@@ -197,17 +115,26 @@ class StepAction(GoalServer):
 
 
 class SimulationServices:
-    """Serves what concerns the whole simulation; `forget`: the entities are the start's again."""
+    """Serves what concerns the whole simulation and its world.
+
+    Args:
+        forget: Called where the entities are the start's again.
+    """
 
     def __init__(self, host: Host, steps: StepAction, forget: Callable[[], None]) -> None:
         self._host = host
         self._steps = steps
         self._forget = forget
+        self._inline = ""
         host.serve(srv.GetSimulatorFeatures, "get_simulator_features", self._get_features)
         host.serve(srv.ResetSimulation, "reset_simulation", answering(self._reset))
         host.serve(srv.GetSimulationState, "get_simulation_state", answering(self._get_state))
         host.serve(srv.SetSimulationState, "set_simulation_state", answering(self._set_state))
         host.serve(srv.StepSimulation, "step_simulation", answering(self._step))
+        host.serve(srv.LoadWorld, "load_world", answering(self._load))
+        host.serve(srv.UnloadWorld, "unload_world", answering(self._unload))
+        host.serve(srv.GetCurrentWorld, "get_current_world", answering(self._get_current))
+        host.serve(srv.GetAvailableWorlds, "get_available_worlds", answering(self._get_available))
 
     def _get_features(self, request: Any, response: Any) -> Any:
         response.features.features = [getattr(SimulatorFeatures, name) for name in _FEATURES]
@@ -265,3 +192,71 @@ class SimulationServices:
         check_steps(self._host.state, request.steps, 1000)
         for _ in range(request.steps):
             self._host.advance()
+
+    def _load(self, request: Any, response: Any) -> None:
+        try:
+            self._enter(self._read(request), SimulationState.STATE_STOPPED)
+        except ResourceError as error:
+            raise resource_error(srv.LoadWorld.Response, error) from error
+        except ArjunaError as error:
+            raise RequestError(srv.LoadWorld.Response.RESOURCE_PARSE_ERROR, str(error)) from error
+        resource = request.world_resource
+        self._inline = "" if resource.uri.strip() else resource.resource_string
+        response.world = self._resource()
+
+    def _enter(self, world: World, state: int) -> None:
+        self._host.simulator.load_world(world)
+        self._forget()
+        self._host.state = state
+        self._host.after_reset()
+
+    def _read(self, request: Any) -> World:
+        """Read the world that a client names or sends.
+
+        Raises:
+            ResourceError: It may not or cannot be used as the request wants it.
+            WorldError: It is broken.
+        """
+        resource = request.world_resource
+        if resource.uri.strip():
+            world = load_world(self._host.library.find(resource.uri.strip(), _SUFFIXES))
+        else:
+            world = self._read_text(resource.resource_string)
+        if not request.ignore_missing_or_unsupported_assets:
+            check_assets(world.notes)
+        for note in world.notes:
+            if request.fail_on_unsupported_element and note.kind is NoteKind.IGNORED:
+                raise ResourceError(Fault.UNSUPPORTED_ELEMENTS, note.text)
+        return world
+
+    def _read_text(self, text: str) -> World:
+        if "<sdf" not in sent_text(text):
+            raise ResourceError(Fault.UNSUPPORTED_FORMAT, "holds no <sdf>; valid: an SDF world")
+        library = self._host.library
+        path = library.folder / "resource_string"
+        return read_world(XmlFile(path, "sdf", WorldError, text.encode(), library.search))
+
+    def _unload(self, request: Any, response: Any) -> None:
+        need_world(self._host, srv.UnloadWorld.Response.NO_WORLD_LOADED)
+        empty = read_world(XmlFile(Path("none"), "sdf", WorldError, _NO_WORLD))
+        self._enter(empty, SimulationState.STATE_NO_WORLD)
+
+    def _get_current(self, request: Any, response: Any) -> None:
+        need_world(self._host, srv.GetCurrentWorld.Response.NO_WORLD_LOADED)
+        response.world = self._resource()
+
+    def _resource(self) -> WorldResource:
+        world = self._host.simulator.world
+        uri = "" if self._inline else str(world.path)
+        resource = Resource(uri=uri, resource_string=self._inline)
+        return WorldResource(name=world.name, world_resource=resource)
+
+    def _get_available(self, request: Any, response: Any) -> None:
+        if request.additional_sources and not request.continue_on_error:
+            problem = "only the simulator's own sources are searched; leave additional_sources out"
+            raise RequestError(Result.RESULT_FEATURE_UNSUPPORTED, problem)
+        if not request.filter.tags:  # no world has tags
+            response.worlds = [
+                WorldResource(name=path.stem, world_resource=Resource(uri=str(path)))
+                for path in self._host.library.worlds()
+            ]
