@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.se2 import SE2
-from bringup.cli_parser import parse
+from bringup.cli import parse
 from bringup.parameters.inputs import gather, groups_of
 from bringup.stack import SIM_GROUP, WORLD_GROUP
 from tests.sim.robot_worlds import Held, write
