@@ -25,9 +25,13 @@ _ARRAY = re.compile(r"(\w+)\[(\d)([ACF])(r?)\]")
 def of_robots() -> list[Entry]:
     """Run a demo and all that it seldom does; return what was called, sorted."""
     from arjuna_sim.model.geometry.thickness import depths
+    from arjuna_sim.physics.walkers import put_bodies
 
     of_a_demo()
     depths(np.zeros((1, 3, 3)), np.zeros((1, 3)), 0.1)
+    one, whole = np.zeros(1), np.zeros(1, np.int64)
+    ways = np.ones(1), one, np.zeros((1, 1)), np.zeros((1, 1, 4))
+    put_bodies(one, *ways, whole, np.zeros((1, 3)), np.zeros((1, 4)))
     _escape()
     for parameters in _each_plugin():
         _drive(parameters)

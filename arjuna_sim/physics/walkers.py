@@ -41,11 +41,11 @@ class Walkers:
             elapsed: Time since the start of each, `(N,) float64` [s].
         """
         ways = self._round, self._delay, self._times, self._poses
-        _put(elapsed, *ways, self._bodies, data.mocap_pos, data.mocap_quat)
+        put_bodies(elapsed, *ways, self._bodies, data.mocap_pos, data.mocap_quat)
 
 
 @njit(cache=True)
-def _put(
+def put_bodies(
     elapsed: NDArray[np.float64],
     rounds: NDArray[np.float64],
     delays: NDArray[np.float64],
