@@ -130,12 +130,10 @@ class Plain:
 
     @staticmethod
     def _combine(costs: Costs, own: Costs, method: int) -> None:
-        for cell in np.ndindex(*FRAME.shape):
-            below, mine = int(costs[cell]), int(own[cell])
-            if mine == UNKNOWN or (method == 2 and below == UNKNOWN):
-                continue
-            if method == 0 or below == UNKNOWN or mine > below:
-                costs[cell] = mine
+        below = costs == UNKNOWN
+        takes = (own > costs) | below if method else np.ones(FRAME.shape, np.bool_)
+        takes &= (own != UNKNOWN) & ~(below & (method == 2))
+        costs[takes] = own[takes]
 
     def _see(self, own: Costs, layer: Any, pose: SE2, seen: dict[str, PlacedScan]) -> None:
         used = {
@@ -215,15 +213,14 @@ class Plain:
 
 def _inside(corners: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return the cells whose middles lie in a polygon."""
-    inside = np.zeros(FRAME.shape, np.bool_)
-    for cell in np.ndindex(*FRAME.shape):
-        x, y = FRAME.to_point(*cell)
-        sides = [
+    x, y = FRAME.to_points(np.argwhere(np.ones(FRAME.shape))).T
+    sides = np.array(
+        [
             (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])
             for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)
         ]
-        inside[cell] = min(sides) > 0 or max(sides) < 0
-    return inside
+    )
+    return ((sides > 0).all(axis=0) | (sides < 0).all(axis=0)).reshape(FRAME.shape)
 
 
 @pytest.mark.parametrize("seed", range(40))

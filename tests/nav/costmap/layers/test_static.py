@@ -58,14 +58,13 @@ def test_a_window_that_rolls_shows_the_map_where_its_frame_is(seed: int) -> None
         x, y = rng.uniform(-2.0, 2.0, 2).tolist()
         layered.update(SE2(x, y, yaw), float(k))
         costs, T_map_odom = layered.costmap, frames.T_odom_map.inverse()
-        for cell in np.ndindex(*costs.frame.shape):
-            at = T_map_odom.apply(np.array([costs.frame.to_point(*cell)]))[0]
-            row, column = grid.frame.to_cell(float(at[0]), float(at[1]))
-            inside = grid.frame.contains(row, column)
-            expected = {-1: UNKNOWN, 0: FREE, 100: LETHAL}[
-                int(grid.data[row, column]) if inside else -1
-            ]
-            assert costs.data[cell] == expected
+        points = costs.frame.to_points(np.argwhere(np.ones(costs.frame.shape)))
+        cells = grid.frame.to_cells(T_map_odom.apply(points))
+        inside = grid.frame.inside(cells)
+        expected = np.full(len(cells), UNKNOWN)
+        rows, columns = cells[inside].T
+        expected[inside] = np.choose(grid.data[rows, columns] // 50 + 1, (UNKNOWN, FREE, 0, LETHAL))
+        np.testing.assert_array_equal(costs.data.ravel(), expected)
         assert layered.problem(float(k)) == ""
 
 
