@@ -19,6 +19,7 @@ RISE_MAX = 0.7
 _WIDE, _LEVEL = 1.0, 0.05  # a floor is as high in most directions this far away [m]
 _HEADROOM = 0.5  # over what is walked on; less is below a floor, or a shelf [m]
 _REACH, _CELL = 3.2, 0.2  # how far around and how densely the ground is surveyed [m]
+_KEPT = 4096  # columns, of two surveys and more
 _SOLID = (Group.WORLD_COLLISION.value, Group.WORLD_CONTACT.value)
 
 
@@ -74,9 +75,12 @@ class Ground:
         model: A `mujoco.MjModel`.
         data: Its `mujoco.MjData`.
         fixed: Whether only the world counts, not the entities in it.
+        before: What was found then holds as long as nothing else stands elsewhere.
     """
 
-    def __init__(self, model: Any, data: Any, fixed: bool = False) -> None:
+    def __init__(
+        self, model: Any, data: Any, fixed: bool = False, before: Ground | None = None
+    ) -> None:
         self._model, self._data = model, data
         self._surveys: dict[tuple[int, int], Survey] = {}
         mujoco.mj_kinematics(model, data)
@@ -91,6 +95,12 @@ class Ground:
         half = (np.abs(turned) @ box[:, 3:, None])[:, :, 0]
         self._low, self._high = middle - half, middle + half
         self._spans = np.column_stack((self._low[:, 2], self._high[:, 2])).tolist()
+        every = np.append(self._planes, self._geoms)
+        self._placed = np.column_stack((every, data.geom_xpos[every], data.geom_xmat[every]))
+        self._columns: dict[tuple[float, float], Column] = {}
+        is_same = before is not None and before._model is model
+        if before is not None and is_same and np.array_equal(before._placed, self._placed):
+            self._columns = before._columns
 
     @property
     def is_level(self) -> bool:
@@ -103,6 +113,14 @@ class Ground:
 
     def column(self, x: float, y: float) -> Column:
         """Return what is above one another at a point."""
+        found = self._columns.get((x, y))
+        if found is None:
+            if len(self._columns) == _KEPT:
+                self._columns.clear()
+            found = self._columns[x, y] = self._column(x, y)
+        return found
+
+    def _column(self, x: float, y: float) -> Column:
         point = np.array([x, y])
         is_here = ((self._low[:, :2] <= point) & (point <= self._high[:, :2])).all(axis=1)
         solids = [

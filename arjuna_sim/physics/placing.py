@@ -27,11 +27,11 @@ class Placer:
     def __init__(self, stage: Stage, robot: str) -> None:
         self._stage = stage
         self._robot = robot
-        self._look()
+        self._ground = Ground(stage.scene.model, stage.data)
 
     def _look(self) -> None:
         """Take note of the ground as all stands now."""
-        self._ground = Ground(self._stage.scene.model, self._stage.data)
+        self._ground = Ground(self._stage.scene.model, self._stage.data, before=self._ground)
 
     def root_pose(self, pose: SE2) -> Pose3:
         """Return where the robot's root is when it stands at a pose, blocked or not."""
