@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import stats
 
 from bringup.campaign.outcome import Outcome
 
@@ -58,7 +58,7 @@ def estimate(values: ArrayLike, seed: int = 0, resamples: int = 9999, least: int
     for method in ("BCa", "percentile") if len(data) <= 1000 else ("percentile",):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that it is not defined: it is NaN then
-            low, high = stats.bootstrap(
+            low, high = scipy.stats.bootstrap(
                 (data,),
                 np.mean,
                 n_resamples=resamples,
@@ -90,7 +90,7 @@ def discordant(pairs: Pairs) -> tuple[int, int, float]:
     """
     first = sum(a.success and not b.success for a, b in pairs)
     second = sum(b.success and not a.success for a, b in pairs)
-    chance = stats.binomtest(first, first + second).pvalue if first + second else 1.0
+    chance = scipy.stats.binomtest(first, first + second).pvalue if first + second else 1.0
     return first, second, float(chance)
 
 
@@ -136,13 +136,13 @@ def wilson_interval(successes: int, count: int) -> tuple[float, float]:
     """
     if count == 0:
         return 0.0, 1.0
-    low, high = stats.binomtest(successes, count).proportion_ci(method="wilson")
+    low, high = scipy.stats.binomtest(successes, count).proportion_ci(method="wilson")
     return float(low), float(high)
 
 
 def success_difference(first: tuple[int, int], second: tuple[int, int]) -> float:
     """Return how probable so great a difference is where there is none (Fisher's exact test)."""
-    return float(stats.fisher_exact([first, second]).pvalue)
+    return float(scipy.stats.fisher_exact([first, second]).pvalue)
 
 
 def measure_difference(first: Sequence[float], second: Sequence[float]) -> float:
@@ -151,4 +151,4 @@ def measure_difference(first: Sequence[float], second: Sequence[float]) -> float
     one, other = one[~np.isnan(one)], other[~np.isnan(other)]
     if not len(one) or not len(other):
         return 1.0
-    return float(stats.mannwhitneyu(one, other).pvalue)
+    return float(scipy.stats.mannwhitneyu(one, other).pvalue)

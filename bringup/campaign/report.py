@@ -12,6 +12,7 @@ import io
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from arjuna_core.files.whole_file import write_atomically
 from bringup.campaign.comparison import (
@@ -23,7 +24,6 @@ from bringup.campaign.comparison import (
     wilson_interval,
 )
 from bringup.campaign.outcome import Outcome, read_outcome
-from bringup.campaign.pictures import Groups, pictures_of
 from bringup.campaign.plan import Campaign, CampaignError
 
 _LATEX = {
@@ -81,6 +81,9 @@ def _escaped(text: str) -> str:
     found = "".join(_LATEX.get(sign, sign) for sign in _one_line(text))
     return f"{{}}{found}" if found.startswith(("[", "*")) else found
 
+
+if TYPE_CHECKING:
+    from bringup.campaign.pictures import Groups
 
 TABLE, PAGE, PAPER = "results.parquet", "index.html", "paper"
 STYLE = (
@@ -140,6 +143,8 @@ def write_page(folder: Path, campaign: Campaign, outcomes: Sequence[Outcome]) ->
     Raises:
         OSError: It cannot be written.
     """
+    from bringup.campaign.pictures import pictures_of
+
     paper = folder / PAPER
     parts = [f"<p><code>{html.escape(' '.join(campaign.command))}</code></p>"]
     for name, heading, table in _tables(campaign, outcomes):
