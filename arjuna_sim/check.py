@@ -114,6 +114,8 @@ def _check_robot(
     path: Path, search: SearchPath, arguments: Mapping[str, str], guess: Path | None
 ) -> Found:
     robot = load_robot(path, search, arguments)
+    if guess is not None:
+        _refuse_if_found_again(robot, path)
     empty = load_world(shipped_file("worlds/empty.world"))
     support = build_scene({SOLO: robot}, empty, ServoConfig(), _TIMESTEP).robots[SOLO].support
     lines = [f"{path}: loads", *_robot_lines(robot)]
@@ -123,16 +125,19 @@ def _check_robot(
     sill = crossed_sill(robot, empty)
     lines += [] if sill is None else [f"  {sill.text()}"]
     if guess is not None:
-        if not robot.drive.wheels or robot.settings.drive is not None:
-            problem = "has a drive plugin" if robot.drive.wheels else "has no wheels"
-            raise InputFileError(path, f"{problem}, so there is no guess to save")
-        if robot.drive.kind is not DriveKind.SIDES:
-            problem = f"drives by {robot.drive.kind.value}, which is found again; nothing to save"
-            raise InputFileError(path, problem)
         save_guess(guess, path, robot.urdf.name, robot.drive)
         lines.append(f"  guess saved as {guess}, which loads instead of the robot")
     faults = (*support.faults, *_leaning(robot, empty))
     return Found(tuple(lines), robot.notes + tuple(Note(NoteKind.CHANGED, t) for t in faults))
+
+
+def _refuse_if_found_again(robot: RobotModel, path: Path) -> None:
+    if not robot.drive.wheels or robot.settings.drive is not None:
+        problem = "has a drive plugin" if robot.drive.wheels else "has no wheels"
+        raise InputFileError(path, f"{problem}, so there is no guess to save")
+    if robot.drive.kind is not DriveKind.SIDES:
+        problem = f"drives by {robot.drive.kind.value}, which is found again; nothing to save"
+        raise InputFileError(path, problem)
 
 
 def _leaning(robot: RobotModel, empty: World) -> Iterator[str]:
