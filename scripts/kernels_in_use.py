@@ -9,6 +9,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import closing
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +25,12 @@ _ARRAY = re.compile(r"(\w+)\[(\d)([ACF])(r?)\]")
 
 def of_robots() -> list[Entry]:
     """Run a demo and all that it seldom does; return what was called, sorted."""
+    from arjuna_nav.planners.waves.potential import reachable
     from arjuna_sim.model.geometry.thickness import depths
     from arjuna_sim.physics.walkers import put_bodies
 
     of_a_demo()
+    reachable(np.zeros((1, 1), np.uint8), np.ones(256, np.float32), np.zeros((1, 2)))
     depths(np.zeros((1, 3, 3)), np.zeros((1, 3)), 0.1)
     one, whole = np.zeros(1), np.zeros(1, np.int64)
     ways = np.ones(1), one, np.zeros((1, 1)), np.zeros((1, 1, 4))
@@ -72,16 +75,21 @@ def _escape() -> None:
 
 
 def _each_plugin() -> Iterator[dict[str, Any]]:
-    """Yield parameters with each controller, planner and layer, and for each kind of drive."""
+    """Yield parameters so that each controller, planner, layer and kind of drive is in some."""
     from arjuna_nav.controllers.plugins import CONTROLLERS
     from arjuna_nav.planners.base import PLANNERS
 
     hybrid, mppi = "nav2_smac_planner::SmacPlannerHybrid", "nav2_mppi_controller::MPPIController"
-    for name in CONTROLLERS.types:
-        shim = {"FollowPath.primary_controller": mppi} if "Shim" in name else {}
-        yield {"controller_server": {"FollowPath.plugin": name, **shim}}
-    yield from ({"planner_server": {"GridBased.plugin": name}} for name in PLANNERS.types)
-    yield {"controller_server": {"FollowPath.plugin": mppi, "FollowPath.motion_model": "Omni"}}
+    for name, planner in zip_longest(CONTROLLERS.types, PLANNERS.types):
+        shim = {"FollowPath.primary_controller": mppi} if "Shim" in (name or "") else {}
+        yield {
+            "controller_server": {"FollowPath.plugin": name, **shim} if name else {},
+            "planner_server": {"GridBased.plugin": planner} if planner else {},
+        }
+    yield {
+        "controller_server": {"FollowPath.plugin": mppi, "FollowPath.motion_model": "Omni"},
+        "local_costmap": {"plugins": ["obstacle_layer", "denoise_layer", "inflation_layer"]},
+    }
     steered = {"min_turning_radius": 0.6}
     yield {
         "controller_server": {
@@ -95,7 +103,6 @@ def _each_plugin() -> Iterator[dict[str, Any]]:
             **steered,
         },
     }
-    yield {"local_costmap": {"plugins": ["obstacle_layer", "denoise_layer", "inflation_layer"]}}
 
 
 def _drive(parameters: dict[str, Any]) -> None:
@@ -117,17 +124,18 @@ def _drive(parameters: dict[str, Any]) -> None:
         robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)
         goals = Goals(robot)
         for goal in (SE2(2.0, 2.0), SE2(1.5, 1.5, 3.0)):
-            goals.navigate(goal, 60.0)
+            goals.navigate(goal, 20.0)
 
 
 def of_a_demo() -> list[Entry]:
-    """Run a demo in this process; return what it called, sorted."""
-    from bringup.demo.demo import Demo, DemoOptions
+    """Run a demo with one waypoint in this process; return what it called, sorted."""
+    from bringup.demo.demo import WAYPOINTS, Demo, DemoOptions
     from bringup.parameters.files import shipped_parameters
     from bringup.terminal import Progress
 
     with tempfile.TemporaryDirectory() as folder:
-        Demo(DemoOptions(0, Path(folder), shipped_parameters()), Progress()).run()
+        options = DemoOptions(0, Path(folder), shipped_parameters(), WAYPOINTS[:1])
+        Demo(options, Progress()).run()
     return in_use()
 
 
