@@ -51,7 +51,7 @@ def _errors(trees: Iterable[ast.Module]) -> set[str]:
     bases = {
         node.name: {base.id for base in node.bases if isinstance(base, ast.Name)}
         for tree in trees
-        for node in ast.walk(tree)
+        for node in tree.body
         if isinstance(node, ast.ClassDef)
     }
     found = {_ROOT_ERROR}
@@ -63,31 +63,32 @@ def _errors(trees: Iterable[ast.Module]) -> set[str]:
 def _said(tree: ast.Module, errors: set[str]) -> Iterator[tuple[str, str]]:
     for scope in ast.walk(tree):
         if isinstance(scope, ast.FunctionDef):
-            yield from _said_in(scope, errors)
-            yield from _findings_in(scope)
+            calls = [node for node in ast.walk(scope) if isinstance(node, ast.Call)]
+            yield from _said_in(scope, calls, errors)
+            yield from _findings_in(scope, calls)
 
 
-def _said_in(scope: ast.FunctionDef, errors: set[str]) -> Iterator[tuple[str, str]]:
-    values = _assigned(scope)
-    for node in ast.walk(scope):
-        if not isinstance(node, ast.Call):
-            continue
+def _said_in(
+    scope: ast.FunctionDef, calls: list[ast.Call], errors: set[str]
+) -> Iterator[tuple[str, str]]:
+    made = {*errors, *_LOGGED}
+    calls = [call for call in calls if _name(call.func) in made]
+    values = _assigned(scope) if calls else {}
+    for node in calls:
         name = _name(node.func)
         if name in errors or ast.unparse(node.func) == "self.error":
             for text in _texts(node.args, values):
                 yield text, "error"
-        elif name in _LOGGED and "logger" in ast.unparse(node.func).lower():
+        elif "logger" in ast.unparse(node.func).lower():
             for text in _texts(node.args[:1], values):
                 yield text, _LOGGED[name]
 
 
-def _findings_in(scope: ast.FunctionDef) -> Iterator[tuple[str, str]]:
+def _findings_in(scope: ast.FunctionDef, calls: list[ast.Call]) -> Iterator[tuple[str, str]]:
     """Yield the findings of a function; a name stands for its values since the last one."""
-    values, before = _assigned(scope), 0
-    calls = (node for node in ast.walk(scope) if isinstance(node, ast.Call))
+    calls = [c for c in calls if _name(c.func) == "Finding" and len(c.args) == 2]
+    values, before = _assigned(scope) if calls else {}, 0
     for call in sorted(calls, key=lambda call: call.lineno):
-        if _name(call.func) != "Finding" or len(call.args) != 2:
-            continue
         near = {
             name: [node for node in nodes if before < node.lineno <= call.lineno] or nodes
             for name, nodes in values.items()
