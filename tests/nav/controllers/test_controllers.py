@@ -57,7 +57,7 @@ def test_follows_to_the_goal_and_stays(name: str, controller: Controller, shape:
     costmap, path = costmap_of(empty_grid(6.0, 6.0)), polyline(corners, final_yaw)
     robot = Unicycle(SE2(*corners[0], 0.0))
     controller.set_path(path)
-    results = follow(controller, robot, costmap, 600)
+    results = follow(controller, robot, costmap, 460)
     goal = SE2.from_array(path[-1])
     assert all(result.status is ControlStatus.SUCCEEDED for result in results)
     assert max(abs(result.velocity.x) for result in results) <= V_MAX + 1e-6
@@ -103,7 +103,7 @@ def test_never_drives_into_an_obstacle(name: str, footprint: str) -> None:
     costmap, robot = costmap_of(grid, footprint=text), Unicycle(SE2(1.0, 3.0, 0.0))
     controller = make(name, outline)
     controller.set_path(polyline([(1.0, 3.0), (5.0, 3.0)], 0.0))
-    results = follow(controller, robot, costmap, 300)
+    results = follow(controller, robot, costmap, 200)
     reach = max(float(outline.at(pose)[:, 0].max()) for pose in robot.trace)
     assert reach < 3.0
     stands = all(abs(result.velocity.x) < 0.05 for result in results[-20:])
