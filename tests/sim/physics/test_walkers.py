@@ -54,7 +54,7 @@ def test_people_stand_and_walk_on_the_ground(number: int) -> None:
     world = dataclasses.replace(case.world, actors=people)
     starts = solo(Chassis().robot(), SE2(7.0, 7.0))
     stage = Simulation(starts, world, SimulatorConfig(), np.random.default_rng(0)).stage
-    for _ in range(200):
+    for _ in range(60):  # it has arrived by the 46th
         for name in ("walks", "stands"):
             x, y, z = stage.motion(name).pose.position
             assert z == pytest.approx(case.ground(x, y), abs=0.02)
