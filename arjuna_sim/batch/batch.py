@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import mujoco_warp as mjw
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
@@ -101,6 +100,8 @@ class Batch:
         seed: int = 0,
         device: str = "cpu",
     ) -> None:
+        import mujoco_warp  # takes 2 s
+
         self.config = config = config or SimulatorConfig()
         self._lidar = _taken(robot, world, config)
         self._device, self.count = device_of(device), len(starts)
@@ -115,6 +116,7 @@ class Batch:
         self._drive = BatchDrive(base, limits, np.array(most), config.tick, angle, self.count)
         rngs = [np.random.default_rng([seed, i]) for i in range(self.count)]
         self._draw(rngs, variation or Variation())
+        self._mjw = mujoco_warp
         with wp.ScopedDevice(self._device):
             self._seeds = wp.zeros(self.count, dtype=int)
             self._make_worlds(scene)
@@ -138,8 +140,8 @@ class Batch:
 
     def _make_worlds(self, scene: Any) -> None:
         model = in_single_precision(scene.model)
-        self._model = mjw.put_model(model, dict.fromkeys(_VARIED, self.count))
-        self._model.opt.deterministic = int(mjw.DeterminismType.ALL)  # on a GPU too
+        self._model = self._mjw.put_model(model, dict.fromkeys(_VARIED, self.count))
+        self._model.opt.deterministic = int(self._mjw.DeterminismType.ALL)  # on a GPU too
         for name in _VARIED:
             field = getattr(self._model, name)
             factors = np.ones((self.count, *field.numpy().shape[1:]))
@@ -149,7 +151,7 @@ class Batch:
                 factors *= self.mass.reshape(-1, *[1] * (factors.ndim - 1))
             field.assign((getattr(model, name) * factors).astype(np.float32))
         rows = _ROWS * CONTACTS
-        self._data = mjw.make_data(model, self.count, nconmax=CONTACTS, njmax=rows)
+        self._data = self._mjw.make_data(model, self.count, nconmax=CONTACTS, njmax=rows)
         self._rest = model.qpos0.astype(np.float32)
         self._is_solid = wp.array(self._found.is_solid.astype(np.int32), dtype=int)
         self._is_obstacle = wp.array(scene.is_obstacle.astype(np.int32), dtype=int)
@@ -195,7 +197,7 @@ class Batch:
             field.assign(values)
         self._drive.restart(which)
         with wp.ScopedDevice(self._device):
-            mjw.kinematics(self._model, data)
+            self._mjw.kinematics(self._model, data)
 
     def step(self, commands: Floats) -> BatchState:
         """Advance all by a tick of commands `(N, 3)`: forward, left, turning [m/s, m/s, rad/s].
@@ -225,8 +227,8 @@ class Batch:
         """Run a tick's physics."""
         data, pairs = self._data, self._data.contact
         for _ in range(self.config.substeps):
-            mjw.step(self._model, data)
-        mjw.kinematics(self._model, data)
+            self._mjw.step(self._model, data)
+        self._mjw.kinematics(self._model, data)
         self._touched.zero_()
         contacts = [data.nacon, pairs.geom, pairs.worldid, pairs.frame, pairs.dist]
         kinds = [self._is_solid, self._is_obstacle]
@@ -240,7 +242,7 @@ class Batch:
         with wp.ScopedDevice(self._device):
             where = [self._site, self._beams, data.site_xpos, data.site_xmat]
             wp.launch(aim_beams, shape, where, self._rays)
-            mjw.rays(self._model, data, *self._rays, self._seen, True, self._own, *self._hits)
+            self._mjw.rays(self._model, data, *self._rays, self._seen, True, self._own, *self._hits)
             limits = [noise, config.dropout, lidar.range_min, lidar.range_max]
             given = [self._hits[0], self._seeds, self._scans, *limits]
             wp.launch(measure, shape, given, [self._ranges])

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+pytest.importorskip("warp", reason="the extra 'gpu' is not installed")
+
 from arjuna_core.errors import ConfigError, RobotError, WorldError
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
@@ -27,8 +29,6 @@ from tests.bench.batch import agreement
 from tests.sim.builders import EMPTY, ROBOT, ROOM, ROOT, first, saved_world
 from tests.sim.drive_cases import mecanum
 from tests.sim.world_cases import write_stl
-
-pytest.importorskip("mujoco_warp", reason="the extra 'gpu' is not installed")
 
 # One process for all: each would compile Warp's kernels, for up to a minute, where none has yet.
 pytestmark = pytest.mark.xdist_group("batch")

@@ -18,7 +18,7 @@ from tests.sim.builders import ROBOT, first
 from tests.sim.drive_cases import mecanum
 
 gymnasium = pytest.importorskip("gymnasium", reason="the extra 'learn' is not installed")
-pytest.importorskip("mujoco_warp", reason="the extra 'gpu' is not installed")
+pytest.importorskip("warp", reason="the extra 'gpu' is not installed")
 
 # One process for all: each would compile Warp's kernels, for up to a minute, where none has yet.
 pytestmark = pytest.mark.xdist_group("batch")
