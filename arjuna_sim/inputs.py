@@ -9,6 +9,7 @@ from typing import NamedTuple
 from arjuna_core.errors import RobotError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_sim.devices.driving.bases import SteeredBase
+from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
@@ -50,8 +51,10 @@ def described(text: str) -> Urdf:
 def names_of(robot: RobotModel) -> dict[str, str]:
     """Return what a robot's file calls its topics and frames, where that is not the standard."""
     drive, lidar = robot.drive, robot.settings.first(LidarSettings)
+    imu = robot.settings.first(ImuSettings)
     names = {
         ("scan_topic", "scan"): lidar.topic if lidar is not None else "scan",
+        ("imu", ImuSettings.TOPIC): imu.topic if imu is not None else ImuSettings.TOPIC,
         ("odom_topic", "odom"): drive.odometry_topic,
         ("cmd_vel_topic", "cmd_vel"): drive.command_topic,
         ("odom_frame", "odom"): drive.odometry_frame,
@@ -60,6 +63,11 @@ def names_of(robot: RobotModel) -> dict[str, str]:
     if not robot.urdf.links.keys() >= _BASES:
         found["base_frame"] = robot.urdf.root
     return found
+
+
+def has_gyro(robot: RobotModel) -> bool:
+    """Return whether an IMU measures how a robot turns."""
+    return robot.settings.first(ImuSettings) is not None
 
 
 class Steering(NamedTuple):

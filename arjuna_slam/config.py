@@ -33,6 +33,12 @@ class SlamConfig(BackEndConfig, ReferenceConfig, TrackerConfig, LifelongConfig):
     odometry_deviation: float = param(
         0.2, "Deviation of odometry per metre and per radian.", minimum=1e-3, maximum=10.0
     )
+    odometry_heading_deviation: float = param(
+        0.2,
+        "Deviation of its heading per radian, and per 2 m; a gyro's 0.02.",
+        minimum=1e-4,
+        maximum=10.0,
+    )
 
     min_pass_through: int = param(2, "A cell of the map is known where more beams came.", minimum=0)
     occupancy_threshold: float = param(
@@ -72,7 +78,7 @@ class SlamConfig(BackEndConfig, ReferenceConfig, TrackerConfig, LifelongConfig):
         """Return the covariance of an odometry step, `(3, 3) float64` [m^2, m rad, rad^2]."""
         distance, turn = math.hypot(delta.x, delta.y), abs(delta.theta)
         position = 0.01 + self.odometry_deviation * (distance + 0.2 * turn)
-        heading = 0.005 + self.odometry_deviation * (turn + 0.5 * distance)
+        heading = self.odometry_heading_deviation * (0.025 + turn + 0.5 * distance)
         return np.diag([position**2, position**2, heading**2])
 
 

@@ -84,7 +84,8 @@ class FusedOdometry:
     or rock: it is at rest when the gyro has varied no more than its noise for a while.
 
     Source: Thrun, Burgard and Fox, Probabilistic Robotics, 2005, section 3.3; considered states:
-    Schmidt, Application of state-space methods to navigation problems, 1966.
+    Schmidt, Application of state-space methods to navigation problems, 1966; two hypotheses of the
+    bias: Magill, Optimal adaptive estimation of sampled stochastic processes, 1965.
     """
 
     def __init__(self, config: FusedOdometryConfig) -> None:
@@ -154,14 +155,24 @@ class FusedOdometry:
         self._at_rest = self._stands and self._rests(rate, noise)
         if self._at_rest:
             self._measure(_W, 0.0, 0.0, self.config.rest_noise**2)
-        self._measure(_W, 1.0, rate + self._unsure_bias(), noise)
+        self._measure(_W, 1.0, rate + self._unlikely_bias(), noise)
         self._gyro_came = True
 
-    def _unsure_bias(self) -> float:
-        """Return the bias where it is not significant yet and the robot moves."""
-        bias, sigma = float(self._state[_BIAS]), math.sqrt(self._covariance[_BIAS, _BIAS])
-        # Three standard deviations: by chance an estimate exceeds them once in 370 times.
-        return bias if not self._at_rest and abs(bias) < 3.0 * sigma else 0.0
+    def _unlikely_bias(self) -> float:
+        """Return the part of the bias that a moving robot's rates are not rid of.
+
+        Most gyros were rid of theirs before: it began at 0 and only walked since, or it is any of
+        `bias_noise`. What rests have shown is a measurement under either.
+        """
+        if self._at_rest:
+            return 0.0
+        bias, known = float(self._state[_BIAS]), float(self._covariance[_BIAS, _BIAS])
+        walked = self.config.bias_walk**2 * self._time
+        calm, any_ = known + walked, known + self.config.bias_noise**2
+        if calm <= 0.0:
+            return 0.0
+        odds = math.exp(bias * bias / 2 * (1 / any_ - 1 / calm)) * math.sqrt(any_ / calm)
+        return bias * (1.0 - walked / calm) * odds / (1.0 + odds)
 
     def _rests(self, rate: float, noise: float) -> bool:
         """Take a gyro's rate [rad/s] while the wheels stand; return whether the robot does, too."""

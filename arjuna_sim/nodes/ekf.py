@@ -63,9 +63,9 @@ class EkfNode(ManagedNode):
         self._odom_out = self.publisher(Odometry, config.odom_topic, qos.DEFAULT)
         self.subscribe(Odometry, config.odom0, self._on_wheels, qos.DEFAULT)
         self.subscribe(Imu, config.imu0, self._on_imu, qos.SENSOR_SUBSCRIPTION)
-        self._silent = 0  # looks that found no wheels
-        # [s] Wheels that do not come are reported after 5 s at the latest.
-        self.every(5.0 / 2, self._check_wheels)
+        self._silent = 0  # looks that found no wheels, or wheels alone
+        # [s] What does not come is reported after 5 s at the latest.
+        self.every(5.0 / 2, self._check_silence)
 
     def _resolved(self, topic: str) -> str:
         return str(self.resolve_topic_name(self.process.absolute(topic)))
@@ -80,13 +80,23 @@ class EkfNode(ManagedNode):
                 " another output, as odom_topic: odometry/filtered"
             )
 
-    def _check_wheels(self) -> None:
-        self._silent += self._wheels is None
+    def _check_silence(self) -> None:
+        if self._wheels is not None and self._has_gyro:
+            return
+        self._silent += 1
         # Of a robot without an IMU the simulator publishes odometry itself: nothing is to be fused.
         alone = self.count_publishers(self._resolved(self.config.odom_topic)) < 2
-        if self._wheels is None and self._silent == 2 and alone:
-            topic = self._resolved(self.config.odom0)
-            count = self.count_publishers(topic)
+        if self._silent != 2 or not alone:
+            return
+        silent = self.config.odom0 if self._wheels is None else self.config.imu0
+        topic = self._resolved(silent)
+        count = self.count_publishers(topic)
+        if self._wheels is not None:
+            self.get_logger().warning(
+                f"no gyro has come on {topic} (imu0), which {count} publish: odometry is that of"
+                " the wheels alone, whose headings err by their slip"
+            )
+        else:
             self.get_logger().warning(
                 f"no odometry of the wheels has come on {topic} (odom0), which {count} publish:"
                 f" there is none of this filter; the simulator's wheels publish {WHEEL_ODOMETRY}"
@@ -107,6 +117,7 @@ class EkfNode(ManagedNode):
         self._wheels: Any = None  # their last message
         self._mounts: dict[str, _Vector] = {}  # the vertical, by the frame of an IMU that sits fast
         self._waiting = False  # it is not in the filter yet
+        self._has_gyro = False  # the IMU has said something
 
     def _on_wheels(self, message: Any) -> None:
         """Wait for the gyro of the same instant; continue without if the last message had none."""
@@ -119,16 +130,19 @@ class EkfNode(ManagedNode):
         if self._wheels is None:
             return
         now, wheels = seconds(message.header.stamp), seconds(self._wheels.header.stamp)
-        if now < wheels or now > wheels + self.config.sensor_timeout:
+        since = wheels if self._stamp is None else self._stamp
+        if now < since or now > wheels + self.config.sensor_timeout:
             return
-        if self._waiting:
+        if self._waiting and now >= wheels:
             self._take_wheels()
         self._go_on(now)
+        self._has_gyro = True
         # Index 8 of a row-major 3 x 3 covariance is the variance about z.
         variance = float(message.angular_velocity_covariance[8])
         rates, up = message.angular_velocity, self._up(message)
         self._filter.gyro(up[0] * rates.x + up[1] * rates.y + up[2] * rates.z, variance)
-        self._publish(self._filter.estimate)
+        if not self._waiting:  # else the wheels of this tick say the rest of it
+            self._publish(self._filter.estimate)
 
     def _up(self, message: Any) -> _Vector:
         """Return the vertical in an IMU's frame, by what it says or else by how it is mounted."""

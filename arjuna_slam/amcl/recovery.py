@@ -173,7 +173,8 @@ class Recovery:
         assert best.agreement is not None
         found = self.propose(view, [] if self.wanted else [best.T_map_base])
         self.lost.searched(view.stamp)
-        gain = self._config.relocalize_gain
+        # What is a gain of some beams of a whole scan is a greater share of the few that return.
+        gain = self._config.relocalize_gain / max(view.returned, 1e-3)
         lost_share = 2.0 / 3.0  # of the gain that another pose needs, where the robot is lost
         if best.agreement < self._config.relocalize_agreement:
             gain *= lost_share

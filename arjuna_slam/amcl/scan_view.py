@@ -74,9 +74,14 @@ class ScanView:
         return len(self.many.endpoints) < _BEAMS_MIN
 
     @property
+    def returned(self) -> float:
+        """The share of the beams that returned."""
+        return len(self.many.endpoints) / max(len(self.many.ranges), 1)
+
+    @property
     def sparse(self) -> bool:
         """True if so few beams returned, as of one thing in the open, that they fit anywhere."""
-        return len(self.many.endpoints) < _SPARSE * len(self.many.ranges)
+        return self.returned < _SPARSE
 
     @property
     def readings(self) -> list[Floats]:

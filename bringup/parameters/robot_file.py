@@ -20,6 +20,11 @@ _STEERED, _RADIUS = (
     "min_turning_radius",
 )
 """The nodes that plan and drive by the tightest bend of a steered robot, and their parameter."""
+_WHEELS_ALONE = {
+    "slam_toolbox": {"odometry_heading_deviation": 0.2},
+    "amcl": {"alpha1": 0.03, "alpha2": 0.01},  # 17 % of a turn, 0.1 rad a metre
+}
+"""How far off the headings of odometry are that no gyro measures, wheels that skid among them."""
 _AXLE_OFF = 0.02  # so far from its axle a base moves along its heading all the same [m]
 
 
@@ -66,7 +71,7 @@ def _is_shipped(sim: Mapping[str, Any]) -> bool:
 def _of_another_robot(
     parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group]
 ) -> Parameters:
-    from arjuna_sim.inputs import footprint_of, named_robot, names_of, steering_of
+    from arjuna_sim.inputs import footprint_of, has_gyro, named_robot, names_of, steering_of
 
     robot = named_robot(sim["robot"], sim.get("robot_arguments", ""))
     names = names_of(robot)
@@ -87,6 +92,9 @@ def _of_another_robot(
         if not any(is_set(node, f"{prefix}{key}") for key in OUTLINE):
             outline = footprint_of(robot, frame)
             own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
+    by_wheels = not (has_gyro(robot) and sim.get("fused_odometry", True))
+    for node, values in _WHEELS_ALONE.items() if by_wheels else ():
+        own = merged(own, {node: {k: v for k, v in values.items() if not is_set(node, k)}})
     steering = steering_of(robot, _base_frame(merged(parameters, own)))
     radius = round(steering.radius, 4) if steering is not None else 0.0
     for node in _STEERED:

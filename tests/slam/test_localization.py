@@ -121,9 +121,10 @@ def test_a_keyframe_is_due_after_travel_or_a_turn(delta: SE2, due: bool) -> None
     assert SlamConfig().keyframe_due(delta) is due
 
 
-@pytest.mark.parametrize("odometry", [0.1, 0.2])
-def test_odometry_errs_with_travel_and_turn(odometry: float) -> None:
-    """Travel of 5 m and a turn of 2 rad: 0.01 m and 5.4 parts of a metre, 0.005 rad and 4.5."""
-    known = SlamConfig(odometry_deviation=odometry).odometry_covariance(SE2(3.0, -4.0, -2.0))
-    position, heading = 0.01 + 5.4 * odometry, 0.005 + 4.5 * odometry
+@pytest.mark.parametrize(("odometry", "turn"), [(0.1, 0.2), (0.2, 0.02)])
+def test_odometry_errs_with_travel_and_turn(odometry: float, turn: float) -> None:
+    """Travel of 5 m and a turn of 2 rad: 0.01 m and 5.4 parts of a metre, 4.525 of a radian."""
+    config = SlamConfig(odometry_deviation=odometry, odometry_heading_deviation=turn)
+    known = config.odometry_covariance(SE2(3.0, -4.0, -2.0))
+    position, heading = 0.01 + 5.4 * odometry, 4.525 * turn
     np.testing.assert_allclose(known, np.diag([position**2, position**2, heading**2]))

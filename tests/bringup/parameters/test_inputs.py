@@ -101,6 +101,28 @@ def test_a_robots_file_reaches_the_nodes_beside_the_simulator(
     assert "world" in parameters[node].values()
 
 
+@pytest.mark.parametrize("topic", ["imu", "/robot/imu_data"])
+def test_the_filter_listens_where_a_robots_file_has_its_imu(tmp_path: Path, topic: str) -> None:
+    """As TurtleBot3's, whose `imu` nobody heard: its odometry was the wheels' alone."""
+    text = Path("urdf/burger.urdf").read_text(encoding="utf-8")
+    file = tmp_path / "burger.urdf"
+    file.write_text(text.replace("~/out:=imu/data", f"~/out:={topic}"), encoding="utf-8")
+    assert gather(parse(["demo", "--robot", str(file)]))["ekf_filter_node"]["imu0"] == topic
+
+
+def test_headings_of_wheels_alone_are_believed_less_than_a_gyros(tmp_path: Path) -> None:
+    text = Path("urdf/burger.urdf").read_text(encoding="utf-8")
+    file, given = tmp_path / "burger.urdf", tmp_path / "given.yaml"
+    file.write_text(text.replace('type="imu"', 'type="none"'), encoding="utf-8")
+    given.write_text("amcl: {ros__parameters: {alpha1: 0.5}}", encoding="utf-8")
+    gyro = gather(parse(["demo", "--robot", "urdf/burger.urdf"]))
+    wheels = gather(parse(["demo", "--robot", str(file), "--params", str(given)]))
+    assert wheels["amcl"]["alpha2"] > gyro["amcl"]["alpha2"]
+    key = "odometry_heading_deviation"
+    assert wheels["slam_toolbox"][key] > gyro["slam_toolbox"][key]
+    assert wheels["amcl"]["alpha1"] == 0.5  # as a file has it
+
+
 def test_the_shipped_robot_keeps_its_shipped_parameters() -> None:
     named, plain = gather(parse(["demo", "--robot", "urdf/arjuna.urdf"])), gather(parse(["demo"]))
     assert named["amcl"] == plain["amcl"]
