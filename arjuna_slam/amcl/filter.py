@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from arjuna_core.arrays import Floats
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.belief import Belief
 from arjuna_slam.amcl.clusters import Cluster
 from arjuna_slam.amcl.config import AmclConfig
@@ -217,9 +218,17 @@ class ParticleFilter:
         if last is None:
             return None
         pose = last.T_map_odom @ T_odom_base
-        moved = np.abs((last.T_map_base.inverse() @ pose).array()).max()
-        drift, share = 0.005, 0.2  # odometry's error a scan [m, m, rad] and, as alphas, a motion
-        return self._matcher.refined(pose, view, np.full(3, drift + share * moved))
+        return self._matcher.refined(pose, view, self._drift(last.T_map_base.inverse() @ pose))
+
+    def _drift(self, step: SE2) -> Floats:
+        """Return odometry's error over a scan's step, `(3,) float64` [m, m, rad], as by alphas."""
+        drift, most = 0.005, 0.2  # at least, and a share at most
+        length, turn, c = math.hypot(step.x, step.y), abs(wrap(step.theta)), self._config
+        ahead, aside, about, bend = np.minimum(
+            most, np.sqrt((c.alpha3, c.alpha5, c.alpha1, c.alpha2))
+        )
+        position = drift + ahead * length + aside * turn
+        return np.array((position, position, drift + about * turn + bend * length))
 
     def _relocalize(self, best: Hypothesis, T_odom_base: SE2, view: ScanView) -> Hypothesis:
         """Seed particles at poses where the scan fits better, once it has fit badly for long."""
