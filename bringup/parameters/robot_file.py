@@ -20,11 +20,12 @@ _STEERED, _RADIUS = (
     "min_turning_radius",
 )
 """The nodes that plan and drive by the tightest bend of a steered robot, and their parameter."""
-_WHEELS_ALONE = {
-    "slam_toolbox": {"odometry_heading_deviation": 0.2},
-    "amcl": {"alpha1": 0.03, "alpha2": 0.01},  # 17 % of a turn, 0.1 rad a metre
+_BY_GYRO = {
+    "slam_toolbox": {"odometry_heading_deviation": 0.02},
+    "amcl": {"alpha1": 0.001, "alpha2": 0.0004},  # 3 % of a turn, 0.02 rad a metre
 }
-"""How far off the headings of odometry are that no gyro measures, wheels that skid among them."""
+"""How far off the headings are that the filter of wheels and gyro gives; what is shipped holds for
+odometry of any kind, wheels that skid among them."""
 _AXLE_OFF = 0.02  # so far from its axle a base moves along its heading all the same [m]
 
 
@@ -92,8 +93,8 @@ def _of_another_robot(
         if not any(is_set(node, f"{prefix}{key}") for key in OUTLINE):
             outline = footprint_of(robot, frame)
             own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
-    by_wheels = not (has_gyro(robot) and sim.get("fused_odometry", True))
-    for node, values in _WHEELS_ALONE.items() if by_wheels else ():
+    is_fused = has_gyro(robot) and sim.get("fused_odometry", True)
+    for node, values in _BY_GYRO.items() if is_fused else ():
         own = merged(own, {node: {k: v for k, v in values.items() if not is_set(node, k)}})
     steering = steering_of(robot, _base_frame(merged(parameters, own)))
     radius = round(steering.radius, 4) if steering is not None else 0.0
