@@ -169,10 +169,11 @@ class FusedOdometry:
         bias, known = float(self._state[_BIAS]), float(self._covariance[_BIAS, _BIAS])
         walked = self.config.bias_walk**2 * self._time
         calm, any_ = known + walked, known + self.config.bias_noise**2
-        if calm <= 0.0:
+        if calm <= 0.0 or any_ <= 0.0:
             return 0.0
-        odds = math.exp(bias * bias / 2 * (1 / any_ - 1 / calm)) * math.sqrt(any_ / calm)
-        return bias * (1.0 - walked / calm) * odds / (1.0 + odds)
+        log_odds = bias * bias / 2 * (1 / any_ - 1 / calm) + math.log(any_ / calm) / 2
+        is_calm = 0.5 + 0.5 * math.tanh(log_odds / 2)
+        return bias * (1.0 - walked / calm) * is_calm
 
     def _rests(self, rate: float, noise: float) -> bool:
         """Take a gyro's rate [rad/s] while the wheels stand; return whether the robot does, too."""
