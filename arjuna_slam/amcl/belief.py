@@ -134,9 +134,10 @@ class Belief:
         self._binned = None
 
     def reweigh(self, factors: Floats) -> None:
-        """Multiply the weights by `(N,)` positive factors."""
-        self.weights = self.weights * factors
-        self.weights /= self.weights.sum()
+        """Multiply the weights by `(N,)` factors; where none is left all count alike, as in Nav2."""
+        weights = self.weights * factors
+        total = weights.sum()
+        self.weights = weights / total if total > 0.0 else np.full(len(weights), 1.0 / len(weights))
 
     def level(self, factors: Floats) -> Floats:
         """Return factors `(N,)` that leave the shares of tied clusters among each other alone.
@@ -144,12 +145,14 @@ class Belief:
         Where a scan fits at several poses alike, its sampled likelihood differs by chance, and over
         many scans chance would decide for one of them.
         """
-        tied = self._tied
-        if self._rank_of is None or tied.sum() < 2:
+        if self._rank_of is None:
             return factors
-        count = len(tied)
+        count = len(self._tied)
         before = np.bincount(self._rank_of, self.weights, count + 1)[:count]
         after = np.bincount(self._rank_of, self.weights * factors, count + 1)[:count]
+        tied = self._tied & (before > 0.0) & (after > 0.0)  # the weights of others have run out
+        if tied.sum() < 2:
+            return factors
         common = after[tied].sum() / before[tied].sum()
         scale = np.ones(count + 1)
         scale[:count][tied] = common * before[tied] / after[tied]

@@ -89,6 +89,24 @@ def test_a_scan_that_fits_alike_leaves_the_shares(
         assert shares[2] / shares[1] > 1.1 * 2.0 / 3.0
 
 
+@pytest.mark.parametrize("gone", [(0,), (1, 2), (0, 1, 2)])
+def test_weights_that_run_out_leave_a_belief(gone: tuple[int, ...]) -> None:
+    """As at a pose that a scan rules out: 0 of 0 would make every weight NaN, for good."""
+    some = belief()
+    some.seed(TIED, SEED_COVARIANCE)
+    some.clusters()
+    some.shift(np.ones(3), np.ones(3, bool))
+    nearest = np.argmin(
+        [np.hypot(*(some.particles - at.T_map_base.array())[:, :2].T) for at in TIED], axis=0
+    )
+    factors = np.where(np.isin(nearest, gone), 0.0, 1.0)
+    for _ in range(2):
+        some.reweigh(some.level(factors))
+        assert some.weights.sum() == pytest.approx(1.0)
+    shares = np.bincount(nearest, some.weights)
+    assert (shares[list(gone)] == 0.0).all() or len(gone) == 3
+
+
 def test_shifting_clusters_changes_their_shares_by_the_factors() -> None:
     some = belief()
     some.seed(TIED, SEED_COVARIANCE)
