@@ -134,7 +134,7 @@ class Belief:
         self._binned = None
 
     def reweigh(self, factors: Floats) -> None:
-        """Multiply the weights by `(N,)` factors; where none is left all count alike, as in Nav2."""
+        """Multiply the weights by `(N,)` factors; where none is left, all count alike."""
         weights = self.weights * factors
         total = weights.sum()
         self.weights = weights / total if total > 0.0 else np.full(len(weights), 1.0 / len(weights))
