@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import ConfigError, RobotError, WorldError
 from arjuna_core.se2 import SE2
-from arjuna_sim.batch.drive import BatchDrive, Floats, aim_beams, find_touched, measure
+from arjuna_sim.batch.drive import BatchDrive, Floats
+from arjuna_sim.batch.kernels import aim_beams, find_touched, measure
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.driving.bases import base_of
 from arjuna_sim.devices.driving.controller import limited

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Mapping
-from io import RawIOBase
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,13 +10,10 @@ from rosgraph_msgs.msg import Clock
 from simulation_interfaces.msg import SimulationState
 from std_msgs.msg import Float64
 
-from arjuna_core.errors import InputFileError
-from arjuna_core.files.input_file import read_json
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
-from arjuna_core.timing import Periodic
 from arjuna_sim.driven_robot import Observation
 from arjuna_sim.files.library import Library
 from arjuna_sim.files.search_path import SearchPath
@@ -30,6 +23,7 @@ from arjuna_sim.nodes.camera import WorldTopics
 from arjuna_sim.nodes.fleet import Fleet, starts_of
 from arjuna_sim.nodes.robot_interface import RobotInterface
 from arjuna_sim.nodes.robot_topics import ContactTopic
+from arjuna_sim.nodes.run_memory import RunMemory
 from arjuna_sim.nodes.services.entities import EntityServices
 from arjuna_sim.nodes.services.gazebo import GazeboServices
 from arjuna_sim.nodes.services.known_entities import KnownEntities
@@ -38,63 +32,6 @@ from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.physics.pacing import PaceMeter, Pacer
 from arjuna_sim.physics.viewer import Viewer
 from arjuna_sim.simulation import Simulation, solo
-
-
-class RunMemory:
-    """Keeps a run's time and poses.
-
-    Args:
-        file: Keeps them; empty: none are kept.
-        period: How often [s]. Time continues so much later, so that it is never set back.
-    """
-
-    def __init__(self, file: str, period: float = 0.1) -> None:
-        self._file = Path(file) if file else None
-        self._open: RawIOBase | None = None
-        self._size = 0
-        self._period, self._due = period, Periodic(period)
-
-    def keep(self, now: float, seen: Mapping[str, Observation]) -> None:
-        """Write the time [s] and what was observed then, if that is due."""
-        if self._file is None or not self._due.due(now):
-            return
-        poses = {
-            name: [each.truth.pose.array().tolist(), each.odometry.T_odom_base.array().tolist()]
-            for name, each in seen.items()
-        }
-        if self._open is None:
-            self._open = self._file.open("wb", buffering=0)
-        # One write, as long as the longest before: who kills the process never halves it.
-        data = json.dumps({"time": now, "poses": poses}).encode().ljust(self._size)
-        self._open.seek(0)
-        self._size = self._open.write(data)
-
-    def forget(self) -> None:
-        """Keep nothing: the run has ended."""
-        if self._open is not None:
-            self._open.close()
-            self._open = None
-        if self._file is not None:
-            self._file.unlink(missing_ok=True)
-
-    def resume(self, simulation: Simulation) -> str:
-        """Continue a simulation from what was kept; return a note, empty if nothing was."""
-        if self._file is None or not self._file.is_file():
-            return ""
-        try:
-            kept = read_json(self._file)
-            time = float(kept["time"]) + self._period
-            poses = {
-                name: (SE2(*map(float, pose)), SE2(*map(float, odometry)))
-                for name, (pose, odometry) in kept["poses"].items()
-            }
-        except (InputFileError, ValueError, KeyError, TypeError, AttributeError) as error:
-            return f"the run before cannot be continued: {error}"
-        simulation.resume(time, poses)
-        return (
-            f"continues at {time:.2f} s, where the simulator before it ended: speeds, what was"
-            " moved, spawned or loaded, and the contacts counted are lost"
-        )
 
 
 class SimNode(ManagedNode):

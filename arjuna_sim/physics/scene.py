@@ -19,8 +19,9 @@ from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.entity_body import add_entity, add_fixture
-from arjuna_sim.physics.geoms import add_world, rank_friction, set_fog
+from arjuna_sim.physics.geoms import add_world, rank_friction
 from arjuna_sim.physics.joint_servos import JointServos, tune_joint_servos
+from arjuna_sim.physics.lights import set_fog
 from arjuna_sim.physics.robot_body import FAST, add_mounts, add_robot, free_joint, let_meet
 from arjuna_sim.physics.running import let_sleep
 from arjuna_sim.physics.wheels.servo import ServoConfig, Servos, roller_addresses, tune_servos

@@ -18,8 +18,8 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.moving.tracker import REACH, Moving, Tracker
-from arjuna_nav.nodes.costmap.inputs import WatchFrames, read_cloud, read_range, read_scan
 from arjuna_nav.nodes.costmap.messages import points_from_polygon
+from arjuna_nav.nodes.costmap.sensors import WatchFrames, read_cloud, read_range, read_scan
 from arjuna_nav.safety.sight import Sight, along_edges, on_arc
 
 

@@ -20,9 +20,9 @@ from arjuna_core.ros.silence import Silence, why_silent
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.nodes.costmap.inputs import WatchFrames
 from arjuna_nav.nodes.costmap.messages import points_from_polygon, points_marker, polygon_msg
 from arjuna_nav.nodes.costmap.reader import costmap_in_process
+from arjuna_nav.nodes.costmap.sensors import WatchFrames
 from arjuna_nav.nodes.safety.sources import SOURCES, ScanSource, Source
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
 from arjuna_nav.safety.sight import Sight

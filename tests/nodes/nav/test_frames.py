@@ -18,7 +18,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, pose_stamped, seconds, transform_msg
 from arjuna_core.se2 import SE2
 from arjuna_core.transforms import TransformBuffer, TransformError
-from arjuna_nav.nodes.costmap.inputs import (
+from arjuna_nav.nodes.costmap.sensors import (
     SensorFrames,
     WatchFrames,
     read_cloud,
