@@ -172,8 +172,8 @@ class FusedOdometry:
         if calm <= 0.0 or any_ <= 0.0:
             return 0.0
         log_odds = bias * bias / 2 * (1 / any_ - 1 / calm) + math.log(any_ / calm) / 2
-        is_calm = 0.5 + 0.5 * math.tanh(log_odds / 2)
-        return bias * (1.0 - walked / calm) * is_calm
+        probability = 0.5 + 0.5 * math.tanh(log_odds / 2)  # that it began at 0
+        return bias * (1.0 - walked / calm) * probability
 
     def _rests(self, rate: float, noise: float) -> bool:
         """Take a gyro's rate [rad/s] while the wheels stand; return whether the robot does, too."""

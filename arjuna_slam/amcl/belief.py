@@ -63,6 +63,11 @@ def effective_count(weights: Floats) -> float:
     return float(weights.sum() ** 2 / (weights @ weights))
 
 
+def _even(count: int) -> Floats:
+    """Return weights `(N,)` of particles that count alike."""
+    return np.full(count, 1.0 / count)
+
+
 @njit(cache=True)
 def _walk(weights: Floats, total: float, count: int, offset: float) -> Ints:
     """Return at which particle each of `count` even steps through the weights ends."""
@@ -120,7 +125,7 @@ class Belief:
     def _replace(self, particles: Floats) -> None:
         particles[:, 2] = wrap(particles[:, 2])
         self.particles = np.asfortranarray(particles)
-        self.weights = np.full(len(particles), 1.0 / len(particles))
+        self.weights = _even(len(particles))
         self._rank_of = self._binned = None
         self._tied = np.zeros(0, bool)
 
@@ -137,7 +142,7 @@ class Belief:
         """Multiply the weights by `(N,)` factors; where none is left, all count alike."""
         weights = self.weights * factors
         total = weights.sum()
-        self.weights = weights / total if total > 0.0 else np.full(len(weights), 1.0 / len(weights))
+        self.weights = weights / total if total > 0.0 else _even(len(weights))
 
     def level(self, factors: Floats) -> Floats:
         """Return factors `(N,)` that leave the shares of tied clusters among each other alone.
@@ -174,7 +179,7 @@ class Belief:
         bin_of, bins = to_bins(self.particles)
         kept = kld_indices(self.weights, bin_of, limits, self._rng)
         self.particles = np.take(self.particles.T, kept, axis=1).T
-        self.weights = np.full(len(kept), 1.0 / len(kept))
+        self.weights = _even(len(kept))
         self._binned = (bin_of[kept], bins)
         return injection > 0.0 and self._inject(injection)
 
