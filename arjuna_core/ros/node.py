@@ -34,6 +34,7 @@ class ManagedNode(Guarded, LifecycleNode):
 
     Attributes:
         Config: The frozen dataclass of the node's parameters.
+        config: The current parameters, an instance of it.
         due_at: Time before which `run_due` has nothing to do [s].
 
     Args:
@@ -44,6 +45,7 @@ class ManagedNode(Guarded, LifecycleNode):
     trusted = True
     Config: ClassVar[type[Any]] = NoParameters
     DEFAULT_NAME: ClassVar[str]
+    config: Any
 
     def __init__(
         self,
@@ -74,7 +76,7 @@ class ManagedNode(Guarded, LifecycleNode):
         self.due_at = math.inf
         self._tasks: list[tuple[Periodic, Callable[[], None]]] = []
         self._made: list[tuple[Callable[[Any], Any], Any]] = []
-        self._binding = ParameterBinding(self, self.Config, values or {}, self.on_config)
+        ParameterBinding(self, self.Config, values or {}, self.on_config)
         process.add(self)
 
     def _use_clock_of(self, process: Process) -> None:
@@ -123,11 +125,6 @@ class ManagedNode(Guarded, LifecycleNode):
         return str(self._state_machine.current_state[1])
 
     @property
-    def config(self) -> Any:
-        """The current parameters, an instance of `Config`."""
-        return self._binding.config
-
-    @property
     def now(self) -> float:
         """The process's time [s]."""
         return self.process.now
@@ -170,12 +167,12 @@ class ManagedNode(Guarded, LifecycleNode):
         It delivers only while the node is active, unless `while_inactive`: what is latched comes
         once, perhaps before activation. What cannot be used is refused and counted.
         """
-        name = self.process.absolute(topic)
+        process, name = self.process, self.process.absolute(topic)
 
         def deliver(message: Any) -> None:
             if not (self.active or while_inactive):
                 return
-            problem = self.process.problem_of(message)
+            problem = process.problem_of(message)
             if problem is None:
                 callback(message)
             else:

@@ -20,9 +20,10 @@ from arjuna_core.errors import ConfigError
 
 
 class ParameterBinding:
-    """Keeps a config dataclass and a node's parameters the same.
+    """Keeps a node's `config`, a dataclass, and its parameters the same.
 
     Args:
+        node: The node, whose attribute `config` is set.
         cls: The frozen dataclass; its defaults are the parameters'.
         values: Values that differ from the defaults, nested or dotted.
         on_change: Called with the new config after parameters were set at run time.
@@ -33,34 +34,35 @@ class ParameterBinding:
 
     def __init__(
         self,
-        node: Node,
+        node: Any,
         cls: type[Any],
         values: Mapping[str, Any],
         on_change: Callable[[Any], None],
     ) -> None:
-        self._cls = cls
+        self._node, self._cls = node, cls
         self._on_change = on_change
-        self.config = load(cls, values, node.get_name())
-        known = infos(type(self.config))
-        for name, value in flatten(self.config).items():
+        node.config = load(cls, values, node.get_name())
+        known = infos(type(node.config))
+        for name, value in flatten(node.config).items():
             node.declare_parameter(name, _to_ros(value), _descriptor(value, known[name]))
         node.add_on_set_parameters_callback(self._check)
 
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:
-        flat = flatten(self.config)
+        node = self._node
+        flat = flatten(node.config)
         ours = {item.name: _from_ros(item, flat) for item in parameters if item.name in flat}
         if not ours:
             return SetParametersResult(successful=True)
-        before, taken = self.config, False
+        before, taken = node.config, False
         try:
-            self.config = load(self._cls, {**flat, **ours})
-            self._on_change(self.config)
+            node.config = load(self._cls, {**flat, **ours})
+            self._on_change(node.config)
             taken = True
         except ConfigError as error:
             return SetParametersResult(successful=False, reason=str(error))
         finally:
             if not taken:
-                self.config = before
+                node.config = before
         return SetParametersResult(successful=True)
 
 
