@@ -137,12 +137,18 @@ def node_of(name: str, known: Collection[str], namespace: str = "") -> str | Non
     tokens = name.strip("/").split("/")
     for node in known:
         own = node.split("/")
-        if tokens[-len(own) :] == own:
-            before = tokens[: -len(own)]
-            free = all(_ANY_NAMESPACE.fullmatch(token) for token in before)
-            if free or not namespace or before == namespace.split("/"):
-                return node
+        if tokens[-len(own) :] == own and (
+            not namespace or namespace_of(name, node) in ("", namespace)
+        ):
+            return node
     return None
+
+
+def namespace_of(name: str, node: str) -> str:
+    """Return the namespace in a node's section's name; none where it stands for any."""
+    before = name.strip("/").split("/")[: -len(node.split("/"))]
+    free = all(_ANY_NAMESPACE.fullmatch(token) for token in before)
+    return "" if free else "/".join(before)
 
 
 def merged(*layers: Parameters) -> Parameters:
