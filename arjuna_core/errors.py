@@ -82,9 +82,17 @@ def nearest(name: str, valid: Iterable[str]) -> str:
 
 
 def closest(name: str, valid: Iterable[str]) -> str:
-    """Return `; the nearest is 'x'` for an unknown name; nothing where there is no valid one."""
-    meant = _closest(name, sorted(valid), 0.0)
-    return f"; the nearest is '{meant}'" if meant else ""
+    """Return `; the nearest is 'x'` for an unknown name; nothing where none is near.
+
+    Far is a name with a third as many mistakes as letters, those of what both are part of left out.
+    """
+    meant = _closest(name, sorted(valid), 0.0) or ""
+    given, theirs = _plain(name).split("."), _plain(meant).split(".")
+    while given[1:] and theirs[1:] and given[0] == theirs[0]:
+        del given[0], theirs[0]
+    own, other = ".".join(given), ".".join(theirs)
+    is_near = meant and 3 * _mistakes(own, other) <= len(own)
+    return f"; the nearest is '{meant}'" if is_near else ""
 
 
 def _closest(name: str, names: list[str], alike: float) -> str | None:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import keyword
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 _KEY = "arjuna"
+_CODED_START = "_·"
+_CODED = re.compile("·([0-9a-f]+)·")
 SEED_MAX = 2**63 - 1
 """The greatest number that a ROS parameter can hold."""
 _GREATEST = {"s": 1e9, "ms": 1e9}
@@ -98,10 +101,18 @@ def info_of(field: dataclasses.Field[Any]) -> ParamInfo:
 
 
 def key_of(field: dataclasses.Field[Any]) -> str:
-    """Return a field's parameter name; one that Python keeps for itself ends in `_` as a field."""
-    return field.name.removesuffix("_")
+    """Return a field's parameter name, of which `field_of` made the field's."""
+    name = field.name.removesuffix("_")
+    return _CODED.sub(lambda each: chr(int(each[1], 16)), name.removeprefix(_CODED_START))
 
 
 def field_of(key: str) -> str:
-    """Return the name of the field of a parameter's name."""
-    return f"{key}_" if keyword.iskeyword(key) else key
+    """Return the name of the field of a parameter's name, which may be no name in Python.
+
+    One that Python keeps for itself ends in `_`; letters that it does not allow are their codes.
+    """
+    if key.startswith(_CODED_START):
+        return key
+    if key.isascii() and key.isidentifier():
+        return f"{key}_" if keyword.iskeyword(key) else key
+    return _CODED_START + re.sub(r"[^A-Za-z0-9_]", lambda c: f"·{ord(c[0]):x}·", key)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import importlib
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar, get_type_hints
@@ -13,6 +14,7 @@ from arjuna_core.errors import ConfigError, nearest
 from arjuna_core.param import field_of, info_of, key_of, param
 
 T = TypeVar("T")
+_NAME = re.compile(r"[^\s.,\[\]'\"]+")  # a dot stands between a plug-in's name and a parameter's
 type_hints: Callable[[Any], dict[str, Any]] = functools.lru_cache(maxsize=512)(get_type_hints)
 """A class's types by field; a node loads its config for each parameter that is set."""
 
@@ -127,8 +129,9 @@ def config_class_for(
         for plugin in names_in(flat.get(name, item.default), item.default):
             if plugin in hints:  # the class itself has its parameters
                 continue
-            if not plugin.isidentifier():
-                problems.append(f"{where}'{name}': '{plugin}' is no name of a plug-in")
+            if not _NAME.fullmatch(plugin):
+                hint = "; spaces stand between names" if "," in plugin else ""
+                problems.append(f"{where}'{name}': '{plugin}' is no name of a plug-in{hint}")
                 continue
             config = _plugin_class(kind, plugin, flat, where, problems, prefix)
             fields[plugin] = config_class_for(config, flat, where, problems, f"{prefix}{plugin}.")
@@ -203,7 +206,7 @@ def names_below(values: Mapping[str, Any], prefix: str) -> list[str]:
     """Return the names that stand below a prefix in dotted names, in their order."""
     below = (key.removeprefix(f"{prefix}.") for key in values if key.startswith(f"{prefix}."))
     names = (key.partition(".")[0] for key in below if "." in key)
-    return [name for name in dict.fromkeys(names) if name.isidentifier()]
+    return list(dict.fromkeys(names))
 
 
 def with_configs(cls: type[T], fields: tuple[tuple[str, Any], ...]) -> type[T]:
@@ -215,19 +218,28 @@ def with_configs(cls: type[T], fields: tuple[tuple[str, Any], ...]) -> type[T]:
 
 @functools.cache
 def _with_configs(cls: Any, fields: tuple[tuple[str, Any], ...]) -> type[Any]:
-    return _subclass(
-        cls, [(name, kind, dataclasses.field(default_factory=kind)) for name, kind in fields]
-    )
+    made = ((name, kind, dataclasses.field(default_factory=kind)) for name, kind in fields)
+    return _subclass(cls, [(field_of(name), kind, item) for name, kind, item in made])
 
 
 @functools.cache
 def with_values(cls: Any, names: tuple[str, ...], default: Any, description: str) -> type[Any]:
     """Return a config class with a parameter of one default for each of some names."""
-    kinds = {name: param(default, description) for name in names if name.isidentifier()}
+    kinds = {field_of(name): param(default, description) for name in names}
     return _subclass(cls, [(name, type(default), item) for name, item in kinds.items()])
 
 
 def _subclass(cls: type[Any], fields: list[tuple[str, Any, Any]]) -> type[Any]:
-    made: type[Any] = dataclasses.make_dataclass(cls.__name__, fields, bases=(cls,), frozen=True)
+    made: type[Any] = dataclasses.make_dataclass(
+        cls.__name__, fields, bases=(cls,), namespace={"__getattr__": _by_key}, frozen=True
+    )
     made.__module__ = cls.__module__
     return made
+
+
+def _by_key(config: Any, key: str) -> Any:
+    """Return what a config has of a parameter or plug-in whose name is none in Python."""
+    name = field_of(key)
+    if name == key:
+        raise AttributeError(f"{type(config).__name__} has no '{key}'")
+    return getattr(config, name)

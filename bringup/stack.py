@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Any
@@ -167,13 +167,23 @@ ALL_GROUPS = (*DEMO_GROUPS, WORLD_GROUP, DESCRIPTION_GROUP, ODOMETRY_GROUP)
 """Those, and the ones that several robots or a real one have instead of the simulator's."""
 
 
-_FURTHER = {
-    "*mask_server": ("arjuna_slam.nodes.map_server", "MapServerNode"),
-    "*filter_info_server": ("arjuna_slam.nodes.map_server", "FilterInfoServerNode"),
-    "base_footprint_publisher": ("arjuna_nav.nodes.base_footprint", "BaseFootprintPublisherNode"),
-    "collision_detector": ("arjuna_nav.nodes.safety.detector", "CollisionDetectorNode"),
+_MAPS = "arjuna_slam.nodes.map_server"
+_FURTHER: dict[str, tuple[frozenset[str], tuple[str, str]]] = {
+    "*mask_server": (frozenset({"yaml_filename", "topic_name"}), (_MAPS, "MapServerNode")),
+    "*filter_info_server": (
+        frozenset({"filter_info_topic", "mask_topic"}),
+        (_MAPS, "FilterInfoServerNode"),
+    ),
+    "base_footprint_publisher": (
+        frozenset(),
+        ("arjuna_nav.nodes.base_footprint", "BaseFootprintPublisherNode"),
+    ),
+    "collision_detector": (
+        frozenset(),
+        ("arjuna_nav.nodes.safety.detector", "CollisionDetectorNode"),
+    ),
 }
-"""Nodes that run beside navigation where a parameter file has a section of such a name."""
+"""Nodes that run beside navigation where a file has a section of such a name, or with such keys."""
 
 
 _FILTER_NODE = "arjuna_sim.nodes.localization.filter_node"
@@ -187,14 +197,16 @@ def further_nodes(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
     return [*_beside_navigation(sections), *fusion_nodes(sections)]
 
 
-def _beside_navigation(sections: Iterable[str]) -> list[NodeSpec]:
-    names = dict.fromkeys(section.rpartition("/")[2] for section in sections)
-    return [
-        NodeSpec(name, *origin)
-        for name in names
-        for pattern, origin in _FURTHER.items()
-        if fnmatchcase(name, pattern)
-    ]
+def _beside_navigation(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
+    usual = {spec.name.rpartition("/")[2] for spec in all_nodes()} | {"**"}
+    found: dict[str, NodeSpec] = {}
+    for section, values in sections.items():
+        name = section.rpartition("/")[2]
+        for pattern, (keys, origin) in _FURTHER.items():
+            known = name not in usual and keys and keys <= values.keys()
+            if known or fnmatchcase(name, pattern):
+                found.setdefault(name, NodeSpec(name, *origin))
+    return list(found.values())
 
 
 def fusion_nodes(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
@@ -309,8 +321,9 @@ _WITH_COSTMAP = {CONTROLLER_SERVER: LOCAL_COSTMAP, PLANNER_SERVER: GLOBAL_COSTMA
 
 
 def program_of(section: str) -> tuple[str, str] | None:
-    """Return package and executable of the node whose usual name a section has, if there is one."""
-    usual = {spec.name: names for names, spec in reversed(PROGRAMS.items())}
+    """Return package and executable of the node whose name, the usual or the latter, a section has."""
+    usual = {executable: (package, executable) for package, executable in PROGRAMS}
+    usual |= {spec.name: names for names, spec in reversed(PROGRAMS.items())}
     return usual.get(section.rpartition("/")[2])
 
 

@@ -65,7 +65,7 @@ class BehaviorConfig:
 
     simulate_ahead_time: float = param(2.0, "Time simulated ahead.", unit="s", minimum=0.0)
     max_rotational_vel: float = param(1.0, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
-    min_rotational_vel: float = param(0.4, "Least yaw rate.", unit="rad/s", minimum=0.0)
+    min_rotational_vel: float = param(0.4, "Least yaw rate; below 0 any.", unit="rad/s")
     rotational_acc_lim: float = param(3.2, "Deceleration.", unit="rad/s^2", minimum=0.01)
     projection_time: float = param(
         1.0, "Time teleoperation looks ahead, and a command of it holds.", unit="s", minimum=0.01

@@ -18,8 +18,8 @@ class SmootherConfig:
     """Smoothing of a planner's path."""
 
     max_iterations: int = param(1000, "Most iterations.", minimum=1)
-    w_smooth: float = param(0.3, "Weight of smoothness.", minimum=0.0, maximum=0.49)
-    w_data: float = param(0.2, "Weight of the path found.", minimum=0.0, maximum=1.0)
+    w_smooth: float = param(0.3, "Weight of smoothness.", minimum=0.0)
+    w_data: float = param(0.2, "Weight of the path found.", minimum=0.0)
     tolerance: float = param(1e-10, "Change at which it has converged.", unit="m", minimum=0.0)
     do_refinement: bool = param(True, "Whether to smooth the smoothed path again.")
     refinement_num: int = param(2, "How many times again.", minimum=0)
@@ -81,6 +81,9 @@ def relax(
     Source: Thrun, path smoothing by gradient descent; nav2_smoother.
     """
     points: NDArray[np.float64] = given.copy()
+    # Over-relaxation diverges from 2 on. Where it ends, the weights' ratio says, not their size.
+    relaxation = max(1.0, (w_data + 2.0 * w_smooth) / 1.9)
+    w_data, w_smooth = w_data / relaxation, w_smooth / relaxation
     for _ in range(max_its):
         change = 0.0
         for i in range(1, len(points) - 1):

@@ -121,8 +121,8 @@ class SimpleSmootherConfig:
 
     tolerance: float = param(1e-10, "Change at which it has converged.", unit="m", minimum=0.0)
     max_its: int = param(1000, "Most iterations.", minimum=1, maximum=100_000)
-    w_data: float = param(0.2, "Weight of the given path.", minimum=0.0, maximum=1.0)
-    w_smooth: float = param(0.3, "Weight of smoothness.", minimum=0.0, maximum=0.49)
+    w_data: float = param(0.2, "Weight of the given path.", minimum=0.0)
+    w_smooth: float = param(0.3, "Weight of smoothness.", minimum=0.0)
     do_refinement: bool = param(True, "Whether to smooth the smoothed path again.")
     refinement_num: int = param(2, "How many times again.", minimum=0, maximum=20)
     enforce_path_inversion: bool = _BY_PARTS

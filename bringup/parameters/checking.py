@@ -179,11 +179,11 @@ def _of_one_type(parameters: Parameters) -> Parameters:
 
 
 def _without_missing_masks(parameters: Parameters, further: Iterable[NodeSpec]) -> list[Remark]:
-    """Take out the masks that nobody has, as stock files name them; return a remark on each."""
+    """Leave out the masks that nobody has, as stock files name them; return a remark on each."""
     remarks = []
     for spec in further:
         if name := _lacking_map(parameters.get(spec.name, {})):
-            del parameters[spec.name]["yaml_filename"]
+            parameters[spec.name]["yaml_filename"] = ""
             reason = f"there is no {name}: nothing is kept out or slowed down by it"
             where = f"{spec.name}: yaml_filename"
             remarks.append(Remark(Kind.NO_EFFECT, where, reason, safety=True))

@@ -22,7 +22,8 @@ SIM_TIME = "use_sim_time"
 SAFETY = ""
 """Stands for no node: by group, the lines on what keeps a robot from harm and has no effect."""
 _CLASS = (".plugin", ".action_type")  # what a plug-in is of
-_ANY_NAMESPACE = re.compile(r"\*+|<\w+>")
+_ANY_NAMESPACE = re.compile(r"\*+")
+_PLACEHOLDER = re.compile(r"<\w+>")  # of a namespace: `<robot_namespace>/amcl`, `<PREFIX_>amcl`
 
 
 class Source(NamedTuple):
@@ -134,15 +135,25 @@ def node_of(name: str, known: Collection[str], namespace: str = "") -> str | Non
     ROS' wildcards stand for any namespace, and so does a `<placeholder>` that a launch file fills.
     Where the robot has no namespace, a section of any one is taken.
     """
-    tokens = name.strip("/").split("/")
+    tokens = _tokens(name)
     for node in known:
         own = node.split("/")
-        if tokens[-len(own) :] == own:
-            before = tokens[: -len(own)]
-            free = all(_ANY_NAMESPACE.fullmatch(token) for token in before)
-            if free or not namespace or before == namespace.split("/"):
-                return node
+        if tokens[-len(own) :] == own and (
+            not namespace or namespace_of(name, node) in ("", namespace)
+        ):
+            return node
     return None
+
+
+def namespace_of(name: str, node: str) -> str:
+    """Return the namespace in a node's section's name; none where it stands for any."""
+    before = _tokens(name)[: -len(node.split("/"))]
+    free = all(_ANY_NAMESPACE.fullmatch(token) for token in before)
+    return "" if free else "/".join(before)
+
+
+def _tokens(name: str) -> list[str]:
+    return _PLACEHOLDER.sub("", name).strip("/").split("/")
 
 
 def merged(*layers: Parameters) -> Parameters:

@@ -198,6 +198,16 @@ def test_a_plugin_is_made_of_its_parameters() -> None:
     assert TYPES.make(config.Main, 3.0).speed == 6.0
 
 
+@pytest.mark.parametrize("name", ["front-left", "3d", "ours::Main", "a/b", "\u524d", "lambda"])
+def test_a_plugin_may_have_any_name(name: str) -> None:
+    given = {"drives": [name], f"{name}.speed": 2.0}
+    config: Any = load(ServerConfig, given)
+    assert TYPES.make(getattr(config, name), 3.0).speed == 6.0
+    assert flatten(config)[f"{name}.speed"] == 2.0
+    with pytest.raises(ConfigError, match=re.escape(f"'{name}.speed' must be float")):
+        load(ServerConfig, {**given, f"{name}.speed": "fast"})
+
+
 def test_parameters_may_depend_on_values() -> None:
     types = PluginTypes("drive", {"ours::Wrapped": f"{__name__}:Wrapped"}, "ours::Wrapped")
     assert types.config_of("ours::Wrapped", {"inner": "ours::Fast"}) is FastConfig
@@ -211,6 +221,7 @@ def test_parameters_may_depend_on_values() -> None:
         ({"Main.plugin": f"{__name__}:Missing"}, "cannot be imported: module .* has no attribute"),
         ({"Main.plugin": f"{__name__}:NoConfig"}, "has no dataclass Config"),
         ({"drives": ["a b"]}, "'drives': 'a b' is no name of a plug-in"),
+        ({"drives": ["a,"]}, "'a,' is no name of a plug-in; spaces stand between names"),
         ({"Main.sped": 2.0}, "unknown parameter 'Main.sped'; did you mean 'Main.speed'"),
         ({"Main.plugin": "ours::Fast", "Main.speed": 2.0}, "unknown parameter 'Main.speed'"),
         ({"drives": "Main"}, "'drives' must be a list"),

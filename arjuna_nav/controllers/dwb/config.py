@@ -105,14 +105,13 @@ class DwbConfig(PluginConfig):
     max_vel_y: float = param(0.0, "Greatest speed to the left.", unit="m/s", minimum=0.0)
     max_vel_theta: float = param(1.0, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
     min_speed_xy: float = param(
-        0.0, "Least speed, unless it turns by min_speed_theta.", unit="m/s", minimum=0.0
+        0.0, "Least speed, unless it turns by min_speed_theta; below 0 any.", unit="m/s"
     )
-    max_speed_xy: float = param(0.5, "Greatest speed.", unit="m/s", minimum=0.0)
+    max_speed_xy: float = param(0.5, "Greatest speed; below 0 any.", unit="m/s")
     min_speed_theta: float = param(
         0.0,
-        "Least yaw rate of a velocity that is slower than min_speed_xy.",
+        "Least yaw rate of a velocity that is slower than min_speed_xy; below 0 any.",
         unit="rad/s",
-        minimum=0.0,
     )
     acc_lim_x: float = param(2.5, "Acceleration.", unit="m/s^2", minimum=0.0)
     acc_lim_y: float = param(0.0, "Acceleration to a side.", unit="m/s^2", minimum=0.0)

@@ -69,7 +69,13 @@ class Dwb(PathController):
     @property
     def desired_speed(self) -> float:
         """Greatest forward speed where nothing limits it [m/s]."""
-        return float(min(self._config.max_vel_x, self._config.max_speed_xy))
+        return float(min(self._config.max_vel_x, self._fastest))
+
+    @property
+    def _fastest(self) -> float:
+        """Greatest speed in any direction [m/s]."""
+        most: float = self._config.max_speed_xy
+        return most if most >= 0.0 else math.inf
 
     def set_path(self, path: NDArray[np.float64]) -> None:
         """Take a path `(N, 3) float64`; a path to the same goal keeps what was reached."""
@@ -112,7 +118,7 @@ class Dwb(PathController):
     def _samples(self, velocity: Velocity) -> NDArray[np.float64]:
         """Return the velocities within reach, `(N, 3) float64` of `(v, side, w)`."""
         config = self._config
-        fastest = min(config.max_speed_xy, self.speed_limit)
+        fastest = min(self._fastest, self.speed_limit)
         reach = config.sim_time if self._sim_period is None else self._sim_period
         v_max, side_max = min(config.max_vel_x, fastest), min(config.max_vel_y, fastest)
         v = _spaced(

@@ -21,7 +21,9 @@ from arjuna_nav.costmap.raytrace import fill_polygon
 from arjuna_nav.costmap.window import Window
 
 _ALL = 15  # Nav2's unknown_threshold from which on a free cell is never unknown
-_BITS = 16  # of a column's number in a VoxelGrid message
+_MOST = 32  # bits of a column here
+VOXELS_SHOWN = 16
+"""The lowest ones: a column's number in a VoxelGrid message has room for no more."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,9 @@ class VoxelConfig(ObstacleConfig):
 
     origin_z: float = param(0.0, "Height of the lowest voxel.", unit="m")
     z_resolution: float = param(0.2, "Height of a voxel.", unit="m", minimum=0.01)
-    z_voxels: int = param(10, "Voxels one above the other.", minimum=1, maximum=32)
+    z_voxels: int = param(
+        10, "Voxels one above the other; more than 32 count as 32, of which Nav2 has 16.", minimum=1
+    )
     unknown_threshold: int = param(
         _ALL, "Unknown voxels above a cell that is yet free.", minimum=0, maximum=32
     )
@@ -61,7 +65,7 @@ class VoxelLayer(ObstacleLayer):
     @property
     def _column(self) -> tuple[int, int, int]:
         """Voxels above a cell, and how many may be marked or unknown in a free one."""
-        count, unknown = self.config.z_voxels, self.config.unknown_threshold
+        count, unknown = min(self.config.z_voxels, _MOST), self.config.unknown_threshold
         return count, self.config.mark_threshold, count if unknown >= _ALL else unknown
 
     def reconfigure(self, config: Any) -> None:
@@ -89,9 +93,9 @@ class VoxelLayer(ObstacleLayer):
         The upper half of a number says which voxels are marked, the lower which are marked or
         unknown; there is room for 16.
         """
-        low = np.uint32((1 << _BITS) - 1)
+        low = np.uint32((1 << VOXELS_SHOWN) - 1)
         unclear: NDArray[np.uint32] = (self.voxels | ~self.known) & low
-        columns: NDArray[np.uint32] = (self.voxels & low) << np.uint32(_BITS) | unclear
+        columns: NDArray[np.uint32] = (self.voxels & low) << np.uint32(VOXELS_SHOWN) | unclear
         return columns
 
     def cleared_to(self) -> NDArray[np.float64]:

@@ -19,7 +19,7 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros.convert import grid_msg, header, pose_msg, time_msg
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.costmap import occupancy_of
-from arjuna_nav.costmap.layers.voxel import VoxelLayer
+from arjuna_nav.costmap.layers.voxel import VOXELS_SHOWN, VoxelLayer
 from arjuna_nav.costmap.window import Window
 
 
@@ -90,7 +90,7 @@ def voxel_grid_msg(layer: VoxelLayer, frame_id: str, now: float) -> VoxelGrid:
         resolutions=Vector3(x=frame.resolution, y=frame.resolution, z=config.z_resolution),
         size_x=frame.width,
         size_y=frame.height,
-        size_z=config.z_voxels,
+        size_z=min(config.z_voxels, VOXELS_SHOWN),
     )
 
 

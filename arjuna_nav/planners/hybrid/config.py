@@ -80,7 +80,7 @@ class PoseSearchConfig(SmacConfig):
     )
     analytic_expansion_max_length: float = param(3.0, "Longest such curve.", unit="m", minimum=0.0)
     analytic_expansion_max_cost: float = param(
-        200.0, "Greatest cost that it may cross.", minimum=0.0, maximum=255.0
+        200.0, "Greatest cost that it may cross; any that is free from 253 on.", minimum=0.0
     )
     analytic_expansion_max_cost_override: bool = param(
         False, "Whether it may cross any cost within one turning circle's length of the goal."

@@ -15,6 +15,10 @@ from bringup.parameters.remarks import Kind
 COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
 _TABLES: dict[str, Any] = read_yaml(Path(__file__).with_suffix(".yaml"))
 _OLDER = _TABLES["older"]
+INSTEAD: dict[str, str] = _TABLES["instead"]
+"""Of Nav2's classes that are not here, those that take their place."""
+_DWB = "dwb_core::DWBLocalPlanner"
+_CRITICS = frozenset(_TABLES["critics"].split())
 
 
 @cache
@@ -58,8 +62,9 @@ def of_node(name: str) -> tuple[Kind, str] | None:
 
 
 def is_safety(node: str, key: str) -> bool:
-    """Return whether a name keeps a robot from harm where it has an effect."""
-    return any(fnmatchcase(key, pattern) for pattern in _TABLES["safety"].get(node, "").split())
+    """Return whether a name, or one of the node "nodes", keeps a robot from harm elsewhere."""
+    patterns = (_TABLES["safety"].get(name, "").split() for name in (node, "*"))
+    return any(fnmatchcase(key, pattern) for each in patterns for pattern in each)
 
 
 def made_of(node: str) -> set[str]:
@@ -84,7 +89,32 @@ def as_today(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(value, str):
             value = _OLDER["values"].get(node, {}).get(key, {}).get(value, value)
         values[today] = value
+    values = _critics_as_today(values) if node == "controller_server" else values
     return _zones_as_today(values) if node == "collision_monitor" else values
+
+
+def _critics_as_today(values: dict[str, Any]) -> dict[str, Any]:
+    """Return values in which each critic of DWB has the name that says its class.
+
+    Nav2 takes a class's package and its `Critic` in the list too, and any name beside `NAME.class`.
+    """
+    for key, given in list(values.items()):
+        plugin, dot, last = key.rpartition(".")
+        if last != "critics" or not dot or not isinstance(given, list):
+            continue
+        if _DWB not in (values.get(f"{plugin}.{one}") for one in ("plugin", "primary_controller")):
+            continue
+        for name in map(str, given):
+            cls = str(values.get(f"{plugin}.{name}.class", name))
+            plain = cls.removeprefix("dwb_critics::").removesuffix("Critic")
+            if plain in _CRITICS:
+                own = {k: v for k, v in values.items() if k.startswith(f"{plugin}.{name}.")}
+                values = {k: v for k, v in values.items() if k not in own}
+                own.pop(f"{plugin}.{name}.class", None)
+                tail = len(f"{plugin}.{name}")
+                values |= {f"{plugin}.{plain}{k[tail:]}": v for k, v in own.items()}
+                values[key] = [plain if one == name else one for one in values[key]]
+    return values
 
 
 def _zones_as_today(values: dict[str, Any]) -> dict[str, Any]:

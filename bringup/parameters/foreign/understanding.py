@@ -12,17 +12,19 @@ from typing import Any
 from arjuna_core.config import flatten, info_of, infos
 from arjuna_core.errors import ConfigError, closest
 from arjuna_core.plugins import PluginTypes, canonical, config_class_for
-from bringup.parameters.files import EVERY_NODE, SIM_TIME, Parameters, merged, node_of
+from bringup.parameters.files import EVERY_NODE, SIM_TIME, Parameters, merged
 from bringup.parameters.foreign import nav2
+from bringup.parameters.foreign.ros1_names import TABLES, targets
+from bringup.parameters.foreign.sections import FILLED, sections_by_node
 from bringup.parameters.remarks import Checked, Kind, Remark
 from bringup.parameters.sources import keys_of_robot
-from bringup.stack import NodeSpec, program_of
+from bringup.stack import NodeSpec
 
-_NAMESPACE = "<robot_namespace>"
-_PLACEHOLDER = re.compile(r".*(<\w+>|\$\{.+\}|\$\((?!find-pkg-share).+\)).*")
 _KEYWORD = re.compile(r"[A-Z][A-Z0-9]*_[A-Z0-9_]+")
-_FILLED = "a launch file fills '{}'; the default holds"
 _CLASS_KEYS = ("plugin", "robot_model_type")
+_SOURCES = "observation_sources"
+_BLIND_ZONES = f"without {_SOURCES} its zones see nothing; Nav2 would not start"
+_BLIND = f"without {_SOURCES} it sees no obstacles, in Nav2 neither"
 
 
 def understand(
@@ -38,7 +40,7 @@ def understand(
         below: What holds already; of plug-ins that the file replaces nothing is kept.
     """
     nodes = {spec.name: spec for spec in specs}
-    sections, remarks = _sections(given, nodes, namespace)
+    sections, remarks = sections_by_node(given, nodes, namespace)
     everywhere = given.get(EVERY_NODE, {})
     shared = {key: value for key, value in everywhere.items() if key != SIM_TIME}
     result, problems, taken = merged(below), list[str](), set[str]()
@@ -52,59 +54,6 @@ def understand(
         result.setdefault(EVERY_NODE, {})[SIM_TIME] = everywhere[SIM_TIME]
     remarks += [_of_nobody(key, nodes.values()) for key in shared if key not in taken]
     return Checked(result, remarks, problems)
-
-
-def _sections(
-    given: Parameters, nodes: Mapping[str, NodeSpec], namespace: str
-) -> tuple[Parameters, list[Remark]]:
-    """Return a file's values by our nodes, placeholders filled, and remarks on other nodes."""
-    found: Parameters = {}
-    remarks: list[Remark] = []
-    for name, values in given.items():
-        if name == EVERY_NODE:
-            continue
-        today = nav2.section_as_today(name)
-        node = node_of(today, nodes, namespace)
-        if node is None:
-            remarks.append(_of_other_node(name, today, nodes))
-            continue
-        kept = found.setdefault(node, {})
-        for key, value in values.items():
-            filled = _filled(value, namespace)
-            if isinstance(filled, str) and _is_placeholder(key, filled):
-                remarks.append(Remark(Kind.NO_EFFECT, f"{node}: {key}", _FILLED.format(value)))
-            elif filled is not None:  # a name without a value says nothing
-                kept[key] = filled
-    return found, remarks
-
-
-def _filled(value: Any, namespace: str) -> Any:
-    """Return a value with the placeholder of Nav2's launch files for the robot's namespace filled.
-
-    Nav2's `bringup_launch.py` replaces it by `/` and the namespace.
-    """
-    if not isinstance(value, str):
-        return value
-    return value.replace(_NAMESPACE, f"/{namespace}" if namespace else "")
-
-
-def _is_placeholder(key: str, value: str) -> bool:
-    """Return whether a launch file is to fill a value: `<name>`, `$(...)`, corners' names."""
-    named = key.rpartition(".")[2] == "footprint" and re.search("[A-Za-z]{2}", value)
-    return bool(named or _PLACEHOLDER.fullmatch(value))
-
-
-def _of_other_node(name: str, today: str, nodes: Mapping[str, NodeSpec]) -> Remark:
-    if (node := node_of(today, nodes)) is not None:
-        return Remark(Kind.NOT_NEEDED, name, f"'{node}' of another namespace")
-    if (program := program_of(today)) is not None:
-        command = f"ros2 run {' '.join(program)} --ros-args --params-file FILE"
-        return Remark(Kind.NOT_NEEDED, name, f"a node that '{command}' runs")
-    known = nav2.of_node(name)
-    if known is not None:
-        kind, reason = known
-        return Remark(kind, name, f"there is no such node here: {reason}")
-    return Remark(Kind.UNKNOWN, name, f"no node has this name{closest(name, nodes)}")
 
 
 def _of_nobody(key: str, specs: Iterable[NodeSpec]) -> Remark:
@@ -137,17 +86,41 @@ class _Section:
             robot = keys_of_robot(spec.name)
             below = {key: value for key, value in below.items() if key in robot}
         values = nav2.as_today(spec.name, given)
+        values |= self._with_classes_instead(values)
         sim_time = values.pop(SIM_TIME, below.get(SIM_TIME))
         whole = merged({"": below}, {"": {**shared, **values}})[""]
         values |= self._without_foreign_plugins(whole)
         own = _own_keys(self._config, {**whole, **values})
-        self.taken = [key for key in shared if key in own]
+        self.taken = [key for key in shared if key in own or self._is_left_out(key)]
         kept = {key: value for key, value in values.items() if self._has_effect(key, value, own)}
-        mine = {key: shared[key] for key in self.taken}
+        mine = {key: shared[key] for key in self.taken if key in own}
         whole = merged({"": below}, {"": {**mine, **kept}})[""]
         self.values = {key: v for key, v in whole.items() if key in own or key in kept}
         if sim_time is not None:
             self.values[SIM_TIME] = sim_time
+        self.remarks += self._on_what_is_blind(given, own)
+
+    def _on_what_is_blind(self, given: Mapping[str, Any], own: Mapping[str, Any]) -> list[Remark]:
+        """Return remarks on layers, and on zones of a monitor, that the file gives no sources."""
+        remarks = []
+        if self.values.get("polygons") and not self.values.get(_SOURCES) and _SOURCES in own:
+            where = f"{self._node}: polygons"
+            remarks.append(Remark(Kind.NO_EFFECT, where, _BLIND_ZONES, safety=True))
+        for key in own if self._node in nav2.COSTMAPS else ():
+            layer, _, last = key.rpartition(".")
+            named = any(name.startswith(f"{layer}.") for name in given)
+            if last == _SOURCES and layer and named and not self.values.get(key, own[key]):
+                where = f"{self._node}: {layer}"
+                remarks.append(Remark(Kind.NO_EFFECT, where, _BLIND, safety=True))
+        return remarks
+
+    def _with_classes_instead(self, values: Mapping[str, Any]) -> dict[str, str]:
+        """Return the classes that take the place of Nav2's which are not here."""
+        found = {key: cls for key, cls in values.items() if str(cls) in nav2.INSTEAD}
+        for key, cls in found.items():
+            reason = f"'{cls}' is not here; {nav2.INSTEAD[cls]} takes its place"
+            self.remarks.append(Remark(Kind.NO_EFFECT, f"{self._node}: {key}", reason))
+        return {key: nav2.INSTEAD[cls] for key, cls in found.items()}
 
     def _without_foreign_plugins(self, values: dict[str, Any]) -> dict[str, Any]:
         """Return the lists of plug-ins that lose a class of somebody's C++; others stay with it."""
@@ -181,25 +154,35 @@ class _Section:
     def _has_effect(self, key: str, value: Any, own: Mapping[str, Any]) -> bool:
         """Return whether a name and its value have an effect here; remark on it if not."""
         node = self._node
-        if key.partition(".")[0] in self._left_out:
+        if self._is_left_out(key):
             return False
         known = nav2.of_value(node, key, value)
         of_text = isinstance(own.get(key, ""), (str, type(None)))
         if isinstance(value, str) and not of_text and _KEYWORD.fullmatch(value):
-            known = Kind.NO_EFFECT, _FILLED.format(value)
+            known = Kind.NO_EFFECT, FILLED.format(value)
         if known is None and key in own:
             return True
         known = known or self._of_no_list(key, own) or nav2.of_key(node, key)
         known = known or self._of_another_plugin(key)
+        known = known or _of_ros1(node, key)
         kind, reason = known or (Kind.UNKNOWN, f"no such parameter{closest(key, own)}")
         safety = kind is Kind.NO_EFFECT and nav2.is_safety(node, key)
         self.remarks.append(Remark(kind, f"{node}: {key}", reason, safety))
         return False
 
+    def _is_left_out(self, key: str) -> bool:
+        return key.partition(".")[0] in self._left_out
+
     def _of_no_list(self, key: str, own: Mapping[str, Any]) -> tuple[Kind, str] | None:
-        """Return why a name has no effect that is of a plug-in which no list names."""
-        plugin, dot, _ = key.partition(".")
-        if not dot or any(name.startswith(f"{plugin}.") for name in own):
+        """Return why a name has no effect that is of a plug-in or source which no list names."""
+        plugin, dot, rest = key.partition(".")
+        if dot and any(name.startswith(f"{plugin}.") for name in own):
+            sources, (source, dot, _) = f"{plugin}.{_SOURCES}", rest.partition(".")
+            listed = any(name.startswith(f"{plugin}.{source}.") for name in own)
+            if not dot or listed or sources not in own:
+                return None
+            return Kind.NOT_NEEDED, f"'{source}' is not in '{sources}'"
+        if not dot:
             return None
         if not any(_plugin_lists(self._config)):
             return None
@@ -213,6 +196,15 @@ class _Section:
                 if rest in _keys_of(kind, cls):
                     return Kind.NOT_NEEDED, f"a parameter of {cls}, which '{plugin}' is not"
         return None
+
+
+def _of_ros1(node: str, key: str) -> tuple[Kind, str] | None:
+    """Return what a node's name of ROS 1 is here; None where it is none."""
+    ours = targets(node).get(key) if node in TABLES else None
+    if ours is None:
+        return None
+    names = ", ".join(f"'{name}'" for _, name in ours)
+    return (Kind.UNKNOWN, f"ROS 1's name of {names}") if names else (Kind.NOT_NEEDED, "of ROS 1")
 
 
 def _is_whole(node: str, given: Mapping[str, Any]) -> bool:

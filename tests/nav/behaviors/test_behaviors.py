@@ -41,10 +41,12 @@ def run(
     return result
 
 
+@pytest.mark.parametrize("slowest", [0.4, -1.0])
 @pytest.mark.parametrize("angle", [1.57, -1.57, 2.0 * math.pi, 0.2])
-def test_spins_by_the_angle_asked_for(angle: float) -> None:
+def test_spins_by_the_angle_asked_for(angle: float, slowest: float) -> None:
     robot = Unicycle(SE2(2.0, 2.0, 0.4), delay=0)
-    result = run(Spin(angle, CONFIG, CIRCLE, 20.0), robot, costmap_of(empty_grid(4.0, 4.0)))
+    config = replace(CONFIG, min_rotational_vel=slowest)
+    result = run(Spin(angle, config, CIRCLE, 20.0), robot, costmap_of(empty_grid(4.0, 4.0)))
     assert result.status is BehaviorStatus.SUCCEEDED
     assert result.progress == pytest.approx(angle, abs=0.12)
     assert abs(wrap(robot.pose.theta - 0.4 - angle)) < 0.12

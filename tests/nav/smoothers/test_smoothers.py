@@ -124,6 +124,15 @@ def test_each_pass_is_what_it_is_defined_to_be(wanted: bool, again: int, passes:
         assert result.path[:, :2] == pytest.approx(expected, abs=1e-6)
 
 
+@pytest.mark.parametrize("weights", [(0.1, 0.5), (0.05, 0.9), (0.2, 3e4), (2.0, 1.0)])
+def test_weights_of_any_size_settle(weights: tuple[float, float]) -> None:
+    config = SimpleSmootherConfig(
+        w_data=weights[0], w_smooth=weights[1], do_refinement=False, max_its=20_000
+    )
+    path = SimpleSmoother(config).smooth(noisy(), costmap_of(empty_grid(4.0, 4.0))).path
+    assert path[:, :2] == pytest.approx(settled(noisy()[:, :2], *weights), abs=1e-4)
+
+
 def test_it_ends_after_its_iterations_or_where_little_changes() -> None:
     costmap, settles = costmap_of(empty_grid(4.0, 4.0)), settled(noisy()[:, :2], 0.2, 0.3)
 

@@ -19,7 +19,7 @@ from bringup.parameters.files import Parameters, load_parameters, shipped_parame
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.inputs import gather
 from bringup.parameters.remarks import Checked, lines
-from bringup.stack import all_nodes
+from bringup.stack import all_nodes, further_nodes
 from tests.helpers.nav.stock_files import FILES, humble_file, nav2_file
 
 pytestmark = pytest.mark.ros
@@ -36,7 +36,7 @@ def written(folder: Path, text: str) -> Path:
 
 def understood(folder: Path, text: str) -> Checked:
     given = load_parameters([written(folder, text)])
-    return understand(given, shipped_parameters(), all_nodes())
+    return understand(given, shipped_parameters(), [*all_nodes(), *further_nodes(given)])
 
 
 @pytest.mark.parametrize("name", FILES)

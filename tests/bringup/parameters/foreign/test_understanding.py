@@ -22,6 +22,13 @@ from bringup.stack import all_nodes
 
 pytestmark = pytest.mark.ros
 NODES = {spec.name: spec for spec in all_nodes()}
+LOCAL = "local_costmap/local_costmap"
+ZONE = {
+    "polygons": ["Near"],
+    "observation_sources": ["scan"],
+    "Near.type": "velocity_polygon",
+    "Near.velocity_polygons": ["v"],
+}
 RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 
 
@@ -108,10 +115,91 @@ def test_what_is_left_over_of_another_plugin_is_not_needed() -> None:
         ("behavior_server", "transform_timeout", "no behavior of Nav2's reads it"),
         ("amcl", "service_introspection_mode", "of Nav2 after Jazzy"),
         ("amcl", "random_seed", "the option --seed"),
+        ("amcl", "initial_cov_xx", "of ROS 1"),
+        ("map_server", "save_map_timeout", "of map_saver"),
+        ("bt_navigator", "bt_xml_filename", "of Nav2 before Humble"),
+        ("planner_server", "allow_partial_planning", "of other versions"),
+        (LOCAL, "inscribed_obstacle_cost_value", "of Nav2 after Jazzy"),
     ],
 )
 def test_an_unneeded_name_has_its_own_nodes_reason(node: str, key: str, reason: str) -> None:
     assert reason in only(understood({node: {key: 1}}), Kind.NOT_NEEDED)
+
+
+@pytest.mark.parametrize(
+    ("node", "given", "safety", "reason"),
+    [
+        (LOCAL, {"plugin_types": []}, False, "of Nav2 before Foxy: each plug-in has its class as"),
+        ("planner_server", {"planner_plugin_ids": []}, False, "of Nav2 before Foxy"),
+        ("controller_server", {"FollowPath.max_linear_vel": 0.2}, True, "desired_linear_vel"),
+        ("collision_monitor", {**ZONE, "Near.v.steering_angle_min": 0.1}, True, "after Jazzy"),
+        (LOCAL, {"voxel_layer.cloud.transport_type": "zstd"}, True, "uncompressed"),
+    ],
+)
+def test_what_another_version_does_is_told_apart(
+    node: str, given: dict[str, Any], safety: bool, reason: str
+) -> None:
+    found = understood({node: given})
+    assert reason in only(found, Kind.NO_EFFECT)
+    assert found.remarks[0].safety == safety
+
+
+def test_a_cloud_that_is_not_compressed_is_taken() -> None:
+    found = understood({LOCAL: {"voxel_layer.cloud.transport_type": "raw"}})
+    assert "clouds are taken uncompressed" in only(found, Kind.NOT_NEEDED)
+
+
+def test_a_name_of_ros1_names_today_s() -> None:
+    remark = only(understood({"amcl": {"odom_alpha1": 0.2}}), Kind.UNKNOWN)
+    assert remark == "unknown: amcl: odom_alpha1: ROS 1's name of 'alpha1'"
+
+
+@pytest.mark.parametrize("key", ["zebra", "static_layer.use_maximum", "stitic_lyer_in_the_map"])
+def test_no_name_is_the_nearest_to_one_that_is_far_from_all(key: str) -> None:
+    remark = only(understood({"global_costmap/global_costmap": {key: 1}}), Kind.UNKNOWN)
+    assert remark.endswith(f"{key}: no such parameter")
+
+
+def test_a_layer_without_sources_sees_nothing() -> None:
+    given = {
+        "plugins": ["obstacle_layer", "inflation_layer"],
+        "obstacle_layer.plugin": "nav2_costmap_2d::ObstacleLayer",
+        "obstacle_layer.front.topic": "/scan",
+    }
+    unlisted, blind = understood({LOCAL: given}).remarks
+    assert "'front' is not in 'obstacle_layer.observation_sources'" in str(unlisted)
+    assert "obstacle_layer: without observation_sources it sees no obstacles" in str(blind)
+    assert (unlisted.safety, blind.safety) == (False, True)
+    listed = {**given, "obstacle_layer.observation_sources": "front"}
+    assert understood({LOCAL: listed}).remarks == []
+
+
+def test_zones_without_sources_see_nothing() -> None:
+    given = {"polygons": ["Near"], "Near.type": "circle", "Near.radius": 0.3}
+    (blind,) = understood({"collision_monitor": given}).remarks
+    assert "collision_monitor: polygons: without observation_sources its zones see" in str(blind)
+    assert blind.safety
+    assert (
+        understood({"collision_monitor": {**given, "observation_sources": ["scan"]}}).remarks == []
+    )
+
+
+def test_of_two_robots_sections_those_of_one_hold() -> None:
+    given = {"robot1/amcl": {"max_beams": 30}, "robot2/amcl": {"max_beams": 31}}
+    found = understood(given)
+    assert "robot2/amcl: of a robot beside 'robot1', whose" in only(found, Kind.UNKNOWN)
+    assert found.parameters["amcl"]["max_beams"] == 30
+    assert understood(given, "robot2").parameters["amcl"]["max_beams"] == 31
+
+
+def test_what_is_below_a_class_in_c_is_not_unknown_below_every_node() -> None:
+    given = {
+        "dock_plugins": ["mine", "plain"],
+        "mine.plugin": "our_docks::Dock",
+        "mine.distance": 0.1,
+        "plain.plugin": "opennav_docking::SimpleChargingDock",
+    }
+    assert "someone's C++" in only(understood({"/**": given}), Kind.NO_EFFECT)
 
 
 def test_a_section_of_a_plugin_that_no_list_names_is_not_needed() -> None:
@@ -143,6 +231,16 @@ def test_a_list_of_nothing_but_classes_in_c_refuses_the_file(tmp_path: Path) -> 
     assert RPP in problem
 
 
+def test_a_class_of_nav2_that_is_not_here_has_another_in_its_place() -> None:
+    cls = "nav2_constrained_smoother/ConstrainedSmoother"
+    given = {"smoother_plugins": ["Bent"], "Bent.plugin": cls, "Bent.w_cost": 0.1}
+    found = understood({"smoother_server": given})
+    one, other = map(str, found.remarks)
+    assert "Bent.plugin: 'nav2_constrained_smoother::ConstrainedSmoother' is not here; nav2" in one
+    assert "Bent.w_cost: the constrained smoother" in other
+    assert value(found, "smoother_server", "Bent.plugin") == "nav2_smoother::SimpleSmoother"
+
+
 def test_a_class_of_nav2_that_is_misspelt_refuses_the_file(tmp_path: Path) -> None:
     path = tmp_path / "params.yaml"
     text = "planner_server: {ros__parameters: {GridBased: {plugin: nav2_navfn_planner::Navfn}}}"
@@ -151,9 +249,12 @@ def test_a_class_of_nav2_that_is_misspelt_refuses_the_file(tmp_path: Path) -> No
     assert "did you mean 'nav2_navfn_planner::NavfnPlanner'" in problem
 
 
+@pytest.mark.parametrize("section", ["<robot_namespace>/amcl", "<NAMESPACE_>amcl"])
 @pytest.mark.parametrize(("namespace", "topic"), [("", "/scan"), ("robot1", "/robot1/scan")])
-def test_the_robot_s_namespace_fills_its_placeholder(namespace: str, topic: str) -> None:
-    given = {"<robot_namespace>/amcl": {"scan_topic": "<robot_namespace>/scan"}}
+def test_the_robot_s_namespace_fills_its_placeholder(
+    namespace: str, topic: str, section: str
+) -> None:
+    given = {section: {"scan_topic": "<robot_namespace>/scan"}}
     assert understood(given, namespace).parameters["amcl"]["scan_topic"] == topic
 
 
@@ -180,6 +281,11 @@ def test_a_word_in_capitals_is_a_value_where_texts_are() -> None:
 def test_another_robot_s_section_is_not_needed() -> None:
     found = understood({"robot2/amcl": {"max_beams": 30}}, "robot1")
     assert "'amcl' of another namespace" in only(found, Kind.NOT_NEEDED)
+
+
+def test_shapes_as_zones_are_a_line_of_safety() -> None:
+    remark = only(understood({"vector_object_server": {"shapes": ["a"]}}), Kind.NO_EFFECT)
+    assert remark.startswith("no effect yet (SAFETY): vector_object_server: ")
 
 
 def test_a_zone_that_is_not_kept_is_a_line_of_its_own(tmp_path: Path) -> None:

@@ -138,3 +138,10 @@ def test_a_column_may_hold_as_many_marks_as_asked_for() -> None:
         layered = costmap(layer={"mark_threshold": 1})
         see(layered, cloud(*column))
         assert len(marked(layered)) == expected
+
+
+@pytest.mark.parametrize("asked", [32, 40])
+def test_more_voxels_than_a_column_holds_are_as_many_as_it_holds(asked: int) -> None:
+    layered = costmap(layer={"z_voxels": asked, "z_resolution": 0.05})
+    see(layered, cloud((1.02, 0.02, 1.55), (1.52, 0.02, 1.65)))
+    assert len(marked(layered)) == 1

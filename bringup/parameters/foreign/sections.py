@@ -1,0 +1,78 @@
+"""The sections of a parameter file by our nodes, and what launch files fill in them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from arjuna_core.errors import closest
+from bringup.parameters.files import EVERY_NODE, Parameters, namespace_of, node_of
+from bringup.parameters.foreign import nav2
+from bringup.parameters.remarks import Kind, Remark
+from bringup.stack import NodeSpec, program_of
+
+FILLED = "a launch file fills '{}'; the default holds"
+_NAMESPACE = "<robot_namespace>"
+_PLACEHOLDER = re.compile(r".*(<\w+>|\$\{.+\}|\$\((?!find-pkg-share).+\)).*")
+
+
+def sections_by_node(
+    given: Parameters, nodes: Mapping[str, NodeSpec], namespace: str
+) -> tuple[Parameters, list[Remark]]:
+    """Return a file's values by our nodes, placeholders filled, and remarks on other nodes."""
+    found: Parameters = {}
+    remarks: list[Remark] = []
+    first = ""
+    for name, values in given.items():
+        if name == EVERY_NODE:
+            continue
+        today = nav2.section_as_today(name)
+        node = node_of(today, nodes, namespace)
+        if node is None:
+            remarks.append(_of_other_node(name, today, nodes))
+            continue
+        robot = namespace_of(today, node)
+        first = first or robot
+        if not namespace and robot not in ("", first):
+            reason = f"of a robot beside '{first}', whose sections hold; --namespace chooses one"
+            remarks.append(Remark(Kind.UNKNOWN, name, reason))
+            continue
+        kept = found.setdefault(node, {})
+        for key, value in values.items():
+            filled = _filled(value, namespace)
+            if isinstance(filled, str) and _is_placeholder(key, filled):
+                remarks.append(Remark(Kind.NO_EFFECT, f"{node}: {key}", FILLED.format(value)))
+            elif filled is not None:  # a name without a value says nothing
+                kept[key] = filled
+    return found, remarks
+
+
+def _filled(value: Any, namespace: str) -> Any:
+    """Return a value with the placeholder of Nav2's launch files for the robot's namespace filled.
+
+    Nav2's `bringup_launch.py` replaces it by `/` and the namespace.
+    """
+    if not isinstance(value, str):
+        return value
+    return value.replace(_NAMESPACE, f"/{namespace}" if namespace else "")
+
+
+def _is_placeholder(key: str, value: str) -> bool:
+    """Return whether a launch file is to fill a value: `<name>`, `$(...)`, corners' names."""
+    named = key.rpartition(".")[2] == "footprint" and re.search("[A-Za-z]{2}", value)
+    return bool(named or _PLACEHOLDER.fullmatch(value))
+
+
+def _of_other_node(name: str, today: str, nodes: Mapping[str, NodeSpec]) -> Remark:
+    if (node := node_of(today, nodes)) is not None:
+        return Remark(Kind.NOT_NEEDED, name, f"'{node}' of another namespace")
+    if (program := program_of(today)) is not None:
+        command = f"ros2 run {' '.join(program)} --ros-args --params-file FILE"
+        return Remark(Kind.NOT_NEEDED, name, f"a node that '{command}' runs")
+    known = nav2.of_node(name)
+    if known is not None:
+        kind, reason = known
+        safety = nav2.is_safety("nodes", name.rpartition("/")[2])
+        return Remark(kind, name, f"there is no such node here: {reason}", safety)
+    return Remark(Kind.UNKNOWN, name, f"no node has this name{closest(name, nodes)}")
