@@ -23,6 +23,7 @@ class Wheel:
         heading: In which it rolls, from the robot's x axis [rad].
         steered: Whether a joint `<name>_steer_joint` turns it about the vertical.
         follows: Name of the wheel whose steering that joint mimics, where it does.
+        rolls_with: Name of the joint that the wheel's own mimics, where it does.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Wheel:
     heading: float = 0.0
     steered: bool = False
     follows: str = ""
+    rolls_with: str = ""
 
 
 @dataclass(frozen=True)
@@ -131,13 +133,14 @@ class Robot:
             )
             position = "0 0 0"
         inertia = INERTIAL.format(m=0.4, i=0.4 * 0.4 * self.radius**2)
+        mimic = wheel.rolls_with and f"<mimic joint='{wheel.rolls_with}'/>"
         return (
             f"{steer}<link name='{wheel.name}'>{inertia}<collision><geometry>"
             f"<cylinder radius='{self.radius}' length='0.03'/></geometry></collision></link>"
             f"<joint name='{wheel.name}_joint' type='continuous'><parent link='{carrier}'/>"
             f"<child link='{wheel.name}'/>"
             f"<origin xyz='{position}' rpy='{-math.pi / 2} 0 {wheel.heading}'/>"
-            "<axis xyz='0 0 1'/></joint>"
+            f"<axis xyz='0 0 1'/>{mimic}</joint>"
         )
 
 
@@ -296,13 +299,58 @@ def car(
     return Robot(wheels, plugin(file, joints), limit=max(limit, 0.6), middle=axle + 0.16)
 
 
-def tricycle() -> Robot:
-    """Return a robot whose one front wheel steers and drives."""
+def car_led(virtual: bool) -> Robot:
+    """Return a car of a bicycle's controller, whose other wheels mimic those that it names.
+
+    Args:
+        virtual: Whether those are in the middle of the axles, without a shape.
+    """
+    steer = "<axis xyz='0 0 1'/><limit lower='-0.5' upper='0.5' effort='9' velocity='9'/>"
+    roll = "<axis xyz='0 1 0'/><dynamics damping='0.2'/>"
+    extra = "".join(
+        f"<link name='{name}'/><joint name='{name}_joint' type='{kind}'><parent link='base'/>"
+        f"<child link='{name}'/><origin xyz='{x} 0 0'/>{tags}</joint>"
+        for name, kind, x, tags in (
+            ("virtual_steer", "revolute", 0.2, steer),
+            ("virtual_wheel", "continuous", -0.16, roll),
+        )
+    )
+    fronts = ("virtual", "virtual") if virtual else ("", "front_left_wheel")
+    rears = ("virtual_wheel_joint",) * 2 if virtual else ("", "rear_left_wheel_joint")
+    wheels = [
+        Wheel(f"front_{side}_wheel", 0.2, y, steered=True, follows=front)
+        for side, y, front in zip(("left", "right"), (0.12, -0.12), fronts, strict=True)
+    ]
+    wheels += [
+        Wheel(f"rear_{side}_wheel", -0.16, y, rolls_with=rear)
+        for side, y, rear in zip(("left", "right"), (0.12, -0.12), rears, strict=True)
+    ]
+    names = ("virtual_wheel", "virtual") if virtual else ("rear_left_wheel", "front_left_wheel")
+    tag, files = control(
+        "bicycle_steering_controller:\n  ros__parameters:\n"
+        f"    rear_wheels_names: [{names[0]}_joint]\n"
+        f"    front_wheels_names: [{names[1]}_steer_joint]\n"
+    )
+    return Robot(tuple(wheels), (extra if virtual else "") + tag, limit=0.5, files=files)
+
+
+def tricycle(classic: bool = False) -> Robot:
+    """Return a robot whose one front wheel steers and drives.
+
+    Args:
+        classic: Whether Gazebo's plugin drives it, else ros2_control.
+    """
     wheels = (
         Wheel("front_wheel", 0.2, 0.0, steered=True),
         Wheel("left_wheel", -0.12, 0.13),
         Wheel("right_wheel", -0.12, -0.13),
     )
+    if classic:
+        joints = "<steering_joint>front_wheel_steer_joint</steering_joint>"
+        joints += "<actuated_wheel_joint>front_wheel_joint</actuated_wheel_joint>"
+        joints += "<actuated_wheel_diameter>0.12</actuated_wheel_diameter>"
+        joints += "<encoder_wheel_left_joint>left_wheel_joint</encoder_wheel_left_joint>"
+        return Robot(wheels, plugin("libgazebo_ros_tricycle_drive.so", joints))
     tag, files = control(
         "tricycle_controller:\n  ros__parameters:\n    traction_joint_name: front_wheel_joint\n"
         "    steering_joint_name: front_wheel_steer_joint\n"

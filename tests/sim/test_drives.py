@@ -45,7 +45,10 @@ STEERED = {
     "car, controlled": cases.car("control"),
     "car without a plugin": cases.car(""),
     "car of endless steering": cases.car("", steer="continuous"),
+    "car, whose wheels mimic": cases.car_led(virtual=False),
+    "car, whose wheels mimic virtual ones": cases.car_led(virtual=True),
     "tricycle": cases.tricycle(),
+    "tricycle, classic": cases.tricycle(classic=True),
 }
 
 
@@ -106,7 +109,7 @@ def test_car_follows_an_arc(tmp_path: Path, name: str, bend: float) -> None:
     path = STEERED[name].write(tmp_path)
     robot = load_robot(path, SearchPath())
     assert robot.drive.kind is DriveKind.STEERED
-    axle = SE2(-0.12 if name == "tricycle" else -0.16, 0.0, 0.0)
+    axle = SE2(-0.12 if "tricycle" in name else -0.16, 0.0, 0.0)
     for speed in (0.4, -0.4):
         sim = simulator(robot=path)
         run(sim, 2.5, Velocity(speed, yaw_rate=speed * bend))
@@ -114,6 +117,25 @@ def test_car_follows_an_arc(tmp_path: Path, name: str, bend: float) -> None:
         turn = math.copysign(bend, bend * speed) if bend else 0.0
         arc = SE2.exp([math.copysign(1.0, speed), 0.0, turn])  # type: ignore[arg-type]
         _check(seen, axle @ arc @ axle.inverse(), 1.0)
+
+
+def test_tricycles_driven_wheel_is_the_one_that_its_plugin_names(tmp_path: Path) -> None:
+    robot = load_robot(cases.tricycle(classic=True).write(tmp_path), SearchPath())
+    assert robot.drive.wheels == ("front_wheel_joint",)
+    assert robot.drive.free == ("left_wheel_joint", "right_wheel_joint")
+    assert texts(robot.notes) == ()
+
+
+def test_virtual_wheels_turn_with_those_that_mimic_them(tmp_path: Path) -> None:
+    sim = simulator(robot=cases.car_led(virtual=True).write(tmp_path))
+    seen = run(sim, 2.0, Velocity(0.4, yaw_rate=0.3))
+    joints = dict(zip(seen.joints.names, seen.joints.positions, strict=True))
+    left = joints["rear_left_wheel_joint"]
+    assert joints["virtual_wheel_joint"] == pytest.approx(left, abs=0.05)
+    assert left < joints["rear_right_wheel_joint"] - 0.5  # each at its own speed
+    assert joints["virtual_steer_joint"] == pytest.approx(
+        joints["front_left_wheel_steer_joint"], abs=0.01
+    )
 
 
 def test_car_steers_no_farther_than_it_can(tmp_path: Path) -> None:

@@ -182,7 +182,7 @@ def _free(urdf: Urdf, driven: tuple[str, ...]) -> tuple[str, ...]:
         if joint.kind == "continuous"
         and name not in driven
         and joint.mimic is None
-        and radius_of(urdf, name) > 0.0
+        and urdf.links[joint.child].collisions
         and abs(float(axis(urdf, name)[1])) > _ACROSS
         # [m] Its lowest point is level with the others'.
         and abs(float(center(urdf, name)[2]) - radius_of(urdf, name) - ground) < 0.02

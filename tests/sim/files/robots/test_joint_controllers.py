@@ -16,7 +16,7 @@ from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.joints import ControllerKind, Gains
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import GazeboSettings, SensorSettings
-from arjuna_sim.model.urdf import Urdf
+from arjuna_sim.model.urdf import Mimic, Urdf
 from tests.sim.arms import CONTROLLERS, JOINTS, write_arm
 from tests.sim.builders import urdf_file
 from tests.sim.drive_cases import Robot, Wheel, plugin
@@ -72,6 +72,17 @@ def test_what_names_no_joint_is_noted(tmp_path: Path) -> None:
     )
     assert "joint 'nobody' does not exist" in notes(robot)
     assert "controller 'empty': names no joints" in notes(robot)
+
+
+def test_joints_that_mimic_in_ros2_control_alone_do_so(tmp_path: Path) -> None:
+    """As gz_ros2_control of Humble reads it."""
+    tag = "<ros2_control><joint name='wrist'><param name='mimic'>{}</param><param"
+    tag += " name='multiplier'>-0.5</param><command_interface name='position'/></joint>"
+    robot = load_robot(write_arm(tmp_path, extra=f"{tag}</ros2_control>".format("elbow")))
+    assert robot.urdf.joints["wrist"].mimic == Mimic("elbow", -0.5, 0.0)
+    assert "wrist" not in [joint.name for joint in robot.settings.driven]
+    robot = load_robot(write_arm(tmp_path, extra=f"{tag}</ros2_control>".format("nobody")))
+    assert "joint 'wrist' mimic: joint 'nobody' does not exist" in notes(robot)
 
 
 def test_wheels_stay_the_drives(tmp_path: Path) -> None:
