@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 INERTIAL = (
@@ -332,6 +332,31 @@ def car_led(virtual: bool) -> Robot:
         f"    front_wheels_names: [{names[1]}_steer_joint]\n"
     )
     return Robot(tuple(wheels), (extra if virtual else "") + tag, limit=0.5, files=files)
+
+
+def own_control(steered: bool = False, rollers: bool = False) -> Robot:
+    """Return a robot whose wheels a node of its maker's turns, by controllers of their joints.
+
+    Args:
+        steered: Whether each wheel is steered, too.
+        rollers: Whether their friction is that of mecanum wheels.
+    """
+    wheels = tuple(replace(wheel, steered=steered) for wheel in four())
+    names = [f"{wheel.name}_joint" for wheel in wheels]
+    text = "velocities:\n  ros__parameters:\n    type: velocity_controllers/"
+    text += f"JointGroupVelocityController\n    joints: [{', '.join(names)}]\n"
+    if steered:
+        names = [f"{wheel.name}_steer_joint" for wheel in wheels]
+        text += "angles:\n  ros__parameters:\n    type: position_controllers/"
+        text += f"JointGroupPositionController\n    joints: [{', '.join(names)}]\n"
+    extra, files = control(text)
+    if rollers:
+        extra += "".join(
+            f"<gazebo reference='{wheel.name}'><mu1>1</mu1><mu2>0</mu2>"
+            f"<fdir1>1 {-math.copysign(1.0, wheel.x * wheel.y)} 0</fdir1></gazebo>"
+            for wheel in wheels
+        )
+    return Robot(wheels, extra, files=files, limit=3.1)
 
 
 def tricycle(classic: bool = False) -> Robot:

@@ -208,6 +208,48 @@ def test_tracks_that_do_not_exist_are_refused(
         load_robot(path, SearchPath())
 
 
+@pytest.mark.parametrize(
+    ("robot", "commands", "seconds", "wanted"),
+    [
+        (cases.own_control(), {"velocities": [8.0] * 4}, 2.0, SE2(0.96, 0.0, 0.0)),
+        (
+            cases.own_control(rollers=True),
+            {"velocities": [-8.0, 8.0, 8.0, -8.0]},
+            2.0,
+            SE2(0.0, 0.96, 0.0),
+        ),
+        (
+            cases.own_control(steered=True),
+            {"velocities": [8.0] * 4, "angles": [math.pi / 4] * 4},
+            2.5,
+            SE2(0.85, 0.8, 0.0),  # it starts before the wheels have turned
+        ),
+    ],
+    ids=["ahead", "sideways on rollers", "askew on steered wheels"],
+)
+def test_wheels_obey_controllers_of_their_joints(
+    tmp_path: Path,
+    robot: cases.Robot,
+    commands: dict[str, list[float]],
+    seconds: float,
+    wanted: SE2,
+) -> None:
+    """As a node of the robot's maker commands them; until it does, cmd_vel drives."""
+    sim = simulator(robot=robot.write(tmp_path))
+    ahead = run(sim, 1.0, Velocity(0.4))
+    assert ahead.truth.pose.x == pytest.approx(0.4, abs=0.05)
+    start = run(sim, 0.5, Velocity()).truth.pose
+    for name, values in commands.items():
+        sim.robot.controllers.command(name, values)
+    moved = start.inverse() @ run(sim, seconds).truth.pose
+    assert math.hypot(moved.x - wanted.x, moved.y - wanted.y) < 0.1
+    assert abs(moved.theta) < 0.05
+    sim.robot.controllers.command("velocities", [0.0])
+    assert run(sim, 0.5, Velocity(0.4)).truth.v == pytest.approx(0.0, abs=0.01)
+    sim.reset()
+    assert run(sim, 1.0, Velocity(0.4)).truth.pose.x == pytest.approx(0.4, abs=0.05)
+
+
 def test_limits_of_tracks_and_of_a_tracked_vehicle_hold(tmp_path: Path) -> None:
     """Each part of the velocity has its own; each track has that of its controller."""
     parts = "<{0}_velocity><max_velocity>{1}</max_velocity></{0}_velocity>"

@@ -88,13 +88,8 @@ def joint_control(
             controllers.append(_of_parameters(xml, name, values, joints))
     taken = {*drive.rolling, *drive.steering}
     for controller in controllers:
-        for name in dict.fromkeys(controller.joints):
-            if name not in urdf.joints:
-                text = f"controller '{controller.name}': joint '{name}' does not exist"
-                xml.note(f"{text}, so it does not move", NoteKind.MISSING)
-            elif name in taken and controller.kind is _FORWARD:
-                text = f"controller '{controller.name}': joint '{name}' is the drive's"
-                xml.note(f"{text}, which alone turns it", NoteKind.IGNORED)
+        _note_joints(xml, urdf, drive, controller)
+        for name in controller.joints:
             joints.setdefault(name, DrivenJoint(name))
     driven = tuple(
         joint
@@ -105,6 +100,27 @@ def joint_control(
         and urdf.joints[name].mimic is None
     )
     return JointControl(driven, tuple(controllers), hardware)
+
+
+def _note_joints(
+    xml: XmlFile, urdf: Urdf, drive: DriveSettings, controller: ControllerSettings
+) -> None:
+    """Note which joints of a controller are none, and which are wheels."""
+    label, wheels = f"controller '{controller.name}'", list[str]()
+    for name in dict.fromkeys(controller.joints):
+        if name not in urdf.joints:
+            xml.note(
+                f"{label}: joint '{name}' does not exist, so it does not move", NoteKind.MISSING
+            )
+        elif name in (*drive.rolling, *drive.steering) and controller.kind is _FORWARD:
+            if controller.turns_wheels(drive.plugin, name in drive.steering):
+                wheels.append(name)
+                continue
+            text = f"{label}: joint '{name}' is the drive's, which alone turns it"
+            xml.note(text, NoteKind.IGNORED)
+    if wheels:
+        names = ", ".join(wheels)
+        xml.note(f"{label}: turns {names} from its first command on; until then cmd_vel does")
 
 
 def with_mimics(xml: XmlFile, urdf: Urdf) -> Urdf:

@@ -89,10 +89,13 @@ def test_wheels_stay_the_drives(tmp_path: Path) -> None:
     wheels = (Wheel("left_wheel", 0.0, 0.2), Wheel("right_wheel", 0.0, -0.2))
     names = "".join(f"<joint_name>{wheel.name}_joint</joint_name>" for wheel in wheels)
     tag = plugin("gz-sim-joint-controller-system", names)
-    robot = load_robot(Robot(wheels, tag).write(tmp_path))
-    assert robot.settings.driven == ()
-    assert robot.drive.wheels == ("left_wheel_joint", "right_wheel_joint")
-    assert "is the drive's" in notes(robot)
+    sides = "<left_joint>left_wheel_joint</left_joint><right_joint>right_wheel_joint</right_joint>"
+    drive = plugin("gz-sim-diff-drive-system", sides)
+    for more, text in ((drive, "is the drive's, which alone turns it"), ("", "until then cmd_vel")):
+        robot = load_robot(Robot(wheels, tag + more).write(tmp_path))
+        assert robot.settings.driven == ()
+        assert robot.drive.wheels == ("left_wheel_joint", "right_wheel_joint")
+        assert text in notes(robot)
 
 
 @pytest.mark.parametrize("value", ["0", "-1", "inf", "much"])
