@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element  # a type alone
 from arjuna_core.errors import RobotError, nearest
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.robots.controllers import drive_of_controllers
-from arjuna_sim.files.robots.plugins import drive_kind, is_control
+from arjuna_sim.files.robots.plugins import drive_kind, is_control, types_of
 from arjuna_sim.files.sdf.frames import Scope, raw_pose
 from arjuna_sim.files.sdf.includes import Includes, leaving_out
 from arjuna_sim.files.sdf.model_tags import is_static, own_pose
@@ -23,6 +23,25 @@ def models_by_name(world: Element) -> dict[str, Element]:
     return found
 
 
+def is_mover(model: Element) -> bool:
+    """Return whether a model is an obstacle that VelocityControl moves, rather than a robot.
+
+    It has neither joints that move nor sensors nor odometry.
+    """
+    kinds = [types_of(plugin) for plugin in model.iter("plugin")]
+    moving = any(joint.get("type") != "fixed" for joint in model.iter("joint"))
+    known = any("velocitycontrol" in kind for kind in kinds)
+    return (
+        known
+        and not moving
+        and model.find(".//sensor") is None
+        and not any(
+            "odometrypublisher" in kind or (drive_kind(plugin) and "velocitycontrol" not in kind)
+            for plugin, kind in zip(model.iter("plugin"), kinds, strict=True)
+        )
+    )
+
+
 def robots_of(xml: XmlFile, includes: Includes, world: Element) -> dict[str, Element]:
     """Return an expanded world's models that drive by their names, in the file's order."""
 
@@ -36,6 +55,7 @@ def robots_of(xml: XmlFile, includes: Includes, world: Element) -> dict[str, Ele
         name: model
         for name, model in models_by_name(world).items()
         if not is_static(model)
+        and not is_mover(model)
         and any(drives(includes.file_of(model, xml), each) for each in model.iter("plugin"))
     }
 

@@ -51,7 +51,7 @@ from arjuna_sim.model.world import (
 # Gazebo's systems whose work the simulator does by itself.
 _OWN = re.compile(
     r"(?i)\b(physics|sensors|imu|magnetometer|altimeter|nav-?sat|contact|user-?commands"
-    r"|scene-?broadcaster)(-system)?\b|libgazebo_ros_(init|factory)\b"
+    r"|scene-?broadcaster)(-system)?\b|libgazebo_ros_(init|factory|state)\b"
 )
 _WAYPOINTS_MAX = 10_000
 _ANGLES = {"latitude_deg": 90.0, "longitude_deg": 360.0, "heading_deg": 360.0}
@@ -197,7 +197,7 @@ def read_world(xml: XmlFile, without: Collection[str] = ()) -> World:
     reader = _Reader(xml)
     reader.read(world, without)
     reader.note_missing()
-    parts = (*world.iter("sensor"), *reader.robots)
+    parts = (*world.iter("sensor"), *world.iter("gui"), *reader.robots)
     known = {id(plugin) for each in parts for plugin in each.iter("plugin")}
     for plugin in world.iter("plugin"):
         if id(plugin) not in known and not _OWN.search(
