@@ -258,6 +258,9 @@ def test_limits_of_tracks_and_of_a_tracked_vehicle_hold(tmp_path: Path) -> None:
     extra = robot.extra.replace("</plugin>", "<max_velocity>0.2</max_velocity></plugin>", 1)
     driven = _driven(replace(robot, extra=extra), tmp_path, Velocity(0.8), 2.0)
     assert driven.truth.pose.x == pytest.approx(0.4, abs=0.03)
+    slow = robot.extra.replace("</plugin>", "<max_acceleration>0.2</max_acceleration></plugin>", 1)
+    driven = _driven(replace(robot, extra=slow), tmp_path, Velocity(0.8), 2.0)
+    assert driven.truth.pose.x == pytest.approx(0.4 + 0.3, abs=0.05)  # and 1 s of braking
     extra = robot.extra.replace("<left_track>", f"{of_vehicle}<left_track>")
     driven = _driven(replace(robot, extra=extra), tmp_path, Velocity(0.8), 2.0)
     assert driven.truth.pose.x == pytest.approx(0.6, abs=0.04)

@@ -133,7 +133,10 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     settings = settings_of(xml, urdf, tags)
     urdf, drive, settings = _driven(xml, urdf, settings, tags)
     if settings.drive is None and settings.wheelless is not None:
+        of_tracks = drive.max_acceleration
         drive = with_outputs_of(settings.wheelless, drive)
+        limits = [each for each in (of_tracks, drive.max_acceleration) if each > 0.0]
+        drive = dataclasses.replace(drive, max_acceleration=min(limits, default=0.0))
     if drive.from_world:  # what else publishes on its odometry's topic says the same
         own = drive.odometry_topic.lstrip("/")
         others = tuple(s for s in settings.sensors if s.topic.lstrip("/") != own)
