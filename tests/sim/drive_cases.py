@@ -334,6 +334,42 @@ def car_led(virtual: bool) -> Robot:
     return Robot(tuple(wheels), (extra if virtual else "") + tag, limit=0.5, files=files)
 
 
+def on_real_rollers(omni: bool, count: int = 8) -> Robot:
+    """Return a robot whose wheels are bare hubs with rollers of their own, each on its joint.
+
+    Args:
+        omni: Whether they are three omni wheels about its middle, else four mecanum wheels.
+        count: Rollers of a wheel.
+    """
+    wheels, slants = four("{end}_{side}_hub"), (1.0, -1.0, -1.0, 1.0)
+    if omni:
+        turns = [2.0 * math.pi * i / 3 for i in range(3)]
+        wheels = tuple(
+            Wheel(f"hub{i}", 0.16 * math.cos(a), 0.16 * math.sin(a), a + math.pi / 2)
+            for i, a in enumerate(turns)
+        )
+        slants = (0.0, 0.0, 0.0)
+    extra = ""
+    for wheel, slant in zip(wheels, slants, strict=True):
+        hub = f"<link name='{wheel.name}'>{INERTIAL.format(m=0.4, i=5e-4)}</link>"
+        extra += f"{hub}<joint name='{wheel.name}_joint' type='continuous'><parent link='base'/>"
+        extra += f"<child link='{wheel.name}'/><origin xyz='{wheel.x} {wheel.y} 0'"
+        extra += f" rpy='0 0 {wheel.heading}'/><axis xyz='0 1 0'/></joint>"
+        for i in range(count):
+            a = 2.0 * math.pi * i / count
+            x, y, z = math.cos(a), math.tan(slant * math.pi / 4), -math.sin(a)
+            tilt, turn = math.atan2(math.hypot(x, y), z), math.atan2(y, x)
+            name = f"{wheel.name}_{i}"
+            extra += (
+                f"<link name='{name}'>{INERTIAL.format(m=0.01, i=1e-6)}<collision><geometry>"
+                "<cylinder radius='0.012' length='0.03'/></geometry></collision></link>"
+                f"<joint name='{name}_pin' type='continuous'><parent link='{wheel.name}'/>"
+                f"<child link='{name}'/><origin xyz='{0.048 * math.sin(a)} 0"
+                f" {0.048 * math.cos(a)}' rpy='0 {tilt} {turn}'/><axis xyz='0 0 1'/></joint>"
+            )
+    return Robot((), extra)
+
+
 def own_control(steered: bool = False, rollers: bool = False) -> Robot:
     """Return a robot whose wheels a node of its maker's turns, by controllers of their joints.
 

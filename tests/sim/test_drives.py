@@ -36,6 +36,8 @@ SIDEWAYS = {
     ),
     "planar without wheels": (cases.planar_on(), DriveKind.MECANUM),
     "3 omni wheels": (cases.omni(3), DriveKind.OMNI),
+    "omni wheels of rollers": (cases.on_real_rollers(omni=True), DriveKind.OMNI),
+    "mecanum wheels of rollers": (cases.on_real_rollers(omni=False), DriveKind.MECANUM),
     "4 omni wheels, controlled": (cases.omni(4, controlled=True), DriveKind.OMNI),
 }
 STEERED = {

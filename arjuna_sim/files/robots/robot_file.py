@@ -19,6 +19,7 @@ from arjuna_sim.files.robots.drive_kinds import arranged, with_outputs_of
 from arjuna_sim.files.robots.gazebo import settings_of
 from arjuna_sim.files.robots.guess import guess_drive, guess_sides, is_omni
 from arjuna_sim.files.robots.joint_controllers import joint_control, with_mimics
+from arjuna_sim.files.robots.rollers import on_whole_wheels
 from arjuna_sim.files.robots.stand_up import stand_up
 from arjuna_sim.files.robots.undercarriage import on_rollers, on_tracks
 from arjuna_sim.files.sdf.robot import read_sdf_robot
@@ -129,8 +130,9 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     start = None if tags.T_world is None else (tags.T_world @ T_model).planar()
     if not urdf.text:
         urdf = dataclasses.replace(urdf, text=urdf_text(urdf, tags))
-    urdf = complete_shapes(xml, urdf)
+    urdf, grips = on_whole_wheels(xml, complete_shapes(xml, urdf))
     settings = settings_of(xml, urdf, tags)
+    settings = dataclasses.replace(settings, grips={**grips, **settings.grips})
     urdf, drive, settings = _driven(xml, urdf, settings, tags)
     if settings.drive is None and settings.wheelless is not None:
         of_tracks = drive.max_acceleration
