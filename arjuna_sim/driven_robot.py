@@ -145,7 +145,8 @@ class DrivenRobot:
         base, speeds = self._base, self._base.speeds(self.setpoint)
         if self._steers:
             speeds = base.speeds_at(self.setpoint, self._motion.steering_angles())
-        self._motion.turn_wheels(speeds, base.angles(self.setpoint))
+        wheels = self.controllers.of_wheels(speeds, base.angles(self.setpoint))
+        self._motion.turn_wheels(*wheels)
         if self.controllers.names:
             at = self._motion.driven_joints()
             self._motion.drive_joints(self.controllers.update(elapsed, tick, at))

@@ -54,7 +54,8 @@ class Imu:
     """Reads the motion of one site.
 
     Acceleration is the mean over the time between readings, as a real unit's filter gives. Each
-    turn rate and acceleration errs by white noise on a bias that walks.
+    turn rate and acceleration errs by white noise on a bias that walks, or, as in gz-sensors, is a
+    Gauss-Markov process.
     """
 
     def __init__(
@@ -67,8 +68,13 @@ class Imu:
         biases = [_biases(rng, *bias) for bias in (settings.gyro_bias, settings.accel_bias)]
         self._draws = _endless(rng)
         sigmas = config.gyro_noise, config.accel_noise
-        walks = config.gyro_bias_walk, config.accel_bias_walk
-        self._errors = np.repeat([(0.0, 0.0), walks, sigmas], 3, axis=1)
+        gyro, accel = settings.gyro_drift, settings.accel_drift
+        walks = (
+            config.gyro_bias_walk if gyro is None else gyro[0],
+            config.accel_bias_walk if accel is None else accel[0],
+        )
+        rates = tuple(0.0 if drift is None else 1.0 / drift[1] for drift in (gyro, accel))
+        self._errors = np.repeat([(0.0, 0.0), walks, sigmas, rates], 3, axis=1)
         self._errors[0] = np.concatenate(biases)
         self._tilt_noise = config.tilt_noise
         self._variances = sigmas[0] ** 2, sigmas[1] ** 2, config.tilt_noise**2
@@ -159,8 +165,8 @@ def _feel(
         last: The same a time `dt` [s] before.
         gravity: `(3,) float64` [m/s^2].
         draws: Standard normal: for the gyros' biases, the gyros, the other biases and the rest.
-        errors: Biases, how they grow per root second and white noise, `(3, 6) float64`; the
-            biases are changed in place.
+        errors: Biases, how they grow per root second, white noise and the part of them that is
+            forgotten per second, `(4, 6) float64`; the biases are changed in place.
         felt: What each turn rate and acceleration is read as, `(6,) float64`.
 
     Returns:
@@ -169,6 +175,7 @@ def _feel(
     up, root = 0.0, math.sqrt(dt)
     for i in range(6):
         first = 3 * (i // 3) + i
+        errors[0, i] *= max(0.0, 1.0 - dt * errors[3, i])
         errors[0, i] += errors[1, i] * root * draws[first]
         felt[i] = errors[0, i] + errors[2, i] * draws[first + 3]
     for i in range(3):

@@ -124,6 +124,18 @@ class SensorTag:
         mean, spread = (self.number(f"{path}/bias_{key}", 0.0) for key in ("mean", "stddev"))
         return mean, abs(spread)
 
+    def drift(self, path: str) -> tuple[float, float] | None:
+        """Return how a noise's bias grows per root second and its correlation time [s].
+
+        None where one of them is not above 0, as in gz-sensors.
+
+        Raises:
+            RobotError: One is no number.
+        """
+        names = ("stddev", "correlation_time")
+        grows, keeps = (self.number(f"{path}/dynamic_bias_{name}", 0.0) for name in names)
+        return (grows, keeps) if grows > 0.0 and keeps > 0.0 else None
+
     def first(self, *tags: str) -> Element | None:
         """Return the first child that has one of these tags."""
         return next((e for tag in tags if (e := self.element.find(tag)) is not None), None)

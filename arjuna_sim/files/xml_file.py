@@ -29,6 +29,13 @@ def root_tag(text: bytes) -> str:
     return root.group(1).decode() if root is not None else ""
 
 
+def _drop_namespace(root: Element) -> None:
+    """Take off the namespace that a file has for all tags without a prefix, as its readers do."""
+    space, _, _ = root.tag.rpartition("}")
+    for element in root.iter() if space else ():
+        element.tag = element.tag.removeprefix(f"{space}}}")
+
+
 class XmlFile:
     """A parsed file, and the helpers that turn its text into values.
 
@@ -61,6 +68,7 @@ class XmlFile:
 
     def _parse(self, tag: str) -> Element:
         root = parse_xml(self.path, self.text, self.error)
+        _drop_namespace(root)
         if len(root.get("name", "")) > _TEXT_MAX:
             raise self.error(self.path, f"has a name of more than {_TEXT_MAX} characters")
         if root.tag == before_sdf.ROOT and tag == "sdf":

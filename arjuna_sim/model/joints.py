@@ -86,3 +86,12 @@ class ControllerSettings:
     stopped_velocity: float = 0.01
     stall_timeout: float = 1.0
     allow_stalling: bool = False
+
+    def turns_wheels(self, drive: str, steers: bool) -> bool:
+        """Return whether it turns wheels, or steers them, that a drive turns otherwise.
+
+        Args:
+            drive: Name of the plugin that drives them; "" for a drive that was guessed.
+        """
+        command = POSITION if steers else VELOCITY
+        return not drive and self.kind is ControllerKind.FORWARD and self.command == command

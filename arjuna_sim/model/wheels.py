@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import RobotError
 from arjuna_sim.model.geometry.shapes import Kind, corners
-from arjuna_sim.model.urdf import Joint, Urdf
+from arjuna_sim.model.urdf import Joint, Mimic, Urdf
 
 CASTER_GAP_MAX = 0.008
 """Greatest height of a caster above the ground that its robot stands on [m]."""
@@ -43,6 +45,48 @@ def rolling_direction(urdf: Urdf, joint: str) -> NDArray[np.float64]:
     along = np.array([y, -x])
     unit: NDArray[np.float64] = along / max(float(np.linalg.norm(along)), 1e-12)
     return unit
+
+
+def with_followers(urdf: Urdf, joints: tuple[str, ...]) -> tuple[str, ...]:
+    """Return joints and those that mimic them, which alone stand for one that moves nothing solid.
+
+    Such as a virtual wheel in the middle of an axle, which the wheels at its ends mimic.
+    """
+    found: list[str] = []
+    for name in joints:
+        own = [
+            joint.name
+            for joint in urdf.joints.values()
+            if joint.mimic and joint.mimic.joint == name and joint.mimic.multiplier > 0.0
+        ]
+        solid = any(_is_solid(urdf, follower) for follower in own)
+        found += own if solid and not _is_solid(urdf, name) else [name, *own]
+    return tuple(dict.fromkeys(found))
+
+
+def _is_solid(urdf: Urdf, joint: str) -> bool:
+    """Return whether a joint moves anything that has solid shapes."""
+    link = urdf.joints[joint].child
+    below = [joint.name for joint in urdf.joints.values() if joint.parent == link]
+    return bool(urdf.links[link].collisions) or any(_is_solid(urdf, each) for each in below)
+
+
+def freed(urdf: Urdf, joints: tuple[str, ...]) -> Urdf:
+    """Return a robot of whose joints some, which motors turn, mimic none: what led them follows.
+
+    That resists nothing, so that motors of both sides start alike.
+    """
+    found = dict(urdf.joints)
+    for name in joints:
+        mimic = found[name].mimic
+        if mimic is None:
+            continue
+        found[name] = replace(found[name], mimic=None)
+        led = found[mimic.joint]
+        if mimic.joint not in joints and led.mimic is None and mimic.multiplier:
+            back = Mimic(name, 1.0 / mimic.multiplier, -mimic.offset / mimic.multiplier)
+            found[mimic.joint] = replace(led, mimic=back, damping=0.0, friction=0.0)
+    return replace(urdf, joints=found)
 
 
 def steered_by(urdf: Urdf, joint: str, steering: tuple[str, ...]) -> int:

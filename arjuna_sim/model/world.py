@@ -17,6 +17,7 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.geodesy import GeoPoint, MapOnEarth
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import Velocity
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.look import Look
 from arjuna_sim.model.notes import Note
@@ -187,6 +188,13 @@ class Movable(NamedTuple):
     floats: bool
 
 
+class Mover(NamedTuple):
+    """A command of a model that moves by itself: at the start, and the topic of others."""
+
+    velocity: Velocity
+    topic: str
+
+
 @dataclass(frozen=True)
 class World:
     """A world as it was read.
@@ -196,6 +204,7 @@ class World:
         notes: What the file says and the simulation leaves out.
         actors: What moves by itself.
         movable: By name, the models that can be pushed.
+        movers: By name, those of them that move by themselves.
         earth: Where it is, for GPS and compass.
         gravity: Acceleration of free fall, in the world's frame [m/s^2].
         look: Its lights, sky and fog.
@@ -212,6 +221,7 @@ class World:
     gravity: tuple[float, float, float] = (0.0, 0.0, -GRAVITY)
     look: Look = field(default_factory=Look)
     sensors: tuple[Fixture, ...] = ()
+    movers: Mapping[str, Mover] = field(default_factory=dict)
 
     @cached_property
     def models(self) -> dict[str, tuple[Body, ...]]:

@@ -62,8 +62,7 @@ def add_robot(spec: Any, robot: RobotModel, servo: ServoConfig, sag: float) -> N
         add_steering(spec, name)
     add_joint_servos(spec, robot)
     for follower in robot.urdf.joints.values():
-        if follower.name not in robot.drive.steering:
-            _add_mimic(spec, follower)
+        _add_mimic(spec, follower)
 
 
 def let_meet(spec: Any, robots: Sequence[RobotModel]) -> None:

@@ -27,6 +27,7 @@ from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.entity_body import addresses_of, motion_of
 from arjuna_sim.physics.ground import Ground
+from arjuna_sim.physics.movers import Movers
 from arjuna_sim.physics.running import Stepper, carry_over
 from arjuna_sim.physics.scene import Scene, build_scene, touched
 from arjuna_sim.physics.walkers import Manners, Walkers
@@ -46,6 +47,7 @@ class Stage:
     Attributes:
         scene: The compiled model and where to find things in it.
         on_rebuild: Called when `scene` and `data` were replaced.
+        movers: Those of its world's models that move by themselves.
 
     Raises:
         RobotError: MuJoCo refuses a robot or the world.
@@ -62,6 +64,7 @@ class Stage:
 
     def _set_up(self, world: World) -> None:
         entities, taken = moving_entities(world), frozenset(world.movable)
+        self.movers = Movers(world.movers)
         self._install(world, entities, taken, *self._compile(world, entities, taken))
         self._stand_people_up()
         self._steps = 0
@@ -196,6 +199,7 @@ class Stage:
             self._set_up(self.world)
             self.on_rebuild()
         self._steps = 0
+        self.movers.rewind()
         self.rewind()
 
     def rewind(self) -> None:
@@ -207,13 +211,14 @@ class Stage:
 
     def advance(self, steps: int) -> None:
         """Run the physics for a number of steps."""
-        if self._runs_alone:
+        if self._runs_alone and not self.movers:
             self._steps += steps
             self._stepper.run(steps)
             return
         for _ in range(steps):
             self._steps += 1
             self._follow()
+            self.movers.push(self.scene.model, self.data, self._handles)
             self._stepper.run(1)
             self.data.qpos[self.scene.rollers] = 0.0
 
@@ -280,6 +285,7 @@ class Stage:
         self.scene, self.data = scene, data
         self._stepper = Stepper(scene.model, data)
         self._handles = {name: addresses_of(scene.model, one) for name, one in entities.items()}
+        self.movers.smooth(scene.model, self._handles)
         walking = {n: e.trajectory for n, e in entities.items() if e.trajectory is not None}
         self._walking = tuple(walking)
         bodies = [self._handles[name][0] for name in walking]

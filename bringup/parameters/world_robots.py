@@ -5,10 +5,15 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from arjuna_core.errors import RobotError
 from arjuna_core.se2 import IDENTITY, SE2
+from bringup.parameters.files import for_node
+
+_ASKED = ("robot", "robots", "starts", "initial_pose")
 
 
 def take_robots_of_world(arguments: argparse.Namespace) -> None:
@@ -23,8 +28,9 @@ def take_robots_of_world(arguments: argparse.Namespace) -> None:
     from arjuna_sim.files.robots.robot_file import load_robot, split_model
 
     given = vars(arguments)
-    world, names = given.get("world"), given.get("namespaces") or []
+    names = given.get("namespaces") or []
     asked = given.get("robots") or [file for file in [given.get("robot")] if file is not None]
+    world = given.get("world") or (None if asked else _world_of_files(given))
     if world is None or (asked and given.get("ats")):
         return
     if any(split_model(file)[0].resolve() != world.resolve() for file in asked):
@@ -43,6 +49,19 @@ def take_robots_of_world(arguments: argparse.Namespace) -> None:
     if not given.get("ats"):
         arguments.ats = [[start.x, start.y] for start in starts.values()]
         arguments.yaws = given.get("yaws") or [start.theta for start in starts.values()]
+
+
+def _world_of_files(given: Mapping[str, Any]) -> Path | None:
+    """Return the world that parameter files name, where these name neither robot nor start."""
+    from bringup.parameters.checking import merged_sources
+
+    files, words = given.get("params") or (), given.get("param") or ()
+    if "world" not in given or not (files or words):
+        return None
+    read = merged_sources(files, words, given.get("namespace", "")).parameters
+    values = for_node(read, "sim")
+    asked = [key for key in values if key.split(".")[0] in _ASKED and values[key]]
+    return Path(values["world"]) if values.get("world") and not asked else None
 
 
 def _held(world: Path) -> dict[Path, SE2]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 INERTIAL = (
@@ -23,6 +23,7 @@ class Wheel:
         heading: In which it rolls, from the robot's x axis [rad].
         steered: Whether a joint `<name>_steer_joint` turns it about the vertical.
         follows: Name of the wheel whose steering that joint mimics, where it does.
+        rolls_with: Name of the joint that the wheel's own mimics, where it does.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Wheel:
     heading: float = 0.0
     steered: bool = False
     follows: str = ""
+    rolls_with: str = ""
 
 
 @dataclass(frozen=True)
@@ -131,13 +133,14 @@ class Robot:
             )
             position = "0 0 0"
         inertia = INERTIAL.format(m=0.4, i=0.4 * 0.4 * self.radius**2)
+        mimic = wheel.rolls_with and f"<mimic joint='{wheel.rolls_with}'/>"
         return (
             f"{steer}<link name='{wheel.name}'>{inertia}<collision><geometry>"
             f"<cylinder radius='{self.radius}' length='0.03'/></geometry></collision></link>"
             f"<joint name='{wheel.name}_joint' type='continuous'><parent link='{carrier}'/>"
             f"<child link='{wheel.name}'/>"
             f"<origin xyz='{position}' rpy='{-math.pi / 2} 0 {wheel.heading}'/>"
-            "<axis xyz='0 0 1'/></joint>"
+            f"<axis xyz='0 0 1'/>{mimic}</joint>"
         )
 
 
@@ -296,13 +299,119 @@ def car(
     return Robot(wheels, plugin(file, joints), limit=max(limit, 0.6), middle=axle + 0.16)
 
 
-def tricycle() -> Robot:
-    """Return a robot whose one front wheel steers and drives."""
+def car_led(virtual: bool) -> Robot:
+    """Return a car of a bicycle's controller, whose other wheels mimic those that it names.
+
+    Args:
+        virtual: Whether those are in the middle of the axles, without a shape.
+    """
+    steer = "<axis xyz='0 0 1'/><limit lower='-0.5' upper='0.5' effort='9' velocity='9'/>"
+    roll = "<axis xyz='0 1 0'/><dynamics damping='0.2'/>"
+    extra = "".join(
+        f"<link name='{name}'/><joint name='{name}_joint' type='{kind}'><parent link='base'/>"
+        f"<child link='{name}'/><origin xyz='{x} 0 0'/>{tags}</joint>"
+        for name, kind, x, tags in (
+            ("virtual_steer", "revolute", 0.2, steer),
+            ("virtual_wheel", "continuous", -0.16, roll),
+        )
+    )
+    fronts = ("virtual", "virtual") if virtual else ("", "front_left_wheel")
+    rears = ("virtual_wheel_joint",) * 2 if virtual else ("", "rear_left_wheel_joint")
+    wheels = [
+        Wheel(f"front_{side}_wheel", 0.2, y, steered=True, follows=front)
+        for side, y, front in zip(("left", "right"), (0.12, -0.12), fronts, strict=True)
+    ]
+    wheels += [
+        Wheel(f"rear_{side}_wheel", -0.16, y, rolls_with=rear)
+        for side, y, rear in zip(("left", "right"), (0.12, -0.12), rears, strict=True)
+    ]
+    names = ("virtual_wheel", "virtual") if virtual else ("rear_left_wheel", "front_left_wheel")
+    tag, files = control(
+        "bicycle_steering_controller:\n  ros__parameters:\n"
+        f"    rear_wheels_names: [{names[0]}_joint]\n"
+        f"    front_wheels_names: [{names[1]}_steer_joint]\n"
+    )
+    return Robot(tuple(wheels), (extra if virtual else "") + tag, limit=0.5, files=files)
+
+
+def on_real_rollers(omni: bool, count: int = 8) -> Robot:
+    """Return a robot whose wheels are bare hubs with rollers of their own, each on its joint.
+
+    Args:
+        omni: Whether they are three omni wheels about its middle, else four mecanum wheels.
+        count: Rollers of a wheel.
+    """
+    wheels, slants = four("{end}_{side}_hub"), (1.0, -1.0, -1.0, 1.0)
+    if omni:
+        turns = [2.0 * math.pi * i / 3 for i in range(3)]
+        wheels = tuple(
+            Wheel(f"hub{i}", 0.16 * math.cos(a), 0.16 * math.sin(a), a + math.pi / 2)
+            for i, a in enumerate(turns)
+        )
+        slants = (0.0, 0.0, 0.0)
+    extra = ""
+    for wheel, slant in zip(wheels, slants, strict=True):
+        hub = f"<link name='{wheel.name}'>{INERTIAL.format(m=0.4, i=5e-4)}</link>"
+        extra += f"{hub}<joint name='{wheel.name}_joint' type='continuous'><parent link='base'/>"
+        extra += f"<child link='{wheel.name}'/><origin xyz='{wheel.x} {wheel.y} 0'"
+        extra += f" rpy='0 0 {wheel.heading}'/><axis xyz='0 1 0'/></joint>"
+        for i in range(count):
+            a = 2.0 * math.pi * i / count
+            x, y, z = math.cos(a), math.tan(slant * math.pi / 4), -math.sin(a)
+            tilt, turn = math.atan2(math.hypot(x, y), z), math.atan2(y, x)
+            name = f"{wheel.name}_{i}"
+            extra += (
+                f"<link name='{name}'>{INERTIAL.format(m=0.01, i=1e-6)}<collision><geometry>"
+                "<cylinder radius='0.012' length='0.03'/></geometry></collision></link>"
+                f"<joint name='{name}_pin' type='continuous'><parent link='{wheel.name}'/>"
+                f"<child link='{name}'/><origin xyz='{0.048 * math.sin(a)} 0"
+                f" {0.048 * math.cos(a)}' rpy='0 {tilt} {turn}'/><axis xyz='0 0 1'/></joint>"
+            )
+    return Robot((), extra)
+
+
+def own_control(steered: bool = False, rollers: bool = False) -> Robot:
+    """Return a robot whose wheels a node of its maker's turns, by controllers of their joints.
+
+    Args:
+        steered: Whether each wheel is steered, too.
+        rollers: Whether their friction is that of mecanum wheels.
+    """
+    wheels = tuple(replace(wheel, steered=steered) for wheel in four())
+    names = [f"{wheel.name}_joint" for wheel in wheels]
+    text = "velocities:\n  ros__parameters:\n    type: velocity_controllers/"
+    text += f"JointGroupVelocityController\n    joints: [{', '.join(names)}]\n"
+    if steered:
+        names = [f"{wheel.name}_steer_joint" for wheel in wheels]
+        text += "angles:\n  ros__parameters:\n    type: position_controllers/"
+        text += f"JointGroupPositionController\n    joints: [{', '.join(names)}]\n"
+    extra, files = control(text)
+    if rollers:
+        extra += "".join(
+            f"<gazebo reference='{wheel.name}'><mu1>1</mu1><mu2>0</mu2>"
+            f"<fdir1>1 {-math.copysign(1.0, wheel.x * wheel.y)} 0</fdir1></gazebo>"
+            for wheel in wheels
+        )
+    return Robot(wheels, extra, files=files, limit=3.1)
+
+
+def tricycle(classic: bool = False) -> Robot:
+    """Return a robot whose one front wheel steers and drives.
+
+    Args:
+        classic: Whether Gazebo's plugin drives it, else ros2_control.
+    """
     wheels = (
         Wheel("front_wheel", 0.2, 0.0, steered=True),
         Wheel("left_wheel", -0.12, 0.13),
         Wheel("right_wheel", -0.12, -0.13),
     )
+    if classic:
+        joints = "<steering_joint>front_wheel_steer_joint</steering_joint>"
+        joints += "<actuated_wheel_joint>front_wheel_joint</actuated_wheel_joint>"
+        joints += "<actuated_wheel_diameter>0.12</actuated_wheel_diameter>"
+        joints += "<encoder_wheel_left_joint>left_wheel_joint</encoder_wheel_left_joint>"
+        return Robot(wheels, plugin("libgazebo_ros_tricycle_drive.so", joints))
     tag, files = control(
         "tricycle_controller:\n  ros__parameters:\n    traction_joint_name: front_wheel_joint\n"
         "    steering_joint_name: front_wheel_steer_joint\n"

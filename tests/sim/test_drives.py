@@ -36,6 +36,8 @@ SIDEWAYS = {
     ),
     "planar without wheels": (cases.planar_on(), DriveKind.MECANUM),
     "3 omni wheels": (cases.omni(3), DriveKind.OMNI),
+    "omni wheels of rollers": (cases.on_real_rollers(omni=True), DriveKind.OMNI),
+    "mecanum wheels of rollers": (cases.on_real_rollers(omni=False), DriveKind.MECANUM),
     "4 omni wheels, controlled": (cases.omni(4, controlled=True), DriveKind.OMNI),
 }
 STEERED = {
@@ -45,7 +47,10 @@ STEERED = {
     "car, controlled": cases.car("control"),
     "car without a plugin": cases.car(""),
     "car of endless steering": cases.car("", steer="continuous"),
+    "car, whose wheels mimic": cases.car_led(virtual=False),
+    "car, whose wheels mimic virtual ones": cases.car_led(virtual=True),
     "tricycle": cases.tricycle(),
+    "tricycle, classic": cases.tricycle(classic=True),
 }
 
 
@@ -106,7 +111,7 @@ def test_car_follows_an_arc(tmp_path: Path, name: str, bend: float) -> None:
     path = STEERED[name].write(tmp_path)
     robot = load_robot(path, SearchPath())
     assert robot.drive.kind is DriveKind.STEERED
-    axle = SE2(-0.12 if name == "tricycle" else -0.16, 0.0, 0.0)
+    axle = SE2(-0.12 if "tricycle" in name else -0.16, 0.0, 0.0)
     for speed in (0.4, -0.4):
         sim = simulator(robot=path)
         run(sim, 2.5, Velocity(speed, yaw_rate=speed * bend))
@@ -114,6 +119,25 @@ def test_car_follows_an_arc(tmp_path: Path, name: str, bend: float) -> None:
         turn = math.copysign(bend, bend * speed) if bend else 0.0
         arc = SE2.exp([math.copysign(1.0, speed), 0.0, turn])  # type: ignore[arg-type]
         _check(seen, axle @ arc @ axle.inverse(), 1.0)
+
+
+def test_tricycles_driven_wheel_is_the_one_that_its_plugin_names(tmp_path: Path) -> None:
+    robot = load_robot(cases.tricycle(classic=True).write(tmp_path), SearchPath())
+    assert robot.drive.wheels == ("front_wheel_joint",)
+    assert robot.drive.free == ("left_wheel_joint", "right_wheel_joint")
+    assert texts(robot.notes) == ()
+
+
+def test_virtual_wheels_turn_with_those_that_mimic_them(tmp_path: Path) -> None:
+    sim = simulator(robot=cases.car_led(virtual=True).write(tmp_path))
+    seen = run(sim, 2.0, Velocity(0.4, yaw_rate=0.3))
+    joints = dict(zip(seen.joints.names, seen.joints.positions, strict=True))
+    left = joints["rear_left_wheel_joint"]
+    assert joints["virtual_wheel_joint"] == pytest.approx(left, abs=0.05)
+    assert left < joints["rear_right_wheel_joint"] - 0.5  # each at its own speed
+    assert joints["virtual_steer_joint"] == pytest.approx(
+        joints["front_left_wheel_steer_joint"], abs=0.01
+    )
 
 
 def test_car_steers_no_farther_than_it_can(tmp_path: Path) -> None:
@@ -186,6 +210,48 @@ def test_tracks_that_do_not_exist_are_refused(
         load_robot(path, SearchPath())
 
 
+@pytest.mark.parametrize(
+    ("robot", "commands", "seconds", "wanted"),
+    [
+        (cases.own_control(), {"velocities": [8.0] * 4}, 2.0, SE2(0.96, 0.0, 0.0)),
+        (
+            cases.own_control(rollers=True),
+            {"velocities": [-8.0, 8.0, 8.0, -8.0]},
+            2.0,
+            SE2(0.0, 0.96, 0.0),
+        ),
+        (
+            cases.own_control(steered=True),
+            {"velocities": [8.0] * 4, "angles": [math.pi / 4] * 4},
+            2.5,
+            SE2(0.85, 0.8, 0.0),  # it starts before the wheels have turned
+        ),
+    ],
+    ids=["ahead", "sideways on rollers", "askew on steered wheels"],
+)
+def test_wheels_obey_controllers_of_their_joints(
+    tmp_path: Path,
+    robot: cases.Robot,
+    commands: dict[str, list[float]],
+    seconds: float,
+    wanted: SE2,
+) -> None:
+    """As a node of the robot's maker commands them; until it does, cmd_vel drives."""
+    sim = simulator(robot=robot.write(tmp_path))
+    ahead = run(sim, 1.0, Velocity(0.4))
+    assert ahead.truth.pose.x == pytest.approx(0.4, abs=0.05)
+    start = run(sim, 0.5, Velocity()).truth.pose
+    for name, values in commands.items():
+        sim.robot.controllers.command(name, values)
+    moved = start.inverse() @ run(sim, seconds).truth.pose
+    assert math.hypot(moved.x - wanted.x, moved.y - wanted.y) < 0.1
+    assert abs(moved.theta) < 0.05
+    sim.robot.controllers.command("velocities", [0.0])
+    assert run(sim, 0.5, Velocity(0.4)).truth.v == pytest.approx(0.0, abs=0.01)
+    sim.reset()
+    assert run(sim, 1.0, Velocity(0.4)).truth.pose.x == pytest.approx(0.4, abs=0.05)
+
+
 def test_limits_of_tracks_and_of_a_tracked_vehicle_hold(tmp_path: Path) -> None:
     """Each part of the velocity has its own; each track has that of its controller."""
     parts = "<{0}_velocity><max_velocity>{1}</max_velocity></{0}_velocity>"
@@ -194,6 +260,9 @@ def test_limits_of_tracks_and_of_a_tracked_vehicle_hold(tmp_path: Path) -> None:
     extra = robot.extra.replace("</plugin>", "<max_velocity>0.2</max_velocity></plugin>", 1)
     driven = _driven(replace(robot, extra=extra), tmp_path, Velocity(0.8), 2.0)
     assert driven.truth.pose.x == pytest.approx(0.4, abs=0.03)
+    slow = robot.extra.replace("</plugin>", "<max_acceleration>0.2</max_acceleration></plugin>", 1)
+    driven = _driven(replace(robot, extra=slow), tmp_path, Velocity(0.8), 2.0)
+    assert driven.truth.pose.x == pytest.approx(0.4 + 0.3, abs=0.05)  # and 1 s of braking
     extra = robot.extra.replace("<left_track>", f"{of_vehicle}<left_track>")
     driven = _driven(replace(robot, extra=extra), tmp_path, Velocity(0.8), 2.0)
     assert driven.truth.pose.x == pytest.approx(0.6, abs=0.04)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_sim.devices.driving.trajectory import Trajectory
+from arjuna_sim.devices.driving.wheel_commands import WheelCommands
 from arjuna_sim.model.joints import EFFORT, VELOCITY, ControllerKind, ControllerSettings
 from arjuna_sim.model.robot import RobotModel
 
@@ -65,7 +66,8 @@ class JointControllers:
     """The controllers of a robot's driven joints.
 
     From the start all are active that claim different joints, until a client chooses others. A
-    joint that no active controller commands is held where it is.
+    joint that no active controller commands is held where it is. Wheels that no file gives to a
+    drive are a controller's from its first command on.
 
     Args:
         robot: The robot, its joints named as in its file.
@@ -91,6 +93,7 @@ class JointControllers:
             running = _Running(settings, index)
             running.state = INACTIVE if self._blockers(settings) else ACTIVE
             self._running[settings.name] = running
+        self._wheels = WheelCommands(robot)
         self.rest(self.initial)
 
     def _blockers(self, wanted: ControllerSettings) -> list[str]:
@@ -284,6 +287,13 @@ class JointControllers:
         return JointCommands(
             is_effort, position, velocity, effort + self._integral(position - at, tick)
         )
+
+    def of_wheels(self, speeds: Array, angles: Array) -> tuple[Array, Array]:
+        """Return how wheels turn [rad/s] and steer [rad], given what the drive wants of both."""
+        if not self._wheels:
+            return speeds, angles
+        active = {n: one.values for n, one in self._running.items() if one.state == ACTIVE}
+        return self._wheels.over(active, speeds, angles)
 
     def _towards(self, joints: NDArray[np.int64], values: Array, tick: float) -> Array:
         """Return how fast joints go to positions, as far as they may jump."""

@@ -11,6 +11,7 @@ from arjuna_sim.files.tag_text import flag
 from arjuna_sim.model.settings import SensorSettings, reads
 
 _STEP = 1.0  # of the sum over time, at most [s]
+_MOVES = 0.02  # speed from which a robot moves, or turns [m/s or rad/s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +27,7 @@ class BatterySettings(SensorSettings):
         resistance: [Ohm].
         tau: In which the current follows the load [s].
         load: Power that is drawn [W].
+        waits: Whether that is drawn from the robot's first motion on, else from the start on.
     """
 
     TITLE: ClassVar[str] = "battery"
@@ -37,6 +39,7 @@ class BatterySettings(SensorSettings):
     resistance: float
     tau: float
     load: float
+    waits: bool
 
     def details(self) -> str:
         """Return charge, voltage and load."""
@@ -54,8 +57,9 @@ def read(tag: SensorTag) -> list[BatterySettings]:
     voltage, capacity = tag.number("voltage", 0.0), tag.number("capacity", 0.0)
     if not (voltage > 0.0 and capacity > 0.0):
         raise tag.fail(f"<voltage> {voltage}, <capacity> {capacity}: both must be above 0")
-    if flag(tag.element, False, "startonmotion") or not flag(tag.element, True, "startdraining"):
-        tag.note("drains from the start on, not from the first motion on")
+    waits = flag(tag.element, False, "startonmotion")
+    if not waits and not flag(tag.element, True, "startdraining"):
+        tag.note("drains from the start on, not from when a topic says so")
     if flag(tag.element, False, "enablerecharge"):
         tag.note("is not recharged")
     return [
@@ -73,6 +77,7 @@ def read(tag: SensorTag) -> list[BatterySettings]:
             resistance=tag.number("resistance", 0.0),
             tau=max(tag.number("smooth_current_tau", 1.0), 1e-3),
             load=tag.number("power_load", 0.0),
+            waits=waits and not flag(tag.element, False, "startdraining"),
         )
     ]
 
@@ -88,18 +93,20 @@ class Charge(NamedTuple):
 
 @simulates(BatterySettings)
 class Battery:
-    """Sums up what is drawn from the simulation's start on."""
+    """Sums up what is drawn from the simulation's start or the robot's first motion on."""
 
     def __init__(self, settings: BatterySettings, mount: Mount) -> None:
         self._settings = settings
+        self.rebind(mount.model)
         self._restart()
 
     def _restart(self) -> None:
-        self._now, self._current = 0.0, 0.0
+        self._now, self._current, self._waits = 0.0, 0.0, self._settings.waits
         self._voltage, self._charge = self._settings.voltage, self._settings.charge
 
     def rebind(self, model: Any) -> None:
-        """Do nothing: it is in no model."""
+        """Continue with another model, in which the robot is the same."""
+        self._body = int(model.site_bodyid[model.site(self._settings.site).id])
 
     def settle(self) -> None:
         """Do nothing: no motion is remembered."""
@@ -108,6 +115,8 @@ class Battery:
         """Return its state at a time [s]."""
         if now < self._now:
             self._restart()
+        if self._waits:
+            self._now, self._waits = now, float(abs(data.cvel[self._body]).max()) < _MOVES
         while now - self._now > 1e-9:
             self._draw(min(now - self._now, _STEP))
         percentage = self._charge / self._settings.capacity

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_sim.files.sensor_tag import SensorTag
-from arjuna_sim.files.tag_text import plain, text_of, topic
+from arjuna_sim.files.tag_text import plain, text_of, texts
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
 from arjuna_sim.model.urdf import Urdf
 
@@ -130,25 +130,50 @@ def _topics(sensor: Element, depth: bool) -> dict[str, str]:
 
     ROS plugins join `<camera>/<image>`; gz-sim makes all of them of one `<topic>`.
     """
-    image = topic(sensor, "", "~/image_raw", "imagetopicname")
-    name = text_of(sensor, "cameraname")
+    plugin, given = sensor.find("plugin"), text_of(sensor, "imagetopicname", "cameraname")
     own = next((c.text.strip() for c in sensor if plain(c.tag) == "topic" and c.text), "")
-    info = text_of(sensor, "camerainfotopic") or (sensor.findtext("camera/camera_info_topic") or "")
-    if own and not image:
+    if own and own != "__default_topic__" and not given and not any(_remappings(sensor)):
+        info = text_of(sensor, "camerainfotopic") or sensor.findtext("camera/camera_info_topic")
         return _of_gz(sensor, own, depth) | ({"info_topic": info.strip()} if info else {})
-    if not image and not name:
+    if plugin is None and not given:
         return {"topic": CameraSettings.TOPIC} | ({"cloud_topic": "camera/points"} if depth else {})
-
-    def joined(own: str, default: str) -> str:
-        return own if own.startswith("/") or not name else f"{name}/{own or default}"
-
-    found = {"topic": joined(image, "image_raw")}
+    found = {"topic": _of_ros(sensor, "image_raw", "imagetopicname")}
     if depth:
-        distances = topic(sensor, "", "~/depth/image_raw", "depthimagetopicname")
-        points = topic(sensor, "", "~/points", "pointcloudtopicname")
-        found |= {"depth_topic": joined(distances, "depth/image_raw")}
-        found |= {"cloud_topic": joined(points, "points")}
+        distances = _of_ros(sensor, "depth/image_raw", "depthimagetopicname")
+        points = _of_ros(sensor, "points", "pointcloudtopicname")
+        found |= {"depth_topic": distances, "cloud_topic": points}
+    info, beside = _of_ros(sensor, "camera_info", ""), found["topic"].rpartition("/")[0]
+    if any(_remappings(sensor)) and info.rpartition("/") != (beside, "/", "camera_info"):
+        found |= {"info_topic": info}
     return found
+
+
+def _remappings(sensor: Element) -> Iterator[tuple[str, str]]:
+    """Yield what the plugin of a sensor remaps, and to what."""
+    for text in (*texts(sensor, "remapping"), *texts(sensor, "argument")):
+        source, _, target = text.partition(":=")
+        if target.strip():
+            yield source.strip(), target.strip()
+
+
+def _of_ros(sensor: Element, last: str, tag: str) -> str:
+    """Return the topic of one of a ROS plugin's pictures: its camera's, its last part or a remap.
+
+    Args:
+        tag: The plain name of its tag in ROS 1's plugin.
+    """
+    camera, given = text_of(sensor, "cameraname"), text_of(sensor, tag)
+    # ROS 2's plugin, which has no such tags, names the camera as its sensor.
+    own = camera or ("" if text_of(sensor, "imagetopicname") else sensor.get("name", "").strip())
+    space = text_of(sensor, "robotnamespace", "namespace").strip("/")
+    found = f"{own}/{given or last}" if own and not given.startswith("/") else given or last
+    for source, target in _remappings(sensor):
+        below = source.removeprefix("~/").removeprefix(f"/{space}/" if space else "/")
+        if below == f"{own}/{last}":
+            found = target
+        elif below == last:
+            found = f"{camera}/{target}" if camera and not target.startswith("/") else target
+    return f"/{space}/{found}" if space and not found.startswith("/") else found
 
 
 def _of_gz(sensor: Element, own: str, depth: bool) -> dict[str, str]:

@@ -47,6 +47,9 @@ class ImuSettings(SensorSettings):
         accel_noise: Of an acceleration; None where the file names none [m/s^2].
         gyro_bias: Mean and standard deviation of the turn rates' bias at the start [rad/s].
         accel_bias: The same of the accelerations [m/s^2].
+        gyro_drift: Growth of that bias [rad/s/sqrt(s)], and the time in which it is forgotten [s];
+            None where the file names none.
+        accel_drift: The same of the accelerations [m/s^2/sqrt(s)].
     """
 
     TITLE: ClassVar[str] = "imu"
@@ -57,6 +60,8 @@ class ImuSettings(SensorSettings):
     accel_noise: float | None = None
     gyro_bias: tuple[float, float] = (0.0, 0.0)
     accel_bias: tuple[float, float] = (0.0, 0.0)
+    gyro_drift: tuple[float, float] | None = None
+    accel_drift: tuple[float, float] | None = None
 
 
 @reads("imu")
@@ -68,8 +73,8 @@ def read(tag: SensorTag) -> list[ImuSettings]:
     """
     if tag.element.tag == "plugin":
         return [_of_plugin(tag)]
-    gyro = ("imu/angular_velocity/x/noise", "imu/noise/rate", "imu/noise/rates")
-    accel = ("imu/linear_acceleration/x/noise", "imu/noise/accel")
+    gyro = (_noise(tag, "angular_velocity"), "imu/noise/rate", "imu/noise/rates")
+    accel = (_noise(tag, "linear_acceleration"), "imu/noise/accel")
     return [
         ImuSettings(
             **tag.mount(50.0, ImuSettings.TOPIC),
@@ -77,8 +82,16 @@ def read(tag: SensorTag) -> list[ImuSettings]:
             accel_noise=tag.deviation(*accel),
             gyro_bias=tag.bias(gyro[0]),
             accel_bias=tag.bias(accel[0]),
+            gyro_drift=tag.drift(gyro[0]),
+            accel_drift=tag.drift(accel[0]),
         )
     ]
+
+
+def _noise(tag: SensorTag, part: str) -> str:
+    """Return the path of the noise of the first axis that has some, which is that of all."""
+    paths = [f"imu/{part}/{axis}/noise" for axis in "xyz"]
+    return next((path for path in paths if tag.first(path) is not None), paths[0])
 
 
 @chooses(2)

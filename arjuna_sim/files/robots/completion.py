@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
 import numpy as np
 
@@ -23,6 +24,7 @@ CASTER_FRICTION = 0.01
 """Of what slides along on the ground: a fixed shape there stands for a caster, which rolls."""
 _BEYOND = 4.0  # of the inertia of a mass that is all at the reach of its shapes
 _LEAST = 0.01  # mass of a moving part without mass or shape [kg]
+_CASTER = re.compile(r"cast[eo]r", re.I)
 _GRIP = 0.8  # of rubber on dry concrete (Wong, Theory of Ground Vehicles: 0.8 to 0.9)
 
 
@@ -161,11 +163,17 @@ def friction_of(
     )
     carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g}
     for name, low in lowest.items():
-        if name in carried and name not in friction and low < ground + CASTER_GAP_MAX:
+        # [m] A robot leans on a caster, wherever below its axles that is.
+        gap = drive.radius if _is_caster(urdf, name) else CASTER_GAP_MAX
+        if name in carried and name not in friction and low < ground + gap:
             friction[name] = CASTER_FRICTION
             if not _is_ball(urdf, name):
                 xml.note(f"link '{name}': slides along on the ground, as a caster")
     return friction
+
+
+def _is_caster(urdf: Urdf, name: str) -> bool:
+    return _is_ball(urdf, name) or _CASTER.search(name) is not None
 
 
 def _is_ball(urdf: Urdf, name: str) -> bool:

@@ -6,6 +6,7 @@ A controller's parameters are put into the form of a drive plugin, which `plugin
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -19,13 +20,10 @@ from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import DriveKind
 
-_SIDES = {
-    side: (
-        *(f"{side}_wheel_names", f"{side}_wheel_name", f"{side}_wheel", f"{side}_wheels"),
-        *(f"{end}_{side}_wheel_command_joint_name" for end in ("front", "rear")),
-    )
-    for side in ("left", "right")
-}
+_SIDE = re.compile(
+    r"((front|rear|back|mid|middle)_)?(?P<side>left|right)_(wheels?|(wheel_)?(command_)?joints?)(_names?)?"
+)
+"""Parameters that name wheels, as `left_wheel_names` and `rear_left_wheel_command_joint_name`."""
 _WHEELS = ("wheel_names", "traction_joints_names", "traction_joint_name", "rear_wheels_names")
 _STEERING = ("steering_joints_names", "steering_joint_name", "front_wheels_names")
 _READ_LIMITS = ("velocity", "acceleration")
@@ -80,7 +78,13 @@ def _contents(
 
 
 def _joints(values: Mapping[str, Any]) -> dict[str, list[str]]:
-    sides = {side: _names(values, keys) for side, keys in _SIDES.items()}
+    keys = {key: _SIDE.fullmatch(key) for key in map(str, values)}
+    sides = {
+        side: _names(
+            values, tuple(k for k, found in keys.items() if found and found["side"] == side)
+        )
+        for side in ("left", "right")
+    }
     if all(sides.values()):
         return sides
     lists = {"wheel": _names(values, _WHEELS), "steering": _names(values, _STEERING)}
@@ -256,13 +260,14 @@ def _kind(lists: dict[str, list[str]], values: dict[str, Any], named: str) -> tu
 
     Source: ros2_controllers of Jazzy: diff_drive, tricycle and omni_wheel_drive_controller have
     `cmd_vel` and `odom`, mecanum_drive and the steering controllers `reference` and `odometry`.
+    Other controllers of mecanum wheels, with other parameters, are made after diff_drive's.
     """
     found = controller_kind(named)
     has_sides = "wheel" not in lists
-    if found is DriveKind.MECANUM or (
-        has_sides and found is None and any(key.startswith("front_left_wheel") for key in values)
-    ):
-        return "mecanum_drive_controller", "reference", "odometry"
+    is_jazzys = "front_left_wheel_command_joint_name" in values
+    if found is DriveKind.MECANUM or (has_sides and found is None and is_jazzys):
+        topics = ("reference", "odometry") if is_jazzys else ("cmd_vel", "odom")
+        return "mecanum_drive_controller", *topics
     if found is DriveKind.SIDES or (has_sides and found is None):
         return "diff_drive_controller", "cmd_vel", "odom"
     if found is DriveKind.OMNI or (not has_sides and not lists["steering"]):

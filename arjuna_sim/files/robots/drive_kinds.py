@@ -182,7 +182,7 @@ def _free(urdf: Urdf, driven: tuple[str, ...]) -> tuple[str, ...]:
         if joint.kind == "continuous"
         and name not in driven
         and joint.mimic is None
-        and radius_of(urdf, name) > 0.0
+        and urdf.links[joint.child].collisions
         and abs(float(axis(urdf, name)[1])) > _ACROSS
         # [m] Its lowest point is level with the others'.
         and abs(float(center(urdf, name)[2]) - radius_of(urdf, name) - ground) < 0.02
@@ -205,7 +205,7 @@ def arranged(
     """
     if not drive.wheels or drive.kind is not DriveKind.SIDES or asked is DriveKind.SIDES:
         return drive
-    kind = asked or _seen(urdf, drive)
+    kind = asked or _seen(urdf, drive, grips)
     found: DriveSettings | None = drive
     if kind is DriveKind.STEERED:
         found = with_steering(xml, urdf, drive)
@@ -226,7 +226,12 @@ def with_outputs_of(outputs: DriveSettings, drive: DriveSettings) -> DriveSettin
     return dataclasses.replace(drive, **{name: getattr(outputs, name) for name in OUTPUTS})
 
 
-def _seen(urdf: Urdf, drive: DriveSettings) -> DriveKind | None:
+def _seen(
+    urdf: Urdf, drive: DriveSettings, grips: Mapping[str, tuple[float, float]]
+) -> DriveKind | None:
+    own = {n: grips[urdf.joints[n].child] for n in drive.wheels if urdf.joints[n].child in grips}
+    if len(own) == len(drive.wheels) == 4 and _is_holonomic(urdf, own):
+        return DriveKind.MECANUM
     children = [urdf.joints[name].child for name in drive.wheels]
     names = " ".join((urdf.name, *drive.wheels, *children)).lower()
     if "mecanum" in names:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
 from arjuna_sim.files.robots.drive_kinds import omni_drive
-from arjuna_sim.files.robots.plugins import TORQUE, Sides, torque_of
+from arjuna_sim.files.robots.plugins import TORQUE, Sides, facing_ahead, torque_of
+from arjuna_sim.files.robots.rollers import is_roller
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import DriveSettings
 from arjuna_sim.model.urdf import Urdf
@@ -56,6 +57,7 @@ def guess_drive(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> Drive
         xml.note(f"no drive plugin: guessed are the omni wheels {', '.join(omni.wheels)}")
         return omni
     left, right = guess_sides(xml, urdf, controlled)
+    left, right = facing_ahead(xml, "its wheels' names", urdf, left, right)
     if not left or not right:
         xml.note("has no drive: neither a drive plugin nor wheels on both sides; it stands still")
         return NO_DRIVE
@@ -106,6 +108,7 @@ def _candidates(urdf: Urdf, controlled: Set[str]) -> list[str]:
         if joint.kind == "continuous"
         and joint.mimic is None
         and not _PASSIVE.search(f"{name} {joint.child}")
+        and not is_roller(urdf, name)
         and radius_of(urdf, name) > 0.0
     ]
     by_name = [n for n in names if _WHEEL.search(f"{n} {urdf.joints[n].child}")]

@@ -14,6 +14,7 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_sim.files.robots.controllers import parameters_of_controllers, wheels_of_controller
 from arjuna_sim.files.robots.plugins import types_of
+from arjuna_sim.files.robots.rules import check_mimics
 from arjuna_sim.files.tag_text import plain, text_of, texts, topic
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.joints import (
@@ -28,7 +29,7 @@ from arjuna_sim.model.joints import (
 )
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import DriveSettings
-from arjuna_sim.model.urdf import Urdf
+from arjuna_sim.model.urdf import Mimic, Urdf
 
 _FORWARD = ControllerKind.FORWARD
 _TYPES = {
@@ -87,13 +88,8 @@ def joint_control(
             controllers.append(_of_parameters(xml, name, values, joints))
     taken = {*drive.rolling, *drive.steering}
     for controller in controllers:
-        for name in dict.fromkeys(controller.joints):
-            if name not in urdf.joints:
-                text = f"controller '{controller.name}': joint '{name}' does not exist"
-                xml.note(f"{text}, so it does not move", NoteKind.MISSING)
-            elif name in taken and controller.kind is _FORWARD:
-                text = f"controller '{controller.name}': joint '{name}' is the drive's"
-                xml.note(f"{text}, which alone turns it", NoteKind.IGNORED)
+        _note_joints(xml, urdf, drive, controller)
+        for name in controller.joints:
             joints.setdefault(name, DrivenJoint(name))
     driven = tuple(
         joint
@@ -104,6 +100,45 @@ def joint_control(
         and urdf.joints[name].mimic is None
     )
     return JointControl(driven, tuple(controllers), hardware)
+
+
+def _note_joints(
+    xml: XmlFile, urdf: Urdf, drive: DriveSettings, controller: ControllerSettings
+) -> None:
+    """Note which joints of a controller are none, and which are wheels."""
+    label, wheels = f"controller '{controller.name}'", list[str]()
+    for name in dict.fromkeys(controller.joints):
+        if name not in urdf.joints:
+            xml.note(
+                f"{label}: joint '{name}' does not exist, so it does not move", NoteKind.MISSING
+            )
+        elif name in (*drive.rolling, *drive.steering) and controller.kind is _FORWARD:
+            if controller.turns_wheels(drive.plugin, name in drive.steering):
+                wheels.append(name)
+                continue
+            text = f"{label}: joint '{name}' is the drive's, which alone turns it"
+            xml.note(text, NoteKind.IGNORED)
+    if wheels:
+        names = ", ".join(wheels)
+        xml.note(f"{label}: turns {names} from its first command on; until then cmd_vel does")
+
+
+def with_mimics(xml: XmlFile, urdf: Urdf) -> Urdf:
+    """Return a robot of whose joints those follow another that do so in ros2_control alone.
+
+    Raises:
+        RobotError: They follow each other in a circle, or a factor is no number.
+    """
+    joints = dict(urdf.joints)
+    for tag in xml.root.iterfind(".//ros2_control/joint"):
+        name, label = tag.get("name", ""), f"ros2_control joint '{tag.get('name')}' mimic"
+        given = {param.get("name"): param.text or "" for param in tag.findall("param")}
+        if "mimic" in given and name in joints and joints[name].mimic is None:
+            factor = xml.numbers(given.get("multiplier", "1"), 1, label)[0]
+            offset = xml.numbers(given.get("offset", "0"), 1, label)[0]
+            mimic = Mimic(given["mimic"].strip(), factor, offset)
+            joints[name] = dataclasses.replace(joints[name], mimic=mimic)
+    return dataclasses.replace(urdf, joints=check_mimics(xml, joints))
 
 
 def _hardware(xml: XmlFile) -> tuple[tuple[str, str], dict[str, DrivenJoint]]:

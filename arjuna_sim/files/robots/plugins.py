@@ -12,7 +12,14 @@ from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Urdf
-from arjuna_sim.model.wheels import center, effective_track, span, wheel_radius, wheel_separation
+from arjuna_sim.model.wheels import (
+    center,
+    effective_track,
+    span,
+    wheel_radius,
+    wheel_separation,
+    with_followers,
+)
 from arjuna_sim.model.world import GRAVITY
 
 _FILE = re.compile(
@@ -51,7 +58,8 @@ BATTERY = "linearbatteryplugin"
 TORQUE = 5.0
 """Least torque of a wheel whose file names none, as in Gazebo [N m]."""
 _ENDS = ("front", "rear", "middle", "back")
-WHEEL, STEERING = ("wheeljoint",), ("leftsteeringjoint", "rightsteeringjoint", "steeringjoint")
+WHEEL = ("wheeljoint", "actuatedwheeljoint")
+STEERING = ("leftsteeringjoint", "rightsteeringjoint", "steeringjoint")
 """Plain names of tags that hold the joints of wheels without sides, and those that steer."""
 LEFT = (*(f"left{e}joint" for e in _ENDS), *(f"{e}leftjoint" for e in _ENDS), "leftjoint")
 RIGHT = (*(f"right{e}joint" for e in _ENDS), *(f"{e}rightjoint" for e in _ENDS), "rightjoint")
@@ -62,6 +70,7 @@ _SPEED = ("maxlinearvelocity", "maxvelocity", "maxspeed")
 _BACK = ("minlinearvelocity", "minvelocity")
 _TURN = ("maxangularvelocity", "maxvelocity")
 _TURN_ACCELERATION = ("maxangularacceleration", "maxacceleration")
+_DIAMETER = ("wheeldiameter", "actuatedwheeldiameter")
 _TIMEOUT = ("cmdveltimeout", "commandtimeout")
 _LIMIT = ("steeringlimit", "maxsteer")
 _OUTPUTS = {
@@ -74,7 +83,7 @@ _READ = {
     *LEFT,
     *RIGHT,
     *(name for _, names in _OUTPUTS.values() for name in names),
-    *("wheelseparation", "wheeldiameter", "wheelradius", "effectivetrackwidth"),
+    *("wheelseparation", "wheelradius", "effectivetrackwidth", *_DIAMETER),
     *(*_ACCELERATION, *_BACK, *_TURN, *_TURN_ACCELERATION, *_TIMEOUT),
     *("effectivewheelradius", "torque", "wheeltorque", "maxwheeltorque"),
     *(*WHEEL, *STEERING, *_LIMIT, "kingpinwidth", "wheelbase", "minsteer", "steeringwheeljoint"),
@@ -84,6 +93,8 @@ _READ = {
     *("robotnamespace", "namespace", "ros", "remapping", "argument", "numwheelpairs", "plugin"),
     # what changes nothing here
     *("stamped", "alwayson", "legacymode", "rosdebuglevel", "tftopic"),
+    *("encoderwheelleftjoint", "encoderwheelrightjoint", "encoderwheelseparation"),
+    *("encoderwheeldiameter", "wheeljointleft", "wheeljointright"),
 }
 Sides = tuple[tuple[str, ...], tuple[str, ...]]
 """Names of the joints of the left and of the right wheels."""
@@ -134,10 +145,12 @@ def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | Non
         if not left:
             return None
     left, right = _sides(xml, label, urdf, left, right)
+    left, right = with_followers(urdf, left), with_followers(urdf, right)
     _note_unread(xml, plugin, label)
     separation, radius, track, rolling = _kinematics(xml, plugin, label, urdf, (left, right))
     steering = tuple(dict.fromkeys(texts(plugin, *STEERING)))
     _check_joints(xml, label, urdf, steering)
+    steering = with_followers(urdf, steering)
     drive = DriveSettings(
         left,
         right,
@@ -247,6 +260,13 @@ def _sides(
     _check_joints(xml, label, urdf, left + right)
     if len(set(left + right)) < len(left + right):
         raise xml.fail(label, "names a joint twice")
+    return facing_ahead(xml, label, urdf, left, right)
+
+
+def facing_ahead(
+    xml: XmlFile, label: str, urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]
+) -> Sides:
+    """Return the wheels of two sides, exchanged where the left ones stand on the right."""
     if right and _mean_y(urdf, left) < _mean_y(urdf, right):
         xml.note(f"{label}: its left wheels stand on the right, so left and right are exchanged")
         return right, left
@@ -276,7 +296,7 @@ def _kinematics(
         wheel_separation(urdf, left, right) if right else span(urdf, left),
         wheel_radius(urdf, left + right),
     )
-    radius = value(xml, plugin, label, 0.0, "wheeldiameter") / 2
+    radius = value(xml, plugin, label, 0.0, *_DIAMETER) / 2
     radius = radius or value(xml, plugin, label, 0.0, "wheelradius") or by_shape[1]
     separation = value(xml, plugin, label, 0.0, "wheelseparation") or by_shape[0]
     if not radius > 0.0:
@@ -303,8 +323,23 @@ def _kinematics(
 
 
 def _note_unread(xml: XmlFile, plugin: Element, label: str) -> None:
-    unread = sorted({child.tag for child in plugin.iter() if plain(child.tag) not in _READ})
+    given = {plain(child.tag): (child.text or "").strip() for child in plugin.iter()}
+    unread = sorted(
+        child.tag
+        for child in plugin.iter()
+        if plain(child.tag) not in _READ and not _mirrors(given, plain(child.tag))
+    )
+    unread = list(dict.fromkeys(unread))
     if unread:
         xml.note(
             f"{label}: not simulated: {', '.join(f'<{tag}>' for tag in unread)}", NoteKind.IGNORED
         )
+
+
+def _mirrors(given: dict[str, str], tag: str) -> bool:
+    """Return whether a least value is the greatest one below 0, and so says nothing more."""
+    most = given.get(f"max{tag.removeprefix('min')}", "") if tag.startswith("min") else ""
+    try:
+        return bool(most) and float(given[tag]) == -float(most)
+    except ValueError:
+        return False

@@ -18,7 +18,8 @@ from arjuna_sim.files.robots.completion import (
 from arjuna_sim.files.robots.drive_kinds import arranged, with_outputs_of
 from arjuna_sim.files.robots.gazebo import settings_of
 from arjuna_sim.files.robots.guess import guess_drive, guess_sides, is_omni
-from arjuna_sim.files.robots.joint_controllers import joint_control
+from arjuna_sim.files.robots.joint_controllers import joint_control, with_mimics
+from arjuna_sim.files.robots.rollers import on_whole_wheels
 from arjuna_sim.files.robots.stand_up import stand_up
 from arjuna_sim.files.robots.undercarriage import on_rollers, on_tracks
 from arjuna_sim.files.sdf.robot import read_sdf_robot
@@ -33,7 +34,7 @@ from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.robot import ANCHOR, RobotModel
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Urdf
-from arjuna_sim.model.wheels import eccentricity, is_round, wheel_sign
+from arjuna_sim.model.wheels import eccentricity, freed, is_round, wheel_sign
 
 _MACRO = re.compile(rb"<xacro:macro\s[^>]*?name\s*=\s*[\"']([\w.-]+)")
 _DRIVES = re.compile(
@@ -124,16 +125,20 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     Raises:
         RobotError: They do not describe a robot.
     """
-    root, urdf = urdf.root, stand_up(xml, _sprung(urdf, tags), tags)
+    root, urdf = urdf.root, stand_up(xml, with_mimics(xml, _sprung(urdf, tags)), tags)
     T_model = tags.T_model @ urdf.T_root(root).inverse()
     start = None if tags.T_world is None else (tags.T_world @ T_model).planar()
     if not urdf.text:
         urdf = dataclasses.replace(urdf, text=urdf_text(urdf, tags))
-    urdf = complete_shapes(xml, urdf)
+    urdf, grips = on_whole_wheels(xml, complete_shapes(xml, urdf))
     settings = settings_of(xml, urdf, tags)
+    settings = dataclasses.replace(settings, grips={**grips, **settings.grips})
     urdf, drive, settings = _driven(xml, urdf, settings, tags)
     if settings.drive is None and settings.wheelless is not None:
+        of_tracks = drive.max_acceleration
         drive = with_outputs_of(settings.wheelless, drive)
+        limits = [each for each in (of_tracks, drive.max_acceleration) if each > 0.0]
+        drive = dataclasses.replace(drive, max_acceleration=min(limits, default=0.0))
     if drive.from_world:  # what else publishes on its odometry's topic says the same
         own = drive.odometry_topic.lstrip("/")
         others = tuple(s for s in settings.sensors if s.topic.lstrip("/") != own)
@@ -149,6 +154,7 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
         if not is_round(urdf, name):
             off = eccentricity(urdf, name)
             xml.note(f"joint '{name}': is {off:.2g} m off the middle of its wheel, which so limps")
+    urdf = freed(urdf, (*drive.wheels, *drive.steering))
     control = joint_control(xml, urdf, tags.plugins, drive)
     friction = friction_of(xml, urdf, settings, drive)
     settings = dataclasses.replace(settings, friction=friction, **control._asdict())

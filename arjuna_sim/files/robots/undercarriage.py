@@ -65,7 +65,8 @@ def on_tracks(
     Raises:
         RobotError: A side has no track on the ground.
     """
-    speeds = _speeds(xml, plugins)
+    plugins = tuple(plugins)
+    speeds, slow = (_limits(xml, plugins, f"max{part}") for part in ("velocity", "acceleration"))
     rows = {link: _row(urdf, link) for side in settings.tracks for link in side}
     ground = min((wheel.lowest for row in rows.values() for wheel in row), default=0.0)
     rows = {
@@ -102,14 +103,15 @@ def on_tracks(
     drive = DriveSettings(
         *(left, right, wheel_separation(urdf, *bearing), radius),
         *(torque_of(urdf, radius, len(left + right)), effective_track(urdf, *bearing), radius),
+        max_acceleration=min((each for each in slow.values() if each > 0.0), default=0.0),
     )
     return urdf, drive, friction
 
 
-def _speeds(xml: XmlFile, plugins: Iterable[Element]) -> dict[str, float]:
-    """Return the greatest speed of each track that is limited, by its link [m/s]."""
+def _limits(xml: XmlFile, plugins: Iterable[Element], tag: str) -> dict[str, float]:
+    """Return a limit of each track by its link, 0 for none, as its controller has it."""
     found = (plugin for plugin in plugins if "trackcontroller" in types_of(plugin))
-    return {text_of(p, "link"): value(xml, p, "TrackController", 0.0, "maxvelocity") for p in found}
+    return {text_of(p, "link"): value(xml, p, "TrackController", 0.0, tag) for p in found}
 
 
 def _bearing(urdf: Urdf, side: tuple[str, ...]) -> tuple[str, ...]:

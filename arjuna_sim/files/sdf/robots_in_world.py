@@ -6,13 +6,15 @@ from xml.etree.ElementTree import Element  # a type alone
 
 from arjuna_core.errors import RobotError, nearest
 from arjuna_core.pose3 import Pose3
+from arjuna_core.twist import Velocity
 from arjuna_sim.files.robots.controllers import drive_of_controllers
-from arjuna_sim.files.robots.plugins import drive_kind, is_control
+from arjuna_sim.files.robots.plugins import drive_kind, is_control, types_of
 from arjuna_sim.files.sdf.frames import Scope, raw_pose
 from arjuna_sim.files.sdf.includes import Includes, leaving_out
 from arjuna_sim.files.sdf.model_tags import is_static, own_pose
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.world import Mover
 
 
 def models_by_name(world: Element) -> dict[str, Element]:
@@ -21,6 +23,39 @@ def models_by_name(world: Element) -> dict[str, Element]:
     for model in world.findall("model"):
         found.setdefault(model.get("name", "").strip(), model)
     return found
+
+
+def is_mover(model: Element) -> bool:
+    """Return whether a model is an obstacle that VelocityControl moves, rather than a robot.
+
+    It has neither joints that move nor sensors nor odometry.
+    """
+    kinds = [types_of(plugin) for plugin in model.iter("plugin")]
+    moving = any(joint.get("type") != "fixed" for joint in model.iter("joint"))
+    known = any("velocitycontrol" in kind for kind in kinds)
+    return (
+        known
+        and not moving
+        and model.find(".//sensor") is None
+        and not any(
+            "odometrypublisher" in kind or (drive_kind(plugin) and "velocitycontrol" not in kind)
+            for plugin, kind in zip(model.iter("plugin"), kinds, strict=True)
+        )
+    )
+
+
+def read_mover(xml: XmlFile, model: Element, name: str) -> Mover:
+    """Return what moves a model of a world.
+
+    Raises:
+        InputFileError: A value is no vector.
+    """
+    plugin = next(p for p in model.iter("plugin") if "velocitycontrol" in types_of(p))
+    label, found = f"plugin of model '{name}'", list[float]()
+    for tag, index in (("initial_linear", 0), ("initial_linear", 1), ("initial_angular", 2)):
+        found.append(xml.numbers(plugin.findtext(tag) or "0 0 0", 3, f"{label} <{tag}>")[index])
+    topic = (plugin.findtext("topic") or f"/model/{name}/cmd_vel").strip()
+    return Mover(Velocity(found[0], y=found[1], yaw_rate=found[2]), topic)
 
 
 def robots_of(xml: XmlFile, includes: Includes, world: Element) -> dict[str, Element]:
@@ -36,6 +71,7 @@ def robots_of(xml: XmlFile, includes: Includes, world: Element) -> dict[str, Ele
         name: model
         for name, model in models_by_name(world).items()
         if not is_static(model)
+        and not is_mover(model)
         and any(drives(includes.file_of(model, xml), each) for each in model.iter("plugin"))
     }
 

@@ -27,7 +27,7 @@ from arjuna_sim.files.sdf.model_tags import (
     read_joint,
 )
 from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
-from arjuna_sim.files.sdf.robots_in_world import moved_models, robots_of
+from arjuna_sim.files.sdf.robots_in_world import is_mover, moved_models, read_mover, robots_of
 from arjuna_sim.files.sdf.world_sensors import read_fixtures
 from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
@@ -42,6 +42,7 @@ from arjuna_sim.model.world import (
     Earth,
     Fixture,
     Movable,
+    Mover,
     Trajectory,
     World,
     ground_bodies,
@@ -51,7 +52,7 @@ from arjuna_sim.model.world import (
 # Gazebo's systems whose work the simulator does by itself.
 _OWN = re.compile(
     r"(?i)\b(physics|sensors|imu|magnetometer|altimeter|nav-?sat|contact|user-?commands"
-    r"|scene-?broadcaster)(-system)?\b|libgazebo_ros_(init|factory)\b"
+    r"|scene-?broadcaster)(-system)?\b|libgazebo_ros_(init|factory|state)\b"
 )
 _WAYPOINTS_MAX = 10_000
 _ANGLES = {"latitude_deg": 90.0, "longitude_deg": 360.0, "heading_deg": 360.0}
@@ -197,7 +198,7 @@ def read_world(xml: XmlFile, without: Collection[str] = ()) -> World:
     reader = _Reader(xml)
     reader.read(world, without)
     reader.note_missing()
-    parts = (*world.iter("sensor"), *reader.robots)
+    parts = (*world.iter("sensor"), *world.iter("gui"), *reader.known)
     known = {id(plugin) for each in parts for plugin in each.iter("plugin")}
     for plugin in world.iter("plugin"):
         if id(plugin) not in known and not _OWN.search(
@@ -221,6 +222,7 @@ def read_world(xml: XmlFile, without: Collection[str] = ()) -> World:
         gravity,
         look,
         tuple(reader.sensors),
+        reader.movers,
     )
 
 
@@ -238,7 +240,8 @@ class _Reader:
         self.movable: dict[str, Movable] = {}
         self.lights: list[Light] = []
         self.sensors: list[Fixture] = []
-        self.robots: list[Element] = []
+        self.movers: dict[str, Mover] = {}
+        self.known: list[Element] = []  # models with plugins that are simulated
 
     def read(self, world: Element, without: Collection[str]) -> None:
         """Read a `<world>`, or an `<sdf>` that holds a model."""
@@ -250,7 +253,7 @@ class _Reader:
             if model.get("name", "").strip() in without:
                 world.remove(model)
         for name, model in robots_of(xml, self._includes, world).items():
-            self.robots.append(model)
+            self.known.append(model)
             option = f"--robot {xml.path.name}#{name}"
             text = f"model '{name}': is a robot, but stands here as a thing; {option} drives it"
             xml.note(text, NoteKind.IGNORED)
@@ -298,6 +301,9 @@ class _Reader:
             if moves:
                 floats = all(link.floats for link in group.links)
                 self.movable[called] = Movable(self._mass(called, group), group.hinge, floats)
+                if is_mover(model) and called == name:
+                    self.movers[name] = read_mover(xml, model, name)
+                    self.known.append(model)
             self._note_pieces(called, group, PIECES_OF_MOVING if moves else PIECES_MAX)
             self.lights += [light for link in group.links for light in link.lights]
             if moves and any(link.lights for link in group.links):

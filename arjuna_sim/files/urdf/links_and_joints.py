@@ -25,6 +25,7 @@ from arjuna_sim.files.robots.rules import (
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import GREY, Inertial, Kind, Part, Shape
 from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.robot import ANCHOR
 from arjuna_sim.model.urdf import JOINT_KINDS, Joint, Link, Mimic, Urdf
 
 _READ = ("link", "joint", "material", "gazebo", "transmission", "ros2_control")
@@ -62,8 +63,16 @@ def read_urdf(xml: XmlFile) -> Urdf:
             raise xml.fail(f"joint '{joint.name}'", "is there twice; each name is valid once")
         joints[joint.name] = joint
     joints = check_mimics(xml, joints)
+    _set_free(links, joints)
     root, name = root_of(xml, links, joints), xml.root.get("name", "robot")
     return Urdf(xml.path, name, xml.text.decode("utf-8", "replace"), root, links, joints)
+
+
+def _set_free(links: dict[str, Link], joints: dict[str, Joint]) -> None:
+    """Drop a world in which the robot floats, as Gazebo does: it is free as without one."""
+    held = [joint for joint in joints.values() if joint.parent == ANCHOR]
+    if len(held) == 1 and held[0].kind == "floating" and ANCHOR in links:
+        del links[ANCHOR], joints[held[0].name]
 
 
 def read_origin(xml: XmlFile, element: Element, label: str) -> Pose3:

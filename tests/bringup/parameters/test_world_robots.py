@@ -54,6 +54,19 @@ def test_what_is_asked_for_wins_over_the_world(tmp_path: Path) -> None:
     assert below["robot"] == f"{world}#blue"
 
 
+@pytest.mark.parametrize("as_file", [True, False])
+def test_a_world_of_a_parameter_gives_its_robot(tmp_path: Path, as_file: bool) -> None:
+    world, file = write(tmp_path, BLUE), tmp_path / "given.yaml"
+    file.write_text(f"sim:\n  ros__parameters:\n    world: {world}\n", encoding="utf-8")
+    words = ("--params", file) if as_file else ("--param", f"sim:world:={world}")
+    values = _sim(*words)
+    assert (values["robot"], values["world"]) == (f"{world}#blue", str(world))
+    assert _start(values) == pytest.approx((1.0, 2.0, 0.5))
+    other = _sim(*words, "--param", "sim:robot:=urdf/burger.urdf")
+    assert other["robot"] == "urdf/burger.urdf"
+    assert "robot" not in _sim(*words, "--param", "sim:initial_pose.x:=3.0")
+
+
 def test_several_robots_are_below_their_names(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -130,3 +130,22 @@ def test_camera_of_the_world_sees_it(bench: RosBench, tmp_path: Path) -> None:
     middle = picture[24, 32]
     assert middle[0] > 2 * middle[1] + 20
     assert infos[-1].width == 64
+
+
+def test_a_mover_is_commanded_by_its_topic_also_of_a_world_that_is_loaded(
+    bench: RosBench, tmp_path: Path
+) -> None:
+    plugin = "<plugin filename='gz-sim-velocity-control-system' name='v'/></model>"
+    mover = model("{}", "0 3 .1 0 0 0", BOX, static=False).replace("</model>", plugin)
+    sim = start_sim(bench, world=str(world_of(tmp_path, mover.format("cart"))))
+
+    def moved(name: str) -> float:
+        before = sim.simulator.stage.motion(name).pose.position[0]
+        for _ in range(50):
+            bench.publish(Twist, f"/model/{name}/cmd_vel", Twist(linear=Vector3(x=0.5)), qos.LATEST)
+            run(bench, sim, 1)
+        return sim.simulator.stage.motion(name).pose.position[0] - before
+
+    assert moved("cart") == pytest.approx(0.5, abs=0.05)
+    sim.simulator.stage.load(load_world(world_of(tmp_path, mover.format("van"))))
+    assert moved("van") == pytest.approx(0.5, abs=0.05)

@@ -270,16 +270,30 @@ def test_a_battery_drains_as_its_load_draws(tmp_path: Path, more: str) -> None:
 
 
 def test_a_robot_stops_when_its_battery_is_empty(tmp_path: Path) -> None:
-    more = "<start_on_motion>true</start_on_motion><enable_recharge>true</enable_recharge>"
+    more = "<enable_recharge>true</enable_recharge>"
     sim = simulator(EMPTY, robot=_with_battery(tmp_path, 0.002, more))
     notes = [note.partition(": ")[2] for note in sim.notes if "attery" in note]
-    late = "drains from the start on, not from the first motion on"
-    assert notes == [late, "is not recharged"]
+    assert notes == ["is not recharged"]
     assert run(sim, 1.0, Velocity(0.3)).truth.v == pytest.approx(0.3, rel=0.1)
     seen = run(sim, 3.0, Velocity(0.3))
     assert seen.truth.v == pytest.approx(0.0, abs=1e-3)
     sim.reset()
     assert run(sim, 1.0, Velocity(0.3)).truth.v == pytest.approx(0.3, rel=0.1)
+
+
+@pytest.mark.parametrize("waits", [True, False])
+def test_a_battery_may_wait_for_the_first_motion(tmp_path: Path, waits: bool) -> None:
+    more = f"<start_draining>{str(not waits).lower()}</start_draining>"
+    more += "<start_on_motion>true</start_on_motion>"
+    sim = simulator(EMPTY, robot=_with_battery(tmp_path, 1.0, more))
+    assert not [note for note in sim.notes if "attery" in note]
+    run(sim, 2.0)
+    assert (sim.robot.sense(_further(sim, "pack"), sim.time).charge == 1.0) is waits
+    run(sim, 2.0, Velocity(0.3))
+    drained = sim.robot.sense(_further(sim, "pack"), sim.time).charge
+    assert drained < 1.0
+    run(sim, 2.0, Velocity())  # and goes on at rest
+    assert sim.robot.sense(_further(sim, "pack"), sim.time).charge < drained - 1e-3
 
 
 def test_readings_are_the_same_each_time_whatever_else_is_read(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -120,3 +121,16 @@ def test_bias_walks_with_the_root_of_time() -> None:
     forces = np.array([reading.linear_acceleration for reading in readings])
     assert rates.std(axis=0) == pytest.approx([0.1 * math.sqrt(4.0)] * 3, rel=0.1)
     assert forces.std(axis=0) == pytest.approx([0.3 * math.sqrt(4.0)] * 3, rel=0.1)
+
+
+def test_bias_of_a_file_that_forgets_it_stays_bounded() -> None:
+    """A Gauss-Markov process has the deviation sigma sqrt(tau / 2) for ever."""
+    sim, config = simulator(), ImuConfig(0.0, 9.0, 0.0, 9.0, 0.0)
+    settings, rng = first(sim.robot.model, ImuSettings), np.random.default_rng(4)
+    settings = replace(settings, gyro_drift=(0.1, 2.0), accel_drift=(0.3, 0.5))
+    imu = Imu(sim.stage.scene.model, settings, config, rng)
+    readings = [imu.measure(sim.stage.data, 0.02 * i, 0.02) for i in range(30_000)][500:]
+    rates = np.array([reading.angular_velocity for reading in readings])
+    forces = np.array([reading.linear_acceleration for reading in readings])
+    assert rates.std(axis=0) == pytest.approx([0.1 * math.sqrt(1.0)] * 3, rel=0.15)
+    assert forces.std(axis=0) == pytest.approx([0.3 * math.sqrt(0.25)] * 3, rel=0.15)

@@ -78,6 +78,15 @@ def test_all_joint_types_load(tmp_path: Path, kind: str, extra: str, moving: boo
     assert any("moves freely" in note for note in sim.notes) == is_loose
 
 
+@pytest.mark.parametrize(("kind", "drives"), [("floating", True), ("fixed", False)])
+def test_a_robot_that_floats_in_its_world_is_free(tmp_path: Path, kind: str, drives: bool) -> None:
+    held = f"<link name='world'/><joint name='held' type='{kind}'><parent link='world'/>"
+    held += "<child link='base'/></joint>"
+    sim = simulator(robot=_robot(tmp_path, FOUR + held))
+    last = run(sim, 1.0, Velocity(0.3))
+    assert last.truth.v == pytest.approx(0.3 if drives else 0.0, abs=0.03)
+
+
 def test_mimic_joint_follows(tmp_path: Path) -> None:
     limits = '<limit lower="-3" upper="3"/>'
     mimic = limits + '<mimic joint="tool_joint" multiplier="-0.5" offset="0.1"/>'

@@ -81,6 +81,7 @@ def nested(path: str, value: str) -> str:
     ("kind", "path", "field"),
     [
         ("imu", "imu/angular_velocity/x/noise/stddev", "gyro_noise"),
+        ("imu", "imu/angular_velocity/z/noise/stddev", "gyro_noise"),
         ("imu", "imu/noise/rate/stddev", "gyro_noise"),
         ("imu", "imu/noise/rates/stddev", "gyro_noise"),
         ("imu", "imu/linear_acceleration/x/noise/stddev", "accel_noise"),
@@ -100,6 +101,21 @@ def test_each_noise_is_that_of_its_own_tag(kind: str, path: str, field: str) -> 
     assert vars(read(kind, nested(path, "0")))[field] == 0.0
     with pytest.raises(RobotError, match=r"<stddev> is -1.0; it must not be negative"):
         read(kind, nested(path, "-1"))
+
+
+@pytest.mark.parametrize(
+    ("grows", "keeps", "found"),
+    [("1e-4", "400", (1e-4, 400.0)), ("1e-4", "0", None), ("0", "4", None)],
+)
+@pytest.mark.parametrize("axis", ["x", "z"])
+def test_bias_of_an_imu_drifts_where_both_its_numbers_are_there(
+    axis: str, grows: str, keeps: str, found: tuple[float, float] | None
+) -> None:
+    noise = f"<dynamic_bias_stddev>{grows}</dynamic_bias_stddev>"
+    noise += f"<dynamic_bias_correlation_time>{keeps}</dynamic_bias_correlation_time>"
+    assert read("imu", nested(f"imu/angular_velocity/{axis}/noise", noise)).gyro_drift == found
+    assert read("imu", nested(f"imu/linear_acceleration/{axis}/noise", noise)).accel_drift == found
+    assert read("imu").gyro_drift is None
 
 
 def test_one_noise_of_a_plugin_is_all_of_an_imus() -> None:

@@ -21,7 +21,7 @@ from arjuna_sim.files.world_file import load_world, robots_in
 from arjuna_sim.inputs import named_robot, named_world
 from arjuna_sim.simulation import Simulation, Start, solo
 from tests.sim.builders import first, texts
-from tests.sim.robot_worlds import DRIVES, FORMS, Held, write
+from tests.sim.robot_worlds import BESIDE, DRIVES, FORMS, Held, write
 
 OTHERS = ("ground_plane", "wall", "crate", "exhibit")
 
@@ -54,6 +54,29 @@ def test_a_world_holds_its_robot_however_it_is_written(
     world = named_world(str(path), [robot])
     assert tuple(world.models) == OTHERS
     assert not any("vehicle" in text or "drive" in text for text in texts(world.notes))
+
+
+MOVER = """<model name='mover'><pose>0 5 0.25 0 0 0</pose><link name='l'><collision name='c'>
+<geometry><box><size>0.5 0.5 0.5</size></box></geometry></collision>{}</link>
+<plugin filename='gz-sim-velocity-control-system' name='gz::sim::systems::VelocityControl'/>{}
+</model>"""
+ODOMETRY = "<plugin filename='gz-sim-odometry-publisher-system' name='o'/>"
+
+
+@pytest.mark.parametrize(
+    ("sensor", "more", "robots"),
+    [
+        ("", "", ("vehicle",)),
+        ("<sensor name='s' type='imu'/>", "", ("vehicle", "mover")),
+        ("", ODOMETRY, ("vehicle", "mover")),
+    ],
+)
+def test_a_bare_body_that_is_moved_is_an_obstacle(
+    tmp_path: Path, sensor: str, more: str, robots: tuple[str, ...]
+) -> None:
+    path = write(tmp_path, Held(), beside=BESIDE + MOVER.format(sensor, more))
+    assert robots_in(path) == tuple(sorted(robots))
+    assert "mover" in load_world(path).movable
 
 
 @pytest.mark.parametrize(

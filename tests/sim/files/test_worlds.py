@@ -66,6 +66,14 @@ def test_a_file_from_before_sdf_had_its_name_is_read(tmp_path: Path) -> None:
     assert texts(world.notes) == ("plugin 'p': not simulated",)
 
 
+def test_what_a_window_shows_and_what_answers_anyway_is_in_no_note(tmp_path: Path) -> None:
+    tags = "<gui><plugin filename='MinimalScene' name='3D View'/></gui>"
+    tags += "<plugin name='s' filename='libgazebo_ros_state.so'/><plugin name='p' filename='q'/>"
+    world = load_world(saved_world(tmp_path, tags + _model("m", _box())))
+    noted = [text for text in texts(world.notes) if "plugin" in text]
+    assert noted == ["plugin 'p': not simulated"]
+
+
 def test_placement_frame_has_the_pose(tmp_path: Path) -> None:
     model = _model("m", _box(pose="<pose>0 0 1 0 0 0</pose>"), "<pose>3 0 0 0 0 0</pose>")
     placed = model.replace("name='m'", "name='m' placement_frame='l'")

@@ -95,6 +95,12 @@ def test_an_error_says_why_a_file_is_invalid() -> None:
         XmlFile(Path("w.sdf"), "sdf", WorldError, b"<sdf>\n<a></sdf>")
 
 
+def test_the_namespace_of_all_tags_is_none() -> None:
+    text = b"<sdf xmlns='http://a.b/c' xmlns:x='http://x'><link name='l'/><x:link/></sdf>"
+    xml = XmlFile(Path("w.sdf"), "sdf", WorldError, text)
+    assert [element.tag for element in xml.root] == ["link", "{http://x}link"]
+
+
 def test_notes_are_kept_once_in_their_order() -> None:
     xml = file()
     for text in ("one", "two", "one"):

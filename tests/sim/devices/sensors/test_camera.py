@@ -99,6 +99,7 @@ def plugin(inside: str) -> str:
 
 
 NAMED, REMAPPED = "<camera_name>left</camera_name>", "<ros>{}</ros>"
+SPACE, WHOLE = "<namespace>/r1</namespace>", "<remapping>{}:={}</remapping>"
 IMAGE = "<imageTopicName>{}</imageTopicName>"
 DEPTH = "<depthImageTopicName>{}</depthImageTopicName>"
 CLOUD = "<pointCloudTopicName>{}</pointCloudTopicName>"
@@ -135,7 +136,36 @@ CLOUD = "<pointCloudTopicName>{}</pointCloudTopicName>"
         (
             False,
             plugin(REMAPPED.format("<remapping>~/image_raw:=seen</remapping>")),
-            {"topic": "seen"},
+            {"topic": "seen", "info_topic": "eye/camera_info"},
+        ),
+        (False, plugin(""), {"topic": "eye/image_raw"}),
+        (False, plugin(NAMED + REMAPPED.format(SPACE)), {"topic": "/r1/left/image_raw"}),
+        (False, plugin(REMAPPED.format(SPACE)), {"topic": "/r1/eye/image_raw"}),
+        (
+            False,
+            plugin(NAMED + REMAPPED.format(SPACE + WHOLE.format("left/image_raw", "front/rgb"))),
+            {"topic": "/r1/front/rgb", "info_topic": "/r1/left/camera_info"},
+        ),
+        (
+            True,
+            plugin(
+                NAMED
+                + REMAPPED.format(
+                    WHOLE.format("left/image_raw", "/rgb/image_raw")
+                    + WHOLE.format("left/camera_info", "/rgb/camera_info")
+                    + WHOLE.format("left/depth/image_raw", "/far/image_raw")
+                )
+            ),
+            {
+                "topic": "/rgb/image_raw",
+                "depth_topic": "/far/image_raw",
+                "cloud_topic": "left/points",
+            },
+        ),
+        (
+            False,
+            "<topic>__default_topic__</topic>" + plugin(NAMED),
+            {"topic": "left/image_raw"},
         ),
     ],
 )

@@ -171,6 +171,7 @@ def test_a_part_is_bounded_by_all_shapes_that_are_fixed_to_it() -> None:
 
 
 BALL = Part(Shape(Kind.SPHERE, (0.02,)))
+SKID = Part(Shape(Kind.BOX, (0.04, 0.04, 0.04)))
 
 
 def friction(
@@ -178,6 +179,7 @@ def friction(
     z: float = -0.08,
     kind: DriveKind = DriveKind.SIDES,
     said: dict[str, float] | None = None,
+    name: str = "skid",
 ) -> tuple[dict[str, float], tuple[str, ...]]:
     """Return the friction of a robot whose wheel's lowest point is at z = -0.1, and the notes."""
     xml = urdf_file()
@@ -185,11 +187,11 @@ def friction(
         *(
             link("base", CUBE),
             link("wheel", TYRE),
-            link("caster", caster),
+            link(name, caster),
             Link("air", None, (), ()),
         ),
-        fixed=(("base", "caster"), ("base", "air")),
-        positions={"caster": Pose3((0.3, 0.0, z)), "wheel": Pose3((0.0, 0.3, 0.0))},
+        fixed=(("base", name), ("base", "air")),
+        positions={name: Pose3((0.3, 0.0, z)), "wheel": Pose3((0.0, 0.3, 0.0))},
     )
     base = dataclasses.replace(urdf.links["base"], collisions=())
     urdf = dataclasses.replace(urdf, links={**urdf.links, "base": base})
@@ -201,19 +203,24 @@ def friction(
     ("z", "slides"), [(-0.08, True), (-0.0725, True), (-0.0715, False), (-0.2, True)]
 )
 def test_what_is_fixed_and_no_more_than_8_mm_off_the_ground_slides(z: float, slides: bool) -> None:
-    found, notes = friction(z=z)
-    assert found == ({"caster": 0.01} if slides else {})
-    assert notes == ()  # of a ball, which is a caster by its looks
-    box = Part(Shape(Kind.BOX, (0.04, 0.04, 0.04)))
-    found, notes = friction(box, z)
-    assert found == ({"caster": 0.01} if slides else {})
-    assert notes == (("link 'caster': slides along on the ground, as a caster",) * slides)
+    found, notes = friction(SKID, z)
+    assert found == ({"skid": 0.01} if slides else {})
+    assert notes == (("link 'skid': slides along on the ground, as a caster",) * slides)
+
+
+@pytest.mark.parametrize(("z", "slides"), [(-0.2, True), (-0.03, True), (0.03, False)])
+def test_balls_and_casters_slide_where_a_robot_may_lean_on_them(z: float, slides: bool) -> None:
+    """Wherever below its axles that is: a caster that hangs too high is leant on."""
+    assert friction(BALL, z) == ({"skid": 0.01} if slides else {}, ())
+    found, notes = friction(SKID, z, name="rear_castor")
+    assert found == ({"rear_castor": 0.01} if slides else {})
+    assert notes == (("link 'rear_castor': slides along on the ground, as a caster",) * slides)
 
 
 def test_what_the_file_says_of_a_caster_is_kept() -> None:
-    assert friction(said={"caster": 0.3})[0] == {"caster": 0.3}
+    assert friction(said={"skid": 0.3})[0] == {"skid": 0.3}
     wheels = friction(said={"wheel": 0.2})[0]
-    assert wheels == {"wheel": 0.2, "caster": 0.01}
+    assert wheels == {"wheel": 0.2, "skid": 0.01}
 
 
 @pytest.mark.parametrize(("said", "found"), [(0.79, 0.8), (0.8, 0.8), (1.5, 1.5)])

@@ -118,6 +118,31 @@ def test_time_outs(tmp_path: Path, given: dict[str, Any], seconds: float | None)
     assert _drive(tmp_path, _file("name", {**_JOINTS, **given}, False)).command_timeout == seconds
 
 
+@pytest.mark.parametrize(
+    ("form", "topics"),
+    [
+        ("{}_wheel_command_joint_name", ("/name/reference", "/name/odometry")),
+        ("{}_joint_name", ("/name/cmd_vel", "/name/odom")),
+        ("{}_wheel_names", ("/name/cmd_vel", "/name/odom")),
+    ],
+)
+@pytest.mark.parametrize("rear", ["rear", "back"])
+def test_mecanum_wheels_by_any_of_their_parameters(
+    tmp_path: Path, form: str, topics: tuple[str, str], rear: str
+) -> None:
+    names = {
+        form.format(f"{end}_{side}"): f"{wheel}_{side}_wheel_joint"
+        for end, wheel in (("front", "front"), (rear, "rear"))
+        for side in ("left", "right")
+    }
+    kind = "mecanum_drive_controller/MecanumDriveController"
+    manager = {"controller_manager": {"ros__parameters": {"name": {"type": kind}}}}
+    values = {**names, "wheel_base": 0.28, "wheel_separation": 0.28, "wheel_radius": 0.06}
+    drive = _drive(tmp_path, {**manager, "name": {"ros__parameters": values}})
+    assert drive.kind is DriveKind.MECANUM
+    assert (drive.command_topic, drive.odometry_topic) == topics
+
+
 def test_limits_that_no_drive_has_are_noted(tmp_path: Path) -> None:
     mirrored = {"max_acceleration": 1.5, "min_acceleration": -1.5, "has_jerk_limits": True}
     limits = {

@@ -41,6 +41,14 @@ def test_names_say_which_side_is_left_of_a_robot_that_looks_back() -> None:
     assert guessed(wheeled(back, names=short)) == (short[::2], short[1::2])
 
 
+def test_a_robot_that_looks_back_drives_ahead_of_its_base() -> None:
+    xml = urdf_file()
+    drive = guess_drive(xml, wheeled([(x, -y, z) for x, y, z in CORNERS], names=SIDES))
+    assert (drive.left, drive.right) == PAIRS[::-1]
+    assert drive.effective_track == pytest.approx(0.3 * (1.0 + (0.4 / 0.3) ** 2), rel=0.01)
+    assert "left and right are exchanged" in next(iter(xml.notes)).text
+
+
 @pytest.mark.parametrize(
     ("along", "rpy", "left"),
     [((1.0, 0.0, 0.0), (0, 0, math.pi / 2), -1.0), ((0.0, 0.0, 1.0), (math.pi / 2, 0, 0), -1.0)],

@@ -16,7 +16,7 @@ from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.joints import ControllerKind, Gains
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import GazeboSettings, SensorSettings
-from arjuna_sim.model.urdf import Urdf
+from arjuna_sim.model.urdf import Mimic, Urdf
 from tests.sim.arms import CONTROLLERS, JOINTS, write_arm
 from tests.sim.builders import urdf_file
 from tests.sim.drive_cases import Robot, Wheel, plugin
@@ -74,14 +74,28 @@ def test_what_names_no_joint_is_noted(tmp_path: Path) -> None:
     assert "controller 'empty': names no joints" in notes(robot)
 
 
+def test_joints_that_mimic_in_ros2_control_alone_do_so(tmp_path: Path) -> None:
+    """As gz_ros2_control of Humble reads it."""
+    tag = "<ros2_control><joint name='wrist'><param name='mimic'>{}</param><param"
+    tag += " name='multiplier'>-0.5</param><command_interface name='position'/></joint>"
+    robot = load_robot(write_arm(tmp_path, extra=f"{tag}</ros2_control>".format("elbow")))
+    assert robot.urdf.joints["wrist"].mimic == Mimic("elbow", -0.5, 0.0)
+    assert "wrist" not in [joint.name for joint in robot.settings.driven]
+    robot = load_robot(write_arm(tmp_path, extra=f"{tag}</ros2_control>".format("nobody")))
+    assert "joint 'wrist' mimic: joint 'nobody' does not exist" in notes(robot)
+
+
 def test_wheels_stay_the_drives(tmp_path: Path) -> None:
     wheels = (Wheel("left_wheel", 0.0, 0.2), Wheel("right_wheel", 0.0, -0.2))
     names = "".join(f"<joint_name>{wheel.name}_joint</joint_name>" for wheel in wheels)
     tag = plugin("gz-sim-joint-controller-system", names)
-    robot = load_robot(Robot(wheels, tag).write(tmp_path))
-    assert robot.settings.driven == ()
-    assert robot.drive.wheels == ("left_wheel_joint", "right_wheel_joint")
-    assert "is the drive's" in notes(robot)
+    sides = "<left_joint>left_wheel_joint</left_joint><right_joint>right_wheel_joint</right_joint>"
+    drive = plugin("gz-sim-diff-drive-system", sides)
+    for more, text in ((drive, "is the drive's, which alone turns it"), ("", "until then cmd_vel")):
+        robot = load_robot(Robot(wheels, tag + more).write(tmp_path))
+        assert robot.settings.driven == ()
+        assert robot.drive.wheels == ("left_wheel_joint", "right_wheel_joint")
+        assert text in notes(robot)
 
 
 @pytest.mark.parametrize("value", ["0", "-1", "inf", "much"])

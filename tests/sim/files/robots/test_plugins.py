@@ -179,6 +179,11 @@ def test_what_is_not_simulated_is_noted_once() -> None:
     extra = "<wibble>1</wibble><aaa/><wibble>2</wibble><legacyMode>1</legacyMode>"
     assert read(SIDES + extra)[1] == ("plugin 'p': not simulated: <aaa>, <wibble>",)
     assert read(SIDES + "<aaa/>", name="")[1] == ("plugin 'f.so': not simulated: <aaa>",)
+    least = "<max_acceleration>1</max_acceleration><min_acceleration>{}</min_acceleration>"
+    assert read(SIDES + least.format("-1.0"))[1] == ()  # says nothing more
+    for other in ("-2", "much"):
+        noted = ("plugin 'p': not simulated: <min_acceleration>",)
+        assert read(SIDES + least.format(other))[1] == noted
 
 
 def test_motors_whose_file_names_no_torque_pull_twice_the_weight_but_five_at_least() -> None:

@@ -1,0 +1,69 @@
+"""Commands of controllers to the wheels of a robot whose file names no drive."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_sim.model.robot import RobotModel
+
+Array = NDArray[np.float64]
+
+
+class _Part(NamedTuple):
+    """What a controller commands of wheels, or of the joints that steer them.
+
+    Attributes:
+        steers: Whether it does so of steering.
+        joints: Which of all wheels or of all steering joints.
+        order: Which of its values are for those.
+    """
+
+    controller: str
+    steers: bool
+    joints: NDArray[np.int64]
+    order: NDArray[np.int64]
+
+
+class WheelCommands:
+    """Which wheels a controller turns from its first command on, in place of the guessed drive."""
+
+    def __init__(self, robot: RobotModel) -> None:
+        self._parts = list(_parts(robot))
+
+    def __bool__(self) -> bool:
+        """Return whether there are any."""
+        return bool(self._parts)
+
+    def over(
+        self, values: Mapping[str, Array], speeds: Array, angles: Array
+    ) -> tuple[Array, Array]:
+        """Return how wheels turn [rad/s] and steer [rad].
+
+        Args:
+            values: Last commands of the active controllers; no number before the first.
+            speeds: Of the wheels, as the drive wants them.
+            angles: Of the steering, as the drive wants it.
+        """
+        found = [speeds, angles]
+        for part in self._parts:
+            own = values.get(part.controller)
+            if own is None or not np.isfinite(own[part.order]).any():
+                continue
+            given = np.isfinite(own[part.order])
+            found[part.steers] = found[part.steers].copy()
+            found[part.steers][part.joints[given]] = own[part.order][given]
+        return found[0], found[1]
+
+
+def _parts(robot: RobotModel) -> Iterator[_Part]:
+    for controller in robot.settings.controllers:
+        for steers, names in ((False, robot.drive.wheels), (True, robot.drive.steering)):
+            own = enumerate(controller.joints)
+            pairs = [(names.index(name), i) for i, name in own if name in names]
+            if pairs and controller.turns_wheels(robot.drive.plugin, steers):
+                joints, order = np.array(pairs, np.int64).T
+                yield _Part(controller.name, steers, joints, order)
