@@ -56,6 +56,10 @@ _VIEWS = (
     "turtlebot3_bringup/rviz/model.rviz",
     "turtlebot3_navigation2/rviz/tb3_navigation2.rviz",
 )
+_GAZEBO = {
+    **dict.fromkeys(("gz", "ign", "gazebo", "gzserver"), "gzserver"),  # `gz sim -s WORLD`
+    "gzclient": "gzclient",
+}
 _OF_ROS1 = ("turtlebot3_navigation", "turtlebot3_slam", "turtlebot3_teleop")
 SHIPPED = {
     "gazebo_ros/worlds/empty.world": "worlds/empty.world",
@@ -125,10 +129,8 @@ def _texts() -> dict[str, str]:
     for package, name in PROGRAMS:
         program = _PROGRAM.format(python=sys.executable, package=package, name=name)
         found[f"lib/{package}/{name}"] = program
-    for name in ("gz", "ign"):  # `gz sim -s WORLD`
-        found[f"bin/{name}"] = _PROGRAM.format(
-            python=sys.executable, package="ros_gz_sim", name="gzserver"
-        )
+    for name, of in _GAZEBO.items():
+        found[f"bin/{name}"] = _PROGRAM.format(python=sys.executable, package="gazebo_ros", name=of)
     found |= {f"share/{name}": _RVIZ for name in _VIEWS}
     for package, file in (*LAUNCHES, *COMPOSED):
         found[f"share/{package}/launch/{file}"] = _LAUNCH.format(package=package, file=file)

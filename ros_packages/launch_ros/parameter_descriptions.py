@@ -10,7 +10,12 @@ from typing import Any
 
 import yaml
 from launch.launch_context import LaunchContext
-from launch.substitution import SomeSubstitutionsType, Substitution, perform_substitutions
+from launch.substitution import (
+    SomeSubstitutionsType,
+    Substitution,
+    SubstitutionFailure,
+    perform_substitutions,
+)
 
 from arjuna_core.files.input_file import read_text
 from arjuna_core.files.whole_file import in_new_file
@@ -131,7 +136,7 @@ def files_of(context: LaunchContext, given: Iterable[Any], node: str) -> list[st
             file = one if isinstance(one, ParameterFile) else ParameterFile(one)
             path = file.evaluate(context)
             if not path.is_file():
-                raise RuntimeError(f"there is no parameter file {path}")
+                raise SubstitutionFailure(f"there is no parameter file {path}")
             found.append(str(path))
             continue
         text = yaml.safe_dump({node: {"ros__parameters": values}}, sort_keys=False)

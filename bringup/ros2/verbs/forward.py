@@ -304,8 +304,18 @@ def become(path: Path, words: list[str]) -> NoReturn:
 
 
 def remedy(package: str) -> str:
-    """Return what to do where a package is not there."""
-    return REMEDIES.get(package, REMEDIES[""])
+    """Return what to do where a package, or something of it, is not there."""
+    programs = sorted(name for known, name in PROGRAMS if known == package)
+    if package in REMEDIES or not (programs or _is_found(package)):
+        return REMEDIES.get(package, REMEDIES[""])
+    if programs:
+        return f"of it there is 'ros2 run {package} {'|'.join(programs)}'"
+    return "programs of C++ are built by ROS's own tools"
+
+
+def _is_found(package: str) -> bool:
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    return any(Path(one, "share", package).is_dir() for one in prefixes if package and one)
 
 
 def daemon(words: list[str]) -> None:

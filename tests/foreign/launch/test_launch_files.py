@@ -232,6 +232,41 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
         ],
         [],
     ),
+    "drivers.launch.py": (
+        ["my_robot/talker --ros-args -r __node:=rf2o_False"],
+        [
+            "rplidar_ros rplidar_a1_launch.py is not included; its driver is ROS's",
+            "a launch file is not included: package 'realsense2_camera' not found",
+            "robot_localization ekf.launch.py is not included; of it there is 'ros2 run robot_loc",
+            "usb_cam camera.launch.py is not included",
+            "my_robot talker is not started: there is no parameter file /not/installed/share/usb",
+            "[INFO] [user]: container started",
+            "apriltag_ros AprilTagNode is not started",
+            "no_cpp_node is not started",
+            "valid: controller_node, simple_pose.py, talker; programs of C++ are built by ROS's",
+        ],
+    ),
+    "gz_actions.launch.py": (
+        [
+            "arjuna run ros_gz_sim gzserver empty.sdf",
+            "arjuna run ros_gz_bridge parameter_bridge --ros-args -p"
+            " config_file:=my_robot/config/bridge.yaml",
+            "arjuna run ros_gz_sim create -topic /robot_description -name sam_bot -z 0.65",
+        ],
+        [],
+    ),
+    "gz_actions_launch.xml": (
+        [
+            "arjuna run ros_gz_sim gzserver empty.sdf",
+            "arjuna run ros_gz_bridge parameter_bridge --ros-args -p"
+            " config_file:=/config/bridge.yaml -r __ns:=/r1",
+            "arjuna run ros_gz_sim create -file robot.sdf -name r1 -x 1.0",
+            "arjuna run ros_gz_bridge parameter_bridge --ros-args -p"
+            " config_file:=/config/other.yaml",
+            "arjuna run ros_gz_sim create -topic robot_description",
+        ],
+        [],
+    ),
     "gz_world.launch.py": (
         [
             f"arjuna run ros_gz_sim gzserver -r -s -v2 {_TB3_WORLD}",
@@ -284,6 +319,10 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
             "my_robot/talker --ros-args -r __node:=husky_1 -r __ns:=/husky",
         ],
         [],
+    ),
+    "own_action.launch.py": (
+        ["nice -n 5 talk --loud"],
+        ["[INFO] [user]: said ab", "[INFO] [user]: after talk", "\n        LogInfo(...)"],
     ),
     "own_namespace_if.launch.py": (
         [
