@@ -140,6 +140,14 @@ COMPOSED = {
 """Launch files that include those of `LAUNCHES`: each one's argument that leaves it out."""
 
 
+DESCRIBED = {
+    ("teleop_twist_joy", "teleop-launch.py"): "teleop",
+    ("urdf_launch", "description.launch.py"): "robot",
+    ("urdf_launch", "display.launch.py"): "display",
+}
+"""Launch files of nodes that are here, and the functions of `described` that describe them."""
+
+
 PLUGINS = {
     **{
         f"{package}::{''.join(word.capitalize() for word in name.split('_'))}": (package, name)

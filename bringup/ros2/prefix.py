@@ -17,7 +17,7 @@ from pathlib import Path
 from arjuna_core.files.array_cache import cache_folder
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.context import add_environment_to_ament_index
-from bringup.ros2.launches import COMPOSED, LAUNCHES
+from bringup.ros2.launches import COMPOSED, DESCRIBED, LAUNCHES
 from bringup.ros2.verbs.forward import GENERATED, PROGRAMS
 
 _VARIABLE = "AMENT_PREFIX_PATH"
@@ -55,6 +55,7 @@ _VIEWS = (
     "slam_toolbox/config/slam_toolbox_default.rviz",
     "turtlebot3_bringup/rviz/model.rviz",
     "turtlebot3_navigation2/rviz/tb3_navigation2.rviz",
+    "urdf_launch/config/urdf.rviz",
 )
 _GAZEBO = {
     **dict.fromkeys(("gz", "ign", "gazebo", "gzserver"), "gzserver"),  # `gz sim -s WORLD`
@@ -120,7 +121,7 @@ def _made() -> Path:
 
 def _texts() -> dict[str, str]:
     """Return the texts of the files that are written, by path."""
-    packages = {package for package, _ in (*PROGRAMS, *LAUNCHES)}
+    packages = {package for package, _ in (*PROGRAMS, *LAUNCHES, *DESCRIBED)}
     packages |= {*_OF_ROS1, *(name.partition("/")[0] for name in SHIPPED)}
     found = {GENERATED: "This folder can be removed: it is made again.\n"}
     for package in packages:
@@ -132,7 +133,7 @@ def _texts() -> dict[str, str]:
     for name, of in _GAZEBO.items():
         found[f"bin/{name}"] = _PROGRAM.format(python=sys.executable, package="gazebo_ros", name=of)
     found |= {f"share/{name}": _RVIZ for name in _VIEWS}
-    for package, file in (*LAUNCHES, *COMPOSED):
+    for package, file in (*LAUNCHES, *COMPOSED, *DESCRIBED):
         found[f"share/{package}/launch/{file}"] = _LAUNCH.format(package=package, file=file)
     return found
 

@@ -415,6 +415,17 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
         ],
         ["turtlesim turtlesim_node is not started: package 'turtlesim' not found; it draws"],
     ),
+    "urdf_display.launch.py": (
+        [
+            "robot_state_publisher/robot_state_publisher",
+            "joint_state_publisher_gui/joint_state_publisher_gui",
+            "rviz2/rviz2 -d urdf_launch/config/urdf.rviz",
+            "joy/joy_node --ros-args -r __node:=joy_node",
+            "teleop_twist_joy/teleop_node --ros-args -r __node:=teleop_twist_joy_node"
+            " -r /cmd_vel:=/joy_vel",
+        ],
+        [],
+    ),
 }
 """The same of files of other people's robots' shapes."""
 
@@ -445,6 +456,8 @@ def test_every_file_is_tried() -> None:
         ("static_frames.launch.py", [], 2, {}),
         ("spawned.launch.py", [], 5, {"use_sim_time": True}),
         ("own_navigation.launch.py", ["use_sim_time:=true"], 0, {"use_sim_time": True}),
+        ("urdf_display.launch.py", [], 3, {"device_id": 1, "autorepeat_rate": 20.0}),
+        ("urdf_display.launch.py", [], 4, {"publish_stamped_twist": True}),
         ("own_navigation.launch.py", ["use_composition:=True"], 1, {"use_sim_time": False}),
         (
             "own_navigation.launch.py",
@@ -495,7 +508,7 @@ def test_nav2_s_simulation_is_world_navigation_and_view(started: Callable[..., S
 
 
 def test_a_description_made_by_xacro_keeps_its_text(started: Callable[..., Started]) -> None:
-    for name in ("rsp.launch.py", "display.launch.py"):
+    for name in ("rsp.launch.py", "display.launch.py", "urdf_display.launch.py"):
         text = started(name).parameters[0]["robot_description"]
         assert '\n<robot name="r">' in text
 
