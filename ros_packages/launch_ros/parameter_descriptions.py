@@ -14,6 +14,7 @@ from launch.substitution import (
     SomeSubstitutionsType,
     Substitution,
     SubstitutionFailure,
+    found_here,
     perform_substitutions,
 )
 
@@ -87,6 +88,7 @@ def value_of(context: LaunchContext, value: Any, kind: Any = None, typed: bool =
         value, typed = perform_substitutions(context, value), True
     elif several:
         return [value_of(context, one) for one in value]
+    value = found_here(value) if isinstance(value, str) else value
     kind = _TYPES.get(kind, kind) if isinstance(kind, str) else kind
     if not isinstance(value, str) or kind is str or not (typed or kind):
         return value if kind is None else kind(value)

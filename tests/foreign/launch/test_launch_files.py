@@ -275,6 +275,14 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
         ],
         [],
     ),
+    "installed_paths.launch.py": (
+        [
+            "arjuna slam --params /opt/ros/humble/share/no_package/a.yaml",
+            "nav2_map_server/map_server",
+            "rviz2/rviz2 -d nav2_bringup/rviz/nav2_default_view.rviz",
+        ],
+        [],
+    ),
     "lifecycle_slam.launch.py": (
         ["slam_toolbox/async_slam_toolbox_node --ros-args -r __node:=slam_toolbox"],
         ["Failed to make transition 1 of '/slam_toolbox': its services do not answer"],
@@ -481,6 +489,13 @@ def test_parameters_reach_a_node_with_their_types(
 ) -> None:
     found = started(name, *words).parameters[line]
     assert {key: found[key] for key in values} == values
+
+
+def test_a_file_of_an_installed_ros_is_the_one_that_is_here(
+    started: Callable[..., Started],
+) -> None:
+    path = started("installed_paths.launch.py").parameters[1]["yaml_filename"]
+    assert Path(path) == add_prefix() / "share/nav2_bringup/maps/tb3_sandbox.yaml"
 
 
 def test_poses_of_robots_are_read_from_the_command_line(
