@@ -1,17 +1,22 @@
-"""Launch files of other packages whose nodes are here: `urdf_launch`, `teleop_twist_joy`."""
+"""Launch files of other packages whose nodes are here: what a launch file of one's own includes."""
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
 from launch.conditions import IfCondition, UnlessCondition
 from launch.substitutions import Command, LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
+from arjuna_core.files.input_file import read_text
+from arjuna_core.files.shipped import shipped_file
+
+_MODEL = "TURTLEBOT3_MODEL"
 _DEADZONE, _RATE = 0.3, 20.0  # joy's, as that launch file sets them
 
 
@@ -48,6 +53,40 @@ def display() -> LaunchDescription:
             ),
         ]
     )
+
+
+def turtlebot3_description() -> LaunchDescription:
+    """Publish the Burger's description and its frames: `use_sim_time`, `frame_prefix`."""
+    prefix = LaunchConfiguration("frame_prefix", default="")
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument("use_sim_time", default_value="false"),
+            Node(
+                package="robot_state_publisher",
+                executable="robot_state_publisher",
+                name="robot_state_publisher",
+                output="screen",
+                parameters=[
+                    {
+                        "use_sim_time": LaunchConfiguration("use_sim_time"),
+                        "robot_description": read_text(shipped_file("urdf/burger.urdf")),
+                        "frame_prefix": ParameterValue(prefix, value_type=str),
+                    }
+                ],
+            ),
+        ]
+    )
+
+
+def turtlebot3_spawn() -> LaunchDescription:
+    """Put the Burger into the world: `x_pose`, `y_pose`."""
+    x, y = (LaunchConfiguration(f"{axis}_pose", default="0.0") for axis in "xy")
+    file = str(shipped_file("urdf/burger.urdf"))
+    words = ["-name", "burger", "-file", file, "-x", x, "-y", y, "-z", "0.01"]
+    spawner = Node(package="ros_gz_sim", executable="create", arguments=words, output="screen")
+    model = os.environ.get(_MODEL, "burger")
+    remark = LogInfo(msg=f"the Burger stands for {_MODEL}={model}")
+    return LaunchDescription([*([remark] if model != "burger" else []), spawner])
 
 
 def teleop() -> LaunchDescription:

@@ -141,6 +141,14 @@ COMPOSED = {
 
 
 DESCRIBED = {
+    **dict.fromkeys(
+        (
+            ("turtlebot3_bringup", "turtlebot3_state_publisher.launch.py"),
+            ("turtlebot3_gazebo", "robot_state_publisher.launch.py"),
+        ),
+        "turtlebot3_description",
+    ),
+    ("turtlebot3_gazebo", "spawn_turtlebot3.launch.py"): "turtlebot3_spawn",
     ("teleop_twist_joy", "teleop-launch.py"): "teleop",
     ("urdf_launch", "description.launch.py"): "robot",
     ("urdf_launch", "display.launch.py"): "display",

@@ -79,6 +79,7 @@ SHIPPED = {
     "turtlebot3_gazebo/urdf/turtlebot3_burger.urdf": _BURGER,
     "turtlebot3_gazebo/worlds/empty_world.world": "worlds/empty.world",
     "turtlebot3_gazebo/worlds/pillar_arena.png": "worlds/pillar_arena.png",
+    "turtlebot3_gazebo/worlds/turtlebot3_house.world": "worlds/office.world",
     "turtlebot3_gazebo/worlds/turtlebot3_world.world": _PILLARS,
     "turtlebot3_navigation2/map/map.yaml": "maps/pillar_arena.yaml",
     "turtlebot3_navigation2/map/pillar_arena.png": "maps/pillar_arena.png",
@@ -133,6 +134,7 @@ def _texts() -> dict[str, str]:
     for name, of in _GAZEBO.items():
         found[f"bin/{name}"] = _PROGRAM.format(python=sys.executable, package="gazebo_ros", name=of)
     found |= {f"share/{name}": _RVIZ for name in _VIEWS}
+    found["share/turtlebot3_gazebo/params/turtlebot3_burger_bridge.yaml"] = "[]\n"
     for package, file in (*LAUNCHES, *COMPOSED, *DESCRIBED):
         found[f"share/{package}/launch/{file}"] = _LAUNCH.format(package=package, file=file)
     return found

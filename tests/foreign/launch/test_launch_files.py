@@ -415,6 +415,15 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
         ],
         ["rplidar_ros rplidar_node is not started", "[INFO] [user]: bye"],
     ),
+    "turtlebot3_own_world.launch.py": (
+        [
+            "arjuna run ros_gz_sim gzserver -r -s -v2 my_robot/worlds/my.world",
+            "ros_gz_sim/create -name burger -file urdf/burger.urdf -x -2.0 -y -0.5 -z 0.01",
+            "robot_state_publisher/robot_state_publisher --ros-args -r"
+            " __node:=robot_state_publisher",
+        ],
+        [],
+    ),
     "turtlesim_mimic.launch.py": (
         [
             "my_robot/talker --ros-args -r __node:=mimic"
@@ -464,6 +473,7 @@ def test_every_file_is_tried() -> None:
         ("static_frames.launch.py", [], 2, {}),
         ("spawned.launch.py", [], 5, {"use_sim_time": True}),
         ("own_navigation.launch.py", ["use_sim_time:=true"], 0, {"use_sim_time": True}),
+        ("turtlebot3_own_world.launch.py", [], 2, {"use_sim_time": True, "frame_prefix": ""}),
         ("urdf_display.launch.py", [], 3, {"device_id": 1, "autorepeat_rate": 20.0}),
         ("urdf_display.launch.py", [], 4, {"publish_stamped_twist": True}),
         ("own_navigation.launch.py", ["use_composition:=True"], 1, {"use_sim_time": False}),
