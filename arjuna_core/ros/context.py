@@ -43,7 +43,7 @@ def discovery(isolated: bool) -> Iterator[None]:
             os.environ[_RANGE] = before
 
 
-def new_context(domain_id: int | None = None) -> Context:
+def new_context(domain_id: int | None = None, words: list[str] | None = None) -> Context:
     """Return an initialized context; what the environment says of the middleware comes first.
 
     Without it, the interfaces of this Python environment are found, discovery and sockets are on
@@ -52,6 +52,7 @@ def new_context(domain_id: int | None = None) -> Context:
 
     Args:
         domain_id: The domain; the environment's if None.
+        words: Those that ROS reads its arguments from; the program's if None.
     """
     add_environment_to_ament_index()
     gc.set_threshold(*_COLLECT)
@@ -61,7 +62,7 @@ def new_context(domain_id: int | None = None) -> Context:
     if os.environ.get(_PROFILES, "") in ("", *map(str, _OURS.values())):  # a parent's may differ
         os.environ[_PROFILES] = str(_OURS[reaches_other_hosts(os.environ)])
     context = Context()
-    rclpy.init(context=context, domain_id=domain_id)
+    rclpy.init(args=words, context=context, domain_id=domain_id)
     return context
 
 

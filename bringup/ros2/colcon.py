@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import os
 import re
-import shlex
 import shutil
 import subprocess
 import sys
@@ -21,15 +20,14 @@ from pathlib import Path
 from typing import NoReturn
 
 from arjuna_core.errors import ArjunaError, nearest
-from arjuna_core.files.input_file import read_bytes, read_text
+from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.xml_text import parse_xml
+from bringup.ros2.cmake import read_cmake
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.main import become_real
 
 _IGNORED = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE")
 _DEPENDS = re.compile(r"(build|exec|run|buildtool|test|build_export|)_?depend")
-_COMPILED = ("add_executable", "add_library", "pybind11_add_module")
-_CALL = re.compile(r"^\s*(\w+)\s*\(([^)]*)\)", re.MULTILINE)
 _NAME = r"[A-Za-z][\w-]*"
 _CATKIN = """<package format="2">
   <name>{0}</name>
@@ -41,7 +39,8 @@ _CATKIN = """<package format="2">
 {1}</package>
 """
 _SITE = f"lib/python{sys.version_info.major}.{sys.version_info.minor}/site-packages"
-_REMEDY = "C++ is built by ROS's own tools; packages of Python and of data are built here"
+_OTHERS = "packages of Python and of data are built here"
+_REMEDY = "ROS's own tools build it, what else the package installs is there"
 
 
 @dataclass(frozen=True)
@@ -198,19 +197,22 @@ def _build(package: Package, prefix: Path, arguments: argparse.Namespace) -> Non
     if prefix.exists():
         shutil.rmtree(prefix)
     linked, share = arguments.symlink_install, prefix / "share" / package.name
+    problems: list[str] = []
     if package.kind in ("ament_python", "python"):
         _python(package, prefix, arguments.build_base.resolve() / package.name, linked)
     elif package.kind == "catkin":
         _catkin(package, prefix)
     elif (package.folder / "CMakeLists.txt").is_file():
-        _cmake(package, prefix, linked)
+        problems = _cmake(package, prefix, linked)
     else:
-        raise Ros2Error(f"{package.name} is of the type '{package.kind}'; {_REMEDY}")
+        raise Ros2Error(f"{package.name} is of the type '{package.kind}'; {_OTHERS}")
     if not (share / "package.xml").exists() and (package.folder / "package.xml").is_file():
         put(package.folder / "package.xml", share / "package.xml", linked)
     marker = prefix / "share" / "ament_index" / "resource_index" / "packages" / package.name
     marker.parent.mkdir(parents=True, exist_ok=True)
     marker.touch()
+    if problems:
+        raise Ros2Error("\n".join(problems))
 
 
 def put(source: Path, target: Path, linked: bool) -> None:
@@ -253,38 +255,26 @@ def _catkin(package: Package, prefix: Path) -> None:
             put(path, prefix / "lib" / package.name / path.name, True)
 
 
-def _cmake(package: Package, prefix: Path, linked: bool) -> None:
-    """Install what a CMakeLists.txt installs, where it compiles nothing."""
-    text = re.sub(r"#.*", "", read_text(package.folder / "CMakeLists.txt"))
-    text = text.replace("${PROJECT_NAME}", package.name).replace("${CMAKE_CURRENT_SOURCE_DIR}/", "")
-    calls = [(name.lower(), shlex.split(words)) for name, words in _CALL.findall(text)]
-    if "rosidl_generate_interfaces" in {name for name, _ in calls}:
+def _cmake(package: Package, prefix: Path, linked: bool) -> list[str]:
+    """Install what a CMakeLists.txt installs; return what could not be, a line each."""
+    found = read_cmake(package.folder, package.name, _SITE)
+    if found.is_interfaces:
         from rosidl_build.environment import build
 
         try:
             build(package.folder)
         except (ValueError, OSError) as error:
             raise Ros2Error(f"interfaces of {package.name}: {error}") from error
-        return
-    if compiled := {name for name, _ in calls} & set(_COMPILED):
-        raise Ros2Error(f"{package.name} has {', '.join(sorted(compiled))}; {_REMEDY}")
-    for name, words in calls:
-        if name == "ament_python_install_package" and words:
-            put(package.folder / words[0], prefix / _SITE / words[0], linked)
-        if name != "install" or "DESTINATION" not in words:
-            continue
-        at = words.index("DESTINATION")
-        kind, sources, into = words[0], words[1:at], prefix / words[at + 1].rstrip("/")
-        into = into if into.is_relative_to(prefix) else prefix
-        for source in (package.folder / one for one in sources):
-            is_content = kind == "DIRECTORY" and str(sources[0]).endswith("/")
-            root = source if is_content else source.parent
-            # Of a folder files are linked, as ament does it: who looks through it follows no links.
-            for each in sorted(source.rglob("*")) if source.is_dir() else [source]:
-                if not each.is_dir():
-                    put(each, into / each.relative_to(root), linked)
-            if kind == "PROGRAMS":
-                (into / source.name).resolve().chmod(0o755)
+    for name, folder in found.modules.items():
+        put(folder, prefix / _SITE / name, linked)
+    for source, target, is_program in found.items:
+        put(source, prefix / target, linked)
+        if is_program:
+            (prefix / target).resolve().chmod(0o755)
+    problems = [f"install() of {package.name}: there is no {path}" for path in found.missing]
+    if found.compiled:
+        problems.append(f"{package.name}: {', '.join(found.compiled)} is C++, not built; {_REMEDY}")
+    return problems
 
 
 _SETUP = """# Puts the packages of this workspace before those of its environment.

@@ -31,6 +31,16 @@ _BURGER = ("--robot", str(shipped_file("urdf/burger.urdf")))
 _AT = {"x_pose": "", "y_pose": "", "namespace": "--namespace"}
 _WORLD = {"world": ""}
 _GZ_ARGS = {"gz_args": "", "ign_args": "", "world_sdf_file": ""}
+_SPAWN = {
+    "file": "-file",
+    "string": "-string",
+    "model_string": "-string",
+    "topic": "-topic",
+    "entity_name": "-name",
+    **{name: f"-{name}" for name in ("x", "y", "z", "R", "P", "Y")},
+}
+_BRIDGE = {"config_file": "--ros-args -p config_file:={}", "namespace": "-r __ns:=/{}"}
+_CONTAINED = ("bridge_name", "bridge_params", "container_name", "create_own_container")
 _GZ = ("gui", "pause"), ("debug", "gz_version", "on_exit_shutdown", "server", "verbose")
 _NAV2_ONLY = ("autostart", "use_composition", "container_name", "use_respawn")
 
@@ -79,6 +89,15 @@ LAUNCHES: dict[tuple[str, str], Launch] = {
             ("ros_ign_gazebo", "ign_gazebo.launch.py", _GZ_ARGS),
         )
     },
+    ("ros_gz_sim", "gz_spawn_model.launch.py"): Launch(
+        ("run", "ros_gz_sim", "create"), _SPAWN, (), ("allow_renaming", "world")
+    ),
+    ("ros_gz_bridge", "ros_gz_bridge.launch.py"): Launch(
+        ("run", "ros_gz_bridge", "parameter_bridge"),
+        _BRIDGE,
+        (),
+        (*_CONTAINED, "use_composition", "use_respawn", "log_level"),
+    ),
     ("gazebo_ros", "gzclient.launch.py"): Launch(("run", "gazebo_ros", "gzclient"), {}, *_GZ),
     **{
         ("turtlebot3_gazebo", f"{file}.launch.py"): Launch(
@@ -109,8 +128,32 @@ COMPOSED = {
         ("nav2_bringup", "bringup_launch.py"): "",
         ("nav2_bringup", "rviz_launch.py"): "use_rviz",
     },
+    ("ros_gz_sim", "ros_gz_sim.launch.py"): {
+        ("ros_gz_sim", "gz_server.launch.py"): "",
+        ("ros_gz_bridge", "ros_gz_bridge.launch.py"): "",
+    },
+    ("ros_gz_sim", "ros_gz_spawn_model.launch.py"): {
+        ("ros_gz_bridge", "ros_gz_bridge.launch.py"): "",
+        ("ros_gz_sim", "gz_spawn_model.launch.py"): "",
+    },
 }
 """Launch files that include those of `LAUNCHES`: each one's argument that leaves it out."""
+
+
+DESCRIBED = {
+    **dict.fromkeys(
+        (
+            ("turtlebot3_bringup", "turtlebot3_state_publisher.launch.py"),
+            ("turtlebot3_gazebo", "robot_state_publisher.launch.py"),
+        ),
+        "turtlebot3_description",
+    ),
+    ("turtlebot3_gazebo", "spawn_turtlebot3.launch.py"): "turtlebot3_spawn",
+    ("teleop_twist_joy", "teleop-launch.py"): "teleop",
+    ("urdf_launch", "description.launch.py"): "robot",
+    ("urdf_launch", "display.launch.py"): "display",
+}
+"""Launch files of nodes that are here, and the functions of `described` that describe them."""
 
 
 PLUGINS = {
@@ -197,8 +240,10 @@ def _command(launch: Launch, given: dict[str, str]) -> list[str]:
     if "at" in given:
         rest[-3:] = ["--at", *shlex.split(given["at"])]
     for name, option in launch.options.items():
-        if given.get(name):
-            rest += [option, given[name]] if option else shlex.split(given[name])
+        if value := given.get(name, ""):
+            words = option.replace("/{}", f"/{value.lstrip('/')}").split()
+            inside = [word.replace("{}", value) for word in words]
+            rest += inside if "{}" in option else [option, value] if option else shlex.split(value)
     return [first, *rest]
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from arjuna_core.files.array_cache import cache_folder
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.context import add_environment_to_ament_index
-from bringup.ros2.launches import COMPOSED, LAUNCHES
+from bringup.ros2.launches import COMPOSED, DESCRIBED, LAUNCHES
 from bringup.ros2.verbs.forward import GENERATED, PROGRAMS
 
 _VARIABLE = "AMENT_PREFIX_PATH"
@@ -55,7 +55,12 @@ _VIEWS = (
     "slam_toolbox/config/slam_toolbox_default.rviz",
     "turtlebot3_bringup/rviz/model.rviz",
     "turtlebot3_navigation2/rviz/tb3_navigation2.rviz",
+    "urdf_launch/config/urdf.rviz",
 )
+_GAZEBO = {
+    **dict.fromkeys(("gz", "ign", "gazebo", "gzserver"), "gzserver"),  # `gz sim -s WORLD`
+    "gzclient": "gzclient",
+}
 _OF_ROS1 = ("turtlebot3_navigation", "turtlebot3_slam", "turtlebot3_teleop")
 SHIPPED = {
     "gazebo_ros/worlds/empty.world": "worlds/empty.world",
@@ -74,6 +79,7 @@ SHIPPED = {
     "turtlebot3_gazebo/urdf/turtlebot3_burger.urdf": _BURGER,
     "turtlebot3_gazebo/worlds/empty_world.world": "worlds/empty.world",
     "turtlebot3_gazebo/worlds/pillar_arena.png": "worlds/pillar_arena.png",
+    "turtlebot3_gazebo/worlds/turtlebot3_house.world": "worlds/office.world",
     "turtlebot3_gazebo/worlds/turtlebot3_world.world": _PILLARS,
     "turtlebot3_navigation2/map/map.yaml": "maps/pillar_arena.yaml",
     "turtlebot3_navigation2/map/pillar_arena.png": "maps/pillar_arena.png",
@@ -116,7 +122,7 @@ def _made() -> Path:
 
 def _texts() -> dict[str, str]:
     """Return the texts of the files that are written, by path."""
-    packages = {package for package, _ in (*PROGRAMS, *LAUNCHES)}
+    packages = {package for package, _ in (*PROGRAMS, *LAUNCHES, *DESCRIBED)}
     packages |= {*_OF_ROS1, *(name.partition("/")[0] for name in SHIPPED)}
     found = {GENERATED: "This folder can be removed: it is made again.\n"}
     for package in packages:
@@ -125,12 +131,11 @@ def _texts() -> dict[str, str]:
     for package, name in PROGRAMS:
         program = _PROGRAM.format(python=sys.executable, package=package, name=name)
         found[f"lib/{package}/{name}"] = program
-    for name in ("gz", "ign"):  # `gz sim -s WORLD`
-        found[f"bin/{name}"] = _PROGRAM.format(
-            python=sys.executable, package="ros_gz_sim", name="gzserver"
-        )
+    for name, of in _GAZEBO.items():
+        found[f"bin/{name}"] = _PROGRAM.format(python=sys.executable, package="gazebo_ros", name=of)
     found |= {f"share/{name}": _RVIZ for name in _VIEWS}
-    for package, file in (*LAUNCHES, *COMPOSED):
+    found["share/turtlebot3_gazebo/params/turtlebot3_burger_bridge.yaml"] = "[]\n"
+    for package, file in (*LAUNCHES, *COMPOSED, *DESCRIBED):
         found[f"share/{package}/launch/{file}"] = _LAUNCH.format(package=package, file=file)
     return found
 

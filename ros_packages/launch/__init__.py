@@ -1,23 +1,37 @@
 """ROS 2's `launch`: descriptions of what to start, and the service that starts it."""
 
 from launch import (
+    action,
     actions,
     conditions,
+    descriptions,
+    event_handler,
     event_handlers,
     events,
+    frontend,
+    launch_description_source,
     launch_description_sources,
     logging,
     substitutions,
 )
-from launch.action import Action, LaunchDescriptionEntity
-from launch.by_file import import_by_file
+from launch.action import (
+    Action,
+    LaunchDescriptionEntity,
+    SomeActionsType,
+    SomeActionsType_types_tuple,
+    SomeEntitiesType,
+    SomeEntitiesType_types_tuple,
+)
+from launch.by_file import import_as, import_by_file
 from launch.condition import Condition
 from launch.event_handler import BaseEventHandler, Event, EventHandler
 from launch.launch_context import LaunchContext
 from launch.launch_description import LaunchDescription
-from launch.launch_description_source import LaunchDescriptionSource
+from launch.launch_description_source import InvalidLaunchFileError, LaunchDescriptionSource
+from launch.launch_introspector import LaunchIntrospector
 from launch.launch_service import LaunchService
-from launch.substitution import SomeSubstitutionsType, Substitution
+from launch.some_substitutions_type import SomeSubstitutionsType, SomeSubstitutionsType_types_tuple
+from launch.substitution import Substitution
 
 __all__ = [
     "Action",
@@ -25,22 +39,46 @@ __all__ = [
     "Condition",
     "Event",
     "EventHandler",
+    "InvalidLaunchFileError",
     "LaunchContext",
     "LaunchDescription",
     "LaunchDescriptionEntity",
     "LaunchDescriptionSource",
+    "LaunchIntrospector",
     "LaunchService",
+    "SomeActionsType",
+    "SomeActionsType_types_tuple",
+    "SomeEntitiesType",
+    "SomeEntitiesType_types_tuple",
     "SomeSubstitutionsType",
+    "SomeSubstitutionsType_types_tuple",
     "Substitution",
     "actions",
     "conditions",
+    "descriptions",
     "event_handlers",
     "events",
+    "frontend",
     "launch_description_sources",
     "logging",
     "substitutions",
 ]
 
 import_by_file(
-    (actions, conditions, event_handlers, events, launch_description_sources, substitutions)
+    (
+        *(actions, conditions, descriptions, event_handlers, events),
+        *(launch_description_sources, substitutions),
+    )
+)
+import_as(
+    {
+        "event": event_handler,
+        "frontend.entity": frontend,
+        "frontend.expose": frontend,
+        "frontend.parser": frontend,
+        "invalid_launch_file_error": launch_description_source,
+        "launch_description_entity": action,
+        "some_actions_type": action,
+        "some_entities_type": action,
+    }
 )

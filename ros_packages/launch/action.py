@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, Union
 
 from launch.condition import Condition
 from launch.launch_context import LaunchContext
@@ -22,9 +22,13 @@ class LaunchDescriptionEntity:
         """Return it as text for people."""
         return f"{type(self).__name__}(...)"
 
+    def get_sub_entities(self) -> Iterable[LaunchDescriptionEntity]:
+        """Return what an action of one's own holds."""
+        return ()
+
     def children(self) -> Iterable[LaunchDescriptionEntity]:
         """Yield what it holds, as far as it is known before it is visited."""
-        return ()
+        return self.get_sub_entities()
 
 
 class Action(LaunchDescriptionEntity):
@@ -32,6 +36,11 @@ class Action(LaunchDescriptionEntity):
 
     def __init__(self, *, condition: Condition | None = None) -> None:
         self.condition = condition
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> tuple[type[Any], dict[str, Any]]:
+        """Return the class and its arguments by an element of XML or YAML; `if` is seen to."""
+        return cls, {}
 
     def visit(self, context: LaunchContext) -> Entities | None:
         """Do it if its condition holds; return what is to be visited next."""
@@ -42,6 +51,11 @@ class Action(LaunchDescriptionEntity):
     def execute(self, context: LaunchContext) -> Entities | None:
         """Do it; return what is to be visited next."""
         raise NotImplementedError
+
+
+SomeEntitiesType = Union[LaunchDescriptionEntity, Iterable[LaunchDescriptionEntity]]  # noqa: UP007
+SomeActionsType = Union[Action, Iterable[Action]]  # noqa: UP007
+SomeEntitiesType_types_tuple = SomeActionsType_types_tuple = (LaunchDescriptionEntity, Iterable)
 
 
 def entities(given: Any) -> list[LaunchDescriptionEntity]:

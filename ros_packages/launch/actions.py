@@ -14,8 +14,9 @@ from launch.event_handler import BaseEventHandler, Event
 from launch.events import Shutdown as ShutdownEvent
 from launch.execute_process import ExecuteLocal, ExecuteProcess
 from launch.launch_context import LaunchContext
-from launch.launch_description_source import LaunchDescriptionSource
+from launch.launch_description_source import InvalidLaunchFileError, LaunchDescriptionSource
 from launch.logging import get_logger
+from launch.missing import PackageMissing, left_out, report, without_missing
 from launch.substitution import (
     SomeSubstitutionsType,
     TextSubstitution,
@@ -271,7 +272,19 @@ class IncludeLaunchDescription(Action):
         self.launch_arguments = list(given.items() if isinstance(given, Mapping) else given)
 
     def execute(self, context: LaunchContext) -> Entities:
-        description = self.launch_description_source.get_launch_description(context)
+        source = self.launch_description_source
+        try:
+            description = source.get_launch_description(context)
+        except PackageMissing as error:
+            report(context, f"a launch file is not included: {error}", error)
+            return []
+        except InvalidLaunchFileError:
+            path = Path(source.location)
+            if path.exists() or not (package := left_out(path)):
+                raise
+            problem = f"{package} {path.name} is not included"
+            report(context, problem, PackageMissing(package))
+            return []
         given = [SetLaunchConfiguration(*pair) for pair in self.launch_arguments]
         names = {perform_substitutions(context, name) for name, _ in self.launch_arguments}
         for argument in description.get_launch_arguments():
@@ -310,7 +323,9 @@ class OpaqueFunction(Action):
         self._function, self._args, self._kwargs = function, tuple(args or ()), dict(kwargs or {})
 
     def execute(self, context: LaunchContext) -> Entities:
-        return entities(self._function(context, *self._args, **self._kwargs))
+        return without_missing(
+            context, lambda: entities(self._function(context, *self._args, **self._kwargs))
+        )
 
 
 class ForEach(OpaqueFunction):

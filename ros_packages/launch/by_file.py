@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from types import ModuleType
 
 _OTHERS = {"FindPackageShare": "find_package", "ForEach": "for_loop", "Shutdown": "shutdown_action"}
@@ -17,3 +17,9 @@ def import_by_file(modules: Iterable[ModuleType]) -> None:
         for name in module.__all__:
             file = _OTHERS.get(name, _BEFORE_A_WORD.sub("_", name).lower())
             sys.modules.setdefault(f"{module.__name__}.{file}", module)
+
+
+def import_as(modules: Mapping[str, ModuleType]) -> None:
+    """Let modules be imported by other names below `launch` too, those of the real one's files."""
+    for name, module in modules.items():
+        sys.modules.setdefault(f"launch.{name}", module)

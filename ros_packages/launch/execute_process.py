@@ -14,6 +14,7 @@ from functools import partial
 from typing import Any
 
 from launch.action import Action, Entities
+from launch.descriptions import Executable
 from launch.event_handler import EventHandler
 from launch.event_handlers import OnProcessExit
 from launch.events import ExecutionComplete
@@ -278,5 +279,11 @@ _ORDERS = (
 class ExecuteLocal(ExecuteProcess):
     """Runs a process that an `Executable` describes."""
 
-    def __init__(self, *, process_description: Any, **kwargs: Any) -> None:
-        super().__init__(cmd=process_description.cmd, **kwargs)
+    def __init__(self, *, process_description: Executable, **kwargs: Any) -> None:
+        self.process_description = given = process_description
+        about = ("prefix", "name", "cwd", "env", "additional_env")
+        super().__init__(
+            cmd=[*given.cmd, *(given.arguments or ())],
+            **{name: getattr(given, name) for name in about},
+            **kwargs,
+        )

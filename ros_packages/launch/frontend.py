@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import re
+import typing
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element as XmlElement  # a type alone
@@ -19,10 +21,13 @@ from launch.conditions import IfCondition, UnlessCondition
 from launch.launch_description import LaunchDescription
 from launch.launch_description_source import InvalidLaunchFileError
 from launch.launch_description_sources import AnyLaunchDescriptionSource
-from launch.substitution import Substitution, TextSubstitution
+from launch.texts import Text, closing, expose_substitution, parse_substitution
 
+__all__ = ["Entity", "Parser", "closing", "expose_action", "expose_substitution"]
+__all__ += ["parse_substitution"]
+
+_EXTENSIONS = ("ros_gz_bridge.actions", "ros_gz_sim.actions")
 _LARGEST = 2**20  # [bytes] a bound on the memory that a foreign file can take
-Text = list[Substitution]
 
 
 @dataclass
@@ -53,6 +58,62 @@ class Entity:
     def flag(self, name: str, usual: bool) -> bool:
         """Return a text that is true or false."""
         return substitutions.is_true(self.texts.get(name, str(usual)))
+
+    @property
+    def type_name(self) -> str:
+        """Its tag."""
+        return self.tag
+
+    def get_attr(
+        self, name: str, *, data_type: Any = str, optional: bool = False, can_be_str: bool = True
+    ) -> Any:
+        """Return an attribute for an action of one's own, or what is in it below a tag.
+
+        Raises:
+            AttributeError: It is not there, and not optional.
+        """
+        if typing.get_origin(data_type) is list and Entity in typing.get_args(data_type):
+            return list(self.all(name)) or None
+        if name not in self.texts:
+            if optional:
+                return None
+            raise AttributeError(f"<{self.tag}> lacks '{name}', it has: {', '.join(self.texts)}")
+        text = self.texts[name]
+        if "$(" in text and can_be_str:
+            return text
+        kinds: dict[Any, Callable[[str], Any]] = {bool: substitutions.is_true}
+        return kinds.get(data_type, data_type if data_type in (int, float) else str)(text)
+
+
+class Parser:
+    """What an action's own `parse` asks for: texts and actions of what is in it."""
+
+    parse_substitution = staticmethod(parse_substitution)
+
+    @staticmethod
+    def parse_if_substitutions(value: Any) -> Any:
+        """Return a text as substitutions, and what is none as it is."""
+        return parse_substitution(value) if isinstance(value, str) else value
+
+    @staticmethod
+    def parse_action(entity: Entity) -> Action:
+        """Return the action of an element."""
+        return action_of(entity)
+
+
+def expose_action(name: str) -> Callable[[type[Any]], type[Any]]:
+    """Return a decorator that has `<NAME ...>` be the action that a class's `parse` describes."""
+
+    def exposed(kind: type[Any]) -> type[Any]:
+        def made(entity: Entity) -> Action:
+            chosen, given = kind.parse(entity, Parser())
+            found: Action = chosen(**given)
+            return found
+
+        _ACTIONS[name] = made
+        return kind
+
+    return exposed
 
 
 def of_xml(path: Path) -> LaunchDescription:
@@ -98,7 +159,7 @@ def _description(path: Path, root: Entity) -> LaunchDescription:
         raise InvalidLaunchFileError(f"launch file {path} is of <{root.tag}>; valid: <launch>")
     try:
         return LaunchDescription([action_of(child) for child in root.children])
-    except (InvalidLaunchFileError, TypeError, ValueError) as error:
+    except (InvalidLaunchFileError, AttributeError, TypeError, ValueError) as error:
         raise InvalidLaunchFileError(f"launch file {path}: {error}") from error
 
 
@@ -106,6 +167,11 @@ def action_of(entity: Entity) -> Action:
     """Return the action of an element."""
     from launch_ros.frontend import ACTIONS
 
+    if entity.tag not in {**_ACTIONS, **ACTIONS}:
+        for extension in entry_points(group="launch.frontend.launch_extension"):
+            extension.load()
+        for module in _EXTENSIONS:
+            import_module(module)
     known = {**_ACTIONS, **ACTIONS}
     if entity.tag not in known:
         raise InvalidLaunchFileError(f"<{entity.tag}> is unknown; {nearest(entity.tag, known)}")
@@ -204,107 +270,3 @@ _ACTIONS: dict[str, Callable[[Entity], Action]] = {
     "timer": lambda e: actions.TimerAction(period=e.needed("period"), actions=_inside(e)),
     "unset_env": lambda e: actions.UnsetEnvironmentVariable(e.needed("name")),
 }
-
-
-def parse_substitution(text: str) -> Text:
-    """Return a text with `$(name words ...)` in it as substitutions."""
-    found: Text = []
-    at = 0
-    while (start := text.find("$(", at)) >= 0:
-        end = closing(text, start + 2)
-        if start > at:
-            found.append(TextSubstitution(text=text[at:start]))
-        found.append(_substitution(text[start + 2 : end].strip()))
-        at = end + 1
-    if at < len(text) or not found:
-        found.append(TextSubstitution(text=text[at:]))
-    return found
-
-
-def closing(text: str, at: int) -> int:
-    """Return where the bracket is closed in which a position of a text is."""
-    depth = 1
-    for index in range(at, len(text)):
-        depth += {"(": 1, ")": -1}.get(text[index], 0)
-        if depth == 0:
-            return index
-    raise InvalidLaunchFileError(f"'{text}' lacks a ')'")
-
-
-_WORD = re.compile(r"""\s*(?:'((?:[^'\\]|\\.)*)'|"((?:[^"\\]|\\.)*)"|(\S))""", re.DOTALL)
-
-
-def _words(text: str) -> list[str]:
-    """Return the words of a substitution: quoted ones, and those between blanks."""
-    found, at = [], 0
-    while (match := _WORD.match(text, at)) is not None:
-        end = match.end()
-        if match[3] is not None:
-            end = match.start(3)
-            while end < len(text) and not text[end].isspace():
-                end = closing(text, end + 2) + 1 if text.startswith("$(", end) else end + 1
-            found.append(text[match.start(3) : end])
-        else:
-            quoted = match[1] if match[1] is not None else match[2]
-            found.append(re.sub(r"\\(.)", r"\1", quoted))
-        at = end
-    return found
-
-
-def _substitution(inside: str) -> Substitution:
-    name, _, rest = inside.partition(" ")
-    if name not in _SUBSTITUTIONS:
-        raise InvalidLaunchFileError(f"$({inside}) is unknown; {nearest(name, _SUBSTITUTIONS)}")
-    words = [parse_substitution(word) for word in _words(rest)]
-    if name in ("eval", "command") and len(words) > 2:  # without quotes
-        words = [parse_substitution(rest.strip())]
-    try:
-        return _SUBSTITUTIONS[name](*words)
-    except TypeError as error:
-        raise InvalidLaunchFileError(f"$({inside}): {error}") from error
-
-
-def _ros(name: str, *words: Text) -> Substitution:
-    from launch_ros import substitutions as of_ros
-
-    found: Substitution = getattr(of_ros, name)(*words)
-    return found
-
-
-_SUBSTITUTIONS: dict[str, Callable[..., Substitution]] = {
-    "and": lambda *words: substitutions.AndSubstitution(*words),
-    "anon": lambda name: substitutions.AnonName(name),
-    "command": lambda c, e="fail": substitutions.Command(c, on_stderr=e),
-    "dirname": lambda: substitutions.ThisLaunchFileDir(),
-    "env": lambda name, usual=None: substitutions.EnvironmentVariable(name, default_value=usual),
-    "equals": lambda *words: substitutions.EqualsSubstitution(*words),
-    "eval": lambda text: substitutions.PythonExpression(text),
-    "exec_in_package": lambda *words: _ros("ExecutableInPackage", *words),
-    "filename": lambda: substitutions.ThisLaunchFile(),
-    "file_content": lambda path: substitutions.FileContent(path),
-    "find_exec": lambda name: substitutions.FindExecutable(name=name),
-    "find_pkg_prefix": lambda name: _ros("FindPackagePrefix", name),
-    "find_pkg_share": lambda name: _ros("FindPackageShare", name),
-    "if": lambda *words: substitutions.IfElseSubstitution(*words),
-    "log_dir": lambda: substitutions.LaunchLogDir(),
-    "not": lambda word: substitutions.NotSubstitution(word),
-    "not_equals": lambda *words: substitutions.NotEqualsSubstitution(*words),
-    "or": lambda *words: substitutions.OrSubstitution(*words),
-    "param": lambda name: _ros("Parameter", name),
-    "var": lambda name, usual=None: substitutions.LaunchConfiguration(name, default=usual),
-}
-_SUBSTITUTIONS |= {name.replace("_", "-"): made for name, made in _SUBSTITUTIONS.items()}
-
-
-def expose_substitution(name: str) -> Callable[[type[Any]], type[Any]]:
-    """Return a decorator that has `$(NAME words)` be what a class's `parse` makes of the words."""
-
-    def exposed(kind: type[Any]) -> type[Any]:
-        def made(*words: Text) -> Substitution:
-            chosen, given = kind.parse(words)
-            return chosen(**given)  # type: ignore[no-any-return]
-
-        _SUBSTITUTIONS[name] = made
-        return kind
-
-    return exposed

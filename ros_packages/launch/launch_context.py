@@ -25,6 +25,7 @@ class LaunchContext:
         on_end: Called when all is to end.
         on_kill: Called when that is asked for again.
         visit_all: Visits entities; the service's.
+        explain: Returns what to do about an error; the service's.
     """
 
     def __init__(self, *, argv: Iterable[str] | None = None, noninteractive: bool = False) -> None:
@@ -37,6 +38,7 @@ class LaunchContext:
         self.on_end: list[Callable[[], Any]] = []
         self.on_kill: list[Callable[[], Any]] = []
         self.visit_all: Callable[[Iterable[Any]], None] = lambda entities: None
+        self.explain: Callable[[Exception], str] = lambda error: ""
         self.asyncio_loop: asyncio.AbstractEventLoop | None = None
         self.is_shutdown = False
         self._saved_configurations: list[dict[str, Any]] = []

@@ -37,7 +37,10 @@ class LaunchDescriptionSource:
         """Return the description; a file is read once."""
         self.location = self.location or perform_substitutions(context, self._location)
         if self._description is None:
-            self._description = description_of(Path(self.location))
+            from launch.missing import without_missing
+
+            path = Path(self.location)
+            self._description = without_missing(context, lambda: description_of(path))
         return self._description
 
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from launch.launch_context import LaunchContext
+from launch.launch_description import LaunchDescription
 from launch.launch_description_source import InvalidLaunchFileError, LaunchDescriptionSource
 from launch.substitution import SomeSubstitutionsType
 
@@ -9,7 +13,11 @@ __all__ = [
     "AnyLaunchDescriptionSource",
     "FrontendLaunchDescriptionSource",
     "InvalidLaunchFileError",
+    "InvalidPythonLaunchFileError",
     "PythonLaunchDescriptionSource",
+    "get_launch_description_from_any_launch_file",
+    "get_launch_description_from_frontend_launch_file",
+    "get_launch_description_from_python_launch_file",
 ]
 
 
@@ -21,3 +29,13 @@ class AnyLaunchDescriptionSource(LaunchDescriptionSource):
 
 
 PythonLaunchDescriptionSource = FrontendLaunchDescriptionSource = AnyLaunchDescriptionSource
+InvalidPythonLaunchFileError = InvalidLaunchFileError
+
+
+def get_launch_description_from_any_launch_file(launch_file_path: str | Path) -> LaunchDescription:
+    """Return the description that a launch file makes."""
+    return AnyLaunchDescriptionSource(str(launch_file_path)).get_launch_description(LaunchContext())
+
+
+get_launch_description_from_frontend_launch_file = get_launch_description_from_any_launch_file
+get_launch_description_from_python_launch_file = get_launch_description_from_any_launch_file

@@ -34,7 +34,7 @@ class LaunchService:
         debug: bool = False,
     ) -> None:
         self.context = LaunchContext(argv=argv, noninteractive=noninteractive)
-        self.context.visit_all = self._visit_all
+        self.context.visit_all, self.context.explain = self._visit_all, self.explain
         self._descriptions: list[LaunchDescriptionEntity] = []
         self._failed, self._debug, self._interrupts = False, debug, 0
 

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
+
+from ament_index_python import get_package_share_directory
+from ament_index_python.packages import PackageNotFoundError
 
 if TYPE_CHECKING:
     from launch.launch_context import LaunchContext
+
+
+_OF_ROS = re.compile(r"/opt/ros/\w+/share/([\w-]+)(?=/)")
 
 
 class SubstitutionFailure(RuntimeError):
@@ -59,7 +67,21 @@ def normalize_to_list_of_substitutions(subs: SomeSubstitutionsType) -> list[Subs
 
 def perform_substitutions(context: LaunchContext, subs: SomeSubstitutionsType) -> str:
     """Return the value of a text, a substitution, or several that make one text."""
-    return "".join(one.perform(context) for one in normalize_to_list_of_substitutions(subs))
+    values = [one.perform(context) for one in normalize_to_list_of_substitutions(subs)]
+    return found_here("".join(values))
+
+
+def found_here(text: str) -> str:
+    """Return a text whose files of an installed ROS are those of the packages that are here."""
+    return _OF_ROS.sub(_share, text) if "/opt/ros/" in text else text
+
+
+def _share(match: re.Match[str]) -> str:
+    try:
+        is_there = Path(match[0]).is_dir()
+        return match[0] if is_there else str(get_package_share_directory(match[1]))
+    except PackageNotFoundError:
+        return match[0]
 
 
 def performed(context: LaunchContext, given: Mapping[Any, SomeSubstitutionsType]) -> dict[str, str]:

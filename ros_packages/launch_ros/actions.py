@@ -6,20 +6,23 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from launch.action import Action, Entities
-from launch.actions import TimerAction
+from launch.actions import GroupAction, IncludeLaunchDescription, TimerAction
+from launch.events.process import ProcessStarted
 from launch.execute_process import ExecuteProcess
 from launch.launch_context import LaunchContext
+from launch.launch_description_source import LaunchDescriptionSource
 from launch.logging import get_logger
 from launch.substitution import (
     SomeSubstitutionsType,
     SubstitutionFailure,
     perform_substitutions,
 )
+from launch.substitutions import PathJoinSubstitution
 
 from launch_ros.descriptions import ComposableNode
 from launch_ros.lifecycle import LifecycleTransitions
 from launch_ros.parameter_descriptions import ParameterFile, files_of, value_of
-from launch_ros.substitutions import ExecutableInPackage
+from launch_ros.substitutions import ExecutableInPackage, FindPackageShare
 
 __all__ = [
     "ComposableNodeContainer",
@@ -75,6 +78,7 @@ class Node(ExecuteProcess):
 
     def words(self, context: LaunchContext) -> list[str]:
         """Return the program, its arguments, and ROS's between `--ros-args` and the end."""
+        program = super().words(context)
         outer = context.launch_configurations.get(_NAMESPACE, "")
         own = _performed(context, self._namespace)
         space = own if own.startswith("/") else f"{outer}/{own}".strip("/")
@@ -92,7 +96,7 @@ class Node(ExecuteProcess):
         for file in files_of(context, given, node):
             ros += ["--params-file", file]
         own_words = [perform_substitutions(context, one) for one in self._arguments]
-        return [*super().words(context), *own_words, *(["--ros-args", *ros] if ros else [])]
+        return [*program, *own_words, *(["--ros-args", *ros] if ros else [])]
 
     def execute(self, context: LaunchContext) -> Entities | None:
         try:
@@ -289,8 +293,31 @@ class LoadComposableNodes(Action):
         )
 
 
+class IncludeOfPackage(Action):
+    """A known launch file of a package, whose arguments it takes by their names."""
+
+    file: tuple[str, str]
+
+    def __init__(self, *, condition: Any = None, **given: Any) -> None:
+        super().__init__(condition=condition)
+        self._given = {name: value for name, value in given.items() if value is not None}
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> tuple[type[Any], dict[str, Any]]:
+        texts = entity.texts.items()
+        own = {name: text for name, text in texts if name not in ("if", "unless")}
+        return cls, {name: parser.parse_substitution(text) for name, text in own.items()}
+
+    def execute(self, context: LaunchContext) -> Entities:
+        package, file = self.file
+        path = PathJoinSubstitution([FindPackageShare(package), "launch", file])
+        source = LaunchDescriptionSource(location=path)
+        included = IncludeLaunchDescription(source, launch_arguments=self._given.items())
+        return [GroupAction([included])]
+
+
 class ComposableNodeContainer(LoadComposableNodes):
-    """A container: its nodes, for there is no process of it."""
+    """A container: its nodes, for there is no process of it; it has started as soon as they do."""
 
     def __init__(
         self,
@@ -306,6 +333,12 @@ class ComposableNodeContainer(LoadComposableNodes):
         super().__init__(
             composable_node_descriptions=composable_node_descriptions or (), condition=condition
         )
+        self._name = name
+
+    def execute(self, context: LaunchContext) -> Entities:
+        name = perform_substitutions(context, self._name)
+        context.emit_event_sync(ProcessStarted(action=self, name=name))
+        return super().execute(context)
 
 
 ROSTimer = RosTimer = TimerAction

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 from launch.action import Action
-from launch.frontend import Entity, Text, closing, of_process, parse_substitution
+from launch.frontend import Entity, of_process
+from launch.texts import Text, closing, parse_substitution
 
 from launch_ros import actions
 from launch_ros.descriptions import ComposableNode

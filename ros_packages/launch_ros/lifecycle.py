@@ -25,7 +25,7 @@ class LifecycleTransitions:
         from arjuna_core.ros.context import new_context
 
         self._context, self._loop = context, asyncio.get_running_loop()
-        self._ros = new_context()
+        self._ros = new_context(words=[])  # the launch file's arguments are no remappings
         self._node = rclpy.create_node("launch_ros", context=self._ros)
         self._executor = SingleThreadedExecutor(context=self._ros)
         self._executor.add_node(self._node)

@@ -10,7 +10,13 @@ from typing import Any
 
 import yaml
 from launch.launch_context import LaunchContext
-from launch.substitution import SomeSubstitutionsType, Substitution, perform_substitutions
+from launch.substitution import (
+    SomeSubstitutionsType,
+    Substitution,
+    SubstitutionFailure,
+    found_here,
+    perform_substitutions,
+)
 
 from arjuna_core.files.input_file import read_text
 from arjuna_core.files.whole_file import in_new_file
@@ -82,6 +88,7 @@ def value_of(context: LaunchContext, value: Any, kind: Any = None, typed: bool =
         value, typed = perform_substitutions(context, value), True
     elif several:
         return [value_of(context, one) for one in value]
+    value = found_here(value) if isinstance(value, str) else value
     kind = _TYPES.get(kind, kind) if isinstance(kind, str) else kind
     if not isinstance(value, str) or kind is str or not (typed or kind):
         return value if kind is None else kind(value)
@@ -131,7 +138,7 @@ def files_of(context: LaunchContext, given: Iterable[Any], node: str) -> list[st
             file = one if isinstance(one, ParameterFile) else ParameterFile(one)
             path = file.evaluate(context)
             if not path.is_file():
-                raise RuntimeError(f"there is no parameter file {path}")
+                raise SubstitutionFailure(f"there is no parameter file {path}")
             found.append(str(path))
             continue
         text = yaml.safe_dump({node: {"ros__parameters": values}}, sort_keys=False)

@@ -8,6 +8,7 @@ from pathlib import Path
 from ament_index_python import get_package_prefix, get_package_share_directory
 from ament_index_python.packages import PackageNotFoundError as NotFound
 from launch.launch_context import LaunchContext
+from launch.missing import PackageMissing
 from launch.substitution import (
     SomeSubstitutionsType,
     Substitution,
@@ -19,12 +20,7 @@ from launch.substitutions import PathJoinSubstitution
 __all__ = ["ExecutableInPackage", "FindPackagePrefix", "FindPackageShare", "Parameter"]
 
 
-class PackageNotFoundError(SubstitutionFailure):
-    """A package is not in the ament index."""
-
-    def __init__(self, package: str) -> None:
-        self.package = package
-        super().__init__(f"package '{package}' not found")
+PackageNotFoundError = PackageMissing
 
 
 class FindPackagePrefix(Substitution):

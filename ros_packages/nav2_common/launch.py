@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from launch.by_file import import_by_file
 from launch.condition import Condition
 from launch.launch_context import LaunchContext
 from launch.substitution import (
@@ -138,3 +139,6 @@ class ParseMultiRobotPose(Substitution):
         pairs = (one.partition("=") for one in text.split(";") if "=" in one)
         zero = dict.fromkeys(("x", "y", "z", "roll", "pitch", "yaw"), 0.0)
         return {name.strip(): {**zero, **yaml.safe_load(pose)} for name, _, pose in pairs}
+
+
+import_by_file((sys.modules[__name__],))

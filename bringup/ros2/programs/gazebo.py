@@ -31,6 +31,8 @@ from bringup.ros2.verbs.forward import LAUNCHED, arjuna, ros_arguments
 _PATIENCE = 60.0  # [s] for a description, and for a world that takes it
 _PUBLISHER_STARTS = 8.0  # [s] from the start of a launch file
 _MOVING = re.compile(r"type=['\"](continuous|revolute)|xacro:")
+_TOOLS = ("fuel", "gui", "log", "model", "msg", "param", "plugin", "sdf", "service", "topic")
+_INSTEAD = "'ros2 topic', 'ros2 service' and 'arjuna entity' see and change the world"
 _ENDINGS = (".world", ".sdf", ".yaml")
 
 
@@ -39,6 +41,8 @@ def serve(words: list[str]) -> None:
     if "-g" in words and "-s" not in words:
         print("nothing to do: 'arjuna view' shows the world", flush=True)
         return
+    if words[:1] and words[0] in _TOOLS:
+        raise Ros2Error(f"'gz {words[0]}' asks Gazebo itself, which is not here; {_INSTEAD}")
     wanted: list[list[str]] = []
 
     def spawn(request: Any, response: Any) -> Any:

@@ -19,6 +19,7 @@ from arjuna_core.errors import nearest
 from arjuna_core.files.input_file import head_of
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.programs.python_file import run_file
+from bringup.ros2.verbs.remedies import remedy_of
 from bringup.stack import NAV2_PROGRAMS
 from bringup.stack import PROGRAMS as ROBOT_PROGRAMS
 
@@ -155,6 +156,7 @@ def _nothing(words: list[str], why: str, stays: bool = True) -> None:
 _IMAGES = partial(_nothing, why="the simulator publishes ROS's topics itself")
 _BRIDGE = f"{_PROGRAMS}.bridge"
 _GAZEBO = f"{_PROGRAMS}.gazebo"
+_RELAYS = f"{_PROGRAMS}.relays"
 
 
 # What `ros2 run PACKAGE EXECUTABLE` runs
@@ -203,27 +205,13 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("tf2_ros", "static_transform_publisher"): f"{_PROGRAMS}.static_transform_publisher",
     ("tf2_ros", "tf2_echo"): f"{_PROGRAMS}.tf2_echo",
     ("tf2_tools", "view_frames"): f"{_PROGRAMS}.view_frames",
+    **{("topic_tools", name): f"{_RELAYS}:{name}" for name in ("drop", "relay", "throttle")},
+    ("twist_stamper", "twist_stamper"): f"{_RELAYS}:stamp",
+    ("twist_stamper", "twist_unstamper"): f"{_RELAYS}:unstamp",
     ("xacro", "xacro"): _xacro,
 }
 
 
-_DRIVER = (
-    "its driver is ROS's: run it beside 'arjuna robot'; 'arjuna sim' publishes the same topics"
-)
-_DRIVERS = """rplidar_ros sllidar_ros2 ldlidar_stl_ros2 ydlidar_ros2_driver hls_lfcd_lds_driver
-urg_node sick_scan_xd velodyne_driver realsense2_camera usb_cam v4l2_camera depthai_ros_driver
-micro_ros_agent turtlebot3_node ros2_laser_scan_matcher"""
-REMEDIES = {
-    "": "'source install/setup.bash' of its workspace first; 'ros2 pkg list' has all there are",
-    **dict.fromkeys(_DRIVERS.split(), _DRIVER),
-    "cartographer_ros": "'ros2 launch slam_toolbox online_async_launch.py' maps",
-    "rtabmap_slam": "'ros2 launch slam_toolbox online_async_launch.py' maps, in 2D",
-    "rqt_gui": "'arjuna view' has plots and nodes",
-    "rqt_graph": "'arjuna top' and 'arjuna tf' list nodes and frames",
-    "moveit_ros_move_group": "arms are not planned for here",
-    "turtlesim": "it draws on a screen of its own: 'arjuna sim' is the robot here",
-}
-"""What to do instead, by the package that is not there."""
 LAUNCHED = "ARJUNA_LAUNCHED"
 """Set in the environment of what a launch file starts."""
 GENERATED = "share/arjuna/generated"
@@ -266,7 +254,7 @@ def run(words: list[str]) -> int:
     program = PROGRAMS[package, name]
     if isinstance(program, str):
         module, _, function = program.partition(":")
-        all_words = module in (_GAZEBO, _BRIDGE)  # of others rclpy reads ROS' own
+        all_words = module in (_GAZEBO, _BRIDGE, _RELAYS)  # of others rclpy reads ROS' own
         given = words[2:] if all_words else ros_arguments(words[2:]).own
         getattr(importlib.import_module(module), function or "main")(given)
     else:
@@ -304,8 +292,8 @@ def become(path: Path, words: list[str]) -> NoReturn:
 
 
 def remedy(package: str) -> str:
-    """Return what to do where a package is not there."""
-    return REMEDIES.get(package, REMEDIES[""])
+    """Return what to do where a package, or something of it, is not there."""
+    return remedy_of(package, sorted(name for known, name in PROGRAMS if known == package))
 
 
 def daemon(words: list[str]) -> None:

@@ -7,6 +7,7 @@ import re
 import shlex
 import sys
 from collections.abc import Iterable, Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ from arjuna_core.files.shipped import shipped_file
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.launches import (
     COMPOSED,
+    DESCRIBED,
     LAUNCHES,
     PLUGINS,
     arguments_of,
@@ -41,7 +43,9 @@ def run(words: list[str]) -> int:
     first, *rest = [word for word in words if word not in (*_SHOW, *_SILENT)] or ["-h"]
     own = [word for word in rest if word not in ("-d", "--debug")]
     if first in ("-h", "--help"):
-        listed = "\n".join(f"  {package} {file}" for package, file in (*COMPOSED, *LAUNCHES))
+        listed = "\n".join(
+            f"  {package} {file}" for package, file in (*COMPOSED, *DESCRIBED, *LAUNCHES)
+        )
         print(f"{_USAGE}\n\nof ours, beside those of your own packages:\n{listed}")
         return 0 if words else 2
     if Path(first).is_file():
@@ -54,7 +58,7 @@ def run(words: list[str]) -> int:
         return start(path, own[1:], shows, debug)
     if of_ros1 := commands_of(package, file, own[1:]) if file.endswith(".launch") else []:
         return _launched(_all(of_ros1))
-    if (package, file) in COMPOSED:
+    if (package, file) in (*COMPOSED, *DESCRIBED):
         return start(add_prefix() / "share" / package / "launch" / file, own[1:], shows, debug)
     if (package, file) not in LAUNCHES:
         near = nearest(f"{package} {file}", [" ".join(known) for known in LAUNCHES])
@@ -183,10 +187,9 @@ def _composed(parts: Mapping[tuple[str, str], str]) -> LaunchDescription:
     from launch.conditions import IfCondition
     from launch.substitutions import LaunchConfiguration
 
-    usual = {
-        "map": str(shipped_file("maps/pillar_arena.yaml")),
-        **dict.fromkeys(parts.values(), "true"),
-    }
+    usual = dict.fromkeys(parts.values(), "true")
+    if any("map" in LAUNCHES[part].options for part in parts):
+        usual["map"] = str(shipped_file("maps/pillar_arena.yaml"))
     return LaunchDescription(
         [
             *(
@@ -207,6 +210,10 @@ def _composed(parts: Mapping[tuple[str, str], str]) -> LaunchDescription:
 
 def description(package: str, file: str) -> LaunchDescription:
     """Return what a launch file of a known package is, as an action that starts ours."""
+    if (package, file) in DESCRIBED:
+        module = import_module("bringup.ros2.described")
+        found: LaunchDescription = getattr(module, DESCRIBED[package, file])()
+        return found
     if (package, file) in COMPOSED:
         return _composed(COMPOSED[package, file])
     from launch import LaunchDescription

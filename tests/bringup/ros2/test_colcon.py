@@ -11,11 +11,14 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
+from rosidl_build import environment
+
 from bringup.ros2.colcon import catkin_create_pkg
 from bringup.ros2.colcon import main as colcon
 from bringup.ros2.main import main as ros2
 
 pytestmark = pytest.mark.ros
+_INTERFACES = 'rosidl_generate_interfaces(${PROJECT_NAME}\n  "msg/Num.msg")\n'
 MANIFEST = """<package format="3"><name>{0}</name>{1}
 <export><build_type>{2}</build_type></export></package>"""
 
@@ -106,8 +109,12 @@ def test_packages_are_built_in_order(source: Path, capsys: pytest.CaptureFixture
     assert "there is no package 'bb'; did you mean 'b'?" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("linked", [True, False])
-def test_a_package_of_data_is_built_from_its_cmake_file(source: Path, linked: bool) -> None:
+@pytest.mark.parametrize(("linked", "interfaces"), [(True, ""), (False, ""), (True, _INTERFACES)])
+def test_a_package_of_data_is_built_from_its_cmake_file(
+    source: Path, linked: bool, interfaces: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    built: list[Path] = []
+    monkeypatch.setattr(environment, "build", built.append)
     folder = _manifest(source, "my_description", "ament_cmake")
     (folder / "urdf").mkdir()
     (folder / "urdf" / "robot.urdf").write_text("<robot/>")
@@ -117,6 +124,7 @@ def test_a_package_of_data_is_built_from_its_cmake_file(source: Path, linked: bo
     (folder / "scripts" / "say").write_text("#!/bin/sh\necho said\n")
     (folder / "CMakeLists.txt").write_text(
         "project(my_description)\nfind_package(ament_cmake REQUIRED)  # as ever\n"
+        f"{interfaces}"
         "install(DIRECTORY urdf launch\n  DESTINATION share/${PROJECT_NAME}/)\n"
         "install(PROGRAMS scripts/say DESTINATION lib/${PROJECT_NAME})\nament_package()\n"
     )
@@ -125,6 +133,7 @@ def test_a_package_of_data_is_built_from_its_cmake_file(source: Path, linked: bo
     assert "'speed':" in _sourced("ros2 launch my_description a.launch.xml --show-args")
     assert (share / "urdf" / "robot.urdf").read_text() == "<robot/>"
     assert _sourced("ros2 run my_description say") == "said\n"
+    assert len(built) == bool(interfaces)
 
 
 def test_a_package_of_ros_1_is_linked(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -148,20 +157,26 @@ def test_a_package_of_ros_1_is_linked(source: Path, monkeypatch: pytest.MonkeyPa
 
 def test_broken_packages_are_named_alone(source: Path, capsys: pytest.CaptureFixture[str]) -> None:
     compiled = _manifest(source, "compiled", "ament_cmake")
-    (compiled / "CMakeLists.txt").write_text("add_executable(node src/node.cpp)\n")
+    (compiled / "say").write_text("#!/bin/sh\necho said\n")
+    (compiled / "CMakeLists.txt").write_text(
+        "add_executable(node src/node.cpp)\ninstall(FILES no.xml DESTINATION share/compiled)\n"
+        "install(PROGRAMS say DESTINATION lib/${PROJECT_NAME})\n"
+    )
     broken = _create(source, "broken")
     (broken / "setup.py").write_text("from setuptools import setup\nsetup(name='broken'\n")
     _manifest(source, "bare")
     _create(source, "good")
     assert colcon(["build"]) == 1
     given = capsys.readouterr()
-    assert "compiled has add_executable; C++ is built by ROS's own tools" in given.err
+    assert "compiled: node is C++, not built; ROS's own tools build it" in given.err
+    assert "install() of compiled: there is no " in given.err
     assert "setup.py of broken failed" in given.err
     assert "SyntaxError" in given.err
     assert "bare has no setup.py; 'ros2 pkg create' writes one" in given.err
     assert "Summary: 1 package finished" in given.out
     assert "  3 packages failed: " in given.out
     assert "good" in _sourced("ros2 pkg list").split()
+    assert _sourced("ros2 run compiled say") == "said\n"
 
 
 @pytest.mark.parametrize(

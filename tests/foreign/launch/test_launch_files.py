@@ -232,11 +232,54 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
         ],
         [],
     ),
+    "drivers.launch.py": (
+        ["my_robot/talker --ros-args -r __node:=rf2o_False"],
+        [
+            "rplidar_ros rplidar_a1_launch.py is not included; its driver is ROS's",
+            "a launch file is not included: package 'realsense2_camera' not found",
+            "robot_localization ekf.launch.py is not included; of it there is 'ros2 run robot_loc",
+            "usb_cam camera.launch.py is not included",
+            "my_robot talker is not started: there is no parameter file /not/installed/share/usb",
+            "[INFO] [user]: container started",
+            "apriltag_ros AprilTagNode is not started",
+            "no_cpp_node is not started",
+            "valid: controller_node, simple_pose.py, talker; programs of C++ are built by ROS's",
+        ],
+    ),
+    "gz_actions.launch.py": (
+        [
+            "arjuna run ros_gz_sim gzserver empty.sdf",
+            "arjuna run ros_gz_bridge parameter_bridge --ros-args -p"
+            " config_file:=my_robot/config/bridge.yaml",
+            "arjuna run ros_gz_sim create -topic /robot_description -name sam_bot -z 0.65",
+        ],
+        [],
+    ),
+    "gz_actions_launch.xml": (
+        [
+            "arjuna run ros_gz_sim gzserver empty.sdf",
+            "arjuna run ros_gz_bridge parameter_bridge --ros-args -p"
+            " config_file:=/config/bridge.yaml -r __ns:=/r1",
+            "arjuna run ros_gz_sim create -file robot.sdf -name r1 -x 1.0",
+            "arjuna run ros_gz_bridge parameter_bridge --ros-args -p"
+            " config_file:=/config/other.yaml",
+            "arjuna run ros_gz_sim create -topic robot_description",
+        ],
+        [],
+    ),
     "gz_world.launch.py": (
         [
             f"arjuna run ros_gz_sim gzserver -r -s -v2 {_TB3_WORLD}",
             "ros_gz_sim/create -name burger -topic robot_description -x -2.0 -y -0.5",
             "ros_gz_bridge/parameter_bridge /clock@rosgraph_msgs/msg/Clock[gz.msgs.Clock",
+        ],
+        [],
+    ),
+    "installed_paths.launch.py": (
+        [
+            "arjuna slam --params /opt/ros/humble/share/no_package/a.yaml",
+            "nav2_map_server/map_server",
+            "rviz2/rviz2 -d nav2_bringup/rviz/nav2_default_view.rviz",
         ],
         [],
     ),
@@ -284,6 +327,10 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
             "my_robot/talker --ros-args -r __node:=husky_1 -r __ns:=/husky",
         ],
         [],
+    ),
+    "own_action.launch.py": (
+        ["nice -n 5 talk --loud"],
+        ["[INFO] [user]: said ab", "[INFO] [user]: after talk", "\n        LogInfo(...)"],
     ),
     "own_namespace_if.launch.py": (
         [
@@ -368,6 +415,15 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
         ],
         ["rplidar_ros rplidar_node is not started", "[INFO] [user]: bye"],
     ),
+    "turtlebot3_own_world.launch.py": (
+        [
+            "arjuna run ros_gz_sim gzserver -r -s -v2 my_robot/worlds/my.world",
+            "ros_gz_sim/create -name burger -file urdf/burger.urdf -x -2.0 -y -0.5 -z 0.01",
+            "robot_state_publisher/robot_state_publisher --ros-args -r"
+            " __node:=robot_state_publisher",
+        ],
+        [],
+    ),
     "turtlesim_mimic.launch.py": (
         [
             "my_robot/talker --ros-args -r __node:=mimic"
@@ -375,6 +431,17 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
             " -r /output/cmd_vel:=/turtlesim2/turtle1/cmd_vel"
         ],
         ["turtlesim turtlesim_node is not started: package 'turtlesim' not found; it draws"],
+    ),
+    "urdf_display.launch.py": (
+        [
+            "robot_state_publisher/robot_state_publisher",
+            "joint_state_publisher_gui/joint_state_publisher_gui",
+            "rviz2/rviz2 -d urdf_launch/config/urdf.rviz",
+            "joy/joy_node --ros-args -r __node:=joy_node",
+            "teleop_twist_joy/teleop_node --ros-args -r __node:=teleop_twist_joy_node"
+            " -r /cmd_vel:=/joy_vel",
+        ],
+        [],
     ),
 }
 """The same of files of other people's robots' shapes."""
@@ -406,6 +473,9 @@ def test_every_file_is_tried() -> None:
         ("static_frames.launch.py", [], 2, {}),
         ("spawned.launch.py", [], 5, {"use_sim_time": True}),
         ("own_navigation.launch.py", ["use_sim_time:=true"], 0, {"use_sim_time": True}),
+        ("turtlebot3_own_world.launch.py", [], 2, {"use_sim_time": True, "frame_prefix": ""}),
+        ("urdf_display.launch.py", [], 3, {"device_id": 1, "autorepeat_rate": 20.0}),
+        ("urdf_display.launch.py", [], 4, {"publish_stamped_twist": True}),
         ("own_navigation.launch.py", ["use_composition:=True"], 1, {"use_sim_time": False}),
         (
             "own_navigation.launch.py",
@@ -429,6 +499,13 @@ def test_parameters_reach_a_node_with_their_types(
 ) -> None:
     found = started(name, *words).parameters[line]
     assert {key: found[key] for key in values} == values
+
+
+def test_a_file_of_an_installed_ros_is_the_one_that_is_here(
+    started: Callable[..., Started],
+) -> None:
+    path = started("installed_paths.launch.py").parameters[1]["yaml_filename"]
+    assert Path(path) == add_prefix() / "share/nav2_bringup/maps/tb3_sandbox.yaml"
 
 
 def test_poses_of_robots_are_read_from_the_command_line(
@@ -456,7 +533,7 @@ def test_nav2_s_simulation_is_world_navigation_and_view(started: Callable[..., S
 
 
 def test_a_description_made_by_xacro_keeps_its_text(started: Callable[..., Started]) -> None:
-    for name in ("rsp.launch.py", "display.launch.py"):
+    for name in ("rsp.launch.py", "display.launch.py", "urdf_display.launch.py"):
         text = started(name).parameters[0]["robot_description"]
         assert '\n<robot name="r">' in text
 

@@ -43,6 +43,8 @@ from launch.substitutions import (
     PythonExpression,
     SubstitutionFailure,
 )
+from launch_ros import lifecycle
+from launch_ros.actions import LifecycleTransition
 from nav2_common.launch import RewrittenYaml
 
 _FOREVER = ["sleep", "60"]
@@ -209,6 +211,17 @@ def test_functions_and_coroutines_get_the_context(
         OpaqueFunction(function=made, args=["n is"]),
     )
     assert (code, "n is 5" in printed) == (0, True)
+
+
+def test_a_launch_file_s_arguments_are_no_remappings(
+    launched: Callable[..., tuple[int, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(lifecycle, "_PATIENCE", 0.1)
+    monkeypatch.setattr(sys, "argv", ["ros2", "launch", "a.launch.py", "label:=hello"])
+    changes = LifecycleTransition(lifecycle_node_names=["nobody"], transition_ids=[1])
+    _, printed = launched(changes)
+    assert "Failed to make transition 1 of '/nobody'" in printed
+    assert "deprecated" not in printed
 
 
 def test_ctrl_c_ends_all_and_leaves_nothing(tmp_path: Path) -> None:

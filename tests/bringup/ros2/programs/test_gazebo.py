@@ -14,6 +14,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.files.shipped import shipped_file
 from bringup.ros2.errors import Ros2Error
+from bringup.ros2.prefix import add_prefix
 from bringup.ros2.programs import gazebo
 from tests.sim.robot_worlds import Held, write
 
@@ -125,6 +126,18 @@ def test_the_world_is_the_word_that_names_one(words: str, world: str) -> None:
 def test_an_unknown_world_names_the_nearest() -> None:
     with pytest.raises(Ros2Error, match=r"no world 'wearhouse\.world'; did you mean 'warehouse"):
         gazebo.world_of("wearhouse.world")
+
+
+def test_a_question_to_gazebo_itself_starts_no_world() -> None:
+    with pytest.raises(Ros2Error, match="'gz service' asks Gazebo itself, which is not here"):
+        gazebo.serve(["service", "-s", "/world/empty/create", "--req", "x.sdf"])
+
+
+def test_gazebos_programs_are_the_simulator() -> None:
+    programs = {path.name: path.read_text() for path in (add_prefix() / "bin").iterdir()}
+    assert set(programs) == {"gazebo", "gz", "gzclient", "gzserver", "ign"}
+    assert " gazebo_ros gzclient " in programs.pop("gzclient")
+    assert all(" gazebo_ros gzserver " in text for text in programs.values())
 
 
 def test_a_world_with_a_robot_waits_for_no_other(

@@ -11,10 +11,13 @@ from std_msgs.msg import String
 from arjuna_core.pose3 import Pose3
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.programs.bridge import Bridged, Relay, bridged, simulated
+from bringup.ros2.programs.relays import relayed
 from bringup.ros2.programs.static_transform_publisher import parse
 from bringup.ros2.programs.tf2_echo import lines
+from tests.helpers.processes import Lines
 from tests.helpers.ros import RosBench
 from tests.helpers.ros2.commands import Outcome
+from tests.nodes.bringup.ros2.conftest import ENVIRONMENT
 
 TURNED = Pose3.from_rpy((1.0, 2.0, -3.0), (0.0, 0.0, 0.5))
 
@@ -146,3 +149,65 @@ def test_commands_go_the_other_way(bench: RosBench) -> None:
     relay.look()
     bench.publish(String, "/cmd_vel", String(data="go"))
     assert [message.data for message in taken] == ["go"]
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "names", "passed"),
+    [
+        ("relay", "/scan", ("/scan", "/scan_relay"), "yyyyyy"),
+        ("relay", "/scan out --ros-args -r __node:=r", ("/scan", "out"), "yyyyyy"),
+        (
+            "relay",
+            "--ros-args -p input_topic:=/scan -p output_topic:=/out",
+            ("/scan", "/out"),
+            "yyyyyy",
+        ),
+        ("throttle", "messages imu 2.5 slow", ("imu", "slow"), "ynnnyn"),
+        (
+            "throttle",
+            "--ros-args -p input_topic:=imu -p msgs_per_sec:=5.0",
+            ("imu", "imu_throttle"),
+            "ynynyn",
+        ),
+        ("drop", "/scan 2 3", ("/scan", "/scan_drop"), "nnynny"),
+    ],
+)
+def test_some_messages_of_a_topic_have_another_name(
+    name: str, words: str, names: tuple[str, str], passed: str
+) -> None:
+    asked = relayed(name, words.split())
+    assert asked[:2] == names
+    assert "".join("ny"[asked.passes(0.1 * k + 1e-6 * k)] for k in range(6)) == passed
+
+
+@pytest.mark.parametrize("words", [["relay"], ["throttle", "imu"], ["throttle", "imu", "0"]])
+def test_a_relay_without_its_words_says_which(words: list[str]) -> None:
+    with pytest.raises(Ros2Error, match=r"valid: IN (msgs_per_sec )?\[OUT\]"):
+        relayed(words[0], words[1:])
+
+
+_PUB = "topic pub -r 10 /wish geometry_msgs/msg/Twist"
+_STAMPER = "twist_stamper twist_stamper --ros-args -r cmd_vel_in:=/wish -r /cmd_vel_out:=/again"
+
+
+@pytest.mark.parametrize(
+    ("words", "sent", "kind"),
+    [
+        ("topic_tools relay /chatter /again", [], "std_msgs/msg/String"),
+        (_STAMPER, [*_PUB.split(), "{linear: {x: 0.5}}"], "geometry_msgs/msg/TwistStamped"),
+    ],
+)
+def test_a_topic_is_handed_on(
+    words: str,
+    sent: list[str],
+    kind: str,
+    ros2: Callable[..., Outcome],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name, value in ENVIRONMENT.items():
+        monkeypatch.setenv(name, value)
+    command = "-m", "bringup.ros2.main"
+    with Lines(*command, "run", *words.split()), Lines(*command, *(sent or ["node", "list"])):
+        printed = ros2("topic", "echo", "--once", "/again", kind)
+    assert printed.code == 0
+    assert ("x: 0.5" if sent else "data: ") in printed.out

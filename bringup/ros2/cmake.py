@@ -1,0 +1,189 @@
+"""A CMakeLists.txt: its calls with the values of their variables, and what they install.
+
+What ament_cmake lays down, as far as nothing has to be compiled for it.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import NamedTuple
+
+from arjuna_core.files.input_file import read_text
+
+_CALL = re.compile(r'^[ \t]*(\w+)\s*\(((?:"(?:[^"\\]|\\.)*"|[^()"]|\([^()]*\))*)\)', re.MULTILINE)
+_VARIABLE = re.compile(r"\$\{(\w+)\}")
+_COMPILED = ("add_executable", "add_library", "pybind11_add_module")
+_HERE = (
+    *("CMAKE_CURRENT_SOURCE_DIR", "CMAKE_SOURCE_DIR", "CMAKE_CURRENT_LIST_DIR"),
+    "PROJECT_SOURCE_DIR",
+)
+_NO_CODE = {"INTERFACE", "ALIAS", "IMPORTED"}
+_KEYWORDS = {"DESTINATION", "RENAME", "PATTERN", "REGEX", "PERMISSIONS", "FILES_MATCHING"}
+_GLOB_OPTIONS = {"CONFIGURE_DEPENDS", "FOLLOW_SYMLINKS"}
+
+
+class Item(NamedTuple):
+    """A file or a folder of a package, and where it goes below the prefix."""
+
+    source: Path
+    target: Path
+    is_program: bool = False
+
+
+@dataclass
+class CMakeLists:
+    """What the calls of a CMakeLists.txt come to.
+
+    Attributes:
+        items: What is installed.
+        modules: Packages of Python by name, and their folders.
+        compiled: Names of what would have to be compiled.
+        missing: Files and folders that are to be installed and are not there.
+        is_interfaces: Whether messages, services or actions are generated.
+    """
+
+    folder: Path
+    values: dict[str, list[str]]
+    items: list[Item] = field(default_factory=list)
+    modules: dict[str, Path] = field(default_factory=dict)
+    compiled: list[str] = field(default_factory=list)
+    missing: list[Path] = field(default_factory=list)
+    is_interfaces: bool = False
+
+    def follow(self, calls: Sequence[tuple[str, str]]) -> None:
+        """Take calls, with their arguments as texts, one after the other."""
+        at = 0
+        while at < len(calls):
+            name, text = calls[at]
+            words = expanded(text, self.values)
+            at += 1
+            if name == "foreach":
+                end = next((i for i in range(at, len(calls)) if calls[i][0] == "endforeach"), at)
+                for value in self._items_of(words[1:]):
+                    self.values[words[0]] = [value]
+                    self.follow(calls[at:end])
+                at = end
+            elif words:
+                self._take(name, words)
+
+    def _items_of(self, words: list[str]) -> list[str]:
+        """Return the values of a loop."""
+        if words[:2] == ["IN", "LISTS"]:
+            return [value for name in words[2:] for value in self.values.get(name, ())]
+        return words[2:] if words[:2] == ["IN", "ITEMS"] else words
+
+    def _take(self, name: str, words: list[str]) -> None:
+        if name == "set":
+            self.values[words[0]] = words[1:]
+        elif name == "list" and words[0] == "APPEND":
+            self.values.setdefault(words[1], []).extend(words[2:])
+        elif name == "file" and words[0].startswith("GLOB"):
+            self.values[words[1]] = self._matches(words[0] == "GLOB_RECURSE", words[2:])
+        elif name == "install":
+            self._install(words)
+        elif name == "ament_auto_package" and "INSTALL_TO_SHARE" in words:
+            share = Path("share", *self.values["PROJECT_NAME"])
+            for one in words[words.index("INSTALL_TO_SHARE") + 1 :]:
+                self._add(one, share / Path(one).name)
+        elif name == "ament_python_install_package":
+            at = words.index("PACKAGE_DIR") + 1 if "PACKAGE_DIR" in words else 0
+            self.modules[words[0]] = self.folder / words[at]
+        elif name == "rosidl_generate_interfaces":
+            self.is_interfaces = True
+        elif name.replace("ament_auto_", "") in _COMPILED and not _NO_CODE & set(words):
+            self.compiled.append(words[0])
+
+    def _matches(self, deep: bool, words: list[str]) -> list[str]:
+        """Return the files of patterns."""
+        base = self.folder / words.pop(words.index("RELATIVE") + 1) if "RELATIVE" in words else None
+        found: list[str] = []
+        for word in (one for one in words if one not in {*_GLOB_OPTIONS, "RELATIVE"}):
+            path = self.folder / word
+            pairs = path.parent.rglob(path.name) if deep else path.parent.glob(path.name)
+            found += [str(one.relative_to(base) if base else one) for one in sorted(pairs)]
+        return found
+
+    def _install(self, words: list[str]) -> None:
+        kind, rest = words[0], words[1:]
+        if kind not in ("DIRECTORY", "FILES", "PROGRAMS") or "DESTINATION" not in rest:
+            return
+        sources = [one for one in _until_keyword(rest) if one != "OPTIONAL"]
+        into = Path(rest[rest.index("DESTINATION") + 1].lstrip("/"))
+        for one in sources:
+            name = rest[rest.index("RENAME") + 1] if "RENAME" in rest else Path(one).name
+            is_content = kind == "DIRECTORY" and one.endswith("/")
+            target = into if is_content else into / name
+            self._add(one, target, kind == "PROGRAMS", _excluded(rest), "OPTIONAL" in rest)
+
+    def _add(
+        self,
+        name: str,
+        target: Path,
+        is_program: bool = False,
+        excluded: Sequence[str] = (),
+        is_optional: bool = False,
+    ) -> None:
+        """Take a file, or the files of a folder one by one: who looks through it follows links."""
+        source = self.folder / name
+        if not source.exists() and not is_optional:
+            self.missing.append(source)
+        if source.is_file():
+            self.items.append(Item(source, target, is_program))
+        for each in sorted(source.rglob("*")):
+            path = each.relative_to(source)
+            left_out = any(fnmatch(part, one) for part in path.parts for one in excluded)
+            if each.is_file() and not left_out:
+                self.items.append(Item(each, target / path))
+
+
+def _until_keyword(words: Sequence[str]) -> list[str]:
+    end = next((at for at, word in enumerate(words) if word in _KEYWORDS), len(words))
+    return list(words[:end])
+
+
+def _excluded(words: Sequence[str]) -> list[str]:
+    """Return the patterns of what is left out of a folder."""
+    return [
+        words[at + 1]
+        for at, word in enumerate(words)
+        if word == "PATTERN" and words[at + 2 : at + 3] == ["EXCLUDE"]
+    ]
+
+
+def expanded(text: str, values: Mapping[str, list[str]]) -> list[str]:
+    """Return a call's arguments, with variables replaced by their values."""
+
+    def words() -> Iterator[str]:
+        for word in shlex.split(text):
+            if (whole := _VARIABLE.fullmatch(word)) is not None:
+                yield from values.get(whole[1], ())
+            else:
+                yield _VARIABLE.sub(lambda m: ";".join(values.get(m[1], ())), word)
+
+    return list(words())
+
+
+def read_cmake(folder: Path, name: str, site: str) -> CMakeLists:
+    """Read the CMakeLists.txt of a package.
+
+    Args:
+        site: Folder of Python packages below the prefix.
+    """
+    folder = folder.resolve()
+    text = re.sub(r"#.*", "", read_text(folder / "CMakeLists.txt"))
+    values = {
+        **dict.fromkeys(_HERE, str(folder)),
+        **dict.fromkeys(("CMAKE_PROJECT_NAME", "PROJECT_NAME"), name),
+        "CMAKE_INSTALL_PREFIX": "",
+        "CMAKE_INSTALL_DATADIR": "share",
+        "CMAKE_INSTALL_LIBDIR": "lib",
+        "PYTHON_INSTALL_DIR": site,
+    }
+    found = CMakeLists(folder, {key: [value] for key, value in values.items()})
+    found.follow([(one.lower(), inside) for one, inside in _CALL.findall(text)])
+    return found

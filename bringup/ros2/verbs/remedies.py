@@ -1,0 +1,45 @@
+"""What to do instead of what is not there."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+_DRIVER = (
+    "its driver is ROS's: run it beside 'arjuna robot'; 'arjuna sim' publishes the same topics"
+)
+_DRIVERS = """rplidar_ros sllidar_ros2 ldlidar_stl_ros2 ydlidar_ros2_driver hls_lfcd_lds_driver
+urg_node sick_scan_xd velodyne_driver realsense2_camera usb_cam v4l2_camera depthai_ros_driver
+astra_camera camera_ros diffdrive_arduino imu_bno055 kobuki_node ldlidar ldlidar_node
+ldlidar_ros2 lslidar_driver micro_ros_agent mpu6050driver nmea_navsat_driver orbbec_camera
+ros2_laser_scan_matcher ros2_mpu6050_driver serial_driver turtlebot3_node ublox_gps zed_wrapper"""
+REMEDIES = {
+    "": "'source install/setup.bash' of its workspace first; 'ros2 pkg list' has all there are",
+    **dict.fromkeys(_DRIVERS.split(), _DRIVER),
+    "cartographer_ros": "'ros2 launch slam_toolbox online_async_launch.py' maps",
+    "rtabmap_slam": "'ros2 launch slam_toolbox online_async_launch.py' maps, in 2D",
+    "rqt_gui": "'arjuna view' has plots and nodes",
+    "rqt_graph": "'arjuna top' and 'arjuna tf' list nodes and frames",
+    "moveit_ros_move_group": "arms are not planned for here",
+    "turtlesim": "it draws on a screen of its own: 'arjuna sim' is the robot here",
+}
+"""What to do instead, by the package that is not there."""
+
+
+def remedy_of(package: str, programs: Sequence[str]) -> str:
+    """Return what to do where a package, or something of it, is not there.
+
+    Args:
+        programs: Those of the package that are here.
+    """
+    if package in REMEDIES or not (programs or _is_found(package)):
+        return REMEDIES.get(package, REMEDIES[""])
+    if programs:
+        return f"of it there is 'ros2 run {package} {'|'.join(programs)}'"
+    return "programs of C++ are built by ROS's own tools"
+
+
+def _is_found(package: str) -> bool:
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    return any(Path(one, "share", package).is_dir() for one in prefixes if package and one)

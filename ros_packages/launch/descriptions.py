@@ -1,0 +1,24 @@
+"""Descriptions of what an action runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from launch.substitution import SomeSubstitutionsType
+
+__all__ = ["Executable"]
+
+
+@dataclass(kw_only=True)
+class Executable:
+    """A program with its arguments and its surroundings."""
+
+    cmd: Iterable[SomeSubstitutionsType]
+    prefix: SomeSubstitutionsType | None = None
+    name: SomeSubstitutionsType | None = None
+    cwd: SomeSubstitutionsType | None = None
+    env: Mapping[Any, SomeSubstitutionsType] | None = None
+    additional_env: Mapping[Any, SomeSubstitutionsType] | None = None
+    arguments: Iterable[SomeSubstitutionsType] | None = None

@@ -1,0 +1,1 @@
+"""The bridge's action of launch files, by Jazzy's name."""

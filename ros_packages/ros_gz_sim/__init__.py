@@ -1,0 +1,1 @@
+"""Gazebo's actions of launch files, by Jazzy's names: what they start is Arjuna's simulator."""

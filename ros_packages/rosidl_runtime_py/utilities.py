@@ -1,0 +1,109 @@
+"""Interfaces by the names of their types, `package/msg/Name`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from bringup.ros2.errors import Ros2Error
+from bringup.ros2.types import definition_file, interface_class, packages
+
+__all__ = [
+    "get_action",
+    "get_interface",
+    "get_interface_path",
+    "get_message",
+    "get_service",
+    "is_action",
+    "is_message",
+    "is_service",
+]
+
+
+def _found(identifier: str, kind: str | None) -> Any:
+    try:
+        return interface_class(identifier, kind)
+    except Ros2Error as error:
+        valid = f"valid: package/{kind or 'msg'}/Name of a package that is installed"
+        raise ValueError(f"'{identifier}' is no such interface; {valid}") from error
+
+
+def get_message(identifier: str) -> Any:
+    """Return the class of a message.
+
+    Raises:
+        ValueError: There is none.
+    """
+    return _found(identifier, "msg")
+
+
+def get_service(identifier: str) -> Any:
+    """Return the class of a service.
+
+    Raises:
+        ValueError: There is none.
+    """
+    return _found(identifier, "srv")
+
+
+def get_action(identifier: str) -> Any:
+    """Return the class of an action.
+
+    Raises:
+        ValueError: There is none.
+    """
+    return _found(identifier, "action")
+
+
+def get_interface(identifier: str) -> Any:
+    """Return the class of an interface.
+
+    Raises:
+        ValueError: There is none.
+    """
+    return _found(identifier, None)
+
+
+def get_interface_path(interface_name: str) -> str:
+    """Return the path of an interface's definition."""
+    return str(definition_file(interface_name))
+
+
+def is_message(interface: Any) -> bool:
+    """Return whether a class or object is a message."""
+    return hasattr(interface, "_fields_and_field_types")
+
+
+def is_service(interface: Any) -> bool:
+    """Return whether a class is a service."""
+    return hasattr(interface, "Request") and hasattr(interface, "Response")
+
+
+def is_action(interface: Any) -> bool:
+    """Return whether a class is an action."""
+    return hasattr(interface, "Goal") and hasattr(interface, "Feedback")
+
+
+def get_interfaces(package_names: Iterable[str] = (), kind: str = "") -> dict[str, list[str]]:
+    """Return the interfaces of packages, of all where none are named, as `kind/Name`."""
+    wanted = set(package_names)
+    return {
+        package: [name for name in names if name.startswith(kind)]
+        for package, names in packages().items()
+        if package in wanted or not wanted
+    }
+
+
+def get_message_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
+    """Return the messages of packages."""
+    return get_interfaces(package_names, "msg/")
+
+
+def get_service_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
+    """Return the services of packages."""
+    return get_interfaces(package_names, "srv/")
+
+
+def get_action_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
+    """Return the actions of packages."""
+    return get_interfaces(package_names, "action/")
