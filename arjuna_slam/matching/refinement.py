@@ -130,6 +130,8 @@ def _linearize(
         if normals is not None and (normals[i, 0] != 0.0 or normals[i, 1] != 0.0):
             along = nx * normals[i, 0] + ny * normals[i, 1]
             facing = c * along + s * (ny * normals[i, 0] - nx * normals[i, 1])
+            if planes is None:  # a distance grows on either side of a wall
+                facing = abs(facing)
             w *= _ramp(facing, _FACING_MIN, _FACING_FULL)
         along = nx * u + ny * v
         if abs(along) > _ASKEW:
