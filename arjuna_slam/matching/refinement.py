@@ -189,8 +189,8 @@ def refine(
         normals: Theirs, `(N, 2) float64`, zero where unknown; None for none.
         start: Pose to start from, `(3,) float64`.
         prior: Pose that the prior information is about, `(3,) float64`.
-        prior_information: `(3, 3) float64`; where the field has planes it is odometry's, which is
-            doubted where it is far off and counts for more where little else is seen.
+        prior_information: `(3, 3) float64`, of odometry: it is doubted where it is far off, and
+            counts for more where little else is seen.
         scales: Of the Geman-McClure weight in each step, `(K,) float64` [m]; the last ones alike.
         deviation: Of a distance [m].
 
@@ -208,7 +208,7 @@ def refine(
         h /= deviation * deviation
         error = pose - prior
         error[2] = (error[2] + math.pi) % (2.0 * math.pi) - math.pi
-        held = prior_information if planes is None else _held(prior_information, h, error)
+        held = _held(prior_information, h, error)
         pull = g / (deviation * deviation) + held @ error
         delta = solve(h + held, -pull)
         if done > _WHOLE_STEPS:

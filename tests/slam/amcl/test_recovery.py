@@ -105,7 +105,7 @@ def test_where_a_mapped_wall_ends_matching_does_not_slide_along_it(x: float) -> 
     for seed in range(100):
         scan = replace(scan_at(pose, 0.0, np.random.default_rng(seed)), range_max=2.0)
         found = HALF.refined(found, ScanView.of(scan, CONFIG), odometry)
-    assert error(found, pose) < (0.05, 0.02)
+    assert error(found, pose) < (0.035, 0.02)
 
 
 @pytest.mark.parametrize("origin", [SE2(-5.187, -5.213, 0.0), SE2(-0.9, -10.2, 0.7)])
