@@ -100,9 +100,6 @@ class Estimate:
     quality: float  # trust, 0..1: the share of beams that agree times the share of the weight
     reason: str  # what the quality rests on, one sentence
     status: Status  # how the update ended
-    # whether the robot has been lost since its pose jumped away from the odometry's: a pose
-    # that it must not drive from
-    strayed: bool = False
 
 
 @dataclass(frozen=True)
@@ -158,12 +155,17 @@ class Track:
         return None if last is None else last.inverse() @ T_odom_base
 
     def conclude(self, best: Hypothesis, T_odom_base: SE2, config: AmclConfig) -> Estimate:
-        """Believe a hypothesis; return what it amounts to."""
-        last, estimate = self.estimate, conclude(best, T_odom_base, config)
+        """Believe a hypothesis; return what it amounts to.
+
+        One that no scan supports is no reason to leave the pose to which odometry leads.
+        """
         jump = 0.5  # [m, rad] from odometry, beyond which no scan has corrected a pose
-        if last is not None and estimate.status is Status.LOST:
-            step = (last.T_map_odom @ T_odom_base).inverse() @ best.T_map_base
-            elsewhere = math.hypot(step.x, step.y) > jump or abs(step.theta) > jump
-            estimate = replace(estimate, strayed=last.strayed or elsewhere)
+        estimate = conclude(best, T_odom_base, config)
+        if self.estimate is not None and estimate.status is Status.LOST:
+            led = self.estimate.T_map_odom @ T_odom_base
+            step = led.inverse() @ best.T_map_base
+            if math.hypot(step.x, step.y) > jump or abs(step.theta) > jump:
+                best = replace(best, T_map_base=led)
+                estimate = conclude(best, T_odom_base, config)
         self.best, self.estimate = best, estimate
         return estimate

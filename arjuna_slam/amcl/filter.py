@@ -25,7 +25,7 @@ from arjuna_slam.amcl.estimate import (
     covariance_root,
 )
 from arjuna_slam.amcl.recovery import SEED_COVARIANCE, MapMatcher, Recovery
-from arjuna_slam.amcl.scan_view import ScanView
+from arjuna_slam.amcl.scan_view import BEAMS_MIN, ScanView
 from arjuna_slam.amcl.sensor_models import make_sensor
 from arjuna_slam.matching.map_field import MapField
 from arjuna_slam.matching.scan_filter import LastOdometry
@@ -108,18 +108,26 @@ class ParticleFilter:
         view = ScanView.of(self._odometry.with_motion(scan, T_odom_base), self._config)
         self._odometry.advance(scan.stamp, T_odom_base)
         if not (self._track.due(T_odom_base, self._config) or force or self._recovery.wanted):
-            best = self._follow(T_odom_base, view) if self._config.match_scans else None
+            follow = self._config.match_scans and not self._blind(T_odom_base, view)
+            best = self._follow(T_odom_base, view) if follow else None
             if best is None:
                 return None
         else:
             self._predict(T_odom_base)
-            if view.blind:
-                return self._track.conclude(self._unseen(), T_odom_base, self._config)
+            if self._blind(T_odom_base, view):
+                return self._track.conclude(self._unseen(T_odom_base), T_odom_base, self._config)
             self._weigh(view)
             self._resample()
             best = self._verify(T_odom_base, view)
         best = self._relocalize(best, T_odom_base, view)
         return self._track.conclude(best, T_odom_base, self._config)
+
+    def _blind(self, T_odom_base: SE2, view: ScanView) -> bool:
+        """Return whether too few beams returned from what the map knows."""
+        last = self._track.estimate
+        if view.blind or last is None or self._recovery.wanted or not self._config.match_scans:
+            return view.blind
+        return self._matcher.known(last.T_map_odom @ T_odom_base, view) < BEAMS_MIN
 
     def _predict(self, T_odom_base: SE2) -> None:
         step = self._track.step(T_odom_base)
@@ -145,7 +153,7 @@ class ParticleFilter:
         followed = self._followed(T_odom_base, view) if matches else None
         found = [self._match(one, followed, view) for one in clusters]
         scores = np.array([score for _, score in found])
-        behind = np.minimum(0.0, scores - scores.max() + _INDIFFERENT)
+        behind = np.minimum(0.0, view.returned * (scores - scores.max()) + _INDIFFERENT)
         tied = (behind == 0.0) & (scores >= self._config.relocalize_agreement) & matches
         evidence = self._config.relocalize_evidence * behind * matches
         shares = self._belief.shift(np.exp(evidence), tied)
@@ -170,7 +178,7 @@ class ParticleFilter:
         pose, matched = self._matcher.best_near(mean, view, deviations)
         if matched < self._config.relocalize_doubt and max(deviations[:2]) > _WIDE:
             pose, matched = self._best_within(cluster, view, pose, matched)
-        if kept is not None and score >= matched - _INDIFFERENT:
+        if kept is not None and view.returned * (matched - score) <= _INDIFFERENT:
             return kept, score
         return pose, matched
 
@@ -188,14 +196,18 @@ class ParticleFilter:
                     pose, score = other, other_score
         return pose, score
 
-    def _unseen(self) -> Hypothesis:
-        cluster = self._belief.clusters()[0]
-        return Hypothesis(SE2.from_array(cluster.mean), cluster.covariance, None, cluster.share)
+    def _unseen(self, T_odom_base: SE2) -> Hypothesis:
+        """Move the last estimate along; particles that no scan has weighed stray by chance."""
+        cluster, last = self._belief.clusters()[0], self._track.estimate
+        pose = SE2.from_array(cluster.mean)
+        if last is not None and self._config.match_scans:
+            pose = last.T_map_odom @ T_odom_base
+        return Hypothesis(pose, cluster.covariance, None, cluster.share)
 
     def _follow(self, T_odom_base: SE2, view: ScanView) -> Hypothesis | None:
         """Move the last estimate along, without the particles; None if there is nothing new."""
         last = self._track.estimate
-        if view.blind or last is None or self._track.best is None:
+        if last is None or self._track.best is None:
             return None
         pose = last.T_map_odom @ T_odom_base
         score = self._matcher.agreement(pose, view)

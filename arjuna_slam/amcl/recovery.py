@@ -10,7 +10,7 @@ from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.estimate import Hypothesis
-from arjuna_slam.amcl.scan_view import ScanView, share_agreeing
+from arjuna_slam.amcl.scan_view import ScanView, known_ends, share_agreeing
 from arjuna_slam.matching.correlative import GlobalSearch, distinct
 from arjuna_slam.matching.map_field import MapField
 
@@ -33,6 +33,14 @@ class MapMatcher:
         """Return the share of beams (0..1) that agree with the map at a pose of the base."""
         return share_agreeing(self.field, pose, view, self._config.agreement_distance)
 
+    def explained(self, pose: SE2, view: ScanView) -> float:
+        """Return the agreement where what lies in the unknown counts against a pose, 0..1."""
+        return share_agreeing(self.field, pose, view, self._config.agreement_distance, True)
+
+    def known(self, pose: SE2, view: ScanView) -> int:
+        """Return the number of beams that returned from what the map knows."""
+        return known_ends(self.field, pose, view)
+
     def refined(self, pose: SE2, view: ScanView, deviations: Floats = ANYWHERE) -> SE2:
         """Return the pose at which beams end nearest to obstacles, near a given one of the base.
 
@@ -45,15 +53,16 @@ class MapMatcher:
         score = self.agreement(best, view) if others else 1.0
         if score >= self._config.relocalize_doubt:
             return best
-        for ends in others:  # people pull the scan to the walls that they stand before
-            other = self._moved(pose, ends, deviations)
+        for reading in others:  # people pull the scan to the walls that they stand before
+            other = self._moved(pose, reading, deviations)
             if self.agreement(other, view) > score + _GAIN_MIN:
                 best = other
         return best
 
-    def _moved(self, pose: SE2, ends: Floats, deviations: Floats) -> SE2:
+    def _moved(self, pose: SE2, reading: tuple[Floats, Floats], deviations: Floats) -> SE2:
         information = np.diag(1.0 / np.maximum(deviations, 1e-3) ** 2)
-        found = self.field.refine(pose, ends, information, _SCALES, self._config.match_deviation)
+        deviation = self._config.match_deviation
+        found = self.field.refine(pose, *reading, information, _SCALES, deviation)
         change = (found.x - pose.x, found.y - pose.y, wrap(found.theta - pose.theta))
         return found if (np.abs(change) <= _WITHIN).all() else pose
 
@@ -189,10 +198,10 @@ class Recovery:
         if self._search is None:
             self._search = GlobalSearch(self._matcher.field)
         proposals = 24  # refined and compared beam by beam
-        found = [self._search.find(ends, proposals) for ends in view.readings]
+        found = [self._search.find(ends, proposals) for ends, _ in view.readings]
         starts = present + [SE2.from_array(pose) for pose in np.vstack(found)]
         poses = [self._matcher.refined(start, view) for start in starts]
-        scores = np.array([self._matcher.agreement(pose, view) for pose in poses])
+        scores = np.array([self._matcher.explained(pose, view) for pose in poses])
         most = 6  # each needs its share of the particles
         keep = distinct(np.array([pose.array() for pose in poses]), scores, most)
         margin = 0.1  # agreement by which a proposal may fall short of the best

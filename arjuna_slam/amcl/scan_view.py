@@ -14,9 +14,10 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.matching.map_field import MapField
+from arjuna_slam.matching.surface import wall_normals
 
 _SPARSE = 0.2  # share of beams with a return below which the map is not searched for them
-_BEAMS_MIN = 10  # fewer beams with a return say nothing about where the robot is
+BEAMS_MIN = 10  # fewer beams with a return say nothing about where the robot is
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,7 @@ class Beams:
     ranges: Floats  # `(B,) float64` [m]; a beam without return carries the longest range
     returned: Bools  # which beams returned, `(B,) bool`
     endpoints: Floats  # of the beams that returned, `(M, 2) float64` in the base frame [m]
+    normals: Floats  # of the walls there, `(M, 2) float64`; zero where there is none
 
 
 @dataclass(frozen=True)
@@ -59,19 +61,22 @@ class ScanView:
             some = np.ascontiguousarray(ranges[::each])
             directions_used = np.ascontiguousarray(directions[::each])
             usable = some >= low  # NaN is not
+            numbers = np.flatnonzero(usable)
             if not usable.all():
                 some, directions_used = some[usable], directions_used[usable]
             returned = some < high
-            ends = directions_used[returned] * some[returned, np.newaxis]
+            lengths, numbers = some[returned], numbers[returned]
+            ends = directions_used[returned] * lengths[:, np.newaxis]
             ends += (mount.x, mount.y)
-            return Beams(directions_used, some, returned, ends)
+            normals = wall_normals(ends, numbers, lengths, each * scan.angle_increment, mount)
+            return Beams(directions_used, some, returned, ends, normals)
 
         return ScanView(scan.stamp, scan.range_max, mount, beams(stride), beams(step))
 
     @property
     def blind(self) -> bool:
         """True if too few beams returned to locate the robot."""
-        return len(self.many.endpoints) < _BEAMS_MIN
+        return len(self.many.endpoints) < BEAMS_MIN
 
     @property
     def returned(self) -> float:
@@ -84,17 +89,18 @@ class ScanView:
         return self.returned < _SPARSE
 
     @property
-    def readings(self) -> list[Floats]:
-        """Ends of beams to match, each `(M, 2) float64` in the base frame [m], all of them first.
+    def readings(self) -> list[tuple[Floats, Floats]]:
+        """Ends of beams to match and their normals, each `(M, 2) float64` in the base frame [m].
 
-        Where many end near by, which may be walls or a crowd, the others come as a second reading.
+        All come first. Where many end near by, which may be walls or a crowd, the others come as a
+        second reading.
         """
-        ends, mount = self.many.endpoints, self.T_base_sensor
+        ends, normals, mount = self.many.endpoints, self.many.normals, self.T_base_sensor
         beside = 1.0  # [m]; who stands so near hides much of the map
-        far = ends[np.hypot(ends[:, 0] - mount.x, ends[:, 1] - mount.y) > beside]
+        far = np.hypot(ends[:, 0] - mount.x, ends[:, 1] - mount.y) > beside
         hidden_min = 0.2  # share of the beams from which the crowd may matter
-        hidden = _BEAMS_MIN <= len(far) < (1.0 - hidden_min) * len(ends)
-        return [ends, far] if hidden else [ends]
+        hidden = BEAMS_MIN <= far.sum() < (1.0 - hidden_min) * len(ends)
+        return [(ends, normals), *([(ends[far], normals[far])] if hidden else [])]
 
 
 def _unit(bearings: Floats) -> Floats:
@@ -112,14 +118,36 @@ def _deskewed(ranges: Floats, rays: Floats, mount: SE2, high: float) -> tuple[Fl
     return np.where(far, ranges, np.minimum(seen, np.nextafter(high, 0.0))), directions
 
 
-_THROUGH = 0.5  # a beam this much longer than the map allows went through an obstacle [m] ...
+_DEEP = 0.5  # a beam this much longer than the map allows went through an obstacle [m] ...
 _OUT = 1.5  # ... as did one that came out of it so far [cells]
 _SHORT = 0.5  # what a beam that ends early counts, as someone may stand there ...
 _WIDE = 3.0  # that far off; nearer by, less: there someone hides more of what the map has [m]
 _HALF_DIAGONAL = math.sqrt(0.5)
+_NOTHING, _INTO, _THROUGH = 0, 1, 2  # what a ray meets
 
 
-def share_agreeing(field: MapField, pose: SE2, view: ScanView, near: float) -> float:
+def known_ends(field: MapField, pose: SE2, view: ScanView) -> int:
+    """Return the number of beams that returned from what the map knows, at a pose of the base.
+
+    The others end in the unknown, and nothing that the map has stands before them.
+    """
+    beams, origin = view.many, _origin(field, pose, view)
+    some = beams.returned
+    return int(
+        _known(
+            field.distances,
+            field.unknown,
+            field.frame.resolution,
+            origin,
+            beams.directions[some],
+            beams.ranges[some],
+        )
+    )
+
+
+def share_agreeing(
+    field: MapField, pose: SE2, view: ScanView, near: float, doubt_unknown: bool = False
+) -> float:
     """Return the share of beams (0..1) that agree with the map at a pose of the base.
 
     A beam agrees if it ends nearer than `near` [m] to an obstacle and crossed none before. One that
@@ -128,29 +156,71 @@ def share_agreeing(field: MapField, pose: SE2, view: ScanView, near: float) -> f
     counts by its width, not by the angle that it takes up, so that one who stands at the robot and
     stops half of its beams is no more than one. A beam without return counts only against the pose,
     where the map has an obstacle along it; which distinguishes poses that end points alone do not
-    separate.
+    separate. A beam that ends in the unknown says nothing, or, with `doubt_unknown`, as much as one
+    that ended in the open: it is no evidence for a pose that nothing else speaks for.
 
     Source: the likelier a short reading, the nearer: Thrun, Burgard, Fox, Probabilistic Robotics,
         2005, section 6.3 (unexpected objects).
     """
-    sensor = pose @ view.T_base_sensor
-    origin = field.to_grid(sensor.array()[np.newaxis])[0]
-    origin[2] -= view.T_base_sensor.theta  # the beams' directions are the base's
-    beams, resolution = view.many, field.frame.resolution
+    beams = view.many
     return _agreement(
-        field.distances, resolution, near, origin, beams.directions, beams.ranges, beams.returned
+        field.distances,
+        field.unknown,
+        field.frame.resolution,
+        near,
+        _origin(field, pose, view),
+        beams.directions,
+        beams.ranges,
+        beams.returned,
+        doubt_unknown,
     )
+
+
+def _origin(field: MapField, pose: SE2, view: ScanView) -> Floats:
+    sensor = pose @ view.T_base_sensor
+    origin: Floats = field.to_grid(sensor.array()[np.newaxis])[0]
+    origin[2] -= view.T_base_sensor.theta  # the beams' directions are the base's
+    return origin
+
+
+@njit(cache=True)
+def _known(
+    distances: NDArray[np.float32],
+    unknown: Bools,
+    resolution: float,
+    origin: Floats,
+    directions: Floats,
+    ranges: Floats,
+) -> int:
+    known = 0
+    cosine, sine = math.cos(origin[2]), math.sin(origin[2])
+    for i in range(len(ranges)):
+        c = cosine * directions[i, 0] - sine * directions[i, 1]
+        s = sine * directions[i, 0] + cosine * directions[i, 1]
+        length = ranges[i] / resolution
+        seen = _is_known(unknown, origin[0] + c * length, origin[1] + s * length)
+        known += seen or _crossing(distances, resolution, origin, c, s, length) != _NOTHING
+    return known
+
+
+@njit(cache=True)
+def _is_known(unknown: Bools, x: float, y: float) -> bool:
+    column, row = math.floor(x), math.floor(y)
+    inside = 0 <= row < unknown.shape[0] and 0 <= column < unknown.shape[1]
+    return inside and not unknown[row, column]
 
 
 @njit(cache=True)
 def _agreement(
     distances: NDArray[np.float32],
+    unknown: Bools,
     resolution: float,
     limit: float,
     origin: Floats,
     directions: Floats,
     ranges: Floats,
     returned: Bools,
+    doubt_unknown: bool,
 ) -> float:
     height, width = distances.shape
     near, through, short = 0, 0, 0.0
@@ -159,30 +229,31 @@ def _agreement(
         c = cosine * directions[i, 0] - sine * directions[i, 1]
         s = sine * directions[i, 0] + cosine * directions[i, 1]
         length = ranges[i] / resolution
-        if _crossed(distances, resolution, origin, c, s, length):
+        crossing = _crossing(distances, resolution, origin, c, s, length)
+        if crossing == _THROUGH:
             through += 1
         elif returned[i]:
-            column = math.floor(origin[0] + c * length)
-            row = math.floor(origin[1] + s * length)
+            x, y = origin[0] + c * length, origin[1] + s * length
+            column, row = math.floor(x), math.floor(y)
             inside = 0 <= row < height and 0 <= column < width
             if inside and distances[row, column] < limit:
                 near += 1
-            else:
+            elif doubt_unknown or crossing == _INTO or _is_known(unknown, x, y):
                 short += min(ranges[i] / _WIDE, 1.0)
     counted = near + through + _SHORT * short
     return near / counted if counted > 0.0 else 0.0
 
 
 @njit(cache=True)
-def _crossed(
+def _crossing(
     distances: NDArray[np.float32],
     resolution: float,
     origin: Floats,
     c: float,
     s: float,
     length: float,
-) -> bool:
-    """Return whether a ray of `length` [cells] enters an obstacle and leaves it again.
+) -> int:
+    """Return whether a ray of `length` [cells] meets nothing, an obstacle, or leaves it again.
 
     Free space is passed in leaps of the free distance. A ray that grazes a wall stays close to it.
 
@@ -198,12 +269,12 @@ def _crossed(
             continue
         free = distances[row, column] / resolution
         if hit < np.inf:
-            if free > _OUT or at - hit > _THROUGH / resolution:
-                return True
+            if free > _OUT or at - hit > _DEEP / resolution:
+                return _THROUGH
             at += 1.0
         elif free == 0.0:
             hit = at
             at += 1.0
         else:
             at += max(free - 2.0 * _HALF_DIAGONAL, 1.0)
-    return False
+    return _INTO if hit < np.inf else _NOTHING

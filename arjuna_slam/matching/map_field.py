@@ -119,20 +119,27 @@ class MapField:
         return result
 
     def refine(
-        self, pose: SE2, points: Floats, information: Floats, scales: Floats, deviation: float
+        self,
+        pose: SE2,
+        points: Floats,
+        normals: Floats,
+        information: Floats,
+        scales: Floats,
+        deviation: float,
     ) -> SE2:
         """Return the pose at which points lie nearest to obstacles, near a given one in the map.
 
         Args:
             pose: It is the prior, so that it stays where the scan says nothing.
             points: `(N, 2) float64` in the base frame [m].
+            normals: Theirs, `(N, 2) float64`; zero where unknown.
             information: Of the prior, axes of the grid, `(3, 3) float64`.
             scales: Of the robust weight in each step, `(K,) float64` [m].
             deviation: Of a point from the map [m].
         """
         start = (self._T_grid_map @ pose).array()
         found = refine(
-            (self.distances, None, self.frame.resolution, _NOWHERE), points, None,
+            (self.distances, None, self.frame.resolution, _NOWHERE), points, normals,
             start, start, information, scales, deviation,
         )[0]  # fmt: skip
         return self.frame.origin @ SE2.from_array(found)

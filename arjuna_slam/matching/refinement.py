@@ -130,6 +130,8 @@ def _linearize(
         if normals is not None and (normals[i, 0] != 0.0 or normals[i, 1] != 0.0):
             along = nx * normals[i, 0] + ny * normals[i, 1]
             facing = c * along + s * (ny * normals[i, 0] - nx * normals[i, 1])
+            if planes is None:  # a distance grows on either side of a wall
+                facing = abs(facing)
             w *= _ramp(facing, _FACING_MIN, _FACING_FULL)
         along = nx * u + ny * v
         if abs(along) > _ASKEW:
@@ -187,8 +189,9 @@ def refine(
         normals: Theirs, `(N, 2) float64`, zero where unknown; None for none.
         start: Pose to start from, `(3,) float64`.
         prior: Pose that the prior information is about, `(3,) float64`.
-        prior_information: `(3, 3) float64`; where the field has planes it is odometry's, which is
-            doubted where it is far off and counts for more where little else is seen.
+        prior_information: `(3, 3) float64`, which counts for more where little else is seen; where
+            the field has planes it is odometry's, doubted where it is far off, as of a wheel that
+            slips.
         scales: Of the Geman-McClure weight in each step, `(K,) float64` [m]; the last ones alike.
         deviation: Of a distance [m].
 
@@ -206,7 +209,10 @@ def refine(
         h /= deviation * deviation
         error = pose - prior
         error[2] = (error[2] + math.pi) % (2.0 * math.pi) - math.pi
-        held = prior_information if planes is None else _held(prior_information, h, error)
+        held = prior_information.copy()
+        if planes is not None:
+            held /= 1.0 + error @ prior_information @ error / _DOUBTED**2
+        _hold_unseen(held, h)
         pull = g / (deviation * deviation) + held @ error
         delta = solve(h + held, -pull)
         if done > _WHOLE_STEPS:
@@ -217,18 +223,16 @@ def refine(
 
 
 @njit(cache=True)
-def _held(information: Floats, h: Floats, error: Floats) -> Floats:
-    """Return what odometry is taken to know.
+def _hold_unseen(held: Floats, h: Floats) -> None:
+    """Let odometry's information count for more along a direction that few points see.
 
-    A wheel that slips is off by many deviations. And where all points but a few see one direction,
-    those few are the corner of one thing, with one error: across, they count for less.
+    Those few are the corner of one thing, with one error.
     """
-    held = information / (1.0 + error @ information @ error / _DOUBTED**2)
     half = 0.5 * (h[0, 0] - h[1, 1])
     spread = math.hypot(half, h[0, 1])
     mean = 0.5 * (h[0, 0] + h[1, 1])
     if mean - spread >= _DEGENERATE * (mean + spread):
-        return held
+        return
     angle = 0.5 * math.atan2(-h[0, 1], -half)
     u, v = math.cos(angle), math.sin(angle)
     known = u * u * held[0, 0] + 2.0 * u * v * held[0, 1] + v * v * held[1, 1]
@@ -238,7 +242,6 @@ def _held(information: Floats, h: Floats, error: Floats) -> Floats:
     held[0, 1] += more * u * v
     held[1, 0] += more * u * v
     held[1, 1] += more * v * v
-    return held
 
 
 @njit(cache=True)

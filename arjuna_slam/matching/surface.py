@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from arjuna_core.arrays import Bools, Floats
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
 
 _BREAK_ANGLE = math.radians(10.0)  # flatter than this to the beam, a surface counts as two
 _BREAK_NOISE = 0.06  # that noise adds to the gap between neighbours [m]
@@ -44,29 +45,33 @@ def extract(scan: Scan, range_max: float, reach: float = 0.2) -> Surface:
     Source: breakpoints, Borges and Aldon, Line extraction in 2D range images, 2004; normals as
     principal axes of the neighbours.
     """
-    mount = scan.T_base_sensor
-    points, normals, linked = _extract(
+    points, beams, lengths = _extract(
         np.asarray(scan.ranges, dtype=np.float64),
         scan.rays(),
-        scan.angle_increment,
         scan.range_min,
         min(scan.range_max, range_max),
-        np.array([mount.x, mount.y, mount.theta]),
-        reach,
     )
-    return Surface(points, normals, linked)
+    linked = _link(points, beams, lengths, scan.angle_increment)
+    return Surface(points, _fit_normals(points, linked, reach, scan.T_base_sensor.array()), linked)
+
+
+def wall_normals(
+    points: Floats, beams: Ints, ranges: Floats, increment: float, mount: SE2, reach: float = 0.2
+) -> Floats:
+    """Return the normals at beams' ends `(N, 2)` as of a `Surface`, `(N, 2) float64`.
+
+    `beams` are the beams' numbers, `increment` is the angle [rad] from one number to the next.
+    """
+    linked = _link(points, beams, ranges, increment)
+    normals: Floats = _fit_normals(points, linked, reach, mount.array())
+    return normals
 
 
 @njit(cache=True)
 def _extract(
-    ranges: Floats,
-    rays: Floats,
-    increment: float,
-    range_min: float,
-    range_max: float,
-    mount: Floats,
-    reach: float,
-) -> tuple[Floats, Floats, Bools]:
+    ranges: Floats, rays: Floats, range_min: float, range_max: float
+) -> tuple[Floats, Ints, Floats]:
+    """Return the ends, the numbers and the ranges of the valid beams."""
     count = 0
     beam = np.empty(len(ranges), np.int64)
     points = np.empty((len(ranges), 2))
@@ -77,15 +82,20 @@ def _extract(
             points[count, 1] = rays[i, 1] + r * math.sin(rays[i, 2])
             beam[count] = i
             count += 1
-    points = points[:count]
-    linked = np.zeros(count, np.bool_)
+    return points[:count], beam[:count], ranges[beam[:count]]
+
+
+@njit(cache=True)
+def _link(points: Floats, beams: Ints, ranges: Floats, increment: float) -> Bools:
+    """Return whether points i and i + 1 lie on one surface, `(N,) bool`."""
+    linked = np.zeros(len(points), np.bool_)
     step = abs(increment)
     factor = math.sin(step) / math.sin(_BREAK_ANGLE) if step < _BREAK_ANGLE else 2.0
-    for i in range(count - 1):
-        near = min(ranges[beam[i]], ranges[beam[i + 1]])
+    for i in range(len(points) - 1):
+        near = min(ranges[i], ranges[i + 1])
         gap = math.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
-        linked[i] = beam[i + 1] - beam[i] <= _LINK_BEAMS and gap < near * factor + _BREAK_NOISE
-    return points, _fit_normals(points, linked, reach, mount), linked
+        linked[i] = beams[i + 1] - beams[i] <= _LINK_BEAMS and gap < near * factor + _BREAK_NOISE
+    return linked
 
 
 @njit(cache=True)

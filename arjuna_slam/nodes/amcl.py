@@ -215,7 +215,7 @@ class AmclNode(ManagedNode):
             if estimate.quality >= self._doubted:
                 self._doubted = 0.0
         last = self._estimate
-        if last is None or last.strayed or self._doubted or not self.config.tf_broadcast:
+        if last is None or self._doubted or not self.config.tf_broadcast:
             return
         self._output.broadcast(last.T_map_odom, scan.stamp)
 

@@ -139,11 +139,10 @@ def test_what_a_hypothesis_amounts_to(
     assert estimate.covariance is KNOWN
     assert estimate.T_map_base == pose
     assert (estimate.T_map_odom @ odometry).array() == pytest.approx(pose.array())
-    assert not estimate.strayed
 
 
 @pytest.mark.parametrize(
-    ("off", "strays"),
+    ("off", "stays"),
     [
         (SE2(0.3, 0.39, 0.0), False),
         (SE2(0.3, -0.41, 0.0), True),
@@ -151,18 +150,21 @@ def test_what_a_hypothesis_amounts_to(
         (SE2(0.0, 0.0, -0.51), True),
     ],
 )
-def test_who_is_lost_elsewhere_than_odometry_led_has_strayed(off: SE2, strays: bool) -> None:
+def test_who_is_lost_stays_where_odometry_leads_until_scans_agree(off: SE2, stays: bool) -> None:
     track, first, step = Track(), SE2(1.0, 2.0, 0.5), SE2(0.4, 0.1, 0.2)
     track.conclude(hypothesis(0.9, SE2(5.0, 5.0, 1.0)), first, CONFIG)
-    led = SE2(5.0, 5.0, 1.0) @ step
-    odometry = first @ step
+    led, odometry = SE2(5.0, 5.0, 1.0) @ step, first @ step
     there = hypothesis(0.3, led @ off)
-    assert track.conclude(there, odometry, CONFIG).strayed is strays
-    assert track.conclude(there, odometry, CONFIG).strayed is strays  # until it is found
-    assert track.best is there
-    assert not track.conclude(hypothesis(0.9, led), odometry, CONFIG).strayed
-    assert not track.conclude(hypothesis(0.9, led @ off), odometry, CONFIG).strayed
-    assert not Track().conclude(there, odometry, CONFIG).strayed  # it was nowhere before
+    for _ in range(2):
+        lost = track.conclude(there, odometry, CONFIG)
+        assert lost.T_map_base.distance(led if stays else led @ off) < 1e-9
+        assert (lost.T_map_odom @ odometry).distance(lost.T_map_base) < 1e-9
+        assert (lost.status, lost.quality) == (Status.LOST, pytest.approx(0.27))
+        assert track.best is not None
+        assert track.best.T_map_base == lost.T_map_base
+    found = track.conclude(hypothesis(0.9, led @ off), odometry, CONFIG)
+    assert found.T_map_base == led @ off
+    assert Track().conclude(there, odometry, CONFIG).T_map_base == led @ off  # it was nowhere
 
 
 SPREAD = Cluster(1.0, np.array([1.0, 2.0, 3.1]), np.diag([0.1**2, 0.2**2, 0.3**2]))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.errors import ArjunaError, ConfigError
-from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.grid import UNKNOWN, GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import MOTION_MODELS, SENSOR_MODELS, AmclConfig
@@ -367,3 +367,50 @@ def test_a_belief_grown_wide_in_the_open_is_matched_where_the_first_wall_fits(of
     found = some.update(SE2(), scan, force=True)
     assert found is not None
     assert found.T_map_base.distance(truth) < 0.1
+
+
+def test_a_robot_that_sees_too_little_goes_where_odometry_leads() -> None:
+    """Along a wall that tells no more than how far it is, their mean goes astray by chance."""
+    robot = Robot(np.random.default_rng(2), pose=SE2(-4.0, 3.3, 0.0), boxes=())
+    some = ParticleFilter(DEFAULTS, room_map(boxes=()), np.random.default_rng(1))
+    some.set_pose(robot.pose, np.diag([1.0, 0.01, 0.01]))
+    T_map_odom = SE2()
+    for k in range(250):
+        robot.pose, robot.odometry = (pose @ SE2(0.02) for pose in (robot.pose, robot.odometry))
+        scan, robot.now = robot.scan(), 0.1 * k
+        ranges = np.where(scan.ranges < (2.5 if k < 200 else 0.0), scan.ranges, np.inf)
+        estimate = some.update(robot.odometry, replace(scan, ranges=ranges, stamp=robot.now))
+        T_map_odom = T_map_odom if estimate is None else estimate.T_map_odom
+    assert error(T_map_odom @ robot.odometry, robot.pose) < (0.05, 0.02)
+
+
+def test_where_all_lies_in_the_unknown_the_robot_goes_where_odometry_leads() -> None:
+    data = ROOM.data.copy()
+    data[:, ROOM.frame.to_cell(0.0, 0.0)[1] :] = UNKNOWN
+    some = ParticleFilter(DEFAULTS, OccupancyGrid(ROOM.frame, data), np.random.default_rng(1))
+    some.set_pose(SE2(-1.0, 0.5, 0.0), TIGHT)
+    for k in range(100):
+        pose = SE2(-1.0 + 0.04 * k, 0.5 + 0.03 * k, 0.0)
+        scan = scan_at(pose, 0.1 * k, np.random.default_rng(k))
+        ahead = np.where(np.abs(scan.angles) < 1.0, scan.ranges, np.inf)
+        some.update(pose, replace(scan, ranges=ahead))
+        estimate = some.update(pose, replace(scan, ranges=ahead), force=True)
+        assert estimate is not None
+        assert estimate.T_map_base.distance(pose) < 0.1
+        assert k == 0 or estimate.status is Status.BLIND
+
+
+@pytest.mark.parametrize(("beams", "moves"), [(24, False), (180, True)])
+def test_a_pose_that_fits_a_beam_or_two_better_is_not_taken_for_them(
+    monkeypatch: pytest.MonkeyPatch, beams: int, moves: bool
+) -> None:
+    """A tenth more of the beams are two where no more than one thing is seen."""
+    some, odometry = started()
+    elsewhere = START @ SE2(0.1, 0.1, 0.1)
+    monkeypatch.setattr(some._matcher, "agreement", lambda *_: 0.8)
+    monkeypatch.setattr(some._matcher, "best_near", lambda *_: (elsewhere, 0.9))
+    scan = seen(START, 0.1)
+    ranges = np.where(np.arange(360) < 2 * beams, scan.ranges, np.inf)
+    estimate = some.update(odometry, replace(scan, ranges=ranges), force=True)
+    assert estimate is not None
+    assert (estimate.T_map_base.distance(elsewhere) < 0.01) is moves

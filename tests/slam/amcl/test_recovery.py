@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.arrays import Floats
+from arjuna_core.grid import UNKNOWN, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.amcl import recovery
@@ -72,6 +73,41 @@ def test_a_beam_without_return_speaks_only_where_the_map_has_an_obstacle() -> No
     assert MATCHER.agreement(SE2(), ScanView.of(short, CONFIG)) > 0.9
 
 
+def half_mapped() -> OccupancyGrid:
+    """Return the room's map, unknown from x = -1 m on."""
+    grid = room_map()
+    data = grid.data.copy()
+    data[:, grid.frame.to_cell(-1.0, 0.0)[1] :] = UNKNOWN
+    return OccupancyGrid(grid.frame, data)
+
+
+HALF = MapMatcher(CONFIG, MapField(half_mapped(), CONFIG.laser_likelihood_max_dist))
+
+
+@pytest.mark.parametrize("at", [SE2(-1.5, 0.0, 0.4), SE2(-3.5, -0.5, 2.0), SE2(1.0, 4.0, 0.0)])
+def test_what_lies_in_the_unknown_speaks_neither_for_a_pose_nor_against_it(at: SE2) -> None:
+    view = ScanView.of(scan_at(at, 0.0, np.random.default_rng(1)), CONFIG)
+    known = at.apply(view.many.endpoints)[:, 0] < -1.0
+    assert HALF.agreement(at, view) > 0.97
+    assert HALF.known(at, view) == pytest.approx(known.sum(), abs=4)
+    short = 0.5 * np.minimum(view.many.ranges[~known] / 3.0, 1.0).sum()
+    explained = known.sum() / (known.sum() + short)
+    assert HALF.explained(at, view) == pytest.approx(explained, abs=0.03)
+    off = at @ SE2(0.0, 0.0, 0.5)  # where beams end in the open and behind walls
+    assert HALF.agreement(off, view) < 0.7
+
+
+@pytest.mark.parametrize("x", [-1.6, -1.2, -0.8])
+def test_where_a_mapped_wall_ends_matching_does_not_slide_along_it(x: float) -> None:
+    """As does a robot in a hall whose lidar sees no more than a wall."""
+    pose, odometry = SE2(x, 3.6, 0.7), np.array([0.01, 0.01, 0.01])
+    found = pose
+    for seed in range(100):
+        scan = replace(scan_at(pose, 0.0, np.random.default_rng(seed)), range_max=2.0)
+        found = HALF.refined(found, ScanView.of(scan, CONFIG), odometry)
+    assert error(found, pose) < (0.035, 0.02)
+
+
 @pytest.mark.parametrize("origin", [SE2(-5.187, -5.213, 0.0), SE2(-0.9, -10.2, 0.7)])
 def test_search_finds_the_pose_anywhere(origin: SE2) -> None:
     field = MapField(room_map(origin, 290), 2.0)
@@ -119,7 +155,7 @@ def test_injection_follows_the_ratio_of_the_averages() -> None:
 CONFIG = AmclConfig()  # lost below 0.7, in doubt below 0.85, better by 0.15, sure from a share 0.75
 FIELD = MapField(room_map(), 2.0)
 KNOWN = np.diag([0.01, 0.02, 0.003])
-NO_BEAMS = Beams(np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.bool_), np.zeros((0, 2)))
+NO_BEAMS = Beams(np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.bool_), *np.zeros((2, 0, 2)))
 
 
 def hypothesis(agreement: float | None, pose: SE2 = IDENTITY, share: float = 0.9) -> Hypothesis:
@@ -131,7 +167,7 @@ def view(near: int = 0, far: int = 40) -> ScanView:
     mount, angles = SE2(3.0, 1.0, 0.0), np.arange(near + far)
     reach = np.where(angles < near, 0.9, 1.1)
     ends = np.column_stack((np.cos(angles), np.sin(angles))) * reach[:, None] + (3.0, 1.0)
-    beams = Beams(ends, reach, np.ones(len(ends), np.bool_), ends)
+    beams = Beams(ends, reach, np.ones(len(ends), np.bool_), ends, -ends)
     return ScanView(5.0, 10.0, mount, beams, NO_BEAMS)
 
 
@@ -142,8 +178,10 @@ def test_short_beams_are_left_out_of_a_second_reading(near: int, far: int, readi
     scan = view(near, far)
     found = scan.readings
     assert len(found) == readings
-    assert found[0] is scan.many.endpoints
-    assert len(found[-1]) == (far if readings == 2 else near + far)
+    assert found[0] == (scan.many.endpoints, scan.many.normals)
+    ends, normals = found[-1]
+    np.testing.assert_array_equal(normals, -ends)
+    assert len(ends) == (far if readings == 2 else near + far)
 
 
 @dataclass
@@ -155,14 +193,22 @@ class Scripted:
     asked: list[tuple[SE2, Floats]] = field(default_factory=list)
 
     def refine(
-        self, pose: SE2, points: Floats, information: Floats, scales: Floats, deviation: float
+        self,
+        pose: SE2,
+        points: Floats,
+        _normals: Floats,
+        information: Floats,
+        scales: Floats,
+        deviation: float,
     ) -> SE2:
         assert (scales[0], scales[-1], deviation) == (0.36, 0.12, 0.05)
         self.asked.append((pose, information))
         move = self.moves.get(len(points), IDENTITY)
         return SE2(pose.x + move.x, pose.y + move.y, pose.theta + move.theta)
 
-    def agreement(self, field: object, pose: SE2, _view: ScanView, distance: float) -> float:
+    def agreement(
+        self, field: object, pose: SE2, _view: ScanView, distance: float, _doubt: bool = False
+    ) -> float:
         assert field is self
         assert distance == 0.15
         return self.agreements.get(round(pose.x, 6), 0.5)

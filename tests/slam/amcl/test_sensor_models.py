@@ -54,7 +54,7 @@ def seen(endpoints: Floats) -> ScanView:
     ranges = np.hypot(*endpoints.T)
     bearings = np.arctan2(endpoints[:, 1], endpoints[:, 0])
     directions = np.column_stack((np.cos(bearings), np.sin(bearings)))
-    beams = Beams(directions, ranges, np.ones(len(ranges), bool), endpoints)
+    beams = Beams(directions, ranges, np.ones(len(ranges), bool), endpoints, -directions)
     return ScanView(0.0, RANGE_MAX, SE2(), beams, beams)
 
 
