@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import IDENTITY, SE2, wrap
@@ -54,10 +53,12 @@ class Scan:
 
         The base moves along a circular arc from the first beam to the last.
         """
+        from arjuna_core.sweep import rays_of_sweep
+
         moving = self.motion != IDENTITY
         twist = self.motion.log() if moving else np.zeros(3)
         mount = self.T_base_sensor
-        return _rays(
+        return rays_of_sweep(
             len(self.ranges), self.angle_min, self.angle_increment,
             mount.x, mount.y, mount.theta, twist,
         )  # fmt: skip
@@ -88,31 +89,6 @@ class Scan:
         return np.column_stack(
             (rays[:, 0] + ranges * np.cos(rays[:, 2]), rays[:, 1] + ranges * np.sin(rays[:, 2]))
         )
-
-
-@njit(cache=True)
-def _rays(
-    count: int,
-    angle_min: float,
-    increment: float,
-    x: float,
-    y: float,
-    theta: float,
-    twist: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Return start and bearing of each beam of a sensor at x, y, theta of a base that moves."""
-    rays = np.empty((count, 3))
-    vx, vy, yaw = twist
-    for i in range(count):
-        share = i / max(count - 1, 1)
-        heading = share * yaw
-        c, s = math.cos(heading), math.sin(heading)
-        a = s / yaw if yaw != 0.0 else share
-        b = (1.0 - c) / yaw if yaw != 0.0 else 0.0
-        rays[i, 0] = a * vx - b * vy + c * x - s * y
-        rays[i, 1] = b * vx + a * vy + s * x + c * y
-        rays[i, 2] = heading + theta + angle_min + increment * i
-    return rays
 
 
 @dataclass(frozen=True, eq=False)

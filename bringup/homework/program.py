@@ -173,7 +173,7 @@ class Program:
         if code in (-signal.SIGXCPU, -signal.SIGKILL):  # of the soft and the hard limit
             return "it took more CPU time in all than it may"
         last = self.printed.strip().splitlines()[-1:]
-        return f"it {describe_exit(code)}{f': {last[0][:200]}' if last else ''}"
+        return f"it ended with {describe_exit(code)}{f': {last[0][:200]}' if last else ''}"
 
 
 def _environment(work: str) -> dict[str, str]:

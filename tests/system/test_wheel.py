@@ -50,12 +50,12 @@ robot.run(1.0)
 assert robot.process.transforms.try_lookup("odom", "lidar_link") is not None
 robot.close()
 """
-LISTED = ["arjuna_core.scan", "_rays", ["int64", *["float64"] * 5, "float64[1C]"]]
+LISTED = ["arjuna_core.sweep", "rays_of_sweep", ["int64", *["float64"] * 5, "float64[1C]"]]
 LOADS_WHAT_IS_LISTED = """
 from numba import types as t
-from arjuna_core.scan import _rays
-_rays.compile((t.int64, *[t.float64] * 5, t.float64[::1]))
-assert not _rays.stats.cache_misses, "it was compiled again"
+from arjuna_core.sweep import rays_of_sweep
+rays_of_sweep.compile((t.int64, *[t.float64] * 5, t.float64[::1]))
+assert not rays_of_sweep.stats.cache_misses, "it was compiled again"
 """
 
 
