@@ -109,6 +109,7 @@ COMPOSED = {
         ("nav2_bringup", "bringup_launch.py"): "",
         ("nav2_bringup", "rviz_launch.py"): "use_rviz",
     },
+    ("foxglove_bridge", "foxglove_bridge_launch.xml"): {},
 }
 """Launch files that include those of `LAUNCHES`: each one's argument that leaves it out."""
 

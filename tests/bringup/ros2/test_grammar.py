@@ -162,6 +162,10 @@ def test_ros_arguments_are_parted_from_a_program_s_own() -> None:
             "nav2_map_server map_saver_cli -f a --occ 65 --fmt png --ros-args -r map:=/plan",
             "save-map a --timeout 10.0 --topic /plan --occ 65 --fmt png",
         ),
+        (
+            "foxglove_bridge foxglove_bridge --ros-args -p port:=8799 -p address:=0.0.0.0",
+            "view --foxglove --port 8799 --host 0.0.0.0",
+        ),
         ("slam_toolbox async_slam_toolbox_node", "slam"),
         (
             "slam_toolbox sync_slam_toolbox_node --ros-args --params-file s.yaml"

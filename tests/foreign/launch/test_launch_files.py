@@ -208,6 +208,7 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
             "my_robot/talker --rate 5 my_robot/a b --ros-args -r __node:=r1_base -r __ns:=/r1"
             " -r chatter:=/talk",
             "arjuna slam",
+            "foxglove_bridge/foxglove_bridge",
             f"echo {FILES}",
         ],
         ["[INFO] [user]: later r1"],
@@ -219,6 +220,7 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
             "my_robot/talker --rate 5 my_robot/a b --ros-args -r __node:=r2_base -r __ns:=/r2"
             " -r chatter:=/talk",
             "arjuna slam",
+            "foxglove_bridge/foxglove_bridge",
             f"echo {FILES}",
             "echo done",
         ],
@@ -400,6 +402,7 @@ def test_every_file_is_tried() -> None:
     [
         ("opaque.launch.py", ["count:=1"], 0, {"gains": [1.0, 2.0], "nested.deep.value": True}),
         ("demo_launch.xml", [], 0, {"speed": 0.5, "label": "5", "a": 1}),
+        ("demo_launch.xml", [], 2, {"port": 8766, "address": "127.0.0.1"}),
         ("robot_launch.py", ["use_sim_time:=true"], 0, {"use_sim_time": True}),
         ("sim_launch.py", [], 1, {"robot_description": URDF, "use_sim_time": True}),
         ("namespaced.launch.py", [], 0, {"use_sim_time": True}),
