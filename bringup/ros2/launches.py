@@ -104,10 +104,16 @@ LAUNCHES: dict[tuple[str, str], Launch] = {
 
 _WORLD_OF_TB3 = "turtlebot3_gazebo", "turtlebot3_world.launch.py"
 COMPOSED = {
-    ("nav2_bringup", "tb3_simulation_launch.py"): {
-        _WORLD_OF_TB3: "use_simulator",
-        ("nav2_bringup", "bringup_launch.py"): "",
-        ("nav2_bringup", "rviz_launch.py"): "use_rviz",
+    **{
+        ("nav2_bringup", f"{name}_launch.py"): {
+            _WORLD_OF_TB3: "use_simulator",
+            ("nav2_bringup", "bringup_launch.py"): "",
+            ("nav2_bringup", "rviz_launch.py"): "use_rviz",
+        }
+        for name in (
+            *("tb3_simulation", "tb3_loopback_simulation"),
+            *("tb4_simulation", "tb4_loopback_simulation"),
+        )
     },
     ("foxglove_bridge", "foxglove_bridge_launch.xml"): {},
 }

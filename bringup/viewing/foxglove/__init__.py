@@ -1,1 +1,1 @@
-"""Foxglove's WebSocket protocol: topics as they are, publications, services, parameters, the graph."""
+"""Foxglove's protocol: topics as they are, publications, services, parameters, the graph."""

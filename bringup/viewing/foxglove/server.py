@@ -113,7 +113,7 @@ class Server:
 
     def close(self) -> None:
         """Disconnect the clients."""
-        asyncio.run_coroutine_threadsafe(self._stop(), self._loop).result()
+        asyncio.run_coroutine_threadsafe(self._stop(), self._loop).result(timeout=20.0)
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
         self._loop.close()

@@ -443,8 +443,11 @@ def test_poses_of_robots_are_read_from_the_command_line(
     assert "b 0.0 1.57" in said
 
 
-def test_nav2_s_simulation_is_world_navigation_and_view(started: Callable[..., Started]) -> None:
-    file = add_prefix() / "share/nav2_bringup/launch/tb3_simulation_launch.py"
+@pytest.mark.parametrize("name", ["tb3_simulation", "tb4_loopback_simulation"])
+def test_nav2_s_simulation_is_world_navigation_and_view(
+    name: str, started: Callable[..., Started]
+) -> None:
+    file = add_prefix() / "share/nav2_bringup/launch" / f"{name}_launch.py"
     start = "arjuna sim --robot urdf/burger.urdf --world worlds/pillar_arena.world --at"
     found = started(str(file), "namespace:=tb3", "x_pose:=1.0", "y_pose:=0.5", "headless:=False")
     assert found.lines == [

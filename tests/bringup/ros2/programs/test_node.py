@@ -190,6 +190,24 @@ depthimage_to_laserscan:
     scan_height: 1
     output_frame: "camera_depth_frame"
 """,
+    ("nav2_map_server", "costmap_filter_info_server"): """
+costmap_filter_info_server:
+  ros__parameters:
+    type: 0
+    filter_info_topic: "/costmap_filter_info"
+    mask_topic: "/keepout_filter_mask"
+    base: 0.0
+    multiplier: 1.0
+""",
+    ("nav2_collision_monitor", "collision_detector"): """
+collision_detector:
+  ros__parameters:
+    frequency: 10.0
+    polygons: ["Front"]
+    Front: {type: "polygon", points: "[[1.0, 0.5], [1.0, -0.5], [0.5, 0.0]]", min_points: 4}
+    observation_sources: ["scan"]
+    scan: {type: "scan", topic: "scan"}
+""",
     ("joy", "joy_node"): """
 joy_node:
   ros__parameters:
