@@ -128,12 +128,15 @@ class DepthCloud(Display):
         thin = max(1, -(-message.width // self.config.columns))
         pixels = np.ascontiguousarray(rows[:, : message.width * np.dtype(kind).itemsize])
         z = unit * pixels.view(kind)[::thin, ::thin].astype(np.float32)
-        v, u = thin * np.indices(z.shape, np.float32)
-        points = np.stack([(u - cx) * z / fx, (v - cy) * z / fy, z], axis=-1, dtype=np.float32)
-        points = points[np.isfinite(z) & (z > 0.0)]
-        style = {"colour": rainbow(points[:, 2]), "size": self.config.size_m}
-        stamp = seconds(message.header.stamp) or None
-        return {"": Points(frame=frame_of(message), stamp=stamp, points=points, **style)}
+        v, u = np.nonzero(np.isfinite(z) & (z > 0.0))
+        z = z[v, u]
+        points = np.column_stack([(thin * u - cx) * z / fx, (thin * v - cy) * z / fy, z])
+        return {
+            "": Points(
+                frame=frame_of(message), stamp=seconds(message.header.stamp) or None,
+                points=points.astype(np.float32), colour=rainbow(z), size=self.config.size_m,
+            )
+        }  # fmt: skip
 
 
 class LaserScan(Display):
