@@ -32,20 +32,14 @@ from bringup.viewing.robot.services import Services
 
 PORT = 8765
 """Foxglove's own."""
-_CAPABILITIES = (
-    *("clientPublish", "parameters", "parametersSubscribe", "services"),
-    *("connectionGraph", "assets"),
-)
+_CAPABILITIES = "clientPublish parameters parametersSubscribe services connectionGraph assets"
 _ASSET = re.compile(
     r"package://(?:[-\w%.]+/)+[-\w%]+\.(?:dae|fbx|glb|gltf|jpe?g|mtl|obj|png|stl|tiff?|urdf|webp|xacro)",
     re.IGNORECASE,
 )
 """The files that foxglove_bridge gives out unless told otherwise: pictures, meshes and robots."""
 _LARGEST_ASSET = 60_000_000  # [bytes]
-_MALFORMED = (
-    *(ValueError, TypeError, LookupError, AttributeError, struct.error, RecursionError),
-    OverflowError,
-)
+_MALFORMED = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 
 
 class Bridge:
@@ -132,7 +126,7 @@ class Bridge:
         client.send_message(
             "serverInfo",
             name="Arjuna",
-            capabilities=[*_CAPABILITIES, *(["time"] if timed else [])],
+            capabilities=[*_CAPABILITIES.split(), *(["time"] if timed else [])],
             supportedEncodings=["cdr"],
             metadata={"ROS_DISTRO": "jazzy"},
             sessionId=self._session,
@@ -161,7 +155,7 @@ class Bridge:
             else:
                 fields = json.loads(message)
                 self._texts[fields["op"]](client, fields)
-        except _MALFORMED as error:
+        except (*_MALFORMED, struct.error) as error:
             client.send_status(ERROR, f"Invalid message: {type(error).__name__}: {error}")
 
     def _fetch(self, client: Client, message: Any) -> None:
@@ -177,8 +171,8 @@ class Bridge:
             except InputFileError as error:
                 problem = str(error)
         text = problem.encode()
-        code = int(bool(problem))
-        client.send_binary(4, "IBI", message["requestId"], code, len(text), data=text + data)
+        head = message["requestId"], bool(text), len(text)
+        client.send_binary(4, "IBI", *head, data=text + data)
 
     def close(self) -> None:
         """Disconnect the clients and leave the graph."""

@@ -38,21 +38,15 @@ class Studio:
     """A client that speaks Foxglove's protocol, beside a robot."""
 
     def __init__(self, ros: RosBench, bridge: Bridge, socket: Connection) -> None:
-        self.ros, self._bridge, self._socket = ros, bridge, socket
+        self.ros, self._bridge, self.socket = ros, bridge, socket
         self.texts: list[Any] = []
         self.data: list[bytes] = []
 
     def send(self, **message: Any) -> None:
-        self._socket.send(json.dumps(message))
-
-    def close(self) -> None:
-        self._socket.close()
-
-    def send_raw(self, data: str | bytes) -> None:
-        self._socket.send(data)
+        self.socket.send(json.dumps(message))
 
     def publish(self, channel: int, data: bytes) -> None:
-        self._socket.send(struct.pack("<BI", 1, channel) + data)
+        self.socket.send(struct.pack("<BI", 1, channel) + data)
 
     def until(self, done: Callable[[], Any]) -> Any:
         end = time.monotonic() + DEADLINE
@@ -65,7 +59,7 @@ class Studio:
 
     def _receive(self) -> None:
         try:
-            message = self._socket.recv(timeout=0.01)
+            message = self.socket.recv(timeout=0.01)
         except TimeoutError:
             return
         if isinstance(message, str):
@@ -105,27 +99,18 @@ class Studio:
 
 
 @pytest.fixture
-def opened() -> Iterator[ExitStack]:
-    with ExitStack() as stack:
-        yield stack
+def join() -> Iterator[Callable[..., Studio]]:
+    """Yield what connects another client, by a subprotocol."""
+    with ExitStack() as opened:
+        ros = opened.enter_context(closing(RosBench(transport="dds")))
+        bridge = opened.enter_context(closing(Bridge("127.0.0.1", 0, ros.process.context)))
 
+        def connected(subprotocol: str = SUBPROTOCOLS[0]) -> Studio:
+            address = f"ws://127.0.0.1:{bridge.port}"
+            client = connect(address, subprotocols=[subprotocol])  # type: ignore[list-item]
+            return Studio(ros, bridge, opened.enter_context(client))
 
-@pytest.fixture
-def ros(opened: ExitStack) -> RosBench:
-    return opened.enter_context(closing(RosBench(transport="dds")))
-
-
-@pytest.fixture
-def join(opened: ExitStack, ros: RosBench) -> Callable[..., Studio]:
-    """Return what connects another client, by a subprotocol."""
-    bridge = opened.enter_context(closing(Bridge("127.0.0.1", 0, ros.process.context)))
-
-    def connected(subprotocol: str = SUBPROTOCOLS[0]) -> Studio:
-        address = f"ws://127.0.0.1:{bridge.port}"
-        client = connect(address, subprotocols=[subprotocol])  # type: ignore[list-item]
-        return Studio(ros, bridge, opened.enter_context(client))
-
-    return connected
+        yield connected
 
 
 @pytest.fixture
@@ -273,7 +258,7 @@ def test_a_service_is_called(studio: Studio) -> None:
         (number, b"", b"json", "Unknown encoding"),
     ]
     for call, (asked, payload, encoding, _) in enumerate(calls):
-        studio.send_raw(struct.pack("<BIII", 2, asked, call, len(encoding)) + encoding + payload)
+        studio.socket.send(struct.pack("<BIII", 2, asked, call, len(encoding)) + encoding + payload)
     studio.until(lambda: len(studio.said("serviceCallFailure")) == 3)
     for (asked, _, _, why), failed in zip(
         calls[1:], studio.said("serviceCallFailure"), strict=True
@@ -366,12 +351,12 @@ def test_nonsense_and_who_leaves_take_nothing_from_others(join: Callable[..., St
     texts = ["", "{", "[" * 5000, "7", "[]", '{"op": "what"}', '{"op": "subscribe"}', '{"op": []}']
     texts += ['{"op": "fetchAsset", "uri": "a"}', '{"op": "advertise", "channels": [{"topic": 1}]}']
     texts += ['{"op": "setParameters", "parameters": [{"name": "/a.b", "value": {}}]}']
-    nonsense = [*texts, b"", b"\x09", b"\x01", b"\x02abc", b"\xff" * 999]
+    nonsense: list[str | bytes] = [*texts, b"", b"\x09", b"\x01", b"\x02abc", b"\xff" * 999]
     for each in nonsense:
-        leaving.send_raw(each)
+        leaving.socket.send(each)
     leaving.until(lambda: len(leaving.said("status")) == len(nonsense))
     assert all("Invalid message: " in each["message"] for each in leaving.said("status"))
-    leaving.close()
+    leaving.socket.close()
 
     def came() -> Any:
         talk.publish(String(data="still here"))

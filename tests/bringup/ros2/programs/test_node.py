@@ -199,15 +199,6 @@ costmap_filter_info_server:
     base: 0.0
     multiplier: 1.0
 """,
-    ("nav2_collision_monitor", "collision_detector"): """
-collision_detector:
-  ros__parameters:
-    frequency: 10.0
-    polygons: ["Front"]
-    Front: {type: "polygon", points: "[[1.0, 0.5], [1.0, -0.5], [0.5, 0.0]]", min_points: 4}
-    observation_sources: ["scan"]
-    scan: {type: "scan", topic: "scan"}
-""",
     ("joy", "joy_node"): """
 joy_node:
   ros__parameters:

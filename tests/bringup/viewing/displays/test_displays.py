@@ -205,30 +205,19 @@ def test_a_wrench_is_two_arrows_as_long_as_they_are_strong() -> None:
     assert len(taken("Wrench", wrench(vector(0.0), vector(1.0)))[""].positions) == 1
 
 
-DEPTHS = np.array([[0.0, 2.0], [math.nan, 4.0]])
-CAMERA = make(f"{SENSORS}/CameraInfo", k=np.array([2.0, 0, 1, 0, 4, 0, 0, 0, 1]))
-
-
-def depth_image(encoding: str, values: Any) -> Any:
-    data = np.frombuffer(values.tobytes(), np.uint8)
-    size = {"height": 2, "width": 2, "step": 2 * values.itemsize, "encoding": encoding}
-    return make(f"{SENSORS}/Image", header=header("optical"), data=data, **size)
-
-
-@pytest.mark.parametrize(
-    "message",
-    [
-        depth_image("32FC1", DEPTHS.astype("<f4")),
-        depth_image("16UC1", (1000 * np.nan_to_num(DEPTHS)).astype("<u2")),
-    ],
-)
-def test_a_depth_picture_is_points_by_the_camera_beside_it(message: Any) -> None:
+@pytest.mark.parametrize(("encoding", "kind", "unit"), [("32FC1", "<f4", 1), ("16UC1", "<u2", 1e3)])
+def test_a_depth_picture_is_points_by_the_camera_beside_it(
+    encoding: str, kind: str, unit: float
+) -> None:
+    depths = (unit * np.array([[0.0, 2.0], [0.0, 4.0]])).astype(kind)
+    data = np.frombuffer(depths.tobytes(), np.uint8)
+    size = {"height": 2, "width": 2, "step": len(data) // 2, "encoding": encoding}
+    image = make(f"{SENSORS}/Image", header=header("optical"), data=data, **size)
+    camera = make(f"{SENSORS}/CameraInfo", k=np.array([2.0, 0, 1, 0, 4, 0, 0, 0, 1]))
     display = DisplaySpec("DepthCloud", "", "front/depth/image").make()
-    assert [each.topic for each in display.wanted()][1] == "front/depth/camera_info"
-    assert display.take(message) is None
-    assert display.take(CAMERA) is None
-    drawn = dict(display.take(message) or {})[""]
-    assert isinstance(drawn, Points)
+    assert display.wanted()[1].topic == "front/depth/camera_info"
+    assert display.take(image) is display.take(camera) is None
+    drawn: Any = dict(display.take(image) or {})[""]
     assert drawn.frame == "optical"
     assert drawn.points.tolist() == [[0.0, 0.0, 2.0], [0.0, 1.0, 4.0]]
 
