@@ -70,6 +70,13 @@ LAUNCHES: dict[tuple[str, str], Launch] = {
         ("slam", "--param", "synchronous:=true"), _NAV2, _NAV2_ONLY
     ),
     **{
+        ("nav2_collision_monitor", f"{name}_node.launch.py"): Launch(
+            ("run", "nav2_collision_monitor", name, "--ros-args"),
+            {"params_file": "--params-file"},
+        )
+        for name in ("collision_monitor", "collision_detector")
+    },
+    **{
         (package, file): Launch(("run", package, "gzserver"), options, *_GZ)
         for package, file, options in (
             ("gazebo_ros", "gazebo.launch.py", _WORLD),

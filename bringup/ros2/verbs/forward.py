@@ -330,5 +330,6 @@ def daemon(words: list[str]) -> None:
 
 
 def doctor(words: list[str]) -> NoReturn:
-    """Look for what is wrong."""
-    arjuna("doctor", words)
+    """Look for what is wrong; ros2cli's switches of its report change nothing: all is said."""
+    switches = ["-r", "--report", "-rf", "--report-failed", "-iw", "--include-warnings"]
+    arjuna("doctor", [word for word in words if word not in switches])

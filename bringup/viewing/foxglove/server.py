@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import queue
 import struct
 import threading
@@ -88,9 +89,14 @@ class Server:
         self._thread.start()
 
     async def _serve(self, host: str, port: int) -> Any:
-        names = [Subprotocol(name) for name in SUBPROTOCOLS]
+        log = logging.getLogger(__name__)
+        log.setLevel(logging.CRITICAL)  # what is no client, as a browser's page, is no fault here
         return await serve(
-            *(self._talk, host, port), subprotocols=names, compression=None, max_size=_LARGEST
+            *(self._talk, host, port),
+            subprotocols=[Subprotocol(name) for name in SUBPROTOCOLS],
+            compression=None,
+            max_size=_LARGEST,
+            logger=log,
         )
 
     async def _talk(self, connection: ServerConnection) -> None:

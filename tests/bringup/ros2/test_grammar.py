@@ -191,6 +191,13 @@ def test_run_becomes_a_command_of_arjuna(
     parse(started[0])
 
 
+def test_the_doctor_takes_switches_of_ros2cli(monkeypatch: pytest.MonkeyPatch) -> None:
+    started: list[list[str]] = []
+    monkeypatch.setattr(forward, "arjuna", lambda command, rest: started.append([command, *rest]))
+    main(["doctor", "--report", "--json"])
+    assert started == [["doctor", "--json"]]
+
+
 @pytest.mark.parametrize(
     ("words", "expected", "unused"),
     [
@@ -293,6 +300,10 @@ def test_a_known_launch_file_becomes_a_command_of_arjuna(
             "run ros_gz_sim gzserver -r empty.sdf",
         ),
         ("turtlebot3_cartographer cartographer.launch.py", "slam"),
+        (
+            "nav2_collision_monitor collision_monitor_node.launch.py params_file:=p.yaml",
+            "run nav2_collision_monitor collision_monitor --ros-args --params-file p.yaml",
+        ),
         (
             "turtlebot3_gazebo turtlebot3_world.launch.py x_pose:=1 y_pose:=0.5",
             f"sim --robot {_BURGER} --world {_PILLARS} --at 1 0.5",

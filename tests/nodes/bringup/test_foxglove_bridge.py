@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+import socket
 import struct
 import time
 from collections.abc import Callable, Iterator
@@ -37,8 +38,8 @@ from tests.helpers.ros import RosBench
 class Studio:
     """A client that speaks Foxglove's protocol, beside a robot."""
 
-    def __init__(self, ros: RosBench, bridge: Bridge, socket: Connection) -> None:
-        self.ros, self._bridge, self.socket = ros, bridge, socket
+    def __init__(self, ros: RosBench, bridge: Bridge, client: Connection) -> None:
+        self.ros, self._bridge, self.socket = ros, bridge, client
         self.texts: list[Any] = []
         self.data: list[bytes] = []
 
@@ -363,6 +364,19 @@ def test_nonsense_and_who_leaves_take_nothing_from_others(join: Callable[..., St
         return staying.payloads()
 
     staying.until(came)
+
+
+@pytest.mark.parametrize("data", [b"GET / HTTP/1.1\r\nHost: x\r\n\r\n", b"\x16\x03\r\n\r\n", b""])
+def test_what_is_no_client_is_turned_away_without_a_word(
+    data: bytes, studio: Studio, caplog: pytest.LogCaptureFixture
+) -> None:
+    with socket.create_connection(studio.socket.remote_address) as other:
+        other.sendall(data)
+        other.shutdown(socket.SHUT_WR)
+        other.settimeout(DEADLINE)
+        while other.recv(4096):
+            pass
+    assert not caplog.records
 
 
 def test_an_address_of_another_machine_is_refused() -> None:
