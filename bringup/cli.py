@@ -110,7 +110,6 @@ def _page(heading: str) -> str:
 
 OK, REFUSED, INTERRUPTED = 0, 2, 130
 EXTRAS = {
-    "foxglove": "view",
     "gymnasium": "learn",
     "mujoco_warp": "gpu",
     "optuna": "tune",

@@ -78,16 +78,20 @@ def message_definition(type_name: str) -> str:
 
     Args:
         type_name: A type such as `nav_msgs/msg/Path`, or that of an action's feedback messages or
-            a service's events: `nav2_msgs/action/NavigateToPose_FeedbackMessage`,
-            `std_srvs/srv/Trigger_Event`.
+            of a service's requests, responses or events: `std_srvs/srv/Trigger_Response`,
+            `std_srvs/srv/Trigger_Event`, `nav2_msgs/action/NavigateToPose_FeedbackMessage`.
 
     Source: the mcap format's registry of schema encodings, `ros2msg`.
     """
     inner: dict[str, str] = {}
     if type_name.endswith("_FeedbackMessage"):
         text, inner = _feedback(type_name)
-    elif "/srv/" in type_name:
+    elif type_name.endswith("_Event"):
         text, inner = _event(type_name)
+    elif "/srv/" in type_name:
+        name, _, part = type_name.rpartition("_")
+        parts = _PARTS.split(_share(name, ".srv").read_text(encoding="utf-8"))
+        text = parts[-1 if part == "Response" else 0]
     else:
         text = _share(type_name, ".msg").read_text(encoding="utf-8")
     sections, seen = [text], {type_name, *(name.replace("/", "/msg/") for name in inner)}

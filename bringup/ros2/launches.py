@@ -80,6 +80,13 @@ LAUNCHES: dict[tuple[str, str], Launch] = {
         ("slam", "--param", "synchronous:=true"), _NAV2, _NAV2_ONLY
     ),
     **{
+        ("nav2_collision_monitor", f"{name}_node.launch.py"): Launch(
+            ("run", "nav2_collision_monitor", name, "--ros-args"),
+            {"params_file": "--params-file"},
+        )
+        for name in ("collision_monitor", "collision_detector")
+    },
+    **{
         (package, file): Launch(("run", package, "gzserver"), options, *_GZ)
         for package, file, options in (
             ("gazebo_ros", "gazebo.launch.py", _WORLD),
@@ -123,10 +130,16 @@ LAUNCHES: dict[tuple[str, str], Launch] = {
 
 _WORLD_OF_TB3 = "turtlebot3_gazebo", "turtlebot3_world.launch.py"
 COMPOSED = {
-    ("nav2_bringup", "tb3_simulation_launch.py"): {
-        _WORLD_OF_TB3: "use_simulator",
-        ("nav2_bringup", "bringup_launch.py"): "",
-        ("nav2_bringup", "rviz_launch.py"): "use_rviz",
+    **{
+        ("nav2_bringup", f"{name}_launch.py"): {
+            _WORLD_OF_TB3: "use_simulator",
+            ("nav2_bringup", "bringup_launch.py"): "",
+            ("nav2_bringup", "rviz_launch.py"): "use_rviz",
+        }
+        for name in (
+            *("tb3_simulation", "tb3_loopback_simulation"),
+            *("tb4_simulation", "tb4_loopback_simulation"),
+        )
     },
     ("ros_gz_sim", "ros_gz_sim.launch.py"): {
         ("ros_gz_sim", "gz_server.launch.py"): "",
@@ -136,6 +149,7 @@ COMPOSED = {
         ("ros_gz_bridge", "ros_gz_bridge.launch.py"): "",
         ("ros_gz_sim", "gz_spawn_model.launch.py"): "",
     },
+    ("foxglove_bridge", "foxglove_bridge_launch.xml"): {},
 }
 """Launch files that include those of `LAUNCHES`: each one's argument that leaves it out."""
 

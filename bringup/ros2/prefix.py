@@ -39,6 +39,15 @@ _MANIFEST = """<?xml version="1.0"?>
   <license>Apache-2.0</license>
 </package>
 """
+_FOXGLOVE = """<launch>
+  <arg name="port" default="8765"/>
+  <arg name="address" default="127.0.0.1"/>
+  <node pkg="foxglove_bridge" exec="foxglove_bridge" output="screen">
+    <param name="port" value="$(var port)"/>
+    <param name="address" value="$(var address)"/>
+  </node>
+</launch>
+"""
 _BURGER, _PILLARS = "urdf/burger.urdf", "worlds/pillar_arena.world"
 _RVIZ = """Visualization Manager:
   Displays:
@@ -136,7 +145,8 @@ def _texts() -> dict[str, str]:
     found |= {f"share/{name}": _RVIZ for name in _VIEWS}
     found["share/turtlebot3_gazebo/params/turtlebot3_burger_bridge.yaml"] = "[]\n"
     for package, file in (*LAUNCHES, *COMPOSED, *DESCRIBED):
-        found[f"share/{package}/launch/{file}"] = _LAUNCH.format(package=package, file=file)
+        text = _FOXGLOVE if file.endswith(".xml") else _LAUNCH.format(package=package, file=file)
+        found[f"share/{package}/launch/{file}"] = text
     return found
 
 

@@ -79,7 +79,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "mujoco": ("arjuna_sim/physics/", "arjuna_sim/devices/"),
     "rerun": ("bringup/viewing/",),
     "viser": ("bringup/viewing/",),
-    "foxglove": ("bringup/viewing/",),
+    "websockets": ("bringup/viewing/",),
     "optuna": ("bringup/tuning/",),
     "gymnasium": ("arjuna_sim/learning/",),
     "mujoco_warp": ("arjuna_sim/batch/",),

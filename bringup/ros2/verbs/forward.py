@@ -9,6 +9,7 @@ import re
 import signal
 import sys
 import time
+from collections import ChainMap
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
@@ -17,6 +18,7 @@ from typing import NoReturn
 
 from arjuna_core.errors import nearest
 from arjuna_core.files.input_file import head_of
+from bringup.parameters.files import load_parameters
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.programs.python_file import run_file
 from bringup.ros2.verbs.remedies import remedy_of
@@ -136,6 +138,16 @@ def _slam_toolbox(words: list[str], parameter: str = "") -> NoReturn:
     arjuna("slam", options)
 
 
+def _foxglove(words: list[str]) -> NoReturn:
+    given = ros_arguments(words)
+    of_files = ChainMap(*reversed(load_parameters(given.files).values()))
+    options = ["--foxglove"]
+    for name, option in (("port", "--port"), ("address", "--host")):
+        if value := given.parameters.get(name, of_files.get(name)):
+            options += [option, str(value)]
+    arjuna("view", options)
+
+
 def _xacro(words: list[str]) -> NoReturn:
     program = [sys.executable, "-c", "import xacro; xacro.main()", *ros_arguments(words).own]
     os.execv(sys.executable, program)  # noqa: S606 - what the user asked for
@@ -173,6 +185,7 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("controller_manager", "spawner"): f"{_PROGRAMS}.spawner",
     ("controller_manager", "spawner.py"): f"{_PROGRAMS}.spawner",  # its name before Humble
     ("controller_manager", "unspawner"): f"{_PROGRAMS}.spawner:unspawn",
+    ("foxglove_bridge", "foxglove_bridge"): _foxglove,
     ("nav2_map_server", "map_saver_cli"): _save_map,
     **{
         ("slam_toolbox", f"{name}_slam_toolbox_node"): partial(_slam_toolbox, parameter=parameter)
@@ -305,5 +318,6 @@ def daemon(words: list[str]) -> None:
 
 
 def doctor(words: list[str]) -> NoReturn:
-    """Look for what is wrong."""
-    arjuna("doctor", words)
+    """Look for what is wrong; ros2cli's switches of its report change nothing: all is said."""
+    switches = ["-r", "--report", "-rf", "--report-failed", "-iw", "--include-warnings"]
+    arjuna("doctor", [word for word in words if word not in switches])

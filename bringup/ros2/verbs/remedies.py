@@ -20,7 +20,8 @@ REMEDIES = {
     "cartographer_ros": "'ros2 launch slam_toolbox online_async_launch.py' maps",
     "rtabmap_slam": "'ros2 launch slam_toolbox online_async_launch.py' maps, in 2D",
     "rqt_gui": "'arjuna view' has plots and nodes",
-    "rqt_graph": "'arjuna top' and 'arjuna tf' list nodes and frames",
+    "rqt_graph": "'arjuna view --foxglove' serves Foxglove, whose panel Topic Graph draws it",
+    "rqt_reconfigure": "'arjuna view --foxglove' serves Foxglove, whose panel Parameters sets them",
     "moveit_ros_move_group": "arms are not planned for here",
     "turtlesim": "it draws on a screen of its own: 'arjuna sim' is the robot here",
 }

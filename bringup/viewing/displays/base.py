@@ -25,7 +25,7 @@ DISPLAYS = PluginTypes(
         for module, names in {
             "robot": "RobotModel TF People",
             "map": "Map",
-            "clouds": "LaserScan PointCloud2",
+            "clouds": "LaserScan PointCloud2 DepthCloud",
             "poses": "Path Polygon Pose PoseArray ParticleCloud PoseWithCovariance Odometry",
             "markers": "Marker MarkerArray InteractiveMarkers",
             "sensors": "Range PointStamped Wrench Imu",

@@ -1,4 +1,4 @@
-"""Laser scans and point clouds, in one colour or coloured by a field."""
+"""Laser scans, point clouds and depth pictures, in one colour or coloured by a field."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.param import param
-from bringup.viewing.displays.base import Display, rainbow
+from bringup.viewing.displays.base import Display, Wanted, rainbow
 from bringup.viewing.drawing.messages import frame_of, scan_of, seconds
 from bringup.viewing.drawing.values import Colour, Colours, Parts, Points
 
 # sensor_msgs/PointField's datatypes
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+_METRES = {"32FC1": ("<f4", 1.0), "16UC1": ("<u2", 0.001), "mono16": ("<u2", 0.001)}
+"""The type and the unit [m] of a pixel, by the picture's encoding (REP 118)."""
 
 
 class PointCloud2(Display):
@@ -95,6 +97,46 @@ def cloud_fields(message: Any) -> dict[str, NDArray[Any]]:
         elif each.datatype in _TYPES:
             found[each.name] = np.zeros(0, np.float32)
     return found
+
+
+class DepthCloud(Display):
+    """The points that a depth camera sees, coloured by their distance."""
+
+    types = ("sensor_msgs/msg/Image",)
+    topic, property = "camera/depth/image_raw", "Depth Map Topic"
+    _camera: Any = None
+
+    @dataclass(frozen=True)
+    class Config:
+        size_m: float = param(0.02, "Size of a point.", unit="m", minimum=0.001, maximum=1.0)
+        columns: int = param(160, "Columns of points at most.", minimum=16, maximum=1024)
+
+    def wanted(self) -> tuple[Wanted, ...]:
+        camera = "".join(self.name.rpartition("/")[:2]) + "camera_info"
+        return Wanted(self.name, self.types), Wanted(camera, ("sensor_msgs/msg/CameraInfo",))
+
+    def take(self, message: Any) -> Parts | None:
+        if not hasattr(message, "encoding"):
+            self._camera = message
+        if self._camera is None or not hasattr(message, "encoding"):
+            return None
+        kind, unit = _METRES.get(message.encoding, ("", 0.0))
+        (fx, _, cx), (_, fy, cy), _ = np.reshape(self._camera.k, (3, 3))
+        if not kind or not fx * fy:
+            raise ValueError(f"no depths: encoding '{message.encoding}', focal lengths {fx}, {fy}")
+        rows = np.frombuffer(bytes(message.data), np.uint8).reshape(message.height, message.step)
+        thin = max(1, -(-message.width // self.config.columns))
+        pixels = np.ascontiguousarray(rows[:, : message.width * np.dtype(kind).itemsize])
+        z = unit * pixels.view(kind)[::thin, ::thin].astype(np.float32)
+        v, u = np.nonzero(np.isfinite(z) & (z > 0.0))
+        z = z[v, u]
+        points = np.column_stack([(thin * u - cx) * z / fx, (thin * v - cy) * z / fy, z])
+        return {
+            "": Points(
+                frame=frame_of(message), stamp=seconds(message.header.stamp) or None,
+                points=points.astype(np.float32), colour=rainbow(z), size=self.config.size_m,
+            )
+        }  # fmt: skip
 
 
 class LaserScan(Display):

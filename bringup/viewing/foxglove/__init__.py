@@ -1,1 +1,1 @@
-"""A Foxglove WebSocket server: all topics as they are, publications and parameters."""
+"""Foxglove's protocol: topics as they are, publications, services, parameters, the graph."""

@@ -1,39 +1,45 @@
-"""The bridge between a ROS graph and Foxglove's WebSocket protocol."""
+"""The bridge between a ROS graph and Foxglove's WebSocket protocol.
+
+Source: the protocol's specification (`ws-protocol`, docs/spec.md), and the app, which takes a
+server for one of ROS 2 by its `ROS_DISTRO`: only then it publishes goals and poses from its scene.
+"""
 
 from __future__ import annotations
 
-import queue
+import json
+import re
+import struct
 import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import TimeoutError as TimedOut
+from collections.abc import Callable
 from typing import Any
 
-import foxglove
-from foxglove.websocket import (
-    Capability,
-    ChannelView,
-    Client,
-    ClientChannel,
-    Parameter,
-    ServerListener,
-    StatusLevel,
-)
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
 
-from arjuna_core.errors import ArjunaError
+from arjuna_core.errors import InputFileError
+from arjuna_core.files.input_file import read_bytes
+from arjuna_core.ros import qos
 from arjuna_core.ros.context import new_context
+from bringup.viewing.drawing.visual_model import mesh_finder
 from bringup.viewing.foxglove.channels import Channels, Publications
-from bringup.viewing.foxglove.parameters import Parameters, Question
+from bringup.viewing.foxglove.connection_graph import ConnectionGraph
+from bringup.viewing.foxglove.parameters import Parameters
+from bringup.viewing.foxglove.server import ERROR, Client, Server
+from bringup.viewing.foxglove.service_calls import ServiceCalls
 from bringup.viewing.robot.services import Services
 
 PORT = 8765
 """Foxglove's own."""
-
-
-class BridgeError(ArjunaError):
-    """The bridge cannot be served where it was asked for."""
+_CAPABILITIES = "clientPublish parameters parametersSubscribe services connectionGraph assets"
+_ASSET = re.compile(
+    r"package://(?:[-\w%.]+/)+[-\w%]+\.(?:dae|fbx|glb|gltf|jpe?g|mtl|obj|png|stl|tiff?|urdf|webp|xacro)",
+    re.IGNORECASE,
+)
+"""The files that foxglove_bridge gives out unless told otherwise: pictures, meshes and robots."""
+_LARGEST_ASSET = 60_000_000  # [bytes]
+_MALFORMED = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 
 
 class Bridge:
@@ -49,38 +55,43 @@ class Bridge:
     """
 
     def __init__(self, host: str, port: int = PORT, context: Context | None = None) -> None:
-        self._calls: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
-        scene = foxglove.Context()
-        try:
-            self._server = foxglove.start_server(
-                name="Arjuna",
-                host=host,
-                port=port,
-                capabilities=[Capability.ClientPublish, Capability.Parameters],
-                supported_encodings=["cdr"],
-                server_listener=_Listener(self),
-                context=scene,
-            )
-        except RuntimeError as error:
-            raise BridgeError(f"'{host}' port {port} cannot be served: {error}") from error
+        self._server = Server(host, port)
+        self._session = str(time.time_ns())
         self._owned = context is None
         self._context = context or new_context()
-        self._node = Node("foxglove_bridge", context=self._context, start_parameter_services=False)
-        self._executor = EventsExecutor(context=self._context)
-        self._executor.add_node(self._node)
-        self.channels = Channels(self._node, scene)
-        self.publications = Publications(self._node)
-        self.parameters = Parameters(Services(self._node))
+        node = Node("foxglove_bridge", context=self._context, start_parameter_services=False)
+        self._node, self._executor = node, EventsExecutor(context=self._context)
+        self._executor.add_node(node)
+        self._clients: list[Client] = []
+        self._channels = Channels(node, self._clients)
+        self._publications = Publications(node)
+        self._parameters = Parameters(node, Services(node))
+        self._calls = ServiceCalls(node, self._clients)
+        self._graph = ConnectionGraph(node)
+        self._clock: Any = None
         self._refresh_due = 0.0
+        self._texts: dict[str, Callable[[Client, Any], None]] = {
+            "subscribe": self._channels.subscribe,
+            "unsubscribe": self._channels.unsubscribe,
+            "advertise": self._publications.advertise,
+            "unadvertise": self._publications.unadvertise,
+            "getParameters": self._parameters.get,
+            "setParameters": self._parameters.set,
+            "subscribeParameterUpdates": self._parameters.subscribe,
+            "unsubscribeParameterUpdates": self._parameters.unsubscribe,
+            "subscribeConnectionGraph": self._graph.subscribe,
+            "unsubscribeConnectionGraph": self._graph.forget,
+            "fetchAsset": self._fetch,
+        }
+        self._binaries: dict[int, Callable[[Client, bytes], None]] = {
+            1: self._publications.publish,
+            2: self._calls.call,
+        }
 
     @property
     def port(self) -> int:
         """The port that is served."""
         return self._server.port
-
-    def queue(self, call: Callable[[], None]) -> None:
-        """Have something called by `step`; the server's threads must not touch ROS."""
-        self._calls.put(call)
 
     def step(self, refresh: float = 1.0, busy: float = 0.02, idle: float = 0.2) -> None:
         """Pass on what comes, in both directions.
@@ -93,74 +104,80 @@ class Bridge:
         now = time.monotonic()
         if now >= self._refresh_due:
             self._refresh_due = now + refresh
-            self.channels.refresh()
-        while not self._calls.empty():
-            self._calls.get()()
-        self.parameters.tick()
-        self._executor.spin_once(timeout_sec=idle if self.channels.idle else busy)
+            for part in (self._channels, self._calls, self._graph):
+                part.refresh()
+        for client, message in self._server.take():
+            if message is True:
+                self._greet(client)
+            elif message is False:
+                self._forget(client)
+            else:
+                self._handle(client, message)
+        self._parameters.tick()
+        self._executor.spin_once(timeout_sec=busy if self._clients else idle)
 
-    def advertise(self, key: tuple[int, int], topic: str, type_name: str, encoding: str) -> None:
-        """Publish for a client on a topic from now on, or report why that is not possible."""
-        problem = self.publications.advertise(key, topic, type_name, encoding)
-        if problem is not None:
-            self._node.get_logger().warning(problem)
-            self._server.publish_status(problem, StatusLevel.Warning)
+    def _greet(self, client: Client) -> None:
+        timed = self._node.count_publishers("/clock") > 0
+        client.clock = 0 if timed else None
+        if timed and self._clock is None:
+            self._clock = self._node.create_subscription(
+                Clock, "/clock", self._pass_time_on, qos.CLOCK
+            )
+        client.send_message(
+            "serverInfo",
+            name="Arjuna",
+            capabilities=[*_CAPABILITIES.split(), *(["time"] if timed else [])],
+            supportedEncodings=["cdr"],
+            metadata={"ROS_DISTRO": "jazzy"},
+            sessionId=self._session,
+        )
+        self._clients.append(client)
+        self._channels.greet(client)
+        self._calls.greet(client)
+
+    def _pass_time_on(self, message: Clock) -> None:
+        now = message.clock.sec * 10**9 + message.clock.nanosec
+        for client in self._clients:
+            if client.clock is not None:
+                client.clock = now
+                client.send_binary(2, "Q", now)
+
+    def _forget(self, client: Client) -> None:
+        self._clients.remove(client)
+        for part in (self._channels, self._publications, self._parameters, self._graph):
+            part.forget(client)
+
+    def _handle(self, client: Client, message: str | bytes) -> None:
+        """Do what a client's message asks for; what makes no sense is answered with why."""
+        try:
+            if isinstance(message, bytes):
+                self._binaries[message[0]](client, message[1:])
+            else:
+                fields = json.loads(message)
+                self._texts[fields["op"]](client, fields)
+        except (*_MALFORMED, struct.error) as error:
+            client.send_status(ERROR, f"Invalid message: {type(error).__name__}: {error}")
+
+    def _fetch(self, client: Client, message: Any) -> None:
+        """Send a file of a package, one of those that a robot's description names."""
+        uri, data, problem = str(message["uri"]), b"", ""
+        if ".." in uri or not _ASSET.fullmatch(uri):
+            problem = f"'{uri}' is not given out; valid: meshes and pictures of package://"
+        elif (path := mesh_finder()(uri)) is None:
+            problem = f"'{uri}' is not found"
+        else:
+            try:
+                data = read_bytes(path, _LARGEST_ASSET)
+            except InputFileError as error:
+                problem = str(error)
+        text = problem.encode()
+        head = message["requestId"], bool(text), len(text)
+        client.send_binary(4, "IBI", *head, data=text + data)
 
     def close(self) -> None:
         """Disconnect the clients and leave the graph."""
-        self._server.stop()
+        self._server.close()
         self._node.destroy_node()
         self._executor.shutdown()
         if self._owned:
             self._context.shutdown()
-
-
-class _Listener(ServerListener):
-    """Queues all that clients ask for; only questions for parameters wait for their answer."""
-
-    def __init__(self, bridge: Bridge) -> None:
-        self._bridge = bridge
-
-    def _call(self, of: Callable[[Bridge], Callable[..., None]], *values: Any) -> None:
-        self._bridge.queue(lambda: of(self._bridge)(*values))
-
-    def on_subscribe(self, client: Client, channel: ChannelView) -> None:
-        self._call(lambda bridge: bridge.channels.subscribe, channel.topic)
-
-    def on_unsubscribe(self, client: Client, channel: ChannelView) -> None:
-        self._call(lambda bridge: bridge.channels.unsubscribe, channel.topic)
-
-    def on_client_advertise(self, client: Client, channel: ClientChannel) -> None:
-        named = (channel.topic, channel.schema_name, channel.encoding)
-        self._call(lambda bridge: bridge.advertise, (client.id, channel.id), *named)
-
-    def on_client_unadvertise(self, client: Client, client_channel_id: int) -> None:
-        self._call(lambda bridge: bridge.publications.unadvertise, (client.id, client_channel_id))
-
-    def on_message_data(self, client: Client, client_channel_id: int, data: bytes) -> None:
-        key = (client.id, client_channel_id)
-        self._call(lambda bridge: bridge.publications.publish, key, data)
-
-    def on_get_parameters(
-        self, client: Client, param_names: list[str], request_id: str | None = None
-    ) -> list[Parameter]:
-        return self._ask(Question(tuple(param_names)))
-
-    def on_set_parameters(
-        self, client: Client, parameters: list[Parameter], request_id: str | None = None
-    ) -> list[Parameter]:
-        values = {item.name: item.get_value() for item in parameters}
-        return self._ask(Question(tuple(values), values))
-
-    def _ask(self, question: Question) -> list[Parameter]:
-        self._call(lambda bridge: bridge.parameters.ask, question)
-        try:
-            found = question.answer.result(timeout=5.0)
-        except TimedOut:
-            return []
-        return [Parameter(name, value=_native(value)) for name, value in found.items()]
-
-
-def _native(value: Any) -> Any:
-    sequence = isinstance(value, Sequence) and not isinstance(value, str | bytes)
-    return list(value) if sequence else value

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import struct
 import time
-from collections import Counter
+from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
-import foxglove
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -18,88 +20,85 @@ from arjuna_core.ros.context import class_of
 from arjuna_core.ros.qos import profile_of
 from bringup.recording.listener import offers_of
 from bringup.recording.message_definitions import message_definition
+from bringup.viewing.foxglove.offers import Offers, visible
+from bringup.viewing.foxglove.server import ERROR, WARNING, Client
 
 _LITTLE_ENDIAN_CDR = b"\x00\x01"
+
+
+def _described(topic: str, type_name: str) -> dict[str, Any]:
+    class_of(type_name)
+    return {
+        "topic": topic,
+        "encoding": "cdr",
+        "schemaName": type_name,
+        "schema": message_definition(type_name),
+        "schemaEncoding": "ros2msg",
+    }
 
 
 class Channels:
     """A channel for each topic of the graph."""
 
-    def __init__(self, node: Node, context: foxglove.Context) -> None:
+    def __init__(self, node: Node, clients: Sequence[Client]) -> None:
         self._node = node
-        self._context = context
-        self._channels: dict[str, tuple[foxglove.Channel, str]] = {}
-        self._listeners: Counter[str] = Counter()
-        self._subscriptions: dict[str, Any] = {}
-        self._unknown: set[str] = set()
-
-    @property
-    def idle(self) -> bool:
-        """True while nobody listens."""
-        return not self._subscriptions
+        words = ("advertise", "channels", "channelIds")
+        self._offers = Offers(node, clients, words, _described)
+        self.greet = self._offers.greet
+        self._listeners = defaultdict[int, set[tuple[Client, int]]](set)
+        self._subscriptions: dict[int, Any] = {}
 
     def refresh(self) -> None:
         """Open channels for new topics, close those of topics that are gone."""
-        found = {
-            name: types[0]
-            for name, types in self._node.get_topic_names_and_types()
-            if types and "/_" not in name and self._node.count_publishers(name)
-        }
-        for topic in [
-            name for name, (_, kind) in self._channels.items() if found.get(name) != kind
-        ]:
-            self._close(topic)
-        for topic, type_name in found.items():
-            if topic not in self._channels and type_name not in self._unknown:
-                self._open(topic, type_name)
+        found = visible(self._node.get_topic_names_and_types())
+        for number in self._offers.refresh(
+            {name: kind for name, kind in found.items() if self._node.count_publishers(name)}
+        ):
+            self._listeners.pop(number, None)
+            self._end(number)
 
-    def _open(self, topic: str, type_name: str) -> None:
-        try:
-            class_of(type_name)
-            text = message_definition(type_name)
-        except LookupError as error:
-            self._unknown.add(type_name)
-            self._node.get_logger().warning(f"{topic} is not passed on: {error}")
-            return
-        schema = foxglove.Schema(name=type_name, encoding="ros2msg", data=text.encode())
-        channel = foxglove.Channel(
-            topic, schema=schema, message_encoding="cdr", context=self._context
-        )
-        self._channels[topic] = (channel, type_name)
+    def subscribe(self, client: Client, message: Any) -> None:
+        """Pass topics' messages on; what is latched comes again, to the newcomer too."""
+        for wanted in message["subscriptions"]:
+            number = wanted["channelId"]
+            channel = self._offers.find(number)
+            if channel is None:
+                client.send_status(ERROR, f"Unknown channel ID: {number}")
+                continue
+            self._listeners[number].add((client, int(wanted["id"])))
+            profile = self._profile(channel["topic"])
+            latched = profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+            if latched or number not in self._subscriptions:
+                self._end(number)
+                self._subscriptions[number] = self._node.create_subscription(
+                    *(class_of(channel["schemaName"]), channel["topic"]),
+                    *(partial(self._pass_on, number), profile),
+                    raw=True,
+                )
 
-    def _close(self, topic: str) -> None:
-        self._listeners.pop(topic, None)
-        self._unsubscribe(topic)
-        self._channels.pop(topic)[0].close()
+    def _pass_on(self, channel: int, data: Any) -> None:
+        now = time.time_ns()
+        for client, number in self._listeners[channel]:
+            stamp = now if client.clock is None else client.clock
+            client.send_binary(1, "IQ", number, stamp, data=data)
 
-    def subscribe(self, topic: str) -> None:
-        """Pass a topic's messages on; what is latched comes again, to the newcomer too."""
-        if topic not in self._channels:
-            return
-        self._listeners[topic] += 1
-        profile = self._profile(topic)
-        latched = profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
-        if topic in self._subscriptions and not latched:
-            return
-        self._unsubscribe(topic)
-        channel, type_name = self._channels[topic]
+    def unsubscribe(self, client: Client, message: Any) -> None:
+        """Stop passing topics on, to all clients where the last listener leaves."""
+        self._leave({(client, number) for number in message["subscriptionIds"]})
 
-        def pass_on(data: Any) -> None:
-            channel.log(data, log_time=time.time_ns())
+    def forget(self, client: Client) -> None:
+        """Take note that a client is gone."""
+        self._leave({key for keys in self._listeners.values() for key in keys if key[0] is client})
 
-        self._subscriptions[topic] = self._node.create_subscription(
-            class_of(type_name), topic, pass_on, profile, raw=True
-        )
+    def _leave(self, listeners: set[tuple[Client, int]]) -> None:
+        for number in list(self._listeners):
+            self._listeners[number] -= listeners
+            if not self._listeners[number]:
+                del self._listeners[number]
+                self._end(number)
 
-    def unsubscribe(self, topic: str) -> None:
-        """Stop passing a topic on, when its last listener leaves."""
-        self._listeners[topic] -= 1
-        if self._listeners[topic] <= 0:
-            del self._listeners[topic]
-            self._unsubscribe(topic)
-
-    def _unsubscribe(self, topic: str) -> None:
-        subscription = self._subscriptions.pop(topic, None)
+    def _end(self, number: int) -> None:
+        subscription = self._subscriptions.pop(number, None)
         if subscription is not None:
             self._node.destroy_subscription(subscription)
 
@@ -114,35 +113,48 @@ class Publications:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._publishers: dict[tuple[int, int], Any] = {}
+        self._publishers: dict[tuple[Client, int], Any] = {}
 
-    def advertise(
-        self, key: tuple[int, int], topic: str, type_name: str, encoding: str
-    ) -> str | None:
-        """Make a publisher for a client's channel; return why that is not possible, if so.
+    def advertise(self, client: Client, message: Any) -> None:
+        """Make publishers for a client's channels, or say why that is not possible.
 
-        Args:
-            type_name: `package/msg/Name` or, as in ROS 1, `package/Name`.
+        Types are `package/msg/Name` or, as in ROS 1, `package/Name`.
         """
-        if encoding != "cdr":
-            return f"{topic}: encoding '{encoding}' is not taken; valid: cdr"
-        try:
-            publisher = self._node.create_publisher(class_of(_full(type_name)), topic, qos.DEFAULT)
-        except (LookupError, InvalidTopicNameException) as error:
-            return f"{topic}: {error}"
-        self._publishers[key] = publisher
-        return None
+        for channel in message["channels"]:
+            topic, key = channel["topic"], (client, channel["id"])
+            try:
+                if channel["encoding"] != "cdr":
+                    raise LookupError(f"encoding '{channel['encoding']}' is not taken; valid: cdr")
+                kind = class_of(_full(channel["schemaName"]))
+                publisher = self._node.create_publisher(kind, topic, qos.DEFAULT)
+            except (LookupError, InvalidTopicNameException) as error:
+                problem = f"{topic}: {error}"
+                self._node.get_logger().warning(problem)
+                client.send_status(WARNING, problem)
+            else:
+                self._drop(key)
+                self._publishers[key] = publisher
 
-    def unadvertise(self, key: tuple[int, int]) -> None:
-        """Drop a channel's publisher."""
+    def unadvertise(self, client: Client, message: Any) -> None:
+        """Drop the publishers of channels."""
+        for number in message["channelIds"]:
+            self._drop((client, number))
+
+    def forget(self, client: Client) -> None:
+        """Take note that a client is gone."""
+        for key in [key for key in self._publishers if key[0] is client]:
+            self._drop(key)
+
+    def _drop(self, key: tuple[Client, int]) -> None:
         publisher = self._publishers.pop(key, None)
         if publisher is not None:
             self._node.destroy_publisher(publisher)
 
-    def publish(self, key: tuple[int, int], data: bytes) -> None:
+    def publish(self, client: Client, data: bytes) -> None:
         """Publish a message, if its channel is open and it is in CDR."""
-        if key in self._publishers and data[:2] == _LITTLE_ENDIAN_CDR:
-            self._publishers[key].publish(data)
+        (number,) = struct.unpack_from("<I", data)
+        if (client, number) in self._publishers and data[4:6] == _LITTLE_ENDIAN_CDR:
+            self._publishers[client, number].publish(data[4:])
 
 
 def _full(type_name: str) -> str:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
-from arjuna_core.bags.topic import TopicQos
+from arjuna_core.bags.topic import TopicQos, request_for
 from arjuna_core.ros.context import class_of
 from arjuna_core.ros.qos import profile_of
 from bringup.recording.listener import offers_of
@@ -99,10 +99,9 @@ class Feed:
         published = types.get(self._node.resolve_topic_name(topic), [])
         type_name = next((one for one in wanted.types if one in published), wanted.types[0])
         offers, depth = offers_of(self._node, topic), 100 if wanted.every else 10
-        if not offers:
-            return _Source(topic, type_name, TopicQos(display.latched, display.latched, depth))
-        reliable, latched = (all(o.reliable for o in offers), all(o.latched for o in offers))
-        return _Source(topic, type_name, TopicQos(reliable, latched, depth))
+        usual = TopicQos(display.latched, display.latched)
+        request = replace(request_for(offers) if offers else usual, depth=depth)
+        return _Source(topic, type_name, request)
 
     def _ask(self, key: str, number: int, wanted: Wanted) -> None:
         """Ask a service once, if somebody serves it."""

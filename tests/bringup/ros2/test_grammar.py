@@ -162,6 +162,10 @@ def test_ros_arguments_are_parted_from_a_program_s_own() -> None:
             "nav2_map_server map_saver_cli -f a --occ 65 --fmt png --ros-args -r map:=/plan",
             "save-map a --timeout 10.0 --topic /plan --occ 65 --fmt png",
         ),
+        (
+            "foxglove_bridge foxglove_bridge --ros-args -p port:=8799 -p address:=0.0.0.0",
+            "view --foxglove --port 8799 --host 0.0.0.0",
+        ),
         ("slam_toolbox async_slam_toolbox_node", "slam"),
         (
             "slam_toolbox sync_slam_toolbox_node --ros-args --params-file s.yaml"
@@ -185,6 +189,13 @@ def test_run_becomes_a_command_of_arjuna(
     main(["run", *words.split()])
     assert started == [expected.split()]
     parse(started[0])
+
+
+def test_the_doctor_takes_switches_of_ros2cli(monkeypatch: pytest.MonkeyPatch) -> None:
+    started: list[list[str]] = []
+    monkeypatch.setattr(forward, "arjuna", lambda command, rest: started.append([command, *rest]))
+    main(["doctor", "--report", "--json"])
+    assert started == [["doctor", "--json"]]
 
 
 @pytest.mark.parametrize(
@@ -289,6 +300,10 @@ def test_a_known_launch_file_becomes_a_command_of_arjuna(
             "run ros_gz_sim gzserver -r empty.sdf",
         ),
         ("turtlebot3_cartographer cartographer.launch.py", "slam"),
+        (
+            "nav2_collision_monitor collision_monitor_node.launch.py params_file:=p.yaml",
+            "run nav2_collision_monitor collision_monitor --ros-args --params-file p.yaml",
+        ),
         (
             "turtlebot3_gazebo turtlebot3_world.launch.py x_pose:=1 y_pose:=0.5",
             f"sim --robot {_BURGER} --world {_PILLARS} --at 1 0.5",

@@ -208,6 +208,7 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
             "my_robot/talker --rate 5 my_robot/a b --ros-args -r __node:=r1_base -r __ns:=/r1"
             " -r chatter:=/talk",
             "arjuna slam",
+            "foxglove_bridge/foxglove_bridge",
             f"echo {FILES}",
         ],
         ["[INFO] [user]: later r1"],
@@ -219,6 +220,7 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
             "my_robot/talker --rate 5 my_robot/a b --ros-args -r __node:=r2_base -r __ns:=/r2"
             " -r chatter:=/talk",
             "arjuna slam",
+            "foxglove_bridge/foxglove_bridge",
             f"echo {FILES}",
             "echo done",
         ],
@@ -467,6 +469,7 @@ def test_every_file_is_tried() -> None:
     [
         ("opaque.launch.py", ["count:=1"], 0, {"gains": [1.0, 2.0], "nested.deep.value": True}),
         ("demo_launch.xml", [], 0, {"speed": 0.5, "label": "5", "a": 1}),
+        ("demo_launch.xml", [], 2, {"port": 8766, "address": "127.0.0.1"}),
         ("robot_launch.py", ["use_sim_time:=true"], 0, {"use_sim_time": True}),
         ("sim_launch.py", [], 1, {"robot_description": URDF, "use_sim_time": True}),
         ("namespaced.launch.py", [], 0, {"use_sim_time": True}),
@@ -517,8 +520,11 @@ def test_poses_of_robots_are_read_from_the_command_line(
     assert "b 0.0 1.57" in said
 
 
-def test_nav2_s_simulation_is_world_navigation_and_view(started: Callable[..., Started]) -> None:
-    file = add_prefix() / "share/nav2_bringup/launch/tb3_simulation_launch.py"
+@pytest.mark.parametrize("name", ["tb3_simulation", "tb4_loopback_simulation"])
+def test_nav2_s_simulation_is_world_navigation_and_view(
+    name: str, started: Callable[..., Started]
+) -> None:
+    file = add_prefix() / "share/nav2_bringup/launch" / f"{name}_launch.py"
     start = "arjuna sim --robot urdf/burger.urdf --world worlds/pillar_arena.world --at"
     found = started(str(file), "namespace:=tb3", "x_pose:=1.0", "y_pose:=0.5", "headless:=False")
     assert found.lines == [

@@ -1,30 +1,36 @@
-"""Claims: a Foxglove client gets all topics byte for byte, publishes, and sees parameters."""
+"""Claims: a Foxglove client gets all topics byte for byte, publishes, calls services, sees
+parameters as they change, the graph, meshes and the simulator's time; nonsense ends nothing."""
 
 from __future__ import annotations
 
 import json
+import math
+import socket
 import struct
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
+from pathlib import Path
 from typing import Any
 
 import pytest
-
-pytest.importorskip("foxglove", reason="no Foxglove SDK here")
-
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
-from rclpy.serialization import serialize_message
+from rclpy.parameter import Parameter
+from rclpy.serialization import deserialize_message, serialize_message
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
+from std_srvs.srv import SetBool
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, pose_stamped
 from arjuna_core.se2 import SE2
-from bringup.viewing.foxglove.bridge import Bridge, BridgeError
+from bringup.viewing.foxglove.bridge import Bridge
+from bringup.viewing.foxglove.server import SUBPROTOCOLS, BridgeError
 from tests.helpers.processes import DEADLINE
 from tests.helpers.ros import RosBench
 
@@ -32,16 +38,16 @@ from tests.helpers.ros import RosBench
 class Studio:
     """A client that speaks Foxglove's protocol, beside a robot."""
 
-    def __init__(self, ros: RosBench, bridge: Bridge, socket: Connection) -> None:
-        self.ros, self._bridge, self._socket = ros, bridge, socket
+    def __init__(self, ros: RosBench, bridge: Bridge, client: Connection) -> None:
+        self.ros, self._bridge, self.socket = ros, bridge, client
         self.texts: list[Any] = []
         self.data: list[bytes] = []
 
     def send(self, **message: Any) -> None:
-        self._socket.send(json.dumps(message))
+        self.socket.send(json.dumps(message))
 
     def publish(self, channel: int, data: bytes) -> None:
-        self._socket.send(struct.pack("<BI", 1, channel) + data)
+        self.socket.send(struct.pack("<BI", 1, channel) + data)
 
     def until(self, done: Callable[[], Any]) -> Any:
         end = time.monotonic() + DEADLINE
@@ -54,7 +60,7 @@ class Studio:
 
     def _receive(self) -> None:
         try:
-            message = self._socket.recv(timeout=0.01)
+            message = self.socket.recv(timeout=0.01)
         except TimeoutError:
             return
         if isinstance(message, str):
@@ -65,6 +71,9 @@ class Studio:
     def said(self, op: str) -> list[Any]:
         return [text for text in self.texts if text["op"] == op]
 
+    def status(self, text: str) -> Any:
+        return self.until(lambda: any(text in each["message"] for each in self.said("status")))
+
     def channel(self, topic: str) -> Any:
         return self.until(
             lambda: next(
@@ -73,23 +82,53 @@ class Studio:
             )
         )
 
+    def values(self, identity: str | None) -> Any:
+        """Return the parameters of the answer to a request, or of the last change."""
+        answers = [a for a in self.said("parameterValues") if a.get("id") == identity]
+        return {p["name"]: p for p in answers[-1]["parameters"]} if answers else None
+
+    def binaries(self, code: int) -> list[bytes]:
+        return [data[1:] for data in self.data if data[0] == code]
+
     def subscribe(self, topic: str) -> None:
         channel = self.channel(topic)["id"]
         self.send(op="subscribe", subscriptions=[{"id": channel, "channelId": channel}])
 
     def payloads(self) -> list[bytes]:
         """Return what came on subscriptions, without its head: kind, subscription and time."""
-        return [data[13:] for data in self.data if data[0] == 1]
+        return [data[12:] for data in self.binaries(1)]
 
 
 @pytest.fixture
-def studio() -> Iterator[Studio]:
+def join() -> Iterator[Callable[..., Studio]]:
+    """Yield what connects another client, by a subprotocol."""
     with ExitStack() as opened:
         ros = opened.enter_context(closing(RosBench(transport="dds")))
         bridge = opened.enter_context(closing(Bridge("127.0.0.1", 0, ros.process.context)))
-        address = f"ws://127.0.0.1:{bridge.port}"
-        socket = opened.enter_context(connect(address, subprotocols=["foxglove.sdk.v1"]))  # type: ignore[list-item]
-        yield Studio(ros, bridge, socket)
+
+        def connected(subprotocol: str = SUBPROTOCOLS[0]) -> Studio:
+            address = f"ws://127.0.0.1:{bridge.port}"
+            client = connect(address, subprotocols=[subprotocol])  # type: ignore[list-item]
+            return Studio(ros, bridge, opened.enter_context(client))
+
+        yield connected
+
+
+@pytest.fixture
+def studio(join: Callable[..., Studio]) -> Studio:
+    return join()
+
+
+@pytest.mark.parametrize("subprotocol", SUBPROTOCOLS)
+def test_the_app_takes_it_for_a_robot_of_ros_2(
+    subprotocol: str, join: Callable[..., Studio]
+) -> None:
+    studio = join(subprotocol)
+    info = studio.until(lambda: studio.said("serverInfo"))[0]
+    assert info["metadata"]["ROS_DISTRO"] == "jazzy"  # it publishes no goals to others
+    wanted = "clientPublish parameters parametersSubscribe services connectionGraph assets"
+    assert set(wanted.split()) <= set(info["capabilities"])
+    assert info["supportedEncodings"] == ["cdr"]
 
 
 def test_a_topic_is_advertised_with_its_definition(studio: Studio) -> None:
@@ -165,29 +204,176 @@ def test_a_client_sends_a_goal(studio: Studio) -> None:
 def test_a_client_hears_what_it_cannot_publish(kind: str, problem: str, studio: Studio) -> None:
     channel = {"id": 1, "topic": "/x", "encoding": "cdr", "schemaName": kind}
     studio.send(op="advertise", channels=[channel])
-    studio.until(lambda: any(problem in s["message"] for s in studio.said("status")))
+    studio.status(problem)
 
 
-def test_parameters_are_read_and_set(studio: Studio) -> None:
+def test_parameters_are_read_set_and_watched(studio: Studio) -> None:
     node = Node("robot", context=studio.ros.process.context)
     studio.ros.process.executor.add_node(node)
-    node.declare_parameter("speed", 0.5)
-    node.declare_parameter("names", ["a", "b"])
+    node.declare_parameters("", [("speed", 0.5), ("names", ["a", "b"]), ("most", [1.0, math.inf])])
     studio.until(lambda: studio.ros.node.get_service_names_and_types())
-    studio.send(op="getParameters", parameterNames=[], id="all")
 
-    def values_of(identity: str) -> Any:
-        answers = [a for a in studio.said("parameterValues") if a.get("id") == identity]
-        return {p["name"]: p.get("value") for p in answers[0]["parameters"]} if answers else None
+    def ask(op: str, identity: str, **fields: Any) -> Any:
+        studio.send(op=op, id=identity, **fields)
+        return studio.until(lambda: studio.values(identity))
 
-    values = studio.until(lambda: values_of("all"))
-    assert values["/robot.speed"] == 0.5
-    assert values["/robot.names"] == ["a", "b"]
-    new = {"name": "/robot.speed", "value": 0.75, "type": "float64"}
-    studio.send(op="setParameters", parameters=[new], id="new")
-    assert studio.until(lambda: values_of("new")) == {"/robot.speed": 0.75}
-    assert node.get_parameter("speed").value == 0.75
+    found = ask("getParameters", "all", parameterNames=[])
+    assert found["/robot.speed"] == {"name": "/robot.speed", "value": 0.5, "type": "float64"}
+    assert found["/robot.names"] == {"name": "/robot.names", "value": ["a", "b"]}
+    assert found["/robot.most"]["value"] == [1.0, None]  # JSON has no infinity
+    new = {"name": "/robot.speed", "value": 2, "type": "float64"}
+    found = ask("setParameters", "new", parameters=[new])
+    assert found["/robot.speed"]["value"] == node.get_parameter("speed").value == 2.0
+    found = ask("setParameters", "wrong", parameters=[{"name": "/robot.speed", "value": "fast"}])
+    assert found["/robot.speed"]["value"] == 2.0
+    studio.status("/robot.speed: Wrong parameter type")
+    studio.send(op="subscribeParameterUpdates", parameterNames=["/robot.speed"])
+
+    def changed() -> Any:
+        speed = node.get_parameter("speed").value + 1.0
+        node.set_parameters([Parameter("speed", value=speed), Parameter("names", value=["c"])])
+        return studio.values(None)
+
+    assert studio.until(changed).keys() == {"/robot.speed"}
     node.destroy_node()
+
+
+def test_a_service_is_called(studio: Studio) -> None:
+    def answer(request: Any, response: Any) -> Any:
+        response.message = "done"
+        return response
+
+    server = studio.ros.node.create_service(SetBool, "/switch", answer)
+    offers = studio.until(
+        lambda: [s for a in studio.said("advertiseServices") for s in a["services"]]
+    )
+    service = next(each for each in offers if each["name"] == "/switch")
+    number = service["id"]
+    assert service["requestSchema"] == service["request"]["schema"]
+    assert "bool data" in service["requestSchema"]
+    assert "string message" in service["response"]["schema"]
+    calls = [
+        (number, serialize_message(SetBool.Request()), b"cdr", ""),
+        (99999, b"", b"cdr", "Unknown service"),
+        (number, b"x", b"cdr", "failed to deserialize"),
+        (number, b"", b"json", "Unknown encoding"),
+    ]
+    for call, (asked, payload, encoding, _) in enumerate(calls):
+        studio.socket.send(struct.pack("<BIII", 2, asked, call, len(encoding)) + encoding + payload)
+    studio.until(lambda: len(studio.said("serviceCallFailure")) == 3)
+    for (asked, _, _, why), failed in zip(
+        calls[1:], studio.said("serviceCallFailure"), strict=True
+    ):
+        assert failed["serviceId"] == asked
+        assert why in failed["message"]
+    (data,) = studio.until(lambda: studio.binaries(3))
+    assert data[:15] == struct.pack("<III", number, 0, 3) + b"cdr"
+    assert deserialize_message(data[15:], SetBool.Response).message == "done"
+    studio.ros.node.destroy_service(server)
+    studio.until(lambda: any(number in a["serviceIds"] for a in studio.said("unadvertiseServices")))
+
+
+def test_the_graph_and_its_changes_are_sent(studio: Studio) -> None:
+    node = studio.ros.node
+    publisher = node.create_publisher(String, "/talk", 1)
+    server = node.create_service(SetBool, "/switch", lambda request, response: response)
+    studio.send(op="subscribeConnectionGraph")
+    own, nobody = [node.get_fully_qualified_name()], list[str]()
+
+    def nodes(kind: str, ids: str, name: str, wanted: list[str]) -> None:
+        def last() -> Any:
+            updates = [each for u in studio.said("connectionGraphUpdate") for each in u[kind]]
+            return next((each[ids] for each in reversed(updates) if each["name"] == name), None)
+
+        studio.until(lambda: last() == wanted)
+
+    nodes("publishedTopics", "publisherIds", "/talk", own)
+    nodes("subscribedTopics", "subscriberIds", "/talk", nobody)
+    nodes("advertisedServices", "providerIds", "/switch", own)
+    node.create_subscription(String, "/talk", lambda message: None, 1)
+    nodes("subscribedTopics", "subscriberIds", "/talk", own)
+    node.destroy_service(server)
+    node.destroy_publisher(publisher)
+    nodes("publishedTopics", "publisherIds", "/talk", nobody)
+    studio.until(
+        lambda: any("/switch" in u["removedServices"] for u in studio.said("connectionGraphUpdate"))
+    )
+
+
+@pytest.mark.parametrize(
+    ("uri", "problem"),
+    [
+        ("package://my_robot/meshes/wheel.stl", ""),
+        ("package://my_robot/meshes/none.stl", "is not found"),
+        ("package://my_robot/package.xml", "is not given out"),
+        ("package://my_robot/../secret.png", "is not given out"),
+        ("file:///etc/wheel.stl", "is not given out"),
+    ],
+)
+def test_meshes_of_packages_are_sent(
+    uri: str, problem: str, studio: Studio, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    meshes = tmp_path / "my_robot" / "meshes"
+    meshes.mkdir(parents=True)
+    for path in (meshes / "wheel.stl", meshes.parent / "package.xml", tmp_path / "secret.png"):
+        path.write_text("content")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    studio.send(op="fetchAsset", uri=uri, requestId=7)
+    (data,) = studio.until(lambda: studio.binaries(4))
+    number, status, length = struct.unpack_from("<IBI", data)
+    assert (number, status) == (7, bool(problem))
+    assert problem in data[9 : 9 + length].decode()
+    assert data[9 + length :] == (b"" if problem else b"content")
+
+
+def test_time_is_the_simulators_where_there_is_one(join: Callable[..., Studio]) -> None:
+    clock = Clock(clock=Time(sec=12, nanosec=500))
+    now = struct.pack("<Q", 12_000_000_500)
+    early = join()
+    early.ros.publish(Clock, "/clock", clock)
+    early.channel("/clock")
+    studio = join()
+    studio.subscribe("/clock")
+
+    def came() -> Any:
+        studio.ros.publish(Clock, "/clock", clock)
+        return studio.binaries(1) and studio.binaries(2)
+
+    assert studio.until(came)[0] == now
+    assert studio.binaries(1)[-1][4:12] == now
+    assert "time" in studio.said("serverInfo")[0]["capabilities"]
+
+
+def test_nonsense_and_who_leaves_take_nothing_from_others(join: Callable[..., Studio]) -> None:
+    leaving, staying = join(), join()
+    talk = leaving.ros.node.create_publisher(String, "/talk", 1)
+    for studio in (leaving, staying):
+        studio.subscribe("/talk")
+    texts = ["", "{", "[" * 5000, "7", "[]", '{"op": "what"}', '{"op": "subscribe"}', '{"op": []}']
+    texts += ['{"op": "fetchAsset", "uri": "a"}', '{"op": "advertise", "channels": [{"topic": 1}]}']
+    texts += ['{"op": "setParameters", "parameters": [{"name": "/a.b", "value": {}}]}']
+    nonsense: list[str | bytes] = [*texts, b"", b"\x09", b"\x01", b"\x02abc", b"\xff" * 999]
+    for each in nonsense:
+        leaving.socket.send(each)
+    leaving.until(lambda: len(leaving.said("status")) == len(nonsense))
+    assert all("Invalid message: " in each["message"] for each in leaving.said("status"))
+    leaving.socket.close()
+
+    def came() -> Any:
+        talk.publish(String(data="still here"))
+        return staying.payloads()
+
+    staying.until(came)
+
+
+def test_what_is_no_client_is_turned_away_without_a_word(caplog: pytest.LogCaptureFixture) -> None:
+    with (
+        closing(Bridge("127.0.0.1", 0)) as bridge,
+        socket.create_connection(("127.0.0.1", bridge.port), DEADLINE) as other,
+    ):
+        other.shutdown(socket.SHUT_WR)
+        assert other.recv(1) == b""
+    assert not caplog.records
 
 
 def test_an_address_of_another_machine_is_refused() -> None:

@@ -190,6 +190,15 @@ depthimage_to_laserscan:
     scan_height: 1
     output_frame: "camera_depth_frame"
 """,
+    ("nav2_map_server", "costmap_filter_info_server"): """
+costmap_filter_info_server:
+  ros__parameters:
+    type: 0
+    filter_info_topic: "/costmap_filter_info"
+    mask_topic: "/keepout_filter_mask"
+    base: 0.0
+    multiplier: 1.0
+""",
     ("joy", "joy_node"): """
 joy_node:
   ros__parameters:

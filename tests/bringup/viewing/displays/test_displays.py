@@ -205,6 +205,23 @@ def test_a_wrench_is_two_arrows_as_long_as_they_are_strong() -> None:
     assert len(taken("Wrench", wrench(vector(0.0), vector(1.0)))[""].positions) == 1
 
 
+@pytest.mark.parametrize(("encoding", "kind", "unit"), [("32FC1", "<f4", 1), ("16UC1", "<u2", 1e3)])
+def test_a_depth_picture_is_points_by_the_camera_beside_it(
+    encoding: str, kind: str, unit: float
+) -> None:
+    depths = (unit * np.array([[0.0, 2.0], [0.0, 4.0]])).astype(kind)
+    data = np.frombuffer(depths.tobytes(), np.uint8)
+    size = {"height": 2, "width": 2, "step": len(data) // 2, "encoding": encoding}
+    image = make(f"{SENSORS}/Image", header=header("optical"), data=data, **size)
+    camera = make(f"{SENSORS}/CameraInfo", k=np.array([2.0, 0, 1, 0, 4, 0, 0, 0, 1]))
+    display = DisplaySpec("DepthCloud", "", "front/depth/image").make()
+    assert display.wanted()[1].topic == "front/depth/camera_info"
+    assert display.take(image) is display.take(camera) is None
+    drawn: Any = dict(display.take(image) or {})[""]
+    assert drawn.frame == "optical"
+    assert drawn.points.tolist() == [[0.0, 0.0, 2.0], [0.0, 1.0, 4.0]]
+
+
 @pytest.mark.parametrize(("w", "turn"), [(1.0, [1, 0, 0, 0]), (0.0, [1, 0, 0, 0])])
 def test_an_imu_is_axes_and_an_arrow_also_where_it_knows_no_orientation(
     w: float, turn: list[float]
