@@ -12,6 +12,7 @@ import yaml
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.config import load
+from arjuna_core.errors import InputFileError
 from arjuna_nav.costmap import CostmapConfig
 from bringup.cli import parse
 from bringup.parameters.checking import check_file
@@ -78,6 +79,8 @@ def test_a_file_of_nav2_means_here_what_it_means_there(name: str, tmp_path: Path
     for node, values in NAV2[name]["becomes"].items():
         assert {key: found.parameters[node][key] for key in values} == values
     assert len(found.remarks) == NAV2[name].get("remarks", len(found.remarks))
+    said = "\n".join(map(str, found.remarks))
+    assert [reason for reason in NAV2[name].get("reasons", ()) if reason not in said] == []
 
 
 def test_nothing_is_kept_of_a_plugin_that_the_file_replaces(tmp_path: Path) -> None:
@@ -100,6 +103,33 @@ def test_a_map_that_nobody_has_is_a_note(tmp_path: Path) -> None:
         "no effect yet: map_server: yaml_filename: there is no /no/map.yaml; 'nav --map FILE' takes"
         " its place"
     ]
+
+
+@pytest.mark.parametrize("name", ["FILLED_AT_LAUNCH", "see the launch file", "/no/tree.xml"])
+def test_a_tree_that_nobody_has_leaves_the_default_one(name: str, tmp_path: Path) -> None:
+    key = "default_nav_to_pose_bt_xml"
+    path = written(tmp_path, f"bt_navigator: {{ros__parameters: {{{key}: {name}}}}}")
+    found = check_file(path)
+    assert found.problems == []
+    (remark,) = found.remarks
+    assert f"unknown: bt_navigator: {key}: there is no behavior tree '{name}'; the" in str(remark)
+    assert key not in found.parameters["bt_navigator"]
+
+
+@pytest.mark.parametrize("folder", ["/opt/somewhere/", "$(find-pkg-share nav2_bt_navigator)/"])
+def test_a_tree_of_nav2_s_is_known_by_its_name(folder: str, tmp_path: Path) -> None:
+    name = f"{folder}navigate_to_pose_w_replanning_and_recovery.xml"
+    text = f'bt_navigator: {{ros__parameters: {{default_nav_to_pose_bt_xml: "{name}"}}}}'
+    assert check_file(written(tmp_path, text)).remarks == []
+
+
+def test_a_lattice_that_nobody_has_is_refused_before_anything_starts(tmp_path: Path) -> None:
+    lattice = "plugin: nav2_smac_planner/SmacPlannerLattice, lattice_filepath: /no/output.json"
+    path = written(tmp_path, f"planner_server: {{ros__parameters: {{GridBased: {{{lattice}}}}}}}")
+    (problem,) = check_file(path).problems
+    assert "planner_server: /no/output.json: there is no such file of lattice" in problem
+    with pytest.raises(InputFileError, match="without lattice_filepath, pieces bend by"):
+        gather(parse(["demo", "--params", str(path)]))
 
 
 def test_the_demo_makes_its_own_map(tmp_path: Path) -> None:
