@@ -341,7 +341,8 @@ def on_real_rollers(omni: bool, count: int = 8) -> Robot:
         omni: Whether they are three omni wheels about its middle, else four mecanum wheels.
         count: Rollers of a wheel.
     """
-    wheels, slants = four("{end}_{side}_hub"), (1.0, -1.0, -1.0, 1.0)
+    wheels = four("{end}_{side}_hub")
+    slants: tuple[float, ...] = (1.0, -1.0, -1.0, 1.0)
     if omni:
         turns = [2.0 * math.pi * i / 3 for i in range(3)]
         wheels = tuple(
