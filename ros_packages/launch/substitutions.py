@@ -61,10 +61,12 @@ def is_true(text: str) -> bool:
 class LaunchConfiguration(Substitution):
     """The value of a configuration."""
 
-    def __init__(
-        self, variable_name: SomeSubstitutionsType, *, default: SomeSubstitutionsType | None = None
-    ) -> None:
-        self.variable_name, self.default = variable_name, default
+    def __init__(self, variable_name: SomeSubstitutionsType, *, default: Any = None) -> None:
+        self.variable_name = variable_name
+        parts = default if isinstance(default, list | tuple) else [default]
+        texts = str | os.PathLike | Substitution | list | tuple
+        named = [part if isinstance(part, texts) else str(part) for part in parts]
+        self.default = None if default is None else named
 
     def perform(self, context: LaunchContext) -> str:
         name = perform_substitutions(context, self.variable_name)

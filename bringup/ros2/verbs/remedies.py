@@ -22,6 +22,8 @@ REMEDIES = {
     "rqt_gui": "'arjuna view' has plots and nodes",
     "rqt_graph": "'arjuna top' and 'arjuna tf' list nodes and frames",
     "moveit_ros_move_group": "arms are not planned for here",
+    "foxglove_bridge": "'arjuna view --foxglove' serves Foxglove",
+    "turtlebot3_bringup": _DRIVER,
     "moveit_configs_utils": "arms are not planned for here",
     "webots_ros2_driver": "worlds of Webots are not read: 'arjuna sim' simulates",
     "turtlesim": "it draws on a screen of its own: 'arjuna sim' is the robot here",

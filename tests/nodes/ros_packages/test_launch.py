@@ -45,6 +45,7 @@ from launch.substitutions import (
 )
 from launch_ros import lifecycle
 from launch_ros.actions import LifecycleTransition
+from launch_ros.parameter_descriptions import ParameterValue, value_of
 from nav2_common.launch import RewrittenYaml
 
 _FOREVER = ["sleep", "60"]
@@ -297,6 +298,9 @@ def test_a_text_with_substitutions(text: str, value: str) -> None:
         (PythonExpression(["'", LaunchConfiguration("a"), "' == '1' and pi > 3"]), "True"),
         (Command(["echo ", "-n ", LaunchConfiguration("a")]), "1"),
         (LaunchConfiguration("a") == "1", "true"),
+        (LaunchConfiguration("b", default=False), "False"),
+        (LaunchConfiguration("b", default=["x", 5]), "x5"),
+        (LaunchConfiguration("b", default=LaunchConfiguration("path")), "/x"),
         (LaunchConfiguration("a") != "2", "true"),
     ],
 )
@@ -318,6 +322,26 @@ def test_a_substitution_has_its_value(substitution: Any, value: str) -> None:
 def test_a_substitution_without_a_value_says_why(substitution: Substitution, problem: str) -> None:
     with pytest.raises(SubstitutionFailure, match=problem.replace("(", "\\(")):
         substitution.perform(LaunchContext())
+
+
+@pytest.mark.parametrize(
+    ("given", "value"),
+    [
+        ([1, 2.5], "[1.0, 2.5]"),
+        ([0, 1], "[0, 1]"),
+        ([True, False], "[True, False]"),
+        (["a", "5"], "['a', '5']"),
+        (["[0, ", LaunchConfiguration("a"), ".5]"], "[0.0, 1.5]"),
+        ([["x", LaunchConfiguration("a")], "y"], "['x1', 'y']"),
+        (LaunchConfiguration("a"), "1"),
+        (ParameterValue(LaunchConfiguration("a"), value_type=str), "'1'"),
+        (ParameterValue(LaunchConfiguration("a"), value_type=float), "1.0"),
+    ],
+)
+def test_a_parameter_has_one_type(given: Any, value: str) -> None:
+    context = LaunchContext()
+    context.launch_configurations.update(CONTEXT)
+    assert repr(value_of(context, given)) == value
 
 
 def test_a_substitution_of_one_s_own_is_known_in_texts() -> None:
