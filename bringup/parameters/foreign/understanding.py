@@ -20,6 +20,7 @@ from bringup.stack import NodeSpec, program_of
 
 _NAMESPACE = "<robot_namespace>"
 _PLACEHOLDER = re.compile(r".*(<\w+>|\$\{.+\}|\$\((?!find-pkg-share).+\)).*")
+_XML = re.compile(r"/>|</\w")
 _KEYWORD = re.compile(r"[A-Z][A-Z0-9]*_[A-Z0-9_]+")
 _FILLED = "a launch file fills '{}'; the default holds"
 _CLASS_KEYS = ("plugin", "robot_model_type")
@@ -90,6 +91,8 @@ def _filled(value: Any, namespace: str) -> Any:
 
 def _is_placeholder(key: str, value: str) -> bool:
     """Return whether a launch file is to fill a value: `<name>`, `$(...)`, corners' names."""
+    if _XML.search(value):  # a robot's description in one line
+        return False
     named = key.rpartition(".")[2] == "footprint" and re.search("[A-Za-z]{2}", value)
     return bool(named or _PLACEHOLDER.fullmatch(value))
 
