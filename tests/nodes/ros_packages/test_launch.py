@@ -121,6 +121,17 @@ def test_a_required_processs_end_ends_all(
     assert (code, other.return_code) == (0, -signal.SIGINT)
 
 
+def test_an_end_that_no_process_s_end_asks_for_blames_none(
+    launched: Callable[..., tuple[int, str]],
+) -> None:
+    done, other = ExecuteProcess(cmd=["true"]), ExecuteProcess(cmd=_FOREVER)
+    noted = RegisterEventHandler(OnProcessExit(target_action=done, on_exit=[LogInfo(msg="done")]))
+    code, printed = launched(
+        other, noted, done, TimerAction(period=0.5, actions=[Shutdown(reason="time is up")])
+    )
+    assert (code, "done" in printed, "was required" in printed) == (0, True, False)
+
+
 def test_a_process_that_stays_is_ended_by_force(launched: Callable[..., tuple[int, str]]) -> None:
     deaf = ExecuteProcess(
         cmd=["bash", "-c", "trap '' INT TERM; echo deaf; sleep 30 & wait; wait"],
