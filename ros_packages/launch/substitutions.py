@@ -50,6 +50,9 @@ __all__ = [
 ]
 
 
+_TEXTS = (str, os.PathLike, Substitution, list, tuple)
+
+
 def is_true(text: str) -> bool:
     """Return whether a text is true or 1, rather than false or 0."""
     plain = text.strip().lower()
@@ -63,9 +66,8 @@ class LaunchConfiguration(Substitution):
 
     def __init__(self, variable_name: SomeSubstitutionsType, *, default: Any = None) -> None:
         self.variable_name = variable_name
-        parts = default if isinstance(default, list | tuple) else [default]
-        texts = str | os.PathLike | Substitution | list | tuple
-        named = [part if isinstance(part, texts) else str(part) for part in parts]
+        parts: Any = default if isinstance(default, list | tuple) else [default]
+        named: list[Any] = [part if isinstance(part, _TEXTS) else str(part) for part in parts]
         self.default = None if default is None else named
 
     def perform(self, context: LaunchContext) -> str:
