@@ -209,6 +209,10 @@ def _beside_navigation(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSp
     return list(found.values())
 
 
+def _further(name: str) -> NodeSpec:
+    return _beside_navigation([name])[0]
+
+
 def fusion_nodes(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
     """Return robot_localization's nodes: the filters' sections, of any name, have sensors' masks.
 
@@ -304,9 +308,11 @@ NAV2_PROGRAMS: dict[tuple[str, str], NodeSpec] = {
     ("nav2_amcl", "amcl"): AMCL,
     ("nav2_behaviors", "behavior_server"): BEHAVIOR_SERVER,
     ("nav2_bt_navigator", "bt_navigator"): BT_NAVIGATOR,
+    ("nav2_collision_monitor", "collision_detector"): _further("collision_detector"),
     ("nav2_collision_monitor", "collision_monitor"): COLLISION_MONITOR,
     ("nav2_controller", "controller_server"): CONTROLLER_SERVER,
     ("nav2_lifecycle_manager", "lifecycle_manager"): LIFECYCLE_MANAGER,
+    ("nav2_map_server", "costmap_filter_info_server"): _further("costmap_filter_info_server"),
     ("nav2_map_server", "map_saver_server"): MAP_SAVER,
     ("nav2_map_server", "map_server"): MAP_SERVER,
     ("nav2_planner", "planner_server"): PLANNER_SERVER,
@@ -321,7 +327,7 @@ _WITH_COSTMAP = {CONTROLLER_SERVER: LOCAL_COSTMAP, PLANNER_SERVER: GLOBAL_COSTMA
 
 
 def program_of(section: str) -> tuple[str, str] | None:
-    """Return the package and the executable of which a section has the name, or its node's."""
+    """Return package and executable of the node that a section names, in either way."""
     usual = {executable: (package, executable) for package, executable in PROGRAMS}
     usual |= {spec.name: names for names, spec in reversed(PROGRAMS.items())}
     return usual.get(section.rpartition("/")[2])

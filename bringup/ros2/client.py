@@ -19,7 +19,9 @@ from arjuna_core.ros.context import full_names
 from bringup.client.session import POLL, Connection
 from bringup.ros2.discovery import discover
 from bringup.ros2.errors import Ros2Error, check_interrupts
+from bringup.ros2.verbs.forward import LAUNCHED
 
+_STARTING = 20.0  # [s] in which a node of Python is there on a busy machine
 Names = Sequence[tuple[str, Sequence[str]]]
 """Names of the graph, each with its types."""
 
@@ -76,13 +78,15 @@ class Client(Connection):
         return sorted(visible(full_names(self.node), hidden))
 
     def find_node(self, name: str, hidden: bool = False) -> str:
-        """Wait for a node and return its full name.
+        """Wait for a node, in a launch file for one that starts; return its full name.
 
         Raises:
             Ros2Error: There is none.
         """
         full = absolute(name)
-        if not self.discover(lambda: full in self.nodes(hidden)):
+        starts = self._limit is None and LAUNCHED in os.environ
+        patience = _STARTING if starts else self._limit
+        if not discover(self, lambda: full in self.nodes(hidden), patience):
             raise Ros2Error("Node not found")
         return full
 

@@ -82,7 +82,7 @@ def turtlebot3_spawn() -> LaunchDescription:
     """Put the Burger into the world: `x_pose`, `y_pose`."""
     x, y = (LaunchConfiguration(f"{axis}_pose", default="0.0") for axis in "xy")
     file = str(shipped_file("urdf/burger.urdf"))
-    words = ["-name", "burger", "-file", file, "-x", x, "-y", y, "-z", "0.01"]
+    words: list[Any] = ["-name", "burger", "-file", file, "-x", x, "-y", y, "-z", "0.01"]
     spawner = Node(package="ros_gz_sim", executable="create", arguments=words, output="screen")
     model = os.environ.get(_MODEL, "burger")
     remark = LogInfo(msg=f"the Burger stands for {_MODEL}={model}")

@@ -176,6 +176,8 @@ PLUGINS = {
         for package, name in NAV2_PROGRAMS
     },
     "behavior_server::BehaviorServer": ("nav2_behaviors", "behavior_server"),
+    "demo_nodes_cpp::Listener": ("demo_nodes_cpp", "listener"),
+    "demo_nodes_cpp::Talker": ("demo_nodes_cpp", "talker"),
     "nav2_amcl::AmclNode": ("nav2_amcl", "amcl"),
     "opennav_docking::DockingServer": ("opennav_docking", "opennav_docking"),
     "slam_toolbox::AsynchronousSlamToolbox": ("slam_toolbox", "async_slam_toolbox_node"),

@@ -72,6 +72,10 @@ _GAZEBO = {
 }
 _OF_ROS1 = ("turtlebot3_navigation", "turtlebot3_slam", "turtlebot3_teleop")
 SHIPPED = {
+    **{
+        f"nav2_bt_navigator/behavior_trees/{path.name}": f"behavior_trees/{path.name}"
+        for path in sorted(shipped_file("behavior_trees").glob("*.xml"))
+    },
     "gazebo_ros/worlds/empty.world": "worlds/empty.world",
     "nav2_bringup/maps/tb3_sandbox.yaml": "maps/pillar_arena.yaml",
     "nav2_bringup/maps/pillar_arena.png": "maps/pillar_arena.png",

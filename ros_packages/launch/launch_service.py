@@ -107,10 +107,12 @@ class LaunchService:
 
     def _handle_by(self, handler: BaseEventHandler, event: Event) -> None:
         context = self.context
+        before = getattr(context.locals, "event", None)
         context.within(
             handler.configurations,
             lambda: self._visit_all(handler.handle(event, context) or ()),
         )
+        context.extend_locals({"event": before})
 
     def _guarded(self, do: Callable[[], None]) -> None:
         try:

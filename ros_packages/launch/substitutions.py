@@ -50,6 +50,9 @@ __all__ = [
 ]
 
 
+_TEXTS = (str, os.PathLike, Substitution, list, tuple)
+
+
 def is_true(text: str) -> bool:
     """Return whether a text is true or 1, rather than false or 0."""
     plain = text.strip().lower()
@@ -61,10 +64,11 @@ def is_true(text: str) -> bool:
 class LaunchConfiguration(Substitution):
     """The value of a configuration."""
 
-    def __init__(
-        self, variable_name: SomeSubstitutionsType, *, default: SomeSubstitutionsType | None = None
-    ) -> None:
-        self.variable_name, self.default = variable_name, default
+    def __init__(self, variable_name: SomeSubstitutionsType, *, default: Any = None) -> None:
+        self.variable_name = variable_name
+        parts: Any = default if isinstance(default, list | tuple) else [default]
+        named: list[Any] = [part if isinstance(part, _TEXTS) else str(part) for part in parts]
+        self.default = None if default is None else named
 
     def perform(self, context: LaunchContext) -> str:
         name = perform_substitutions(context, self.variable_name)

@@ -87,7 +87,7 @@ def value_of(context: LaunchContext, value: Any, kind: Any = None, typed: bool =
     if isinstance(value, Substitution) or (several and any(_is_one_text(value))):
         value, typed = perform_substitutions(context, value), True
     elif several:
-        return [value_of(context, one) for one in value]
+        return _uniform([value_of(context, one) for one in value])
     value = found_here(value) if isinstance(value, str) else value
     kind = _TYPES.get(kind, kind) if isinstance(kind, str) else kind
     if not isinstance(value, str) or kind is str or not (typed or kind):
@@ -100,7 +100,13 @@ def value_of(context: LaunchContext, value: Any, kind: Any = None, typed: bool =
         return value  # a robot's description may look like a mapping, and keeps its lines
     if kind in (int, float, bool):
         return kind(found)
-    return found
+    return _uniform(found) if isinstance(found, list) else found
+
+
+def _uniform(values: list[Any]) -> list[Any]:
+    """Return numbers of which some are floats as floats: a list of ROS has one type."""
+    kinds = {type(value) for value in values}
+    return [float(value) for value in values] if kinds == {int, float} else values
 
 
 def _is_one_text(parts: Iterable[Any]) -> Iterable[bool]:

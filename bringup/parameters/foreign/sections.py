@@ -15,6 +15,7 @@ from bringup.stack import NodeSpec, program_of
 FILLED = "a launch file fills '{}'; the default holds"
 _NAMESPACE = "<robot_namespace>"
 _PLACEHOLDER = re.compile(r".*(<\w+>|\$\{.+\}|\$\((?!find-pkg-share).+\)).*")
+_XML = re.compile(r"/>|</\w")
 
 
 def sections_by_node(
@@ -60,6 +61,8 @@ def _filled(value: Any, namespace: str) -> Any:
 
 def _is_placeholder(key: str, value: str) -> bool:
     """Return whether a launch file is to fill a value: `<name>`, `$(...)`, corners' names."""
+    if _XML.search(value):  # a robot's description in one line
+        return False
     named = key.rpartition(".")[2] == "footprint" and re.search("[A-Za-z]{2}", value)
     return bool(named or _PLACEHOLDER.fullmatch(value))
 

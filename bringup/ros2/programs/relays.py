@@ -1,4 +1,4 @@
-"""`ros2 run topic_tools relay`, `throttle`, `drop`, and `twist_stamper`: topics of topics."""
+"""`ros2 run topic_tools relay`, `twist_stamper`, `image_transport republish`: topics of topics."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from typing import Any, NamedTuple
 
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.qos import QoSProfile
+from sensor_msgs.msg import CompressedImage, Image
 
+from arjuna_core.ros import qos
 from arjuna_core.ros.context import class_of
 from bringup.ros2.client import Client
 from bringup.ros2.errors import Ros2Error
@@ -118,13 +120,57 @@ def unstamp(words: list[str]) -> None:
     _turn("twist_unstamper", TwistStamped, Twist, lambda stamped, now: stamped.twist)
 
 
-def _turn(name: str, kind: Any, into: Any, turned: Callable[[Any, Any], Any]) -> None:
+def _turn(
+    name: str,
+    kind: Any,
+    into: Any,
+    turned: Callable[[Any, Any], Any],
+    topics: tuple[str, str] = ("cmd_vel_in", "cmd_vel_out"),
+) -> None:
     with Client(argparse.Namespace(), name) as client:
         node = client.node
-        publisher = node.create_publisher(into, "cmd_vel_out", _DEPTH)
+        publisher = node.create_publisher(into, topics[1], _DEPTH)
 
         def received(message: Any) -> None:
             publisher.publish(turned(message, node.get_clock().now().to_msg()))
 
-        node.create_subscription(kind, "cmd_vel_in", received, _DEPTH)
+        profile = qos.SENSOR_SUBSCRIPTION if kind in (Image, CompressedImage) else _DEPTH
+        node.create_subscription(kind, topics[0], received, profile)
         client.spin(lambda: False)
+
+
+def republish(words: list[str]) -> None:
+    """Hand pictures on, compressed or not: `republish raw compressed`.
+
+    Raises:
+        Ros2Error: A transport is neither raw nor compressed.
+    """
+    given = ros_arguments(words)
+    usual = [given.parameters.get(f"{side}_transport", "raw") for side in ("in", "out")]
+    source, target = [*given.own, *usual[len(given.own) :]][:2]
+    if {source, target} - set(_PICTURES):
+        raise Ros2Error(f"republish {source} {target}: valid: {', '.join(_PICTURES)}")
+    from cv_bridge import CvBridge
+
+    bridge = CvBridge()
+
+    def turned(message: Any, now: Any) -> Any:
+        picture = (
+            bridge.imgmsg_to_cv2(message, "bgr8")
+            if source == "raw"
+            else bridge.compressed_imgmsg_to_cv2(message, "bgr8")
+        )
+        made = (
+            bridge.cv2_to_imgmsg(picture, "bgr8")
+            if target == "raw"
+            else bridge.cv2_to_compressed_imgmsg(picture)
+        )
+        made.header = message.header
+        return made
+
+    kinds = _PICTURES[source][0], _PICTURES[target][0]
+    topics = f"in{_PICTURES[source][1]}", f"out{_PICTURES[target][1]}"
+    _turn("image_republisher", *kinds, turned, topics)
+
+
+_PICTURES = {"raw": (Image, ""), "compressed": (CompressedImage, "/compressed")}

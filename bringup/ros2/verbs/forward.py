@@ -219,6 +219,12 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("tf2_ros", "tf2_echo"): f"{_PROGRAMS}.tf2_echo",
     ("tf2_tools", "view_frames"): f"{_PROGRAMS}.view_frames",
     **{("topic_tools", name): f"{_RELAYS}:{name}" for name in ("drop", "relay", "throttle")},
+    **{
+        (f"demo_nodes_{kind}", name): f"{_PROGRAMS}.demo:{name.removesuffix('er')}"
+        for kind in ("cpp", "py")
+        for name in ("talker", "listener")
+    },
+    ("image_transport", "republish"): f"{_RELAYS}:republish",
     ("twist_stamper", "twist_stamper"): f"{_RELAYS}:stamp",
     ("twist_stamper", "twist_unstamper"): f"{_RELAYS}:unstamp",
     ("xacro", "xacro"): _xacro,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 from pathlib import Path
+from typing import Any
 from xml.sax.saxutils import escape
 
 from ament_index_python import get_package_prefix, get_packages_with_prefixes
@@ -62,6 +63,15 @@ script_dir=$base/lib/{0}
 [install]
 install_scripts=$base/lib/{0}
 """
+_CMAKE = """cmake_minimum_required(VERSION 3.8)
+project({0})
+
+find_package(ament_cmake REQUIRED)
+{1}
+# install(DIRECTORY launch urdf DESTINATION share/${{PROJECT_NAME}})
+
+ament_package()
+"""
 _NODE = """def main():
     print('Hi from {0}.')
 
@@ -72,27 +82,27 @@ if __name__ == '__main__':
 
 
 def create(arguments: argparse.Namespace) -> None:
-    """Write the files of a new package of Python."""
+    """Write the files of a new package: of Python, or of launch files and other data."""
     given, name, node = vars(arguments), arguments.package_name, arguments.node_name
+    is_python = arguments.build_type == "ament_python"
+    if node and not is_python:
+        raise Ros2Error(
+            f"'{node}' would be C++, which is not built here; --build-type ament_python"
+        )
     if not re.fullmatch(r"[a-z]\w*", name):
         raise Ros2Error(f"'{name}' is no name of a package; valid: small letters, digits and _")
     folder = Path(arguments.destination_directory) / name
     if folder.exists():
         raise Ros2Error(f"Aborted! The directory already exists: {folder.resolve()}")
     depends = "".join(f"  <depend>{one}</depend>\n" for one in arguments.dependencies)
+    if not is_python:
+        depends = f"  <buildtool_depend>ament_cmake</buildtool_depend>\n\n{depends}"
     texts = {
         "package.xml": _MANIFEST.format(
             **{key: escape(str(value)) for key, value in given.items()},
             depends=depends + ("\n" if depends else ""),
         ),
-        "setup.py": _SETUP.format(
-            **{key: str(value).replace("'", "\\'") for key, value in given.items()},
-            scripts=f"            '{node} = {name}.{node}:main',\n" if node else "",
-        ),
-        "setup.cfg": _CONFIG.format(name),
-        f"resource/{name}": "",
-        f"{name}/__init__.py": "",
-        **({f"{name}/{node}.py": _NODE.format(name)} if node else {}),
+        **(_python_files(given, name, node) if is_python else _cmake_files(given, name)),
     }
     print(f"going to create a new package\npackage name: {name}")
     print(f"destination directory: {folder.parent.resolve()}\nbuild type: {arguments.build_type}")
@@ -101,6 +111,23 @@ def create(arguments: argparse.Namespace) -> None:
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_text(text, encoding="utf-8")
         print(f"creating {folder / path}")
+
+
+def _python_files(given: dict[str, Any], name: str, node: str | None) -> dict[str, str]:
+    quoted = {key: str(value).replace("'", "\\'") for key, value in given.items()}
+    scripts = f"            '{node} = {name}.{node}:main',\n" if node else ""
+    return {
+        "setup.py": _SETUP.format(**quoted, scripts=scripts),
+        "setup.cfg": _CONFIG.format(name),
+        f"resource/{name}": "",
+        f"{name}/__init__.py": "",
+        **({f"{name}/{node}.py": _NODE.format(name)} if node else {}),
+    }
+
+
+def _cmake_files(given: dict[str, Any], name: str) -> dict[str, str]:
+    needs = "".join(f"find_package({one} REQUIRED)\n" for one in given["dependencies"])
+    return {"CMakeLists.txt": _CMAKE.format(name, needs)}
 
 
 def list_(arguments: argparse.Namespace) -> None:

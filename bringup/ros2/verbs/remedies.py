@@ -23,6 +23,10 @@ REMEDIES = {
     "rqt_graph": "'arjuna view --foxglove' serves Foxglove, whose panel Topic Graph draws it",
     "rqt_reconfigure": "'arjuna view --foxglove' serves Foxglove, whose panel Parameters sets them",
     "moveit_ros_move_group": "arms are not planned for here",
+    "foxglove_bridge": "'arjuna view --foxglove' serves Foxglove",
+    "turtlebot3_bringup": _DRIVER,
+    "moveit_configs_utils": "arms are not planned for here",
+    "webots_ros2_driver": "worlds of Webots are not read: 'arjuna sim' simulates",
     "turtlesim": "it draws on a screen of its own: 'arjuna sim' is the robot here",
 }
 """What to do instead, by the package that is not there."""

@@ -83,6 +83,19 @@ def test_only_a_linked_package_follows_its_source(source: Path, linked: bool) ->
     assert installed.read_text() == ("<launch>\n</launch>" if linked else "<launch/>")
 
 
+def test_a_package_of_launch_files_is_created(source: Path) -> None:
+    folder = _create(source, "my_bot", "--build-type", "ament_cmake", "--dependencies", "xacro")
+    (folder / "launch").mkdir()
+    (folder / "launch" / "a.launch.xml").write_text("<launch><arg name='speed'/></launch>")
+    text = (folder / "CMakeLists.txt").read_text()
+    assert "find_package(xacro REQUIRED)\n" in text
+    line = "install(DIRECTORY launch DESTINATION share/${PROJECT_NAME})\nament_package()"
+    (folder / "CMakeLists.txt").write_text(text.replace("ament_package()", line))
+    assert colcon(["build"]) == 0
+    assert "'speed':" in _sourced("ros2 launch my_bot a.launch.xml --show-args")
+    assert _sourced("ros2 pkg xml my_bot -t depend") == "xacro\n"
+
+
 def test_the_guide_s_shortest_setup_py_will_do(source: Path) -> None:
     folder = _create(source, "my_robot")
     (folder / "my_robot" / "minimal_node.py").write_text("def main():\n    print('alive')\n")
@@ -202,6 +215,10 @@ def test_a_workspace_that_makes_no_sense_is_refused(
     [
         (["pkg", "create", "My-Robot"], "'My-Robot' is no name of a package"),
         (["pkg", "create", "src"], "The directory already exists"),
+        (
+            ["pkg", "create", "--build-type", "ament_cmake", "--node-name", "drive", "a"],
+            "'drive' would be C++, which is not built here; --build-type ament_python",
+        ),
         (["run", "my_robot", "hello"], "'source install/setup.bash' of its workspace first"),
         (["run", "cartographer_ros", "x"], "online_async_launch.py' maps"),
     ],

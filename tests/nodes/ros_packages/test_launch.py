@@ -45,6 +45,7 @@ from launch.substitutions import (
 )
 from launch_ros import lifecycle
 from launch_ros.actions import LifecycleTransition
+from launch_ros.parameter_descriptions import ParameterValue, value_of
 from nav2_common.launch import RewrittenYaml
 
 _FOREVER = ["sleep", "60"]
@@ -118,6 +119,17 @@ def test_a_required_processs_end_ends_all(
     assert "exit code 3" in printed
     assert "was required: shutting down" in printed
     assert (code, other.return_code) == (0, -signal.SIGINT)
+
+
+def test_an_end_that_no_process_s_end_asks_for_blames_none(
+    launched: Callable[..., tuple[int, str]],
+) -> None:
+    done, other = ExecuteProcess(cmd=["true"]), ExecuteProcess(cmd=_FOREVER)
+    noted = RegisterEventHandler(OnProcessExit(target_action=done, on_exit=[LogInfo(msg="done")]))
+    code, printed = launched(
+        other, noted, done, TimerAction(period=0.5, actions=[Shutdown(reason="time is up")])
+    )
+    assert (code, "done" in printed, "was required" in printed) == (0, True, False)
 
 
 def test_a_process_that_stays_is_ended_by_force(launched: Callable[..., tuple[int, str]]) -> None:
@@ -297,6 +309,9 @@ def test_a_text_with_substitutions(text: str, value: str) -> None:
         (PythonExpression(["'", LaunchConfiguration("a"), "' == '1' and pi > 3"]), "True"),
         (Command(["echo ", "-n ", LaunchConfiguration("a")]), "1"),
         (LaunchConfiguration("a") == "1", "true"),
+        (LaunchConfiguration("b", default=False), "False"),
+        (LaunchConfiguration("b", default=["x", 5]), "x5"),
+        (LaunchConfiguration("b", default=LaunchConfiguration("path")), "/x"),
         (LaunchConfiguration("a") != "2", "true"),
     ],
 )
@@ -318,6 +333,26 @@ def test_a_substitution_has_its_value(substitution: Any, value: str) -> None:
 def test_a_substitution_without_a_value_says_why(substitution: Substitution, problem: str) -> None:
     with pytest.raises(SubstitutionFailure, match=problem.replace("(", "\\(")):
         substitution.perform(LaunchContext())
+
+
+@pytest.mark.parametrize(
+    ("given", "value"),
+    [
+        ([1, 2.5], "[1.0, 2.5]"),
+        ([0, 1], "[0, 1]"),
+        ([True, False], "[True, False]"),
+        (["a", "5"], "['a', '5']"),
+        (["[0, ", LaunchConfiguration("a"), ".5]"], "[0.0, 1.5]"),
+        ([["x", LaunchConfiguration("a")], "y"], "['x1', 'y']"),
+        (LaunchConfiguration("a"), "1"),
+        (ParameterValue(LaunchConfiguration("a"), value_type=str), "'1'"),
+        (ParameterValue(LaunchConfiguration("a"), value_type=float), "1.0"),
+    ],
+)
+def test_a_parameter_has_one_type(given: Any, value: str) -> None:
+    context = LaunchContext()
+    context.launch_configurations.update(CONTEXT)
+    assert repr(value_of(context, given)) == value
 
 
 def test_a_substitution_of_one_s_own_is_known_in_texts() -> None:

@@ -267,6 +267,12 @@ def test_what_a_launch_file_fills_keeps_its_default(key: str, text: str) -> None
     assert key not in found.parameters["amcl"]
 
 
+def test_a_robot_s_description_in_one_line_is_no_placeholder() -> None:
+    text = '<?xml version="1.0" ?><robot name="r"><link name="l"><visual></visual></link></robot>'
+    found = understood({"robot_state_publisher": {"robot_description": text}})
+    assert value(found, "robot_state_publisher", "robot_description") == text
+
+
 def test_an_outline_of_corners_names_is_filled_by_a_launch_file() -> None:
     node = "local_costmap/local_costmap"
     found = understood({node: {"footprint": "[[front_left], [front_right], [rear]]"}})
