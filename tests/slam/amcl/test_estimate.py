@@ -122,7 +122,7 @@ def test_an_update_is_due_when_the_robot_has_moved(at: SE2, due: bool) -> None:
 @pytest.mark.parametrize(
     ("agreement", "share", "status", "reason"),
     [
-        (None, 0.9, Status.BLIND, "hardly a beam returned; odometry alone"),
+        (None, 0.9, Status.BLIND, "hardly a beam shows what the map knows; odometry alone"),
         (0.69, 0.9, Status.LOST, "only 69% of the beams agree with the map"),
         (0.7, 0.74, Status.AMBIGUOUS, "70% .*, but other poses explain 26%"),
         (0.7, 0.75, Status.TRACKING, "^70% of the beams agree with the map$"),
