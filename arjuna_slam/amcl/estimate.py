@@ -123,7 +123,7 @@ def conclude(best: Hypothesis, T_odom_base: SE2, config: AmclConfig) -> Estimate
 
 def _judge(best: Hypothesis, config: AmclConfig) -> tuple[Status, str]:
     if best.agreement is None:
-        return Status.BLIND, "hardly a beam returned; odometry alone"
+        return Status.BLIND, "hardly a beam shows what the map knows; odometry alone"
     agree = f"{best.agreement:.0%} of the beams agree with the map"
     if best.agreement < config.relocalize_agreement:
         return Status.LOST, f"only {agree}"

@@ -122,7 +122,7 @@ def test_an_update_is_due_when_the_robot_has_moved(at: SE2, due: bool) -> None:
 @pytest.mark.parametrize(
     ("agreement", "share", "status", "reason"),
     [
-        (None, 0.9, Status.BLIND, "hardly a beam returned; odometry alone"),
+        (None, 0.9, Status.BLIND, "hardly a beam shows what the map knows; odometry alone"),
         (0.69, 0.9, Status.LOST, "only 69% of the beams agree with the map"),
         (0.7, 0.74, Status.AMBIGUOUS, "70% .*, but other poses explain 26%"),
         (0.7, 0.75, Status.TRACKING, "^70% of the beams agree with the map$"),
@@ -159,7 +159,8 @@ def test_who_is_lost_stays_where_odometry_leads_until_scans_agree(off: SE2, stay
         lost = track.conclude(there, odometry, CONFIG)
         assert lost.T_map_base.distance(led if stays else led @ off) < 1e-9
         assert (lost.T_map_odom @ odometry).distance(lost.T_map_base) < 1e-9
-        assert (lost.status, lost.quality) == (Status.LOST, pytest.approx(0.27))
+        assert lost.status is Status.LOST
+        assert lost.quality == pytest.approx(0.27)
         assert track.best is not None
         assert track.best.T_map_base == lost.T_map_base
     found = track.conclude(hypothesis(0.9, led @ off), odometry, CONFIG)
