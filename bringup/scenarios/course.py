@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
 from bringup.parameters.files import Parameters, merged
 from bringup.scenarios.drive import Drive, believed_pose, desired_speed, placed
@@ -121,7 +122,7 @@ def course(
         robot.run(after.began + 1.0)  # the clock is at 0 until the first tick
         stage = robot.sim.simulator.stage
         settle(stage, grid, boxes, arguments.people, start, rng, after.walked)
-        driver = Course(robot, FreeSpace(grid, arguments.radius), scene, arguments.out)
+        driver = Course(robot, grid, arguments.radius, scene, arguments.out)
         driver.before, driver.number = after.at or start, after.goals
         driver.speed = desired_speed(parameters)
         yield driver
@@ -139,11 +140,13 @@ class Course:
     """Drives a robot to goals, and keeps the recordings of some drives that fail.
 
     Args:
+        radius: Of the robot, for the shortest paths [m].
         out: Where recordings go; None for none.
         kept: How many recordings are kept at most.
 
     Attributes:
         robot: In lock-step.
+        grid: All that the robot could touch, people apart.
         given: The goals of its scene, if it has any.
         before: The last goal that was drawn, or the start.
         number: How many goals it was driven to.
@@ -151,13 +154,20 @@ class Course:
     """
 
     def __init__(
-        self, robot: Any, space: FreeSpace, scene: Scene, out: Path | None, kept: int = 3
+        self,
+        robot: Any,
+        grid: OccupancyGrid,
+        radius: float,
+        scene: Scene,
+        out: Path | None,
+        kept: int = 3,
     ) -> None:
         from bringup.client.goals import Goals
 
-        self.robot, self.given = robot, scene.goals
+        self.robot, self.grid, self.given = robot, grid, scene.goals
         self.before, self.number, self.speed = SE2(), 0, math.nan
-        self._space, self._out, self._kept, self._goals = space, out, kept, Goals(robot)
+        self._space, self._out = FreeSpace(grid, radius), out
+        self._kept, self._goals = kept, Goals(robot)
         odom = scene.start if scene.map is None else None
         self._frame, self._T_world_frame = ("map", SE2()) if odom is None else ("odom", odom)
 

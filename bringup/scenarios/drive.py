@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
-from arjuna_core.twist import STILL, Velocity
+from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_sim.model.robot import footprint
 from arjuna_sim.model.world import PERSON
@@ -91,21 +91,33 @@ class Meetings:
 class OwnMotion:
     """The wheels' motion that commands cause; a push turns them as well.
 
+    The wheels move no faster than they were commanded to, but for what they brake.
+
     Args:
-        braked: After a command to stand a robot stands, and what turns its wheels is a push [s].
+        braking: With which wheels brake at least [m/s^2, rad/s^2].
         rests: Wheels that are slower have come to rest before that [m/s, rad/s].
     """
 
-    def __init__(self, braked: float = 0.2, rests: float = 0.02) -> None:
-        self._braked, self._rests, self._commanded_at = braked, rests, -math.inf
+    def __init__(self, braking: tuple[float, float] = (2.0, 8.0), rests: float = 0.02) -> None:
+        self._braking, self._rests, self._at = braking, rests, -math.inf
+        self._most = [(0.0, 0.0), (0.0, 0.0)]  # back and ahead, to the right and to the left
 
     def update(self, now: float, command: Velocity, wheels: Velocity) -> Velocity:
         """Return how the robot moves itself at a time [s], by its command and its wheels."""
-        if command.x != 0.0 or command.yaw_rate != 0.0:
-            self._commanded_at = now
-        elif max(abs(wheels.x), abs(wheels.yaw_rate)) <= self._rests:
-            self._commanded_at = -math.inf
-        return wheels if now - self._commanded_at <= self._braked else STILL
+        since, self._at = now - self._at, now
+        stands = command.x == command.yaw_rate == 0.0
+        if stands and max(abs(wheels.x), abs(wheels.yaw_rate)) <= self._rests:
+            since = math.inf
+        asked, moves = (command.x, command.yaw_rate), (wheels.x, wheels.yaw_rate)
+        less = [deceleration * since for deceleration in self._braking]
+        self._most = [
+            (min(one, 0.0, low + step), max(one, 0.0, high - step))
+            for one, (low, high), step in zip(asked, self._most, less, strict=True)
+        ]
+        x, turn = (
+            min(max(value, low), high) for value, (low, high) in zip(moves, self._most, strict=True)
+        )
+        return Velocity(x, yaw_rate=turn)
 
 
 class Drive:

@@ -68,11 +68,19 @@ class FreeSpace:
 
     def nearest(self, x: float, y: float) -> SE2:
         """Return the nearest position with room for the radius, the given one where it has [m]."""
-        cell = self.frame.to_cell(x, y)
-        if self._open[cell]:
+        row, column = self.frame.to_cell(x, y)
+        height, width = self._open.shape
+        cell = min(max(row, 0), height - 1), min(max(column, 0), width - 1)
+        if cell == (row, column) and self._open[cell]:
             return SE2(x, y)
         indices = distance_transform_edt(~self._open, return_distances=False, return_indices=True)
         return SE2(*self.frame.to_point(*indices[:, cell[0], cell[1]].tolist()))
+
+    def sees(self, start: SE2, goal: SE2) -> bool:
+        """Return whether the straight line between two positions has room for the radius."""
+        ends = np.array([self.frame.to_cell(pose.x, pose.y) for pose in (start, goal)])
+        inside = (ends >= 0).all() and (ends < self._open.shape).all()
+        return bool(inside) and _sees(self._open, *ends.astype(np.float64))
 
     def shortest(self, start: SE2, goal: SE2) -> float:
         """Return the length [m] of the shortest path for the radius, NaN where there is none.

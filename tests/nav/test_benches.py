@@ -21,7 +21,7 @@ from arjuna_core.se2 import SE2
 from bringup.scenarios.barn import CELL, START, make_worlds
 from bringup.scenarios.furnished import make_room
 from bringup.scenarios.space import FreeSpace
-from tests.bench import barn, goals, planner
+from tests.bench import barn, goals, planner, pressed
 from tests.helpers.nav.barn import load_worlds
 from tests.helpers.nav.journal import draw, steadiness
 from tests.helpers.nav.navfn_maps import COURSES
@@ -208,6 +208,15 @@ def test_goals_in_pieces_continue_where_a_process_ended_the_same_every_time(tmp_
     assert [one["goal"] for one in rows("whole")] == [first["goal"], second["goal"]]
     with pytest.raises(InputFileError, match="was begun with another seed, people"):
         run(goals, "--state", str(tmp_path / "a"))
+
+
+@pytest.mark.ros
+@pytest.mark.system
+def test_two_people_close_in_on_the_robot_from_both_sides() -> None:
+    pytest.importorskip("rclpy", reason="no ROS here")
+    result = run(pressed, "--seed", "1", "--meetings", "3")
+    assert result["meetings"] >= 3
+    assert (result["touches"], result["met"] > 0) == (0, True)
 
 
 def test_memory_that_grows_in_one_of_two_processes_shows(tmp_path: Path) -> None:

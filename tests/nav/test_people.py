@@ -58,20 +58,47 @@ def test_one_touch_counts_once_and_as_the_robots_where_it_presses_on() -> None:
     assert (meetings.hits, meetings.bumped) == (2, 1)
 
 
-def test_wheels_that_came_to_rest_are_turned_by_a_push_alone() -> None:
+PUSHED = Velocity(0.5, yaw_rate=-1.0)
+SLOW = Velocity(0.04, yaw_rate=0.02)
+
+
+@pytest.mark.parametrize(
+    "ticks",
+    [
+        [  # it stops, and is pushed back
+            (0.00, FORWARD, FORWARD, FORWARD),
+            (0.02, STILL, Velocity(0.2), Velocity(0.2)),  # it brakes
+            (0.04, STILL, Velocity(0.01), STILL),  # it stands
+            (0.06, STILL, BACK, STILL),
+            (0.08, BACK, BACK, BACK),
+            (0.30, STILL, BACK, STILL),  # longer than it brakes
+        ],
+        [  # it is pushed ahead, wherever it drives
+            (0.00, STILL, PUSHED, STILL),
+            (0.02, SLOW, PUSHED, Velocity(0.04)),
+            (0.04, BACK, PUSHED, STILL),
+            (0.06, STILL, PUSHED, STILL),
+        ],
+        [  # a push turns the wheels of one that has just braked from a crawl
+            (0.00, SLOW, SLOW, SLOW),
+            (0.02, STILL, Velocity(0.03), STILL),
+            (0.08, STILL, Velocity(0.03), STILL),
+        ],
+        [  # a fast turn ends late
+            (0.00, Velocity(yaw_rate=1.9), Velocity(yaw_rate=1.9), Velocity(yaw_rate=1.9)),
+            (0.10, STILL, Velocity(yaw_rate=1.0), Velocity(yaw_rate=1.0)),
+            (0.22, STILL, Velocity(yaw_rate=0.1), Velocity(yaw_rate=0.1)),
+            (0.30, STILL, Velocity(yaw_rate=0.1), STILL),
+        ],
+    ],
+)
+def test_a_robot_moves_itself_no_faster_than_it_was_commanded_to(
+    ticks: list[tuple[float, Velocity, Velocity, Velocity]],
+) -> None:
     motion = OwnMotion()
-    moves = [
-        motion.update(now, command, wheels)
-        for now, command, wheels in (
-            (0.00, FORWARD, FORWARD),
-            (0.02, STILL, Velocity(0.2)),  # it brakes
-            (0.04, STILL, Velocity(0.01)),  # it stands
-            (0.06, STILL, BACK),  # somebody pushes
-            (0.08, BACK, BACK),
-            (0.30, STILL, BACK),  # longer than it brakes
-        )
-    ]
-    assert moves == [FORWARD, Velocity(0.2), STILL, STILL, BACK, STILL]
+    for now, command, wheels, own in ticks:
+        found = motion.update(now, command, wheels)
+        assert (found.x, found.yaw_rate) == pytest.approx((own.x, own.yaw_rate)), now
 
 
 class Stage:
