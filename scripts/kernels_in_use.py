@@ -128,13 +128,15 @@ def _drive(parameters: dict[str, Any]) -> None:
 
 
 def of_a_demo() -> list[Entry]:
-    """Run a demo with one waypoint in this process; return what it called, sorted."""
-    from bringup.demo.demo import WAYPOINTS, Demo, DemoOptions
+    """Run a short demo with one waypoint in this process; return what it called, sorted."""
+    from arjuna_core.se2 import SE2
+    from bringup.demo.demo import Demo, DemoOptions
     from bringup.parameters.files import shipped_parameters
     from bringup.terminal import Progress
 
     with tempfile.TemporaryDirectory() as folder:
-        options = DemoOptions(0, Path(folder), shipped_parameters(), WAYPOINTS[:1])
+        near, loop = (SE2(1.0, 1.0),), 52.0  # by then the graph has a loop to close
+        options = DemoOptions(0, Path(folder), shipped_parameters(), near, explore_time=loop)
         Demo(options, Progress()).run()
     return in_use()
 

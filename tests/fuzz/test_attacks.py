@@ -47,6 +47,12 @@ def _memory(entry: str) -> float:
     return next(float(line.split()[1]) for line in lines if line.startswith(entry)) / 1024.0
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _garbage_of_other_tests_is_not_looked_for() -> None:
+    gc.collect()
+    gc.freeze()
+
+
 @contextmanager
 def bounds() -> Iterator[None]:
     """Hold what is done to the time and the memory that an attack may cost."""

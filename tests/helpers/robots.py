@@ -28,13 +28,6 @@ def truth(robot: LockStep) -> SE2:
     return pose
 
 
-def recorded(robot: LockStep) -> list[SE2]:
-    """Return a list that grows with the true pose of every tick."""
-    poses: list[SE2] = []
-    robot.on_tick = lambda: poses.append(truth(robot))
-    return poses
-
-
 def to_pose(goal: SE2, behavior_tree: str = "") -> Any:
     """Return the goal of navigate_to_pose for a pose on the map."""
     return NavigateToPose.Goal(pose=pose_stamped(goal, "map", 0.0), behavior_tree=behavior_tree)

@@ -43,10 +43,10 @@ class RosBench:
         self.process.drain()
         return made
 
-    def advance(self, duration: float = TICK) -> None:
-        """Move time on by a duration [s], tick by tick, draining after each."""
-        for _ in range(round(duration / TICK)):
-            self._ticks += 1
+    def advance(self, duration: float = TICK, ticks: int = 1) -> None:
+        """Move time on by a duration [s], some ticks at a time, draining after each."""
+        for _ in range(round(duration / (TICK * ticks))):
+            self._ticks += ticks
             self._clock.publish(Clock(clock=time_msg(self._ticks * TICK)))
             self.process.drain()
 

@@ -48,13 +48,18 @@ def test_sim_comes_up_dies_comes_up_again_and_stops_cleanly() -> None:
         assert ended(second)
 
 
-def test_a_second_simulator_says_what_is_wrong_and_ends() -> None:
+def test_a_killed_bringup_leaves_no_node_behind() -> None:
+    """Nor does a second simulator, which says what is wrong and ends."""
     with Lines("-m", "bringup", "sim") as first:
         first.wait_for(ACTIVE)
         with Lines("-m", "bringup", "sim") as second:
             assert second.read_to_end() == 2
             assert second.matching("a simulator runs already: /sim in domain 91; end it")
         assert not first.matching("another process has")
+        (host,) = _children(first.process.pid)
+        first.process.kill()
+        first.process.wait()
+        assert ended(host)
 
 
 def test_stopped_while_it_starts_it_ends_without_a_traceback() -> None:
@@ -65,15 +70,6 @@ def test_stopped_while_it_starts_it_ends_without_a_traceback() -> None:
         bringup.process.send_signal(signal.SIGINT)
         assert bringup.read_to_end() == 0
         assert not bringup.matching("Traceback")
-
-
-def test_a_killed_bringup_leaves_no_node_behind() -> None:
-    with Lines("-m", "bringup", "sim") as bringup:
-        bringup.wait_for(ACTIVE)
-        (host,) = _children(bringup.process.pid)
-        bringup.process.kill()
-        bringup.process.wait()
-        assert ended(host)
 
 
 def test_a_reader_that_goes_away_stops_the_robot() -> None:

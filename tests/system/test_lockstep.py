@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from arjuna_core.ros.process import Transport
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
-GOAL = SE2(1.5, 1.0, 0.5)
+GOAL = SE2(0.8, 0.5, 0.5)
 
 
 def drive(

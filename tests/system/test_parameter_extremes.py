@@ -30,6 +30,8 @@ NO_COUNTS = (2**63 - 1, -(2**63))
 STALLED = 3.0
 """How much of a core's time one tick may take [s]."""
 STACKS = {"nav": (LOCALIZATION_GROUP, NAVIGATION_GROUP), "slam": (SLAM_GROUP,)}
+DRIVING = ("controller_server", "planner_server", "smoother_server", "amcl")
+"""Nodes whose values are tried while the robot drives."""
 
 
 def lenient(stack: Callable[..., LockStep], *groups: Group) -> LockStep:
@@ -134,7 +136,8 @@ def test_the_greatest_and_least_values_stall_nothing(
 ) -> None:
     robot = lenient(stack, *groups)
     robot.run(1.0)
-    assert at_extremes(robot, robot.nodes, lambda row: robot.run(0.2)) == ("", "")
+    rest = robot.nodes.keys() - set(DRIVING)
+    assert at_extremes(robot, sorted(rest), lambda row: robot.run(0.2)) == ("", "")
     assert not failures(robot)
 
 
@@ -144,12 +147,11 @@ def test_a_goal_is_reached_after_every_extreme(
     robot = lenient(stack, *STACKS["nav"])
     robot.run(1.0)
     goals = Goals(robot)
-    driving = ("controller_server", "planner_server", "smoother_server", "amcl")
 
     def drive(row: int) -> None:
         goals.navigate(SE2(1.0, 0.5 if row % 2 else -0.5), 0.3)
 
-    assert at_extremes(robot, driving, drive) == ("", "")
+    assert at_extremes(robot, DRIVING, drive) == ("", "")
     assert not failures(robot)
     robot.run(1.0)
     assert goals.navigate(SE2(1.5, 1.0, 0.5), 60.0).succeeded

@@ -19,7 +19,7 @@ from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
 from tests.helpers.robots import ON_MAP, REACHED, owners, to_pose, truth
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
-GOALS = {"robot1": SE2(1.5, 1.0, 0.5), "robot2": SE2(-1.0, -1.0, 0.0)}
+GOALS = {"robot1": SE2(0.8, 0.5, 0.5), "robot2": SE2(-0.6, -0.6, 0.0)}
 OF_ROS = {"/rosout", "/parameter_events"}
 
 

@@ -22,10 +22,7 @@ from tests.helpers.robots import truth
 if TYPE_CHECKING:
     from bringup.lockstep import LockStep
 
-SHIPPED = (
-    *("urdf/arjuna.urdf", "urdf/burger.urdf", "urdf/diffbot.urdf", "urdf/udacity_bot.xacro"),
-    "urdf/fusion_description/urdf/fusion.xacro",
-)
+SHIPPED = ("urdf/arjuna.urdf", "urdf/burger.urdf", "urdf/fusion_description/urdf/fusion.xacro")
 PNG = b"\x89PNG\r\n"
 
 
