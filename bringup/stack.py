@@ -210,7 +210,8 @@ def _beside_navigation(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSp
 
 
 def _further(name: str) -> NodeSpec:
-    return _beside_navigation([name])[0]
+    origins = (origin for pattern, (_, origin) in _FURTHER.items() if fnmatchcase(name, pattern))
+    return NodeSpec(name, *next(origins))
 
 
 def fusion_nodes(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
