@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,9 +16,7 @@ from websockets.asyncio import server as websocket_server
 from websockets.http11 import Response
 
 from arjuna_core.errors import ArjunaError
-
-_OF_THIS_MACHINE = re.compile(r"https?://(localhost|127\.\d+\.\d+\.\d+|\[::1\])(:\d+)?")
-
+from bringup.viewing.origins import OF_THIS_MACHINE
 
 _POLICY = (
     "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; connect-src 'self' ws: wss:"
@@ -71,7 +68,7 @@ def _to_own_pages(address: str) -> Iterator[None]:
     serve, own = websocket_server.serve, ip_address(address).is_loopback
     options: dict[str, Any] = {"process_response": partial(_answered, own)}
     if own:
-        options["origins"] = [None, _OF_THIS_MACHINE]  # None: no browser
+        options["origins"] = [None, OF_THIS_MACHINE]  # None: no browser
     websocket_server.serve = partial(serve, **options)  # type: ignore[assignment,misc]
     try:
         yield
@@ -86,7 +83,7 @@ def _answered(own: bool, connection: Any, request: Any, response: Response) -> R
     (DNS rebinding).
     """
     host = request.headers.get("Host", "")
-    if own and not _OF_THIS_MACHINE.fullmatch(f"http://{host}"):
+    if own and not OF_THIS_MACHINE.fullmatch(f"http://{host}"):
         refused: Response = connection.respond(HTTPStatus.FORBIDDEN, "valid: 127.0.0.1, localhost")
         return refused
     response.headers["Content-Security-Policy"] = _POLICY

@@ -6,9 +6,11 @@ import asyncio
 import json
 import logging
 import queue
+import socket
 import struct
 import threading
 from collections.abc import Iterator
+from ipaddress import ip_address
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection, serve
@@ -16,6 +18,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.typing import Subprotocol
 
 from arjuna_core.errors import ArjunaError
+from bringup.viewing.origins import OF_FOXGLOVE, OF_THIS_MACHINE
 
 SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 """Of Foxglove's app since 2025, and of what came before and is derived from that."""
@@ -91,8 +94,11 @@ class Server:
     async def _serve(self, host: str, port: int) -> Any:
         log = logging.getLogger(__name__)
         log.setLevel(logging.CRITICAL)  # what is no client, as a browser's page, is no fault here
+        address = socket.getaddrinfo(host, port)[0][4][0]
+        own = ip_address(address).is_loopback
         return await serve(
             *(self._talk, host, port),
+            origins=[None, OF_THIS_MACHINE, OF_FOXGLOVE] if own else None,  # None: no browser
             subprotocols=[Subprotocol(name) for name in SUBPROTOCOLS],
             compression=None,
             max_size=_LARGEST,

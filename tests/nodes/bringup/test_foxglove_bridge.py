@@ -23,8 +23,10 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
+from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
+from websockets.typing import Origin, Subprotocol
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, pose_stamped
@@ -364,6 +366,27 @@ def test_nonsense_and_who_leaves_take_nothing_from_others(join: Callable[..., St
         return staying.payloads()
 
     staying.until(came)
+
+
+@pytest.mark.parametrize(
+    ("origin", "is_taken"),
+    [
+        ("https://app.foxglove.dev", True),
+        ("file://", True),
+        ("http://localhost:8080", True),
+        ("https://app.foxglove.dev.evil.example", False),
+        ("http://evil.example", False),
+        ("http://localhost.evil.example:8080", False),
+        ("null", False),
+    ],
+)
+def test_pages_of_other_sites_are_refused(origin: str, is_taken: bool) -> None:
+    with closing(Bridge("127.0.0.1", 0)) as bridge, ExitStack() as opened:
+        if not is_taken:
+            opened.enter_context(pytest.raises(InvalidStatus, match="403"))
+        address = f"ws://127.0.0.1:{bridge.port}"
+        named = [Subprotocol(SUBPROTOCOLS[0])]
+        opened.enter_context(connect(address, origin=Origin(origin), subprotocols=named))
 
 
 def test_what_is_no_client_is_turned_away_without_a_word(caplog: pytest.LogCaptureFixture) -> None:
