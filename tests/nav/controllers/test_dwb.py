@@ -282,9 +282,7 @@ def test_drives_the_velocity_within_reach_that_scores_least(seed: int) -> None:
 def test_a_speed_below_zero_limits_nothing(key: str) -> None:
     case = made_case(3)
     free: dict[str, Any] = {"min_speed_xy": 0.0, "min_speed_theta": 0.0, "max_speed_xy": 100.0}
-    slowest: dict[str, Any] = (
-        {"min_speed_xy": 100.0, "min_speed_theta": 100.0} if "min" in key else {}
-    )
+    slowest = {"min_speed_xy": 100.0, "min_speed_theta": 100.0} if "min" in key else {}
     expected = replace(case, config=replace(case.config, **free)).chosen()
     limits: dict[str, Any] = {**free, **slowest, key: -1.0}
     assert replace(case, config=replace(case.config, **limits)).chosen() == expected
