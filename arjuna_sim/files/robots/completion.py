@@ -156,35 +156,28 @@ def friction_of(
             friction[name] = _GRIP
     if not wheels:
         return friction
-    lowest = {name: low for name in urdf.links if (low := _lowest(urdf, name)) < np.inf}
+    lowest = {n: found for n in urdf.links if (found := _lowest(urdf, n)) is not None}
     ground = min(
         float(center(urdf, name)[2]) - (radius_of(urdf, name) or drive.radius)
         for name in drive.rolling
     )
     carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g}
-    for name, low in lowest.items():
+    for name, (low, kind) in lowest.items():
+        is_ball = kind is Kind.SPHERE
         # [m] A robot leans on a caster, wherever below its axles that is.
-        gap = drive.radius if _is_caster(urdf, name) else CASTER_GAP_MAX
+        gap = drive.radius if is_ball or _CASTER.search(name) is not None else CASTER_GAP_MAX
         if name in carried and name not in friction and low < ground + gap:
             friction[name] = CASTER_FRICTION
-            if not _is_ball(urdf, name):
+            if not is_ball:
                 xml.note(f"link '{name}': slides along on the ground, as a caster")
     return friction
 
 
-def _is_caster(urdf: Urdf, name: str) -> bool:
-    return _is_ball(urdf, name) or _CASTER.search(name) is not None
-
-
-def _is_ball(urdf: Urdf, name: str) -> bool:
-    return all(part.shape.kind is Kind.SPHERE for part in urdf.links[name].collisions)
-
-
-def _lowest(urdf: Urdf, name: str) -> float:
-    """Return how low a link's solid shapes reach in the root's frame [m], inf without any."""
+def _lowest(urdf: Urdf, name: str) -> tuple[float, Kind] | None:
+    """Return how low a link's solid shapes reach in the root's frame [m], and the shape there."""
     T = urdf.T_root(name)
     heights = [
-        float((T @ part.pose).apply(corners(part.shape))[:, 2].min())
+        (float((T @ part.pose).apply(corners(part.shape))[:, 2].min()), part.shape.kind)
         for part in urdf.links[name].collisions
     ]
-    return min(heights, default=np.inf)
+    return min(heights, default=None, key=lambda low: low[0])

@@ -24,13 +24,12 @@ from arjuna_sim.files.robots.rules import (
     root_of,
 )
 from arjuna_sim.files.sdf.frames import raw_pose
-from arjuna_sim.files.sdf.geometry_tags import read_friction
 from arjuna_sim.files.sdf.includes import Includes
 from arjuna_sim.files.sdf.model_tags import WORLD, ModelReader, SdfJoint, SdfLink
 from arjuna_sim.files.sdf.robots_in_world import cut_out
 from arjuna_sim.files.sensor_tag import PluginTag, SensorTag, Tags
 from arjuna_sim.files.xml_file import UNLIMITED, XmlFile
-from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape
+from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape, corners
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
 
@@ -120,15 +119,28 @@ def _add_link(robot: _Robot, link: SdfLink, about: Pose3 | None) -> None:
     shapes = parts["collision"] or parts["visual"]
     inertial = _inertial(xml, link.element, T_own, label, shapes)
     robot.add(xml, Link(name, inertial, parts["collision"], parts["visual"]), pose)
-    for collision in link.element.findall("collision"):
-        mu = read_friction(xml, collision, f"{label} collision")
-        if mu is not None:
-            robot.tags.friction.setdefault(name, mu)
+    mu = _friction(link.solid)
+    if mu is not None:
+        robot.tags.friction[name] = mu
     if link.lights:
         xml.note(f"{label}: its <light> is not drawn", NoteKind.IGNORED)
     for element, T_world in link.sensors:
         T = pose.inverse() @ T_world if element.find("pose") is not None or about else ORIGIN
         robot.tags.items.append(SensorTag(xml, element, name, T))
+
+
+def _friction(solid: list[Part]) -> float | None:
+    """Return the friction of a link's lowest shape, where the ground is; of several, a said one."""
+    lows = [
+        (
+            round(float(part.pose.apply(corners(part.shape))[:, 2].min()), 4),
+            part.friction is None,
+            i,
+        )
+        for i, part in enumerate(solid)
+        if part.shape.kind is not Kind.PLANE
+    ]
+    return solid[min(lows)[2]].friction if lows else None
 
 
 def _robot_parts(xml: XmlFile, parts: list[Part], pose: Pose3, label: str) -> Iterator[Part]:

@@ -180,6 +180,7 @@ def friction(
     kind: DriveKind = DriveKind.SIDES,
     said: dict[str, float] | None = None,
     name: str = "skid",
+    above: tuple[Part, ...] = (),
 ) -> tuple[dict[str, float], tuple[str, ...]]:
     """Return the friction of a robot whose wheel's lowest point is at z = -0.1, and the notes."""
     xml = urdf_file()
@@ -187,7 +188,7 @@ def friction(
         *(
             link("base", CUBE),
             link("wheel", TYRE),
-            link(name, caster),
+            link(name, *above, caster),
             Link("air", None, (), ()),
         ),
         fixed=(("base", name), ("base", "air")),
@@ -211,7 +212,9 @@ def test_what_is_fixed_and_no_more_than_8_mm_off_the_ground_slides(z: float, sli
 @pytest.mark.parametrize(("z", "slides"), [(-0.2, True), (-0.03, True), (0.03, False)])
 def test_balls_and_casters_slide_where_a_robot_may_lean_on_them(z: float, slides: bool) -> None:
     """Wherever below its axles that is: a caster that hangs too high is leant on."""
-    assert friction(BALL, z) == ({"skid": 0.01} if slides else {}, ())
+    body = Part(SKID.shape, Pose3((0.0, 0.0, 0.02)))
+    for above in ((), (body,)):
+        assert friction(BALL, z, above=above) == ({"skid": 0.01} if slides else {}, ())
     found, notes = friction(SKID, z, name="rear_castor")
     assert found == ({"rear_castor": 0.01} if slides else {})
     assert notes == (("link 'rear_castor': slides along on the ground, as a caster",) * slides)

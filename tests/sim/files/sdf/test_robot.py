@@ -148,13 +148,26 @@ def test_an_axis_may_be_in_any_frame(frame: str, xyz: str, in_model: tuple[float
     assert T_arm.rotation() @ found == pytest.approx(in_model, abs=1e-9)
 
 
-def test_friction_is_that_of_the_first_shape_that_says_one() -> None:
+@pytest.mark.parametrize(
+    ("solid", "found"),
+    [
+        (((0.0, None), (0.0, 0.3), (0.0, 0.7)), {"base": 0.3}),
+        (((0.0, 0.3), (-0.2, 0.7)), {"base": 0.7}),
+        (((0.0, 0.3), (-0.2, None)), {}),
+        (((0.0, None),), {}),
+        ((), {}),
+    ],
+)
+def test_friction_is_that_of_the_lowest_shape(
+    solid: tuple[tuple[float, float | None], ...], found: dict[str, float]
+) -> None:
+    """A caster may be a shape of the chassis: it is what touches the ground."""
     shapes = "".join(
-        f"<collision name='c{i}'>{BALL}{own_mu}</collision>"
-        for i, own_mu in enumerate(("", MU.format(0.3), MU.format(0.7)))
+        f"<collision name='c{i}'><pose>0 0 {z} 0 0 0</pose>{BALL}"
+        f"{'' if mu is None else MU.format(mu)}</collision>"
+        for i, (z, mu) in enumerate(solid)
     )
-    assert read_tagged(link("base", shapes))[1].friction == {"base": 0.3}
-    assert read_tagged(link("base", SOLID))[1].friction == {}
+    assert read_tagged(link("base", shapes))[1].friction == found
 
 
 def test_a_sensor_sits_where_its_pose_says_in_the_links_new_frame() -> None:
