@@ -22,6 +22,7 @@ REMEDIES = {
     "rqt_gui": "'arjuna view' has plots and nodes",
     "rqt_graph": "'arjuna top' and 'arjuna tf' list nodes and frames",
     "moveit_ros_move_group": "arms are not planned for here",
+    "interactive_marker_twist_server": "'arjuna view' and 'arjuna teleop' drive",
     "foxglove_bridge": "'arjuna view --foxglove' serves Foxglove",
     "turtlebot3_bringup": _DRIVER,
     "moveit_configs_utils": "arms are not planned for here",
