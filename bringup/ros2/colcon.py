@@ -39,7 +39,6 @@ _CATKIN = """<package format="2">
 {1}</package>
 """
 _SITE = f"lib/python{sys.version_info.major}.{sys.version_info.minor}/site-packages"
-_OTHERS = "packages of Python and of data are built here"
 _REMEDY = "ROS's own tools build it, what else the package installs is there"
 
 
@@ -205,7 +204,7 @@ def _build(package: Package, prefix: Path, arguments: argparse.Namespace) -> Non
     elif (package.folder / "CMakeLists.txt").is_file():
         problems = _cmake(package, prefix, linked)
     else:
-        raise Ros2Error(f"{package.name} is of the type '{package.kind}'; {_OTHERS}")
+        raise Ros2Error(f"{package.name} is of the type '{package.kind}', which is not built here")
     if not (share / "package.xml").exists() and (package.folder / "package.xml").is_file():
         put(package.folder / "package.xml", share / "package.xml", linked)
     marker = prefix / "share" / "ament_index" / "resource_index" / "packages" / package.name
