@@ -12,7 +12,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from tests.fuzz.barrage import STACKS, Barrage
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
-COUNT = 120
+COUNT = 80
 
 
 @pytest.mark.parametrize("stack", STACKS)

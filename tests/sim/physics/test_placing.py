@@ -155,7 +155,7 @@ def test_of_two_floors_it_takes_the_lowest_where_it_fits(tmp_path: Path) -> None
 CHASSIS = (Chassis(), Chassis(axles=1), Chassis(mass=40.0, radius=0.1, axles=3))
 
 
-@pytest.mark.parametrize("number", range(0, WORLDS, 3))
+@pytest.mark.parametrize("number", range(0, WORLDS, 5))
 def test_it_starts_on_the_ground_near_what_was_asked(number: int) -> None:
     case, rng = start_case(number), np.random.default_rng(number)
     robot = CHASSIS[number % 4 - 1].robot() if number % 4 else load_robot(ROBOT)
