@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, TypeVar
 
+from rclpy.exceptions import NameValidationException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
@@ -276,6 +277,9 @@ class ManagedNode(Guarded, LifecycleNode):
                 step()
             except ArjunaError as error:
                 self.get_logger().error(str(error))
+                return TransitionCallbackReturn.FAILURE
+            except NameValidationException as error:  # a parameter's, as any that is not valid
+                self.get_logger().error(" ".join(str(error).removesuffix("^").split()))
                 return TransitionCallbackReturn.FAILURE
             return TransitionCallbackReturn.SUCCESS
 

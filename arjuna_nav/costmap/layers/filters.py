@@ -128,7 +128,7 @@ class KeepoutConfig(FilterConfig):
         False, "Whether a robot that stands in a zone may drive out of it."
     )
     lethal_override_cost: int = param(
-        MAX_NON_OBSTACLE, "What a zone costs then.", minimum=0, maximum=MAX_NON_OBSTACLE
+        MAX_NON_OBSTACLE, "What a zone costs then.", minimum=0, maximum=LETHAL
     )
     worst_of_cell: bool = param(
         True,

@@ -81,6 +81,19 @@ def test_transitions_are_published(bench: RosBench, node: EchoNode) -> None:
     assert labels == [("active", "deactivating"), ("deactivating", "inactive")]
 
 
+def test_a_topic_s_name_that_is_none_is_named(
+    bench: RosBench, capfd: pytest.CaptureFixture[str]
+) -> None:
+    class Loud(EchoNode):
+        def configure(self) -> None:
+            self.publisher(Twist, "3d-scan", qos.DEFAULT)
+
+    node = Loud(bench.process, {}, name="loud")
+    assert node.trigger_configure() == TransitionCallbackReturn.FAILURE
+    assert "Invalid topic name" in (said := capfd.readouterr().err)
+    assert "'3d-scan'" in said
+
+
 def set_one(bench: RosBench, name: str, value: Any) -> Any:
     """Set one of the node's parameters; return the result."""
     request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])

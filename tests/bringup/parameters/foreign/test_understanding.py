@@ -221,6 +221,16 @@ def test_a_list_of_nothing_but_classes_in_c_refuses_the_file(tmp_path: Path) -> 
     assert RPP in problem
 
 
+def test_a_class_of_nav2_that_is_not_here_has_another_in_its_place() -> None:
+    cls = "nav2_constrained_smoother/ConstrainedSmoother"
+    given = {"smoother_plugins": ["Bent"], "Bent.plugin": cls, "Bent.w_cost": 0.1}
+    found = understood({"smoother_server": given})
+    one, other = map(str, found.remarks)
+    assert "Bent.plugin: 'nav2_constrained_smoother::ConstrainedSmoother' is not here; nav2" in one
+    assert "Bent.w_cost: the constrained smoother" in other
+    assert value(found, "smoother_server", "Bent.plugin") == "nav2_smoother::SimpleSmoother"
+
+
 def test_a_class_of_nav2_that_is_misspelt_refuses_the_file(tmp_path: Path) -> None:
     path = tmp_path / "params.yaml"
     text = "planner_server: {ros__parameters: {GridBased: {plugin: nav2_navfn_planner::Navfn}}}"
