@@ -321,8 +321,9 @@ _WITH_COSTMAP = {CONTROLLER_SERVER: LOCAL_COSTMAP, PLANNER_SERVER: GLOBAL_COSTMA
 
 
 def program_of(section: str) -> tuple[str, str] | None:
-    """Return package and executable of the node whose usual name a section has, if there is one."""
-    usual = {spec.name: names for names, spec in reversed(PROGRAMS.items())}
+    """Return package and executable of the node whose name, the usual or the latter, a section has."""
+    usual = {executable: (package, executable) for package, executable in PROGRAMS}
+    usual |= {spec.name: names for names, spec in reversed(PROGRAMS.items())}
     return usual.get(section.rpartition("/")[2])
 
 

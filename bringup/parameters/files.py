@@ -22,7 +22,8 @@ SIM_TIME = "use_sim_time"
 SAFETY = ""
 """Stands for no node: by group, the lines on what keeps a robot from harm and has no effect."""
 _CLASS = (".plugin", ".action_type")  # what a plug-in is of
-_ANY_NAMESPACE = re.compile(r"\*+|<\w+>")
+_ANY_NAMESPACE = re.compile(r"\*+")
+_PLACEHOLDER = re.compile(r"<\w+>")  # of a namespace: `<robot_namespace>/amcl`, `<PREFIX_>amcl`
 
 
 class Source(NamedTuple):
@@ -134,7 +135,7 @@ def node_of(name: str, known: Collection[str], namespace: str = "") -> str | Non
     ROS' wildcards stand for any namespace, and so does a `<placeholder>` that a launch file fills.
     Where the robot has no namespace, a section of any one is taken.
     """
-    tokens = name.strip("/").split("/")
+    tokens = _tokens(name)
     for node in known:
         own = node.split("/")
         if tokens[-len(own) :] == own and (
@@ -146,9 +147,13 @@ def node_of(name: str, known: Collection[str], namespace: str = "") -> str | Non
 
 def namespace_of(name: str, node: str) -> str:
     """Return the namespace in a node's section's name; none where it stands for any."""
-    before = name.strip("/").split("/")[: -len(node.split("/"))]
+    before = _tokens(name)[: -len(node.split("/"))]
     free = all(_ANY_NAMESPACE.fullmatch(token) for token in before)
     return "" if free else "/".join(before)
+
+
+def _tokens(name: str) -> list[str]:
+    return _PLACEHOLDER.sub("", name).strip("/").split("/")
 
 
 def merged(*layers: Parameters) -> Parameters:

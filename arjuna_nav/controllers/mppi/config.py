@@ -171,16 +171,16 @@ class MppiConfig(PluginConfig):
     vx_min: float = param(-0.35, "Least forward speed; negative drives back.", unit="m/s")
     vy_max: float = param(0.5, "Greatest speed sideways, of Omni.", unit="m/s", minimum=0.0)
     wz_max: float = param(1.9, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
-    ax_max: float = param(3.0, "Acceleration.", unit="m/s^2", minimum=0.01)
+    ax_max: float = param(3.0, "Acceleration.", unit="m/s^2", minimum=0.0)
     ax_min: float = param(-3.0, "Deceleration, below 0; of either sign.", unit="m/s^2")
     ay_max: float = param(3.0, "Acceleration to the left, of Omni.", unit="m/s^2", minimum=0.0)
     ay_min: float = param(-3.0, "Acceleration to the right, below 0.", unit="m/s^2")
-    az_max: float = param(3.5, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
-    vx_std: float = param(0.2, "Deviation of the speeds tried.", unit="m/s", minimum=1e-3)
+    az_max: float = param(3.5, "Change of the yaw rate.", unit="rad/s^2", minimum=0.0)
+    vx_std: float = param(0.2, "Deviation of the speeds tried.", unit="m/s", minimum=0.0)
     vy_std: float = param(
         0.2, "Deviation of the speeds sideways, of Omni.", unit="m/s", minimum=0.0
     )
-    wz_std: float = param(0.4, "Deviation of the yaw rates tried.", unit="rad/s", minimum=1e-3)
+    wz_std: float = param(0.4, "Deviation of the yaw rates tried.", unit="rad/s", minimum=0.0)
     noise_time: float = param(
         0.3,
         "Correlation time of the noise; 0 for Nav2's white noise.",

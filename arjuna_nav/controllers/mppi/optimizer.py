@@ -61,8 +61,9 @@ class Optimizer:
         self._rng = np.random.default_rng(config.seed)
         columns = batch * (_SPARE if config.regenerate_noises else 1)
         holonomic = config.motion_model == "Omni"
-        deviations = (config.vx_std, config.wz_std, max(config.vy_std, 1e-3))[
-            : 3 if holonomic else 2
+        deviations = [
+            max(each, 1e-3)  # the weight of a change is per square of it
+            for each in (config.vx_std, config.wz_std, config.vy_std)[: 3 if holonomic else 2]
         ]
         white = self._rng.standard_normal((len(deviations), steps, columns), dtype=np.float32)
         keep = math.exp(-config.model_dt / config.noise_time) if config.noise_time else 0.0

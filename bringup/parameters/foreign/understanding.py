@@ -23,6 +23,7 @@ from bringup.stack import NodeSpec
 _KEYWORD = re.compile(r"[A-Z][A-Z0-9]*_[A-Z0-9_]+")
 _CLASS_KEYS = ("plugin", "robot_model_type")
 _SOURCES = "observation_sources"
+_BLIND_ZONES = f"without {_SOURCES} its zones see nothing; Nav2 would not start"
 _BLIND = f"without {_SOURCES} it sees no obstacles, in Nav2 neither"
 
 
@@ -97,11 +98,14 @@ class _Section:
         self.values = {key: v for key, v in whole.items() if key in own or key in kept}
         if sim_time is not None:
             self.values[SIM_TIME] = sim_time
-        self.remarks += self._on_blind_layers(given, own)
+        self.remarks += self._on_what_is_blind(given, own)
 
-    def _on_blind_layers(self, given: Mapping[str, Any], own: Mapping[str, Any]) -> list[Remark]:
-        """Return a remark on each layer that the file gives no sources."""
+    def _on_what_is_blind(self, given: Mapping[str, Any], own: Mapping[str, Any]) -> list[Remark]:
+        """Return remarks on layers, and on zones of a monitor, that the file gives no sources."""
         remarks = []
+        if self.values.get("polygons") and not self.values.get(_SOURCES) and _SOURCES in own:
+            where = f"{self._node}: polygons"
+            remarks.append(Remark(Kind.NO_EFFECT, where, _BLIND_ZONES, safety=True))
         for key in own if self._node in nav2.COSTMAPS else ():
             layer, _, last = key.rpartition(".")
             named = any(name.startswith(f"{layer}.") for name in given)

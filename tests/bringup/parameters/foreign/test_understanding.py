@@ -174,6 +174,16 @@ def test_a_layer_without_sources_sees_nothing() -> None:
     assert understood({LOCAL: listed}).remarks == []
 
 
+def test_zones_without_sources_see_nothing() -> None:
+    given = {"polygons": ["Near"], "Near.type": "circle", "Near.radius": 0.3}
+    (blind,) = understood({"collision_monitor": given}).remarks
+    assert "collision_monitor: polygons: without observation_sources its zones see" in str(blind)
+    assert blind.safety
+    assert (
+        understood({"collision_monitor": {**given, "observation_sources": ["scan"]}}).remarks == []
+    )
+
+
 def test_of_two_robots_sections_those_of_one_hold() -> None:
     given = {"robot1/amcl": {"max_beams": 30}, "robot2/amcl": {"max_beams": 31}}
     found = understood(given)
@@ -239,9 +249,12 @@ def test_a_class_of_nav2_that_is_misspelt_refuses_the_file(tmp_path: Path) -> No
     assert "did you mean 'nav2_navfn_planner::NavfnPlanner'" in problem
 
 
+@pytest.mark.parametrize("section", ["<robot_namespace>/amcl", "<NAMESPACE_>amcl"])
 @pytest.mark.parametrize(("namespace", "topic"), [("", "/scan"), ("robot1", "/robot1/scan")])
-def test_the_robot_s_namespace_fills_its_placeholder(namespace: str, topic: str) -> None:
-    given = {"<robot_namespace>/amcl": {"scan_topic": "<robot_namespace>/scan"}}
+def test_the_robot_s_namespace_fills_its_placeholder(
+    namespace: str, topic: str, section: str
+) -> None:
+    given = {section: {"scan_topic": "<robot_namespace>/scan"}}
     assert understood(given, namespace).parameters["amcl"]["scan_topic"] == topic
 
 
