@@ -321,7 +321,7 @@ _WITH_COSTMAP = {CONTROLLER_SERVER: LOCAL_COSTMAP, PLANNER_SERVER: GLOBAL_COSTMA
 
 
 def program_of(section: str) -> tuple[str, str] | None:
-    """Return package and executable of the node whose name, the usual or the latter, a section has."""
+    """Return the package and the executable of which a section has the name, or its node's."""
     usual = {executable: (package, executable) for package, executable in PROGRAMS}
     usual |= {spec.name: names for names, spec in reversed(PROGRAMS.items())}
     return usual.get(section.rpartition("/")[2])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Collection, Iterable, Mapping
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -104,6 +105,7 @@ def checked(
     nodes = list({spec.name: spec for spec in (*all_nodes(), *further)}.values())
     after, remarks, problems = understand(source.values, below, nodes, namespace)
     remarks += _without_missing_masks(after, further)
+    remarks += _without_missing_trees(after)
     problems += problems_of(
         after, [one for one in nodes if after.get(one.name) != below.get(one.name)]
     )
@@ -187,6 +189,23 @@ def _without_missing_masks(parameters: Parameters, further: Iterable[NodeSpec]) 
             reason = f"there is no {name}: nothing is kept out or slowed down by it"
             where = f"{spec.name}: yaml_filename"
             remarks.append(Remark(Kind.NO_EFFECT, where, reason, safety=True))
+    return remarks
+
+
+def _without_missing_trees(parameters: Parameters) -> list[Remark]:
+    """Leave out the behavior trees that nobody has, as launch files fill them in."""
+    from arjuna_nav.trees.blackboard import TreeError
+    from arjuna_nav.trees.files import default_tree
+
+    remarks, values = [], parameters.get("bt_navigator", {})
+    folders = (".", *values.get("bt_search_directories", ()))
+    for key in [key for key in values if fnmatchcase(key, "default_nav_*_bt_xml")]:
+        try:
+            if values[key]:
+                default_tree(str(values[key]), folders)
+        except TreeError:
+            reason = f"there is no behavior tree '{values.pop(key)}'; the default one runs"
+            remarks.append(Remark(Kind.UNKNOWN, f"bt_navigator: {key}", reason))
     return remarks
 
 

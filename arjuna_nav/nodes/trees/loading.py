@@ -8,11 +8,11 @@ from typing import Any
 
 from nav2_msgs.msg import BehaviorTreeLog, BehaviorTreeStatusChange
 
-from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.convert import time_msg
 from arjuna_nav.trees.blackboard import TreeError
 from arjuna_nav.trees.exchange import StatusChange
+from arjuna_nav.trees.files import default_tree, tree_file
 from arjuna_nav.trees.node import Tree, TreeNode
 from arjuna_nav.trees.xml_file import read_tree
 
@@ -57,7 +57,9 @@ class TreeChoice:
         if self._reload or name != self._name:
             self._contents.clear()
         try:
-            self.tree = self._asked(asked, self._folders) if asked else self._default(kind)
+            self.tree = (
+                self._read(tree_file(asked, self._folders)) if asked else self._default(kind)
+            )
         except TreeError as error:
             return str(error)
         self._name = name
@@ -71,34 +73,11 @@ class TreeChoice:
         """
         name = self._defaults[kind]
         own = name == f"{kind}.xml"  # whatever lies in the working folder by that name
-        path = shipped_file("behavior_trees") / name if own else Path(name)
-        return self._read(path) if path.is_file() else self._asked(name, (".", *self._folders[1:]))
+        path = shipped_file("behavior_trees") / name if own else default_tree(name, self._folders)
+        return self._read(path)
 
     def _read(self, path: Path) -> Tree:
         return read_tree(path, self._nodes, self._contents)
-
-    def _asked(self, name: str, folders: Sequence[str]) -> Tree:
-        """Return the tree of a name: a file in a folder, or a shipped one by its name.
-
-        Raises:
-            TreeError: There is no such file, or it holds no tree that can be run.
-        """
-        for each in folders:
-            try:
-                path = path_in_folder(each, name)
-            except MapsFolderError:
-                continue  # a path on another machine may end in the name of a shipped tree
-            if path.is_file():
-                return self._read(path)
-        shipped = shipped_file("behavior_trees")
-        own = shipped / Path(name).name
-        if own.suffix == ".xml" and own.is_file():
-            return self._read(own)
-        valid = ", ".join(sorted(each.name for each in shipped.glob("*.xml")))
-        raise TreeError(
-            f"there is no behavior tree '{name}' in the folder '{folders[0]}' (parameter "
-            f"'bt_folder'); valid: a file there, or {valid}"
-        )
 
 
 def log_msg(changes: Sequence[StatusChange], now: float) -> Any:

@@ -102,6 +102,24 @@ def test_a_map_that_nobody_has_is_a_note(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.parametrize("name", ["FILLED_AT_LAUNCH", "see the launch file", "/no/tree.xml"])
+def test_a_tree_that_nobody_has_leaves_the_default_one(name: str, tmp_path: Path) -> None:
+    key = "default_nav_to_pose_bt_xml"
+    path = written(tmp_path, f"bt_navigator: {{ros__parameters: {{{key}: {name}}}}}")
+    found = check_file(path)
+    assert found.problems == []
+    (remark,) = found.remarks
+    assert f"unknown: bt_navigator: {key}: there is no behavior tree '{name}'; the" in str(remark)
+    assert key not in found.parameters["bt_navigator"]
+
+
+@pytest.mark.parametrize("folder", ["/opt/somewhere/", "$(find-pkg-share nav2_bt_navigator)/"])
+def test_a_tree_of_nav2_s_is_known_by_its_name(folder: str, tmp_path: Path) -> None:
+    name = f"{folder}navigate_to_pose_w_replanning_and_recovery.xml"
+    text = f'bt_navigator: {{ros__parameters: {{default_nav_to_pose_bt_xml: "{name}"}}}}'
+    assert check_file(written(tmp_path, text)).remarks == []
+
+
 def test_the_demo_makes_its_own_map(tmp_path: Path) -> None:
     path = written(tmp_path, "map_server: {ros__parameters: {yaml_filename: /no/map.yaml}}")
     assert gather(parse(["demo", "--params", str(path)]))["map_server"]["yaml_filename"] == ""
