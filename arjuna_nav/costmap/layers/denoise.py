@@ -23,7 +23,7 @@ class DenoiseConfig:
 
     enabled: bool = param(True, "Whether the layer takes part.")
     minimal_group_size: int = param(
-        2, "Cells of the smallest group that stays.", minimum=0, maximum=100
+        2, "Cells of the smallest group that stays; all do below 2."
     )
     group_connectivity_type: int = param(
         8, "Neighbours that a cell is in a group with.", choices=(4, 8)
@@ -41,7 +41,7 @@ class DenoiseLayer(Layer):
     @property
     def reach(self) -> int:
         """A group that is small lies wholly within so much [cells]."""
-        return int(self.config.minimal_group_size)
+        return max(int(self.config.minimal_group_size), 0)
 
     def write(self, costs: NDArray[np.uint8], window: Window) -> None:
         """Set small groups free; those that the window's edge cuts count by what lies in it."""

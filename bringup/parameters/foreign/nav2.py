@@ -27,7 +27,7 @@ def _entries(node: str) -> tuple[tuple[str, Kind, str], ...]:
     return tuple(
         (pattern, kind, reason)
         for name in (node, "*")
-        for kind in (Kind.NOT_NEEDED, Kind.NO_EFFECT)
+        for kind in (Kind.NOT_NEEDED, Kind.NO_EFFECT, Kind.UNKNOWN)
         for reason, patterns in _TABLES["names"][kind.value].get(name, {}).items()
         for pattern in patterns.split()
     )
@@ -42,11 +42,15 @@ def of_key(node: str, key: str) -> tuple[Kind, str] | None:
 
 
 def of_value(node: str, key: str, value: Any) -> tuple[Kind, str] | None:
-    """Return why a value has no effect where other values of its parameter have one."""
+    """Return why a value has no effect where other values of its parameter have one.
+
+    A pattern's `NAME=` is before those that have none, `NAME!=` before those that have one.
+    """
     text = str(value).lower()
     for pattern, kind, reason in _entries(node):
         name, equals, values = pattern.partition("=")
-        if equals and fnmatchcase(key, name) and text in values.split("|"):
+        without = (text in values.split("|")) != name.endswith("!")
+        if equals and without and fnmatchcase(key, name.removesuffix("!")):
             return kind, reason
     return None
 
@@ -86,6 +90,8 @@ def as_today(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
         if key.endswith("plugin") and isinstance(value, str):
             value = canonical(value).replace("nav2_recoveries::", "nav2_behaviors::")
             value = value if today == key else [value]
+        if key.endswith(".input_sensor_type"):
+            value = str(value).upper()  # as Nav2 reads it
         if isinstance(value, str):
             value = _OLDER["values"].get(node, {}).get(key, {}).get(value, value)
         values[today] = value

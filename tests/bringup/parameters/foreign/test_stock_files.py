@@ -78,6 +78,8 @@ def test_a_file_of_nav2_means_here_what_it_means_there(name: str, tmp_path: Path
     for node, values in NAV2[name]["becomes"].items():
         assert {key: found.parameters[node][key] for key in values} == values
     assert len(found.remarks) == NAV2[name].get("remarks", len(found.remarks))
+    said = "\n".join(map(str, found.remarks))
+    assert [reason for reason in NAV2[name].get("reasons", ()) if reason not in said] == []
 
 
 def test_nothing_is_kept_of_a_plugin_that_the_file_replaces(tmp_path: Path) -> None:
