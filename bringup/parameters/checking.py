@@ -252,3 +252,8 @@ def read_named_files(spec: NodeSpec, values: Mapping[str, Any]) -> None:
         named_world(values["world"])
     if spec.name == "map_server" and values.get("yaml_filename"):
         load_map(values["yaml_filename"])
+    for key, value in values.items() if spec.name == "planner_server" else ():
+        if key.endswith(".lattice_filepath") and value:
+            from arjuna_nav.planners.hybrid.lattice import read
+
+            read(Path(value))

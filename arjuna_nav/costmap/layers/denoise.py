@@ -22,9 +22,7 @@ class DenoiseConfig:
     """Parameters of the denoise layer."""
 
     enabled: bool = param(True, "Whether the layer takes part.")
-    minimal_group_size: int = param(
-        2, "Cells of the smallest group that stays; all do below 2."
-    )
+    minimal_group_size: int = param(2, "Cells of the smallest group that stays; all do below 2.")
     group_connectivity_type: int = param(
         8, "Neighbours that a cell is in a group with.", choices=(4, 8)
     )

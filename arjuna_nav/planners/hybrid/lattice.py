@@ -146,6 +146,9 @@ def read(path: Path) -> Lattice:
     Raises:
         InputFileError: It cannot be read, or is no such file.
     """
+    if not path.is_file():
+        own = "without lattice_filepath, pieces bend by minimum_turning_radius"
+        raise InputFileError(path, f"there is no such file of lattice primitives; {own}")
     try:
         content = read_json(path)
         about = content["lattice_metadata"]

@@ -12,6 +12,7 @@ import yaml
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.config import load
+from arjuna_core.errors import InputFileError
 from arjuna_nav.costmap import CostmapConfig
 from bringup.cli import parse
 from bringup.parameters.checking import check_file
@@ -120,6 +121,15 @@ def test_a_tree_of_nav2_s_is_known_by_its_name(folder: str, tmp_path: Path) -> N
     name = f"{folder}navigate_to_pose_w_replanning_and_recovery.xml"
     text = f'bt_navigator: {{ros__parameters: {{default_nav_to_pose_bt_xml: "{name}"}}}}'
     assert check_file(written(tmp_path, text)).remarks == []
+
+
+def test_a_lattice_that_nobody_has_is_refused_before_anything_starts(tmp_path: Path) -> None:
+    lattice = "plugin: nav2_smac_planner/SmacPlannerLattice, lattice_filepath: /no/output.json"
+    path = written(tmp_path, f"planner_server: {{ros__parameters: {{GridBased: {{{lattice}}}}}}}")
+    (problem,) = check_file(path).problems
+    assert "planner_server: /no/output.json: there is no such file of lattice" in problem
+    with pytest.raises(InputFileError, match="without lattice_filepath, pieces bend by"):
+        gather(parse(["demo", "--params", str(path)]))
 
 
 def test_the_demo_makes_its_own_map(tmp_path: Path) -> None:
