@@ -281,10 +281,10 @@ def test_drives_the_velocity_within_reach_that_scores_least(seed: int) -> None:
 @pytest.mark.parametrize("key", ["min_speed_xy", "min_speed_theta", "max_speed_xy"])
 def test_a_speed_below_zero_limits_nothing(key: str) -> None:
     case = made_case(3)
-    free = {"min_speed_xy": 0.0, "min_speed_theta": 0.0, "max_speed_xy": 100.0}
+    free: dict[str, Any] = {"min_speed_xy": 0.0, "min_speed_theta": 0.0, "max_speed_xy": 100.0}
     slowest = {"min_speed_xy": 100.0, "min_speed_theta": 100.0} if "min" in key else {}
     expected = replace(case, config=replace(case.config, **free)).chosen()
-    limits = {**free, **slowest, key: -1.0}
+    limits: dict[str, Any] = {**free, **slowest, key: -1.0}
     assert replace(case, config=replace(case.config, **limits)).chosen() == expected
 
 
