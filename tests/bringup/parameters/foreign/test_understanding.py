@@ -32,8 +32,8 @@ ZONE = {
 RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 
 
-def understood(given: Parameters, namespace: str = "") -> Checked:
-    return understand(given, shipped_parameters(), NODES.values(), namespace)
+def understood(given: Parameters) -> Checked:
+    return understand(given, shipped_parameters(), NODES.values())
 
 
 def only(found: Checked, kind: Kind) -> str:
@@ -184,14 +184,6 @@ def test_zones_without_sources_see_nothing() -> None:
     )
 
 
-def test_of_two_robots_sections_those_of_one_hold() -> None:
-    given = {"robot1/amcl": {"max_beams": 30}, "robot2/amcl": {"max_beams": 31}}
-    found = understood(given)
-    assert "robot2/amcl: of a robot beside 'robot1', whose" in only(found, Kind.UNKNOWN)
-    assert found.parameters["amcl"]["max_beams"] == 30
-    assert understood(given, "robot2").parameters["amcl"]["max_beams"] == 31
-
-
 def test_what_is_below_a_class_in_c_is_not_unknown_below_every_node() -> None:
     given = {
         "dock_plugins": ["mine", "plain"],
@@ -249,24 +241,6 @@ def test_a_class_of_nav2_that_is_misspelt_refuses_the_file(tmp_path: Path) -> No
     assert "did you mean 'nav2_navfn_planner::NavfnPlanner'" in problem
 
 
-@pytest.mark.parametrize("section", ["<robot_namespace>/amcl", "<NAMESPACE_>amcl"])
-@pytest.mark.parametrize(("namespace", "topic"), [("", "/scan"), ("robot1", "/robot1/scan")])
-def test_the_robot_s_namespace_fills_its_placeholder(
-    namespace: str, topic: str, section: str
-) -> None:
-    given = {section: {"scan_topic": "<robot_namespace>/scan"}}
-    assert understood(given, namespace).parameters["amcl"]["scan_topic"] == topic
-
-
-@pytest.mark.parametrize(
-    ("key", "text"), [("scan_topic", "<robot_name>/scan"), ("do_beamskip", "BEAM_SKIP_ENABLED")]
-)
-def test_what_a_launch_file_fills_keeps_its_default(key: str, text: str) -> None:
-    found = understood({"amcl": {key: text}})
-    assert f"amcl: {key}: a launch file fills '{text}'" in only(found, Kind.NO_EFFECT)
-    assert key not in found.parameters["amcl"]
-
-
 def test_an_outline_of_corners_names_is_filled_by_a_launch_file() -> None:
     node = "local_costmap/local_costmap"
     found = understood({node: {"footprint": "[[front_left], [front_right], [rear]]"}})
@@ -276,16 +250,6 @@ def test_an_outline_of_corners_names_is_filled_by_a_launch_file() -> None:
 
 def test_a_word_in_capitals_is_a_value_where_texts_are() -> None:
     assert understood({"velocity_smoother": {"feedback": "OPEN_LOOP"}}).remarks == []
-
-
-def test_another_robot_s_section_is_not_needed() -> None:
-    found = understood({"robot2/amcl": {"max_beams": 30}}, "robot1")
-    assert "'amcl' of another namespace" in only(found, Kind.NOT_NEEDED)
-
-
-def test_shapes_as_zones_are_a_line_of_safety() -> None:
-    remark = only(understood({"vector_object_server": {"shapes": ["a"]}}), Kind.NO_EFFECT)
-    assert remark.startswith("no effect yet (SAFETY): vector_object_server: ")
 
 
 def test_a_zone_that_is_not_kept_is_a_line_of_its_own(tmp_path: Path) -> None:
