@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
 from bringup.parameters.files import Parameters, merged
 from bringup.scenarios.drive import Drive, believed_pose, desired_speed, placed
@@ -122,7 +121,7 @@ def course(
         robot.run(after.began + 1.0)  # the clock is at 0 until the first tick
         stage = robot.sim.simulator.stage
         settle(stage, grid, boxes, arguments.people, start, rng, after.walked)
-        driver = Course(robot, grid, arguments.radius, scene, arguments.out)
+        driver = Course(robot, FreeSpace(grid, arguments.radius), scene, arguments.out)
         driver.before, driver.number = after.at or start, after.goals
         driver.speed = desired_speed(parameters)
         yield driver
@@ -140,13 +139,12 @@ class Course:
     """Drives a robot to goals, and keeps the recordings of some drives that fail.
 
     Args:
-        radius: Of the robot, for the shortest paths [m].
         out: Where recordings go; None for none.
         kept: How many recordings are kept at most.
 
     Attributes:
         robot: In lock-step.
-        grid: All that the robot could touch, people apart.
+        space: Where goals are drawn.
         given: The goals of its scene, if it has any.
         before: The last goal that was drawn, or the start.
         number: How many goals it was driven to.
@@ -154,20 +152,13 @@ class Course:
     """
 
     def __init__(
-        self,
-        robot: Any,
-        grid: OccupancyGrid,
-        radius: float,
-        scene: Scene,
-        out: Path | None,
-        kept: int = 3,
+        self, robot: Any, space: FreeSpace, scene: Scene, out: Path | None, kept: int = 3
     ) -> None:
         from bringup.client.goals import Goals
 
-        self.robot, self.grid, self.given = robot, grid, scene.goals
+        self.robot, self.given = robot, scene.goals
         self.before, self.number, self.speed = SE2(), 0, math.nan
-        self._space, self._out = FreeSpace(grid, radius), out
-        self._kept, self._goals = kept, Goals(robot)
+        self.space, self._out, self._kept, self._goals = space, out, kept, Goals(robot)
         odom = scene.start if scene.map is None else None
         self._frame, self._T_world_frame = ("map", SE2()) if odom is None else ("odom", odom)
 
@@ -177,8 +168,8 @@ class Course:
         Raises:
             ArjunaError: None is found.
         """
-        self._space.draw(rng)  # seeds keep the goals that they have always had
-        self.before = self._space.draw_beyond(self.before, rng, shortest, tries)
+        self.space.draw(rng)  # seeds keep the goals that they have always had
+        self.before = self.space.draw_beyond(self.before, rng, shortest, tries)
         return self.before
 
     def drive(self, goal: SE2) -> Arrival:
@@ -219,7 +210,7 @@ class Course:
         """Drive to a goal within some time [s]; what it believes is read after a rest [s]."""
         robot = self.robot
         drive, start = Drive(robot, then), robot.now
-        shortest = self._space.shortest(drive.truth, goal)
+        shortest = self.space.shortest(drive.truth, goal)
         if math.isnan(shortest):  # there is no path, or none from so near a wall
             shortest = drive.truth.distance(goal)
         given = self._T_world_frame.inverse() @ goal

@@ -25,12 +25,15 @@ class FreeSpace:
         radius: The robot's inscribed radius, that no path goes nearer to a wall [m].
         clearance: From a goal to the nearest wall [m]: there is room to turn.
 
+    Attributes:
+        grid: The map.
+
     Raises:
         ArjunaError: No pose has so much room.
     """
 
     def __init__(self, grid: OccupancyGrid, radius: float, clearance: float = 0.5) -> None:
-        self.frame = grid.frame
+        self.grid, self.frame = grid, grid.frame
         # between the edges of cells, not their centres
         gaps = (distance_transform_edt(grid.free()) - 0.5) * grid.frame.resolution
         self._open: NDArray[np.bool_] = gaps >= radius

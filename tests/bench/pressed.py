@@ -62,9 +62,10 @@ class Pair:
     """
 
     def __init__(self, driver: Course, rng: np.random.Generator) -> None:
-        room = PERSON[0] + driver.grid.frame.resolution
+        grid = driver.space.grid
+        room = PERSON[0] + grid.frame.resolution
         self._robot, self._rng = driver.robot, rng
-        self._space = FreeSpace(driver.grid, room, room)
+        self._space = FreeSpace(grid, room, room)
         self._stage, self._step = driver.robot.sim.simulator.stage, driver.robot.step
         self._walking = False
         self.meetings, self._due = 0, driver.robot.now
