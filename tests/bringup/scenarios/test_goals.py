@@ -93,7 +93,7 @@ def test_goals_are_far_enough_from_each_other_or_refused() -> None:
     frame = GridFrame(0.05, 100, 100, SE2())
     grid = OccupancyGrid(frame, np.full(frame.shape, FREE, np.int8))
     rng, start = np.random.default_rng(0), SE2(1.0, 1.0)
-    course = Course(None, grid, 0.2, Scene(Path(), Path(), grid), None)
+    course = Course(None, FreeSpace(grid, radius=0.2), Scene(Path(), Path(), grid), None)
     course.before = start
     goals = [course.draw(rng, shortest=2.0) for _ in range(20)]
     steps = [a.distance(b) for a, b in zip((start, *goals), goals, strict=False)]
