@@ -5,11 +5,11 @@ from __future__ import annotations
 import itertools
 import math
 import re
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import norm
 
 from arjuna_core.config import dotted
 from bringup.campaign.comparison import (
@@ -64,9 +64,10 @@ def exact_bca(data: list[float]) -> tuple[float, float]:
     below = np.mean(means < np.mean(data)) + 0.5 * np.mean(np.isclose(means, np.mean(data)))
     left_out = np.array([np.mean(data[:k] + data[k + 1 :]) for k in range(len(data))])
     d = left_out.mean() - left_out
-    z0, a = norm.ppf(below), (d**3).sum() / (6.0 * (d**2).sum() ** 1.5)
-    ends = [z0 + (z0 + z) / (1.0 - a * (z0 + z)) for z in (norm.ppf(0.025), norm.ppf(0.975))]
-    low, high = np.quantile(means, norm.cdf(ends))
+    normal = NormalDist()
+    z0, a = normal.inv_cdf(below), (d**3).sum() / (6.0 * (d**2).sum() ** 1.5)
+    ends = [z0 + (z0 + z) / (1.0 - a * (z0 + z)) for z in map(normal.inv_cdf, (0.025, 0.975))]
+    low, high = np.quantile(means, [normal.cdf(end) for end in ends])
     return float(low), float(high)
 
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy
 from numpy.typing import NDArray
 from scipy.linalg import solve_banded
-from scipy.signal import savgol_filter
 
 from arjuna_core.errors import ConfigError
 from arjuna_nav.planners import path as paths
@@ -91,7 +91,8 @@ def fitted(points: NDArray[np.float64], size: int = 7, order: int = 2) -> NDArra
     """Return the middles of polynomials; both ends are mirrored and stay."""
     k = size // 2
     before, after = 2.0 * points[0] - points[k:0:-1], 2.0 * points[-1] - points[-2 : -2 - k : -1]
-    result = savgol_filter(np.vstack((before, points, after)), size, order, axis=0)[k:-k]
+    longer = np.vstack((before, points, after))
+    result = scipy.signal.savgol_filter(longer, size, order, axis=0)[k:-k]
     result[[0, -1]] = points[[0, -1]]
     return np.asarray(result)
 

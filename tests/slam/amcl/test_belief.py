@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import chi2, norm
 
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.belief import (
@@ -162,6 +161,8 @@ def test_where_nothing_is_tied_or_injected_nothing_is_done() -> None:
 
 @pytest.mark.parametrize("bins", [3, 10, 100, 1000])
 def test_kld_count_is_the_chi_square_quantile_over_twice_the_error(bins: int) -> None:
+    from scipy.stats import chi2, norm  # half a second to import
+
     quantile = float(chi2.ppf(norm.cdf(0.99), bins - 1))  # Fox 2003, eq. 5, which eq. 7 approaches
     assert kld_count(bins, 0.05, 0.99, 1, 10**9) == pytest.approx(quantile / 0.1, rel=0.02)
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import lfilter, savgol_filter
 
 from arjuna_core.config import load
 from arjuna_core.se2 import SE2
@@ -47,7 +47,8 @@ def made_noise(config: MppiConfig, columns: int = BATCH) -> Floats:
     white = rng.standard_normal(shape, dtype=np.float32).astype(np.float64)
     keep = math.exp(-DT / config.noise_time) if config.noise_time else 0.0
     white[:, 1:] *= math.sqrt(1.0 - keep**2)
-    noise: Floats = deviations[:, None, None] * lfilter([1.0], [1.0, -keep], white, axis=1)
+    kept = scipy.signal.lfilter([1.0], [1.0, -keep], white, axis=1)
+    noise: Floats = deviations[:, None, None] * kept
     return noise
 
 
@@ -63,7 +64,7 @@ def improved(config: MppiConfig, found: Floats, driven: Floats, costs: Floats) -
     weights = np.exp(-(total - total.min()) / config.temperature)
     mean = found + noise @ (weights / weights.sum())
     padded = np.hstack((driven, mean, np.repeat(mean[:, -1:], 4, axis=1)))
-    better: Floats = savgol_filter(padded, 9, 2)[:, 4:-4]
+    better: Floats = scipy.signal.savgol_filter(padded, 9, 2)[:, 4:-4]
     return better
 
 
