@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -146,7 +147,7 @@ def read(path: Path) -> Lattice:
     Raises:
         InputFileError: It cannot be read, or is no such file.
     """
-    if not path.is_file():
+    if not os.path.isfile(path):  # noqa: PTH113 - Path.is_file raises where a name is too long
         own = "without lattice_filepath, pieces bend by minimum_turning_radius"
         raise InputFileError(path, f"there is no such file of lattice primitives; {own}")
     try:
