@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.config import NoParameters, param
+from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.se2 import wrap
@@ -102,9 +102,6 @@ SMOOTHERS = PluginTypes(
     "smoother",
     {
         _SIMPLE: "arjuna_nav.smoothers.smoothers:SimpleSmoother",
-        "nav2_constrained_smoother::ConstrainedSmoother": (
-            "arjuna_nav.smoothers.smoothers:ConstrainedSmoother"
-        ),
         "nav2_smoother::SavitzkyGolaySmoother": (
             "arjuna_nav.smoothers.smoothers:SavitzkyGolaySmoother"
         ),
@@ -149,15 +146,6 @@ class SimpleSmoother:
         passes = 1 + config.refinement_num * config.do_refinement
         by_parts = config.enforce_path_inversion
         return in_passes(path, costmap, passes, lambda points: relax(points, *weights), by_parts)
-
-
-class ConstrainedSmoother(SimpleSmoother):
-    """Takes the place of Nav2's constrained smoother, whose weights it has not."""
-
-    Config: ClassVar[type[Any]] = NoParameters
-
-    def __init__(self, config: NoParameters) -> None:
-        super().__init__(SimpleSmootherConfig())
 
 
 @dataclass(frozen=True)
