@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 
 import numpy as np
@@ -162,10 +163,16 @@ def friction_of(
         for name in drive.rolling
     )
     carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g}
+    casters = {n: urdf.T_root(n).position[:2] for n in carried & lowest.keys() if _CASTER.search(n)}
     for name, (low, kind) in lowest.items():
         is_ball = kind is Kind.SPHERE
+        # Of a caster's parts, which stand together, the lowest.
+        is_caster = name in casters and all(
+            low <= lowest[other][0] or math.dist(casters[name], casters[other]) > drive.radius
+            for other in casters
+        )
         # [m] A robot leans on a caster, wherever below its axles that is.
-        gap = drive.radius if is_ball or _CASTER.search(name) is not None else CASTER_GAP_MAX
+        gap = drive.radius if is_ball or is_caster else CASTER_GAP_MAX
         if name in carried and name not in friction and low < ground + gap:
             friction[name] = CASTER_FRICTION
             if not is_ball:

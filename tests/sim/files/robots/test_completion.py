@@ -220,6 +220,23 @@ def test_balls_and_casters_slide_where_a_robot_may_lean_on_them(z: float, slides
     assert notes == (("link 'rear_castor': slides along on the ground, as a caster",) * slides)
 
 
+def test_a_bracket_above_its_caster_s_wheel_does_not_slide() -> None:
+    urdf = robot(
+        *(link("base"), link("wheel", TYRE), link("caster_base", SKID)),
+        *(Link("fork", None, (), ()), link("caster_wheel", BALL)),
+        fixed=(("base", "caster_base"), ("base", "fork"), ("fork", "caster_wheel")),
+        positions={
+            "caster_base": Pose3((0.3, 0.0, -0.03)),
+            "fork": Pose3((0.3, 0.0, 0.0)),
+            "caster_wheel": Pose3((-0.02, 0.0, -0.08)),
+            "wheel": Pose3((0.0, 0.3, 0.0)),
+        },
+    )
+    xml = urdf_file()
+    assert friction_of(xml, urdf, GazeboSettings(), DRIVE) == {"caster_wheel": 0.01}
+    assert texts(xml.notes) == ()
+
+
 def test_what_the_file_says_of_a_caster_is_kept() -> None:
     assert friction(said={"skid": 0.3})[0] == {"skid": 0.3}
     wheels = friction(said={"wheel": 0.2})[0]
