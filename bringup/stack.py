@@ -209,11 +209,6 @@ def _beside_navigation(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSp
     return list(found.values())
 
 
-def _further(name: str) -> NodeSpec:
-    origins = (origin for pattern, (_, origin) in _FURTHER.items() if fnmatchcase(name, pattern))
-    return NodeSpec(name, *next(origins))
-
-
 def fusion_nodes(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
     """Return robot_localization's nodes: the filters' sections, of any name, have sensors' masks.
 
@@ -309,11 +304,15 @@ NAV2_PROGRAMS: dict[tuple[str, str], NodeSpec] = {
     ("nav2_amcl", "amcl"): AMCL,
     ("nav2_behaviors", "behavior_server"): BEHAVIOR_SERVER,
     ("nav2_bt_navigator", "bt_navigator"): BT_NAVIGATOR,
-    ("nav2_collision_monitor", "collision_detector"): _further("collision_detector"),
+    ("nav2_collision_monitor", "collision_detector"): NodeSpec(
+        "collision_detector", *_FURTHER["collision_detector"][1]
+    ),
     ("nav2_collision_monitor", "collision_monitor"): COLLISION_MONITOR,
     ("nav2_controller", "controller_server"): CONTROLLER_SERVER,
     ("nav2_lifecycle_manager", "lifecycle_manager"): LIFECYCLE_MANAGER,
-    ("nav2_map_server", "costmap_filter_info_server"): _further("costmap_filter_info_server"),
+    ("nav2_map_server", "costmap_filter_info_server"): NodeSpec(
+        "costmap_filter_info_server", *_FURTHER["*filter_info_server"][1]
+    ),
     ("nav2_map_server", "map_saver_server"): MAP_SAVER,
     ("nav2_map_server", "map_server"): MAP_SERVER,
     ("nav2_planner", "planner_server"): PLANNER_SERVER,

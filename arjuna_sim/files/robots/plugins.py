@@ -325,11 +325,12 @@ def _kinematics(
 def _note_unread(xml: XmlFile, plugin: Element, label: str) -> None:
     given = {plain(child.tag): (child.text or "").strip() for child in plugin.iter()}
     unread = sorted(
-        child.tag
-        for child in plugin.iter()
-        if plain(child.tag) not in _READ and not _mirrors(given, plain(child.tag))
+        {
+            child.tag
+            for child in plugin.iter()
+            if plain(child.tag) not in _READ and not _mirrors(given, plain(child.tag))
+        }
     )
-    unread = list(dict.fromkeys(unread))
     if unread:
         xml.note(
             f"{label}: not simulated: {', '.join(f'<{tag}>' for tag in unread)}", NoteKind.IGNORED

@@ -24,7 +24,6 @@ REMEDIES = {
     "rqt_reconfigure": "'arjuna view --foxglove' serves Foxglove, whose panel Parameters sets them",
     "moveit_ros_move_group": "arms are not planned for here",
     "interactive_marker_twist_server": "'arjuna view' and 'arjuna teleop' drive",
-    "foxglove_bridge": "'arjuna view --foxglove' serves Foxglove",
     "turtlebot3_bringup": _DRIVER,
     "moveit_configs_utils": "arms are not planned for here",
     "webots_ros2_driver": "worlds of Webots are not read: 'arjuna sim' simulates",

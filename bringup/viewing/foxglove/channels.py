@@ -19,8 +19,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.context import class_of
 from arjuna_core.ros.qos import profile_of
 from bringup.recording.listener import offers_of
-from bringup.recording.message_definitions import message_definition
-from bringup.viewing.foxglove.offers import Offers, visible
+from bringup.viewing.foxglove.offers import Offers, encoding_of, visible
 from bringup.viewing.foxglove.server import ERROR, WARNING, Client
 
 _LITTLE_ENDIAN_CDR = b"\x00\x01"
@@ -28,13 +27,7 @@ _LITTLE_ENDIAN_CDR = b"\x00\x01"
 
 def _described(topic: str, type_name: str) -> dict[str, Any]:
     class_of(type_name)
-    return {
-        "topic": topic,
-        "encoding": "cdr",
-        "schemaName": type_name,
-        "schema": message_definition(type_name),
-        "schemaEncoding": "ros2msg",
-    }
+    return {"topic": topic, **encoding_of(type_name)}
 
 
 class Channels:

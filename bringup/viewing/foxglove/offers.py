@@ -8,12 +8,23 @@ from typing import Any
 
 from rclpy.node import Node
 
+from bringup.recording.message_definitions import message_definition
 from bringup.viewing.foxglove.server import Client
 
 
 def visible(found: Sequence[tuple[str, Sequence[str]]]) -> dict[str, str]:
     """Return the types of names that are not hidden."""
     return {name: types[0] for name, types in found if types and "/_" not in name}
+
+
+def encoding_of(type_name: str) -> dict[str, Any]:
+    """Return what is sent of how messages of a type are written."""
+    return {
+        "encoding": "cdr",
+        "schemaName": type_name,
+        "schema": message_definition(type_name),
+        "schemaEncoding": "ros2msg",
+    }
 
 
 @dataclass

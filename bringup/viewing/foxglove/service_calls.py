@@ -10,8 +10,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
 
 from arjuna_core.ros.context import class_of
-from bringup.recording.message_definitions import message_definition
-from bringup.viewing.foxglove.offers import Offers, visible
+from bringup.viewing.foxglove.offers import Offers, encoding_of, visible
 from bringup.viewing.foxglove.server import Client
 
 
@@ -20,10 +19,8 @@ def _described(name: str, type_name: str) -> dict[str, Any]:
     class_of(type_name)
     fields: dict[str, Any] = {"name": name, "type": type_name}
     for part in ("request", "response"):
-        full = f"{type_name}_{part.capitalize()}"
-        schema = fields[f"{part}Schema"] = message_definition(full)
-        names = {"encoding": "cdr", "schemaName": full, "schemaEncoding": "ros2msg"}
-        fields[part] = {**names, "schema": schema}
+        fields[part] = encoding_of(f"{type_name}_{part.capitalize()}")
+        fields[f"{part}Schema"] = fields[part]["schema"]
     return fields
 
 
