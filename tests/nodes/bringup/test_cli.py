@@ -223,7 +223,7 @@ def test_a_bad_input_is_refused_in_one_line_and_starts_nothing(
     files: dict[str, str],
     argv: list[str],
     problem: str,
-    capsys: pytest.CaptureFixture[str],
+    capfd: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
@@ -231,7 +231,7 @@ def test_a_bad_input_is_refused_in_one_line_and_starts_nothing(
     for name, text in files.items():
         _write(name, text)
     assert cli.run(parse(["sim", *argv])) == 2
-    (line,) = capsys.readouterr().err.splitlines()
+    (line,) = capfd.readouterr().err.splitlines()
     assert line.startswith("error: ")
     assert problem in line
     assert Starts.specs == ()
@@ -249,20 +249,20 @@ def test_a_bad_map_is_refused(
     text: str | None,
     problem: str,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr(inputs, "groups_of", lambda arguments: (LOCALIZATION_GROUP,))
     if text is not None:
         _write("m.yaml", text)
     assert cli.run(parse(["nav", "--map", "m.yaml"])) == 2
-    assert problem in capsys.readouterr().err
+    assert problem in capfd.readouterr().err
     assert Starts.specs == ()
 
 
 def test_a_demo_folder_that_cannot_be_written_is_refused(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     _write("taken", "a file")
     monkeypatch.setattr(inputs, "gather", lambda arguments: {})
     assert cli.run(parse(["demo", "--out", "taken/demo"])) == 2
-    assert "taken/demo: cannot be written: Not a directory" in capsys.readouterr().err
+    assert "taken/demo: cannot be written: Not a directory" in capfd.readouterr().err
