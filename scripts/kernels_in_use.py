@@ -17,8 +17,6 @@ import numpy as np
 from numba.core import types
 from numba.core.dispatcher import Dispatcher
 
-from scripts.kernels import PACKAGES
-
 Entry = tuple[str, str, list[Any]]
 _ARRAY = re.compile(r"(\w+)\[(\d)([ACF])(r?)\]")
 
@@ -144,7 +142,7 @@ def of_a_demo() -> list[Entry]:
 def in_use() -> list[Entry]:
     """Return the functions that this process has compiled or loaded, with each one's types."""
     found: dict[int, tuple[str, str, Any]] = {}
-    for module in sorted(name for name in sys.modules if name.split(".")[0] in PACKAGES):
+    for module in sorted(name for name in sys.modules if name.startswith("arjuna_")):
         for name, value in vars(sys.modules[module]).items():
             if isinstance(value, Dispatcher) and _caches(value):
                 own = value.py_func.__module__ == module

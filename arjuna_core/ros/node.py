@@ -142,12 +142,13 @@ class ManagedNode(Guarded, LifecycleNode):
 
     def run_due(self, now: float) -> None:
         """Run the periodic tasks that are due at a time [s]; the process calls this."""
+        due_at = math.inf
         if self.active:
             for periodic, task in self._tasks:
                 if periodic.due(now):
                     task()
-        rests = not (self.active and self._tasks)
-        self.due_at = math.inf if rests else min([periodic.next for periodic, _ in self._tasks])
+                due_at = min(due_at, periodic.next)
+        self.due_at = due_at
 
     def publisher(self, message_type: Any, topic: str, profile: Any) -> Any:
         """Create a publisher that lives until cleanup; `/` is the robot's namespace."""

@@ -13,6 +13,7 @@ from launch import (
     launch_description_sources,
     logging,
     substitutions,
+    tags,
 )
 from launch.action import (
     Action,
@@ -27,11 +28,12 @@ from launch.condition import Condition
 from launch.event_handler import BaseEventHandler, Event, EventHandler
 from launch.launch_context import LaunchContext
 from launch.launch_description import LaunchDescription
-from launch.launch_description_source import InvalidLaunchFileError, LaunchDescriptionSource
+from launch.launch_description_source import LaunchDescriptionSource
 from launch.launch_introspector import LaunchIntrospector
 from launch.launch_service import LaunchService
 from launch.some_substitutions_type import SomeSubstitutionsType, SomeSubstitutionsType_types_tuple
 from launch.substitution import Substitution
+from launch.texts import InvalidLaunchFileError
 
 __all__ = [
     "Action",
@@ -62,6 +64,7 @@ __all__ = [
     "launch_description_sources",
     "logging",
     "substitutions",
+    "tags",
 ]
 
 import_by_file(

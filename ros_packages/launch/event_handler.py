@@ -6,35 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from launch.action import Entities, entities
-from launch.launch_context import LaunchContext
+from launch.launch_context import BaseEventHandler, Event, LaunchContext
 
-
-class Event:
-    """Something that has happened."""
-
-    name = "launch.Event"
-
-
-class BaseEventHandler:
-    """Decides which events it handles, and returns what is visited then.
-
-    Attributes:
-        configurations: Those of when it was registered.
-    """
-
-    def __init__(self, *, matcher: Callable[[Any], bool], handle_once: bool = False) -> None:
-        self._matcher, self._once, self._handled = matcher, handle_once, False
-        self.configurations: dict[str, str] = {}
-
-    def matches(self, event: Any) -> bool:
-        """Return whether it handles an event."""
-        return not (self._once and self._handled) and bool(self._matcher(event))
-
-    def handle(self, event: Any, context: LaunchContext) -> Any:
-        """Return what is visited because of an event."""
-        self._handled = True
-        context.extend_locals({"event": event})
-        return None
+__all__ = ["BaseEventHandler", "Event", "EventHandler"]
 
 
 class EventHandler(BaseEventHandler):

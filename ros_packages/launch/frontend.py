@@ -15,18 +15,22 @@ from arjuna_core.errors import nearest
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.xml_text import parse_xml
 from arjuna_core.files.yaml_file import read_yaml
-from launch import actions, substitutions
+from launch import substitutions
 from launch.action import Action
 from launch.conditions import IfCondition, UnlessCondition
 from launch.launch_description import LaunchDescription
-from launch.launch_description_source import InvalidLaunchFileError
-from launch.launch_description_sources import AnyLaunchDescriptionSource
-from launch.texts import Text, closing, expose_substitution, parse_substitution
+from launch.texts import (
+    InvalidLaunchFileError,
+    Text,
+    closing,
+    expose_substitution,
+    parse_substitution,
+)
 
 __all__ = ["Entity", "Parser", "closing", "expose_action", "expose_substitution"]
 __all__ += ["parse_substitution"]
 
-_EXTENSIONS = ("ros_gz_bridge.actions", "ros_gz_sim.actions")
+_EXTENSIONS = ("launch_ros.frontend", "ros_gz_bridge.actions", "ros_gz_sim.actions")
 _LARGEST = 2**20  # [bytes] a bound on the memory that a foreign file can take
 
 
@@ -85,6 +89,10 @@ class Entity:
         return kinds.get(data_type, data_type if data_type in (int, float) else str)(text)
 
 
+TAGS: dict[str, Callable[[Entity], Action]] = {}
+"""What makes the action of an element, by its tag; whoever has actions adds to it."""
+
+
 class Parser:
     """What an action's own `parse` asks for: texts and actions of what is in it."""
 
@@ -110,7 +118,7 @@ def expose_action(name: str) -> Callable[[type[Any]], type[Any]]:
             found: Action = chosen(**given)
             return found
 
-        _ACTIONS[name] = made
+        TAGS[name] = made
         return kind
 
     return exposed
@@ -165,108 +173,15 @@ def _description(path: Path, root: Entity) -> LaunchDescription:
 
 def action_of(entity: Entity) -> Action:
     """Return the action of an element."""
-    from launch_ros.frontend import ACTIONS
-
-    if entity.tag not in {**_ACTIONS, **ACTIONS}:
+    if entity.tag not in TAGS:
         for extension in entry_points(group="launch.frontend.launch_extension"):
             extension.load()
         for module in _EXTENSIONS:
             import_module(module)
-    known = {**_ACTIONS, **ACTIONS}
-    if entity.tag not in known:
-        raise InvalidLaunchFileError(f"<{entity.tag}> is unknown; {nearest(entity.tag, known)}")
-    made = known[entity.tag](entity)
+    if entity.tag not in TAGS:
+        raise InvalidLaunchFileError(f"<{entity.tag}> is unknown; {nearest(entity.tag, TAGS)}")
+    made = TAGS[entity.tag](entity)
     for name, kind in (("if", IfCondition), ("unless", UnlessCondition)):
         if name in entity.texts:
             made.condition = kind(entity.needed(name))
     return made
-
-
-def _inside(entity: Entity, *without: str) -> list[Action]:
-    return [action_of(child) for child in entity.children if child.tag not in without]
-
-
-def _argument(entity: Entity) -> Action:
-    if "value" in entity.texts:  # as ROS 1 has it
-        return _let(entity)
-    choices = [child.texts["value"] for child in entity.all("choice")]
-    return actions.DeclareLaunchArgument(
-        entity.texts["name"],
-        default_value=entity.text("default"),
-        description=entity.texts.get("description", ""),
-        choices=choices or None,
-    )
-
-
-def _let(entity: Entity) -> Action:
-    return actions.SetLaunchConfiguration(entity.needed("name"), entity.needed("value"))
-
-
-def _include(entity: Entity) -> Action:
-    pairs = [
-        (one.needed("name"), one.needed("value", "default"))
-        for one in (*entity.all("arg"), *entity.all("let"))
-    ]
-    source = AnyLaunchDescriptionSource(entity.needed("file"))
-    return actions.IncludeLaunchDescription(source, launch_arguments=pairs)
-
-
-def _group(entity: Entity) -> Action:
-    kept = {str(i): one for i, one in enumerate(entity.all("keep"))}
-    return actions.GroupAction(
-        _inside(entity, "keep"),
-        scoped=entity.flag("scoped", True),
-        forwarding=entity.flag("forwarding", True),
-        launch_configurations={one.texts["name"]: one.needed("value") for one in kept.values()},
-    )
-
-
-def of_process(entity: Entity) -> dict[str, Any]:
-    """Return what a process and a node have in common."""
-    usual = {
-        name: entity.text(given)
-        for name, given in (
-            *(("output", "output"), ("cwd", "cwd"), ("respawn", "respawn")),
-            *(("sigterm_timeout", "sigterm_timeout"), ("sigkill_timeout", "sigkill_timeout")),
-            ("prefix", "launch-prefix" if "launch-prefix" in entity.texts else "launch_prefix"),
-        )
-    }
-    found: dict[str, Any] = {name: text for name, text in usual.items() if text is not None}
-    if "respawn_delay" in entity.texts:
-        found["respawn_delay"] = float(entity.texts["respawn_delay"])
-    if entity.texts.get("on_exit") == "shutdown":
-        found["on_exit"] = actions.Shutdown()
-    variables = {"".join(e.texts["name"]): e.needed("value") for e in entity.all("env")}
-    return {**found, **({"additional_env": variables} if variables else {})}
-
-
-def _executable(entity: Entity) -> Action:
-    given = of_process(entity)
-    if (name := entity.text("name")) is not None:
-        given["name"] = name
-    words = [entity.needed("cmd"), *([entity.needed("args")] if "args" in entity.texts else [])]
-    command: Any = [words[0]] if len(words) == 1 else [[*words[0], " ", *words[1]]]
-    return actions.ExecuteProcess(cmd=command, shell=True, **given)  # noqa: S604 - its own words
-
-
-def _environment(kind: type[Any]) -> Callable[[Entity], Action]:
-    def of(entity: Entity) -> Action:
-        rest = {"prepend": True} if entity.texts.get("prepend") == "true" else {}
-        return kind(entity.needed("name"), entity.needed("value"), **rest)  # type: ignore[no-any-return]
-
-    return of
-
-
-_ACTIONS: dict[str, Callable[[Entity], Action]] = {
-    "append_env": _environment(actions.AppendEnvironmentVariable),
-    "arg": _argument,
-    "executable": _executable,
-    "group": _group,
-    "include": _include,
-    "let": _let,
-    "log": lambda e: actions.LogInfo(msg=e.needed("message")),
-    "set_env": _environment(actions.SetEnvironmentVariable),
-    "shutdown": lambda e: actions.Shutdown(reason=e.texts.get("reason", "reason not given")),
-    "timer": lambda e: actions.TimerAction(period=e.needed("period"), actions=_inside(e)),
-    "unset_env": lambda e: actions.UnsetEnvironmentVariable(e.needed("name")),
-}

@@ -1,4 +1,4 @@
-"""State that is known while launching."""
+"""State that is known while launching, and the bases of what is asked with it."""
 
 from __future__ import annotations
 
@@ -6,11 +6,52 @@ import asyncio
 import os
 from collections.abc import Callable, Coroutine, Iterable, Mapping
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from launch.event_handler import BaseEventHandler, Event
-    from launch.substitution import Substitution
+from launch.logging import get_logger
+
+
+class Substitution:
+    """A text that is known only while launching."""
+
+    def describe(self) -> str:
+        """Return it as text for people."""
+        return f"{type(self).__name__}({', '.join(map(str, vars(self).values()))})"
+
+    def __repr__(self) -> str:
+        return self.describe()
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return its value."""
+        raise NotImplementedError
+
+
+class Event:
+    """Something that has happened."""
+
+    name = "launch.Event"
+
+
+class BaseEventHandler:
+    """Decides which events it handles, and returns what is visited then.
+
+    Attributes:
+        configurations: Those of when it was registered.
+    """
+
+    def __init__(self, *, matcher: Callable[[Any], bool], handle_once: bool = False) -> None:
+        self._matcher, self._once, self._handled = matcher, handle_once, False
+        self.configurations: dict[str, str] = {}
+
+    def matches(self, event: Any) -> bool:
+        """Return whether it handles an event."""
+        return not (self._once and self._handled) and bool(self._matcher(event))
+
+    def handle(self, event: Any, context: LaunchContext) -> Any:
+        """Return what is visited because of an event."""
+        self._handled = True
+        context.extend_locals({"event": event})
+        return None
 
 
 class LaunchContext:
@@ -128,8 +169,6 @@ class LaunchContext:
         self.tasks.discard(task)
         self._woken.set()
         if not task.cancelled() and (error := task.exception()) is not None:
-            from launch.logging import get_logger
-
             self.problems.append(str(error))
             get_logger("launch").error(f"{type(error).__name__}: {error}")
 

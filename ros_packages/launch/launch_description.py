@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from launch.action import Entities, LaunchDescriptionEntity
+from launch.declare_launch_argument import DeclareLaunchArgument
 from launch.launch_context import LaunchContext
-
-if TYPE_CHECKING:
-    from launch.actions import DeclareLaunchArgument
 
 
 class LaunchDescription(LaunchDescriptionEntity):
@@ -34,8 +32,6 @@ class LaunchDescription(LaunchDescriptionEntity):
         self, conditional_inclusion: bool = False
     ) -> list[DeclareLaunchArgument]:
         """Return the arguments that it and what it includes declare, each name once."""
-        from launch.actions import DeclareLaunchArgument
-
         found: dict[str, DeclareLaunchArgument] = {}
 
         def walk(entity: Any) -> None:

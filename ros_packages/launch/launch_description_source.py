@@ -7,15 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from arjuna_core.files.input_file import head_of
+from launch.frontend import of_xml, of_yaml
 from launch.launch_context import LaunchContext
 from launch.launch_description import LaunchDescription
+from launch.missing import without_missing
 from launch.substitution import SomeSubstitutionsType, perform_substitutions
+from launch.texts import InvalidLaunchFileError
 
 _FUNCTION = "generate_launch_description"
-
-
-class InvalidLaunchFileError(RuntimeError):
-    """A file is no launch file; the message says why."""
 
 
 class LaunchDescriptionSource:
@@ -37,8 +36,6 @@ class LaunchDescriptionSource:
         """Return the description; a file is read once."""
         self.location = self.location or perform_substitutions(context, self._location)
         if self._description is None:
-            from launch.missing import without_missing
-
             path = Path(self.location)
             self._description = without_missing(context, lambda: description_of(path))
         return self._description
@@ -46,8 +43,6 @@ class LaunchDescriptionSource:
 
 def description_of(path: Path) -> LaunchDescription:
     """Read a launch file: by its ending, else by how it begins."""
-    from launch.frontend import of_xml, of_yaml
-
     if not path.is_file():
         beside = sorted(each.name for each in path.parent.glob("*") if each.is_file())
         there = f"; there are {', '.join(beside[:20])}" if beside else ""

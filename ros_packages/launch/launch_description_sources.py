@@ -6,8 +6,9 @@ from pathlib import Path
 
 from launch.launch_context import LaunchContext
 from launch.launch_description import LaunchDescription
-from launch.launch_description_source import InvalidLaunchFileError, LaunchDescriptionSource
+from launch.launch_description_source import LaunchDescriptionSource
 from launch.substitution import SomeSubstitutionsType
+from launch.texts import InvalidLaunchFileError
 
 __all__ = [
     "AnyLaunchDescriptionSource",

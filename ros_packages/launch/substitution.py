@@ -6,35 +6,29 @@ import os
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Union
+from typing import Any, Union
 
 from ament_index_python import get_package_share_directory
 from ament_index_python.packages import PackageNotFoundError
 
-if TYPE_CHECKING:
-    from launch.launch_context import LaunchContext
+from launch.launch_context import LaunchContext, Substitution
 
+__all__ = [
+    "SomeSubstitutionsType",
+    "Substitution",
+    "SubstitutionFailure",
+    "TextSubstitution",
+    "found_here",
+    "normalize_to_list_of_substitutions",
+    "perform_substitutions",
+    "performed",
+]
 
 _OF_ROS = re.compile(r"/opt/ros/\w+/share/([\w-]+)(?=/)")
 
 
 class SubstitutionFailure(RuntimeError):
     """A substitution has no value; the message says why."""
-
-
-class Substitution:
-    """A text that is known only while launching."""
-
-    def describe(self) -> str:
-        """Return it as text for people."""
-        return f"{type(self).__name__}({', '.join(map(str, vars(self).values()))})"
-
-    def __repr__(self) -> str:
-        return self.describe()
-
-    def perform(self, context: LaunchContext) -> str:
-        """Return its value."""
-        raise NotImplementedError
 
 
 SomeSubstitutionsType = Union[

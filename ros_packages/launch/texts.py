@@ -8,10 +8,13 @@ from typing import Any
 
 from arjuna_core.errors import nearest
 from launch import substitutions
-from launch.launch_description_source import InvalidLaunchFileError
 from launch.substitution import Substitution, TextSubstitution
 
 Text = list[Substitution]
+
+
+class InvalidLaunchFileError(RuntimeError):
+    """A file is no launch file; the message says why."""
 
 
 def parse_substitution(text: str) -> Text:

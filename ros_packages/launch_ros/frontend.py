@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 from launch.action import Action
-from launch.frontend import Entity, of_process
+from launch.frontend import TAGS, Entity
+from launch.tags import of_process
 from launch.texts import Text, closing, parse_substitution
 
 from launch_ros import actions
@@ -82,7 +83,7 @@ def _nodes_of(kind: Any) -> Callable[[Entity], Action]:
     return lambda entity: kind(composable_node_descriptions=_composable(entity))
 
 
-ACTIONS: dict[str, Callable[[Entity], Action]] = {
+TAGS |= {
     "node": node,
     "lifecycle_node": lambda e: node(e, actions.LifecycleNode),
     "node_container": _nodes_of(actions.ComposableNodeContainer),
@@ -93,4 +94,3 @@ ACTIONS: dict[str, Callable[[Entity], Action]] = {
     "set_remap": lambda e: actions.SetRemap(e.needed("from"), e.needed("to")),
     "set_use_sim_time": lambda e: actions.SetUseSimTime(_value(e)),
 }
-"""The actions of launch_ros by their tags."""

@@ -17,6 +17,7 @@ from launch.substitution import (
     found_here,
     perform_substitutions,
 )
+from launch.texts import parse_substitution
 
 from arjuna_core.files.input_file import read_text
 from arjuna_core.files.whole_file import in_new_file
@@ -66,7 +67,6 @@ class ParameterFile:
             allowed = perform_substitutions(context, allowed).lower() in ("true", "1")
         if not allowed:
             return path
-        from launch.frontend import parse_substitution
 
         def replaced(match: re.Match[str]) -> str:
             return perform_substitutions(context, parse_substitution(match[0]))

@@ -97,6 +97,14 @@ class Page:
         result = self.call("Runtime.evaluate", expression=script, returnByValue=True)
         return result["result"].get("value")
 
+    def draw(self, pictures: int = 3) -> None:
+        """Wait until the page has drawn some more pictures."""
+        frames = (
+            "done => (function next(n) { n ? requestAnimationFrame(() => next(n - 1)) : done() })"
+        )
+        script = f"new Promise({frames}({pictures}))"
+        self.call("Runtime.evaluate", expression=script, awaitPromise=True)
+
     def text(self) -> str:
         """Return the page's text."""
         return str(self.evaluate("document.body.innerText"))

@@ -72,9 +72,10 @@ class Watched:
         self.until(lambda: text in self.page.text(), ticks=0)
 
     def press(self, label: str, answer: str) -> None:
-        """Press a button and wait until the page says that it was."""
+        """Press a button and wait until the page says and shows that it was."""
         self.page.press(label)
         self.until_it_says(answer)
+        self.page.draw()  # words come first; a drag before the scene follows turns the view
 
     @property
     def looks_at(self) -> list[Any]:
