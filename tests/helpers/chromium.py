@@ -99,10 +99,10 @@ class Page:
 
     def draw(self, pictures: int = 3) -> None:
         """Wait until the page has drawn some more pictures."""
-        frames = (
-            "done => (function next(n) { n ? requestAnimationFrame(() => next(n - 1)) : done() })"
+        script = (
+            "new Promise(done => (function next(n) {"
+            f" n ? requestAnimationFrame(() => next(n - 1)) : done() }})({pictures}))"
         )
-        script = f"new Promise({frames}({pictures}))"
         self.call("Runtime.evaluate", expression=script, awaitPromise=True)
 
     def text(self) -> str:
