@@ -13,6 +13,7 @@ from arjuna_core.param import SEED_MAX, ParamInfo, info_of, key_of, param, plugi
 from arjuna_core.plugins import config_class_for, type_hints
 
 T = TypeVar("T")
+_BOOLS = {"y": True, "Y": True, "n": False, "N": False}  # of rcl, beside those that YAML reads
 __all__ = [
     "SEED_MAX",
     "NoParameters",
@@ -171,6 +172,8 @@ def _convert(name: str, value: Any, hint: Any, where: str) -> Any:
         if isinstance(value, str) or not isinstance(value, Sequence):
             raise ConfigError(f"{where}'{name}' must be a list, got {value!r}")
         return tuple(_convert(name, entry, get_args(hint)[0], where) for entry in value)
+    if hint is bool and isinstance(value, str) and value in _BOOLS:
+        return _BOOLS[value]
     if hint is float and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
     if type(value) is not hint:

@@ -28,7 +28,7 @@ class CostmapConfig:
         5.0, "Updates a second.", unit="Hz", minimum=0.1, read_only=True
     )
     publish_frequency: float = param(
-        1.0, "Publications a second.", unit="Hz", minimum=0.0, read_only=True
+        1.0, "Publications a second; none from 0 down.", unit="Hz", read_only=True
     )
     width: int = param(5, "Width without a map.", unit="m", minimum=1, read_only=True)
     height: int = param(5, "Height without a map.", unit="m", minimum=1, read_only=True)
@@ -38,18 +38,18 @@ class CostmapConfig:
     rolling_window: bool = param(False, "Whether the grid follows the robot.", read_only=True)
     track_unknown_space: bool = param(False, "Whether unknown differs from free.", read_only=True)
     unknown_cost_value: int = param(
-        255, "Occupancy that a map's unknown cells have; 255 is -1.", minimum=0, maximum=255
+        255, "Occupancy that a map's unknown cells have, of 0 to 255; -1 is 255."
     )
     lethal_cost_threshold: int = param(
-        100, "Occupancy from which a map's cell is lethal.", unit="%", minimum=1, maximum=100
+        100, "Occupancy from which a map's cell is lethal, of 0 to 100.", unit="%"
     )
     trinary_costmap: bool = param(True, "Whether occupancy below the threshold is free.")
     use_maximum: bool = param(
         False, "Whether the map's costs count only where they are greater than those below them."
     )
-    robot_radius: float = param(0.1, "Radius of a circular robot.", unit="m", minimum=0.01)
+    robot_radius: float = param(0.1, "Radius of a circular robot.", unit="m", minimum=0.0)
     footprint: str = param("[]", "Corners [[x, y], ...] of a robot that is no circle.", unit="m")
-    footprint_padding: float = param(0.01, "Added to the footprint.", unit="m", minimum=0.0)
+    footprint_padding: float = param(0.01, "Added to the footprint.", unit="m")
     leave_obstacles: bool = param(
         True,
         "Whether a robot that touches an obstacle may move away; as Nav2 does, each motion from"

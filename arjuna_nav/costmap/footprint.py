@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from arjuna_core.errors import ConfigError
-from arjuna_core.files.yaml_file import plain
 from arjuna_core.ros.health.rules import OUTLINE
 from arjuna_core.se2 import SE2
 
 _CIRCLE_CORNERS = 16  # what Nav2 publishes for a radius
+_POINT = 1e-3  # a robot without size [m]
+_OUTER = re.compile(r"\s*(?:\[((?:[\s,]*\[[^\[\]]*\])*)[\s,]*\])?\s*")
+_INNER, _SPACE = re.compile(r"\[([^\[\]]*)\]"), re.compile(r"[\s,]+")
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,27 +69,30 @@ class Footprint:
         """Return what the parameters `footprint`, `robot_radius`, `footprint_padding` describe.
 
         Args:
-            text: `"[[x, y], ...]"` [m], or `"[]"` for a circle.
+            text: `"[[x, y], ...]"` [m], or `"[]"` for a circle; commas may be left out, as in Nav2.
             robot_radius: Radius of the circle [m].
             padding: What to add outwards [m].
 
         Raises:
             ConfigError: The text is no list of three or more corners.
         """
+        outer = _OUTER.fullmatch(text)
         try:
-            corners = plain(text) or []
-            array = np.array(corners, dtype=np.float64)
-        except (yaml.YAMLError, ValueError, TypeError) as error:
+            if outer is None:
+                raise ValueError(text)
+            inner = _INNER.findall(outer[1] or "")
+            array = np.array([_SPACE.split(each.strip(" \t\n,")) for each in inner], np.float64)
+        except ValueError as error:
             problem = f"footprint {text!r} is invalid; valid: '[[x, y], [x, y], [x, y], ...]'"
             raise ConfigError(problem) from error
         if array.size == 0:
-            return Footprint.circle(robot_radius, padding)
+            return Footprint.circle(max(robot_radius + padding, _POINT))
         return Footprint.polygon(array, padding)
 
     def without(self, padding: float) -> Footprint:
         """Return the outline with its padding taken off again [m]."""
         if self.circular:
-            return Footprint.circle(max(self.inscribed_radius - padding, 1e-3))
+            return Footprint.circle(max(self.inscribed_radius - padding, _POINT))
         return Footprint.polygon(self.points, -padding)
 
     def scaled(self, scale: float) -> Footprint:

@@ -44,9 +44,8 @@ class PlannerServerConfig:
     planner_plugins: tuple[str, ...] = plugin_names(("GridBased",), "The planners.", PLANNERS)
     expected_planner_frequency: float = param(
         1.0,
-        "Plans that take longer than its period are noted in the log; 0 for none.",
+        "Plans that take longer than its period are noted in the log; none from 0 down.",
         unit="Hz",
-        minimum=0.0,
     )
     action_server_result_timeout: float = result_timeout(10.0)
     costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)

@@ -66,6 +66,8 @@ class RemovePassedGoals(TreeNode):
     radius = Port(NUMBER, 0.5)
     global_frame = Port(TEXT, "")
     robot_base_frame = Port(TEXT, "")
+    input_waypoint_statuses = Port(ANY, None)
+    output_waypoint_statuses = Port(ANY, None, output=True)
 
     def _tick(self) -> Status:
         goals, pose = self.input_goals, self.tree.state.pose

@@ -18,6 +18,7 @@ from arjuna_nav.trees.ports import (
     NUMBER,
     PATH,
     POSE,
+    POSES,
     SCRIPT,
     STATUS,
     TEXT,
@@ -86,8 +87,8 @@ COUNTED: dict[str, type[Decorator]] = {
 """The decorators that run their child again while it succeeds, or fails."""
 
 
-class RunOnce(Decorator):
-    """Runs the child to its end once, and answers the same from then on."""
+class _Once(Decorator):
+    """Runs the child to its end once."""
 
     _answer: Status | None = None
 
@@ -100,10 +101,20 @@ class RunOnce(Decorator):
         return status
 
     def _later(self, status: Status) -> Status:
-        return status
+        """Return the answer from then on, to a child that ended so."""
+        raise NotImplementedError
 
 
-class SingleTrigger(RunOnce):
+class RunOnce(_Once):
+    """Runs the child to its end once, and is skipped from then on, or answers the same."""
+
+    then_skip = Port(TRUTH, True)
+
+    def _later(self, status: Status) -> Status:
+        return Status.SKIPPED if self.then_skip else status
+
+
+class SingleTrigger(_Once):
     """Runs the child to its end once, and fails from then on, until it is halted."""
 
     def _later(self, status: Status) -> Status:
@@ -246,6 +257,8 @@ class SpeedController(RateController):
     max_rate = Port(NUMBER, 1.0)
     min_speed = Port(NUMBER, 0.0)
     max_speed = Port(NUMBER, 0.5)
+    goal = Port(POSE, None)
+    goals = Port(POSES, None)
 
     def _rate(self) -> float:
         low, high = self.min_speed, self.max_speed
@@ -258,6 +271,8 @@ class DistanceController(_Gate):
     """Ticks the child each time the robot has gone so far."""
 
     distance = Port(NUMBER, 1.0)
+    global_frame = Port(TEXT, "")
+    robot_base_frame = Port(TEXT, "")
     _start: SE2 | None = None
 
     def _restart(self) -> None:
@@ -271,11 +286,14 @@ class DistanceController(_Gate):
 class GoalUpdatedController(Decorator):
     """Ticks the child at first, while it runs, and when the goal has changed."""
 
+    goal = Port(POSE, None)
+    goals = Port(POSES, None)
     _goals: Any = None
 
     def _tick(self) -> Status:
         board = self.tree.blackboard
-        before, self._goals = self._goals, (board.get("goal"), board.get("goals"))
+        now = self.goal or board.get("goal"), self.goals or board.get("goals")
+        before, self._goals = self._goals, now
         first = self._before in (Status.IDLE, Status.SKIPPED)
         if first or self.child.status is Status.RUNNING or self._goals != before:
             return self.child.execute()

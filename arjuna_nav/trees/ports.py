@@ -30,9 +30,32 @@ def _truth(value: Any) -> bool:
 
 
 def _poses(value: Any) -> tuple[SE2, ...]:
+    """Return poses, or those of a text as Nav2 reads it: nine parts each, in the frame map."""
+    if isinstance(value, str):
+        parts = value.split(";")
+        if len(parts) % 9:
+            raise ValueError(value)
+        return tuple(_written_pose(parts[at : at + 9]) for at in range(0, len(parts), 9))
     if not isinstance(value, tuple) or not all(isinstance(each, SE2) for each in value):
         raise ValueError(value)
     return value
+
+
+def _written_pose(parts: list[str]) -> SE2:
+    if parts[1].strip().lstrip("/") != "map":
+        raise ValueError(parts[1])
+    x, y, _, qx, qy, qz, qw = (float(part) for part in parts[2:])
+    theta = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+    if not all(map(math.isfinite, (x, y, theta))):
+        raise ValueError(parts)
+    return SE2(x, y, theta)
+
+
+def _pose(value: Any) -> SE2:
+    (pose,) = (value,) if isinstance(value, SE2) else _poses(value)
+    if not isinstance(pose, SE2):
+        raise ValueError(value)
+    return pose
 
 
 def _only(kind: type[Any]) -> Callable[[Any], Any]:
@@ -74,8 +97,9 @@ STATUS = Kind(
     {status: status for status in ("SUCCESS", "FAILURE", "SKIPPED")}.__getitem__,
 )
 SCRIPT = Kind("a script", lambda value: value if isinstance(value, Script) else Script(str(value)))
-POSE = Kind("a pose on the blackboard, as {goal}", _only(SE2), literal=False)
-POSES = Kind("poses on the blackboard, as {goals}", _poses, literal=False)
+_WRITTEN = "'stamp;map;x;y;z;qx;qy;qz;qw'"
+POSE = Kind(f"a pose on the blackboard, as {{goal}}, or {_WRITTEN}", _pose)
+POSES = Kind(f"poses on the blackboard, as {{goals}}, or {_WRITTEN} each", _poses)
 PATH = Kind("a path on the blackboard, as {path}", _only(np.ndarray), literal=False)
 ANY = Kind("anything", lambda value: value)
 

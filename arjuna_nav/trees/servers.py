@@ -8,9 +8,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from arjuna_core.se2 import SE2
 from arjuna_nav.trees.asking import Action, Asking, Service
+from arjuna_nav.trees.exchange import Answer
 from arjuna_nav.trees.node import Status, TreeNode
-from arjuna_nav.trees.ports import NUMBER, PATH, POSE, POSES, TEXT, TRUTH, WHOLE, Port
+from arjuna_nav.trees.ports import ANY, NUMBER, PATH, POSE, POSES, TEXT, TRUTH, WHOLE, Port
 
 
 class _Planning(Action):
@@ -59,6 +61,50 @@ class FollowPath(Action):
     progress_checker_id = Port(TEXT, "", "progress_checker_id")
 
 
+class RemoveInCollisionGoals(Service):
+    """Removes goals at which a costmap costs too much; the costs are asked for one by one.
+
+    While a later node runs, the same goals are not asked about again, or that would be halted.
+    """
+
+    KIND, SERVER = "GetCost", "/global_costmap/get_cost_global_costmap"
+    input_goals = Port(POSES)
+    output_goals = Port(POSES, None, output=True)
+    cost_threshold = Port(NUMBER, 254.0)
+    use_footprint = Port(TRUTH, True, "use_footprint")
+    consider_unknown_as_obstacle = Port(TRUTH, False)
+    input_waypoint_statuses = Port(ANY, None)
+    output_waypoint_statuses = Port(ANY, None, output=True)
+    _left: tuple[SE2, ...] = ()
+    _free: tuple[SE2, ...] = ()
+
+    def _tick(self) -> Status:
+        if self._key is None:
+            goals = self.input_goals
+            if not goals or (self.status is Status.SUCCESS and goals == self._free):
+                self.output_goals = goals
+                return Status.SUCCESS
+            self._left, self._free = goals, ()
+        return super()._tick()
+
+    def _request(self) -> dict[str, Any]:
+        pose = self._left[0]
+        return {**super()._request(), "x": pose.x, "y": pose.y, "theta": pose.theta}
+
+    def _take(self, answer: Answer) -> Status:
+        if not answer.succeeded:
+            return Status.FAILURE
+        cost = float(answer.values["cost"])
+        unknown = cost == _UNKNOWN and not self.consider_unknown_as_obstacle
+        if cost < self.cost_threshold or unknown:
+            self._free = (*self._free, self._left[0])
+        self._left = self._left[1:]
+        if self._left:
+            return self._ask()
+        self.output_goals = self._free
+        return Status.SUCCESS
+
+
 class IsPathValid(Service):
     """Succeeds where a path is free; fails where there is no path yet."""
 
@@ -69,6 +115,7 @@ class IsPathValid(Service):
         return Status.FAILURE if self.path is None else super()._tick()
 
 
+_UNKNOWN = 255.0  # cost of a cell that nobody has seen
 _ALLOWANCE = {"time_allowance": Port(NUMBER, 10.0, "time_allowance")}
 _ROUTE = {
     **{name: Port(WHOLE, None, name) for name in ("start_id", "goal_id")},
@@ -141,6 +188,7 @@ _ACTIONS: dict[str, tuple[str, dict[str, Port]]] = {
             },
             "rerouted": Port(TRUTH, False, output=True),
             "execution_time": Port(NUMBER, 0.0, "execution_duration", output=True),
+            "execution_duration": Port(NUMBER, 0.0, output=True),
         },
     ),
     "NavigateToPose": (

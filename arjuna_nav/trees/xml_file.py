@@ -52,6 +52,10 @@ _SUBTREES = ("SubTree", "SubTreePlus")
 _IGNORED = ("_description", "_fullpath", "_uid")
 
 
+class UnknownNodeError(TreeError):
+    """A tree has a node that is not here."""
+
+
 class SubTree(Decorator):
     """A tree in a tree, with entries of its own."""
 
@@ -237,7 +241,7 @@ class _Builder:
         cls = self._nodes.get(kind)
         if cls is None:
             hint = nearest(kind, [*self._nodes, "SubTree"])
-            raise self._error(f"there is no node '{kind}'; {hint}")
+            raise UnknownNodeError(f"{self._where}: there is no node '{kind}'; {hint}")
         self._check(shown, cls, texts, len(element))
         children = tuple(self._node(child, board, inside, depth + 1) for child in element)
         try:

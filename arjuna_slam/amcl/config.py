@@ -57,25 +57,23 @@ class AmclConfig:
     freespace_downsampling: bool = param(
         False, "Draw particles from anywhere in each second free cell only; saves memory."
     )
-    update_min_d: float = param(0.25, "Translation that calls for an update.", unit="m", minimum=0)
-    update_min_a: float = param(0.2, "Rotation that calls for an update.", unit="rad", minimum=0)
+    update_min_d: float = param(0.25, "Translation that calls for an update.", unit="m")
+    update_min_a: float = param(0.2, "Rotation that calls for an update.", unit="rad")
 
     laser_model_type: str = param("likelihood_field", "Sensor model.", choices=SENSOR_MODELS)
-    max_beams: int = param(60, "Beams of a scan that the filter weighs.", minimum=2, maximum=2000)
+    max_beams: int = param(60, "Beams of a scan that the filter weighs.", minimum=2)
     laser_min_range: float = param(-1.0, "Shortest range used; -1 is the scan's own.", unit="m")
     laser_max_range: float = param(100.0, "Longest range used; -1 is the scan's own.", unit="m")
     laser_likelihood_max_dist: float = param(
         2.0, "Distance to obstacles at which the likelihood stops falling.", unit="m", minimum=0.1
     )
     sigma_hit: float = param(0.2, "Deviation of a hit from the map.", unit="m", minimum=1e-3)
-    z_hit: float = param(0.5, "Share of beams that hit what the map has.", minimum=0.0, maximum=1.0)
-    z_rand: float = param(0.5, "Share of beams of random range.", minimum=0.0, maximum=1.0)
+    z_hit: float = param(0.5, "Share of beams that hit what the map has.", minimum=0.0)
+    z_rand: float = param(0.5, "Share of beams of random range.", minimum=0.0)
     z_short: float = param(
-        0.05, "Share of beams that something unmapped stops (beam model).", minimum=0.0, maximum=1.0
+        0.05, "Share of beams that something unmapped stops (beam model).", minimum=0.0
     )
-    z_max: float = param(
-        0.05, "Share of beams that do not return (beam model).", minimum=0.0, maximum=1.0
-    )
+    z_max: float = param(0.05, "Share of beams that do not return (beam model).", minimum=0.0)
     lambda_short: float = param(
         0.1, "Decay of what unmapped things stop (beam model).", unit="1/m", minimum=0.0
     )
@@ -193,9 +191,8 @@ class AmclNodeConfig(AmclConfig):
     )
     save_pose_rate: float = param(
         0.5,
-        "How often a tracked pose is written to initial_pose; 0: never.",
+        "How often a tracked pose is written to initial_pose; never from 0 down.",
         unit="Hz",
-        minimum=0.0,
     )
     seed: int = param(0, "Seed of all randomness.", minimum=0, maximum=SEED_MAX, read_only=True)
 

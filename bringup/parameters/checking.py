@@ -105,7 +105,7 @@ def checked(
     nodes = list({spec.name: spec for spec in (*all_nodes(), *further)}.values())
     after, remarks, problems = understand(source.values, below, nodes, namespace)
     remarks += _without_missing_masks(after, further)
-    remarks += _without_missing_trees(after)
+    remarks += _without_other_trees(after, problems)
     problems += problems_of(
         after, [one for one in nodes if after.get(one.name) != below.get(one.name)]
     )
@@ -192,20 +192,33 @@ def _without_missing_masks(parameters: Parameters, further: Iterable[NodeSpec]) 
     return remarks
 
 
-def _without_missing_trees(parameters: Parameters) -> list[Remark]:
-    """Leave out the behavior trees that nobody has, as launch files fill them in."""
+def _without_other_trees(parameters: Parameters, problems: list[str]) -> list[Remark]:
+    """Leave out the behavior trees that nobody has, and those with nodes of someone's C++."""
     from arjuna_nav.trees.blackboard import TreeError
     from arjuna_nav.trees.files import default_tree
+    from arjuna_nav.trees.xml_file import UnknownNodeError, read_tree, with_own_nodes
 
     remarks, values = [], parameters.get("bt_navigator", {})
     folders = (".", *values.get("bt_search_directories", ()))
-    for key in [key for key in values if fnmatchcase(key, "default_nav_*_bt_xml")]:
+    for key in [key for key in values if fnmatchcase(key, "default_nav_*_bt_xml") and values[key]]:
+        name, where = values[key], f"bt_navigator: {key}"
         try:
-            if values[key]:
-                default_tree(str(values[key]), folders)
+            path = default_tree(str(name), folders)
         except TreeError:
-            reason = f"there is no behavior tree '{values.pop(key)}'; the default one runs"
-            remarks.append(Remark(Kind.UNKNOWN, f"bt_navigator: {key}", reason))
+            del values[key]
+            reason = f"there is no behavior tree '{name}'; the default one runs"
+            remarks.append(Remark(Kind.UNKNOWN, where, reason))
+            continue
+        nodes, others = with_own_nodes(map(str, values.get("plugin_lib_names", ())))
+        try:
+            read_tree(path, nodes)
+        except TreeError as error:
+            if not (others and isinstance(error, UnknownNodeError)):
+                problems.append(f"{where}: {error}")
+                continue
+            del values[key]
+            reason = f"{error}; the default tree runs; nodes of one's own: docs/plugins.md"
+            remarks.append(Remark(Kind.NO_EFFECT, where, reason))
     return remarks
 
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from arjuna_core.config import dotted
-from arjuna_core.errors import InputFileError
+from arjuna_core.errors import InputFileError, closest
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.files.yaml_file import read_nodes, read_yaml
 
@@ -74,11 +74,15 @@ def _read(path: Path) -> Parameters:
 
 
 def _collect(path: Path, item: Any, name: str, found: Parameters) -> None:
+    if item is None:  # as of a node all of whose lines are comments
+        return
     if not isinstance(item, Mapping):
         problem = f"expected 'node: {{{_KEY}: {{name: value}}}}', got {item!r}; {_ROS1}"
         raise InputFileError(path, problem, name or None)
     for key, value in item.items():
         if key != _KEY:
+            if hint := closest(str(key), [_KEY]):
+                raise InputFileError(path, f"no node's parameters stand below '{key}'{hint}", name)
             _collect(path, value, _below(name, key), found)
             continue
         if not isinstance(value, Mapping | None):

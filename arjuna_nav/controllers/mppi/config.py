@@ -99,7 +99,7 @@ class PathAlignConfig(NearGoalConfig):
     """Scores the distance of a rollout from the path, pose by pose."""
 
     max_path_occupancy_ratio: float = param(
-        0.07, "Share of blocked path from which it does not count.", minimum=0.0, maximum=1.0
+        0.07, "Share of blocked path from which it does not count.", minimum=0.0
     )
     offset_from_furthest: int = param(
         20, "Poses of the path to be reached before it counts.", minimum=0
@@ -171,9 +171,9 @@ class MppiConfig(PluginConfig):
     vx_min: float = param(-0.35, "Least forward speed; negative drives back.", unit="m/s")
     vy_max: float = param(0.5, "Greatest speed sideways, of Omni.", unit="m/s", minimum=0.0)
     wz_max: float = param(1.9, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
-    ax_max: float = param(3.0, "Acceleration.", unit="m/s^2", minimum=0.0)
+    ax_max: float = param(3.0, "Acceleration; of either sign.", unit="m/s^2")
     ax_min: float = param(-3.0, "Deceleration, below 0; of either sign.", unit="m/s^2")
-    ay_max: float = param(3.0, "Acceleration to the left, of Omni.", unit="m/s^2", minimum=0.0)
+    ay_max: float = param(3.0, "Acceleration to the left, of Omni.", unit="m/s^2")
     ay_min: float = param(-3.0, "Acceleration to the right, below 0.", unit="m/s^2")
     az_max: float = param(3.5, "Change of the yaw rate.", unit="rad/s^2", minimum=0.0)
     vx_std: float = param(0.2, "Deviation of the speeds tried.", unit="m/s", minimum=0.0)

@@ -140,11 +140,11 @@ class Mppi(PathController):
             config.vx_min,
             min(config.vx_max, self.speed_limit),
             config.wz_max,
-            config.ax_max,
+            abs(config.ax_max),
             abs(config.ax_min),
             config.az_max,
             min(config.vy_max, self.speed_limit),
-            config.ay_max,
+            abs(config.ay_max),
             abs(config.ay_min),
             self.turning_radius,
         )

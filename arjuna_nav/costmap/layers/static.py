@@ -49,13 +49,13 @@ def interpret_map(data: NDArray[np.int8], config: CostmapConfig) -> NDArray[np.u
 
     Source: nav2_costmap_2d, static layer: unknown, lethal from the threshold, else free or scaled.
     """
-    threshold = config.lethal_cost_threshold
+    threshold = min(max(config.lethal_cost_threshold, 0), 100)
     occupancy = data.astype(np.uint8)  # as there: -1 is 255
     between = np.zeros(data.shape)
     if not config.trinary_costmap:
-        between = np.floor(occupancy.astype(np.float64) / threshold * LETHAL)
+        between = np.floor(occupancy.astype(np.float64) / max(threshold, 1) * LETHAL)
     unknown = UNKNOWN if config.track_unknown_space else FREE
-    states = [occupancy == config.unknown_cost_value, occupancy >= threshold]
+    states = [occupancy == config.unknown_cost_value & 255, occupancy >= threshold]
     return np.select(states, [unknown, LETHAL], between).astype(np.uint8)
 
 

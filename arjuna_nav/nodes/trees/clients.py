@@ -247,7 +247,8 @@ class TreeClients:
 
         def answered(future: Any) -> None:
             if self._open.get(key) is request:
-                self._answer(key, Answer(bool(getattr(future.result(), "is_valid", True))))
+                values = plain_values(future.result())
+                self._answer(key, Answer(bool(values.get("is_valid", True)), values=values))
 
         request.client.call_async(body).add_done_callback(answered)
 

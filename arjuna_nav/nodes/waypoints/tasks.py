@@ -38,7 +38,7 @@ class WaitConfig:
     """Parameters of a wait."""
 
     enabled: bool = param(True, "Whether to wait.")
-    waypoint_pause_duration: int = param(0, "How long to wait.", unit="ms", minimum=0)
+    waypoint_pause_duration: int = param(0, "How long to wait.", unit="ms")
 
 
 class WaitAtWaypoint:

@@ -68,9 +68,9 @@ class PoseSearchConfig(SmacConfig):
     minimum_turning_radius: float = param(
         0.4, "Radius of the tightest bend; a cell at the least.", unit="m", minimum=0.0
     )
-    reverse_penalty: float = param(2.0, "Factor on driving backwards.", minimum=1.0)
+    reverse_penalty: float = param(2.0, "Factor on driving backwards.", minimum=0.0)
     change_penalty: float = param(0.0, "Added to it where the bend changes sides.", minimum=0.0)
-    non_straight_penalty: float = param(1.2, "Factor on bends.", minimum=1.0)
+    non_straight_penalty: float = param(1.2, "Factor on bends.", minimum=0.0)
     cost_penalty: float = param(2.0, "Weight of the costs crossed.", minimum=0.0)
     retrospective_penalty: float = param(
         0.015, "How much later bends are preferred.", minimum=0.0, maximum=0.9
@@ -107,8 +107,8 @@ class PoseSearchConfig(SmacConfig):
     )
     coarse_search_resolution: int = param(
         1,
-        "Of any heading every n-th is tried, the others only where a curve to one is free.",
-        minimum=1,
+        "Of any heading every n-th is tried, the others only where a curve to one is free; each"
+        " from 0 down.",
     )
     debug_visualizations: bool = param(
         False, "Whether `expansions` and `planned_footprints` are published."
@@ -166,7 +166,7 @@ class SmacLatticeConfig(PoseSearchConfig):
     )
     allow_reverse_expansion: bool = param(False, "Whether pieces are driven back, too.")
     rotation_penalty: float = param(
-        5.0, "Price of a turn on the spot to the next heading.", unit="cells", minimum=0.01
+        5.0, "Price of a turn on the spot to the next heading.", unit="cells", minimum=0.0
     )
     change_penalty: float = param(0.05, "Added to it where the bend changes sides.", minimum=0.0)
-    non_straight_penalty: float = param(1.05, "Factor on bends.", minimum=1.0)
+    non_straight_penalty: float = param(1.05, "Factor on bends.", minimum=0.0)

@@ -29,6 +29,7 @@ from arjuna_nav.planners.waves.potential import NEUTRAL
 
 _ENDLESS = 2**62
 _LEAD = 0.5  # longest stretch off what the outline touches [m]
+_FINEST = 4  # cells of the search along one of the costmap, for bends tighter than that
 _COSTS = np.arange(256)
 _SQUARES = (
     np.where(_COSTS < INSCRIBED, _COSTS**2 / (INSCRIBED - 1), _COSTS).round().astype(np.uint8)
@@ -127,7 +128,7 @@ class PoseSearch(abc.ABC):
             "BIDIRECTIONAL": np.array([0.0, math.pi]),
             "ALL_DIRECTION": np.arange(count) * (2.0 * math.pi / count),
         }[self._config.goal_heading_mode]
-        coarse = np.arange(len(headings)) % self._config.coarse_search_resolution == 0
+        coarse = np.arange(len(headings)) % max(self._config.coarse_search_resolution, 1) == 0
         ends = np.tile(_end(query, cell), (len(headings), 1))
         ends[:, 2] += headings[np.argsort(~coarse, kind="stable")]
         return ends, int(coarse.sum())
@@ -268,14 +269,12 @@ class Hybrid(PoseSearch):
 
     def _grid(self, costmap: Costmap) -> Costmap:
         """Return the costs in cells no larger than the tightest bend, or it could not be driven."""
-        radius, costmap = (
-            self._config.minimum_turning_radius,
-            coarser(costmap, self._hybrid.coarseness),
-        )
+        costmap = coarser(costmap, self._hybrid.coarseness)
         if self._hybrid.use_quadratic_cost_penalty:
             squared = int(_SQUARES[costmap.circumscribed_cost])
             costmap = replace(costmap, data=_SQUARES[costmap.data], circumscribed_cost=squared)
-        needed = math.ceil(costmap.frame.resolution / radius - 1e-9)
+        radius = self._config.minimum_turning_radius / costmap.frame.resolution
+        needed = math.ceil(1.0 / max(radius, 1.0 / _FINEST) - 1e-9)
         # The finer grid has at most 4096 x 4096 cells.
         return finer(costmap, min(needed, math.isqrt(4096 * 4096 // costmap.data.size)))
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from arjuna_core.errors import ConfigError
 from arjuna_core.files.yaml_file import read_yaml
 from arjuna_core.plugins import canonical
 from bringup.parameters.remarks import Kind
@@ -18,6 +19,8 @@ _OLDER = _TABLES["older"]
 INSTEAD: dict[str, str] = _TABLES["instead"]
 """Of Nav2's classes that are not here, those that take their place."""
 _DWB = "dwb_core::DWBLocalPlanner"
+_BACKWARD = ".allow_backward"
+_PLANAR = 0, 1, 5  # of x, y, z, roll, pitch, yaw
 _CRITICS = frozenset(_TABLES["critics"].split())
 
 
@@ -90,6 +93,8 @@ def as_today(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
         if key.endswith("plugin") and isinstance(value, str):
             value = canonical(value).replace("nav2_recoveries::", "nav2_behaviors::")
             value = value if today == key else [value]
+        if node == "velocity_smoother" and isinstance(value, list) and len(value) == 6:
+            value = [value[at] for at in _PLANAR]
         if key.endswith(".input_sensor_type"):
             value = str(value).upper()  # as Nav2 reads it
         if isinstance(value, str):
@@ -97,6 +102,29 @@ def as_today(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
         values[today] = value
     values = _critics_as_today(values) if node == "controller_server" else values
     return _zones_as_today(values) if node == "collision_monitor" else values
+
+
+def as_started(node: str, whole: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
+    """Yield name, new value and reason of each value that Nav2 replaces as its nodes start.
+
+    Args:
+        whole: All of a node's values, those that a file leaves out too.
+    """
+    from arjuna_nav.costmap.footprint import Footprint
+
+    for key, value in whole.items():
+        if key.endswith(_BACKWARD) and value is True:
+            beside = key.removesuffix(_BACKWARD) + ".initial_rotation"
+            if whole.get(beside) is True:
+                yield key, False, f"'{beside}' is true: false holds, as in Nav2"
+        if node in COSTMAPS and key == "footprint" and isinstance(value, str):
+            try:
+                Footprint.parse(value, 0.0, 0.0)
+            except ConfigError as error:
+                yield key, "[]", f"{error}; robot_radius holds, as in Nav2"
+    least, most = (whole.get(key) for key in ("min_particles", "max_particles"))
+    if node == "amcl" and isinstance(least, int) and isinstance(most, int) and least > most:
+        yield "max_particles", least, f"{most} is below min_particles: {least} holds, as in Nav2"
 
 
 def _critics_as_today(values: dict[str, Any]) -> dict[str, Any]:
@@ -125,6 +153,9 @@ def _critics_as_today(values: dict[str, Any]) -> dict[str, Any]:
 
 def _zones_as_today(values: dict[str, Any]) -> dict[str, Any]:
     """Return a collision monitor's values with zones as Nav2 has them since Iron."""
-    flat = {k: v for k, v in values.items() if k.endswith(".points") and isinstance(v, list)}
-    pairs = {key: zip(value[::2], value[1::2], strict=False) for key, value in flat.items()}
-    return values | {key: str([list(pair) for pair in each]) for key, each in pairs.items()}
+    lists = {k: v for k, v in values.items() if k.endswith(".points") and isinstance(v, list)}
+    for key, given in lists.items():
+        flat = all(isinstance(each, (int, float)) for each in given)
+        pairs = zip(given[::2], given[1::2], strict=False)
+        values[key] = str([list(pair) for pair in pairs] if flat else given)
+    return values

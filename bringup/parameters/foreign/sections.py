@@ -14,7 +14,7 @@ from bringup.stack import NodeSpec, program_of
 
 FILLED = "a launch file fills '{}'; the default holds"
 _NAMESPACE = "<robot_namespace>"
-_PLACEHOLDER = re.compile(r".*(<\w+>|\$\{.+\}|\$\((?!find-pkg-share).+\)).*")
+_PLACEHOLDER = re.compile(r".*(<\w+>|\$\{.+\}|\{\{.+\}\}|\$\((?!find-pkg-share).+\)).*")
 _XML = re.compile(r"/>|</\w")
 
 

@@ -96,6 +96,10 @@ class _Section:
         mine = {key: shared[key] for key in self.taken if key in own}
         whole = merged({"": below}, {"": {**mine, **kept}})[""]
         self.values = {key: v for key, v in whole.items() if key in own or key in kept}
+        for key, value, reason in nav2.as_started(spec.name, {**own, **self.values}):
+            self.values[key] = value
+            safety = nav2.is_safety(spec.name, key)
+            self.remarks.append(Remark(Kind.UNKNOWN, f"{spec.name}: {key}", reason, safety))
         if sim_time is not None:
             self.values[SIM_TIME] = sim_time
         self.remarks += self._on_what_is_blind(given, own)

@@ -42,10 +42,9 @@ class LifecycleManagerConfig:
     )
     bond_timeout: float = param(
         4.0,
-        "How long a node of one's own may show no sign of life before all are taken down; 0: "
-        "for ever.",
+        "How long a node of one's own may show no sign of life before all are taken down; "
+        "for ever from 0 down.",
         unit="s",
-        minimum=0.0,
         read_only=True,
     )
     attempt_respawn_reconnection: bool = param(

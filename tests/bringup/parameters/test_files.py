@@ -47,6 +47,7 @@ def test_every_node_gets_the_wildcard_under_its_own() -> None:
     [
         ("a: [1", r"params\.yaml: line \d+, column \d+: is no YAML"),
         ("a: 3", "a: expected 'node: "),
+        ("a: {ros_parameters: {x: 1}}", "a: no node's .* 'ros_parameters'; .*'ros__parameters'"),
         ("a: {ros__parameters: 3}", r"a\.ros__parameters: must map names to values"),
     ],
 )

@@ -54,6 +54,16 @@ def test_parses_nav2s_parameters() -> None:
     square = Footprint.parse("[[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]]", 9.0, 0.0)
     assert not square.circular
     assert square.inscribed_radius == pytest.approx(0.1)
+    assert Footprint.parse("[]", 0.0, -0.01).inscribed_radius == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[[0.1,0.1][-.1,0.1][-1e-1,-0.1][0.1,-0.1],]", "[ [.1 .1]\n [-.1 .1] [-.1 -.1] [.1 -.1] ]"],
+)
+def test_commas_may_be_left_out(text: str) -> None:
+    corners = [[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]]
+    assert Footprint.parse(text, 9.0, 0.0).points.tolist() == corners
 
 
 @pytest.mark.parametrize("text", ["[[0.1, 0.1], [0.2]]", "[[a, b]]", "[", "[[0, 0], [1, 1]]"])

@@ -182,6 +182,20 @@ def test_plans_wherever_the_grid_lies(origin: SE2) -> None:
     np.testing.assert_allclose(ahead.array(), (4.0, 2.0, 1.0), atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"minimum_turning_radius": 0.0},
+        {"minimum_turning_radius": 1e-4},
+        {"non_straight_penalty": 0.0},
+        {"reverse_penalty": 0.0, "motion_model_for_search": "REEDS_SHEPP"},
+    ],
+)
+def test_values_that_nav2_takes_give_a_path(values: dict[str, object]) -> None:
+    result = make("smac hybrid", **values).plan(costmap_of(room()), SE2(-4.0, -4.0), SE2(4.0, 4.0))
+    assert result.status is PlanStatus.SUCCEEDED, result.message
+
+
 def test_the_limit_of_poses_is_reported() -> None:
     planner = make("smac hybrid", max_iterations=3)
     result = planner.plan(costmap_of(room()), SE2(-4.0, -4.0), SE2(4.0, 4.0))

@@ -64,6 +64,16 @@ def test_codes_and_messages_are_written() -> None:
             {"pose": SE2(2.0), "behavior_tree": "a.xml"},
         ),
         (
+            "NavigateToPose goal='0;map;1.0;2;0;0;0;0;1'",
+            "navigate_to_pose",
+            {"pose": SE2(1.0, 2.0), "behavior_tree": ""},
+        ),
+        (
+            "NavigateThroughPoses goals='0;map;1;0;0;0;0;0;1;0;map;2;0;0;0;0;0;1'",
+            "navigate_through_poses",
+            {"poses": (SE2(1.0), SE2(2.0)), "behavior_tree": ""},
+        ),
+        (
             "NavigateThroughPoses goals='{all}'",
             "navigate_through_poses",
             {"poses": (SE2(1.0), SE2(2.0)), "behavior_tree": ""},
@@ -283,3 +293,18 @@ def test_codes_of_success_are_none_whatever_the_server_said() -> None:
     play.tick()
     play.tick(Spin=Answer(False, 701, "blocked"))
     assert (play.get("code"), play.get("why")) == (701, "blocked")
+
+
+def test_goals_in_obstacles_are_left_out_and_not_asked_about_again() -> None:
+    near, wall, unknown = SE2(1.0), SE2(2.0), SE2(3.0)
+    play = Play(
+        '<ReactiveSequence><RemoveInCollisionGoals input_goals="{goals}" output_goals="{goals}"/>'
+        '<ComputePathThroughPoses goals="{goals}" path="{path}"/></ReactiveSequence>',
+        goals=(near, wall, unknown),
+    )
+    play.tick()
+    for cost in (10.0, 254.0, 255.0):
+        assert play.tick(GetCost=Answer(True, values={"cost": cost})) is RUNNING
+    assert play.get("goals") == (near, unknown)
+    assert [play.tick() for _ in range(3)] == [RUNNING] * 3
+    assert (set(play.open), play.withdrawn) == ({"ComputePathThroughPoses"}, [])

@@ -116,6 +116,32 @@ def test_a_tree_that_nobody_has_leaves_the_default_one(name: str, tmp_path: Path
     assert key not in found.parameters["bt_navigator"]
 
 
+OWN_NODE = "<Fallback><MyDoor/><Wait/></Fallback>"
+
+
+@pytest.mark.parametrize(
+    ("tree", "libraries", "refused"),
+    [
+        (OWN_NODE, "[nav2_wait_action_bt_node, my_door_bt_node]", False),
+        (OWN_NODE, "[nav2_wait_action_bt_node]", True),
+        ("<Wait duration='5'/>", "[my_door_bt_node]", True),
+    ],
+)
+def test_a_tree_with_nodes_of_someone_s_c_leaves_the_default_one(
+    tree: str, libraries: str, refused: bool, tmp_path: Path
+) -> None:
+    (own := tmp_path / "own.xml").write_text(
+        f"<root BTCPP_format='4'><BehaviorTree ID='M'>{tree}</BehaviorTree></root>"
+    )
+    key = "default_nav_to_pose_bt_xml"
+    text = f"{{{key}: {own}, plugin_lib_names: {libraries}}}"
+    found = check_file(written(tmp_path, f"bt_navigator: {{ros__parameters: {text}}}"))
+    said = [*found.problems, *map(str, found.remarks)]
+    assert len(said) == 1
+    assert f"bt_navigator: {key}: {own}: " in said[0]
+    assert bool(found.problems) == (key in found.parameters["bt_navigator"]) == refused
+
+
 @pytest.mark.parametrize("folder", ["/opt/somewhere/", "$(find-pkg-share nav2_bt_navigator)/"])
 def test_a_tree_of_nav2_s_is_known_by_its_name(folder: str, tmp_path: Path) -> None:
     name = f"{folder}navigate_to_pose_w_replanning_and_recovery.xml"

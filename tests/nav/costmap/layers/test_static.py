@@ -166,6 +166,12 @@ def test_costs_of_a_map_are_scaled_and_its_unknown_value_can_be_another() -> Non
     for values, expected in (
         ({}, [UNKNOWN, FREE, FREE, FREE, LETHAL]),
         ({"lethal_cost_threshold": 80}, [UNKNOWN, FREE, FREE, LETHAL, LETHAL]),
+        ({"lethal_cost_threshold": 254}, [UNKNOWN, FREE, FREE, FREE, LETHAL]),
+        (
+            {"trinary_costmap": False, "lethal_cost_threshold": -5},
+            [UNKNOWN, LETHAL, LETHAL, LETHAL, LETHAL],
+        ),
+        ({"unknown_cost_value": -1}, [UNKNOWN, FREE, FREE, FREE, LETHAL]),
         ({"unknown_cost_value": 40}, [LETHAL, FREE, UNKNOWN, FREE, LETHAL]),
         (
             {"trinary_costmap": False, "lethal_cost_threshold": 80},
