@@ -9,11 +9,11 @@ from arjuna_core.pose3 import Pose3
 from arjuna_core.twist import Velocity
 from arjuna_sim.files.robots.controllers import drive_of_controllers
 from arjuna_sim.files.robots.plugins import drive_kind, is_control, types_of
-from arjuna_sim.files.sdf.frames import Scope, raw_pose
+from arjuna_sim.files.sdf.frames import Scope
 from arjuna_sim.files.sdf.includes import Includes, leaving_out
 from arjuna_sim.files.sdf.model_tags import is_static, own_pose
+from arjuna_sim.files.sdf.world_state import moved_models
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.world import Mover
 
 
@@ -122,19 +122,3 @@ def pose_in(xml: XmlFile, includes: Includes, world: Element, model: Element) ->
         return moved
     pose = Scope(xml, world, "world").pose(model, label)
     return own_pose(model, Scope(includes.file_of(model, xml), model, label), pose)
-
-
-def moved_models(xml: XmlFile, world: Element) -> dict[str, Pose3]:
-    """Return where the world's `<state>` says that models have moved."""
-    state = world.find("state")
-    if state is None:
-        return {}
-    for tag in sorted({child.tag for child in state} & {"insertions", "deletions"}):
-        xml.note(f"<state> <{tag}>: not simulated", NoteKind.IGNORED)
-    found: dict[str, Pose3] = {}
-    for model in state.findall("model"):
-        name = model.get("name", "")
-        if model.find("pose") is not None:
-            with leaving_out(xml, f"state of model '{name}'"):
-                found[name] = raw_pose(xml, model, f"state of model '{name}'")
-    return found
