@@ -30,7 +30,7 @@ _SPELLINGS = {
     DriveKind.SIDES: ("diffdrive", "diffdrivecontroller", "skidsteerdrive", "skidsteer"),
     DriveKind.MECANUM: ("mecanumdrive", "mecanumdrivecontroller"),
     DriveKind.OMNI: ("omnidrive", "omniwheeldrivecontroller"),
-    DriveKind.TRACKED: ("trackedvehicle",),
+    DriveKind.TRACKED: ("trackedvehicle", "simpletrackedvehicleplugin"),
     DriveKind.PLANAR: ("planarmove", "velocitycontrol", "forcebasedmove"),
     DriveKind.STEERED: (
         *("ackermanndrive", "ackermansteering", "ackerman", "ackermannsteering", "ackermann"),
@@ -61,14 +61,19 @@ _ENDS = ("front", "rear", "middle", "back")
 WHEEL = ("wheeljoint", "actuatedwheeljoint")
 STEERING = ("leftsteeringjoint", "rightsteeringjoint", "steeringjoint")
 """Plain names of tags that hold the joints of wheels without sides, and those that steer."""
-LEFT = (*(f"left{e}joint" for e in _ENDS), *(f"{e}leftjoint" for e in _ENDS), "leftjoint")
-RIGHT = (*(f"right{e}joint" for e in _ENDS), *(f"{e}rightjoint" for e in _ENDS), "rightjoint")
+LEFT, RIGHT = (
+    (
+        *(n for e in _ENDS for n in (f"{side}{e}joint", f"{e}{side}joint", f"{side}{e}")),
+        f"{side}joint",
+    )
+    for side in ("left", "right")
+)
 _ACCELERATION = (
     *("maxwheelacceleration", "wheelacceleration", "maxlinearacceleration", "maxacceleration"),
 )
-_SPEED = ("maxlinearvelocity", "maxvelocity", "maxspeed")
+_SPEED = ("maxlinearvelocity", "maxvelocity", "maxlinearspeed", "maxspeed")
 _BACK = ("minlinearvelocity", "minvelocity")
-_TURN = ("maxangularvelocity", "maxvelocity")
+_TURN = ("maxangularvelocity", "maxvelocity", "maxangularspeed")
 _TURN_ACCELERATION = ("maxangularacceleration", "maxacceleration")
 _DIAMETER = ("wheeldiameter", "actuatedwheeldiameter")
 _TIMEOUT = ("cmdveltimeout", "commandtimeout")
