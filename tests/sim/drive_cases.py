@@ -314,6 +314,19 @@ def car(
     return Robot(wheels, plugin(file, joints), limit=max(limit, 0.6), middle=axle + 0.16)
 
 
+def steered_all_round() -> Robot:
+    """Return a robot of gz-sim's FourwidsDrive, which steers its four wheels."""
+    wheels = tuple(replace(wheel, steered=True) for wheel in four("{end}_{side}_wheel"))
+    joints = "".join(
+        f"<{given}_{side}_joint>{end}_{side}_wheel_joint</{given}_{side}_joint>"
+        f"<{given}_{side}_steering_joint>{end}_{side}_wheel_steer_joint"
+        f"</{given}_{side}_steering_joint>"
+        for given, end in (("front", "front"), ("back", "rear"))
+        for side in ("left", "right")
+    )
+    return Robot(wheels, plugin("gz-sim-fourwids-drive-system", joints))
+
+
 def car_led(virtual: bool) -> Robot:
     """Return a car of a bicycle's controller, whose other wheels mimic those that it names.
 

@@ -49,6 +49,7 @@ STEERED = {
     "car of endless steering": cases.car("", steer="continuous"),
     "car, whose wheels mimic": cases.car_led(virtual=False),
     "car, whose wheels mimic virtual ones": cases.car_led(virtual=True),
+    "all wheels steer": cases.steered_all_round(),
     "tricycle": cases.tricycle(),
     "tricycle, classic": cases.tricycle(classic=True),
 }
@@ -112,7 +113,7 @@ def test_car_follows_an_arc(tmp_path: Path, name: str, bend: float) -> None:
     path = STEERED[name].write(tmp_path)
     robot = load_robot(path, SearchPath())
     assert robot.drive.kind is DriveKind.STEERED
-    axle = SE2(-0.12 if "tricycle" in name else -0.16, 0.0, 0.0)
+    axle = SE2({"tric": -0.12, "all ": 0.01}.get(name[:4], -0.16), 0.0, 0.0)
     for speed in (0.4, -0.4):
         sim = simulator(robot=path)
         run(sim, 2.5, Velocity(speed, yaw_rate=speed * bend))

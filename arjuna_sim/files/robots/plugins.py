@@ -37,6 +37,7 @@ _SPELLINGS = {
         *("ackermannsteeringcontroller", "ackermanncontroller", "steeringcontrollerslibrary"),
         *("tricycledrive", "tricyclecontroller", "tricyclesteeringcontroller", "steeringdrive"),
         *("bicycledrive", "bicyclesteeringcontroller", "fourwheelsteeringcontroller"),
+        "fourwidsdrive",
     ),
 }
 """Types of plugins and classes of controllers that drive, as `_plain` writes them."""
@@ -59,7 +60,10 @@ TORQUE = 5.0
 """Least torque of a wheel whose file names none, as in Gazebo [N m]."""
 _ENDS = ("front", "rear", "middle", "back")
 WHEEL = ("wheeljoint", "actuatedwheeljoint")
-STEERING = ("leftsteeringjoint", "rightsteeringjoint", "steeringjoint")
+STEERING = (
+    *(f"{end}{side}steeringjoint" for end in ("", *_ENDS) for side in ("left", "right")),
+    "steeringjoint",
+)
 """Plain names of tags that hold the joints of wheels without sides, and those that steer."""
 LEFT, RIGHT = (
     (
