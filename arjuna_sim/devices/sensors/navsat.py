@@ -40,8 +40,9 @@ def read(tag: SensorTag) -> list[NavSatSettings]:
         tag.deviation(*(f"{kind}/position_sensing/{key}/noise" for kind in ("navsat", "gps")))
         for key in ("horizontal", "vertical")
     )
-    noises = {"noise": level or 0.0, "height_noise": upright or 0.0}
-    return [NavSatSettings(**tag.mount(5.0, "gps/fix"), **noises, reference=_reference(tag))]
+    mount = tag.mount(5.0, "gps/fix")
+    level, upright = level or 0.0, upright or 0.0
+    return [NavSatSettings(**mount, noise=level, height_noise=upright, reference=_reference(tag))]
 
 
 def _reference(tag: SensorTag) -> tuple[GeoPoint, float] | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Iterator, Sequence
+from typing import Any
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
@@ -80,7 +81,7 @@ class _Reader:
         self.kind: DriveKind | None = None
         self.wheelless: DriveSettings | None = None
         self.sensors: list[SensorSettings] = []
-        self.renamed: dict[str, dict[str, str]] = {}
+        self.renamed: dict[str, dict[str, Any]] = {}
         self.reported: list[str] = []
         self.report_rate = 0.0
         self.tracks: Sides = (), ()
@@ -165,7 +166,7 @@ def _type(plugin: Element) -> str:
     return plain(plugin.get("filename", "") + plugin.get("name", ""))
 
 
-def realsense_outputs(plugin: Element) -> dict[str, dict[str, str]]:
+def realsense_outputs(plugin: Element) -> dict[str, dict[str, Any]]:
     """Return topics and frames of the cameras that realsense_gazebo_plugin publishes, by name."""
     prefix, found = text_of(plugin, "prefix"), {}
     for camera, key, stream in (
