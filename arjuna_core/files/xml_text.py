@@ -74,6 +74,8 @@ def parse_xml(
         is_cut_off = reason.code in _CUT_OFF
         rest = "; it ends too early: fetch or save it again" if is_cut_off else ""
         problem = f"is broken XML: {reason.msg}{rest}"
+        if b"<" not in text.lstrip()[:4]:  # the first ones may be a byte order mark
+            problem = f"is no XML: it begins with {text[:20].decode(errors='replace')!r}"
         raise error(path, problem, f"line {reason.position[0]}") from reason
     except DefusedXmlException as reason:
         problem = f"declares a DTD or entities ({type(reason).__name__}); plain XML is valid"

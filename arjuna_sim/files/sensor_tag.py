@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element, SubElement  # parsing is defusedxml's
 from arjuna_core.errors import InputFileError
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.files.sdf.frames import raw_pose
-from arjuna_sim.files.tag_text import text_of, topic
+from arjuna_sim.files.tag_text import text_of, topic, value
 from arjuna_sim.files.xml_file import XmlFile
 
 RATE_MAX = 1000.0
@@ -86,13 +86,15 @@ class SensorTag:
             "link": self.link,
             "frame": self.frame,
             "rate": self._rate(rate),
-            "topic": topic(self.element, topic_name, "~/out", "topicname", "topic"),
+            "topic": topic(self.element, topic_name, "~/out", "topicname", "topic", "rostopic"),
             "name": (self.name or "sensor").strip(),
             "pose": pose,
         }
 
     def _rate(self, default: float) -> float:
         rate = self.number("update_rate", default)
+        if self.element.tag == "plugin":
+            rate = value(self.xml, self.element, self.label, default, "updaterate")
         if not 0.0 <= rate <= RATE_MAX:
             valid = f"valid: above 0, up to {RATE_MAX:g} Hz"
             raise self.fail(f"<update_rate> is {rate}; {valid}")
@@ -100,17 +102,21 @@ class SensorTag:
             self.note(f"<update_rate> 0 is taken as {default:g} Hz")
         return rate or default
 
-    def deviation(self, *paths: str) -> float | None:
+    def deviation(self, *paths: str, named: str = "gaussiannoise") -> float | None:
         """Return the standard deviation of the first noise that is there; None without one.
+
+        Args:
+            paths: Of the noise's tag below this one, or below its plugin.
+            named: Plain name of a plugin's tag that holds it; of three axes the first counts.
 
         Raises:
             RobotError: It is negative.
         """
-        found = (self.element.findtext(f"{path}/stddev") for path in paths)
-        text = next((text for text in found if text), None) or self.text("gaussiannoise")
-        if not text:
+        found = (self.first(f"{path}/stddev") for path in paths)
+        text = next((e.text for e in found if e is not None and e.text), None) or self.text(named)
+        if not text.strip():
             return None
-        noise = self.xml.numbers(text, 1, f"{self.label} <stddev>")[0]
+        noise = self.xml.numbers(text.split()[0], 1, f"{self.label} <stddev>")[0]
         if noise < 0.0:
             raise self.fail(f"<stddev> is {noise}; it must not be negative")
         return noise
@@ -137,8 +143,9 @@ class SensorTag:
         return (grows, keeps) if grows > 0.0 and keeps > 0.0 else None
 
     def first(self, *tags: str) -> Element | None:
-        """Return the first child that has one of these tags."""
-        return next((e for tag in tags if (e := self.element.find(tag)) is not None), None)
+        """Return the first child that has one of these tags, else the first of a plugin's."""
+        paths = (*tags, *(f"plugin/{tag}" for tag in tags))
+        return next((e for path in paths if (e := self.element.find(path)) is not None), None)
 
     def text(self, *names: str, default: str = "") -> str:
         """Return the first text under the first of these plain names that is there."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from arjuna_core.errors import ConfigError
 from bringup.parameters import options
 
 EXAMPLES = (
@@ -57,7 +58,11 @@ def run(arguments: argparse.Namespace) -> int:
         from bringup.terminal import show
 
         options.extend_search(arguments)
-        show(describe_file(arguments.check, arguments.robot_arguments, arguments.save_guess))
+        files = [arguments.check or arguments.robot, None if arguments.check else arguments.world]
+        if not any(files):
+            raise ConfigError("--check: lacks its file; valid: --check FILE, or with --robot FILE")
+        for file in filter(None, files):
+            show(describe_file(file, arguments.robot_arguments, arguments.save_guess))
         return 0
     from bringup.parameters.sources import is_fleet
     from bringup.parameters.world_robots import take_robots_of_world

@@ -234,7 +234,11 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     },
     "--heading": _value(finite, "RAD", "its heading there (0)", dest="yaw"),
     "--check": _path(
-        "say what is understood of a robot, world or map, and what is not, and end", type=_input
+        "say what is understood of a robot, world or map, and what is not, and end; without FILE"
+        " of --robot and --world",
+        type=_input,
+        nargs="?",
+        const=(),
     ),
     "--save-guess": _path(
         "with --check: write the drive that was guessed; FILE then loads as the robot"

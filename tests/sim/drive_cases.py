@@ -201,13 +201,25 @@ def planar_on(*wheels: Wheel) -> Robot:
     return Robot(wheels, plugin("gz-sim-velocity-control-system"))
 
 
-def tracked(ends: bool = False, flippers: bool = False, low: bool = False) -> Robot:
+def two_axles(rear: str = "") -> Robot:
+    """Return a robot with a plugin for each of its axles, and more tags in the rear one's."""
+    joints = "<left_joint>{0}_left_wheel_joint</left_joint>"
+    joints += "<right_joint>{0}_right_wheel_joint</right_joint>"
+    front, back = joints.format("front"), joints.format("rear") + rear
+    drive = "gz-sim-diff-drive-system"
+    return Robot(four(), plugin(drive, front) + plugin(drive, back))
+
+
+def tracked(
+    ends: bool = False, flippers: bool = False, low: bool = False, classic: bool = False
+) -> Robot:
     """Return a robot on two tracks.
 
     Args:
         ends: Whether the tracks have round ends, else they are boxes.
         flippers: Whether each has another one in front, off the ground.
         low: Whether those are just above it, with a large end behind and a small one in front.
+        classic: Whether the plugin is Gazebo Classic's.
     """
     round_end = (
         "<collision><origin xyz='{} 0 {}' rpy='1.5708 0 0'/>"
@@ -228,6 +240,9 @@ def tracked(ends: bool = False, flippers: bool = False, low: bool = False) -> Ro
                 f"<joint name='{side}_{name}_joint' type='fixed'><parent link='base'/>"
                 f"<child link='{side}_{name}'/><origin xyz='{x} {y} {z}'/></joint>"
             )
+    if classic:
+        text = "".join(f"<{side}_track>{side}_track</{side}_track>" for side in names)
+        return Robot((), extra + plugin("libSimpleTrackedVehiclePlugin.so", text))
     tags = [f"<{side}_track><link>{n}</link></{side}_track>" for side in names for n in names[side]]
     extra += plugin("gz-sim-track-controller-system", "<link>left_track</link>")
     return Robot((), extra + plugin("gz-sim-tracked-vehicle-system", "".join(tags)))
@@ -297,6 +312,19 @@ def car(
     file = "gz-sim-ackermann-steering-system" if source == "gz" else "libgazebo_ros_ackermann_drive"
     joints += f"<steering_limit>{limit}</steering_limit>"
     return Robot(wheels, plugin(file, joints), limit=max(limit, 0.6), middle=axle + 0.16)
+
+
+def steered_all_round() -> Robot:
+    """Return a robot of gz-sim's FourwidsDrive, which steers its four wheels."""
+    wheels = tuple(replace(wheel, steered=True) for wheel in four("{end}_{side}_wheel"))
+    joints = "".join(
+        f"<{given}_{side}_joint>{end}_{side}_wheel_joint</{given}_{side}_joint>"
+        f"<{given}_{side}_steering_joint>{end}_{side}_wheel_steer_joint"
+        f"</{given}_{side}_steering_joint>"
+        for given, end in (("front", "front"), ("back", "rear"))
+        for side in ("left", "right")
+    )
+    return Robot(wheels, plugin("gz-sim-fourwids-drive-system", joints))
 
 
 def car_led(virtual: bool) -> Robot:

@@ -52,6 +52,7 @@ _RAYS, _GZ = ("ray", "gpu_ray"), ("gpu_lidar", "lidar")
 _OWN = _PLUGIN.format("libmaker_cliff_sensor.so", "<frame_id>FRAME</frame_id>")
 _SCAN = _PLUGIN.format("libgazebo_ros_ray_sensor.so", "<output_type>sensor_msgs/LaserScan{}")
 _SCAN = _SCAN.format("</output_type><frame_name>FRAME</frame_name>")
+_OWN_RAYS = _SCAN.replace("</plugin>", "RAYS</plugin>")
 _RANGE = _PLUGIN.format("libgazebo_ros_range.so", "<radiation>{}</radiation>")
 _ROUND, _LOOKS_DOWN = (LEVEL, UPSIDE_DOWN, AHEAD), (DOWN, STEEP)
 _ALL, _ONE = (*_ROUND, *_LOOKS_DOWN), (1, 0.0)
@@ -73,6 +74,8 @@ FORMS = (
     Form("red", _RAYS, (9, 0.5), (3, 0.2), 1.0, _ALL, (_RANGE.format("infrared"),),
          (RangeSettings,), infrared=True),
     Form("beam", _RAYS, (1, 0.0), _ONE, 8.0, _ALL, (_SCAN,), (LidarSettings,)),
+    Form("rays in a plugin", _RAYS, (360, 6.28), _ONE, 50.0, _ROUND, (_OWN_RAYS,),
+         (LidarSettings,), True),
     Form("rows", _GZ, (90, 6.28), (8, 0.5), 50.0, _ROUND, ("",), (CloudSettings, LidarSettings),
          True),
 )  # fmt: skip
@@ -130,10 +133,12 @@ def _tag(form: Form, name: str, kind: str, inside: str, frame: str) -> str:
     scan = fan.format("horizontal", across, -wide / 2, wide / 2)
     scan += fan.format("vertical", rows, -high / 2, high / 2)
     limits = f"<range><min>0.01</min><max>{form.reach}</max></range>"
+    rays = f"<{ray}><scan>{scan}</scan>{limits}</{ray}>"
+    inside = inside.replace("{}", frame)
+    rays = inside.replace("RAYS", rays) if "RAYS" in inside else inside + rays
     return (
         f'<sensor name="{name}" type="{kind}"><update_rate>10</update_rate>'
-        f"<topic>{name}/out</topic>"
-        f"{inside.replace('{}', frame)}<{ray}><scan>{scan}</scan>{limits}</{ray}></sensor>"
+        f"<topic>{name}/out</topic>{rays}</sensor>"
     )
 
 

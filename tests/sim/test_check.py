@@ -65,6 +65,20 @@ def test_worlds_are_understood(path: Path, capsys: pytest.CaptureFixture[str]) -
     assert "loads" in capsys.readouterr().out
 
 
+def test_check_takes_the_robot_and_the_world_that_are_named(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    robot, world = ["--robot", str(ROBOT)], ["--world", str(ROOM)]
+    for options, files in ((robot, [ROBOT]), (world, [ROOM]), ([*robot, *world], [ROBOT, ROOM])):
+        assert run(parse(["sim", *options, "--check"])) == OK
+        said = capsys.readouterr().out
+        assert [line for line in said.splitlines() if line.endswith(": loads")] == [
+            f"{file}: loads" for file in files
+        ]
+    assert run(parse(["sim", "--check"])) == REFUSED
+    assert "--check: lacks its file; valid: --check FILE" in capsys.readouterr().err
+
+
 def test_what_is_left_out_is_listed(tmp_path: Path) -> None:
     path = edited(ROBOT, tmp_path, "<gazebo>", "<gazebo><frill>1</frill>")
     found = check(path, SearchPath.of(), {})

@@ -49,6 +49,7 @@ STEERED = {
     "car of endless steering": cases.car("", steer="continuous"),
     "car, whose wheels mimic": cases.car_led(virtual=False),
     "car, whose wheels mimic virtual ones": cases.car_led(virtual=True),
+    "all wheels steer": cases.steered_all_round(),
     "tricycle": cases.tricycle(),
     "tricycle, classic": cases.tricycle(classic=True),
 }
@@ -56,6 +57,7 @@ STEERED = {
 
 TRACKED = {
     "boxes": cases.tracked(),
+    "Gazebo Classic's": cases.tracked(classic=True),
     "round ends": cases.tracked(ends=True),
     "flippers": cases.tracked(flippers=True),
     "low flippers": cases.tracked(low=True),
@@ -111,7 +113,7 @@ def test_car_follows_an_arc(tmp_path: Path, name: str, bend: float) -> None:
     path = STEERED[name].write(tmp_path)
     robot = load_robot(path, SearchPath())
     assert robot.drive.kind is DriveKind.STEERED
-    axle = SE2(-0.12 if "tricycle" in name else -0.16, 0.0, 0.0)
+    axle = SE2({"tric": -0.12, "all ": 0.01}.get(name[:4], -0.16), 0.0, 0.0)
     for speed in (0.4, -0.4):
         sim = simulator(robot=path)
         run(sim, 2.5, Velocity(speed, yaw_rate=speed * bend))
@@ -119,6 +121,16 @@ def test_car_follows_an_arc(tmp_path: Path, name: str, bend: float) -> None:
         turn = math.copysign(bend, bend * speed) if bend else 0.0
         arc = SE2.exp([math.copysign(1.0, speed), 0.0, turn])  # type: ignore[arg-type]
         _check(seen, axle @ arc @ axle.inverse(), 1.0)
+
+
+def test_plugins_of_two_axles_drive_all_wheels_that_obey_one_topic(tmp_path: Path) -> None:
+    seen = _driven(cases.two_axles(), tmp_path, Velocity(yaw_rate=0.8), math.pi / 2 / 0.8)
+    _check(seen, SE2(0.0, 0.0, math.pi / 2), 1.0)  # about the middle of both axles
+    robot = load_robot(tmp_path / "made.urdf", SearchPath())
+    assert len(robot.drive.wheels) == 4
+    assert not any("second drive" in note for note in texts(robot.notes))
+    path = cases.two_axles("<topic>lifted</topic>").write(tmp_path)
+    assert "plugin 'drive': a second drive is not simulated" in texts(load_robot(path).notes)
 
 
 def test_tricycles_driven_wheel_is_the_one_that_its_plugin_names(tmp_path: Path) -> None:

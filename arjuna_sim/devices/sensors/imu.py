@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from arjuna_core.config import param
-from arjuna_sim.files.sensor_tag import RATE_MAX, SensorTag
-from arjuna_sim.files.tag_text import topic, value
+from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
 from arjuna_sim.model.urdf import Urdf
 
@@ -101,13 +100,10 @@ def first_imu(sensors: Sequence[SensorSettings], urdf: Urdf) -> ImuSettings | No
 
 
 def _of_plugin(tag: SensorTag) -> ImuSettings:
-    rate = value(tag.xml, tag.element, tag.label, 50.0, "updaterate")
-    if rate > RATE_MAX:
-        raise tag.fail(f"<updateRate> is {rate}; valid: up to {RATE_MAX:g} Hz")
+    gyro, accel = (tag.deviation(named=f"{part}gaussiannoise") for part in ("rate", "accel"))
+    every = tag.deviation()  # libgazebo_ros_imu.so has one of all
     return ImuSettings(
-        link=tag.link,
-        frame=tag.text("frameid", "framename", default=tag.link).lstrip("/"),
-        rate=rate,
-        topic=topic(tag.element, ImuSettings.TOPIC, "~/out", "topicname"),
-        name=tag.element.get("name", "?"),
+        **tag.mount(50.0, ImuSettings.TOPIC),
+        gyro_noise=every if gyro is None else gyro,
+        accel_noise=every if accel is None else accel,
     )

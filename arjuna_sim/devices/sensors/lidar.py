@@ -239,7 +239,8 @@ def _names_output(output: str) -> bool:
 
 def _is_infrared(tag: SensorTag, output: str) -> bool:
     """Return what a range sensor radiates: light, unless its file or a ROS 1 plugin says sound."""
-    default = "ultrasound" if "gazeborosrange" in output else "infrared"
+    is_sound = "gazeborosrange" in output or "sonar" in output
+    default = "ultrasound" if is_sound else "infrared"
     return "infrared" in tag.text("radiation", "radiationtype", default=default).lower()
 
 

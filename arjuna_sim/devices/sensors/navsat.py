@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, NamedTuple
 
 from arjuna_core.geodesy import GeoPoint
@@ -13,22 +14,48 @@ from arjuna_sim.model.settings import SensorSettings, reads
 
 @dataclass(frozen=True, kw_only=True)
 class NavSatSettings(SensorSettings):
-    """A GPS: standard deviations of its position, level and upright [m]."""
+    """A GPS.
+
+    Attributes:
+        noise: Standard deviation of its level position [m].
+        height_noise: Of its height [m].
+        reference: Where a ROS 1 plugin has the world's origin, and its x axis from east on [rad];
+            None for what the world's own file says.
+    """
 
     TITLE: ClassVar[str] = "GPS"
     noise: float = 0.0
     height_noise: float = 0.0
+    reference: tuple[GeoPoint, float] | None = None
 
 
 @reads("gps", "navsat")
 def read(tag: SensorTag) -> list[NavSatSettings]:
-    """Read a GPS."""
+    """Read a GPS.
+
+    Raises:
+        RobotError: A value is invalid.
+    """
     level, upright = (
         tag.deviation(*(f"{kind}/position_sensing/{key}/noise" for kind in ("navsat", "gps")))
         for key in ("horizontal", "vertical")
     )
     mount = tag.mount(5.0, "gps/fix")
-    return [NavSatSettings(**mount, noise=level or 0.0, height_noise=upright or 0.0)]
+    level, upright = level or 0.0, upright or 0.0
+    return [NavSatSettings(**mount, noise=level, height_noise=upright, reference=_reference(tag))]
+
+
+def _reference(tag: SensorTag) -> tuple[GeoPoint, float] | None:
+    """Return the reference of hector_gazebo_plugins' GPS, whose heading is from north to east."""
+    names = [f"reference{each}" for each in ("latitude", "longitude", "altitude", "heading")]
+    if not any(tag.text(name) for name in names):
+        return None
+    text = " ".join(tag.text(name, default="0") for name in names)
+    latitude, longitude, altitude, heading = tag.xml.numbers(text, 4, f"{tag.label} <reference>")
+    try:
+        return GeoPoint(latitude, longitude, altitude), math.radians(90.0 - heading)
+    except ValueError as error:
+        raise tag.fail(f"its reference is no point on Earth: {error}") from error
 
 
 class Fix(NamedTuple):
@@ -49,6 +76,9 @@ class NavSat(StaticDevice):
     def __init__(self, settings: NavSatSettings, mount: Mount) -> None:
         super().__init__(settings, mount)
         self._earth = mount.earth
+        if settings.reference is not None:
+            origin, heading = settings.reference
+            self._earth = replace(mount.earth, origin=origin, heading=heading)
 
     def read(self, data: Any, now: float) -> Fix:
         """Return the position with its noise."""

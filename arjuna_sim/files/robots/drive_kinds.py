@@ -16,6 +16,7 @@ from arjuna_sim.model.urdf import Joint, Urdf
 from arjuna_sim.model.wheels import (
     axis,
     center,
+    effective_track,
     radius_of,
     rolling_direction,
     span,
@@ -219,6 +220,23 @@ def arranged(
     elif found is not None and asked is DriveKind.PLANAR:
         xml.note(f"is {asked.value}: it moves by {found.kind.value}, which slip and push as such")
     return drive if found is None else found
+
+
+def joined(urdf: Urdf, first: DriveSettings, second: DriveSettings) -> DriveSettings | None:
+    """Return a drive by the wheels of two plugins, one for each axle, that obey one topic.
+
+    None where they are no such two.
+    """
+    left, right = (*first.left, *second.left), (*first.right, *second.right)
+    same = first.command_topic.lstrip("/") == second.command_topic.lstrip("/")
+    if (
+        not (same and first.right and second.right)
+        or second.steering
+        or len({*left, *right}) < len(left + right)
+    ):
+        return None
+    track = effective_track(urdf, left, right) or first.effective_track
+    return dataclasses.replace(first, left=left, right=right, effective_track=track)
 
 
 def with_outputs_of(outputs: DriveSettings, drive: DriveSettings) -> DriveSettings:

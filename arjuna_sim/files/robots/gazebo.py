@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Iterator, Sequence
+from typing import Any
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
 from arjuna_sim.files.robots.controllers import drive_of_controllers, parameters_of_controllers
+from arjuna_sim.files.robots.drive_kinds import joined
 from arjuna_sim.files.robots.joint_controllers import is_joint_plugin
 from arjuna_sim.files.robots.plugins import (
     BATTERY,
@@ -21,7 +24,7 @@ from arjuna_sim.files.robots.plugins import (
     types_of,
 )
 from arjuna_sim.files.sensor_tag import PluginTag, SensorTag, Tags
-from arjuna_sim.files.tag_text import plain, text_of, texts, value
+from arjuna_sim.files.tag_text import is_true, plain, text_of, texts, value
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import (
@@ -33,6 +36,8 @@ from arjuna_sim.model.settings import (
 )
 from arjuna_sim.model.urdf import Urdf
 
+_BARE = {BATTERY: BATTERY, "hectorgazeborosgps": "gps", "hectorgazeborosmagnetic": "magnetometer"}
+"""Types of plugins that are sensors of a kind by themselves, without a `<sensor>`."""
 _TRUE = ("p3d", "odometrypublisher")  # kinds of plugins that publish true motion
 
 
@@ -48,9 +53,13 @@ def settings_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> GazeboSettings:
             reader.plugin(item.element, item.link)
         else:
             reader.sensor(item)
+    sensors = [
+        dataclasses.replace(sensor, **reader.renamed.get(sensor.name, {}))
+        for sensor in reader.sensors
+    ]
     return GazeboSettings(
         reader.drive,
-        tuple(with_primary_first(xml, urdf, reader.sensors)),
+        tuple(with_primary_first(xml, urdf, sensors)),
         tags.friction,
         tags.colours,
         reader.kind,
@@ -72,6 +81,7 @@ class _Reader:
         self.kind: DriveKind | None = None
         self.wheelless: DriveSettings | None = None
         self.sensors: list[SensorSettings] = []
+        self.renamed: dict[str, dict[str, Any]] = {}
         self.reported: list[str] = []
         self.report_rate = 0.0
         self.tracks: Sides = (), ()
@@ -84,7 +94,10 @@ class _Reader:
         drive, kind = read_drive(xml, driving, urdf), drive_kind(driving)
         name = plugin.get("name") or plugin.get("filename") or "?"
         if drive is not None and self.drive is not None:
-            xml.note(f"plugin '{name}': a second drive is not simulated", NoteKind.IGNORED)
+            both = joined(urdf, self.drive, drive) if kind is self.kind else None
+            if both is None:
+                xml.note(f"plugin '{name}': a second drive is not simulated", NoteKind.IGNORED)
+            self.drive = both or self.drive
         elif drive is not None:
             self.drive, self.kind = drive, kind
         elif kind is not None:
@@ -94,8 +107,8 @@ class _Reader:
             plugin
         ):
             self.sensor(SensorTag(xml, plugin, body), "imu")
-        elif types_of(plugin)[0] == BATTERY:
-            self.sensor(SensorTag(xml, plugin, urdf.root), BATTERY)
+        elif (sensor := _BARE.get(types_of(plugin)[0], "")) != "":
+            self.sensor(SensorTag(xml, plugin, body or urdf.root), sensor)
         else:
             self._other_plugin(plugin, name, link)
 
@@ -117,6 +130,8 @@ class _Reader:
         elif truth := next((each for each in _TRUE if each in kind.replace("-", "")), ""):
             body = text_of(plugin, "bodyname", default=link or self._urdf.root)
             self.sensor(SensorTag(self._xml, plugin, body), truth)
+        elif "realsensegazeboplugin" in types_of(plugin):
+            self.renamed |= realsense_outputs(plugin)
         elif "posepublisher" in kind:
             self._xml.note(f"plugin '{name}': the true pose is published on ground_truth/odom")
         else:
@@ -125,11 +140,12 @@ class _Reader:
     def _reports(self, plugin: Element, label: str) -> None:
         """Take the joints whose states a plugin publishes; one that names none means all."""
         moving = [joint.name for joint in self._urdf.joints.values() if joint.has_position]
-        for joint in texts(plugin, "jointname"):
+        named = [name for text in texts(plugin, "jointname") for name in re.split(r"[\s,]+", text)]
+        for joint in named:
             if joint not in moving:
                 text = f"{label}: joint '{joint}' does not move; {nearest(joint, moving)}"
                 self._xml.note(text, NoteKind.IGNORED)
-        self.reported += [j for j in texts(plugin, "jointname") if j in moving] or moving
+        self.reported += [joint for joint in named if joint in moving] or moving
         rate = value(self._xml, plugin, label, 0.0, "updaterate")
         self.report_rate = max(self.report_rate, rate)
 
@@ -148,6 +164,29 @@ class _Reader:
 
 def _type(plugin: Element) -> str:
     return plain(plugin.get("filename", "") + plugin.get("name", ""))
+
+
+def realsense_outputs(plugin: Element) -> dict[str, dict[str, Any]]:
+    """Return topics and frames of the cameras that realsense_gazebo_plugin publishes, by name."""
+    prefix, found = text_of(plugin, "prefix"), {}
+    for camera, key, stream in (
+        ("color", "color", "topic"),
+        ("depth", "depth", "depth_topic"),
+        ("ired1", "infrared1", "topic"),
+        ("ired2", "infrared2", "topic"),
+    ):
+        folder = key.replace("infrared", "infra")
+        picture = text_of(plugin, f"{key}topicname", default=f"{folder}/image_raw")
+        info = text_of(plugin, f"{key}camerainfotopicname", default=f"{folder}/camera_info")
+        made = {stream: f"{prefix}/{picture}", "info_topic": f"{prefix}/{info}"}
+        frame = text_of(plugin, f"{key}opticalframename")
+        made |= {"frame": frame} if frame else {}
+        if stream == "depth_topic":
+            points = text_of(plugin, "pointcloudtopicname", default="points")
+            is_on = is_true(text_of(plugin, "pointcloud"))
+            made |= {"cloud_topic": f"{prefix}/{points}" if is_on else ""}
+        found[prefix + camera] = made
+    return found
 
 
 def remedy(urdf: Urdf, sensor: str, link: str) -> str:

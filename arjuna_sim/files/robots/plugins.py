@@ -30,13 +30,14 @@ _SPELLINGS = {
     DriveKind.SIDES: ("diffdrive", "diffdrivecontroller", "skidsteerdrive", "skidsteer"),
     DriveKind.MECANUM: ("mecanumdrive", "mecanumdrivecontroller"),
     DriveKind.OMNI: ("omnidrive", "omniwheeldrivecontroller"),
-    DriveKind.TRACKED: ("trackedvehicle",),
+    DriveKind.TRACKED: ("trackedvehicle", "simpletrackedvehicleplugin"),
     DriveKind.PLANAR: ("planarmove", "velocitycontrol", "forcebasedmove"),
     DriveKind.STEERED: (
         *("ackermanndrive", "ackermansteering", "ackerman", "ackermannsteering", "ackermann"),
         *("ackermannsteeringcontroller", "ackermanncontroller", "steeringcontrollerslibrary"),
         *("tricycledrive", "tricyclecontroller", "tricyclesteeringcontroller", "steeringdrive"),
         *("bicycledrive", "bicyclesteeringcontroller", "fourwheelsteeringcontroller"),
+        "fourwidsdrive",
     ),
 }
 """Types of plugins and classes of controllers that drive, as `_plain` writes them."""
@@ -59,16 +60,24 @@ TORQUE = 5.0
 """Least torque of a wheel whose file names none, as in Gazebo [N m]."""
 _ENDS = ("front", "rear", "middle", "back")
 WHEEL = ("wheeljoint", "actuatedwheeljoint")
-STEERING = ("leftsteeringjoint", "rightsteeringjoint", "steeringjoint")
+STEERING = (
+    *(f"{end}{side}steeringjoint" for end in ("", *_ENDS) for side in ("left", "right")),
+    "steeringjoint",
+)
 """Plain names of tags that hold the joints of wheels without sides, and those that steer."""
-LEFT = (*(f"left{e}joint" for e in _ENDS), *(f"{e}leftjoint" for e in _ENDS), "leftjoint")
-RIGHT = (*(f"right{e}joint" for e in _ENDS), *(f"{e}rightjoint" for e in _ENDS), "rightjoint")
+LEFT, RIGHT = (
+    (
+        *(n for e in _ENDS for n in (f"{side}{e}joint", f"{e}{side}joint", f"{side}{e}")),
+        f"{side}joint",
+    )
+    for side in ("left", "right")
+)
 _ACCELERATION = (
     *("maxwheelacceleration", "wheelacceleration", "maxlinearacceleration", "maxacceleration"),
 )
-_SPEED = ("maxlinearvelocity", "maxvelocity", "maxspeed")
+_SPEED = ("maxlinearvelocity", "maxvelocity", "maxlinearspeed", "maxspeed")
 _BACK = ("minlinearvelocity", "minvelocity")
-_TURN = ("maxangularvelocity", "maxvelocity")
+_TURN = ("maxangularvelocity", "maxvelocity", "maxangularspeed")
 _TURN_ACCELERATION = ("maxangularacceleration", "maxacceleration")
 _DIAMETER = ("wheeldiameter", "actuatedwheeldiameter")
 _TIMEOUT = ("cmdveltimeout", "commandtimeout")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.pose3 import Pose3
@@ -15,7 +15,7 @@ from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
 from arjuna_sim.files.sdf.look_tags import read_light
 from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.geometry.shapes import Part
+from arjuna_sim.model.geometry.shapes import Part, volume_of
 from arjuna_sim.model.look import Light
 from arjuna_sim.model.notes import NoteKind
 
@@ -196,12 +196,19 @@ class ModelReader:
             with leaving_out(xml, f"{label} light"):
                 pose = scope.pose(light, f"{label} light", T_model_link)
                 read.lights += read_light(xml, light, T_model @ pose)
+        weighed = 0.0
         for tag, parts in (("collision", read.solid), ("visual", read.drawn)):
             refuses = self._is_robot and tag == "collision"
             for element in link.findall(tag):
                 self._tally(xml, f"{label} {tag}")
                 with nullcontext() if refuses else leaving_out(xml, f"{label} {tag}"):
-                    parts += _parts(xml, element, f"{label} {tag}", scope, T_model, T_model_link)
+                    own = _parts(xml, element, f"{label} {tag}", scope, T_model, T_model_link)
+                    parts += own
+                    if tag == "collision":
+                        weighed += volume_of(own) * _density(xml, element, link, label)
+        inertial = link.find("inertial")
+        if inertial is not None and is_true(inertial.get("auto")) and weighed > 0.0:
+            read = replace(read, mass=weighed)
         return read
 
     def _tally(self, xml: XmlFile, label: str) -> None:
@@ -209,6 +216,12 @@ class ModelReader:
         if self._parts > PARTS_MAX:
             problem = f"is one of too many; valid: up to {PARTS_MAX} parts"
             raise ExcessError(xml.path, problem, label)
+
+
+def _density(xml: XmlFile, collision: Element, link: Element, label: str) -> float:
+    """Return the density of a collision by which SDF weighs its link [kg/m^3]."""
+    of_link = xml.number(link.find("inertial"), "density", 1000.0, label)
+    return max(0.0, xml.number(collision, "density", of_link, label))
 
 
 def _parts(

@@ -28,8 +28,16 @@ from arjuna_sim.files.sdf.includes import Includes
 from arjuna_sim.files.sdf.model_tags import WORLD, ModelReader, SdfJoint, SdfLink
 from arjuna_sim.files.sdf.robots_in_world import cut_out
 from arjuna_sim.files.sensor_tag import PluginTag, SensorTag, Tags
+from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import UNLIMITED, XmlFile
-from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape, corners
+from arjuna_sim.model.geometry.shapes import (
+    Inertial,
+    Kind,
+    Part,
+    Shape,
+    corners,
+    inertial_of_parts,
+)
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
 
@@ -117,7 +125,7 @@ def _add_link(robot: _Robot, link: SdfLink, about: Pose3 | None) -> None:
         for tag, found in (("collision", link.solid), ("visual", link.drawn))
     }
     shapes = parts["collision"] or parts["visual"]
-    inertial = _inertial(xml, link.element, T_own, label, shapes)
+    inertial = _inertial(xml, link, T_own, label, shapes)
     robot.add(xml, Link(name, inertial, parts["collision"], parts["visual"]), pose)
     mu = _friction(link.solid)
     if mu is not None:
@@ -158,10 +166,12 @@ def _robot_parts(xml: XmlFile, parts: list[Part], pose: Pose3, label: str) -> It
 
 
 def _inertial(
-    xml: XmlFile, link: Element, T_own: Pose3, label: str, parts: tuple[Part, ...]
+    xml: XmlFile, link: SdfLink, T_own: Pose3, label: str, parts: tuple[Part, ...]
 ) -> Inertial | None:
     """Read an `<inertial>` of a link whose own frame is at a pose; None for no mass."""
-    inertial, label = link.find("inertial"), f"{label} inertial"
+    inertial, label = link.element.find("inertial"), f"{label} inertial"
+    if inertial is not None and is_true(inertial.get("auto")) and link.mass is not None:
+        return inertial_of_parts(parts, link.mass)
     if inertial is None or inertial.find("mass") is None:
         return None
     mass, tensor = xml.number(inertial, "mass", 0.0, label), inertial.find("inertia")

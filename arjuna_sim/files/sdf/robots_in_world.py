@@ -9,11 +9,13 @@ from arjuna_core.pose3 import Pose3
 from arjuna_core.twist import Velocity
 from arjuna_sim.files.robots.controllers import drive_of_controllers
 from arjuna_sim.files.robots.plugins import drive_kind, is_control, types_of
-from arjuna_sim.files.sdf.frames import Scope, raw_pose
+from arjuna_sim.files.sdf.frames import Scope
 from arjuna_sim.files.sdf.includes import Includes, leaving_out
 from arjuna_sim.files.sdf.model_tags import is_static, own_pose
+from arjuna_sim.files.sdf.world_state import moved_models
+from arjuna_sim.files.tag_text import topic
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.world import Mover
 
 
@@ -26,22 +28,25 @@ def models_by_name(world: Element) -> dict[str, Element]:
 
 
 def is_mover(model: Element) -> bool:
-    """Return whether a model is an obstacle that VelocityControl moves, rather than a robot.
+    """Return whether a model is an obstacle that a plugin moves in the plane, rather than a robot.
 
-    It has neither joints that move nor sensors nor odometry.
+    It has neither joints that move nor sensors nor odometry, nor a robot's own `cmd_vel`.
     """
-    kinds = [types_of(plugin) for plugin in model.iter("plugin")]
-    moving = any(joint.get("type") != "fixed" for joint in model.iter("joint"))
-    known = any("velocitycontrol" in kind for kind in kinds)
+    kinds = [drive_kind(plugin) for plugin in model.iter("plugin")]
     return (
-        known
-        and not moving
+        {*kinds} - {None} == {DriveKind.PLANAR}
+        and not any(joint.get("type") != "fixed" for joint in model.iter("joint"))
         and model.find(".//sensor") is None
-        and not any(
-            "odometrypublisher" in kind or (drive_kind(plugin) and "velocitycontrol" not in kind)
-            for plugin, kind in zip(model.iter("plugin"), kinds, strict=True)
-        )
+        and not any("odometrypublisher" in types_of(each) for each in model.iter("plugin"))
+        and _mover_of(model, "")[1].lstrip("/") != "cmd_vel"
     )
+
+
+def _mover_of(model: Element, name: str) -> tuple[Element, str]:
+    """Return the plugin that moves a model, and the topic of its commands."""
+    plugin = next(p for p in model.iter("plugin") if drive_kind(p) is DriveKind.PLANAR)
+    own = f"/model/{name}/cmd_vel" if "velocitycontrol" in types_of(plugin) else "cmd_vel"
+    return plugin, topic(plugin, own, "cmd_vel", "commandtopic", "topic")
 
 
 def read_mover(xml: XmlFile, model: Element, name: str) -> Mover:
@@ -50,12 +55,11 @@ def read_mover(xml: XmlFile, model: Element, name: str) -> Mover:
     Raises:
         InputFileError: A value is no vector.
     """
-    plugin = next(p for p in model.iter("plugin") if "velocitycontrol" in types_of(p))
+    plugin, commands = _mover_of(model, name)
     label, found = f"plugin of model '{name}'", list[float]()
     for tag, index in (("initial_linear", 0), ("initial_linear", 1), ("initial_angular", 2)):
         found.append(xml.numbers(plugin.findtext(tag) or "0 0 0", 3, f"{label} <{tag}>")[index])
-    topic = (plugin.findtext("topic") or f"/model/{name}/cmd_vel").strip()
-    return Mover(Velocity(found[0], y=found[1], yaw_rate=found[2]), topic)
+    return Mover(Velocity(found[0], y=found[1], yaw_rate=found[2]), commands)
 
 
 def robots_of(xml: XmlFile, includes: Includes, world: Element) -> dict[str, Element]:
@@ -122,19 +126,3 @@ def pose_in(xml: XmlFile, includes: Includes, world: Element, model: Element) ->
         return moved
     pose = Scope(xml, world, "world").pose(model, label)
     return own_pose(model, Scope(includes.file_of(model, xml), model, label), pose)
-
-
-def moved_models(xml: XmlFile, world: Element) -> dict[str, Pose3]:
-    """Return where the world's `<state>` says that models have moved."""
-    state = world.find("state")
-    if state is None:
-        return {}
-    for tag in sorted({child.tag for child in state} & {"insertions", "deletions"}):
-        xml.note(f"<state> <{tag}>: not simulated", NoteKind.IGNORED)
-    found: dict[str, Pose3] = {}
-    for model in state.findall("model"):
-        name = model.get("name", "")
-        if model.find("pose") is not None:
-            with leaving_out(xml, f"state of model '{name}'"):
-                found[name] = raw_pose(xml, model, f"state of model '{name}'")
-    return found

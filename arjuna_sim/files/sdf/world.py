@@ -27,8 +27,9 @@ from arjuna_sim.files.sdf.model_tags import (
     read_joint,
 )
 from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
-from arjuna_sim.files.sdf.robots_in_world import is_mover, moved_models, read_mover, robots_of
+from arjuna_sim.files.sdf.robots_in_world import is_mover, read_mover, robots_of
 from arjuna_sim.files.sdf.world_sensors import read_fixtures
+from arjuna_sim.files.sdf.world_state import moved_models, stretch_models
 from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
@@ -247,6 +248,7 @@ class _Reader:
         """Read a `<world>`, or an `<sdf>` that holds a model."""
         xml = self._xml
         self._includes.expand(xml, world)
+        stretch_models(xml, world)
         scope, moved = Scope(xml, world, "world"), moved_models(xml, world)
         self._held = world_joints(xml, world, scope)
         for model in world.findall("model"):

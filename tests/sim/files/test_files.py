@@ -102,9 +102,13 @@ def test_missing_truncated_and_foreign_robot_files_are_refused(tmp_path: Path) -
         load_robot(cut)
     with pytest.raises(RobotError, match="is a world in which no model has a drive"):
         load_robot(ROOM)
+    other = tmp_path / "other.urdf"
+    other.write_text("# a world of Stage\n", encoding="utf-8")
+    with pytest.raises(RobotError, match=r"line 1: is no XML: it begins with '# a world of Stage"):
+        load_robot(other)
     binary = tmp_path / "binary.urdf"
     binary.write_bytes(bytes(range(256)))
-    with pytest.raises(RobotError, match=r"broken XML|no readable XML"):
+    with pytest.raises(RobotError, match=r"is no XML: it begins with"):
         load_robot(binary)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.twist import Velocity
+from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.files.robots.robot_file import load_robot
@@ -180,6 +181,35 @@ def test_imu_of_a_plugin_without_a_sensor_is_read(tmp_path: Path) -> None:
     imu = _load(tmp_path, FOUR + IMU).settings.first(ImuSettings)
     assert imu is not None
     assert (imu.link, imu.frame, imu.rate, imu.topic) == ("base", "imu_frame", 25.0, "imu/raw")
+
+
+REALSENSE = """<gazebo reference="base">
+<sensor name="eyecolor" type="camera"/><sensor name="eyedepth" type="depth"/></gazebo>
+<gazebo><plugin name="eye" filename="librealsense_gazebo_plugin.so"><prefix>eye</prefix>
+<depthTopicName>depth/raw</depthTopicName><colorOpticalframeName>lens</colorOpticalframeName>
+<pointCloud>true</pointCloud><pointCloudTopicName>cloud</pointCloudTopicName></plugin></gazebo>"""
+
+
+def test_cameras_that_one_plugin_of_the_model_publishes(tmp_path: Path) -> None:
+    robot = _load(tmp_path, FOUR + REALSENSE)
+    cameras = [s for s in robot.settings.sensors if isinstance(s, CameraSettings)]
+    color, depth = cameras
+    assert (color.topic, color.frame) == ("eye/color/image_raw", "lens")
+    assert color.info_topic == "eye/color/camera_info"
+    assert (depth.depth_topic, depth.cloud_topic) == ("eye/depth/raw", "eye/cloud")
+    assert (depth.info_topic, depth.frame) == ("eye/depth/camera_info", "base")
+    assert not any("not simulated" in note for note in texts(robot.notes))
+
+
+@pytest.mark.parametrize("given", ["{0}, {1}", "{0},{1}", "{0}</joint_name><joint_name>{1}"])
+def test_joints_whose_states_a_plugin_publishes(tmp_path: Path, given: str) -> None:
+    named = ("front_left_wheel_joint", "rear_right_wheel_joint")
+    tag = f"<joint_name>{given.format(*named)}</joint_name>"
+    file = "libgazebo_ros_joint_state_publisher.so"
+    plugin = f"<gazebo><plugin name='j' filename='{file}'>{tag}</plugin></gazebo>"
+    robot = _load(tmp_path, FOUR + plugin)
+    assert robot.settings.reported == named
+    assert not any("does not move" in note for note in texts(robot.notes))
 
 
 def test_light_robot_on_two_wide_wheels_turns_as_its_wheels_do(tmp_path: Path) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
 
 from arjuna_core.errors import RobotError
+from arjuna_core.geodesy import GeoPoint
 from arjuna_core.pose3 import ORIGIN
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.tag_text import gazebo_colour
@@ -144,8 +146,40 @@ def test_an_imu_may_be_a_plugin(inside: str, expected: tuple[object, ...]) -> No
     found = read("imu", inside, element="plugin")
     assert (found.link, found.frame, found.rate, found.topic) == expected
     assert found.name == "s"
-    with pytest.raises(RobotError, match=r"<updateRate> is 1001.0; valid: up to 1000 Hz"):
+    with pytest.raises(RobotError, match=r"<update_rate> is 1001.0; valid: above 0, up to 1000 Hz"):
         read("imu", "<updateRate>1001</updateRate>", element="plugin")
+
+
+def test_a_gps_and_a_compass_may_be_plugins() -> None:
+    given = "<updateRate>4</updateRate><topicName>/fix</topicName><frameId>antenna</frameId>"
+    given += "<gaussianNoise>0.5 0.5 0.5</gaussianNoise>"
+    for kind in ("gps", "magnetometer"):
+        found = read(kind, given, element="plugin")
+        assert (found.rate, found.topic, found.frame) == (4.0, "/fix", "antenna")
+        assert found.noise == 0.5
+    assert read("gps", given, element="plugin").reference is None
+    place = "<referenceLatitude>{}</referenceLatitude><referenceHeading>{}</referenceHeading>"
+    # Its heading is of the world's x axis from north to east, ours from east to north.
+    for heading, turned in ((0, math.pi / 2), (90, 0.0)):
+        found = read("gps", place.format(47.5, heading), element="plugin")
+        assert found.reference == (GeoPoint(47.5, 0.0, 0.0), pytest.approx(turned))
+    with pytest.raises(RobotError, match=r"its reference is no point on Earth: .*latitude"):
+        read("gps", place.format(91, 0), element="plugin")
+
+
+@pytest.mark.parametrize(
+    ("inside", "gyro", "accel"),
+    [
+        ("<rateGaussianNoise>0.1 0.2 0.3</rateGaussianNoise>", 0.1, None),
+        ("<accelGaussianNoise>0.1 0.1 0.1</accelGaussianNoise>", None, 0.1),
+        ("<gaussianNoise>0.3</gaussianNoise>", 0.3, 0.3),
+    ],
+)
+def test_noise_of_a_plugin_that_is_an_imu(
+    inside: str, gyro: float | None, accel: float | None
+) -> None:
+    found = read("imu", inside, element="plugin")
+    assert (found.gyro_noise, found.accel_noise) == (gyro, accel)
 
 
 def test_sensors_are_called_by_name_or_type() -> None:

@@ -58,25 +58,34 @@ def test_a_world_holds_its_robot_however_it_is_written(
 
 MOVER = """<model name='mover'><pose>0 5 0.25 0 0 0</pose><link name='l'><collision name='c'>
 <geometry><box><size>0.5 0.5 0.5</size></box></geometry></collision>{}</link>
-<plugin filename='gz-sim-velocity-control-system' name='gz::sim::systems::VelocityControl'/>{}
-</model>"""
+{}</model>"""
+VELOCITY = "<plugin filename='gz-sim-velocity-control-system' name='v'/>"
+PLANAR = """<plugin filename='libgazebo_ros_planar_move.so' name='m'><ros>
+<namespace>{}</namespace></ros><publish_odom>true</publish_odom></plugin>"""
 ODOMETRY = "<plugin filename='gz-sim-odometry-publisher-system' name='o'/>"
 
 
 @pytest.mark.parametrize(
-    ("sensor", "more", "robots"),
+    ("sensor", "plugins", "topic"),
     [
-        ("", "", ("vehicle",)),
-        ("<sensor name='s' type='imu'/>", "", ("vehicle", "mover")),
-        ("", ODOMETRY, ("vehicle", "mover")),
+        ("", VELOCITY, "/model/mover/cmd_vel"),
+        ("", PLANAR.format("/crowd/mover"), "/crowd/mover/cmd_vel"),
+        ("<sensor name='s' type='imu'/>", VELOCITY, ""),
+        ("<sensor name='s' type='imu'/>", PLANAR.format("a"), ""),
+        ("", VELOCITY + ODOMETRY, ""),
+        ("", PLANAR.format(""), ""),  # obeys a robot's own topic
     ],
 )
 def test_a_bare_body_that_is_moved_is_an_obstacle(
-    tmp_path: Path, sensor: str, more: str, robots: tuple[str, ...]
+    tmp_path: Path, sensor: str, plugins: str, topic: str
 ) -> None:
-    path = write(tmp_path, Held(), beside=BESIDE + MOVER.format(sensor, more))
-    assert robots_in(path) == tuple(sorted(robots))
-    assert "mover" in load_world(path).movable
+    path = write(tmp_path, Held(), beside=BESIDE + MOVER.format(sensor, plugins))
+    assert robots_in(path) == (("vehicle",) if topic else ("mover", "vehicle"))
+    world = load_world(path)
+    assert "mover" in world.movable
+    assert {name: mover.topic for name, mover in world.movers.items()} == (
+        {"mover": topic} if topic else {}
+    )
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.files import world_file
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.world_file import WALLS, load_map_world, load_world, rectangles
 from arjuna_sim.model.geometry.walls import surfaces
 from tests.sim.builders import ROOM, ROOT, run, saved_world, simulator, texts
@@ -78,6 +79,30 @@ def test_placement_frame_has_the_pose(tmp_path: Path) -> None:
     model = _model("m", _box(pose="<pose>0 0 1 0 0 0</pose>"), "<pose>3 0 0 0 0 0</pose>")
     placed = model.replace("name='m'", "name='m' placement_frame='l'")
     assert _position(saved_world(tmp_path, placed), "m") == pytest.approx((3, 0, 0))
+
+
+@pytest.mark.parametrize(
+    ("inertial", "collision", "mass"),
+    [
+        ("<inertial auto='true'/>", "", 250.0),  # of water
+        ("<inertial auto='true'><density>600</density></inertial>", "", 150.0),
+        ("<inertial auto='true'/>", "<density>2000</density>", 500.0),
+        ("<inertial auto='true'><mass>7</mass></inertial>", "", 250.0),
+        ("<inertial auto='false'><mass>7</mass></inertial>", "", 7.0),
+    ],
+)
+def test_links_may_be_weighed_by_their_shapes(
+    tmp_path: Path, inertial: str, collision: str, mass: float
+) -> None:
+    solid = "<geometry><box><size>1 0.5 0.5</size></box></geometry>"
+    link = f"<link name='l'>{inertial}<collision name='c'>{collision}{solid}</collision></link>"
+    path = saved_world(tmp_path, f"<model name='m'>{link}</model>")
+    assert load_world(path).movable["m"].mass == pytest.approx(mass)
+    robot = tmp_path / "robot.sdf"
+    robot.write_text(f"<sdf version='1.11'><model name='m'>{link}</model></sdf>", encoding="utf-8")
+    found = load_robot(robot).urdf.links["l"].inertial
+    assert found is not None
+    assert found.mass == pytest.approx(mass)
 
 
 def test_state_says_where_models_are(tmp_path: Path) -> None:

@@ -54,6 +54,7 @@ def test_a_plugin_that_names_wheels_alone_drives_by_their_shapes() -> None:
         ("<leftFrontJoint>{}</leftFrontJoint>", "<rightRearJoint>{}</rightRearJoint>"),
         ("<front_left_joint>{}</front_left_joint>", "<middle_right_joint>{}</middle_right_joint>"),
         ("<back_left_joint>{}</back_left_joint>", "<right_back_joint>{}</right_back_joint>"),
+        ("<left_front>{}</left_front>", "<right_rear>{}</right_rear>"),
     ],
 )
 def test_sides_are_named_by_any_of_their_tags(left: str, right: str) -> None:
@@ -127,6 +128,8 @@ def test_what_a_plugin_gets_wrong_is_refused(inside: str, problem: str) -> None:
         ("<max_wheel_acceleration>2</max_wheel_acceleration>", {"max_acceleration": 2.0}),
         ("<max_linear_acceleration>2</max_linear_acceleration>", {"max_acceleration": 2.0}),
         ("<max_linear_velocity>2</max_linear_velocity>", {"max_velocity": 2.0}),
+        ("<max_linear_speed>2</max_linear_speed>", {"max_velocity": 2.0}),
+        ("<max_angular_speed>2</max_angular_speed>", {"max_turn": 2.0}),
         ("<update_rate>20</update_rate>", {"rate": 20.0}),
         ("<odom_publish_frequency>20</odom_publish_frequency>", {"rate": 20.0}),
         ("<commandTopic>go</commandTopic>", {"command_topic": "go"}),
