@@ -16,8 +16,8 @@ from arjuna_core.se2 import SE2
 
 
 @dataclass(frozen=True)
-class SourceConfig:
-    """Parameters of one source of an obstacle layer."""
+class SensorSource:
+    """Parameters of one source of a layer, of whatever marks and clears."""
 
     topic: str = param("", "Topic of the data; by default the source's name.", read_only=True)
     sensor_frame: str = param(
@@ -43,15 +43,21 @@ class SourceConfig:
     )
     min_obstacle_height: float = param(0.0, "Lowest point that is used.", unit="m")
     max_obstacle_height: float = param(0.0, "Highest point that is used.", unit="m")
-    obstacle_max_range: float = param(2.5, "Longest range that marks.", unit="m", minimum=0.0)
-    obstacle_min_range: float = param(0.0, "Shortest range that marks.", unit="m", minimum=0.0)
-    raytrace_max_range: float = param(3.0, "Longest range cleared.", unit="m", minimum=0.0)
-    raytrace_min_range: float = param(0.0, "Shortest range cleared.", unit="m", minimum=0.0)
 
     @property
     def heights(self) -> tuple[float, float]:
         """Lowest and highest point that is used [m]."""
         return self.min_obstacle_height, self.max_obstacle_height
+
+
+@dataclass(frozen=True)
+class SourceConfig(SensorSource):
+    """Parameters of one source of an obstacle layer, whose rays clear."""
+
+    obstacle_max_range: float = param(2.5, "Longest range that marks.", unit="m", minimum=0.0)
+    obstacle_min_range: float = param(0.0, "Shortest range that marks.", unit="m", minimum=0.0)
+    raytrace_max_range: float = param(3.0, "Longest range cleared.", unit="m", minimum=0.0)
+    raytrace_min_range: float = param(0.0, "Shortest range cleared.", unit="m", minimum=0.0)
 
     @property
     def ranges(self) -> tuple[float, float, float, float]:
@@ -68,7 +74,7 @@ class SourceConfig:
 SOURCES = NamedConfigs(SourceConfig, "topic")
 
 
-def sources_of(layer: Any) -> dict[str, SourceConfig]:
+def sources_of(layer: Any) -> dict[str, Any]:
     """Return the sources that a layer's parameters name; none where it has no such list."""
     names = names_in(getattr(layer, "observation_sources", ""), "")
     return {name: getattr(layer, name) for name in names}
@@ -133,8 +139,15 @@ class PlacedScan(Placed[Scan]):
         return mount.apply(np.column_stack(flat))
 
 
+@dataclass(frozen=True, eq=False)
 class PlacedCloud(Placed[Cloud]):
-    """A cloud."""
+    """A cloud.
+
+    Attributes:
+        mount: Pose of the sensor from the ground below the base; None where it is not known.
+    """
+
+    mount: Pose3 | None = None
 
     @property
     def T_global_sensor(self) -> SE2:
@@ -154,7 +167,7 @@ class PlacedRange(Placed[RangeReading]):
 Observation = PlacedScan | PlacedCloud
 
 
-def with_ends(seen: Observation, source: SourceConfig) -> Observation:
+def with_ends(seen: Observation, source: SensorSource) -> Observation:
     """Return what is seen; beams without return end just before range_max where they may mark.
 
     Source: nav2_costmap_2d, ObstacleLayer::laserScanValidInfCallback.
@@ -167,7 +180,7 @@ def with_ends(seen: Observation, source: SourceConfig) -> Observation:
     return replace(seen, reading=replace(scan, ranges=ranges))
 
 
-def used_points(seen: PlacedCloud, source: SourceConfig) -> NDArray[np.float64]:
+def used_points(seen: PlacedCloud, source: SensorSource) -> NDArray[np.float64]:
     """Return a cloud's points between the source's heights, from the base, `(N, 3)` [m]."""
     points, (low, high) = seen.reading.points, source.heights
     used: NDArray[np.float64] = points[(points[:, 2] >= low) & (points[:, 2] <= high)]
@@ -190,7 +203,7 @@ def as_cloud(seen: Observation, source: SourceConfig, clearing: bool) -> PlacedC
         ranges = np.where(scan.ranges >= scan.range_max, free, ranges)
     mount = seen.mount or Pose3.from_se2(scan.T_base_sensor, seen.height)
     start = np.array(seen.start or mount.position)
-    return PlacedCloud(Cloud(seen.ends(ranges), start, scan.stamp), seen.T_global_base)
+    return PlacedCloud(Cloud(seen.ends(ranges), start, scan.stamp), seen.T_global_base, mount)
 
 
 def ranges_of(scan: Scan, source: SourceConfig) -> tuple[float, ...]:

@@ -74,7 +74,7 @@ class ObstacleLayer(SensedLayer):
     Config: ClassVar[type[Any]] = ObstacleConfig
 
     def __init__(self, config: Any, name: str, master: Master) -> None:
-        self.sources = sources_of(config)
+        self.sources: dict[str, SourceConfig] = sources_of(config)
         super().__init__(config, name, master, master.untouched)
         self._kept: dict[str, list[Observation]] = {one: [] for one in self.sources}
         self._trackers: dict[str, Tracker] = {}

@@ -22,6 +22,9 @@ LAYERS = PluginTypes(
         _DENOISE: f"{_HERE}.denoise:DenoiseLayer",
         _INFLATION: f"{_HERE}.inflation:InflationLayer",
         "nav2_costmap_2d::PluginContainerLayer": f"{_HERE}.container:PluginContainerLayer",
+        "spatio_temporal_voxel_layer::SpatioTemporalVoxelLayer": (
+            f"{_HERE}.spatio_temporal:SpatioTemporalVoxelLayer"
+        ),
         "nav2_costmap_2d::KeepoutFilter": f"{_HERE}.filters:KeepoutFilter",
         "nav2_costmap_2d::SpeedFilter": f"{_HERE}.filters:SpeedFilter",
         "nav2_costmap_2d::BinaryFilter": f"{_HERE}.filters:BinaryFilter",

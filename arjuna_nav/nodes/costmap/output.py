@@ -23,6 +23,7 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_nav.costmap import Costmap, LayeredCostmap
 from arjuna_nav.costmap.layers.base import SensedLayer, absolute
 from arjuna_nav.costmap.layers.filters import BinaryFilter, CostmapFilter, SpeedFilter
+from arjuna_nav.costmap.layers.spatio_temporal import SpatioTemporalVoxelLayer
 from arjuna_nav.costmap.layers.static import StaticLayer
 from arjuna_nav.costmap.layers.voxel import VoxelLayer
 from arjuna_nav.nodes.costmap.messages import (
@@ -58,6 +59,11 @@ class CostmapOutput:
             self._ends = node.publisher(PointCloud2, "clearing_endpoints", qos.LATCHED)
         if any(layer.config.publish_voxel_map for layer in self._voxels):
             self._grids = node.publisher(VoxelGrid, "voxel_grid", qos.LATCHED)
+        self._fading = {
+            name: node.publisher(PointCloud2, "voxel_grid", qos.DEFAULT)
+            for name, layer in layered.layers.items()
+            if isinstance(layer, SpatioTemporalVoxelLayer) and layer.config.publish_voxel_map
+        }
         self._footprint = node.publisher(PolygonStamped, "published_footprint", qos.DEFAULT)
         self._readers = 0
         self._frame: GridFrame | None = None
@@ -105,6 +111,11 @@ class CostmapOutput:
             if self._ends is not None and self._ends.get_subscription_count():
                 self._ends.publish(cloud_msg(voxels.cleared_to(), frame_id, now))
 
+        for name, publisher in self._fading.items():
+            layer: Any = layered.layers[name]
+            if publisher.get_subscription_count():
+                publisher.publish(cloud_msg(layer.voxels(), frame_id, now))
+
     def _wants_all(self, costmap: Costmap) -> bool:
         """Return whether the whole is due: always, or for a new frame or a new reader."""
         readers = self._grid.get_subscription_count() + self._raw.get_subscription_count()
@@ -114,7 +125,10 @@ class CostmapOutput:
 
 
 class FilterOutput:
-    """Publishes a costmap's speed limits and states, and serves `<filter>/toggle_filter`."""
+    """Publishes a costmap's speed limits and states, and serves what switches parts of layers.
+
+    These are `<filter>/toggle_filter`, and `<source>/toggle_enabled` of a spatio-temporal layer.
+    """
 
     def __init__(self, node: ManagedNode, layered: LayeredCostmap) -> None:
         self._node, self._layered = node, layered
@@ -128,6 +142,10 @@ class FilterOutput:
                 self._publishers[name] = node.publisher(Bool, topic, qos.DEFAULT)
             if isinstance(layer, CostmapFilter):
                 node.serve(SetBool, f"{name}/toggle_filter", partial(self._on_toggle, name))
+            elif isinstance(layer, SpatioTemporalVoxelLayer):
+                for source in layer.sources:
+                    switch = partial(self._on_switch, layer, source)
+                    node.serve(SetBool, f"{source}/toggle_enabled", switch)
 
     def publish(self) -> None:
         """Publish what has changed since the last time."""
@@ -147,4 +165,13 @@ class FilterOutput:
         layer.config = replace(layer.config, enabled=request.data)
         self._layered.compose_again()
         response.success, response.message = True, "Enabled" if request.data else "Disabled"
+        return response
+
+    def _on_switch(
+        self, layer: SpatioTemporalVoxelLayer, source: str, request: Any, response: Any
+    ) -> Any:
+        """Switch a source of a layer on or off until its parameters change."""
+        layer.switch(source, request.data)
+        response.success = True
+        response.message = "Enabling sensor" if request.data else "Disabling sensor"
         return response

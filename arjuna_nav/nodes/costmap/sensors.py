@@ -104,10 +104,8 @@ def read_cloud(
 ) -> PlacedCloud:
     """Return a PointCloud2, as `read_scan` does; the options are those of `cloud_from_msg`."""
     own = message.header.frame_id.lstrip("/")
-    cloud = cloud_from_msg(message, frames.mount(own), **options)
-    if start not in ("", own):
-        cloud = replace(cloud, sensor=np.array(frames.mount(start).position))
-    return PlacedCloud(cloud, T)
+    cloud, mount = cloud_from_msg(message, frames.mount(own), **options), frames.mount(start or own)
+    return PlacedCloud(replace(cloud, sensor=np.array(mount.position)), T, mount)
 
 
 def read_range(

@@ -207,8 +207,8 @@ HEIGHT, TABLE = 0.5, 0.7  # of the camera and of a table [m]
 FIELDS = [PointField(name=n, offset=4 * k, datatype=7, count=1) for k, n in enumerate("xyz")]
 
 
-def with_camera() -> PlayedRobot:
-    sources = {
+def with_camera(**layer: Any) -> PlayedRobot:
+    sources: dict[str, Any] = layer or {
         "voxel_layer.cloud.topic": "/camera/points",
         "voxel_layer.min_obstacle_height": 0.1,
         "voxel_layer.max_obstacle_height": 2.0,
@@ -263,6 +263,32 @@ def test_the_voxels_and_the_ends_of_rays_are_published() -> None:
         int((at - low) / 0.05) for at, low in ((1.02, grid.origin.x), (0.02, grid.origin.y))
     )
     assert columns[row, column] >> 16 == 1 << int(TABLE / 0.2)
+
+
+def test_voxels_fade_where_the_camera_looks_and_its_source_is_switched() -> None:
+    eye = {"topic": "/camera/points", "clearing": True, "decay_acceleration": 5.0}
+    layer = {
+        "plugin": "spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer",
+        "voxel_decay": 15.0,
+        "publish_voxel_map": True,
+        "observation_sources": "eye",
+        **{f"eye.{key}": value for key, value in eye.items()},
+    }
+    robot = with_camera(
+        plugins=["fading"], **{f"fading.{key}": value for key, value in layer.items()}
+    )
+    voxels = robot.bench.collect(PointCloud2, f"/{LOCAL}/voxel_grid", qos.DEFAULT)
+    see(robot, 1.02, TABLE)
+    assert cost(robot, LOCAL, 1.02, 0.02) == LETHAL
+    middle = np.frombuffer(voxels[-1].data, np.float32)
+    assert middle == pytest.approx((1.025, 0.0, TABLE), abs=0.03)
+    see(robot, 0.4, 0.0)  # the floor, outside of what the layer takes the camera to see
+    robot.run(2.5)
+    assert cost(robot, LOCAL, 1.02, 0.02) == FREE
+    toggle = f"/{LOCAL}/eye/toggle_enabled"
+    assert robot.bench.call(SetBool, toggle, SetBool.Request(data=False)).success
+    see(robot, 1.02, TABLE)
+    assert cost(robot, LOCAL, 1.02, 0.02) == FREE
 
 
 def test_a_cloud_whose_layout_cannot_be_is_refused() -> None:

@@ -190,7 +190,7 @@ def test_two_layers_of_a_kind_keep_their_sources(tmp_path: Path) -> None:
 
 
 def test_a_layer_of_others_is_one_note(tmp_path: Path) -> None:
-    theirs = "spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer"
+    theirs = "somebodys_layers/DepthLayer"
     text = f"""
 local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [mine, inflation_layer],
   mine: {{plugin: "{theirs}", enabled: true, depth: {{topic: /points, fov: 0.8}}}}}}}}}}
