@@ -102,7 +102,7 @@ class Manners:
         if not (self._pushing or any_of(pairs, self._is_walkers)):
             return np.empty(0, np.int64)
         who = self._who[pairs].max(axis=1)
-        self._go_on(~np.isin(np.arange(len(self._waited)), who))
+        self._release(~np.isin(np.arange(len(self._waited)), who))
         self._pushes *= 1.0 - self._share
         force = np.zeros(6)
         for i in np.flatnonzero(who >= 0).tolist():
@@ -117,7 +117,7 @@ class Manners:
             self._model.geom_solref[self._geoms[k], 0] = 1.0
         return np.flatnonzero(halts & (self._waited < self._patience))
 
-    def _go_on(self, free: Bools) -> None:
+    def _release(self, free: Bools) -> None:
         """Let those who meet nothing walk as if they never had."""
         for k in np.flatnonzero(free & (self._waited > 0)).tolist():
             self._model.geom_solref[self._geoms[k], 0] = self._usual[self._geoms[k]]

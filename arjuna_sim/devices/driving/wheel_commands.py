@@ -14,7 +14,7 @@ Array = Floats
 
 
 class _Part(NamedTuple):
-    """What a controller commands of wheels, or of the joints that steer them.
+    """The part of a controller that commands wheels, or the joints that steer them.
 
     Attributes:
         steers: Whether it does so of steering.

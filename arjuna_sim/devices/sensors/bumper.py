@@ -52,7 +52,7 @@ def read(tag: SensorTag) -> list[BumperSettings]:
 
 
 class Touch(NamedTuple):
-    """Where one collision shape of a link touches another.
+    """The contact of one collision shape of a link with another.
 
     Attributes:
         own: Name of the link's shape, as Gazebo calls it.
