@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
-from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.config import param
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
@@ -87,7 +87,9 @@ def next_goal(
     return None if best is None else SE2(*best[1:])
 
 
-def frontiers(grid: OccupancyGrid, config: ExplorationConfig = ExplorationConfig()) -> list[Ints]:
+def frontiers(
+    grid: OccupancyGrid, config: ExplorationConfig = ExplorationConfig()
+) -> list[NDArray[np.int64]]:
     """Return the frontiers: clusters of free cells beside unknown ones, each `(N, 2) int64`.
 
     Clusters shorter than `min_frontier_size` are left out.
@@ -103,7 +105,7 @@ def frontiers(grid: OccupancyGrid, config: ExplorationConfig = ExplorationConfig
     return [cluster for cluster in clusters if len(cluster) >= least]
 
 
-def _nearest(free: Bools, start: tuple[int, int], reach: float) -> tuple[int, int]:
+def _nearest(free: NDArray[np.bool_], start: tuple[int, int], reach: float) -> tuple[int, int]:
     """Return the nearest cell that can be stood on, at most a reach [cells] off; else the start."""
     cells = np.argwhere(free)
     gaps = np.hypot(*(cells - np.array(start)).T)
@@ -113,7 +115,7 @@ def _nearest(free: Bools, start: tuple[int, int], reach: float) -> tuple[int, in
     return row, column
 
 
-def _rule_out(travel: Floats, grid: OccupancyGrid, goal: SE2, radius: float) -> None:
+def _rule_out(travel: NDArray[np.float64], grid: OccupancyGrid, goal: SE2, radius: float) -> None:
     rows, columns = np.ogrid[: grid.frame.height, : grid.frame.width]
     row, column = grid.frame.to_cell(goal.x, goal.y)
     travel[(rows - row) ** 2 + (columns - column) ** 2 < (radius / grid.frame.resolution) ** 2] = (
@@ -122,7 +124,10 @@ def _rule_out(travel: Floats, grid: OccupancyGrid, goal: SE2, radius: float) -> 
 
 
 def _viewpoint(
-    cells: Ints, travel: Floats, grid: OccupancyGrid, config: ExplorationConfig
+    cells: NDArray[np.int64],
+    travel: NDArray[np.float64],
+    grid: OccupancyGrid,
+    config: ExplorationConfig,
 ) -> tuple[float, float, float, float] | None:
     """Return `(cost, x, y, yaw)` of the best pose to see a frontier's middle cell from."""
     centre = cells.mean(axis=0)
