@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from arjuna_core.arrays import Bools, Floats
 
 
 @njit(cache=False)  # Numba 0.68 cannot compile a caller of a generator that comes from its cache
@@ -35,13 +36,8 @@ def line_cells(row: int, column: int, row1: int, column1: int) -> Iterator[tuple
 
 @njit(cache=True)
 def cast(
-    blocked: NDArray[np.bool_],
-    resolution: float,
-    x: float,
-    y: float,
-    bearings: NDArray[np.float64],
-    range_max: float,
-) -> NDArray[np.float64]:
+    blocked: Bools, resolution: float, x: float, y: float, bearings: Floats, range_max: float
+) -> Floats:
     """Return the range at which each ray from one point enters a blocked cell.
 
     Args:
@@ -65,12 +61,7 @@ def cast(
 
 @njit(cache=True)
 def _cast_one(
-    blocked: NDArray[np.bool_],
-    resolution: float,
-    x: float,
-    y: float,
-    bearing: float,
-    range_max: float,
+    blocked: Bools, resolution: float, x: float, y: float, bearing: float, range_max: float
 ) -> float:
     height, width = blocked.shape
     c, s = math.cos(bearing), math.sin(bearing)

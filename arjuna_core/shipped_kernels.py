@@ -1,4 +1,4 @@
-"""What a wheel has with it compiled: for x86-64-v3, which PCs have had since 2015, with AVX2."""
+"""Kernels compiled in a wheel: for x86-64-v3, which PCs have had since 2015, with AVX2."""
 
 from __future__ import annotations
 

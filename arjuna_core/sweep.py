@@ -6,19 +6,14 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from arjuna_core.arrays import Floats
 
 
 @njit(cache=True)
 def rays_of_sweep(
-    count: int,
-    angle_min: float,
-    increment: float,
-    x: float,
-    y: float,
-    theta: float,
-    twist: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    count: int, angle_min: float, increment: float, x: float, y: float, theta: float, twist: Floats
+) -> Floats:
     """Return start and bearing of each beam of a sensor at x, y, theta of a base that moves."""
     rays = np.empty((count, 3))
     vx, vy, yaw = twist

@@ -144,7 +144,7 @@ def in_use() -> list[Entry]:
     found: dict[int, tuple[str, str, Any]] = {}
     for module in sorted(name for name in sys.modules if name.startswith("arjuna_")):
         for name, value in vars(sys.modules[module]).items():
-            if isinstance(value, Dispatcher) and _caches(value):
+            if isinstance(value, Dispatcher) and hasattr(value._cache, "cache_path"):
                 own = value.py_func.__module__ == module
                 if own or id(value) not in found:
                     found[id(value)] = (module, name, value)
@@ -154,10 +154,6 @@ def in_use() -> list[Entry]:
         for arguments in function.overloads
     ]
     return sorted(entries, key=json.dumps)
-
-
-def _caches(function: Any) -> bool:
-    return hasattr(function._cache, "cache_path")
 
 
 def encode(kind: Any) -> Any:

@@ -48,13 +48,16 @@ def load_map(
     path = Path(path)
     header = _read_header(path, warn)
     options = _options(path, header)
-    image = path.parent / _image_name(path, header)
+    if not isinstance(header["image"], str) or not header["image"]:
+        raise MapError(path, f"must be a file name, got {header['image']!r}", "image")
+    image = path.parent / header["image"]
     if not os.path.exists(image):  # noqa: PTH110 - Path.exists raises where a name is too long
         raise MapError(path, f"image {image} does not exist", "image")
     shade, alpha = read_image(image)
-    frame = GridFrame(
-        _positive(path, header, "resolution"), shade.shape[1], shade.shape[0], _origin(path, header)
-    )
+    resolution = _number(path, "resolution", header["resolution"])
+    if resolution <= 0.0:
+        raise MapError(path, f"must be positive, got {resolution}", "resolution")
+    frame = GridFrame(resolution, shade.shape[1], shade.shape[0], _origin(path, header))
     return OccupancyGrid(frame, occupancy_of(shade, alpha, options)[::-1].copy())
 
 
@@ -94,25 +97,11 @@ def _number(path: Path, name: str, value: Any) -> float:
     return float(value)
 
 
-def _positive(path: Path, header: dict[str, Any], name: str) -> float:
-    value = _number(path, name, header[name])
-    if value <= 0.0:
-        raise MapError(path, f"must be positive, got {value}", name)
-    return value
-
-
 def _origin(path: Path, header: dict[str, Any]) -> SE2:
     value = header["origin"]
     if not isinstance(value, list) or len(value) != 3:
         raise MapError(path, f"must be a list [x, y, yaw], got {value!r}", "origin")
     return SE2(*(_number(path, "origin", entry) for entry in value))
-
-
-def _image_name(path: Path, header: dict[str, Any]) -> str:
-    name = header["image"]
-    if not isinstance(name, str) or not name:
-        raise MapError(path, f"must be a file name, got {name!r}", "image")
-    return name
 
 
 def save_map(

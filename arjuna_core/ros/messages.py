@@ -91,7 +91,7 @@ def _constructor(template: Any) -> Any:
     arguments, lines = ["self", "*"], ["    self._check_fields = check_fields"]
     for field, _ in fields_of(type(template)):
         default = getattr(template, f"_{field}")
-        if _is_plain(default):
+        if isinstance(default, int | float | str | bytes):
             known[f"default_{field}"] = default
             arguments.append(f"{field}=default_{field}")
             lines.append(f"    self._{field} = {field}")
@@ -152,10 +152,6 @@ def _fresh(default: Any, known: dict[str, Any]) -> str:
     if isinstance(default, array.array | list):
         return f"{name}[:]"
     return f"{name}.copy()" if isinstance(default, np.ndarray) else name
-
-
-def _is_plain(value: Any) -> bool:
-    return isinstance(value, int | float | str | bytes)
 
 
 def _parts_when_read(template: Any) -> Callable[[Any, str], Any]:

@@ -3,12 +3,3 @@
 from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus, PathError
 from arjuna_nav.controllers.pursuit.config import RegulatedPurePursuitConfig
 from arjuna_nav.controllers.pursuit.controller import RegulatedPurePursuit
-
-__all__ = [
-    "ControlResult",
-    "ControlStatus",
-    "Controller",
-    "PathError",
-    "RegulatedPurePursuit",
-    "RegulatedPurePursuitConfig",
-]

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
@@ -214,7 +214,7 @@ class FinalApproach:
         speed: float,
         within: bool,
         heading: bool,
-    ) -> NDArray[np.float64] | None:
+    ) -> Floats | None:
         """Return the first of the trajectories into the goal that is free, if one is due."""
         config, seen = self._config, pose.inverse() @ goal
         distance, bearing = math.hypot(seen.x, seen.y), math.atan2(seen.y, seen.x)
@@ -249,7 +249,7 @@ class FinalApproach:
         now: float,
         remaining: float,
         speed: float,
-    ) -> NDArray[np.float64] | None:
+    ) -> Floats | None:
         """Return a steered robot's curve into the goal, if one is due and free."""
         corners = costmap.frame.to_cells(self._footprint.at(goal))
         due = self.steers(remaining, speed) and costmap.frame.inside(corners).all()
@@ -263,7 +263,7 @@ class FinalApproach:
         self._attempts += 1
         return found
 
-    def _straight(self, pose: SE2, goal: SE2) -> NDArray[np.float64]:
+    def _straight(self, pose: SE2, goal: SE2) -> Floats:
         """Return the line to the goal, behind a turn on the spot where the goal lies aside."""
         distance, sight = pose.distance(goal), math.atan2(goal.y - pose.y, goal.x - pose.x)
         if distance <= self._tracking.xy_precision:
@@ -284,7 +284,7 @@ class FinalApproach:
 
     def _curve(
         self, pose: SE2, end: SE2, velocity: Velocity, costmap: Costmap, speed: float
-    ) -> NDArray[np.float64] | None:
+    ) -> Floats | None:
         """Return the curve to a pose, None where there is no room all along it."""
         config, spacing = self._config, costmap.frame.resolution
         felt = self._tracking.felt(pose, velocity)
@@ -325,7 +325,7 @@ class FinalApproach:
         return now - self._best_at > self._config.patience
 
 
-def _turn(pose: SE2, heading: float) -> NDArray[np.float64]:
+def _turn(pose: SE2, heading: float) -> Floats:
     """Return the poses of a turn on the spot."""
     angle = wrap(heading - pose.theta)
     steps = np.linspace(0.0, angle, 2 + int(abs(angle) / 0.1))

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2, wrap
@@ -88,11 +88,11 @@ class Controller(Protocol):
         ...
 
     @property
-    def path(self) -> NDArray[np.float64]:
+    def path(self) -> Floats:
         """The part of the path that is still ahead, `(N, 3) float64`."""
         ...
 
-    def set_path(self, path: NDArray[np.float64]) -> None:
+    def set_path(self, path: Floats) -> None:
         """Take a path `(N, 3) float64`; a path to the same goal keeps what was reached."""
         ...
 
@@ -101,7 +101,7 @@ class Controller(Protocol):
         ...
 
 
-def checked_path(path: NDArray[np.float64]) -> NDArray[np.float64]:
+def checked_path(path: Floats) -> Floats:
     """Return a path that can be followed.
 
     Raises:
@@ -138,17 +138,17 @@ class TrackedPath:
         self._inverts, self._inversion_tolerance = inverts, inversion_tolerance
 
     @property
-    def part(self) -> NDArray[np.float64]:
+    def part(self) -> Floats:
         """The poses ahead up to the next inversion, `(N, 3) float64`."""
         return self._path[self._index : self._end]
 
     @property
-    def ahead(self) -> NDArray[np.float64]:
+    def ahead(self) -> Floats:
         """The poses from the one nearest to the robot on, `(N, 3) float64`."""
         return self._path[self._index :]
 
     @property
-    def passed(self) -> NDArray[np.float64]:
+    def passed(self) -> Floats:
         """The poses before the one nearest to the robot, `(N, 3) float64`."""
         return self._path[: self._index]
 
@@ -162,7 +162,7 @@ class TrackedPath:
         """Length of what is ahead [m]."""
         return paths.length(self.ahead)
 
-    def replace(self, path: NDArray[np.float64]) -> bool:
+    def replace(self, path: Floats) -> bool:
         """Take another path; return whether it leads to another goal.
 
         Raises:
@@ -191,7 +191,7 @@ class TrackedPath:
         end, (near, turned) = SE2.from_array(self._path[self._end - 1]), self._inversion_tolerance
         return pose.distance(end) <= near and abs(wrap(end.theta - pose.theta)) <= turned
 
-    def within(self, distance: float) -> NDArray[np.float64]:
+    def within(self, distance: float) -> Floats:
         """Return the beginning of the part ahead, two poses at least where there are two [m]."""
         ahead = self.part
         along = np.cumsum(np.hypot(*np.diff(ahead[:, :2], axis=0).T))
@@ -222,6 +222,6 @@ class PathController:
         self.shown: dict[str, Any] = {}
 
     @property
-    def path(self) -> NDArray[np.float64]:
+    def path(self) -> Floats:
         """The part of the path that is still ahead, `(N, 3) float64`."""
         return self._path.ahead

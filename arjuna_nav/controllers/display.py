@@ -11,9 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from arjuna_core.arrays import Floats, Singles
 from arjuna_nav.controllers.base import PathController
 from arjuna_nav.controllers.plugins import CONTROLLERS
 
@@ -22,7 +20,7 @@ from arjuna_nav.controllers.plugins import CONTROLLERS
 class Plan:
     """Poses `(N, 3) float64` in order, published as a Path."""
 
-    poses: NDArray[np.float64]
+    poses: Floats
 
 
 @dataclass(frozen=True)
@@ -38,8 +36,8 @@ class Shape:
     """
 
     name: str
-    points: NDArray[np.float64]
-    colours: NDArray[np.float64]
+    points: Floats
+    colours: Floats
     size: float
     line: bool = False
     lifetime: float = 0.0
@@ -56,8 +54,8 @@ class Shapes:
 class Cloud:
     """Points `(N, 2) float64` [m] with values `(N,)` by name, published as a PointCloud2."""
 
-    points: NDArray[np.float64]
-    channels: Mapping[str, NDArray[np.float32]]
+    points: Floats
+    channels: Mapping[str, Singles]
 
 
 @dataclass(frozen=True)
@@ -82,8 +80,8 @@ class Judged:
     """
 
     velocity: tuple[float, float, float]
-    poses: NDArray[np.float64]
-    times: NDArray[np.float64]
+    poses: Floats
+    times: Floats
     scores: tuple[Critic, ...]
     total: float
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
@@ -124,7 +124,7 @@ class Escape:
         self._gap: Gap | None = None
         self._attempts, self._blocked_since = 0, math.inf
 
-    def begin(self, pose: SE2, path: NDArray[np.float64], costmap: Costmap) -> bool:
+    def begin(self, pose: SE2, path: Floats, costmap: Costmap) -> bool:
         """Search a trajectory to the path ahead, and return whether there is one."""
         self.reset()
         return self._config.enabled and self._plan(*_in_own_frame(pose, path, costmap))
@@ -142,7 +142,7 @@ class Escape:
         self,
         pose: SE2,
         velocity: Velocity,
-        path: NDArray[np.float64],
+        path: Floats,
         costmap: Costmap,
         now: float,
         speed: float = math.inf,
@@ -180,14 +180,14 @@ class Escape:
         self._blocked_since = math.inf
         return STILL
 
-    def leads_to(self, path: NDArray[np.float64], costmap: Costmap) -> bool:
+    def leads_to(self, path: Floats, costmap: Costmap) -> bool:
         """Return whether its trajectory, if there is one, ends near a path or beyond a gap."""
         if not self.active or self._gap is not None:
             return True
         end = costmap.T_frame_own @ self._tracker.pieces[-1].end
         return float(paths.distances(path, end).min()) <= self._config.rejoin_distance
 
-    def can_hand_over(self, pose: SE2, path: NDArray[np.float64], costmap: Costmap) -> bool:
+    def can_hand_over(self, pose: SE2, path: Floats, costmap: Costmap) -> bool:
         """Return whether a controller may take over here, if it can.
 
         It may where nothing but driving ahead is left, what stopped the controller is passed, and
@@ -224,14 +224,14 @@ class Escape:
             self._config.max_speed * min(max(2.0 * room / self._config.gap_room, 0.5), 1.0)
         )
 
-    def _is_free(self, poses: NDArray[np.float64], costmap: Costmap) -> bool:
+    def _is_free(self, poses: Floats, costmap: Costmap) -> bool:
         """Return whether the robot can drive poses, in a gap by the points that scans have hit."""
         if self._gap is None:
             return first_collision(costmap, self._footprint, poses) is None
         around = costmap.obstacles(poses[0, 0], poses[0, 1], self._reach)
         return bool(first_contact(poses, around, self._outline) == len(poses))
 
-    def _plan(self, pose: SE2, path: NDArray[np.float64], costmap: Costmap) -> bool:
+    def _plan(self, pose: SE2, path: Floats, costmap: Costmap) -> bool:
         """Take the trajectory through a narrow gap on the path, or the cheapest one round."""
         config = self._config
         points = costmap.obstacles(pose.x, pose.y, self._reach)
@@ -247,9 +247,7 @@ class Escape:
         self._tracker.follow(trajectory, through=True)
         return self.active
 
-    def _through(
-        self, gap: Gap, pose: SE2, points: NDArray[np.float64], costmap: Costmap
-    ) -> NDArray[np.float64] | None:
+    def _through(self, gap: Gap, pose: SE2, points: Floats, costmap: Costmap) -> Floats | None:
         """Return the trajectory through a gap: onto its line from here, or from before it."""
         at = gap.line.inverse() @ pose
         if at.x >= gap.last:
@@ -269,7 +267,7 @@ class Escape:
                 return np.vstack((searched, steered[1:]))
         return None
 
-    def _fits(self, gap: Gap, poses: NDArray[np.float64], points: NDArray[np.float64]) -> bool:
+    def _fits(self, gap: Gap, poses: Floats, points: Floats) -> bool:
         """Return whether poses through a gap leave half of its room beside the robot."""
         room = max(0.5 * gap.width - self._half, 0.0)
         outline = self._outline * (1.0 + 0.5 * room / self._half)
@@ -290,7 +288,7 @@ class Escape:
             if self._fits(newest, steered, points):
                 self._tracker.follow(steered, through=True)
 
-    def _steered(self, gap: Gap, pose: SE2) -> NDArray[np.float64]:
+    def _steered(self, gap: Gap, pose: SE2) -> Floats:
         """Return the poses onto a gap's line and along it until the robot is through."""
         line = gap.line @ SE2(0.0, -self._middle)
         end = gap.last - self._rear
@@ -299,9 +297,7 @@ class Escape:
         poses = steered_onto(seen, lookahead, self._sharpest, end, 0.02)
         return np.column_stack((line.apply(poses[:, :2]), poses[:, 2] + line.theta))
 
-    def _around(
-        self, pose: SE2, path: NDArray[np.float64], costmap: Costmap
-    ) -> NDArray[np.float64] | None:
+    def _around(self, pose: SE2, path: Floats, costmap: Costmap) -> Floats | None:
         """Return the cheapest trajectory to the path ahead; else off what the robot touches."""
         lead, least = lead_out(pose, costmap, self._footprint, self._radius), math.inf
         best = lead if len(lead) > 1 else None
@@ -312,7 +308,7 @@ class Escape:
                 least, best = cost, _without_last_turn(found)
         return best
 
-    def _targets(self, path: NDArray[np.float64], costmap: Costmap) -> Iterator[tuple[SE2, float]]:
+    def _targets(self, path: Floats, costmap: Costmap) -> Iterator[tuple[SE2, float]]:
         """Give poses of the path where the outline is free, and how far along they are [m]."""
         config, along = self._config, paths.along(path)
         last = min(config.reach, along[-1])
@@ -329,16 +325,14 @@ class Escape:
                 yield target, float(along[i])
 
 
-def _in_own_frame(
-    pose: SE2, path: NDArray[np.float64], costmap: Costmap
-) -> tuple[SE2, NDArray[np.float64], Costmap]:
+def _in_own_frame(pose: SE2, path: Floats, costmap: Costmap) -> tuple[SE2, Floats, Costmap]:
     """Return a pose, a path and a costmap in the frame in which the costmap is kept."""
     T_own = costmap.T_frame_own.inverse()
     path = np.column_stack((T_own.apply(path[:, :2]), path[:, 2] + T_own.theta))
     return T_own @ pose, path, costmap.seen_from(T_own)
 
 
-def _without_last_turn(poses: NDArray[np.float64], short: float = 0.2) -> NDArray[np.float64]:
+def _without_last_turn(poses: Floats, short: float = 0.2) -> Floats:
     """Return poses up to where a controller takes over, without a stop for a turn at their end.
 
     Args:

@@ -8,9 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param, plugin_names
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
@@ -208,7 +206,7 @@ class PathFollower:
         made: Controller = CONTROLLERS.make(values, self._controlled, tolerance, period)
         return made
 
-    def start(self, path: NDArray[np.float64], now: float) -> None:
+    def start(self, path: Floats, now: float) -> None:
         """Follow a path from now [s] on, as a new task."""
         self._progress.reset()
         self._goal.reset()
@@ -218,7 +216,7 @@ class PathFollower:
         self._controller = self._make_controller()  # the last goal's arrival is not this one's
         self.change(path)
 
-    def change(self, path: NDArray[np.float64]) -> None:
+    def change(self, path: Floats) -> None:
         """Follow another path to the same or a new end; progress is still counted.
 
         Raises:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.motion import curvature_to
 from arjuna_nav.planners import path as paths
@@ -32,8 +32,8 @@ class Gap:
 
 
 def find_gap(
-    path: NDArray[np.float64],
-    points: NDArray[np.float64],
+    path: Floats,
+    points: Floats,
     half: float,
     room: float,
     *,
@@ -73,7 +73,7 @@ def find_gap(
 
 def seen_again(
     gap: Gap,
-    points: NDArray[np.float64],
+    points: Floats,
     window: tuple[float, float],
     *,
     weight: float = 0.3,
@@ -100,7 +100,7 @@ def seen_again(
     return replace(gap, line=middle @ newest @ middle.inverse() @ gap.line, width=width)
 
 
-def _narrowest(path: NDArray[np.float64], points: NDArray[np.float64]) -> tuple[SE2, float]:
+def _narrowest(path: Floats, points: Floats) -> tuple[SE2, float]:
     """Return the path's pose nearest to an obstacle, looking along the path, and the distance."""
     gaps = np.hypot(*(path[:, None, :2] - points[None, :, :]).transpose(2, 0, 1)).min(axis=1)
     k, along = int(np.argmin(gaps)), paths.along(path)
@@ -110,11 +110,7 @@ def _narrowest(path: NDArray[np.float64], points: NDArray[np.float64]) -> tuple[
 
 
 def widest_strip(
-    points: NDArray[np.float64],
-    window: tuple[float, float],
-    aside: float,
-    turn: float,
-    step: float = 0.02,
+    points: Floats, window: tuple[float, float], aside: float, turn: float, step: float = 0.02
 ) -> tuple[SE2, float] | None:
     """Return the middle line of the widest strip that has points on both its sides.
 
@@ -142,11 +138,7 @@ def widest_strip(
 
 @njit(cache=True)
 def _widest(
-    points: NDArray[np.float64],
-    window: tuple[float, float],
-    aside: float,
-    headings: NDArray[np.float64],
-    price: float,
+    points: Floats, window: tuple[float, float], aside: float, headings: Floats, price: float
 ) -> tuple[float, float, float]:
     """Return heading, offset and width of the widest strip, 0 for none.
 
@@ -168,8 +160,8 @@ def _widest(
 
 @njit(cache=True)
 def steered_onto(
-    pose: NDArray[np.float64], lookahead: float, sharpest: float, end: float, step: float
-) -> NDArray[np.float64]:
+    pose: Floats, lookahead: float, sharpest: float, end: float, step: float
+) -> Floats:
     """Return the poses of a robot that is steered onto the x axis, `(N, 3)`, the first as given.
 
     Args:
@@ -196,9 +188,7 @@ def steered_onto(
 
 
 @njit(cache=True)
-def first_contact(
-    poses: NDArray[np.float64], points: NDArray[np.float64], outline: NDArray[np.float64]
-) -> int:
+def first_contact(poses: Floats, points: Floats, outline: Floats) -> int:
     """Return the index of the first pose at which a point lies in the outline, else their number.
 
     Args:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
@@ -37,7 +37,7 @@ def rollout(
     spacing: float,
     turn_step: float = 0.1,
     limit: int = 10_000,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the poses along the arc that a constant velocity drives, one round of it at most.
 
     Args:
@@ -54,7 +54,7 @@ def rollout(
     count = 1 + math.ceil(min(max(travel / spacing, turn / turn_step), limit))
     start = float(pose.x), float(pose.y), float(pose.theta)
     motion = float(velocity.x), float(velocity.y), float(velocity.yaw_rate)
-    poses: NDArray[np.float64] = _arc(start, motion, float(duration), count)
+    poses: Floats = _arc(start, motion, float(duration), count)
     return poses
 
 
@@ -64,7 +64,7 @@ def _arc(
     motion: tuple[float, float, float],
     duration: float,
     count: int,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return poses evenly in time along an arc, its ends among them."""
     x, y, theta = start
     v, side, w = motion

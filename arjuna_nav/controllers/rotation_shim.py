@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2, wrap
@@ -117,7 +117,7 @@ class RotationShim(PathController):
         """Greatest forward speed where nothing limits it [m/s]."""
         return self._primary.desired_speed
 
-    def set_path(self, path: NDArray[np.float64]) -> None:
+    def set_path(self, path: Floats) -> None:
         """Take a path `(N, 3) float64`, and turn towards it where that is due."""
         other = self._path.replace(path)
         self._due = self._due or other or not self._config.rotate_to_heading_once
@@ -171,7 +171,7 @@ class RotationShim(PathController):
         message = f"turning at ({pose.x:.2f}, {pose.y:.2f}) would collide"
         return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
 
-    def _is_cheap(self, poses: NDArray[np.float64], costmap: Costmap) -> bool:
+    def _is_cheap(self, poses: Floats, costmap: Costmap) -> bool:
         """Return whether the costs below the outline stay below what counts as a collision."""
         most = self._config.max_cost_threshold
         return most >= LETHAL or all(

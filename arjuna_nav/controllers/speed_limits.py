@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.motion import braking_distance, braking_speed
@@ -42,11 +42,7 @@ class ForesightConfig:
 
 
 def allowed_speed(
-    config: ForesightConfig,
-    path: NDArray[np.float64],
-    pose: SE2,
-    costmap: Costmap,
-    desired: float,
+    config: ForesightConfig, path: Floats, pose: SE2, costmap: Costmap, desired: float
 ) -> float:
     """Return the greatest speed now [m/s].
 
@@ -77,10 +73,10 @@ def allowed_speed(
 
 @njit(cache=True)
 def _speed(
-    points: NDArray[np.float64],
-    cells: NDArray[np.float64],
-    data: NDArray[np.uint8],
-    clearances: NDArray[np.float64],
+    points: Floats,
+    cells: Floats,
+    data: Bytes,
+    clearances: Floats,
     limits: tuple[float, float, float, float, float],
     desired: float,
 ) -> float:
@@ -109,12 +105,12 @@ def _speed(
 
 
 @njit(cache=True)
-def _gap(points: NDArray[np.float64], i: int, j: int) -> float:
+def _gap(points: Floats, i: int, j: int) -> float:
     return math.hypot(points[j, 0] - points[i, 0], points[j, 1] - points[i, 1])
 
 
 @njit(cache=True)
-def _curvature(points: NDArray[np.float64], first: int, last: int, chord: float) -> float:
+def _curvature(points: Floats, first: int, last: int, chord: float) -> float:
     """Return the curvature [1/m] of the circle through the ends and the middle of a stretch."""
     middle = (first + last) // 2
     a, b, c = _gap(points, first, middle), _gap(points, middle, last), _gap(points, first, last)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
@@ -68,7 +68,7 @@ class TrackerConfig:
 class Piece(NamedTuple):
     """A part of a trajectory: poses `(N, 3)` driven ahead (1) or back (-1), or a turn (0)."""
 
-    poses: NDArray[np.float64]
+    poses: Floats
     direction: int
 
     @property
@@ -108,7 +108,7 @@ class Tracker:
         self.pieces: list[Piece] = []
         self.through = False
 
-    def follow(self, trajectory: NDArray[np.float64], through: bool = False) -> None:
+    def follow(self, trajectory: Floats, through: bool = False) -> None:
         """Take a trajectory `(N, 3)`; a step that leads nowhere is part of a turn."""
         self.pieces, self.through = list(pieces_of(trajectory)), through
 
@@ -144,7 +144,7 @@ class Tracker:
         turned = piece.direction != 0 and abs(wrap(theta - pose.theta)) > angle
         return turned or math.hypot(x - pose.x, y - pose.y) > distance
 
-    def rest(self, pose: SE2, distance: float) -> NDArray[np.float64]:
+    def rest(self, pose: SE2, distance: float) -> Floats:
         """Return the poses ahead within a distance [m] of the present piece, the robot's first."""
         poses = self.pieces[0].poses
         if self.pieces[0].direction:
@@ -222,7 +222,7 @@ def _ahead(piece: Piece, here: int, pose: SE2, lookahead: float) -> SE2:
     return SE2(a.x + ratio * (b.x - a.x), a.y + ratio * (b.y - a.y), turned)
 
 
-def pieces_of(trajectory: NDArray[np.float64]) -> Iterator[Piece]:
+def pieces_of(trajectory: Floats) -> Iterator[Piece]:
     """Give the pieces of a trajectory `(N, 3)`, each as long as it can be."""
     kinds = [_kind(a, b) for a, b in itertools.pairwise(trajectory)]
     first = 0
@@ -232,7 +232,7 @@ def pieces_of(trajectory: NDArray[np.float64]) -> Iterator[Piece]:
             first = k + 1
 
 
-def _kind(a: NDArray[np.float64], b: NDArray[np.float64]) -> tuple[int, int]:
+def _kind(a: Floats, b: Floats) -> tuple[int, int]:
     """Return 1 for ahead, -1 for back, 0 for a turn, and that turn's sign."""
     dx, dy = b[:2] - a[:2]
     middle = a[2] + 0.5 * wrap(b[2] - a[2])

@@ -11,17 +11,3 @@ from arjuna_nav.costmap.costmap import (
 )
 from arjuna_nav.costmap.layered import LayeredCostmap
 from arjuna_nav.costmap.layers.observations import PlacedCloud, PlacedRange, PlacedScan
-
-__all__ = [
-    "FREE",
-    "INSCRIBED",
-    "LETHAL",
-    "MAX_NON_OBSTACLE",
-    "UNKNOWN",
-    "Costmap",
-    "CostmapConfig",
-    "LayeredCostmap",
-    "PlacedCloud",
-    "PlacedRange",
-    "PlacedScan",
-]

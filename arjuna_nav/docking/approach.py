@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
@@ -81,11 +81,7 @@ def towards(
 
 
 def at_the_end(
-    config: ApproachConfig,
-    pose: SE2,
-    target: SE2,
-    tolerances: tuple[float, float],
-    backward: bool,
+    config: ApproachConfig, pose: SE2, target: SE2, tolerances: tuple[float, float], backward: bool
 ) -> Velocity | None:
     """Return what to drive within tolerances of a pose, None outside them.
 
@@ -126,7 +122,7 @@ def steer(config: ApproachConfig, T_base_target: SE2, backward: bool = False) ->
     return Velocity(side * v, yaw_rate=w)
 
 
-def foreseen(config: ApproachConfig, pose: SE2, target: SE2, backward: bool) -> NDArray[np.float64]:
+def foreseen(config: ApproachConfig, pose: SE2, target: SE2, backward: bool) -> Floats:
     """Return where the law leads within `projection_time`, `(N, 3) float64` [m, m, rad].
 
     The present pose is the first; it ends at the target, of the same frame, too.

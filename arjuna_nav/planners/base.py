@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.plugins import PluginTypes
@@ -59,9 +59,9 @@ class PlanResult:
     """
 
     status: PlanStatus
-    path: NDArray[np.float64]
+    path: Floats
     message: str = ""
-    expansions: NDArray[np.float64] | None = None
+    expansions: Floats | None = None
 
     @staticmethod
     def failed(status: PlanStatus, message: str) -> PlanResult:
@@ -105,11 +105,11 @@ class PlanStoppedError(ArjunaError):
 
 
 _NEVER = np.zeros(1, np.bool_)
-_stop: ContextVar[NDArray[np.bool_]] = ContextVar("stop", default=_NEVER)
+_stop: ContextVar[Bools] = ContextVar("stop", default=_NEVER)
 
 
 @contextmanager
-def stopped_by(flag: NDArray[np.bool_]) -> Iterator[None]:
+def stopped_by(flag: Bools) -> Iterator[None]:
     """Let plans that are made in this context end early once a flag, `(1,) bool`, is set.
 
     Another thread may set it: compiled searches look at it now and then, without the GIL. A plan
@@ -122,7 +122,7 @@ def stopped_by(flag: NDArray[np.bool_]) -> Iterator[None]:
         _stop.reset(token)
 
 
-def stop_flag() -> NDArray[np.bool_]:
+def stop_flag() -> Bools:
     """Return the flag that stops the plan being made, `(1,) bool`, for a compiled search."""
     return _stop.get()
 

@@ -7,8 +7,8 @@ import itertools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Floats, Singles
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.collision import collides, first_collision
 from arjuna_nav.costmap.costmap import LETHAL, Costmap
@@ -35,13 +35,7 @@ class Escape:
         distances: `(N,) float64` how far each is [cells].
     """
 
-    def __init__(
-        self,
-        data: NDArray[np.uint8],
-        costs: NDArray[np.float32],
-        start: tuple[int, int],
-        radius: float,
-    ) -> None:
+    def __init__(self, data: Bytes, costs: Singles, start: tuple[int, int], radius: float) -> None:
         self._before: dict[tuple[int, int], tuple[int, int]] = {start: start}
         exits: list[tuple[int, int]] = []
         distances: list[float] = []
@@ -71,12 +65,12 @@ class Escape:
         """The nearest exit."""
         return int(self.exits[0, 0]), int(self.exits[0, 1])
 
-    def seeds(self, cost: float) -> NDArray[np.float64]:
+    def seeds(self, cost: float) -> Floats:
         """Return where a search begins, `(N, 3)`: row, column and the cost to come there."""
         # 20 times a free cell's cost where the robot may not be: the nearest exit wins.
         return np.column_stack((self.exits.astype(np.float64), 20.0 * cost * self.distances))
 
-    def to(self, cell: tuple[int, int]) -> NDArray[np.float64]:
+    def to(self, cell: tuple[int, int]) -> Floats:
         """Return the path to an exit, `(N, 2) float64` of `(row, column)`, the start left out."""
         cells = [cell]
         while self._before[cells[-1]] != cells[-1]:
@@ -91,7 +85,7 @@ def lead_out(
     radius: float = 0.0,
     reach: float = 0.5,
     step: float = 0.02,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the poses `(N, 3)` straight off what the robot touches, its own first.
 
     There is only its own where it touches nothing, or does not get off within the reach [m], or

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Floats, Singles
 from arjuna_nav.planners.base import PlanResult
 from arjuna_nav.planners.nearby import pooled
 from arjuna_nav.planners.query import Cell, Query
@@ -28,15 +28,15 @@ class Guide:
     """
 
     end: Cell
-    remaining: NDArray[np.float32]
+    remaining: Singles
     whole: bool
     path_cost: float
 
 
 def guide(
     query: Query,
-    costs: NDArray[np.float32],
-    seeds: NDArray[np.float64],
+    costs: Singles,
+    seeds: Floats,
     slack: float | None,
     width: float = 0.0,
     coarseness: int = 1,
@@ -75,12 +75,8 @@ def guide(
 
 
 def _costs_remaining(
-    data: NDArray[np.uint8],
-    costs: NDArray[np.float32],
-    end: Cell,
-    within: Corridor,
-    coarseness: int,
-) -> NDArray[np.float32]:
+    data: Bytes, costs: Singles, end: Cell, within: Corridor, coarseness: int
+) -> Singles:
     """Return the cost from each cell of a corridor to the end."""
     seed, shift = np.array([[end[0] // coarseness, end[1] // coarseness, 0.0]]), within.shift
     if coarseness == 1:

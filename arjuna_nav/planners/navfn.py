@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Singles
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap
@@ -64,7 +64,7 @@ class NavFn:
             lambda part: self._plan(part, costs, start, goal), costmap, costs, start, goal
         )
 
-    def _plan(self, costmap: Costmap, costs: NDArray[np.float32], start: SE2, goal: SE2) -> Plan:
+    def _plan(self, costmap: Costmap, costs: Singles, start: SE2, goal: SE2) -> Plan:
         query = ask(self._config, costmap, start, goal, self._config.use_final_approach_orientation)
         if isinstance(query, PlanResult):
             return Plan(query)
@@ -78,7 +78,7 @@ class NavFn:
         path_cost = float(potential[end]) if end == query.goal_cell else math.inf
         return Plan(query.answer(descend(potential, end)[::-1]), path_cost)
 
-    def _potential(self, query: Query, costs: NDArray[np.float32]) -> NDArray[np.float32]:
+    def _potential(self, query: Query, costs: Singles) -> Singles:
         """Return the potential about the best path, or of the whole map where that is needed."""
         data, goal, seeds = query.costmap.data, query.goal_cell, query.out.seeds(NEUTRAL)
         slack = _SLACK_ASTAR if self._config.use_astar else _SLACK
@@ -92,7 +92,7 @@ class NavFn:
         )
 
 
-def _straight(query: Query, costs: NDArray[np.float32]) -> NDArray[np.float64] | None:
+def _straight(query: Query, costs: Singles) -> Floats | None:
     """Return the straight line `(N, 2)`, half a cell apart, if it crosses the cheapest cells alone.
 
     No path is shorter or cheaper, so that no wave need look for one.

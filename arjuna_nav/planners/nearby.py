@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Singles
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.window import Window, clipped
@@ -30,11 +30,7 @@ class Plan(NamedTuple):
 
 
 def nearby_first(
-    plan: Callable[[Costmap], Plan],
-    costmap: Costmap,
-    costs: NDArray[np.float32],
-    start: SE2,
-    goal: SE2,
+    plan: Callable[[Costmap], Plan], costmap: Costmap, costs: Singles, start: SE2, goal: SE2
 ) -> PlanResult:
     """Return a plan from about the start and the goal if no path beyond can be better, else of all.
 
@@ -82,16 +78,14 @@ def finer(costmap: Costmap, factor: int) -> Costmap:
     return _resampled(costmap, data, costmap.frame.resolution / factor)
 
 
-def pooled(data: NDArray[np.uint8], factor: int, choose: np.ufunc) -> NDArray[np.uint8]:
+def pooled(data: Bytes, factor: int, choose: np.ufunc) -> Bytes:
     """Return the greatest or least of so many cells along each side; the last may be of fewer."""
     rows, columns = (np.arange(0, size, factor) for size in data.shape)
-    result: NDArray[np.uint8] = choose.reduceat(
-        choose.reduceat(data, rows, axis=0), columns, axis=1
-    )
+    result: Bytes = choose.reduceat(choose.reduceat(data, rows, axis=0), columns, axis=1)
     return result
 
 
-def _resampled(costmap: Costmap, data: NDArray[np.uint8], resolution: float) -> Costmap:
+def _resampled(costmap: Costmap, data: Bytes, resolution: float) -> Costmap:
     height, width = data.shape
     frame = replace(costmap.frame, resolution=resolution, width=width, height=height)
     return replace(costmap, frame=frame, data=data, hits=None)

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Floats
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.collision import collides_in_cells
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, MAX_NON_OBSTACLE, Costmap
@@ -97,7 +97,7 @@ def _checks_outline(planner: Planner) -> bool:
     return bool(getattr(planner, "checks_outline", False))
 
 
-def _end_of(path: NDArray[np.float64]) -> SE2:
+def _end_of(path: Floats) -> SE2:
     """Return the last pose of a path `(N, 3)`, heading along its last step."""
     (x, y), (dx, dy) = path[-1, :2], path[-1, :2] - path[-2, :2]
     return SE2(float(x), float(y), math.atan2(dy, dx))
@@ -121,7 +121,7 @@ def _through_gaps(
 
 
 @njit(cache=True, nogil=True)
-def relaxed_inscribed(data: NDArray[np.uint8], radius: float) -> NDArray[np.uint8]:
+def relaxed_inscribed(data: Bytes, radius: float) -> Bytes:
     """Return costs in which inscribed cells are open, at the highest cost, beyond a radius.
 
     Args:
@@ -130,7 +130,7 @@ def relaxed_inscribed(data: NDArray[np.uint8], radius: float) -> NDArray[np.uint
     """
     height, width = data.shape
     reach = math.floor(radius)
-    result: NDArray[np.uint8] = data.copy()
+    result: Bytes = data.copy()
     for row in range(height):
         for column in range(width):
             if data[row, column] != INSCRIBED:
@@ -145,7 +145,7 @@ def relaxed_inscribed(data: NDArray[np.uint8], radius: float) -> NDArray[np.uint
     return result
 
 
-def _close(costmap: Costmap, pose: NDArray[np.float64], radius: int) -> None:
+def _close(costmap: Costmap, pose: Floats, radius: int) -> None:
     """Close the cells about a pose `(x, y, ...)` to planners."""
     row, column = costmap.frame.to_cell(float(pose[0]), float(pose[1]))
     ends = row - radius, row + radius + 1, column - radius, column + radius + 1
@@ -156,9 +156,7 @@ def _close(costmap: Costmap, pose: NDArray[np.float64], radius: int) -> None:
     costs[near & (costs < INSCRIBED)] = INSCRIBED
 
 
-def find_path(
-    start: SE2, end: SE2, costmap: Costmap, footprint: Footprint, drive: Drive
-) -> NDArray[np.float64]:
+def find_path(start: SE2, end: SE2, costmap: Costmap, footprint: Footprint, drive: Drive) -> Floats:
     """Return the poses from one to another, `(N, 3)` [m, m, rad]; none where no path leads there.
 
     It is driven ahead, straight or in bends, straight back, and by turns on the spot; by a steered
@@ -192,7 +190,7 @@ def find_path(
     nodes, row, curve, _ = search(first, last[None], terrain, rules, moves)
     if row < 0:
         return np.empty((0, 3))
-    poses: NDArray[np.float64] = driven(nodes, row, curve, terrain, rules, moves)[0]
+    poses: Floats = driven(nodes, row, curve, terrain, rules, moves)[0]
     poses[:, :2] = frame.origin.apply(poses[:, :2] * frame.resolution)
     poses[:, 2] += frame.origin.theta
     found = np.vstack((lead[:-1], poses))
@@ -258,7 +256,7 @@ def _price(direction: int, turn: int, drive: Drive, angle: float, resolution: fl
     return drive.stride * (drive.back if direction < 0 else drive.bend if turn else 1.0)
 
 
-def path_cost(path: NDArray[np.float64], drive: Drive) -> float:
+def path_cost(path: Floats, drive: Drive) -> float:
     """Return the cost [m] of the poses of a path `(N, 3)` in free space."""
     steps, middle = np.diff(path[:, :2], axis=0), 0.5 * (path[1:, 2] + path[:-1, 2])
     ahead = steps[:, 0] * np.cos(middle) + steps[:, 1] * np.sin(middle)
@@ -269,8 +267,8 @@ def path_cost(path: NDArray[np.float64], drive: Drive) -> float:
 
 
 def first_blocked(
-    path: NDArray[np.float64], costmap: Costmap, footprint: Footprint, chord: float = 0.3
-) -> NDArray[np.float64] | None:
+    path: Floats, costmap: Costmap, footprint: Footprint, chord: float = 0.3
+) -> Floats | None:
     """Return the first pose of a path at which the outline, looking along it, meets an obstacle.
 
     Args:
@@ -287,7 +285,7 @@ def first_blocked(
     return path[index] if index < len(path) else None
 
 
-def _in_cells(poses: NDArray[np.float64], costmap: Costmap) -> NDArray[np.float64]:
+def _in_cells(poses: Floats, costmap: Costmap) -> Floats:
     """Return poses of the costmap's frame in its grid [cells, rad]."""
     T_grid = costmap.frame.origin.inverse()
     points = T_grid.apply(poses[:, :2]) / costmap.frame.resolution
@@ -295,13 +293,7 @@ def _in_cells(poses: NDArray[np.float64], costmap: Costmap) -> NDArray[np.float6
 
 
 @njit(cache=True)
-def _first_hit(
-    poses: NDArray[np.float64],
-    chord: float,
-    data: NDArray[np.uint8],
-    points: NDArray[np.float64],
-    safe_cost: int,
-) -> int:
+def _first_hit(poses: Floats, chord: float, data: Bytes, points: Floats, safe_cost: int) -> int:
     """Return where the outline collides in the middle of a stretch as long as a chord."""
     back, pose = 0, np.empty(3)
     for i in range(len(poses)):

@@ -6,24 +6,24 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 
 
-def length(path: NDArray[np.float64]) -> float:
+def length(path: Floats) -> float:
     """Return the length of a path [m]."""
     steps = path[1:] - path[:-1]
     return float(np.hypot(steps[:, 0], steps[:, 1]).sum())
 
 
-def along(path: NDArray[np.float64]) -> NDArray[np.float64]:
+def along(path: Floats) -> Floats:
     """Return how far along a path each of its poses lies, `(N,) float64` [m]."""
     steps = path[1:] - path[:-1]
     return np.concatenate(([0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))))
 
 
-def part_end(path: NDArray[np.float64], first: int = 0) -> int:
+def part_end(path: Floats, first: int = 0) -> int:
     """Return the index after the last pose that is reached in one direction from a pose.
 
     The path inverts where a step leads against the one before it; turns on the spot are no steps.
@@ -37,7 +37,7 @@ def part_end(path: NDArray[np.float64], first: int = 0) -> int:
     return first + int(moves[inverted[0]]) + 2 if len(inverted) else len(path)
 
 
-def directions(path: NDArray[np.float64]) -> list[int]:
+def directions(path: Floats) -> list[int]:
     """Return how a path is driven, change by change: 1 ahead, -1 back by its poses' headings."""
     steps, middle = np.diff(path[:, :2], axis=0), path[:-1, 2]
     ahead = np.sign(steps[:, 0] * np.cos(middle) + steps[:, 1] * np.sin(middle))
@@ -52,18 +52,14 @@ def directions(path: NDArray[np.float64]) -> list[int]:
     return found
 
 
-def distances(path: NDArray[np.float64], pose: SE2) -> NDArray[np.float64]:
+def distances(path: Floats, pose: SE2) -> Floats:
     """Return the distance of each pose of a path from the robot, `(N,) float64` [m]."""
-    result: NDArray[np.float64] = np.hypot(path[:, 0] - pose.x, path[:, 1] - pose.y)
+    result: Floats = np.hypot(path[:, 0] - pose.x, path[:, 1] - pose.y)
     return result
 
 
 def nearest(
-    path: NDArray[np.float64],
-    pose: SE2,
-    first: int = 0,
-    within: float = np.inf,
-    turning: float = 0.0,
+    path: Floats, pose: SE2, first: int = 0, within: float = np.inf, turning: float = 0.0
 ) -> int:
     """Return the index of the path's pose nearest to the robot.
 
@@ -79,11 +75,7 @@ def nearest(
 
 @njit(cache=True)
 def _nearest(
-    path: NDArray[np.float64],
-    first: int,
-    pose: tuple[float, float, float],
-    within: float,
-    turning: float,
+    path: Floats, first: int, pose: tuple[float, float, float], within: float, turning: float
 ) -> int:
     best, index, travelled = np.inf, first, 0.0
     for i in range(first, len(path)):
@@ -99,12 +91,12 @@ def _nearest(
     return index
 
 
-def remaining(path: NDArray[np.float64], pose: SE2) -> float:
+def remaining(path: Floats, pose: SE2) -> float:
     """Return the length of a path from the pose nearest to the robot [m]."""
     return length(ahead(path, pose))
 
 
-def ends_here(path: NDArray[np.float64], pose: SE2, remaining: float | None = None) -> bool:
+def ends_here(path: Floats, pose: SE2, remaining: float | None = None) -> bool:
     """Return whether a path goes to its end from here, not in a loop that leads back later.
 
     Args:
@@ -115,12 +107,12 @@ def ends_here(path: NDArray[np.float64], pose: SE2, remaining: float | None = No
     return (length(path) if remaining is None else remaining) <= straight + 1.0
 
 
-def deviation(path: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+def deviation(path: Floats, other: Floats) -> float:
     """Return how far the farthest pose of a path lies from another path [m]."""
     gaps = path[::4, None, :2] - other[None, ::2, :2]
     return float(np.sqrt(np.square(gaps).sum(axis=2).min(axis=1).max()))
 
 
-def ahead(path: NDArray[np.float64], pose: SE2) -> NDArray[np.float64]:
+def ahead(path: Floats, pose: SE2) -> Floats:
     """Return the part of a path from the pose nearest to the robot."""
     return path[nearest(path, pose) :]

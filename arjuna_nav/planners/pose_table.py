@@ -8,6 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
+
 ROOM = 4096  # rows at first; it doubles
 BLOCK = 4  # edge of a block of cells of an index
 
@@ -23,11 +25,11 @@ class PoseTable(NamedTuple):
         done: `(N,) bool` whether nothing cheaper leads there any more.
     """
 
-    poses: NDArray[np.float64]
-    values: NDArray[np.float64]
-    before: NDArray[np.int64]
-    kinds: NDArray[np.int64]
-    done: NDArray[np.bool_]
+    poses: Floats
+    values: Floats
+    before: Ints
+    kinds: Ints
+    done: Bools
 
 
 class RowIndex(NamedTuple):
@@ -91,7 +93,7 @@ def row_at(index: RowIndex, row: int, column: int, heading: int) -> int:
 
 
 @njit(cache=True)
-def new_table(start: NDArray[np.float64], size: int = ROOM) -> PoseTable:
+def new_table(start: Floats, size: int = ROOM) -> PoseTable:
     """Return a table with room for `size` rows whose first is the start `(3,)`."""
     table = PoseTable(
         np.empty((size, 3)),
@@ -119,7 +121,7 @@ def with_room(table: PoseTable, count: int, more: int) -> PoseTable:
 
 
 @njit(cache=True)
-def rows_to(table: PoseTable, row: int) -> NDArray[np.int64]:
+def rows_to(table: PoseTable, row: int) -> Ints:
     """Return the rows from the start to a row."""
     rows = [row]
     while table.before[rows[-1]] >= 0:

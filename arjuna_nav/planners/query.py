@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Singles
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -40,7 +41,7 @@ class Query:
     tolerance: float
     ends_along: bool = False
 
-    def reachable_end(self, values: NDArray[np.float32]) -> Cell | None:
+    def reachable_end(self, values: Singles) -> Cell | None:
         """Return the goal's cell, or the reached cell nearest to it within the tolerance.
 
         Args:
@@ -59,9 +60,7 @@ class Query:
         row, column = cells[np.lexsort((values[tuple(cells.T)], distances))[0]]
         return int(row), int(column)
 
-    def approach(
-        self, costs: NDArray[np.float32], seeds: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
+    def approach(self, costs: Singles, seeds: Floats) -> Singles:
         """Return the potential as far as the goal or the reachable cell nearest to it.
 
         Where no cell within the tolerance can be reached, it is 0 in each that can be.
@@ -75,7 +74,7 @@ class Query:
         end = self.reachable_end(reached)
         return reached if end is None else wavefront(data, costs, seeds, end)
 
-    def failure(self, values: NDArray[np.float32]) -> PlanResult:
+    def failure(self, values: Singles) -> PlanResult:
         """Say why nothing near the goal was reached."""
         goal_cost = self.costmap.cost_at(self.goal.x, self.goal.y)
         tolerance = f"within {self.tolerance:g} m"
@@ -90,7 +89,7 @@ class Query:
         )
         return PlanResult.failed(PlanStatus.NO_VALID_PATH, message)
 
-    def answer(self, points: NDArray[np.float64]) -> PlanResult:
+    def answer(self, points: Floats) -> PlanResult:
         """Return the path along `(N, 2)` rows and columns from an exit of the start to the end."""
         first = round(points[0, 0]), round(points[0, 1])
         cells = np.vstack((self.out.to(first), points))
@@ -140,9 +139,7 @@ def _blocks(cost: int | None, allow_unknown: bool) -> bool:
     return cost is not None and cost >= INSCRIBED
 
 
-def _with_ends(
-    points: NDArray[np.float64], start: SE2, goal: SE2, spacing: float, reached: bool
-) -> NDArray[np.float64]:
+def _with_ends(points: Floats, start: SE2, goal: SE2, spacing: float, reached: bool) -> Floats:
     """Return the path as poses that look along it, from the exact start to the goal's heading."""
     first = np.array([start.x, start.y])
     last = np.array([goal.x, goal.y]) if reached else points[-1]
@@ -151,14 +148,14 @@ def _with_ends(
     return oriented(np.vstack((first, points[begin:end], last)), goal.theta)
 
 
-def _count_near(points: NDArray[np.float64], end: NDArray[np.float64], radius: float) -> int:
+def _count_near(points: Floats, end: Floats, radius: float) -> int:
     for count, (x, y) in enumerate(points):
         if (x - end[0]) * (x - end[0]) + (y - end[1]) * (y - end[1]) > radius**2:
             return count
     return len(points)
 
 
-def oriented(points: NDArray[np.float64], final_yaw: float) -> NDArray[np.float64]:
+def oriented(points: Floats, final_yaw: float) -> Floats:
     """Return points `(N, 2)` as poses `(N, 3)`: each looks at the next, the last as given [rad]."""
     poses = np.empty((len(points), 3))
     poses[:, :2], poses[-1, 2] = points, final_yaw
@@ -167,7 +164,7 @@ def oriented(points: NDArray[np.float64], final_yaw: float) -> NDArray[np.float6
     return poses
 
 
-def traced(before: NDArray[np.int32], end: Cell, width: int) -> NDArray[np.float64]:
+def traced(before: NDArray[np.int32], end: Cell, width: int) -> Floats:
     """Return the cells from a search's seed to the end, `(N, 2)` rows and columns.
 
     Args:
@@ -194,8 +191,8 @@ def plan_through(
     """
     if not goals:
         return PlanResult.failed(PlanStatus.NO_VALID_PATH, "no goals were given")
-    pieces: list[NDArray[np.float64]] = []
-    expansions: list[NDArray[np.float64]] = []
+    pieces: list[Floats] = []
+    expansions: list[Floats] = []
     for goal in goals:
         result = (
             planner.plan(costmap, start, goal)

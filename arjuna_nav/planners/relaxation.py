@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 
@@ -25,9 +25,7 @@ class SmootherConfig:
     refinement_num: int = param(2, "How many times again.", minimum=0)
 
 
-def smoothed(
-    points: NDArray[np.float64], costmap: Costmap, config: SmootherConfig
-) -> NDArray[np.float64]:
+def smoothed(points: Floats, costmap: Costmap, config: SmootherConfig) -> Floats:
     """Return points `(N, 2)` [m] smoothed as far as they touch nothing; both ends stay."""
     points = np.ascontiguousarray(points)
     for _ in range(1 + config.refinement_num * config.do_refinement):
@@ -40,9 +38,7 @@ def smoothed(
     return points
 
 
-def smoothed_poses(
-    path: NDArray[np.float64], costmap: Costmap, config: SmootherConfig
-) -> NDArray[np.float64]:
+def smoothed_poses(path: Floats, costmap: Costmap, config: SmootherConfig) -> Floats:
     """Return a path `(N, 3)` whose parts that are driven in one direction are smoothed.
 
     The poses at a part's ends and beside them stay, and with them the headings there.
@@ -59,7 +55,7 @@ def smoothed_poses(
     return path
 
 
-def _finely(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _finely(points: Floats) -> Floats:
     """Return points with three more between any two, for what lies between is driven too."""
     steps = np.diff(points, axis=0)
     parts = [points[:-1] + ratio * steps for ratio in (0.0, 0.25, 0.5, 0.75)]
@@ -67,9 +63,7 @@ def _finely(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @njit(cache=True, nogil=True)
-def relax(
-    given: NDArray[np.float64], w_data: float, w_smooth: float, tolerance: float, max_its: int
-) -> NDArray[np.float64]:
+def relax(given: Floats, w_data: float, w_smooth: float, tolerance: float, max_its: int) -> Floats:
     """Return points `(N, 2)` pulled to their neighbours' middle and to where they were.
 
     Args:
@@ -80,7 +74,7 @@ def relax(
 
     Source: Thrun, path smoothing by gradient descent; nav2_smoother.
     """
-    points: NDArray[np.float64] = given.copy()
+    points: Floats = given.copy()
     # Over-relaxation diverges from 2 on. Where it ends, the weights' ratio says, not their size.
     relaxation = max(1.0, (w_data + 2.0 * w_smooth) / 1.9)
     w_data, w_smooth = w_data / relaxation, w_smooth / relaxation
@@ -97,7 +91,7 @@ def relax(
     return points
 
 
-def touches(points: NDArray[np.float64], costmap: Costmap) -> bool:
+def touches(points: Floats, costmap: Costmap) -> bool:
     """Return whether a point `(N, 2)` [m] is off the costmap or in a cell closed to the robot."""
     cells = costmap.frame.to_cells(points)
     if not costmap.frame.inside(cells).all():

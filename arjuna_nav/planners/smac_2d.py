@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Bytes, Floats, Singles
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
@@ -80,7 +81,7 @@ class Smac2D:
         points = smoothed(found.path[:, :2], costmap, self._config.smoother)
         return replace(found, path=oriented(points, float(found.path[-1, 2])))
 
-    def _plan(self, costmap: Costmap, costs: NDArray[np.float32], start: SE2, goal: SE2) -> Plan:
+    def _plan(self, costmap: Costmap, costs: Singles, start: SE2, goal: SE2) -> Plan:
         config = self._config
         query = ask(config, costmap, start, goal, config.use_final_approach_orientation)
         if isinstance(query, PlanResult):
@@ -110,7 +111,7 @@ class Smac2D:
         path_cost = float(values[end]) if end == goal_cell else math.inf
         return Plan(query.answer(traced(before, end, data.shape[1])), path_cost)
 
-    def _costs(self) -> NDArray[np.float32]:
+    def _costs(self) -> Singles:
         """Return what a cell's length costs by its value, `(256,) float32`."""
         costs = 1.0 + self._config.cost_travel_multiplier * np.arange(256) / (INSCRIBED - 1)
         costs[UNKNOWN] = costs[INSCRIBED - 1] if self._config.allow_unknown else np.inf
@@ -120,14 +121,14 @@ class Smac2D:
 
 @njit(cache=True, nogil=True)
 def _a_star(
-    data: NDArray[np.uint8],
-    costs: NDArray[np.float32],
-    seeds: NDArray[np.float64],
+    data: Bytes,
+    costs: Singles,
+    seeds: Floats,
     goal: tuple[int, int],
     limits: _Limits,
     within: Corridor,
-    stop: NDArray[np.bool_],
-) -> tuple[NDArray[np.float32], NDArray[np.int32], bool]:
+    stop: Bools,
+) -> tuple[Singles, NDArray[np.int32], bool]:
     """Return the cost of each cell until the goal, the cell before it, whether a limit came."""
     height, width = data.shape
     values = np.full((height, width), np.inf, np.float32)

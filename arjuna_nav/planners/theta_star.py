@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Bytes, Floats, Singles
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
@@ -66,7 +67,7 @@ class ThetaStar:
             lambda part: self._plan(part, costs, start, goal), costmap, scaled, start, goal
         )
 
-    def _plan(self, costmap: Costmap, costs: NDArray[np.float32], start: SE2, goal: SE2) -> Plan:
+    def _plan(self, costmap: Costmap, costs: Singles, start: SE2, goal: SE2) -> Plan:
         config = self._config
         query = ask(config, costmap, start, goal, config.use_final_approach_orientation)
         if isinstance(query, PlanResult):
@@ -83,7 +84,7 @@ class ThetaStar:
         return Plan(query.answer(points), found.path_cost)
 
 
-def _weights(config: ThetaStarConfig) -> NDArray[np.float32]:
+def _weights(config: ThetaStarConfig) -> Singles:
     """Return what a cell's length costs by its value, `(256,) float32`, inf where none may be."""
     share = np.arange(256) / (INSCRIBED - 1)
     costs = config.w_euc_cost + config.w_traversal_cost * share**2
@@ -94,14 +95,14 @@ def _weights(config: ThetaStarConfig) -> NDArray[np.float32]:
 
 @njit(cache=True, nogil=True)
 def _theta_star(
-    data: NDArray[np.uint8],
-    costs: NDArray[np.float32],
-    seeds: NDArray[np.float64],
+    data: Bytes,
+    costs: Singles,
+    seeds: Floats,
     goal: tuple[int, int],
-    remaining: NDArray[np.float32],
+    remaining: Singles,
     weight: float,
     corners: int,
-    stop: NDArray[np.bool_],
+    stop: Bools,
     interval: int,
 ) -> NDArray[np.int32]:
     """Return the number of the corner before each cell, until the goal; cells need a cost to it.
@@ -147,11 +148,7 @@ def _theta_star(
 
 @njit(cache=True)
 def _look_past(
-    data: NDArray[np.uint8],
-    costs: NDArray[np.float32],
-    cell: int,
-    values: NDArray[np.float32],
-    parents: NDArray[np.int32],
+    data: Bytes, costs: Singles, cell: int, values: Singles, parents: NDArray[np.int32]
 ) -> None:
     """Make the parent's parent a cell's parent where the straight line from there costs no more."""
     beyond, width = parents[parents[cell]], data.shape[1]
@@ -172,9 +169,7 @@ def _neighbour(row: int, column: int, k: int) -> tuple[int, int]:
 
 
 @njit(cache=True)
-def line_cost(
-    data: NDArray[np.uint8], costs: NDArray[np.float32], r0: int, c0: int, r1: int, c1: int
-) -> float:
+def line_cost(data: Bytes, costs: Singles, r0: int, c0: int, r1: int, c1: int) -> float:
     """Return the cost of a straight line between cells' centres, inf where a cell on it blocks.
 
     Its length times the mean cost of all cells that it touches, corners among them.
@@ -206,7 +201,7 @@ def line_cost(
             error += 2 * (d_c - d_r)
 
 
-def _spaced(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+def _spaced(corners: Floats) -> Floats:
     """Return points at most a cell apart on the lines between corners `(N, 2)`."""
     pieces = [corners[:1]]
     for before, after in itertools.pairwise(corners):

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
@@ -99,8 +99,8 @@ class DriveLog:
         tick: [s].
     """
 
-    wheels: NDArray[np.float64]
-    truth: NDArray[np.float64]
+    wheels: Floats
+    truth: Floats
     spans: tuple[tuple[Manoeuvre, int, int], ...]
     tick: float
 
@@ -171,12 +171,12 @@ class Calibration:
     noise: OdometryConfig
 
     @property
-    def path_before(self) -> NDArray[np.float64]:
+    def path_before(self) -> Floats:
         """The second drive as the nominal kinematics reckon it, `(T, 3) float64`."""
         return dead_reckon(self.check, self.nominal)
 
     @property
-    def path_after(self) -> NDArray[np.float64]:
+    def path_after(self) -> Floats:
         """The second drive as the effective kinematics reckon it, `(T, 3) float64`."""
         return dead_reckon(self.check, self.found)
 
@@ -225,7 +225,7 @@ def identify(log: DriveLog) -> Kinematics:
     return Kinematics(radius / ratio, radius)
 
 
-def dead_reckon(log: DriveLog, kinematics: Kinematics) -> NDArray[np.float64]:
+def dead_reckon(log: DriveLog, kinematics: Kinematics) -> Floats:
     """Return the path that odometry makes of the encoders, `(T, 3) float64`, from the origin.
 
     Headings are wrapped.

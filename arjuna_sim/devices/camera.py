@@ -10,8 +10,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Singles
 from arjuna_core.errors import ArjunaError
 from arjuna_sim.devices.lens import Lens
 from arjuna_sim.devices.sensors.camera import CameraSettings
@@ -51,7 +51,7 @@ def lens_of(settings: CameraSettings) -> Lens | None:
     return Lens(settings, focal_length(settings)) if settings.distortion else None
 
 
-def points(settings: CameraSettings, depth: NDArray[np.float32]) -> NDArray[np.float32]:
+def points(settings: CameraSettings, depth: Singles) -> Singles:
     """Return what a camera sees as points in its optical frame, `(N, 3) float32` [m].
 
     Args:
@@ -75,8 +75,8 @@ class Shot:
             where it was wanted.
     """
 
-    color: NDArray[np.uint8] | None
-    depth: NDArray[np.float32] | None
+    color: Bytes | None
+    depth: Singles | None
 
 
 class Camera:
@@ -138,7 +138,7 @@ class Camera:
             camera.frustum_top *= times
             camera.frustum_bottom *= times
 
-    def _noisy(self, image: NDArray[np.uint8], time: float) -> NDArray[np.uint8]:
+    def _noisy(self, image: Bytes, time: float) -> Bytes:
         """Return a picture with the noise of a time [s], whatever was drawn before."""
         sigma = 255.0 * self._settings.noise
         if not sigma:
@@ -171,7 +171,7 @@ class Camera:
         mujoco.mjr_render(area, self._scene, self._context)
         mujoco.mjr_readPixels(image, buffer, area, self._context)
 
-    def _distances(self, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
+    def _distances(self, buffer: Singles) -> Singles:
         """Turn a reversed depth buffer (1 near, 0 far) into metres along the optical axis."""
         near, far = self._settings.near, self._settings.far
         metres = near * far / (near + buffer.astype(np.float64) * (far - near))

@@ -6,8 +6,8 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.twist import Velocity
 from arjuna_sim.model.settings import DriveSettings
@@ -99,9 +99,7 @@ class Kinematics:
         mean, difference = (left + right) / 2, right - left
         return mean * self.radius, difference * self.radius / self.track
 
-    def motion(
-        self, turns: NDArray[np.float64], angles: NDArray[np.float64]
-    ) -> tuple[float, float, float]:
+    def motion(self, turns: Floats, angles: Floats) -> tuple[float, float, float]:
         """Return path [m], path to the left [m] and turn [rad] for turns of the sides [rad]."""
         left, right = turns.tolist()
         path, turn = self.base_motion(left, right)
@@ -116,25 +114,23 @@ class Base(ABC):
         return velocity
 
     @abstractmethod
-    def speeds(self, velocity: Velocity) -> NDArray[np.float64]:
+    def speeds(self, velocity: Velocity) -> Floats:
         """Return how fast the wheels' joints turn for a reachable velocity, `(W,)` [rad/s]."""
 
-    def speeds_at(self, velocity: Velocity, angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    def speeds_at(self, velocity: Velocity, angles: Floats) -> Floats:
         """Return the same where the steering joints still stand at other angles [rad]."""
         return self.speeds(velocity)
 
-    def angles(self, velocity: Velocity) -> NDArray[np.float64]:
+    def angles(self, velocity: Velocity) -> Floats:
         """Return where the steering joints stand for it, `(S,) float64` [rad]."""
         return _NONE
 
-    def encoders(self, joints: NDArray[np.float64]) -> NDArray[np.float64]:
+    def encoders(self, joints: Floats) -> Floats:
         """Return what encoders count at the wheels' joints' positions, `(W,)` [rad]."""
         return joints
 
     @abstractmethod
-    def motion(
-        self, turns: NDArray[np.float64], angles: NDArray[np.float64]
-    ) -> tuple[float, float, float]:
+    def motion(self, turns: Floats, angles: Floats) -> tuple[float, float, float]:
         """Return path [m], path to the left [m] and turn [rad] for turns of the encoders [rad]."""
 
 

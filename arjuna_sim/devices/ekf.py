@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_sim.devices.odometry import OdometryEstimate
@@ -197,12 +197,7 @@ class FusedOdometry:
 
 @njit(cache=True)
 def _predict(
-    state: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    dt: float,
-    linear: float,
-    angular: float,
-    walk: float,
+    state: Floats, covariance: Floats, dt: float, linear: float, angular: float, walk: float
 ) -> None:
     """Bring state and covariance to a time later (`bench sim`: 30 us of a tick in NumPy).
 
@@ -243,8 +238,8 @@ def _predict(
 
 @njit(cache=True)
 def _correct(
-    state: NDArray[np.float64],
-    covariance: NDArray[np.float64],
+    state: Floats,
+    covariance: Floats,
     index: int,
     bias: float,
     value: float,
@@ -273,7 +268,7 @@ def _correct(
 
 
 @njit(cache=True)
-def _frame(frame: NDArray[np.float64], inner: NDArray[np.float64]) -> None:
+def _frame(frame: Floats, inner: Floats) -> None:
     """Make `inner` into `frame @ inner @ frame.T`, all `(7, 7) float64`."""
     half = np.zeros((_SIZE, _SIZE))
     for i in range(_SIZE):

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import Pose3, quaternion_product
 from arjuna_core.se2 import wrap
 from arjuna_sim.devices.device import Mount, simulates
@@ -36,8 +36,8 @@ class ImuReading(NamedTuple):
         stamp: When [s].
     """
 
-    angular_velocity: NDArray[np.float64]
-    linear_acceleration: NDArray[np.float64]
+    angular_velocity: Floats
+    linear_acceleration: Floats
     orientation: Pose3
     angular_variance: float
     linear_variance: float
@@ -130,14 +130,14 @@ def _imu(settings: ImuSettings, mount: Mount) -> Imu:
     return Imu(mount.model, settings, mount.config.imu, mount.rng)
 
 
-def _biases(rng: np.random.Generator, mean: float, spread: float) -> NDArray[np.float64]:
+def _biases(rng: np.random.Generator, mean: float, spread: float) -> Floats:
     """Return the biases of three axes at the start, each of either sign, as Gazebo draws them."""
     if not mean and not spread:
         return np.zeros(3)
     return np.asarray(rng.normal(mean, spread, 3) * rng.choice((-1.0, 1.0), 3), np.float64)
 
 
-def _endless(rng: np.random.Generator) -> Iterator[NDArray[np.float64]]:
+def _endless(rng: np.random.Generator) -> Iterator[Floats]:
     """Yield a reading's standard normal draws, `(14,) float64`, one reading after the other."""
     while True:
         # 14: biases and white noise of six channels, and roll and pitch; 50 readings in one call.
@@ -146,14 +146,14 @@ def _endless(rng: np.random.Generator) -> Iterator[NDArray[np.float64]]:
 
 @njit(cache=True)
 def _feel(
-    rotation: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    last: NDArray[np.float64],
+    rotation: Floats,
+    motion: Floats,
+    last: Floats,
     dt: float,
-    gravity: NDArray[np.float64],
-    draws: NDArray[np.float64],
-    errors: NDArray[np.float64],
-    felt: NDArray[np.float64],
+    gravity: Floats,
+    draws: Floats,
+    errors: Floats,
+    felt: Floats,
 ) -> float:
     """Fill in turn rates and specific force in a frame; return what their errors turn it.
 
@@ -189,12 +189,12 @@ def _feel(
 
 @njit(cache=True)
 def _orientation(
-    rotation: NDArray[np.float64],
-    facing: NDArray[np.float64],
-    headings: NDArray[np.float64],
+    rotation: Floats,
+    facing: Floats,
+    headings: Floats,
     drift: float,
     tilt_noise: float,
-    draws: NDArray[np.float64],
+    draws: Floats,
 ) -> tuple[float, float, float, float]:
     """Return the quaternion that an IMU believes it has.
 
@@ -220,18 +220,18 @@ def _orientation(
 
 @njit(cache=True)
 def _read(
-    rotation: NDArray[np.float64],
-    level: NDArray[np.float64],
-    facing: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    last: NDArray[np.float64],
+    rotation: Floats,
+    level: Floats,
+    facing: Floats,
+    motion: Floats,
+    last: Floats,
     dt: float,
-    gravity: NDArray[np.float64],
-    draws: NDArray[np.float64],
-    errors: NDArray[np.float64],
+    gravity: Floats,
+    draws: Floats,
+    errors: Floats,
     tilt_noise: float,
-    headings: NDArray[np.float64],
-    felt: NDArray[np.float64],
+    headings: Floats,
+    felt: Floats,
 ) -> tuple[float, float, float, float]:
     """Fill in what is felt and return the quaternion, as of `_feel` and `_orientation`, at once."""
     rate = _feel(rotation, motion, last, dt, gravity, draws, errors, felt)

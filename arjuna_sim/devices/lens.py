@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Floats
 from arjuna_sim.devices.sensors.camera import CameraSettings
 
 _ROUNDS = 30  # of the search for where a pixel looks, which mostly takes five
@@ -45,7 +45,7 @@ class Lens:
         self._column, self._row = whole.astype(np.int64)
         self._right, self._down = ((at - whole)[..., None]).astype(np.float32)
 
-    def picture(self, ideal: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    def picture(self, ideal: Bytes) -> Bytes:
         """Return what the camera sees of an ideal picture `(height, width, 3) uint8`, both RGB."""
         row, column, right = self._row, self._column, self._right
         upper, lower = (
@@ -57,7 +57,7 @@ class Lens:
         return np.asarray(np.rint(mixed), np.uint8)
 
 
-def distorted(points: NDArray[np.float64], distortion: tuple[float, ...]) -> NDArray[np.float64]:
+def distorted(points: Floats, distortion: tuple[float, ...]) -> Floats:
     """Return where a lens shows points of the plane at distance 1, `(2, ...) float64`.
 
     Args:

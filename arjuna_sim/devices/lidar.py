@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Singles
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_sim.devices.device import Mount, simulates
@@ -51,7 +52,7 @@ class Lidar:
         revolutions = self._increment / (2.0 * math.pi)
         self._time_increment = revolutions / settings.rate if config.sweep else 0.0
         self._ages = self._time_increment * np.arange(settings.samples - 1, -1, -1)
-        self._trail: list[tuple[float, NDArray[np.float64]]] = []
+        self._trail: list[tuple[float, Floats]] = []
 
     def rebind(self, model: Any) -> None:
         """Continue with another model, in which the robot is the same."""
@@ -103,12 +104,12 @@ class Lidar:
             T_base_sensor=self._T_base_sensor,
         )
 
-    def _cast_at_once(self, data: Any) -> NDArray[np.float64]:
+    def _cast_at_once(self, data: Any) -> Floats:
         site = self._rays.site
         rotation = data.site_xmat[site].reshape(3, 3)
         return self._cast(data, data.site_xpos[site], self._beams @ rotation.T)
 
-    def _sweep(self, data: Any, now: float) -> NDArray[np.float64]:
+    def _sweep(self, data: Any, now: float) -> Floats:
         """Cast beams from where the sensor was, those from points close together at once."""
         times = np.array([time for time, _ in self._trail])
         poses = np.array([pose for _, pose in self._trail])
@@ -133,9 +134,7 @@ class Lidar:
             ]
         )
 
-    def _cast(
-        self, data: Any, origin: NDArray[np.float64], rays: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def _cast(self, data: Any, origin: Floats, rays: Floats) -> Floats:
         """Return exact distances from one point along unit vectors, inf where nothing is hit."""
         # A surface 6 sigma beyond the range is read within it once in 1e9 beams.
         reach = self._settings.range_max + 6.0 * self._noise
@@ -149,7 +148,7 @@ def _lidar(settings: LidarSettings, mount: Mount) -> Lidar:
 
 
 @njit(cache=True)
-def _limit(ranges: NDArray[np.float64], nearest: float, furthest: float) -> None:
+def _limit(ranges: Floats, nearest: float, furthest: float) -> None:
     for i in range(len(ranges)):
         if ranges[i] < nearest:
             ranges[i] = -np.inf
@@ -166,7 +165,7 @@ class Cloud:
         rows: Which row each is of, from the lowest, `(N,) uint16`.
     """
 
-    points: NDArray[np.float32]
+    points: Singles
     rows: NDArray[np.uint16]
 
 
@@ -195,7 +194,7 @@ class Beams:
     def settle(self) -> None:
         """Do nothing: no motion is remembered."""
 
-    def _ranges(self, data: Any) -> NDArray[np.float64]:
+    def _ranges(self, data: Any) -> Floats:
         """Return the distances with their noise, inf where nothing is hit [m]."""
         site = self._caster.site
         rays = self._rays @ data.site_xmat[site].reshape(3, 3).T

@@ -9,8 +9,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import IDENTITY, SE2, wrap
 
@@ -54,7 +54,7 @@ class OdometryEstimate(NamedTuple):
     T_odom_base: SE2
     v: float
     w: float
-    covariance: NDArray[np.float64]
+    covariance: Floats
     twist_variance: tuple[float, float]
     side: float = 0.0
 
@@ -62,9 +62,7 @@ class OdometryEstimate(NamedTuple):
 class Motion(Protocol):
     """The motion of a base by its wheels."""
 
-    def motion(
-        self, turns: NDArray[np.float64], angles: NDArray[np.float64]
-    ) -> tuple[float, float, float]:
+    def motion(self, turns: Floats, angles: Floats) -> tuple[float, float, float]:
         """Return path [m], path to the left [m] and turn [rad].
 
         Args:
@@ -93,10 +91,7 @@ class Odometry:
         self._covariance = np.zeros((3, 3))
 
     def update(
-        self,
-        wheels: Sequence[float] | NDArray[np.float64],
-        dt: float,
-        angles: NDArray[np.float64] = _NONE,
+        self, wheels: Sequence[float] | Floats, dt: float, angles: Floats = _NONE
     ) -> OdometryEstimate:
         """Add one step.
 
@@ -115,7 +110,7 @@ class Odometry:
             self._pose, path / dt, turn / dt, self._covariance, twist_variance, side / dt
         )
 
-    def _to_ticks(self, wheels: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
+    def _to_ticks(self, wheels: Sequence[float] | Floats) -> Floats:
         ticks = np.asarray(wheels, np.float64) / self._angle_per_tick
         if self.config.encoder_noise > 0.0:
             ticks += self.config.encoder_noise * self._rng.standard_normal(len(ticks))
@@ -146,8 +141,8 @@ def _moved(
     length: float,
     along: float,
     about: float,
-    covariance: NDArray[np.float64],
-    grown: NDArray[np.float64],
+    covariance: Floats,
+    grown: Floats,
 ) -> tuple[float, float, float]:
     """Return `SE2(x, y, theta) @ SE2.exp((path, side, turn))`, and grow the covariance.
 
@@ -167,13 +162,7 @@ def _moved(
 
 @njit(cache=True)
 def _grow(
-    old: NDArray[np.float64],
-    grown: NDArray[np.float64],
-    c: float,
-    s: float,
-    length: float,
-    along: float,
-    about: float,
+    old: Floats, grown: Floats, c: float, s: float, length: float, along: float, about: float
 ) -> None:
     """Add a pose's covariance after a path at a heading to zeros, by the motion's Jacobians."""
     by_pose = np.array([[1.0, 0.0, -length * s], [0.0, 1.0, length * c], [0.0, 0.0, 1.0]])

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_sim.model.geometry.shapes import Group
 
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
@@ -30,16 +31,16 @@ _SEEN = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], n
 
 @njit(cache=True, error_model="numpy")
 def cast(
-    origin: NDArray[np.float64],
-    rays: NDArray[np.float64],
+    origin: Floats,
+    rays: Floats,
     reach: float,
-    seen: NDArray[np.int64],
+    seen: Ints,
     kinds: NDArray[np.int32],
-    sizes: NDArray[np.float64],
-    bounds: NDArray[np.float64],
-    positions: NDArray[np.float64],
-    rotations: NDArray[np.float64],
-    ranges: NDArray[np.float64],
+    sizes: Floats,
+    bounds: Floats,
+    positions: Floats,
+    rotations: Floats,
+    ranges: Floats,
 ) -> None:
     """Find how far rays go, to the last bit as MuJoCo's `mj_multiRay` does.
 
@@ -82,7 +83,7 @@ def cast(
 
 
 @_inlined
-def _turned(rotation: NDArray[np.float64], x: float, y: float, z: float) -> Triple:
+def _turned(rotation: Floats, x: float, y: float, z: float) -> Triple:
     """Return a vector in the frame of a rotation, row by row `(9,) float64`."""
     return (
         rotation[0] * x + rotation[3] * y + rotation[6] * z,
@@ -201,9 +202,7 @@ class Rays:
         self._seen = np.flatnonzero((others | _is_world(model)) & _is_drawn(model))
         self._are_solids = bool(np.isin(model.geom_type[self._seen], SOLIDS).all())
 
-    def cast(
-        self, data: Any, origin: NDArray[np.float64], rays: NDArray[np.float64], reach: float
-    ) -> NDArray[np.float64]:
+    def cast(self, data: Any, origin: Floats, rays: Floats, reach: float) -> Floats:
         """Return exact distances from one point along unit vectors, inf where nothing is hit [m].
 
         Args:
@@ -220,9 +219,7 @@ class Rays:
         cast(origin, rays, reach, self._seen, kinds, sizes, bounds, positions, rotations, ranges)
         return ranges
 
-    def _cast_at_meshes(
-        self, data: Any, origin: NDArray[np.float64], rays: NDArray[np.float64], reach: float
-    ) -> NDArray[np.float64]:
+    def _cast_at_meshes(self, data: Any, origin: Floats, rays: Floats, reach: float) -> Floats:
         """Let MuJoCo cast, which knows meshes and terrain."""
         if len(self._hits) != len(rays):
             self._hits = np.zeros((len(rays), 1), np.int32)
@@ -248,11 +245,11 @@ class Rays:
         return ranges
 
 
-def _is_world(model: Any) -> NDArray[np.bool_]:
+def _is_world(model: Any) -> Bools:
     return np.asarray(model.geom_group == Group.WORLD_COLLISION.value)
 
 
-def _is_drawn(model: Any) -> NDArray[np.bool_]:
+def _is_drawn(model: Any) -> Bools:
     """Return which geoms are not wholly transparent: those that are MuJoCo's rays pass through."""
     material, alpha = model.geom_matid, model.geom_rgba[:, 3].copy()
     has_material = material >= 0

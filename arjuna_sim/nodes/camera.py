@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import array
+from functools import partial
 from typing import Any
 
+from geometry_msgs.msg import Twist
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import cloud_msg, header
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
+from arjuna_core.twist import Velocity
 from arjuna_sim.devices.camera import CameraError, CameraThread, Shot, focal_length, points
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.driven_robot import DrivenRobot
@@ -21,7 +24,7 @@ from arjuna_sim.world_sensors import WorldSensors
 
 
 class WorldTopics:
-    """Publishes the sensors of the world that is there.
+    """Publishes the sensors of the world that is there, and takes its movers' velocities.
 
     Topics of a world that was there before stay, silent, until the node's cleanup.
     """
@@ -30,21 +33,34 @@ class WorldTopics:
         self._node, self._fixed, self._stage = node, fixed, stage
         self._world: World | None = None
         self._cameras: list[CameraTopics] = []
+        self._commands: list[Any] = []
+        self.follow()
 
     def publish(self, now: float, interactive: bool) -> None:
         """Publish what is due at a time [s] and subscribed to, as robots' interfaces do."""
-        if self._stage.world is not self._world:
-            self._follow()
         self._topics.publish(now)
         for camera in self._cameras:
             camera.publish(now, interactive)
 
-    def _follow(self) -> None:
+    def follow(self) -> None:
+        """Serve another world, where that has been loaded."""
+        if self._stage.world is self._world:
+            return
         self.close()
         self._world, sensors, node = self._stage.world, self._fixed.settings, self._node
         self._topics = SensorTopics(node, self._fixed, sensors)
         lenses = [each for each in sensors if isinstance(each, CameraSettings)]
         self._cameras = [CameraTopics(node, self._fixed, self._stage, each) for each in lenses]
+        for subscription in self._commands:
+            node.unsubscribe(subscription)
+        self._commands = [
+            node.subscribe(Twist, mover.topic, partial(self._command, name), qos.LATEST)
+            for name, mover in self._world.movers.items()
+        ]
+
+    def _command(self, name: str, message: Twist) -> None:
+        x, y, turn = message.linear.x, message.linear.y, message.angular.z
+        self._stage.movers.command(name, Velocity(x, y=y, yaw_rate=turn))
 
     def close(self) -> None:
         """End drawing beside the physics."""

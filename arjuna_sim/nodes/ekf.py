@@ -135,7 +135,7 @@ class EkfNode(ManagedNode):
             return
         if self._waiting and now >= wheels:
             self._take_wheels()
-        self._go_on(now)
+        self._predict_to(now)
         self._has_gyro = True
         # Index 8 of a row-major 3 x 3 covariance is the variance about z.
         variance = float(message.angular_velocity_covariance[8])
@@ -165,10 +165,10 @@ class EkfNode(ManagedNode):
     def _take_wheels(self) -> None:
         twist = self._wheels.twist.twist
         self._waiting = False
-        self._go_on(seconds(self._wheels.header.stamp))
+        self._predict_to(seconds(self._wheels.header.stamp))
         self._filter.wheels(twist.linear.x, twist.angular.z, twist.linear.y)
 
-    def _go_on(self, now: float) -> None:
+    def _predict_to(self, now: float) -> None:
         """Bring the filter up to a time [s]; what comes late counts as of now."""
         if self._stamp is not None:
             self._filter.predict(now - self._stamp)

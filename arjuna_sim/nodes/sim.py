@@ -21,7 +21,6 @@ from arjuna_sim.inputs import named_robot, named_world
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.camera import WorldTopics
 from arjuna_sim.nodes.fleet import Fleet, starts_of
-from arjuna_sim.nodes.movers import MoverTopics
 from arjuna_sim.nodes.robot_interface import RobotInterface
 from arjuna_sim.nodes.robot_topics import ContactTopic
 from arjuna_sim.nodes.run_memory import RunMemory
@@ -89,7 +88,6 @@ class SimNode(ManagedNode):
         stage, config = self.simulator.stage, self.config
         self._own = None if own is None else RobotInterface(self, own, stage, config)
         self._fixed = WorldTopics(self, self.simulator.fixed, stage)
-        self._movers = MoverTopics(self, stage)
         self._pace_out = self.publisher(Float64, "real_time_factor", qos.DEFAULT)
         self.fleet = Fleet(self, self.simulator)
 
@@ -150,7 +148,7 @@ class SimNode(ManagedNode):
 
     def advance(self) -> None:
         """Advance one tick and publish what it brought: time first, transforms before sensors."""
-        self._movers.follow()
+        self._fixed.follow()
         robots = self._interfaces()
         seen = self.simulator.step({name: robot.take_command() for name, robot in robots})
         self._ticks += 1

@@ -7,8 +7,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.entities import Entity, EntityMotion, body_name
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
@@ -115,11 +115,11 @@ def addresses_of(model: Any, entity: Entity) -> tuple[int, int, int]:
     return -1, int(joint.qposadr[0]), int(joint.dofadr[0])
 
 
-def _pose(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> Pose3:
+def _pose(position: Floats, quaternion: Floats) -> Pose3:
     w, x, y, z = (float(value) for value in quaternion)
     return Pose3(_triple(position), (w, x, y, z))
 
 
-def _triple(values: NDArray[np.float64]) -> tuple[float, float, float]:
+def _triple(values: Floats) -> tuple[float, float, float]:
     x, y, z = (float(value) for value in values)
     return x, y, z

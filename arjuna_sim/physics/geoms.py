@@ -8,8 +8,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX
 from arjuna_sim.model.geometry.shapes import Group, Kind, Mesh, Part
@@ -117,16 +117,14 @@ def _add_pictured(spec: Any, body: Any, part: Part, group: Group) -> Any:
     return geom
 
 
-def _placed(
-    mesh: Mesh, size: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _placed(mesh: Mesh, size: Floats) -> tuple[Floats, Floats]:
     """Return what `_sides` does of a mesh at a scale."""
     assert mesh.skin is not None
     places = mesh.skin.places.reshape(-1, 2).astype(np.float64)
     return (mesh.triangles * size).reshape(-1, 3), places
 
 
-def _sides(size: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _sides(size: Floats) -> tuple[Floats, Floats]:
     """Return the corners of a box's triangles [m], and where they are in a picture, from its top.
 
     On the upright sides the picture's top is up; it is to +x on the top, to -x on the bottom.
@@ -205,13 +203,7 @@ def _add_simple(body: Any, part: Part, group: Group) -> Any:
 
 
 def _add_mesh(
-    spec: Any,
-    body: Any,
-    part: Part,
-    group: Group,
-    name: str,
-    points: NDArray[np.float64],
-    faces: bool = False,
+    spec: Any, body: Any, part: Part, group: Group, name: str, points: Floats, faces: bool = False
 ) -> Any:
     if spec.mesh(name) is None:
         points = points if len(points) > 3 else np.vstack((points, points[::-1]))

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_sim.model.geometry.shapes import Group
 
 RISE_MAX = 0.7
@@ -58,7 +58,7 @@ class Survey:
         points: Where it was found, `(N, 3) float64` [m].
     """
 
-    points: NDArray[np.float64]
+    points: Floats
 
     def height(self, x: float, y: float) -> float:
         """Return the ground's height where it is nearest to a point; NaN where there is none."""
@@ -224,7 +224,7 @@ class Ground:
         return sum(is_level) >= len(around) // 2
 
 
-def _joined(heights: NDArray[np.float64], index: NDArray[np.int64]) -> NDArray[np.int64]:
+def _joined(heights: Floats, index: Ints) -> Ints:
     """Return pairs of cells along the first axis that lie level, or on one straight slope."""
     rise = np.diff(heights, axis=0)
     bend = np.full((len(rise) + 1, rise.shape[1]), np.inf)

@@ -7,8 +7,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.physics.wheels.servo import ServoConfig, add_servo
 
@@ -29,13 +29,13 @@ class JointServos:
         sums: Where MuJoCo keeps the wanted positions.
     """
 
-    position: NDArray[np.int64]
-    velocity: NDArray[np.int64]
-    stiffness: NDArray[np.float64]
-    damping: NDArray[np.float64]
-    lead: NDArray[np.float64]
-    reach: NDArray[np.float64]
-    is_derived: NDArray[np.bool_]
+    position: Ints
+    velocity: Ints
+    stiffness: Floats
+    damping: Floats
+    lead: Floats
+    reach: Floats
+    is_derived: Bools
     motors: slice
     sums: slice
 
@@ -43,10 +43,10 @@ class JointServos:
         self,
         model: Any,
         data: Any,
-        is_effort: NDArray[np.bool_],
-        position: NDArray[np.float64],
-        velocity: NDArray[np.float64],
-        effort: NDArray[np.float64],
+        is_effort: Bools,
+        position: Floats,
+        velocity: Floats,
+        effort: Floats,
     ) -> None:
         """Set what the joints do from now on.
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.geometry.shapes import Group, Part
@@ -97,7 +97,7 @@ def add_mounts(spec: Any, robot: RobotModel) -> None:
 
 def _fill_body(spec: Any, body: Any, robot: RobotModel, first: str, servo: ServoConfig) -> None:
     """Add a link with all that is fixed to it, then the bodies that joints carry."""
-    masses: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
+    masses: list[tuple[float, Floats, Floats]] = []
     queue = [(first, Pose3())]
     while queue:
         name, T_body_link = queue.pop(0)
@@ -121,9 +121,7 @@ def _fill_body(spec: Any, body: Any, robot: RobotModel, first: str, servo: Servo
     _set_mass(body, masses)
 
 
-def _set_mass(
-    body: Any, masses: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]]
-) -> None:
+def _set_mass(body: Any, masses: list[tuple[float, Floats, Floats]]) -> None:
     """Combine masses about their common centre (parallel axis theorem)."""
     total = sum(mass for mass, _, _ in masses)
     center = sum((mass * position for mass, position, _ in masses), np.zeros(3)) / total

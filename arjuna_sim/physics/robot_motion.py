@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import Pose3, rpy_of
 from arjuna_core.se2 import SE2
 from arjuna_sim.devices.driving.joints import JointCommands
@@ -21,10 +21,10 @@ class JointStates(NamedTuple):
     """Positions [rad or m] and velocities of the moving joints, in the URDF's order."""
 
     names: tuple[str, ...]
-    positions: NDArray[np.float64]
-    velocities: NDArray[np.float64]
+    positions: Floats
+    velocities: Floats
 
-    def of(self, joints: Sequence[str]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def of(self, joints: Sequence[str]) -> tuple[Floats, Floats]:
         """Return positions and velocities of some joints; those that do not move stand at 0."""
         at = np.array([self.names.index(n) if n in self.names else -1 for n in joints], np.int64)
         padded = [np.append(values, 0.0) for values in (self.positions, self.velocities)]
@@ -79,7 +79,7 @@ class RobotMotion:
         self._servos.rest()
         self._stage.settle()
 
-    def turn_wheels(self, speeds: NDArray[np.float64], angles: NDArray[np.float64]) -> None:
+    def turn_wheels(self, speeds: Floats, angles: Floats) -> None:
         """Set the speeds of the wheels' joints [rad/s] and the angles of the steering [rad].
 
         Args:
@@ -93,25 +93,25 @@ class RobotMotion:
         model = self._stage.scene.model
         self._found.joint_servos.drive(model, self._data, *commands)
 
-    def driven_joints(self) -> NDArray[np.float64]:
+    def driven_joints(self) -> Floats:
         """Return the positions of the driven joints, `(N,) float64` [rad or m]."""
-        positions: NDArray[np.float64] = self._qpos[self._found.joint_servos.position]
+        positions: Floats = self._qpos[self._found.joint_servos.position]
         return positions
 
-    def set_joints(self, positions: NDArray[np.float64]) -> None:
+    def set_joints(self, positions: Floats) -> None:
         """Put the driven joints somewhere, at rest [rad or m]."""
         servos = self._found.joint_servos
         self._qpos[servos.position], self._qvel[servos.velocity] = positions, 0.0
         self._data.act[servos.sums] = positions
 
-    def wheel_angles(self) -> NDArray[np.float64]:
+    def wheel_angles(self) -> Floats:
         """Return how far the wheels' joints have turned, `(W,) float64` [rad]."""
-        angles: NDArray[np.float64] = self._qpos[self._found.servos.position]
+        angles: Floats = self._qpos[self._found.servos.position]
         return angles
 
-    def steering_angles(self) -> NDArray[np.float64]:
+    def steering_angles(self) -> Floats:
         """Return where the steering joints stand, `(S,) float64` [rad]."""
-        angles: NDArray[np.float64] = self._qpos[self._found.servos.steering]
+        angles: Floats = self._qpos[self._found.servos.steering]
         return angles
 
     def joint_states(self) -> JointStates:
@@ -127,7 +127,7 @@ class RobotMotion:
 
 @njit(cache=True)
 def _truth(
-    qpos: NDArray[np.float64], qvel: NDArray[np.float64], at: int, rate: int
+    qpos: Floats, qvel: Floats, at: int, rate: int
 ) -> tuple[float, float, float, float, float, float, float, float, float]:
     """Return x, y and yaw, and the other values of a `Truth` (`bench sim`: 3 us in Python)."""
     qw, qx, qy, qz = qpos[at + 3], qpos[at + 4], qpos[at + 5], qpos[at + 6]
@@ -141,9 +141,7 @@ def _truth(
 
 
 @njit(cache=True)
-def truth_of_each(
-    qpos: NDArray[np.float64], qvel: NDArray[np.float64], at: int, rate: int
-) -> NDArray[np.float64]:
+def truth_of_each(qpos: Floats, qvel: Floats, at: int, rate: int) -> Floats:
     """Return x, y, yaw and the other values of a `Truth` for robots of a row each, `(N, 9)`."""
     found = np.empty((len(qpos), 9))
     for i in range(len(qpos)):

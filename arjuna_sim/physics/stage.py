@@ -9,8 +9,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.entities import (
@@ -157,7 +157,7 @@ class Stage:
             raise _stands_in(entity, robot)
         self.settle()
 
-    def push(self, name: str, velocity: NDArray[np.float64]) -> None:
+    def push(self, name: str, velocity: Floats) -> None:
         """Set an entity's velocity and turn rates in the world, `(6,) float64` [m/s, rad/s].
 
         Raises:

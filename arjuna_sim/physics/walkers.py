@@ -8,8 +8,8 @@ from typing import Any
 import mujoco
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_sim.model.world import Trajectory
 from arjuna_sim.physics.ground import Ground
 from arjuna_sim.physics.scene import any_of
@@ -34,7 +34,7 @@ class Walkers:
     def __len__(self) -> int:
         return len(self._bodies)
 
-    def put(self, data: Any, elapsed: NDArray[np.float64]) -> None:
+    def put(self, data: Any, elapsed: Floats) -> None:
         """Put each where it is.
 
         Args:
@@ -46,14 +46,14 @@ class Walkers:
 
 @njit(cache=True)
 def put_bodies(
-    elapsed: NDArray[np.float64],
-    rounds: NDArray[np.float64],
-    delays: NDArray[np.float64],
-    times: NDArray[np.float64],
-    poses: NDArray[np.float64],
-    bodies: NDArray[np.int64],
-    positions: NDArray[np.float64],
-    quaternions: NDArray[np.float64],
+    elapsed: Floats,
+    rounds: Floats,
+    delays: Floats,
+    times: Floats,
+    poses: Floats,
+    bodies: Ints,
+    positions: Floats,
+    quaternions: Floats,
 ) -> None:
     """Put each where it is, in place; NumPy took a twelfth of a run among two people for it."""
     for k in range(len(bodies)):
@@ -96,13 +96,13 @@ class Manners:
         self._usual = model.geom_solref[:, 0].copy()
         self._waited, self._pushing = np.zeros(len(bodies), np.int64), False
 
-    def stopped(self, data: Any) -> NDArray[np.int64]:
+    def stopped(self, data: Any) -> Ints:
         """Return who goes no farther in the next step."""
         pairs = data.contact.geom[: data.ncon]
         if not (self._pushing or any_of(pairs, self._is_walkers)):
             return np.empty(0, np.int64)
         who = self._who[pairs].max(axis=1)
-        self._go_on(~np.isin(np.arange(len(self._waited)), who))
+        self._release(~np.isin(np.arange(len(self._waited)), who))
         self._pushes *= 1.0 - self._share
         force = np.zeros(6)
         for i in np.flatnonzero(who >= 0).tolist():
@@ -117,7 +117,7 @@ class Manners:
             self._model.geom_solref[self._geoms[k], 0] = 1.0
         return np.flatnonzero(halts & (self._waited < self._patience))
 
-    def _go_on(self, free: NDArray[np.bool_]) -> None:
+    def _release(self, free: Bools) -> None:
         """Let those who meet nothing walk as if they never had."""
         for k in np.flatnonzero(free & (self._waited > 0)).tolist():
             self._model.geom_solref[self._geoms[k], 0] = self._usual[self._geoms[k]]
@@ -130,9 +130,7 @@ def _round(trajectory: Trajectory) -> float:
     return whole if trajectory.loop and whole > 0.0 else np.inf
 
 
-def _on_ground(
-    trajectory: Trajectory, ground: Ground
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _on_ground(trajectory: Trajectory, ground: Ground) -> tuple[Floats, Floats]:
     """Return times and `(x, y, yaw, z)` of waypoints that follow the ground."""
     times = np.array(trajectory.times)
     poses = np.array([(pose.x, pose.y, pose.theta, 0.0) for pose in trajectory.poses])
@@ -151,7 +149,7 @@ def _on_ground(
     return np.interp(at, whole, times), dense
 
 
-def _filled(values: Any, count: int, last: float | None = None) -> NDArray[np.float64]:
+def _filled(values: Any, count: int, last: float | None = None) -> Floats:
     """Return values and, up to a count of them, the last one or another again."""
     found = np.array(values, np.float64)
     rest = np.repeat(found[-1:] if last is None else [last], count - len(found), axis=0)

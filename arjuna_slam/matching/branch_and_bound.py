@@ -11,10 +11,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_core.arrays import Floats, Ints
+from arjuna_core.arrays import Bytes, Floats, Ints
 
 # A field's score, and its pyramid with its levels
-Tables = tuple[NDArray[np.uint8], NDArray[np.uint8], Ints]
+Tables = tuple[Bytes, Bytes, Ints]
 # Cells of the points at each angle, the angles' turns, bounds of the coarsest blocks, their order
 Task = tuple[NDArray[np.int32], Floats, Floats, Ints]
 # Angle index (-1 for none), row, column and response

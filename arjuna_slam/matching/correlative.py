@@ -48,7 +48,7 @@ def search(
     """
     whole = _Search(field, points, prior, window, least)
     all_work = 1 << 62  # blocks, more than any search has
-    whole.go_on(all_work)
+    whole.advance(all_work)
     return whole.found
 
 
@@ -67,7 +67,7 @@ def searching(
     pose so far from all of them: the first one found is returned.
     """
     pieces = _Search(field, points, prior, window, least, apart)
-    while not pieces.go_on(work):
+    while not pieces.advance(work):
         yield
     return pieces.found
 
@@ -105,7 +105,7 @@ class _Search:
             least,
         )  # fmt: skip
 
-    def go_on(self, work: int) -> bool:
+    def advance(self, work: int) -> bool:
         """Look at so many blocks of offsets more; return whether that was all."""
         if self._task is None:
             return True

@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_core.arrays import Floats, Ints
+from arjuna_core.arrays import Bytes, Floats, Ints, Singles
 
 _CROSSED_MIN, _AGREED_MIN = 0.5, 0.7  # weight and share of it in one direction, to be a surface
 _LEVEL_MIN = 2  # of 255: likelihood from which a point counts in a cell
@@ -48,7 +48,7 @@ class Field:
         self.planes = np.zeros((1, 4), np.float32)
         self._count = 1
         self._radius = math.ceil(3.0 * sigma / resolution)
-        self._pyramid: tuple[NDArray[np.uint8], Ints] | None = None
+        self._pyramid: tuple[Bytes, Ints] | None = None
 
     def add(self, points: Floats, normals: Floats) -> None:
         """Add reference points [m] with unit normals, zero where there is none, each `(N, 2)`."""
@@ -70,7 +70,7 @@ class Field:
                     self.index = self.index.astype(np.int32)
         self._pyramid = None
 
-    def pyramid(self, depth: int) -> tuple[NDArray[np.uint8], Ints]:
+    def pyramid(self, depth: int) -> tuple[Bytes, Ints]:
         """Return upper bounds of the score over growing blocks, for branch and bound.
 
         Level h, cell X bounds the scores of rows `2^h (X - 1)` to `2^h (X + 1) - 1`, columns alike,
@@ -143,9 +143,9 @@ class Field:
 
 @njit(cache=True)
 def _stamp(
-    score: NDArray[np.uint8],
+    score: Bytes,
     index: NDArray[np.uint16 | np.int32],
-    planes: NDArray[np.float32],
+    planes: Singles,
     count: int,
     resolution: float,
     origin: Floats,
@@ -184,9 +184,9 @@ def _fill_gaussian(weights: Floats, centre: float, scale: float) -> None:
 
 @njit(cache=True)
 def _stamp_point(
-    score: NDArray[np.uint8],
+    score: Bytes,
     index: NDArray[np.uint16 | np.int32],
-    planes: NDArray[np.float32],
+    planes: Singles,
     count: int,
     resolution: float,
     gx: float,
@@ -226,10 +226,7 @@ def _stamp_point(
 
 @njit(cache=True)
 def _crossings(
-    index: NDArray[np.uint16 | np.int32],
-    planes: NDArray[np.float32],
-    resolution: float,
-    origin: Floats,
+    index: NDArray[np.uint16 | np.int32], planes: Singles, resolution: float, origin: Floats
 ) -> tuple[Floats, Floats]:
     points, normals = np.empty((len(planes), 2)), np.empty((len(planes), 2))
     count = 0
@@ -249,10 +246,10 @@ def _crossings(
     return points[:count].copy(), normals[:count].copy()
 
 
-def _build_pyramid(score: NDArray[np.uint8], depth: int) -> tuple[NDArray[np.uint8], Ints]:
+def _build_pyramid(score: Bytes, depth: int) -> tuple[Bytes, Ints]:
     levels = np.zeros((depth + 1, 3), np.int64)
     levels[0, 1:] = score.shape
-    parts: list[NDArray[np.uint8]] = [np.empty(0, np.uint8)]
+    parts: list[Bytes] = [np.empty(0, np.uint8)]
     blocks, start = score, 0
     for h in range(1, depth + 1):
         blocks = _halve(blocks)
@@ -268,11 +265,11 @@ def _build_pyramid(score: NDArray[np.uint8], depth: int) -> tuple[NDArray[np.uin
     return np.concatenate(parts), levels
 
 
-def _halve(blocks: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _halve(blocks: Bytes) -> Bytes:
     """Return the maxima of blocks of 2 x 2 cells."""
     height, width = blocks.shape[0] // 2, blocks.shape[1] // 2
     rows = blocks[0::2].copy()
     np.maximum(rows[:height], blocks[1::2], out=rows[:height])
-    half: NDArray[np.uint8] = rows[:, 0::2].copy()
+    half: Bytes = rows[:, 0::2].copy()
     np.maximum(half[:, :width], rows[:, 1::2], out=half[:, :width])
     return half

@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from arjuna_core.arrays import Bools, Floats
+from arjuna_core.arrays import Bools, Floats, Singles
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.refinement import refine
@@ -19,14 +19,12 @@ _BLOCK = 256  # poses at a time: their coordinates and sums stay in the innermos
 _NOWHERE = np.zeros(2)  # the distances begin at the grid's own origin
 
 
-def bordered(table: NDArray[Any], outside: float) -> NDArray[np.float32]:
+def bordered(table: NDArray[Any], outside: float) -> Singles:
     """Return a table `(h, w)` as float32 inside a rim of one cell, whose value is `outside`."""
     return np.pad(table.astype(np.float32), 1, constant_values=outside)
 
 
-def sum_at_endpoints(
-    table: NDArray[np.float32], poses: Floats, endpoints: Floats
-) -> NDArray[np.float32]:
+def sum_at_endpoints(table: Singles, poses: Floats, endpoints: Floats) -> Singles:
     """Return for each pose the sum of a table over the cells where the beams end, `(N,) float32`.
 
     The table is from `bordered`; poses and endpoints (in the base frame) are in cells.
@@ -37,13 +35,13 @@ def sum_at_endpoints(
     return sums
 
 
-def _limits(table: NDArray[np.float32]) -> tuple[np.float32, np.float32, np.int32]:
+def _limits(table: Singles) -> tuple[np.float32, np.float32, np.int32]:
     """Return the greatest column and row that stay within the rim, and the length of a row."""
     height, width = table.shape
     return np.float32(width - 0.5), np.float32(height - 0.5), np.int32(width)
 
 
-def _split(poses: Floats) -> tuple[NDArray[np.float32], ...]:
+def _split(poses: Floats) -> tuple[Singles, ...]:
     """Return x, y past the rim [cells] and cosine and sine of the heading, each `(N,) float32`."""
     heading = poses[:, 2].astype(np.float32)
     x, y = poses[:, 0] + 1.0, poses[:, 1] + 1.0
@@ -52,14 +50,14 @@ def _split(poses: Floats) -> tuple[NDArray[np.float32], ...]:
 
 @njit(cache=True)
 def _sum(
-    table: NDArray[np.float32],
+    table: Singles,
     limits: tuple[np.float32, np.float32, np.int32],
-    x: NDArray[np.float32],
-    y: NDArray[np.float32],
-    c: NDArray[np.float32],
-    s: NDArray[np.float32],
-    endpoints: NDArray[np.float32],
-    sums: NDArray[np.float32],
+    x: Singles,
+    y: Singles,
+    c: Singles,
+    s: Singles,
+    endpoints: Singles,
+    sums: Singles,
 ) -> None:
     """Fill `sums`; the cells are found in a loop of their own, which then runs in SIMD.
 
@@ -103,9 +101,9 @@ class MapField:
         self.unknown: Bools = grid.unknown()
         self._T_grid_map = grid.frame.origin.inverse()
         cells = distance_transform_edt(~self.occupied)
-        self.distances: NDArray[np.float32] = np.minimum(
-            cells * grid.frame.resolution, max_distance
-        ).astype(np.float32)
+        self.distances: Singles = np.minimum(cells * grid.frame.resolution, max_distance).astype(
+            np.float32
+        )
 
     def to_grid(self, poses: Floats) -> Floats:
         """Return poses `(N, 3)` of the map frame [m, m, rad] in grid coordinates `(N, 3)`."""

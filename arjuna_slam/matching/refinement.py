@@ -17,11 +17,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_core.arrays import Floats
+from arjuna_core.arrays import Floats, Singles
 
 # A field's values `(H, W)`, which are rows of its planes, or distances [m] where it has none; its
 # planes `(K, 4) float32`; edge of a cell [m]; origin `(2,) float64` [m]
-Reference = tuple[NDArray[Any], NDArray[np.float32] | None, float, Floats]
+Reference = tuple[NDArray[Any], Singles | None, float, Floats]
 
 # Weights rise from 0 to 1 between two values, because hard limits make the steps cycle.
 _SUPPORT_MIN, _SUPPORT_FULL = 0.02, 0.2  # how much reference is around a point
@@ -43,11 +43,7 @@ def _ramp(value: float, low: float, high: float) -> float:
 
 @njit(cache=True)
 def sample_surface(
-    index: NDArray[np.uint16 | np.int32],
-    planes: NDArray[np.float32],
-    gx: float,
-    gy: float,
-    resolution: float,
+    index: NDArray[np.uint16 | np.int32], planes: Singles, gx: float, gy: float, resolution: float
 ) -> tuple[float, float, float, float]:
     """Return signed distance [m], normal and trust (0..1) of the surface near a point [cells].
 
@@ -79,7 +75,7 @@ def sample_surface(
 
 @njit(cache=True)
 def sample_distance(
-    distances: NDArray[np.float32], gx: float, gy: float, resolution: float
+    distances: Singles, gx: float, gy: float, resolution: float
 ) -> tuple[float, float, float, float]:
     """Return the distance [m], interpolated between cells, its gradient and trust (0 or 1)."""
     height, width = distances.shape
@@ -99,7 +95,7 @@ def sample_distance(
 @njit(cache=True)
 def _linearize(
     values: NDArray[Any],
-    planes: NDArray[np.float32] | None,
+    planes: Singles | None,
     resolution: float,
     origin: Floats,
     points: Floats,

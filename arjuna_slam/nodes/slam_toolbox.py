@@ -40,30 +40,22 @@ class SlamToolboxNode(ManagedNode):
 
     def configure(self) -> None:
         """Build SLAM and the interfaces, and continue a saved graph if one is named."""
-        self._warn_of_corrections()
+        for correction in self.config.corrections:
+            self.get_logger().warning(correction)
+        if self.config.debug_logging:
+            self.get_logger().set_level(LoggingSeverity.DEBUG)
         self._scans = ScanIntake(self)
         self._paused = False
         self._use(Slam(self.config.core))
         self._output = SlamOutput(self, self.slam)
         self._interactive = InteractiveGraph(self)
         self.memory = self.keep(MapMemory(self, self.config.resume_file))
-        self._continue_map(SlamFiles(self, self._resume))
-        self._listen()
-
-    def _continue_map(self, files: SlamFiles) -> None:
-        """Continue the map of before a crash, or else the one that is named, if any."""
-        session = self.memory.recall()
-        if session is None:
-            files.load_at_start()
-        else:
+        files = SlamFiles(self, self._resume)
+        if (session := self.memory.recall()) is not None:  # of before a crash
             self._continue(session, Start(StartKind.ODOMETRY))
-
-    def _warn_of_corrections(self) -> None:
-        """Name the values that others stand for, once."""
-        for correction in self.config.corrections:
-            self.get_logger().warning(correction)
-        if self.config.debug_logging:
-            self.get_logger().set_level(LoggingSeverity.DEBUG)
+        else:
+            files.load_at_start()
+        self._listen()
 
     def _listen(self) -> None:
         c = self.config

@@ -112,7 +112,11 @@ class Demo:
                 self._explore()
                 self._restart_on_saved_map()
                 self._drive_waypoints()
-                recovered = self._carry_off() if self._options.kidnap else None
+                recovered = None
+                if self._options.kidnap:
+                    self._kidnap()
+                    self._progress.phase("driving home", robot.now)
+                    recovered = self._go(HOME) and self._recovery_s is not None
             self._progress.finish(robot.now)
             return self._report(recovered)
         finally:
@@ -187,17 +191,14 @@ class Demo:
             raise LockStepError(f"map_saver could not save {stem}; see its log above")
         robot.stop(SLAM_GROUP, NAVIGATION_GROUP)
         robot.process.transforms.clear()
-        self._start_on_map(stem.with_suffix(".yaml"))
+        on_map: Parameters = {"map_server": {"yaml_filename": str(stem.with_suffix(".yaml"))}}
+        values = merged(self._options.parameters, on_map)
+        robot.start(LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=values)
         assert last is not None
         self._initial_pose.publish(initial_pose_msg(last, 0.05, 0.05, robot.now))
         robot.run_until(lambda: self._estimate() is not None, 10.0, "a first AMCL pose")
         robot.run(1.0)
         self._judge = True
-
-    def _start_on_map(self, map_yaml: Path) -> None:
-        on_map: Parameters = {"map_server": {"yaml_filename": str(map_yaml)}}
-        values = merged(self._options.parameters, on_map)
-        self._robot.start(LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=values)
 
     def _go(self, goal: SE2) -> bool:
         end = self._goals.navigate(goal, self._options.goal_time)
@@ -261,30 +262,19 @@ class Demo:
         robot.sim.simulator.robot.set_pose(self._origin() @ pose)
         start = robot.now
         robot.run_until(lambda: self._quality < KNOWS, self._options.notice_time, required=False)
-        found = self._found_itself(3.0)
+        found = robot.run_until(self._knows_itself, 3.0, required=False)
         while not found and robot.now - start < self._options.recover_time:
             self._goals.spin(np.pi / 2.0, 15.0)
-            found = self._found_itself(1.0)
+            found = robot.run_until(self._knows_itself, 1.0, required=False)
         if found:
             self._recovery_s = robot.now - start
             self._judge = True
 
-    def _found_itself(self, timeout: float) -> bool:
-        """Return whether the robot says within a time [s] that it knows its pose, and is right."""
-        return self._robot.run_until(self._knows_itself, timeout, required=False)
-
     def _knows_itself(self) -> bool:
+        """Return whether the robot says that it knows its pose, and is right."""
         estimate = self._estimate()
         near = estimate is not None and estimate.distance(self._truth()) < REACHED_WITHIN
         return self._quality >= KNOWS and near
-
-    def _carry_off(self) -> bool:
-        self._kidnap()
-        return self._drive_home() and self._recovery_s is not None
-
-    def _drive_home(self) -> bool:
-        self._progress.phase("driving home", self._robot.now)
-        return self._go(HOME)
 
     def _report(self, recovered: bool | None) -> Report:
         out = self._options.out

@@ -18,7 +18,7 @@ from rclpy.qos import (
 from arjuna_core.errors import InputFileError, nearest
 from arjuna_core.files.yaml_file import read_yaml
 
-_POLICIES = {
+POLICIES = {
     "history": HistoryPolicy,
     "reliability": ReliabilityPolicy,
     "durability": DurabilityPolicy,
@@ -48,15 +48,15 @@ def read_overrides(path: Path) -> dict[str, QoSProfile]:
 
 
 def _part(name: str, value: Any) -> Any:
-    if name in _POLICIES:
-        policy = _POLICIES[name]
+    if name in POLICIES:
+        policy = POLICIES[name]
         if value not in policy.short_keys():
             raise ValueError(f"'{value}' is no {name}; {nearest(str(value), policy.short_keys())}")
         return policy.get_from_short_key(value)
     if name in _DURATIONS:
         return _duration(name, value)
     if name not in _VALUES:
-        valid = nearest(name, (*_POLICIES, *_DURATIONS, *_VALUES))
+        valid = nearest(name, (*POLICIES, *_DURATIONS, *_VALUES))
         raise ValueError(f"unexpected key '{name}'; {valid}")
     if value < 0:
         raise ValueError(f"{name} is {value}; it may not be negative")

@@ -37,7 +37,7 @@ class Item(NamedTuple):
 
 @dataclass
 class CMakeLists:
-    """What the calls of a CMakeLists.txt come to.
+    """The result of the calls of a CMakeLists.txt.
 
     Attributes:
         items: What is installed.

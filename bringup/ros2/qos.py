@@ -8,12 +8,12 @@ from typing import Any
 from rclpy.duration import Duration
 from rclpy.qos import (
     DurabilityPolicy,
-    HistoryPolicy,
-    LivelinessPolicy,
     QoSPresetProfiles,
     QoSProfile,
     ReliabilityPolicy,
 )
+
+from bringup.recording.qos_overrides import POLICIES
 
 _FALLBACK = (
     "Some, but not all, publishers are offering {offered}. Falling back to {taken}"
@@ -24,13 +24,7 @@ _FALLBACK = (
 def from_options(arguments: argparse.Namespace) -> QoSProfile:
     """Return the profile that `--qos-*` options ask for."""
     profile = QoSPresetProfiles.get_from_short_key(arguments.qos_profile)
-    policies = {
-        "history": HistoryPolicy,
-        "reliability": ReliabilityPolicy,
-        "durability": DurabilityPolicy,
-        "liveliness": LivelinessPolicy,
-    }
-    for name, policy in policies.items():
+    for name, policy in POLICIES.items():
         key = getattr(arguments, f"qos_{name}")
         if key is not None:
             setattr(profile, name, policy.get_from_short_key(key))
@@ -46,8 +40,7 @@ def from_options(arguments: argparse.Namespace) -> QoSProfile:
 
 def for_subscription(node: Any, topic: str, arguments: argparse.Namespace) -> QoSProfile:
     """Return the options' profile, or else one that all publishers of a topic match."""
-    names = ("depth", "history", "reliability", "durability", "liveliness")
-    if any(getattr(arguments, f"qos_{name}") is not None for name in names):
+    if any(getattr(arguments, f"qos_{name}") is not None for name in ("depth", *POLICIES)):
         return from_options(arguments)
     profile = QoSPresetProfiles.get_from_short_key(arguments.qos_profile)
     return matched(profile, node.get_publishers_info_by_topic(topic))

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class Spread:
+class Spread(NamedTuple):
     """Statistics of a window of values."""
 
     mean: float
@@ -31,26 +30,20 @@ def spread(values: deque[float]) -> Spread:
     return Spread(mean, min(values), max(values), deviation, len(values))
 
 
-@dataclass
 class Intervals:
-    """The times between messages, the newest `window` of them.
+    """The times between messages, the newest `window` of them; time set back starts again."""
 
-    A time that is set back starts again.
-    """
-
-    window: int
-    _last: float | None = None
-    _values: deque[float] = field(default_factory=deque)
+    def __init__(self, window: int) -> None:
+        self._last = math.inf
+        self._values: deque[float] = deque(maxlen=window)
 
     def add(self, now: float) -> None:
         """Note a message at a time [s]."""
-        if self._last is not None and now < self._last:
+        if now < self._last:
             self._values.clear()
-        elif self._last is not None:
+        else:
             self._values.append(now - self._last)
         self._last = now
-        if len(self._values) > self.window:
-            self._values.popleft()
 
     def spread(self) -> Spread | None:
         """Return the spread of the times [s], None before the second message."""
@@ -66,18 +59,13 @@ def rate_text(intervals: Spread) -> str:
 def bandwidth_text(sizes: deque[int], duration: float) -> str:
     """Return what `ros2 topic bw` prints of sizes [bytes] that came in a duration [s]."""
     rate = sum(sizes) / duration
-    if rate < 1000:
-        scale, digits, unit = 1.0, 0, "B"
-    elif rate < 1_000_000:
-        scale, digits, unit = 1e3, 2, "KB"
-    else:
-        scale, digits, unit = 1e6, 2, "MB"
-
-    def text(size: float) -> str:
-        return f"{size / scale:.{digits}f} {unit}"
-
-    mean, least, most = sum(sizes) / len(sizes), min(sizes), max(sizes)
+    units = ((1.0, 0, "B"), (1e3, 2, "KB"), (1e6, 2, "MB"))
+    scale, digits, unit = units[(rate >= 1e3) + (rate >= 1e6)]
+    mean, *ends = (
+        f"{size / scale:.{digits}f} {unit}"
+        for size in (sum(sizes) / len(sizes), min(sizes), max(sizes), rate)
+    )
     return (
-        f"{text(rate)}/s from {len(sizes)} messages\n"
-        f"\tMessage size mean: {text(mean)} min: {text(least)} max: {text(most)}"
+        f"{ends[2]}/s from {len(sizes)} messages\n"
+        f"\tMessage size mean: {mean} min: {ends[0]} max: {ends[1]}"
     )

@@ -1,7 +1,5 @@
 """Diagnostics of a node, on /diagnostics once a period."""
 
-from __future__ import annotations
-
 from diagnostic_updater.topics import (
     DiagnosedPublisher,
     FrequencyStatus,
@@ -19,19 +17,3 @@ from diagnostic_updater.updater import (
     FunctionDiagnosticTask,
     Updater,
 )
-
-__all__ = [
-    "CompositeDiagnosticTask",
-    "DiagnosedPublisher",
-    "DiagnosticStatusWrapper",
-    "DiagnosticTask",
-    "FrequencyStatus",
-    "FrequencyStatusParam",
-    "FunctionDiagnosticTask",
-    "HeaderlessTopicDiagnostic",
-    "Heartbeat",
-    "TimeStampStatus",
-    "TimeStampStatusParam",
-    "TopicDiagnostic",
-    "Updater",
-]

@@ -35,38 +35,6 @@ from launch.some_substitutions_type import SomeSubstitutionsType, SomeSubstituti
 from launch.substitution import Substitution
 from launch.texts import InvalidLaunchFileError
 
-__all__ = [
-    "Action",
-    "BaseEventHandler",
-    "Condition",
-    "Event",
-    "EventHandler",
-    "InvalidLaunchFileError",
-    "LaunchContext",
-    "LaunchDescription",
-    "LaunchDescriptionEntity",
-    "LaunchDescriptionSource",
-    "LaunchIntrospector",
-    "LaunchService",
-    "SomeActionsType",
-    "SomeActionsType_types_tuple",
-    "SomeEntitiesType",
-    "SomeEntitiesType_types_tuple",
-    "SomeSubstitutionsType",
-    "SomeSubstitutionsType_types_tuple",
-    "Substitution",
-    "actions",
-    "conditions",
-    "descriptions",
-    "event_handlers",
-    "events",
-    "frontend",
-    "launch_description_sources",
-    "logging",
-    "substitutions",
-    "tags",
-]
-
 import_by_file(
     (
         *(actions, conditions, descriptions, event_handlers, events),

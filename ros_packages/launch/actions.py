@@ -287,7 +287,7 @@ class OpaqueFunction(Action):
 
 
 class ForEach(OpaqueFunction):
-    """What a function returns for each of some mappings: text of YAML, with `;` between them."""
+    """The entities of a function, called with each of some mappings: YAML with `;` between."""
 
     def __init__(
         self, input_values: SomeSubstitutionsType, *, function: Callable[..., Any], **rest: Any
@@ -301,7 +301,7 @@ class ForEach(OpaqueFunction):
 
 
 class ForLoop(OpaqueFunction):
-    """What a function returns for each `i` below a length."""
+    """The entities of a function, called with each `i` below a length."""
 
     def __init__(
         self, length: SomeSubstitutionsType, *, function: Callable[..., Any], **rest: Any

@@ -94,13 +94,13 @@ TAGS: dict[str, Callable[[Entity], Action]] = {}
 
 
 class Parser:
-    """What an action's own `parse` asks for: texts and actions of what is in it."""
+    """The parser that an action's own `parse` gets: texts and actions of its entity."""
 
     parse_substitution = staticmethod(parse_substitution)
 
     @staticmethod
     def parse_if_substitutions(value: Any) -> Any:
-        """Return a text as substitutions, and what is none as it is."""
+        """Return a text as substitutions, any other value as it is."""
         return parse_substitution(value) if isinstance(value, str) else value
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""What actions of one's own use: texts of substitutions, and checks of types."""
+"""Functions for actions of one's own: texts of substitutions, and checks of types."""
 
 from __future__ import annotations
 

@@ -11,13 +11,4 @@ from launch_ros import (
     substitutions,
 )
 
-__all__ = [
-    "actions",
-    "descriptions",
-    "event_handlers",
-    "events",
-    "parameter_descriptions",
-    "substitutions",
-]
-
 import_by_file((actions, descriptions, event_handlers, events.lifecycle, substitutions))

@@ -12,14 +12,3 @@ from rosidl_runtime_py.utilities import (
     get_message_interfaces,
     get_service_interfaces,
 )
-
-__all__ = [
-    "get_action_interfaces",
-    "get_interfaces",
-    "get_message_interfaces",
-    "get_service_interfaces",
-    "message_to_csv",
-    "message_to_ordereddict",
-    "message_to_yaml",
-    "set_message_fields",
-]

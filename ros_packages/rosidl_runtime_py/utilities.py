@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from typing import Any
 
 from bringup.ros2.errors import Ros2Error
@@ -28,40 +29,14 @@ def _found(identifier: str, kind: str | None) -> Any:
         raise ValueError(f"'{identifier}' is no such interface; {valid}") from error
 
 
-def get_message(identifier: str) -> Any:
-    """Return the class of a message.
-
-    Raises:
-        ValueError: There is none.
-    """
-    return _found(identifier, "msg")
-
-
-def get_service(identifier: str) -> Any:
-    """Return the class of a service.
-
-    Raises:
-        ValueError: There is none.
-    """
-    return _found(identifier, "srv")
-
-
-def get_action(identifier: str) -> Any:
-    """Return the class of an action.
-
-    Raises:
-        ValueError: There is none.
-    """
-    return _found(identifier, "action")
-
-
-def get_interface(identifier: str) -> Any:
-    """Return the class of an interface.
-
-    Raises:
-        ValueError: There is none.
-    """
-    return _found(identifier, None)
+get_message = partial(_found, kind="msg")
+"""Return the class of a message; ValueError if there is none."""
+get_service = partial(_found, kind="srv")
+"""The same of a service."""
+get_action = partial(_found, kind="action")
+"""The same of an action."""
+get_interface = partial(_found, kind=None)
+"""The same of whatever is of that name."""
 
 
 def get_interface_path(interface_name: str) -> str:
@@ -94,16 +69,9 @@ def get_interfaces(package_names: Iterable[str] = (), kind: str = "") -> dict[st
     }
 
 
-def get_message_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
-    """Return the messages of packages."""
-    return get_interfaces(package_names, "msg/")
-
-
-def get_service_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
-    """Return the services of packages."""
-    return get_interfaces(package_names, "srv/")
-
-
-def get_action_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
-    """Return the actions of packages."""
-    return get_interfaces(package_names, "action/")
+get_message_interfaces = partial(get_interfaces, kind="msg/")
+"""Return the messages of packages."""
+get_service_interfaces = partial(get_interfaces, kind="srv/")
+"""Return the services of packages."""
+get_action_interfaces = partial(get_interfaces, kind="action/")
+"""Return the actions of packages."""

@@ -13,16 +13,8 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
-_DATATYPES: dict[int, np.dtype[Any]] = {
-    PointField.INT8: np.dtype(np.int8),
-    PointField.UINT8: np.dtype(np.uint8),
-    PointField.INT16: np.dtype(np.int16),
-    PointField.UINT16: np.dtype(np.uint16),
-    PointField.INT32: np.dtype(np.int32),
-    PointField.UINT32: np.dtype(np.uint32),
-    PointField.FLOAT32: np.dtype(np.float32),
-    PointField.FLOAT64: np.dtype(np.float64),
-}
+_TYPES = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64")
+_DATATYPES = {getattr(PointField, name.upper()): np.dtype(name) for name in _TYPES}
 DUMMY_FIELD_PREFIX = "unnamed_field"
 
 

@@ -1,7 +1,5 @@
 """Transforms for messages of geometry_msgs; importing it registers them with tf2_ros."""
 
-from __future__ import annotations
-
 from tf2_geometry_msgs.tf2_geometry_msgs import (
     do_transform_point,
     do_transform_pose,
@@ -10,12 +8,3 @@ from tf2_geometry_msgs.tf2_geometry_msgs import (
     do_transform_vector3,
     transform_covariance,
 )
-
-__all__ = [
-    "do_transform_point",
-    "do_transform_pose",
-    "do_transform_pose_stamped",
-    "do_transform_pose_with_covariance_stamped",
-    "do_transform_vector3",
-    "transform_covariance",
-]

@@ -1,7 +1,5 @@
 """Transforms over time: what tf2's C++ core offers to Python."""
 
-from __future__ import annotations
-
 from tf2_py.buffer_core import (
     BufferCore,
     ConnectivityException,
@@ -11,13 +9,3 @@ from tf2_py.buffer_core import (
     TimeoutException,
     TransformException,
 )
-
-__all__ = [
-    "BufferCore",
-    "ConnectivityException",
-    "ExtrapolationException",
-    "InvalidArgumentException",
-    "LookupException",
-    "TimeoutException",
-    "TransformException",
-]

@@ -1,7 +1,5 @@
 """Transforms on ROS topics: buffer, listener and broadcasters."""
 
-from __future__ import annotations
-
 from tf2_py import (
     ConnectivityException,
     ExtrapolationException,
@@ -21,20 +19,3 @@ from tf2_ros.buffer_interface import (
 from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster
 from tf2_ros.transform_broadcaster import TransformBroadcaster
 from tf2_ros.transform_listener import TransformListener
-
-__all__ = [
-    "Buffer",
-    "BufferInterface",
-    "ConnectivityException",
-    "ExtrapolationException",
-    "InvalidArgumentException",
-    "LookupException",
-    "NotImplementedException",
-    "StaticTransformBroadcaster",
-    "TimeoutException",
-    "TransformBroadcaster",
-    "TransformException",
-    "TransformListener",
-    "TransformRegistration",
-    "TypeException",
-]

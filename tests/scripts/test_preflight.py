@@ -1,4 +1,4 @@
-"""What is checked and installed first."""
+"""Checks before the set-up, and packages that it names."""
 
 from __future__ import annotations
 

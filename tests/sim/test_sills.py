@@ -1,4 +1,4 @@
-"""What is said of sills holds, whatever a robot has for casters."""
+"""Sills reported are those that a robot crosses, whatever casters it has."""
 
 from __future__ import annotations
 

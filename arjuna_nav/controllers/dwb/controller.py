@@ -6,8 +6,8 @@ import math
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import (
@@ -77,7 +77,7 @@ class Dwb(PathController):
         most: float = self._config.max_speed_xy
         return most if most >= 0.0 else math.inf
 
-    def set_path(self, path: NDArray[np.float64]) -> None:
+    def set_path(self, path: Floats) -> None:
         """Take a path `(N, 3) float64`; a path to the same goal keeps what was reached."""
         if self._path.replace(path):
             self._arrived = False
@@ -115,7 +115,7 @@ class Dwb(PathController):
         self._oscillation.take(command, pose)
         return ControlResult(ControlStatus.SUCCEEDED, command)
 
-    def _samples(self, velocity: Velocity) -> NDArray[np.float64]:
+    def _samples(self, velocity: Velocity) -> Floats:
         """Return the velocities within reach, `(N, 3) float64` of `(v, side, w)`."""
         config = self._config
         fastest = min(self._fastest, self.speed_limit)
@@ -146,12 +146,12 @@ class Dwb(PathController):
 
     def _scoring(
         self,
-        samples: NDArray[np.float64],
-        base: NDArray[np.float64],
+        samples: Floats,
+        base: Floats,
         pose: SE2,
         velocity: Velocity,
         costmap: Costmap,
-        near: NDArray[np.float64],
+        near: Floats,
     ) -> Scoring:
         """Return what the samples are scored by."""
         config, frame = self._config, costmap.frame
@@ -200,7 +200,7 @@ class Dwb(PathController):
             spread_distances(costmap.data, cells[-1:]),
         )
 
-    def _near_path(self, pose: SE2, costmap: Costmap) -> NDArray[np.float64]:
+    def _near_path(self, pose: SE2, costmap: Costmap) -> Floats:
         """Return the poses of the path that count, `(N, 3) float64`."""
         config = self._config
         shortened = config.shorten_transformed_plan
@@ -214,9 +214,7 @@ class Dwb(PathController):
     def _uses(self, critic: str) -> bool:
         return critic in self._config.critics
 
-    def _base_scores(
-        self, by_critic: dict[str, NDArray[np.float64]], count: int
-    ) -> NDArray[np.float64]:
+    def _base_scores(self, by_critic: dict[str, Floats], count: int) -> Floats:
         """Return the sums of scores of a number of samples; inf where one forbids it."""
         total = np.zeros(count)
         for name, raw in by_critic.items():
@@ -224,12 +222,10 @@ class Dwb(PathController):
             total += scale * raw if scale > 0.0 else np.where(np.isinf(raw), raw, 0.0)
         return total
 
-    def _velocity_scores(
-        self, samples: NDArray[np.float64], velocity: Velocity
-    ) -> dict[str, NDArray[np.float64]]:
+    def _velocity_scores(self, samples: Floats, velocity: Velocity) -> dict[str, Floats]:
         """Return the critics' scores that depend on the velocity alone; inf forbids it."""
         config, (v, side, w) = self._config, samples.T
-        scores: dict[str, NDArray[np.float64]] = {}
+        scores: dict[str, Floats] = {}
         if self._uses("Oscillation"):
             scores["Oscillation"] = np.zeros(len(samples))
             for part, (back, forth) in zip(samples.T, self._oscillation.allowed, strict=True):
@@ -275,7 +271,7 @@ class Dwb(PathController):
         )
 
 
-def _spaced(low: float, high: float, count: int) -> NDArray[np.float64]:
+def _spaced(low: float, high: float, count: int) -> Floats:
     """Return values from low to high, two at least, and zero where it lies between them."""
     values = np.linspace(low, high, max(count, 2)) if low < high else np.array([low])
     if low < 0.0 < high and 0.0 not in values:

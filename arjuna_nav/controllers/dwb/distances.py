@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Floats, Ints
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
 
 UNREACHED = np.int32(2**30)
@@ -13,7 +14,7 @@ UNREACHED = np.int32(2**30)
 
 
 @njit(cache=True)
-def path_cells(points: NDArray[np.float64], height: int, width: int) -> NDArray[np.int64]:
+def path_cells(points: Floats, height: int, width: int) -> Ints:
     """Return the cells, `row * width + column`, that a path crosses until it leaves the grid.
 
     Args:
@@ -41,7 +42,7 @@ def path_cells(points: NDArray[np.float64], height: int, width: int) -> NDArray[
 
 
 @njit(cache=True)
-def spread_distances(data: NDArray[np.uint8], sources: NDArray[np.int64]) -> NDArray[np.int32]:
+def spread_distances(data: Bytes, sources: Ints) -> NDArray[np.int32]:
     """Return each cell's distance to the nearest source round obstacles, `(height, width) int32`.
 
     Steps go to the four neighbours [cells]; `UNREACHED` where no path leads. Sources count even

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Singles
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.display import Cloud, Critic, Evaluation, Judged, Plan, Shape, Shapes
@@ -39,25 +40,25 @@ class Trials(NamedTuple):
         path: The part of the path that counts, `(M, 3) float64`.
     """
 
-    velocities: NDArray[np.float64]
-    trajectory: Callable[[int], NDArray[np.float64]]
+    velocities: Floats
+    trajectory: Callable[[int], Floats]
     pose: SE2
-    path: NDArray[np.float64]
+    path: Floats
     costmap: Costmap
 
 
 class DwbCritic(Protocol):
     """A critic of one's own; made of `(config)`, which has a `scale`, its weight."""
 
-    def scores(self, trials: Trials) -> NDArray[np.float64]:
+    def scores(self, trials: Trials) -> Floats:
         """Return a score of each velocity, `(N,) float64`: less is better, inf forbids it."""
         ...
 
 
-def simulated(scoring: Scoring, frame: GridFrame) -> Callable[[int], NDArray[np.float64]]:
+def simulated(scoring: Scoring, frame: GridFrame) -> Callable[[int], Floats]:
     """Return a function of the poses `(K, 3)` that the sample of an index leads to."""
 
-    def poses(index: int) -> NDArray[np.float64]:
+    def poses(index: int) -> Floats:
         return _placed(trajectory(scoring, index)[0], frame)
 
     return poses
@@ -74,18 +75,14 @@ class Evaluated:
     """
 
     def __init__(
-        self,
-        config: DwbConfig,
-        scoring: Scoring,
-        velocity_scores: Mapping[str, NDArray[np.float64]],
-        best: int,
+        self, config: DwbConfig, scoring: Scoring, velocity_scores: Mapping[str, Floats], best: int
     ) -> None:
         self._config, self._scoring, self._best = config, scoring, best
         self._velocity_scores = velocity_scores
         uses_base = "BaseObstacle" in config.critics
         self._obstacle = "BaseObstacle" if uses_base else "ObstacleFootprint"
 
-    def first_velocity(self) -> NDArray[np.float64]:
+    def first_velocity(self) -> Floats:
         """Return the velocity after the best trajectory's first step, `(3,)`."""
         return self._driven(self._best)[0][1, 3:]
 
@@ -96,9 +93,7 @@ class Evaluated:
         shares = (f"{100.0 * n / len(judged):.0f} % by {name}" for name, n in by.most_common())
         return f"; forbidden {', '.join(shares)}" if by else ""
 
-    def shown(
-        self, wanted: frozenset[str], near: NDArray[np.float64], frame: GridFrame
-    ) -> dict[str, Any]:
+    def shown(self, wanted: frozenset[str], near: Floats, frame: GridFrame) -> dict[str, Any]:
         """Return what is wanted and published, by topic; `near` is the part of the path."""
         config = self._config
         makers: dict[str, tuple[bool, Callable[[], Any]]] = {
@@ -110,7 +105,7 @@ class Evaluated:
         }
         return {topic: make() for topic, (on, make) in makers.items() if on and topic in wanted}
 
-    def _driven(self, index: int) -> tuple[NDArray[np.float64], float]:
+    def _driven(self, index: int) -> tuple[Floats, float]:
         """Return a trajectory's states and the time between two; see `trajectory`."""
         states, dt = trajectory(self._scoring, index)
         if self._config.include_last_point:
@@ -190,7 +185,7 @@ class Evaluated:
         of = self._scoring
         rows, columns = np.indices(frame.shape)
         middles = np.column_stack((columns.ravel() + 0.5, rows.ravel() + 0.5)).astype(np.float64)
-        channels: dict[str, NDArray[np.float32]] = {}
+        channels: dict[str, Singles] = {}
         total = np.zeros(of.data.size, np.float32)
         for name in self._config.critics:
             if name not in _PARTS or name == "RotateToGoal":
@@ -204,7 +199,7 @@ class Evaluated:
         return Cloud(points, {**channels, "total_cost": total})
 
 
-def _placed(cells: NDArray[np.float64], frame: GridFrame) -> NDArray[np.float64]:
+def _placed(cells: Floats, frame: GridFrame) -> Floats:
     """Return poses in the grid [cells, cells, rad] as poses of its frame `(N, 3)`."""
     points = frame.origin.apply(cells[:, :2] * frame.resolution)
     return np.column_stack((points, cells[:, 2] + frame.origin.theta))

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Floats
 from arjuna_nav.controllers.dwb.distances import UNREACHED
 from arjuna_nav.costmap.collision import collides_in_cells
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
@@ -44,7 +45,7 @@ class Dynamics(NamedTuple):
 class Robot(NamedTuple):
     """The robot's outline in cells, as `collides_in_cells` takes it."""
 
-    points: NDArray[np.float64]
+    points: Floats
     circular: bool
     safe_cost: int
 
@@ -91,14 +92,14 @@ class Scoring(NamedTuple):
         to_goal: `(height, width) int32` distances from the path's end.
     """
 
-    start: NDArray[np.float64]
-    samples: NDArray[np.float64]
-    base: NDArray[np.float64]
+    start: Floats
+    samples: Floats
+    base: Floats
     dynamics: Dynamics
     robot: Robot
     weights: Weights
     resolution: float
-    data: NDArray[np.uint8]
+    data: Bytes
     to_path: NDArray[np.int32]
     to_goal: NDArray[np.int32]
 
@@ -151,7 +152,7 @@ def raw_scores(by: Scoring, index: int) -> tuple[float, float, float, float, flo
 
 
 @njit(cache=True)
-def trajectory(by: Scoring, index: int) -> tuple[NDArray[np.float64], float]:
+def trajectory(by: Scoring, index: int) -> tuple[Floats, float]:
     """Return a trajectory's states, the start first, and the time between two [s].
 
     The states are `(N, 6) float64`: pose [cells, cells, rad], then velocity [m/s, m/s, rad/s].
@@ -170,7 +171,7 @@ def trajectory(by: Scoring, index: int) -> tuple[NDArray[np.float64], float]:
 
 
 @njit(cache=True)
-def _steps(target: NDArray[np.float64], dynamics: Dynamics) -> int:
+def _steps(target: Floats, dynamics: Dynamics) -> int:
     """Return the number of steps of a trajectory's simulation."""
     if dynamics.time_step < math.inf:
         return int(max(math.ceil(dynamics.duration / dynamics.time_step), 1))
@@ -183,7 +184,7 @@ def _steps(target: NDArray[np.float64], dynamics: Dynamics) -> int:
 @njit(cache=True)
 def _stepped(
     state: tuple[float, float, float, float, float, float],
-    target: NDArray[np.float64],
+    target: Floats,
     dynamics: Dynamics,
     dt: float,
     resolution: float,
@@ -200,9 +201,7 @@ def _stepped(
 
 
 @njit(cache=True)
-def _drive(
-    by: Scoring, target: NDArray[np.float64]
-) -> tuple[tuple[float, float, float], float, float]:
+def _drive(by: Scoring, target: Floats) -> tuple[tuple[float, float, float], float, float]:
     """Return where a trajectory ends, the heading that counts, and its cost, inf if it collides."""
     dynamics, robot, data, start = by.dynamics, by.robot, by.data, by.start
     steps, (height, width) = _steps(target, dynamics), data.shape
@@ -230,7 +229,7 @@ def _drive(
 
 
 @njit(cache=True)
-def _touches(data: NDArray[np.uint8], x: float, y: float, theta: float, robot: Robot) -> bool:
+def _touches(data: Bytes, x: float, y: float, theta: float, robot: Robot) -> bool:
     """Return whether the outline meets an obstacle; the centre's cost has not decided it."""
     pose = np.array([x, y, theta])
     hit: bool = collides_in_cells(data, pose, robot.points, robot.circular, robot.safe_cost)

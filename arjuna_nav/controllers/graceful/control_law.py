@@ -10,16 +10,14 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from arjuna_core.arrays import Floats
 
 
 @njit(cache=True)
 def approach(
-    target: NDArray[np.float64],
-    law: NDArray[np.float64],
-    limits: NDArray[np.float64],
-    spacing: float,
-) -> tuple[NDArray[np.float64], float, float]:
+    target: Floats, law: Floats, limits: Floats, spacing: float
+) -> tuple[Floats, float, float]:
     """Return the poses of the trajectory to a target seen from the robot, and the first velocity.
 
     Args:
@@ -51,13 +49,7 @@ def approach(
 
 
 @njit(cache=True)
-def steer(
-    x: float,
-    y: float,
-    theta: float,
-    law: NDArray[np.float64],
-    limits: NDArray[np.float64],
-) -> tuple[float, float]:
+def steer(x: float, y: float, theta: float, law: Floats, limits: Floats) -> tuple[float, float]:
     """Return the velocity to a target seen from the robot.
 
     Args:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2, wrap
@@ -122,7 +122,7 @@ class Graceful(PathController):
         """Greatest forward speed where nothing limits it [m/s]."""
         return float(self._config.v_linear_max)
 
-    def set_path(self, path: NDArray[np.float64]) -> None:
+    def set_path(self, path: Floats) -> None:
         """Take a path `(N, 3) float64`; a path to the same goal keeps what was reached."""
         if self._path.replace(path):
             self._arrived = self._had_carrot = False

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.base import (
@@ -86,7 +86,7 @@ class Mppi(PathController):
         """Greatest forward speed where nothing limits it [m/s]."""
         return float(self._config.vx_max)
 
-    def set_path(self, path: NDArray[np.float64]) -> None:
+    def set_path(self, path: Floats) -> None:
         """Take a path `(N, 3) float64`; the controls found for the last one are continued."""
         self._path.replace(path)
 
@@ -171,7 +171,7 @@ class Mppi(PathController):
         return costs, blocked
 
     def _visualized(
-        self, pose: SE2, velocity: Velocity, limits: Limits, near: NDArray[np.float64]
+        self, pose: SE2, velocity: Velocity, limits: Limits, near: Floats
     ) -> dict[str, Any]:
         """Return what is wanted of its rollouts: points blue near the robot and green far away.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools
 from arjuna_nav.controllers.mppi.config import (
     CostConfig,
     CriticConfig,
@@ -183,7 +184,7 @@ def obstacles_critic(
 @njit(cache=True, fastmath=True)
 def _along(
     rollouts: Rollouts, grid: Grid, table: Array, step: int, consider_footprint: bool
-) -> tuple[Array, NDArray[np.bool_]]:
+) -> tuple[Array, Bools]:
     """Return the sum of what a table says of the costs along each rollout, and which collide."""
     steps, batch = rollouts.x.shape
     height, width = grid.data.shape

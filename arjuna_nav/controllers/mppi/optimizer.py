@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.mppi.config import MppiConfig
 from arjuna_nav.controllers.mppi.rollouts import (
@@ -43,7 +43,7 @@ class _Axis:
     deviation: float
     controls: Array
     sequence: Array = field(default_factory=lambda: np.empty(0, np.float32))
-    history: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    history: Floats = field(default_factory=lambda: np.empty(0))
 
 
 class Optimizer:
@@ -160,7 +160,7 @@ class Optimizer:
 
 
 @njit(cache=True)
-def _smoothed(before: NDArray[np.float64], values: Array, low: float, high: float) -> Array:
+def _smoothed(before: Floats, values: Array, low: float, high: float) -> Array:
     """Return values by a running quadratic, within limits; their last one repeats."""
     result, count = np.empty_like(values), len(values)
     for i in range(count):

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools
 from arjuna_nav.controllers.mppi.config import (
     PathAlignConfig,
     PathAngleConfig,
@@ -92,13 +92,7 @@ def _between(a: Array, b: Array) -> Array:
 
 
 @njit(cache=True, fastmath=True)
-def _gaps(
-    rollouts: Rollouts,
-    path: Array,
-    free: NDArray[np.bool_],
-    step: int,
-    headings: bool,
-) -> Array:
+def _gaps(rollouts: Rollouts, path: Array, free: Bools, step: int, headings: bool) -> Array:
     """Return each rollout's mean distance from the path's pose that is as far along.
 
     Where headings count, a radian between them is as a metre.

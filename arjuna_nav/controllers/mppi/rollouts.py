@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array = NDArray[np.float32]
+from arjuna_core.arrays import Singles
+
+Array = Singles
 _F = np.float32
 
 
@@ -182,12 +183,7 @@ def _rotated(rates: Array, step: float, c: Array, s: Array) -> None:
 
 
 @njit(cache=True, fastmath=True)
-def weigh(
-    costs: Array,
-    controls: Array,
-    sequence: Array,
-    smoothness: float,
-) -> None:
+def weigh(costs: Array, controls: Array, sequence: Array, smoothness: float) -> None:
     """Add to the costs how much controls stray from the sequence, `smoothness` a square."""
     weight = _F(smoothness)
     for t in range(controls.shape[0]):

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Bytes, Floats
 from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.mppi.rollouts import Array, Limits
 from arjuna_nav.costmap.collision import collides_in_cells
@@ -32,12 +32,12 @@ class Grid(NamedTuple):
         safe_cost: Cost below which no heading collides.
     """
 
-    data: NDArray[np.uint8]
+    data: Bytes
     x: float
     y: float
     theta: float
     scale: float
-    points: NDArray[np.float64]
+    points: Floats
     circular: bool
     safe_cost: int
 
@@ -58,17 +58,17 @@ class Scene(NamedTuple):
     """
 
     path: Array
-    free: NDArray[np.bool_]
+    free: Bools
     goal: SE2
     goal_distance: float
     furthest: int
     grid: Grid
-    clearances: NDArray[np.float64]
+    clearances: Floats
     inscribed_radius: float
     limits: Limits
     dt: float
     xy_goal_tolerance: float = 0.0
-    inflations: Mapping[str, tuple[int, NDArray[np.float64]]] = MappingProxyType({})
+    inflations: Mapping[str, tuple[int, Floats]] = MappingProxyType({})
 
     def inflated_by(self, layer: str) -> Scene:
         """Return it with distances by the costs of an inflation layer, if there is one so named."""
@@ -94,14 +94,14 @@ def grid_seen(costmap: Costmap, footprint: Footprint, pose: SE2) -> Grid:
     )
 
 
-def path_seen(path: NDArray[np.float64], pose: SE2) -> Array:
+def path_seen(path: Floats, pose: SE2) -> Array:
     """Return a path `(N, 3)` in the frame of the robot at a pose."""
     seen = np.column_stack((pose.inverse().apply(path[:, :2]), path[:, 2] - pose.theta))
     return seen.astype(np.float32)
 
 
 @njit(cache=True)
-def free_poses(path: Array, grid: Grid) -> NDArray[np.bool_]:
+def free_poses(path: Array, grid: Grid) -> Bools:
     """Return which poses of a path are on the costmap and not blocked."""
     free = np.zeros(len(path), np.bool_)
     c, s = math.cos(grid.theta) * grid.scale, math.sin(grid.theta) * grid.scale

@@ -6,8 +6,8 @@ import math
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import (
@@ -72,7 +72,7 @@ class RegulatedPurePursuit(PathController):
         """Greatest forward speed where nothing limits it [m/s]."""
         return float(self._config.desired_linear_vel)
 
-    def set_path(self, path: NDArray[np.float64]) -> None:
+    def set_path(self, path: Floats) -> None:
         """Take a path `(N, 3) float64`; a path to the same goal keeps what was reached.
 
         Raises:

@@ -13,7 +13,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from arjuna_core.arrays import Floats
 
 _HALF = 0.5 * math.pi
 _TINY = 1e-9
@@ -38,7 +39,7 @@ _NONE: Lengths = (math.nan, 0.0, 0.0, 0.0, 0.0)
 
 
 @njit(cache=True)
-def shortest(x: float, y: float, phi: float, reverse: bool) -> NDArray[np.float64]:
+def shortest(x: float, y: float, phi: float, reverse: bool) -> Floats:
     """Return the shortest curve from the origin, facing x, to a pose: `(2, 5)` kinds and lengths.
 
     Args:
@@ -206,9 +207,7 @@ def _wrapped(angle: float) -> float:
 
 
 @njit(cache=True)
-def along(
-    pose: NDArray[np.float64], curve: NDArray[np.float64], radius: float, spacing: float
-) -> NDArray[np.float64]:
+def along(pose: Floats, curve: Floats, radius: float, spacing: float) -> Floats:
     """Return poses `(N, 3)` on a curve from a pose, at most a spacing apart, the start left out.
 
     Args:

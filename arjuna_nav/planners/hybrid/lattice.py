@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import read_json
 from arjuna_core.se2 import wrap
@@ -43,7 +43,7 @@ class Primitive:
     first: int
     last: int
     side: int
-    poses: NDArray[np.float64]
+    poses: Floats
 
     @property
     def length(self) -> float:
@@ -63,7 +63,7 @@ class Lattice:
         radius: Of the tightest bend, in the pieces' unit.
     """
 
-    angles: NDArray[np.float64]
+    angles: Floats
     primitives: tuple[Primitive, ...]
     spins: bool
     radius: float
@@ -102,13 +102,13 @@ def generated(radius: float) -> Lattice:
     return Lattice(angles, tuple(pieces), True, radius)
 
 
-def _straight(end: NDArray[np.int64], angle: float) -> NDArray[np.float64]:
+def _straight(end: Ints, angle: float) -> Floats:
     steps = math.ceil(float(np.hypot(*end)) / STEP)
     points = end * np.arange(1, steps + 1)[:, None] / steps
     return np.column_stack((points, np.full(steps, angle)))
 
 
-def _bend(angle: float, turn: float, radius: float) -> NDArray[np.float64]:
+def _bend(angle: float, turn: float, radius: float) -> Floats:
     """Return the shortest bend by a turn [rad] that ends in a cell's middle, with straight ends."""
     before = np.array([math.cos(angle), math.sin(angle)])
     after = np.array([math.cos(angle + turn), math.sin(angle + turn)])
@@ -128,7 +128,7 @@ def _bend(angle: float, turn: float, radius: float) -> NDArray[np.float64]:
     return _driven(angle, parts)
 
 
-def _driven(angle: float, parts: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
+def _driven(angle: float, parts: tuple[tuple[float, float], ...]) -> Floats:
     """Return the poses along stretches, each a length and by how much it turns."""
     poses, at = [], np.array([0.0, 0.0, angle])
     for length, turn in parts:
@@ -178,10 +178,7 @@ def _primitive(one: dict[str, Any], headings: int) -> Primitive:
 
 
 def laid_out(
-    lattice: Lattice,
-    heading: float,
-    reverse: bool,
-    factors: tuple[float, float, float, float],
+    lattice: Lattice, heading: float, reverse: bool, factors: tuple[float, float, float, float]
 ) -> Moves:
     """Return a lattice as a table for a search, from the heading nearest to one.
 
@@ -216,7 +213,7 @@ def laid_out(
     )
 
 
-def _backwards(one: Primitive, angles: NDArray[np.float64]) -> Primitive:
+def _backwards(one: Primitive, angles: Floats) -> Primitive:
     """Return a piece driven with the robot's back ahead."""
     first, last = (
         int(np.argmin(np.abs(wrap(angles - angles[k] - math.pi)))) for k in (one.first, one.last)
@@ -251,7 +248,7 @@ class SmacLattice(PoseSearch):
             self._in_cells = resolution, made
         return self._in_cells[1]
 
-    def _moves(self, costmap: Costmap, first: NDArray[np.float64]) -> Moves:
+    def _moves(self, costmap: Costmap, first: Floats) -> Moves:
         """Return the pieces that it drives, from its first pose [cells, rad].
 
         Where the robot cannot turn on the spot to the nearest of the lattice's headings, the

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_core.se2 import SE2
 from arjuna_nav.planners.hybrid.curves import along
 
@@ -31,15 +31,15 @@ class Moves(NamedTuple):
         poses: `(M, 3) float64` from the piece's start [cells, cells, rad], the start left out.
     """
 
-    angles: NDArray[np.float64]
+    angles: Floats
     start: int
-    first: NDArray[np.int64]
-    ends: NDArray[np.int64]
-    sides: NDArray[np.int64]
-    costs: NDArray[np.float64]
-    changes: NDArray[np.float64]
-    begins: NDArray[np.int64]
-    poses: NDArray[np.float64]
+    first: Ints
+    ends: Ints
+    sides: Ints
+    costs: Floats
+    changes: Floats
+    begins: Ints
+    poses: Floats
 
     def turned(self, angle: float) -> Moves:
         """Return them from headings turned by an angle [rad]."""

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Bytes, Floats, Singles
 from arjuna_nav.costmap.collision import collides_in_cells
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
 from arjuna_nav.planners.base import check_stopped, stop_flag
@@ -44,9 +44,9 @@ class Terrain(NamedTuple):
         allow_unknown: Whether it may cross unknown cells.
     """
 
-    data: NDArray[np.uint8]
-    remaining: NDArray[np.float32]
-    points: NDArray[np.float64]
+    data: Bytes
+    remaining: Singles
+    points: Floats
     circular: bool
     safe_cost: int
     allow_unknown: bool
@@ -93,12 +93,8 @@ class Rules(NamedTuple):
 
 
 def search(
-    start: NDArray[np.float64],
-    goals: NDArray[np.float64],
-    terrain: Terrain,
-    rules: Rules,
-    moves: Moves,
-) -> tuple[PoseTable, int, NDArray[np.float64], int]:
+    start: Floats, goals: Floats, terrain: Terrain, rules: Rules, moves: Moves
+) -> tuple[PoseTable, int, Floats, int]:
     """Search from a pose, whose heading is the one where the moves start, to another.
 
     Args:
@@ -112,7 +108,7 @@ def search(
     Raises:
         PlanStoppedError: It is to stop.
     """
-    found: tuple[PoseTable, int, NDArray[np.float64], int]
+    found: tuple[PoseTable, int, Floats, int]
     found = _search(start, goals, terrain, rules, moves, stop_flag())
     check_stopped()
     return found
@@ -120,13 +116,8 @@ def search(
 
 @njit(cache=True, nogil=True)
 def _search(
-    start: NDArray[np.float64],
-    goals: NDArray[np.float64],
-    terrain: Terrain,
-    rules: Rules,
-    moves: Moves,
-    stop: NDArray[np.bool_],
-) -> tuple[PoseTable, int, NDArray[np.float64], int]:
+    start: Floats, goals: Floats, terrain: Terrain, rules: Rules, moves: Moves, stop: Bools
+) -> tuple[PoseTable, int, Floats, int]:
     """Search as `search` says.
 
     Source: what is left weighs a little more than it is, as in weighted A* (Pohl 1970), the more
@@ -228,9 +219,7 @@ def _expand(
 
 
 @njit(cache=True)
-def _cost_to_go(
-    pose: NDArray[np.float64], goal: NDArray[np.float64], terrain: Terrain, rules: Rules
-) -> float:
+def _cost_to_go(pose: Floats, goal: Floats, terrain: Terrain, rules: Rules) -> float:
     """Return a lower bound of the rest: by the costs round obstacles, or by the bends alone.
 
     Source: Savla, Frazzoli and Bullo, Traveling salesperson problems for the Dubins vehicle, IEEE
@@ -251,9 +240,7 @@ def _cost_to_go(
 
 
 @njit(cache=True)
-def _drive(
-    pose: NDArray[np.float64], move: int, terrain: Terrain, rules: Rules, moves: Moves
-) -> float:
+def _drive(pose: Floats, move: int, terrain: Terrain, rules: Rules, moves: Moves) -> float:
     """Return the factor on a piece's cost by the costs along it, inf where it collides."""
     data, total = terrain.data, 0.0
     first, end = moves.begins[move], moves.begins[move + 1]
@@ -296,7 +283,7 @@ def cost_at(x: float, y: float, theta: float, terrain: Terrain) -> float:
 
 
 @njit(cache=True)
-def can_turn(pose: NDArray[np.float64], turn: float, terrain: Terrain) -> bool:
+def can_turn(pose: Floats, turn: float, terrain: Terrain) -> bool:
     """Return whether the robot can turn on the spot by an angle [rad] from a pose."""
     steps = math.ceil(abs(turn) / math.pi * _SPIN)
     for k in range(1, steps + 1):
@@ -306,9 +293,7 @@ def can_turn(pose: NDArray[np.float64], turn: float, terrain: Terrain) -> bool:
 
 
 @njit(cache=True)
-def _direct(
-    pose: NDArray[np.float64], goals: NDArray[np.float64], terrain: Terrain, rules: Rules
-) -> tuple[NDArray[np.float64], float]:
+def _direct(pose: Floats, goals: Floats, terrain: Terrain, rules: Rules) -> tuple[Floats, float]:
     """Return the cheapest free curve to the goal with any of its headings, and its cost."""
     best, least = _direct_to(pose, goals[0], terrain, rules)
     for k in range(1, len(goals)):
@@ -321,9 +306,7 @@ def _direct(
 
 
 @njit(cache=True)
-def _direct_to(
-    pose: NDArray[np.float64], goal: NDArray[np.float64], terrain: Terrain, rules: Rules
-) -> tuple[NDArray[np.float64], float]:
+def _direct_to(pose: Floats, goal: Floats, terrain: Terrain, rules: Rules) -> tuple[Floats, float]:
     """Return the poses of the shortest curve to a goal and its cost, none if it is not free."""
     dx, dy = goal[0] - pose[0], goal[1] - pose[1]
     near = math.hypot(dx, dy) < rules.any_cost_within
@@ -346,7 +329,7 @@ def _direct_to(
 
 
 @njit(cache=True)
-def _free(poses: NDArray[np.float64], terrain: Terrain, most: float) -> NDArray[np.float64]:
+def _free(poses: Floats, terrain: Terrain, most: float) -> Floats:
     """Return poses if all may be driven and none costs more than the most, else none."""
     for reached in poses:
         if cost_at(reached[0], reached[1], reached[2], terrain) > most:
@@ -355,9 +338,7 @@ def _free(poses: NDArray[np.float64], terrain: Terrain, most: float) -> NDArray[
 
 
 @njit(cache=True)
-def _straight(
-    pose: NDArray[np.float64], goal: NDArray[np.float64], back: bool
-) -> tuple[NDArray[np.float64], float]:
+def _straight(pose: Floats, goal: Floats, back: bool) -> tuple[Floats, float]:
     """Return a turn towards the goal, or away, the straight line, a turn; and the angle turned."""
     dx, dy = goal[0] - pose[0], goal[1] - pose[1]
     bearing = math.atan2(dy, dx) + (math.pi if back else 0.0)

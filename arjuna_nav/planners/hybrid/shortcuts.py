@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_nav.costmap.costmap import INSCRIBED
 from arjuna_nav.planners.hybrid.curves import along, shortest
 from arjuna_nav.planners.hybrid.moves import STEP, Moves
@@ -17,13 +17,8 @@ from arjuna_nav.planners.pose_table import PoseTable, rows_to
 
 @njit(cache=True, nogil=True)
 def driven(
-    nodes: PoseTable,
-    row: int,
-    direct: NDArray[np.float64],
-    terrain: Terrain,
-    rules: Rules,
-    moves: Moves,
-) -> tuple[NDArray[np.float64], float]:
+    nodes: PoseTable, row: int, direct: Floats, terrain: Terrain, rules: Rules, moves: Moves
+) -> tuple[Floats, float]:
     """Return the poses from the start to the goal, `(N, 3)`, and what they cost.
 
     Pieces bend by fixed angles, so that a path between their directions is a zigzag. With
@@ -60,9 +55,7 @@ def driven(
 
 
 @njit(cache=True)
-def _dubins(
-    pose: NDArray[np.float64], end: NDArray[np.float64], rules: Rules
-) -> NDArray[np.float64]:
+def _dubins(pose: Floats, end: Floats, rules: Rules) -> Floats:
     """Return Dubins' curve between two poses, of `shortest`."""
     dx, dy = (end[0] - pose[0]) / rules.radius, (end[1] - pose[1]) / rules.radius
     c, s = math.cos(pose[2]), math.sin(pose[2])
@@ -70,13 +63,7 @@ def _dubins(
 
 
 @njit(cache=True)
-def _cost_of(
-    pose: NDArray[np.float64],
-    curve: NDArray[np.float64],
-    terrain: Terrain,
-    rules: Rules,
-    most: float,
-) -> float:
+def _cost_of(pose: Floats, curve: Floats, terrain: Terrain, rules: Rules, most: float) -> float:
     """Return what a curve costs, as the search's pieces do; inf if `most` or more, or not free."""
     length = 0.0
     for k in range(curve.shape[1]):
@@ -87,9 +74,7 @@ def _cost_of(
 
 
 @njit(cache=True)
-def _cost_along(
-    poses: NDArray[np.float64], length: float, terrain: Terrain, rules: Rules, most: float
-) -> float:
+def _cost_along(poses: Floats, length: float, terrain: Terrain, rules: Rules, most: float) -> float:
     """Return what a length along poses costs; inf if `most` or more, or not free."""
     cost = length * rules.straight
     weight = rules.cost_penalty * length / max(len(poses), 1) / (INSCRIBED - 1)
@@ -103,13 +88,13 @@ def _cost_along(
 @njit(cache=True)
 def _joined(
     nodes: PoseTable,
-    rows: NDArray[np.int64],
-    poses: NDArray[np.float64],
-    before: NDArray[np.int64],
-    direct: NDArray[np.float64],
+    rows: Ints,
+    poses: Floats,
+    before: Ints,
+    direct: Floats,
     rules: Rules,
     moves: Moves,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the poses of pieces and curves from the first node to the last, `(N, 3)`."""
     k, pieces, total = len(rows), [poses[:1]], 1
     while k > 0:

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Bytes, Singles
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL
 from arjuna_nav.planners.waves.potential import EVERYWHERE, NEUTRAL, wavefront
 
@@ -29,7 +30,7 @@ class Corridor(NamedTuple):
         most: Cost up to which a path within is the best; else there may be a better one.
     """
 
-    open: NDArray[np.bool_]
+    open: Bools
     shift: int
     most: float
 
@@ -38,8 +39,8 @@ UNBOUNDED = Corridor(EVERYWHERE, 0, np.inf)
 
 
 def corridors(
-    data: NDArray[np.uint8],
-    costs: NDArray[np.float32],
+    data: Bytes,
+    costs: Singles,
     start: tuple[int, int],
     goal: tuple[int, int],
     slack: float,
@@ -84,7 +85,7 @@ def corridors(
     return None if fine is None else (fine,)
 
 
-def _is_maze(data: NDArray[np.uint8], costs: NDArray[np.float32]) -> bool:
+def _is_maze(data: Bytes, costs: Singles) -> bool:
     """Return whether few of a sample's coarse cells are free as a whole."""
     counts = _sums(_strips(data), costs, 1 << _FINE)[1]
     whole = np.count_nonzero(counts == 1 << 2 * _FINE)
@@ -93,9 +94,9 @@ def _is_maze(data: NDArray[np.uint8], costs: NDArray[np.float32]) -> bool:
 
 
 def _corridor(
-    cells: NDArray[np.uint8],
+    cells: Bytes,
     shift: int,
-    costs: NDArray[np.float32],
+    costs: Singles,
     start: tuple[int, int],
     goal: tuple[int, int],
     slack: float,
@@ -117,9 +118,7 @@ def _corridor(
 
 
 def guided(
-    look: Callable[[Corridor], T],
-    path_cost: Callable[[T], float],
-    within: tuple[Corridor, ...],
+    look: Callable[[Corridor], T], path_cost: Callable[[T], float], within: tuple[Corridor, ...]
 ) -> T:
     """Return what a search finds in the first corridor that it is believed in, else everywhere.
 
@@ -144,7 +143,7 @@ def is_outside(within: Corridor, row: int, column: int) -> bool:
     return bounded and not within.open[row >> within.shift, column >> within.shift]
 
 
-def _strips(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _strips(data: Bytes) -> Bytes:
     """Return a ninth of a map: rows of whole coarse cells, apart."""
     height, width = data.shape
     # 36 rows apart are enough to judge.
@@ -154,7 +153,7 @@ def _strips(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 @njit(cache=True, nogil=True)
-def _sums(data: NDArray[np.uint8], costs: NDArray[np.float32], size: int) -> NDArray[np.int32]:
+def _sums(data: Bytes, costs: Singles, size: int) -> NDArray[np.int32]:
     """Return the sum of the open cells' values in each coarse cell, and their number.
 
     Both in one number of 32 bits while they are summed, from a table.
@@ -185,7 +184,7 @@ def _halved(sums: NDArray[np.int32]) -> NDArray[np.int32]:
 
 
 @njit(cache=True)
-def _pooled(sums: NDArray[np.int32], size: int) -> NDArray[np.uint8]:
+def _pooled(sums: NDArray[np.int32], size: int) -> Bytes:
     """Return each coarse cell's value, LETHAL where none of its cells is open."""
     _, height, width = sums.shape
     result = np.full((height, width), LETHAL, np.uint8)
@@ -198,7 +197,7 @@ def _pooled(sums: NDArray[np.int32], size: int) -> NDArray[np.uint8]:
     return result
 
 
-def _within(cells: NDArray[np.uint8], coarse: NDArray[np.bool_]) -> NDArray[np.uint8]:
+def _within(cells: Bytes, coarse: Bools) -> Bytes:
     """Return the cells of a grid twice as fine, closed outside of a corridor."""
     height, width = cells.shape
     finer = coarse.repeat(2, axis=0).repeat(2, axis=1)[:height, :width]

@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from arjuna_core.arrays import Floats, Singles
 
 
 @njit(cache=True, nogil=True)
-def descend(potential: NDArray[np.float32], start: tuple[int, int]) -> NDArray[np.float64]:
+def descend(potential: Singles, start: tuple[int, int]) -> Floats:
     """Follow the potential down from a reached cell to a seed of its wave.
 
     Goes half a cell down the gradient at a time; where that is not defined or does not lead lower,
@@ -51,12 +52,12 @@ def descend(potential: NDArray[np.float32], start: tuple[int, int]) -> NDArray[n
         points[count, 0], points[count, 1] = r, c
         count += 1
     points[count, 0], points[count, 1] = row, column
-    path: NDArray[np.float64] = points[: count + 1].copy()
+    path: Floats = points[: count + 1].copy()
     return path
 
 
 @njit(cache=True)
-def _gradient(potential: NDArray[np.float32], r: float, c: float) -> tuple[float, float]:
+def _gradient(potential: Singles, r: float, c: float) -> tuple[float, float]:
     """Return the gradient at a point, bilinear between cells; (0, 0) next to cells not reached."""
     height, width = potential.shape
     row, column = math.floor(r), math.floor(c)
@@ -79,7 +80,7 @@ def _gradient(potential: NDArray[np.float32], r: float, c: float) -> tuple[float
 
 
 @njit(cache=True)
-def _lowest(potential: NDArray[np.float32], row: int, column: int) -> tuple[int, int]:
+def _lowest(potential: Singles, row: int, column: int) -> tuple[int, int]:
     """Return the neighbour with the least potential; diagonal ones count unless a corner blocks."""
     height, width = potential.shape
     best_r, best_c, best = row, column, potential[row, column]

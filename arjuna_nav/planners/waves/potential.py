@@ -6,10 +6,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Bytes, Floats, Ints, Singles
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, UNKNOWN
 from arjuna_nav.planners.base import check_stopped, stop_flag
 
-EVERYWHERE: NDArray[np.bool_] = np.empty((0, 0), np.bool_)
+EVERYWHERE: Bools = np.empty((0, 0), np.bool_)
 """The corridor of a search that has none."""
 
 NEUTRAL = 50.0  # COST_NEUTRAL and COST_FACTOR of nav2_navfn_planner
@@ -24,7 +25,7 @@ _NOWHERE = (-1, -1)
 _Beside = tuple[np.float32, np.float32, np.float32, np.float32]
 
 
-def traversal_costs(allow_unknown: bool = True) -> NDArray[np.float32]:
+def traversal_costs(allow_unknown: bool = True) -> Singles:
     """Return the cost of crossing a cell by its costmap's value, `(256,) float32`.
 
     `50 + 0.8 c`, inf where the robot's centre may not be; unknown costs as much as
@@ -39,14 +40,14 @@ def traversal_costs(allow_unknown: bool = True) -> NDArray[np.float32]:
 
 
 def wavefront(
-    data: NDArray[np.uint8],
-    costs: NDArray[np.float32],
-    seeds: NDArray[np.float64],
+    data: Bytes,
+    costs: Singles,
+    seeds: Floats,
     target: tuple[int, int] = _NOWHERE,
-    corridor: NDArray[np.bool_] = EVERYWHERE,
+    corridor: Bools = EVERYWHERE,
     shift: int = 0,
     beyond: tuple[float, float] = _SETTLED,
-) -> NDArray[np.float32]:
+) -> Singles:
     """Return the potential of each cell: the cost to reach it from the nearest seed.
 
     Args:
@@ -87,7 +88,7 @@ def wavefront(
     return potential[1:-1, 1:-1]
 
 
-def _rimmed(data: NDArray[np.uint8], corridor: NDArray[np.bool_], shift: int) -> NDArray[np.uint8]:
+def _rimmed(data: Bytes, corridor: Bools, shift: int) -> Bytes:
     """Return the data of a corridor, closed all round and beside it."""
     cells = np.full((data.shape[0] + 2, data.shape[1] + 2), LETHAL, np.uint8)
     if corridor.size:
@@ -98,9 +99,7 @@ def _rimmed(data: NDArray[np.uint8], corridor: NDArray[np.bool_], shift: int) ->
 
 
 @njit(cache=True, nogil=True)
-def _open_corridor(
-    data: NDArray[np.uint8], corridor: NDArray[np.bool_], shift: int, cells: NDArray[np.uint8]
-) -> None:
+def _open_corridor(data: Bytes, corridor: Bools, shift: int, cells: Bytes) -> None:
     """Copy the data of the corridor into cells that have a rim."""
     size, (height, width) = 1 << shift, data.shape
     for i in range(corridor.shape[0]):
@@ -115,17 +114,17 @@ def _open_corridor(
 # `bench planner` times it beside the same in C.
 @njit(cache=True, error_model="numpy", nogil=True)
 def _expand(
-    cells: NDArray[np.uint8],
-    costs: NDArray[np.float32],
+    cells: Bytes,
+    costs: Singles,
     width: int,
     seeds: NDArray[np.uint32],
-    values: NDArray[np.float32],
+    values: Singles,
     target: int,
     beyond: tuple[np.float32, np.float32],
-    potential: NDArray[np.float32],
-    seen: NDArray[np.uint8],
+    potential: Singles,
+    seen: Bytes,
     queues: NDArray[np.uint32],
-    stop: NDArray[np.bool_],
+    stop: Bools,
 ) -> None:
     """Fill `potential`; all arrays are flat, `width` is that of a row with its rim.
 
@@ -163,7 +162,7 @@ def _expand(
 
 
 @njit(cache=True)
-def _beside(potential: NDArray[np.float32], cell: np.uint32, row: np.uint32) -> _Beside:
+def _beside(potential: Singles, cell: np.uint32, row: np.uint32) -> _Beside:
     """Return the potentials to the left and right, above and below."""
     one = np.uint32(1)
     across = potential[cell - one], potential[cell + one]
@@ -186,8 +185,8 @@ def _offer(
     row: np.uint32,
     value: np.float32,
     beside: _Beside,
-    least: NDArray[np.float32],
-    seen: NDArray[np.uint8],
+    least: Singles,
+    seen: Bytes,
     queue: NDArray[np.uint32],
     count: np.uint32,
 ) -> np.uint32:
@@ -205,9 +204,7 @@ def _offer(
     return count
 
 
-def reachable(
-    data: NDArray[np.uint8], costs: NDArray[np.float32], seeds: NDArray[np.float64]
-) -> NDArray[np.bool_]:
+def reachable(data: Bytes, costs: Singles, seeds: Floats) -> Bools:
     """Return which cells a wave would reach from its seeds, `(height, width) bool`.
 
     Args:
@@ -221,12 +218,7 @@ def reachable(
 
 
 @njit(cache=True, nogil=True)
-def _flood(
-    data: NDArray[np.uint8],
-    crossable: NDArray[np.bool_],
-    seeds: NDArray[np.int64],
-    reached: NDArray[np.bool_],
-) -> None:
+def _flood(data: Bytes, crossable: Bools, seeds: Ints, reached: Bools) -> None:
     """Fill `reached` run by run of a row.
 
     Source: Smith, Tint fill, SIGGRAPH 1979.

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.drive import Base, DriveConfig, Kinematics, kinematics_of
 from arjuna_sim.model.robot import RobotModel
@@ -35,8 +35,8 @@ class RollerBase(Base):
         moving: Its inverse, of least squares, `(3, W) float64`.
     """
 
-    turning: NDArray[np.float64]
-    moving: NDArray[np.float64]
+    turning: Floats
+    moving: Floats
 
     @staticmethod
     def of(urdf: Urdf, drive: DriveSettings) -> RollerBase:
@@ -56,14 +56,12 @@ class RollerBase(Base):
         turning = np.array(rows, np.float64)
         return RollerBase(turning, np.asarray(np.linalg.pinv(turning), np.float64))
 
-    def speeds(self, velocity: Velocity) -> NDArray[np.float64]:
+    def speeds(self, velocity: Velocity) -> Floats:
         """Return how fast the wheels' joints turn."""
-        speeds: NDArray[np.float64] = self.turning @ (velocity.x, velocity.y, velocity.yaw_rate)
+        speeds: Floats = self.turning @ (velocity.x, velocity.y, velocity.yaw_rate)
         return speeds
 
-    def motion(
-        self, turns: NDArray[np.float64], angles: NDArray[np.float64]
-    ) -> tuple[float, float, float]:
+    def motion(self, turns: Floats, angles: Floats) -> tuple[float, float, float]:
         """Return path [m], path to the left [m] and turn [rad] for turns of the wheels [rad]."""
         path, side, turn = (self.moving @ turns).tolist()
         return path, side, turn
@@ -81,8 +79,8 @@ class SidesBase(Base):
     """
 
     kinematics: Kinematics
-    sides: NDArray[np.float64]
-    counts: NDArray[np.float64]
+    sides: Floats
+    counts: Floats
 
     @staticmethod
     def of(robot: RobotModel, config: DriveConfig) -> SidesBase:
@@ -98,20 +96,18 @@ class SidesBase(Base):
         """Return a velocity without its part to the left."""
         return Velocity(velocity.x, yaw_rate=velocity.yaw_rate) if velocity.y else velocity
 
-    def speeds(self, velocity: Velocity) -> NDArray[np.float64]:
+    def speeds(self, velocity: Velocity) -> Floats:
         """Return how fast the wheels' joints turn."""
-        speeds: NDArray[np.float64] = self.sides.dot(self.kinematics.wheel_speeds(velocity))
+        speeds: Floats = self.sides.dot(self.kinematics.wheel_speeds(velocity))
         return speeds
 
-    def encoders(self, joints: NDArray[np.float64]) -> NDArray[np.float64]:
+    def encoders(self, joints: Floats) -> Floats:
         """Return how far the left and the right wheels have turned forward, in the mean [rad]."""
-        turned: NDArray[np.float64] = joints.dot(self.sides)
+        turned: Floats = joints.dot(self.sides)
         turned /= self.counts
         return turned
 
-    def motion(
-        self, turns: NDArray[np.float64], angles: NDArray[np.float64]
-    ) -> tuple[float, float, float]:
+    def motion(self, turns: Floats, angles: Floats) -> tuple[float, float, float]:
         """Return path [m], path to the left [m] and turn [rad] for turns of the sides [rad]."""
         return self.kinematics.motion(turns, angles)
 
@@ -128,13 +124,13 @@ class SteeredWheel:
         pivot: What it turns about, `(2,) float64` [m].
     """
 
-    position: NDArray[np.float64]
-    direction: NDArray[np.float64]
+    position: Floats
+    direction: Floats
     radius: float
     by: int
-    pivot: NDArray[np.float64]
+    pivot: Floats
 
-    def turned(self, angle: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def turned(self, angle: float) -> tuple[Floats, Floats]:
         """Return position and direction, steered to the left by an angle [rad]."""
         c, s = math.cos(angle), math.sin(angle)
         R = np.array([[c, -s], [s, c]])
@@ -158,8 +154,8 @@ class SteeredBase(Base):
         self,
         wheels: list[SteeredWheel],
         others: list[SteeredWheel],
-        pivots: NDArray[np.float64],
-        signs: NDArray[np.float64],
+        pivots: Floats,
+        signs: Floats,
         limit: float,
     ) -> None:
         self._wheels, self._others = wheels, others
@@ -196,10 +192,10 @@ class SteeredBase(Base):
         most = self._bend * abs(velocity.x)
         return Velocity(velocity.x, yaw_rate=max(-most, min(most, velocity.yaw_rate)))
 
-    def _twist(self, velocity: Velocity) -> NDArray[np.float64]:
+    def _twist(self, velocity: Velocity) -> Floats:
         return np.array([velocity.x, -velocity.yaw_rate * self._axle, velocity.yaw_rate])
 
-    def angles(self, velocity: Velocity) -> NDArray[np.float64]:
+    def angles(self, velocity: Velocity) -> Floats:
         """Return where the steering joints stand; they stay when the base does."""
         if abs(velocity.x) < _STANDS:
             return self._held
@@ -210,20 +206,18 @@ class SteeredBase(Base):
         self._held = self._signs * np.clip(steer, -self._limit, self._limit)
         return self._held
 
-    def speeds(self, velocity: Velocity) -> NDArray[np.float64]:
+    def speeds(self, velocity: Velocity) -> Floats:
         """Return how fast the wheels' joints turn."""
         return self._rows(self._wheels, self.angles(velocity))[0] @ self._twist(velocity)
 
-    def speeds_at(self, velocity: Velocity, angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    def speeds_at(self, velocity: Velocity, angles: Floats) -> Floats:
         """Return how fast they turn at other angles [rad]: the speed ahead holds, not the turn."""
         rolling, sliding = self._rows(self._wheels + self._others, angles)
         turning = sliding[:, 2] - self._axle * sliding[:, 1]
         rate = -velocity.x * float(turning @ sliding[:, 0]) / max(float(turning @ turning), 1e-12)
         return rolling[: len(self._wheels)] @ self._twist(Velocity(velocity.x, yaw_rate=rate))
 
-    def motion(
-        self, turns: NDArray[np.float64], angles: NDArray[np.float64]
-    ) -> tuple[float, float, float]:
+    def motion(self, turns: Floats, angles: Floats) -> tuple[float, float, float]:
         """Return path [m], path to the left [m] and turn [rad] for turns of the wheels [rad]."""
         rolling, sliding = self._rows(self._wheels, angles)
         _, of_others = self._rows(self._others, angles)
@@ -232,9 +226,7 @@ class SteeredBase(Base):
         path, side, turn = np.linalg.lstsq(rows, known, rcond=None)[0].tolist()
         return path, side, turn
 
-    def _rows(
-        self, wheels: list[SteeredWheel], angles: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _rows(self, wheels: list[SteeredWheel], angles: Floats) -> tuple[Floats, Floats]:
         """Return how wheels turn and how they would slide by the base's motion, `(N, 3)` each."""
         rolling, sliding = np.zeros((len(wheels), 3)), np.zeros((len(wheels), 3))
         for i, wheel in enumerate(wheels):

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_sim.devices.driving.trajectory import Trajectory
 from arjuna_sim.devices.driving.wheel_commands import WheelCommands
@@ -17,7 +17,7 @@ from arjuna_sim.model.robot import RobotModel
 
 UNLOADED, UNCONFIGURED, INACTIVE, ACTIVE = "", "unconfigured", "inactive", "active"
 """States of a controller; it is unloaded where only its file names it."""
-Array = NDArray[np.float64]
+Array = Floats
 
 
 class JointCommands(NamedTuple):
@@ -30,7 +30,7 @@ class JointCommands(NamedTuple):
         effort: The effort, or what is added to that of the servo [N m or N].
     """
 
-    is_effort: NDArray[np.bool_]
+    is_effort: Bools
     position: Array
     velocity: Array
     effort: Array
@@ -295,7 +295,7 @@ class JointControllers:
         active = {n: one.values for n, one in self._running.items() if one.state == ACTIVE}
         return self._wheels.over(active, speeds, angles)
 
-    def _towards(self, joints: NDArray[np.int64], values: Array, tick: float) -> Array:
+    def _towards(self, joints: Ints, values: Array, tick: float) -> Array:
         """Return how fast joints go to positions, as far as they may jump."""
         speed: Array = (values - self._wanted[joints]) / tick
         return np.clip(speed, -self._jump[joints], self._jump[joints])

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import ArjunaError
 
 
@@ -28,10 +28,10 @@ class Trajectory:
         accelerations: `(P, J)`, not a number where a point has none.
     """
 
-    times: NDArray[np.float64]
-    positions: NDArray[np.float64]
-    velocities: NDArray[np.float64]
-    accelerations: NDArray[np.float64]
+    times: Floats
+    positions: Floats
+    velocities: Floats
+    accelerations: Floats
 
     def __post_init__(self) -> None:
         """Refuse points that are out of order, not finite, or of which the last moves."""
@@ -49,9 +49,7 @@ class Trajectory:
         """The time of the last point [s]."""
         return float(self.times[-1])
 
-    def starting_at(
-        self, position: NDArray[np.float64], velocity: NDArray[np.float64]
-    ) -> Trajectory:
+    def starting_at(self, position: Floats, velocity: Floats) -> Trajectory:
         """Return it with a first point at time 0, where the joints are."""
         if self.times[0] <= 0.0:
             return self
@@ -62,11 +60,11 @@ class Trajectory:
             np.vstack([np.zeros_like(position), self.accelerations]),
         )
 
-    def at(self, time: float) -> NDArray[np.float64]:
+    def at(self, time: float) -> Floats:
         """Return the positions at a time [s], `(J,)`; beyond the points those of the nearest."""
         end = int(np.searchsorted(self.times, time, side="right"))
         if end == 0 or end == len(self.times):
-            nearest: NDArray[np.float64] = self.positions[min(end, len(self.times) - 1)]
+            nearest: Floats = self.positions[min(end, len(self.times) - 1)]
             return nearest
         span = float(self.times[end] - self.times[end - 1])
         u = float(time - self.times[end - 1]) / span
@@ -90,5 +88,5 @@ class Trajectory:
             + u**2 * (6 * step - 3 * slope + bend / 2)
         )
         smooth = np.where(np.isfinite(quintic), quintic, cubic)
-        found: NDArray[np.float64] = np.where(np.isfinite(smooth), smooth, line)
+        found: Floats = np.where(np.isfinite(smooth), smooth, line)
         return found

@@ -6,15 +6,15 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_sim.model.robot import RobotModel
 
-Array = NDArray[np.float64]
+Array = Floats
 
 
 class _Part(NamedTuple):
-    """What a controller commands of wheels, or of the joints that steer them.
+    """The part of a controller that commands wheels, or the joints that steer them.
 
     Attributes:
         steers: Whether it does so of steering.
@@ -24,8 +24,8 @@ class _Part(NamedTuple):
 
     controller: str
     steers: bool
-    joints: NDArray[np.int64]
-    order: NDArray[np.int64]
+    joints: Ints
+    order: Ints
 
 
 class WheelCommands:

@@ -7,8 +7,8 @@ from typing import Any, ClassVar, NamedTuple
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_sim.devices.device import StaticDevice, simulates
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.tag_text import topic
@@ -52,7 +52,7 @@ def read(tag: SensorTag) -> list[BumperSettings]:
 
 
 class Touch(NamedTuple):
-    """Where one collision shape of a link touches another.
+    """The contact of one collision shape of a link with another.
 
     Attributes:
         own: Name of the link's shape, as Gazebo calls it.
@@ -65,10 +65,10 @@ class Touch(NamedTuple):
 
     own: str
     other: str
-    positions: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    depths: NDArray[np.float64]
-    forces: NDArray[np.float64]
+    positions: Floats
+    normals: Floats
+    depths: Floats
+    forces: Floats
 
 
 @simulates(ContactSettings)
@@ -94,13 +94,13 @@ class Bumper(StaticDevice):
     def read(self, data: Any, now: float) -> tuple[Touch, ...]:
         """Return what its shapes touch, in the order of MuJoCo's contacts."""
         pairs = data.contact.geom
-        found: dict[tuple[int, int], list[NDArray[np.float64]]] = {}
+        found: dict[tuple[int, int], list[Floats]] = {}
         for row in np.flatnonzero(self._own[pairs].any(axis=1)).tolist() if data.ncon else ():
             own, other = pairs[row] if self._own[pairs[row][0]] else pairs[row][::-1]
             found.setdefault((int(own), int(other)), []).append(self._felt(data, row))
         return tuple(self._touch(data, *pair, np.array(each)) for pair, each in found.items())
 
-    def _felt(self, data: Any, row: int) -> NDArray[np.float64]:
+    def _felt(self, data: Any, row: int) -> Floats:
         """Return position, normal, depth and force of a contact in the world, `(10,)`."""
         contact, force = data.contact[row], np.zeros(6)
         mujoco.mj_contactForce(self._model, data, row, force)
@@ -111,7 +111,7 @@ class Bumper(StaticDevice):
             (contact.pos, sign * axes[0], [-contact.dist], sign * force[:3] @ axes)
         )
 
-    def _touch(self, data: Any, own: int, other: int, felt: NDArray[np.float64]) -> Touch:
+    def _touch(self, data: Any, own: int, other: int, felt: Floats) -> Touch:
         R, origin = np.eye(3), np.zeros(3)
         if not self._settings.in_world:
             R, origin = data.site_xmat[self._site].reshape(3, 3), data.site_xpos[self._site]

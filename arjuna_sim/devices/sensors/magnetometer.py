@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_sim.devices.device import Mount, StaticDevice, simulates
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.model.settings import SensorSettings, reads
@@ -36,9 +36,9 @@ class Magnetometer(StaticDevice):
         super().__init__(settings, mount)
         self._field = np.array(mount.earth.magnetic_field)
 
-    def read(self, data: Any, now: float) -> NDArray[np.float64]:
+    def read(self, data: Any, now: float) -> Floats:
         """Return the field in the sensor's frame, `(3,) float64` [T]."""
         rotation = data.site_xmat[self._site].reshape(3, 3)
         noise = self._settings.noise * self._rng.standard_normal(3)
-        field: NDArray[np.float64] = rotation.T @ self._field + noise
+        field: Floats = rotation.T @ self._field + noise
         return field

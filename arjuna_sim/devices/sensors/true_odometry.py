@@ -7,8 +7,8 @@ from typing import Any, ClassVar, NamedTuple
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.devices.device import StaticDevice, simulates
 from arjuna_sim.files.sensor_tag import RATE_MAX, SensorTag
@@ -38,7 +38,7 @@ class TrueMotion(NamedTuple):
     """A link's pose in the world, and its velocity and turn rates `(6,)` [m/s, rad/s]."""
 
     pose: Pose3
-    twist: NDArray[np.float64]
+    twist: Floats
 
 
 @reads("p3d")

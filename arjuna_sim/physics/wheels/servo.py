@@ -8,14 +8,14 @@ from typing import Any
 import mujoco
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints, Singles
 from arjuna_core.config import param
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import center
 from arjuna_sim.model.world import GRAVITY
 
-Rows = NDArray[np.float32] | NDArray[np.float64]
+Rows = Singles | Floats
 
 
 def add_rollers(body: Any, robot: RobotModel, joint: str) -> None:
@@ -33,7 +33,7 @@ def add_rollers(body: Any, robot: RobotModel, joint: str) -> None:
     body.add_joint(name=_name(joint), axis=T_link_root.rotation() @ along, pos=position)
 
 
-def roller_addresses(model: Any, robot: RobotModel) -> NDArray[np.int64]:
+def roller_addresses(model: Any, robot: RobotModel) -> Ints:
     """Return the addresses in qpos of what rollers have turned, `(R,) int64`."""
     names = robot.drive.wheels if robot.drive.grips else ()
     return np.array([model.joint(_name(name)).qposadr[0] for name in names], np.int64)
@@ -90,12 +90,12 @@ class Servos:
         sums: Where MuJoCo keeps the wheels' wanted angles.
     """
 
-    position: NDArray[np.int64]
-    velocity: NDArray[np.int64]
-    lead: NDArray[np.float64]
+    position: Ints
+    velocity: Ints
+    lead: Floats
     response_time: float
-    reach: NDArray[np.float64]
-    steering: NDArray[np.int64]
+    reach: Floats
+    steering: Ints
     motors: slice
     steerers: slice
     sums: slice
@@ -115,7 +115,7 @@ class ServosAt:
         self._state = data.qpos, data.qvel, self._wanted, self._setpoint
         self._limits = servos.position, servos.velocity, servos.lead, servos.reach
 
-    def turn(self, speeds: NDArray[np.float64], angles: NDArray[np.float64]) -> None:
+    def turn(self, speeds: Floats, angles: Floats) -> None:
         """Set the speeds of the wheels [rad/s] and the angles of the steering [rad].
 
         The wanted angle runs ahead by the wanted speed, and by what the load holds back as far as
@@ -134,15 +134,15 @@ class ServosAt:
 
 @njit(cache=True)
 def _turn(
-    qpos: NDArray[np.float64],
-    qvel: NDArray[np.float64],
-    wanted: NDArray[np.float64],
-    setpoint: NDArray[np.float64],
-    speeds: NDArray[np.float64],
-    position: NDArray[np.int64],
-    velocity: NDArray[np.int64],
-    lead: NDArray[np.float64],
-    reach: NDArray[np.float64],
+    qpos: Floats,
+    qvel: Floats,
+    wanted: Floats,
+    setpoint: Floats,
+    speeds: Floats,
+    position: Ints,
+    velocity: Ints,
+    lead: Floats,
+    reach: Floats,
     response_time: float,
 ) -> None:
     """Set the wheels' wanted angles and speeds, in place (`bench sim`: 9 us of a tick in NumPy)."""
@@ -161,11 +161,11 @@ def turn_each(
     qvel: Rows,
     wanted: Rows,
     setpoint: Rows,
-    speeds: NDArray[np.float64],
-    position: NDArray[np.int64],
-    velocity: NDArray[np.int64],
-    lead: NDArray[np.float64],
-    reach: NDArray[np.float64],
+    speeds: Floats,
+    position: Ints,
+    velocity: Ints,
+    lead: Floats,
+    reach: Floats,
     response_time: float,
 ) -> None:
     """Do as `ServosAt.turn` for robots that have a row each."""
@@ -238,7 +238,7 @@ def tune_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Servos:
     )
 
 
-def _steering_times(robot: RobotModel, moved: NDArray[np.float64]) -> NDArray[np.float64]:
+def _steering_times(robot: RobotModel, moved: Floats) -> Floats:
     """Return the times in which joints reach their setpoints, critically damped [s].
 
     Steering pushes back on the robot: heavy wheels are turned no faster than the ground holds the

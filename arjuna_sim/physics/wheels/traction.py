@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_sim.model.world import GRAVITY
 
 LEAST = 0.5
@@ -26,10 +26,10 @@ class GroundContacts:
         drives: Whether each is a driven wheel, `(N,) bool`.
     """
 
-    positions: NDArray[np.float64]
-    gaps: NDArray[np.float64]
-    friction: NDArray[np.float64]
-    drives: NDArray[np.bool_]
+    positions: Floats
+    gaps: Floats
+    friction: Floats
+    drives: Bools
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Weight:
     """
 
     mass: float
-    middle: NDArray[np.float64]
+    middle: Floats
     spin: float
     force: float
     rolling: float
@@ -78,9 +78,7 @@ def steady_acceleration(contacts: GroundContacts, weight: Weight) -> float:
     return max(LEAST, min(lifting, 0.8 * gripping, 0.8 * turning))
 
 
-def _loaded_contacts(
-    contacts: GroundContacts, weight: Weight
-) -> tuple[GroundContacts, NDArray[np.float64]]:
+def _loaded_contacts(contacts: GroundContacts, weight: Weight) -> tuple[GroundContacts, Floats]:
     """Return the contacts that carry something at rest, and their loads, `(N,) float64` [N]."""
     x, y, _ = weight.middle.tolist()
     unit = weight.mass * GRAVITY / max(1, int(contacts.drives.sum()))  # sinks a contact in by one
@@ -94,13 +92,13 @@ def _loaded_contacts(
         contacts = GroundContacts(**{key: part[keep] for key, part in vars(contacts).items()})
 
 
-def _levers(contacts: GroundContacts) -> NDArray[np.float64]:
+def _levers(contacts: GroundContacts) -> Floats:
     return np.column_stack((np.ones(len(contacts.positions)), contacts.positions))
 
 
-def _shares(contacts: GroundContacts) -> NDArray[np.float64]:
+def _shares(contacts: GroundContacts) -> Floats:
     """Return what a force and its moments load each contact with, `(N, 3) float64`."""
-    shares: NDArray[np.float64] = np.linalg.pinv(_levers(contacts)).T
+    shares: Floats = np.linalg.pinv(_levers(contacts)).T
     return shares
 
 

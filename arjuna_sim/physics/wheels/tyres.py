@@ -18,8 +18,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, radius_of, width_of
@@ -57,7 +57,7 @@ class WheelSupport:
     steady: float
     faults: tuple[str, ...]
     tyres: tuple[int, ...]
-    contacts: NDArray[np.float64]
+    contacts: Floats
 
 
 def sag_of(robot: RobotModel, timestep: float) -> float:
@@ -151,14 +151,14 @@ def _ground_contacts(
     return GroundContacts(np.array(positions).reshape(-1, 2), np.array(gaps), friction, driven)
 
 
-def _contact_point(model: Any, data: Any, geom: int) -> NDArray[np.float64]:
+def _contact_point(model: Any, data: Any, geom: int) -> Floats:
     """Return where a geom touches level ground, seen from above, `(2,) float64` [m]."""
     position = data.geom_xpos[geom]
     if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
         points = position + _mesh_points(model, geom) @ data.geom_xmat[geom].reshape(3, 3).T
         # [m] Points within 1 mm of the lowest are a mesh's underside.
         position = points[points[:, 2] < points[:, 2].min() + 1e-3].mean(axis=0)
-    touching: NDArray[np.float64] = position[:2].copy()
+    touching: Floats = position[:2].copy()
     return touching
 
 
@@ -203,7 +203,7 @@ def _lowest_points(model: Any, data: Any, root: int) -> dict[int, float]:
     }
 
 
-def _lowest(model: Any, geom: int, down: NDArray[np.float64]) -> float:
+def _lowest(model: Any, geom: int, down: Floats) -> float:
     """Return the least of `down . point` over a geom's points in its own frame [m]."""
     size, kind = model.geom_size[geom], model.geom_type[geom]
     if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
@@ -217,9 +217,9 @@ def _lowest(model: Any, geom: int, down: NDArray[np.float64]) -> float:
     return float((_mesh_points(model, geom) @ down).min())
 
 
-def _mesh_points(model: Any, geom: int) -> NDArray[np.float64]:
+def _mesh_points(model: Any, geom: int) -> Floats:
     """Return the corners of a mesh in its geom's frame, `(N, 3)` [m]."""
     mesh = model.geom_dataid[geom]
     first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-    points: NDArray[np.float64] = model.mesh_vert[first : first + count]
+    points: Floats = model.mesh_vert[first : first + count]
     return points

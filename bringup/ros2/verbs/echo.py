@@ -31,7 +31,7 @@ def echo(arguments: argparse.Namespace) -> None:
         client.node.create_subscription(
             message_type,
             name,
-            printer.show_with_info if arguments.include_message_info else printer.show,
+            printer.show if arguments.include_message_info else lambda m: printer.show(m, None),
             for_subscription(client.node, name, arguments),
             event_callbacks=SubscriptionEventCallbacks(
                 message_lost=None if arguments.no_lost_messages else _lost
@@ -90,15 +90,8 @@ class Printer:
         self.finished = False
         self.problem = ""
 
-    def show(self, message: Any) -> None:
-        """Print a message."""
-        self._show(message, None)
-
-    def show_with_info(self, message: Any, info: Any) -> None:
-        """Print a message and when it was sent and received."""
-        self._show(message, info)
-
-    def _show(self, message: Any, info: Any) -> None:
+    def show(self, message: Any, info: Any) -> None:
+        """Print a message, and when it was sent and received if that is given."""
         if self.finished:
             return
         value = message

@@ -73,7 +73,7 @@ class MarkerArray(Display):
 
     def take(self, message: Any) -> None:
         hidden = self.config.namespaces.split(";") if self.config.namespaces else ()
-        for marker in getattr(message, "markers", None) or _alone(message):
+        for marker in getattr(message, "markers", (message,)):
             key = marker.ns, marker.id
             if marker.action == _DELETE_ALL:
                 self._kept = {
@@ -106,10 +106,6 @@ class Marker(MarkerArray):
 
     types = ("visualization_msgs/msg/Marker",)
     topic = "visualization_marker"
-
-
-def _alone(message: Any) -> tuple[Any, ...]:
-    return () if hasattr(message, "markers") else (message,)
 
 
 def _at_stamp(frames: Frames, frame: str, stamp: float) -> Pose3 | None:

@@ -1,4 +1,4 @@
-"""What is offered to clients, topics or services of the graph, each with its definitions."""
+"""Offers to clients: topics or services of the graph, each with its definitions."""
 
 from __future__ import annotations
 

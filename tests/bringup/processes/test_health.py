@@ -1,4 +1,4 @@
-"""What processes report: health and logs."""
+"""Reports of processes: health and logs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a CMakeLists.txt installs, by the ways in which people write it."""
+"""Files that a CMakeLists.txt installs, however people write it."""
 
 from __future__ import annotations
 

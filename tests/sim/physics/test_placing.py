@@ -1,4 +1,4 @@
-"""Where robots start."""
+"""Start poses of robots."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What AMCL sees and how it moves."""
+"""AMCL's view of a scan, and its motion models."""
 
 from __future__ import annotations
 

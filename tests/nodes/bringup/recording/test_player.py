@@ -1,4 +1,4 @@
-"""What is played is what was recorded, with its definition."""
+"""Playing publishes the messages that were recorded, with their definition."""
 
 from __future__ import annotations
 
