@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
+from scipy.spatial import KDTree
 
 from arjuna_core.config import param
 from arjuna_core.grid import OccupancyGrid
@@ -38,6 +39,20 @@ class ExplorationConfig:
     )
     max_cost: int = param(120, "Greatest cost of a cell to stand on.", minimum=0, maximum=252)
     size_gain: float = param(1.0, "Gain of a metre of frontier, in metres of path.", minimum=0.0)
+    open_distance: float = param(
+        3.0,
+        "Distance to the nearest obstacle from which a frontier is in the open and comes last: a"
+        " lidar has nothing there to see where it is by.",
+        unit="m",
+        minimum=0.0,
+    )
+    max_open_distance: float = param(
+        15.0,
+        "Distance to the nearest obstacle from which a frontier is left out: open ground may have"
+        " no end.",
+        unit="m",
+        minimum=0.0,
+    )
     blacklist_radius: float = param(
         0.5,
         "Distance to a goal tried before within which a cell is ruled out.",
@@ -82,9 +97,12 @@ def next_goal(
     travel[costmap.data > config.max_cost] = np.inf
     for goal in tried:
         _rule_out(travel, grid, goal, config.blacklist_radius)
-    candidates = [_viewpoint(cells, travel, grid, config) for cells in frontiers(grid, config)]
-    best = min((entry for entry in candidates if entry is not None), default=None)
-    return None if best is None else SE2(*best[1:])
+    for clusters in _near_and_open(grid, config):
+        candidates = [_viewpoint(cells, travel, grid, config) for cells in clusters]
+        best = min((entry for entry in candidates if entry is not None), default=None)
+        if best is not None:
+            return SE2(*best[1:])
+    return None
 
 
 def frontiers(
@@ -92,15 +110,36 @@ def frontiers(
 ) -> list[NDArray[np.int64]]:
     """Return the frontiers: clusters of free cells beside unknown ones, each `(N, 2) int64`.
 
-    Clusters shorter than `min_frontier_size` are left out.
+    Those in the open come last. Clusters shorter than `min_frontier_size` are left out.
     """
-    beside_unknown = ndimage.binary_dilation(grid.unknown())  # by the four edges, not corners
-    labels, count = ndimage.label(grid.free() & beside_unknown, structure=_EIGHT_NEIGHBOURS)
-    rows, columns = np.nonzero(labels)
-    order = np.argsort(labels[rows, columns], kind="stable")
-    cells = np.column_stack((rows, columns))[order]
-    sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
-    clusters = np.split(cells, np.cumsum(sizes)[:-1]) if count else []
+    near, in_the_open = _near_and_open(grid, config)
+    return near + in_the_open
+
+
+def _near_and_open(
+    grid: OccupancyGrid, config: ExplorationConfig
+) -> tuple[list[NDArray[np.int64]], list[NDArray[np.int64]]]:
+    """Return the frontiers near obstacles and those in the open; all are near where none is."""
+    edge = grid.free() & ndimage.binary_dilation(grid.unknown())  # by the four sides, not corners
+    cells, obstacles = np.argwhere(edge), np.argwhere(grid.occupied())
+    gaps = np.zeros(len(cells))
+    if len(obstacles) and len(cells):
+        gaps = KDTree(obstacles).query(cells)[0] * grid.frame.resolution
+    is_near = gaps < config.open_distance
+    is_open = ~is_near & (gaps < config.max_open_distance)
+    return _clusters(grid, cells[is_near], config), _clusters(grid, cells[is_open], config)
+
+
+def _clusters(
+    grid: OccupancyGrid, cells: NDArray[np.int64], config: ExplorationConfig
+) -> list[NDArray[np.int64]]:
+    """Return cells that are neighbours together, where they are enough to be of interest."""
+    mask = np.zeros(grid.frame.shape, bool)
+    mask[tuple(cells.T)] = True
+    labels, count = ndimage.label(mask, structure=_EIGHT_NEIGHBOURS)
+    numbers = labels[tuple(cells.T)]
+    ends = np.cumsum(np.bincount(numbers, minlength=count + 1)[1:])[:-1]
+    clusters = np.split(cells[np.argsort(numbers, kind="stable")], ends) if count else []
     least = config.min_frontier_size / grid.frame.resolution
     return [cluster for cluster in clusters if len(cluster) >= least]
 

@@ -10,13 +10,14 @@ import numpy as np
 
 from arjuna_core.errors import WorldError
 from arjuna_core.pose3 import Pose3
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_sim.physics.ground import RISE_MAX, Ground, Survey
 from arjuna_sim.physics.stage import Stage
 
 _NEAR, _EVEN = 0.1, 0.002  # how far off a slope is measured, and how straight it is [m]
 _ROUGH = 0.05  # how far wheels may stand from one plane on uneven ground [m]
 _RADIUS_MAX, _RING = 3.0, 0.1  # how far, and in which steps, a free pose is looked for [m]
+_ROOM = 0.05  # how far ahead and back a robot with room to drive away stands free, too [m]
 EDGE = "the edge of the ground"
 """What is in the way where a wheel would stand on nothing."""
 
@@ -48,34 +49,42 @@ class Placer:
     def nearest_free(self, pose: SE2) -> SE2:
         """Return the free pose nearest to one that may be blocked, of the same heading.
 
-        Any but the pose itself is free at any heading of the robot.
+        Any but the pose itself has room to turn and drive away. Where none was asked for, which is
+        the origin, this has so, too, unless there is no room anywhere.
 
         Raises:
             WorldError: No pose within 3 m is free.
         """
         touched = self.touched(pose)
-        if not touched:
-            return pose
         survey = self._ground.survey(pose.x, pose.y)
         if touched == (EDGE,) and not len(survey.points):  # a world without ground
+            return pose
+        if not touched and (pose != IDENTITY or self._has_room(pose, survey, False)):
             return pose
         for is_ground in (True, False):  # a raised floor only where the ground is nowhere free
             found = self._nearest(pose, survey, is_ground)
             if found is not None:
                 return found
+        if not touched:
+            return pose
         problem = f"no pose within {_RADIUS_MAX:g} m of ({pose.x:g}, {pose.y:g}) is free"
         raise WorldError(self._stage.world.path, f"{problem} for the robot")
 
     def _nearest(self, pose: SE2, survey: Survey, is_ground: bool) -> SE2 | None:
         for ring in range(1, round(_RADIUS_MAX / _RING) + 1):
-            for step in range(16):  # directions of a ring, with 8 headings at each position
+            for step in range(16):
                 angle = pose.theta + 2.0 * math.pi * step / 16
                 x = pose.x + ring * _RING * math.cos(angle)
                 y = pose.y + ring * _RING * math.sin(angle)
-                turns = [pose.theta + 2.0 * math.pi * i / 8 for i in range(8)]
-                if all(self._is_free(SE2(x, y, turn), survey, is_ground) for turn in turns):
+                if self._has_room(SE2(x, y, pose.theta), survey, is_ground):
                     return SE2(x, y, pose.theta)
         return None
+
+    def _has_room(self, pose: SE2, survey: Survey, is_ground: bool) -> bool:
+        """Return whether the robot can turn at a pose, and drive away to any side."""
+        turns = (SE2(pose.x, pose.y, pose.theta + math.pi * step / 6) for step in range(12))
+        ends = (turn @ SE2(ahead, 0.0) for turn in turns for ahead in (_ROOM, -_ROOM))
+        return all(self._is_free(end, survey, is_ground) for end in ends)
 
     def _is_free(self, pose: SE2, survey: Survey, is_ground: bool) -> bool:
         tries = self._tries(pose, survey)

@@ -137,6 +137,28 @@ def half_known(known: float = 4.0) -> OccupancyGrid:
     return grid
 
 
+@pytest.mark.parametrize(
+    ("walls", "most", "x"),
+    [
+        ((), 15.0, 16.0),  # nothing is seen: the nearest
+        ((2.0,), 15.0, 4.0),  # by a wall first
+        ((10.0,), 15.0, 16.0),  # all in the open: by the path
+        ((10.0,), 5.0, None),  # open ground may have no end
+    ],
+)
+def test_frontiers_in_the_open_come_last(
+    walls: tuple[float, ...], most: float, x: float | None
+) -> None:
+    grid = empty_grid(20.0, 2.0)
+    grid.data[:, :80] = grid.data[:, 320:] = -1
+    for at in walls:
+        block(grid, at, 0.0, 2.0 if at < 4.0 else 0.1, 0.1)
+    config = ExplorationConfig(max_open_distance=most)
+    costmap = costmap_of(grid, track_unknown=True)
+    goal = next_goal(grid, costmap, SE2(14.0, 1.0), [], config)
+    assert goal is None if x is None else goal is not None and abs(goal.x - x) <= 1.0
+
+
 def test_it_looks_at_a_frontiers_middle_from_as_near_as_the_path_allows() -> None:
     grid = half_known()
     costmap = costmap_of(grid, track_unknown=True)

@@ -92,24 +92,31 @@ def test_what_it_would_touch_is_named_and_it_stands_there_all_the_same(tmp_path:
     assert on.nearest_free(AWAY) is AWAY
 
 
-def test_the_nearest_pose_is_free_at_any_heading(tmp_path: Path) -> None:
+def test_the_nearest_pose_has_room_to_turn_and_drive_away(tmp_path: Path) -> None:
     on, heading = among(tmp_path, ("wall", "0.3 0 0.5", "0.2 3 1")), 0.3
     found = on.nearest_free(SE2(0.2, 0.0, heading))
     assert found.theta == heading
     ring = math.hypot(found.x - 0.2, found.y) / 0.1
     assert ring == pytest.approx(round(ring))
 
-    def is_free(ring: int, step: int) -> bool:
-        angle = heading + step * math.pi / 8
-        x, y = 0.2 + 0.1 * ring * math.cos(angle), 0.1 * ring * math.sin(angle)
-        return not any(on.touched(SE2(x, y, heading + k * math.pi / 4)) for k in range(8))
+    def is_free(at: SE2, turns: int, ahead: float) -> bool:
+        poses = (at @ SE2(0.0, 0.0, 2.0 * math.pi * k / turns) for k in range(turns))
+        return not any(on.touched(pose @ SE2(ahead, 0.0)) for pose in poses)
 
-    assert not any(is_free(round(ring) - 1, step) for step in range(16))
-    first = next(step for step in range(16) if is_free(round(ring), step))
-    direction = math.atan2(found.y, found.x - 0.2) - heading
-    assert math.remainder(direction - first * math.pi / 8, 2.0 * math.pi) == pytest.approx(
-        0.0, abs=1e-9
-    )
+    assert is_free(found, 64, 0.0)
+    assert is_free(found, 64, 0.04)
+    for step in range(16):
+        direction, nearer = heading + step * math.pi / 8, 0.1 * (round(ring) - 1)
+        at = SE2(0.2 + nearer * math.cos(direction), nearer * math.sin(direction), heading)
+        assert not is_free(at, 12, 0.05)
+
+
+def test_what_is_asked_for_is_kept_beside_a_wall_and_the_origin_has_room(tmp_path: Path) -> None:
+    on, beside = among(tmp_path, ("wall", "0.26 0 0.5", "0.02 3 1")), SE2(0.01, 0.0, 0.0)
+    assert on.touched(beside) == on.touched(SE2()) == ()
+    assert on.nearest_free(beside) == beside
+    assert on.touched(SE2(0.0, 0.0, 0.6)) == ("wall",)
+    assert on.nearest_free(SE2()).x < -0.05
 
 
 @pytest.mark.parametrize(("edge", "is_free"), [("5.2", True), ("7.6", False)])
