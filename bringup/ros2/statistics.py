@@ -14,12 +14,12 @@ class Spread(NamedTuple):
     least: float
     most: float
     deviation: float
-    count: int
+    window: int
 
     def __str__(self) -> str:
         return (
             f"\tmin: {self.least:.3f}s max: {self.most:.3f}s"
-            f" std dev: {self.deviation:.5f}s window: {self.count}"
+            f" std dev: {self.deviation:.5f}s window: {self.window}"
         )
 
 

@@ -29,7 +29,7 @@ def test_the_window_forgets_the_oldest() -> None:
         intervals.add(now)
     found = intervals.spread()
     assert found is not None
-    assert (found.count, found.mean, found.least, found.most) == (2, 1.5, 1.0, 2.0)
+    assert (found.window, found.mean, found.least, found.most) == (2, 1.5, 1.0, 2.0)
 
 
 def test_time_set_back_starts_again() -> None:
@@ -38,7 +38,7 @@ def test_time_set_back_starts_again() -> None:
         intervals.add(now)
     found = intervals.spread()
     assert found is not None
-    assert (found.count, found.mean) == (1, 0.5)
+    assert (found.window, found.mean) == (1, 0.5)
 
 
 def test_one_message_has_no_rate() -> None:
