@@ -15,8 +15,6 @@ from bringup.parameters.remarks import Kind
 COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
 _TABLES: dict[str, Any] = read_yaml(Path(__file__).with_suffix(".yaml"))
 _OLDER = _TABLES["older"]
-INSTEAD: dict[str, str] = _TABLES["instead"]
-"""Of Nav2's classes that are not here, those that take their place."""
 _DWB = "dwb_core::DWBLocalPlanner"
 _CRITICS = frozenset(_TABLES["critics"].split())
 
