@@ -92,8 +92,9 @@ class ConstrainedSmoother:
         """Smooth a path; where it would touch an obstacle it stays as it is."""
         if problem := problem_of(path):
             return SmoothResult(SmoothStatus.INVALID_PATH, path, problem)
-        steps = np.hypot(*np.diff(path[:, :2], axis=0).T)
+        steps, last_yaw = np.hypot(*np.diff(path[:, :2], axis=0).T), path[-1, 2]
         path = path[np.concatenate(([True], steps > 1e-9))]  # turns on the spot have no curvature
+        path[-1, 2] = last_yaw
         if len(path) < 3:
             return SmoothResult(SmoothStatus.SUCCEEDED, path)
         directions = self._directions(path)
@@ -284,10 +285,9 @@ def costs_at(points: Array, costmap: Costmap) -> tuple[Array, Array]:
     frame, (height, width) = costmap.frame, costmap.data.shape
     local = frame.origin.inverse().apply(points) / frame.resolution - 0.5
     local = np.clip(local, 0.0, np.array([width, height]) - 1.001)
-    x, y = np.floor(local).astype(np.int64).T
-    u, v = (local - np.floor(local)).T
-    low, right = costmap.data[y, x].astype(float), costmap.data[y, x + 1].astype(float)
-    up, far = costmap.data[y + 1, x].astype(float), costmap.data[y + 1, x + 1].astype(float)
+    (x, y), (u, v) = np.floor(local).astype(np.int64).T, np.modf(local)[0].T
+    corners = (costmap.data[y + i, x + k].astype(float) for i in (0, 1) for k in (0, 1))
+    low, right, up, far = corners
     below, above = low + u * (right - low), up + u * (far - up)
     along = (right - low) * (1.0 - v) + (far - up) * v
     slopes = np.column_stack((along, above - below)) / frame.resolution

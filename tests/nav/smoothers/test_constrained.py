@@ -142,6 +142,14 @@ def test_the_ends_headings_stay_where_asked() -> None:
         assert (path[[1, -2], :2] == given[[1, -2], :2]).all() == keep
 
 
+def test_turns_on_the_spot_at_the_ends_leave_the_first_and_the_last_heading() -> None:
+    turning = np.vstack((RIGHT_ANGLE[:1], RIGHT_ANGLE, RIGHT_ANGLE[-1:]))
+    turning[0, 2], turning[-1, 2] = 2.0, -1.0
+    path = smoothed(turning, w_dist=1e3)
+    assert path[[0, -1], 2].tolist() == [2.0, -1.0]
+    assert np.isfinite(path).all()
+
+
 def test_costs_between_cells_and_their_slopes_in_a_turned_grid() -> None:
     frame = GridFrame(0.1, 30, 20, SE2(1.0, 2.0, 0.7))
     columns = np.arange(30)[None, :] * 5
