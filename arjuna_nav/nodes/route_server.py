@@ -3,79 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from geometry_msgs.msg import Point
 from nav2_msgs.action import ComputeAndTrackRoute, ComputeRoute
-from nav2_msgs.msg import Route as RouteMsg
-from nav2_msgs.msg import RouteEdge, RouteNode
 from nav2_msgs.srv import SetRouteGraph
 from nav_msgs.msg import Path as PathMsg
+from visualization_msgs.msg import MarkerArray
 
-from arjuna_core.config import param, plugin_names
 from arjuna_core.errors import ArjunaError, InputFileError
 from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import duration_msg, header, path_msg
+from arjuna_core.ros.convert import duration_msg, path_msg
 from arjuna_core.ros.goal_server import GoalError
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_nav.nodes.frames import pose_in, robot_pose
+from arjuna_nav.nodes.routes.config import RouteServerConfig
+from arjuna_nav.nodes.routes.messages import graph_markers, route_msg
 from arjuna_nav.nodes.routes.plugins import OPERATIONS, SCORERS, RouteHost
-from arjuna_nav.routes.graph import Edge, Graph, Node, read_graph
+from arjuna_nav.routes.graph import Edge, Graph, read_graph
+from arjuna_nav.routes.obstacles import nearest_node
 from arjuna_nav.routes.operations import RouteEvent, RouteOperation, perform
 from arjuna_nav.routes.route import Route, Tracker, find_route, path_along, pruned
 from arjuna_nav.routes.scorers import RouteRequest, RouteScorer, edge_cost
 
 _Codes = ComputeAndTrackRoute.Result  # ComputeRoute's and one of operations
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class RouteServerConfig:
-    """Parameters of the node `route_server`, by Nav2's names."""
-
-    graph_filepath: str = param(
-        "", "The graph, a GeoJSON file; empty: set by a service.", path=True
-    )
-    edge_cost_functions: tuple[str, ...] = plugin_names(
-        ("DistanceScorer", "DynamicEdgesScorer"), "Scorers of edges.", SCORERS
-    )
-    operations: tuple[str, ...] = plugin_names(
-        ("AdjustSpeedLimit", "ReroutingService"), "Operations on a tracked route.", OPERATIONS
-    )
-    aggregate_blocked_ids: bool = param(
-        False, "Whether edges that operations found blocked stay so until the goal ends."
-    )
-    graphs_folder: str = param(".", "Folder that set_route_graph may read from.", path=True)
-    route_frame: str = param("map", "Frame of the graph.", read_only=True)
-    base_frame: str = param("base_footprint", "The robot's frame.", read_only=True)
-    transform_tolerance: float = param(
-        1.0, "How old the robot's pose may be.", unit="s", minimum=0.0
-    )
-    path_density: float = param(0.05, "Between poses of a path.", unit="m", minimum=0.001)
-    smooth_corners: bool = param(False, "Whether arcs round the corners of a path.")
-    smoothing_radius: float = param(
-        1.0, "Radius of these arcs; a corner with no room stays.", unit="m", minimum=0.01
-    )
-    tracker_update_rate: float = param(
-        50.0, "How often progress is looked at.", unit="Hz", minimum=0.1, read_only=True
-    )
-    radius_to_achieve_node: float = param(
-        2.0, "How near to a node the robot passes it.", unit="m", minimum=0.0
-    )
-    boundary_radius_to_achieve_node: float = param(
-        1.0, "How near to the last node it has come there.", unit="m", minimum=0.0
-    )
-    prune_goal: bool = param(True, "Whether a last node beyond the goal is left out.")
-    min_prune_distance_from_start: float = param(
-        0.1, "How far along the first edge the robot leaves its node out.", unit="m", minimum=0.0
-    )
-    max_prune_dist_from_edge: float = param(
-        8.0, "How far from an edge that holds.", unit="m", minimum=0.0
-    )
 
 
 class RouteServerNode(RouteHost):
@@ -97,13 +52,20 @@ class RouteServerNode(RouteHost):
         self._operations: dict[str, RouteOperation] = {
             name: OPERATIONS.make(getattr(config, name), name, self) for name in config.operations
         }
+        self._costs = self.costmap(config.costmap_topic) if config.enable_nn_search else None
         self._out = self.publisher(PathMsg, "plan", qos.LATEST)
+        self._markers = self.publisher(MarkerArray, "route_graph", qos.LATCHED)
         self._once = self.offer(ComputeRoute, "compute_route", self._on_goal)
         self._tracking = self.offer(
             ComputeAndTrackRoute, "compute_and_track_route", self._on_track, on_cancel=self._track
         )
         self.serve(SetRouteGraph, "route_server/set_route_graph", self._on_graph)
         self.every(1.0 / config.tracker_update_rate, self._track)
+
+    def activate(self) -> None:
+        """Show the graph."""
+        if self.graph is not None:
+            self._markers.publish(graph_markers(self.graph, self.config.route_frame, self.now))
 
     def halt(self) -> None:
         """Track no more."""
@@ -116,6 +78,7 @@ class RouteServerNode(RouteHost):
         except (InputFileError, MapsFolderError) as error:
             self.get_logger().error(str(error))
             return response
+        self.activate()
         response.success = True
         return response
 
@@ -152,9 +115,12 @@ class RouteServerNode(RouteHost):
             end = pose_in(self, frame, goal.goal)
         except TransformError as error:
             raise GoalError(_Codes.TF_ERROR, str(error)) from error
-        return RouteRequest(
-            graph.nearest(start.x, start.y), graph.nearest(end.x, end.y), start, end
+        costmap = self._costs() if self._costs is not None else None
+        first, last = (
+            nearest_node(graph, (at.x, at.y), costmap, self.config.num_nearest_nodes)
+            for at in (start, end)
         )
+        return RouteRequest(first, last, start, end)
 
     def _loaded(self) -> Graph:
         if self.graph is None:
@@ -210,8 +176,9 @@ class RouteServerNode(RouteHost):
             route, start = route.without_first(), None
         else:
             edge = None
-        least, off = config.min_prune_distance_from_start, config.max_prune_dist_from_edge
-        return pruned(route, start, goal if config.prune_goal else None, least, off), edge
+        least = config.min_prune_dist_from_start, config.min_prune_dist_from_goal
+        off = config.max_prune_dist_from_edge
+        return pruned(route, start, goal if config.prune_goal else None, *least, off), edge
 
     def _follow(
         self, request: RouteRequest, route: Route, edge: Edge | None, rerouted: bool = False
@@ -295,13 +262,4 @@ class RouteServerNode(RouteHost):
         radius = config.smoothing_radius if config.smooth_corners else 0.0
         path = path_msg(path_along(route, config.path_density, radius), frame, self.now)
         self._out.publish(path)
-        message = RouteMsg(header=header(frame, self.now), route_cost=route.cost)
-        message.nodes = [RouteNode(nodeid=one.id, position=_at(one)) for one in route.nodes]
-        message.edges = [
-            RouteEdge(edgeid=one.id, start=_at(one.start), end=_at(one.end)) for one in route.edges
-        ]
-        return path, message
-
-
-def _at(node: Node) -> Point:
-    return Point(x=node.x, y=node.y)
+        return path, route_msg(route, frame, self.now)

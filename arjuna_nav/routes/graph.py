@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -83,9 +84,13 @@ class Graph:
     nodes: dict[int, Node]
     edges: dict[int, Edge]
 
-    def nearest(self, x: float, y: float) -> int:
-        """Return the number of the node nearest to a point."""
-        return min(self.nodes, key=lambda k: (math.dist(self.nodes[k].point, (x, y)), k))
+    def nearest(self, x: float, y: float, count: int = 1) -> list[int]:
+        """Return the numbers of so many nodes nearest to a point, the nearest first."""
+
+        def distance(k: int) -> tuple[float, int]:
+            return math.dist(self.nodes[k].point, (x, y)), k
+
+        return heapq.nsmallest(count, self.nodes, key=distance)
 
 
 def read_graph(path: Path, frame: str) -> Graph:

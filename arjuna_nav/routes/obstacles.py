@@ -1,4 +1,4 @@
-"""Edges on a costmap: their score, and obstacles on them.
+"""Graphs on a costmap: edges' scores, obstacles on them, nodes behind walls.
 
 Source: nav2_route, CostmapScorer and CollisionMonitor.
 """
@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from arjuna_core.timing import Periodic
 from arjuna_nav.costmap import Costmap
-from arjuna_nav.costmap.costmap import UNKNOWN
-from arjuna_nav.routes.graph import Edge, Point
+from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
+from arjuna_nav.planners.waves.potential import traversal_costs, wavefront
+from arjuna_nav.routes.graph import Edge, Graph, Point
 from arjuna_nav.routes.operations import OperationError, OperationResult, RouteEvent
 from arjuna_nav.routes.route import along_edge
 from arjuna_nav.routes.scorers import RouteRequest, Scorer, WeightConfig, fixed
@@ -36,6 +37,28 @@ def costs_on_line(
     known = len(cells) if inside.all() else int(inside.argmin())
     rows, columns = cells[:known].T
     return costmap.data[rows, columns], known == len(cells)
+
+
+def nearest_node(graph: Graph, point: Point, costmap: Costmap | None, count: int) -> int:
+    """Return the number of the node nearest to a point.
+
+    Where an obstacle lies between, it is that of `count` nodes to which the drive is shortest.
+
+    Source: nav2_route, GoalIntentExtractor::findStartandGoal.
+    """
+    near = graph.nearest(*point, count)
+    points = [point, *(graph.nodes[one].point for one in near)]
+    if costmap is None or len(near) < 2:
+        return near[0]
+    costs, _ = costs_on_line(costmap, point, points[1], 1)
+    cells = costmap.frame.to_cells(np.array(points))
+    inside = costmap.frame.inside(cells)
+    if not inside[0] or not ((costs >= INSCRIBED) & (costs != UNKNOWN)).any():
+        return near[0]
+    drive = wavefront(costmap.data, traversal_costs(), np.array([[*cells[0], 0.0]]))
+    lengths = np.full(len(near), np.inf)
+    lengths[inside[1:]] = drive[tuple(cells[1:][inside[1:]].T)]
+    return near[int(lengths.argmin())]
 
 
 @dataclass(frozen=True)

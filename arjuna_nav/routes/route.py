@@ -79,7 +79,7 @@ def _back(before: dict[int, tuple[Edge, float]], start: Node, goal: Node) -> Rou
 
 
 def pruned(
-    route: Route, start: Point | None, goal: Point | None, least: float, off: float
+    route: Route, start: Point | None, goal: Point | None, first: float, last: float, off: float
 ) -> Route:
     """Return a route without the ends at which it would lead back.
 
@@ -89,18 +89,19 @@ def pruned(
     Args:
         start: Where the robot stands; None to keep the first node.
         goal: Where it is to come; None to keep the last.
-        least: How far along an edge counts as along it [m].
+        first: How far along the first edge counts as along it [m].
+        last: How far before the last node does [m].
         off: How far from the edge still does [m].
 
     Source: nav2_route, GoalIntentExtractor::pruneStartandGoal.
     """
     if start is not None and route.edges:
         along, beside = along_edge(route.edges[0], start)
-        if along >= least and beside <= off:
+        if along >= first and beside <= off:
             route = route.without_first()
     if goal is not None and route.edges:
         along, beside = along_edge(route.edges[-1], goal)
-        if along <= route.edges[-1].length - least and beside <= off:
+        if along <= route.edges[-1].length - last and beside <= off:
             route = replace(route, edges=route.edges[:-1], costs=route.costs[:-1])
     return route
 

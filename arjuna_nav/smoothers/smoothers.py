@@ -56,6 +56,13 @@ class Smoother(Protocol):
         ...
 
 
+def problem_of(path: NDArray[np.float64]) -> str:
+    """Return why an array is no path; empty where it is one."""
+    if path.ndim != 2 or path.shape[1] != 3 or not len(path):
+        return f"a path must be (N, 3) with N > 0, got {path.shape}"
+    return ""
+
+
 def in_passes(
     path: NDArray[np.float64],
     costmap: Costmap,
@@ -73,9 +80,8 @@ def in_passes(
 
     Source: nav2_smoother, findDirectionalPathSegments and updateApproximatePathOrientations.
     """
-    if path.ndim != 2 or path.shape[1] != 3 or not len(path):
-        message = f"a path must be (N, 3) with N > 0, got {path.shape}"
-        return SmoothResult(SmoothStatus.INVALID_PATH, path, message)
+    if problem := problem_of(path):
+        return SmoothResult(SmoothStatus.INVALID_PATH, path, problem)
     result, first, free = path.copy(), 0, True
     while first < len(path) - 1:
         end = paths.part_end(path, first) if by_parts else len(path)
@@ -102,6 +108,9 @@ SMOOTHERS = PluginTypes(
     "smoother",
     {
         _SIMPLE: "arjuna_nav.smoothers.smoothers:SimpleSmoother",
+        "nav2_constrained_smoother::ConstrainedSmoother": (
+            "arjuna_nav.smoothers.constrained:ConstrainedSmoother"
+        ),
         "nav2_smoother::SavitzkyGolaySmoother": (
             "arjuna_nav.smoothers.smoothers:SavitzkyGolaySmoother"
         ),

@@ -20,7 +20,8 @@ from bringup.parameters.options import factor, positive
 VERBS = "bringup.ros2.verbs"
 BUFFERED = "--use-python-default-buffering"
 FORWARDED = {
-    "daemon": ("There is no daemon: none is needed", "forward:daemon"),
+    "component": ("There are no containers: each node is a process", "daemon:component"),
+    "daemon": ("There is no daemon: none is needed", "daemon:run"),
     "doctor": ("Check the system for what goes wrong", "forward:doctor"),
     "launch": ("Start what a known launch file starts", "launch:run"),
     "run": ("Run a package specific executable", "forward:run"),

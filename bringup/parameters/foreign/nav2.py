@@ -16,8 +16,6 @@ from bringup.parameters.remarks import Kind
 COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
 _TABLES: dict[str, Any] = read_yaml(Path(__file__).with_suffix(".yaml"))
 _OLDER = _TABLES["older"]
-INSTEAD: dict[str, str] = _TABLES["instead"]
-"""Of Nav2's classes that are not here, those that take their place."""
 _DWB = "dwb_core::DWBLocalPlanner"
 _BACKWARD = ".allow_backward"
 _PLANAR = 0, 1, 5  # of x, y, z, roll, pitch, yaw

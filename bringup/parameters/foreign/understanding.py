@@ -86,7 +86,6 @@ class _Section:
             robot = keys_of_robot(spec.name)
             below = {key: value for key, value in below.items() if key in robot}
         values = nav2.as_today(spec.name, given)
-        values = self._with_classes_instead(values)
         sim_time = values.pop(SIM_TIME, below.get(SIM_TIME))
         whole = merged({"": below}, {"": {**shared, **values}})[""]
         values |= self._without_foreign_plugins(whole)
@@ -117,19 +116,6 @@ class _Section:
                 where = f"{self._node}: {layer}"
                 remarks.append(Remark(Kind.NO_EFFECT, where, _BLIND, safety=True))
         return remarks
-
-    def _with_classes_instead(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return values with the classes that take the place of Nav2's which are not here.
-
-        What a file gives those is left out: it means something else here, or nothing.
-        """
-        found = {key: cls for key, cls in values.items() if str(cls) in nav2.INSTEAD}
-        for key, cls in found.items():
-            reason = f"'{cls}' is not here; {nav2.INSTEAD[cls]} takes its place, with its defaults"
-            self.remarks.append(Remark(Kind.NO_EFFECT, f"{self._node}: {key}", reason))
-        theirs = tuple(key.removesuffix("plugin") for key in found)
-        kept = {key: value for key, value in values.items() if not key.startswith(theirs)}
-        return kept | {key: nav2.INSTEAD[cls] for key, cls in found.items()}
 
     def _without_foreign_plugins(self, values: dict[str, Any]) -> dict[str, Any]:
         """Return the lists of plug-ins that lose a class of somebody's C++; others stay with it."""

@@ -1,4 +1,4 @@
-"""The commands that hand all their words on: `ros2 run`, `doctor`, `daemon`."""
+"""The commands that hand all their words on: `ros2 run`, `doctor`."""
 
 from __future__ import annotations
 
@@ -313,14 +313,6 @@ def become(path: Path, words: list[str]) -> NoReturn:
 def remedy(package: str) -> str:
     """Return what to do where a package, or something of it, is not there."""
     return remedy_of(package, sorted(name for known, name in PROGRAMS if known == package))
-
-
-def daemon(words: list[str]) -> None:
-    """Print that there is no daemon, so that scripts that stop or start it continue."""
-    if words[:1] == ["status"] or words[:1] == ["stop"]:
-        print("The daemon is not running")
-    else:
-        print("There is no daemon: every command looks at the graph itself")
 
 
 def doctor(words: list[str]) -> NoReturn:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
+import re
 import shlex
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -15,7 +18,7 @@ from bringup.ros2.grammar import VERBS, build_parser, choices_of
 from bringup.ros2.launches import LAUNCHES
 from bringup.ros2.main import main, real_ros2, without_wheels
 from bringup.ros2.roslaunch import commands_of
-from bringup.ros2.verbs import forward, launch
+from bringup.ros2.verbs import forward, launch, multicast
 from bringup.ros2.verbs.forward import RosArguments, ros_arguments
 
 _BURGER, _PILLARS = shipped_file("urdf/burger.urdf"), shipped_file("worlds/pillar_arena.world")
@@ -124,9 +127,34 @@ def test_its_own_folder_is_no_sourced_ros(tmp_path: Path) -> None:
     assert real_ros2({"ROS_DISTRO": "jazzy", "PATH": str(own.parent)}, own) is None
 
 
-def test_the_daemon_is_not_running(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["daemon", "stop"]) == 0
-    assert capsys.readouterr().out == "The daemon is not running\n"
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        ("daemon stop", 0, "The daemon is not running\n"),
+        ("component list", 0, ""),
+        ("component types", 0, ""),
+        ("component load /container nav2_amcl nav2_amcl::AmclNode", 1, "There are no containers"),
+        ("component unload /container 1", 1, "There are no containers: each node is a process"),
+    ],
+)
+def test_what_ros2_has_processes_for_and_this_one_has_not(
+    words: str, code: int, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words.split()) == code
+    captured = capsys.readouterr()
+    assert (captured.err if code else captured.out).startswith(said)
+
+
+def test_a_datagram_is_sent_and_received(capsys: pytest.CaptureFixture[str]) -> None:
+    nothing = argparse.Namespace()
+    listening = threading.Thread(target=multicast.receive, args=(nothing,), daemon=True)
+    listening.start()
+    for _ in range(100):
+        multicast.send(nothing)
+        listening.join(0.1)
+        if not listening.is_alive():
+            break
+    assert re.search(r"Received from [0-9.]+:[0-9]+: 'Hello World!'\n", capsys.readouterr().out)
 
 
 def test_an_unknown_program_names_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,8 +13,8 @@ from arjuna_core.config import load
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap
-from arjuna_nav.routes.graph import Edge, Node
-from arjuna_nav.routes.obstacles import CollisionMonitor, CostmapScorer
+from arjuna_nav.routes.graph import Edge, Graph, Node
+from arjuna_nav.routes.obstacles import CollisionMonitor, CostmapScorer, nearest_node
 from arjuna_nav.routes.operations import OperationError, OperationResult, RouteEvent
 from arjuna_nav.routes.scorers import RouteRequest
 
@@ -128,3 +128,29 @@ def test_says_why_the_route_cannot_be_driven(
 ) -> None:
     with pytest.raises(OperationError, match=text):
         made(CollisionMonitor, values, lambda: costmap).perform(on_route(now=1.0))
+
+
+WALL = np.zeros((9, 9), np.uint8)
+WALL[2:, 4] = 254  # between x = 4 and 5, from y = 2 on
+
+
+@pytest.mark.parametrize(
+    ("costs", "at", "count", "node"),
+    [
+        (np.zeros_like(WALL), (3.5, 6.5), 5, 1),
+        (WALL, (3.5, 6.5), 5, 0),  # node 1 is nearer, behind the wall
+        (WALL, (3.5, 6.5), 1, 1),
+        (np.where(WALL, 255, 0), (3.5, 6.5), 5, 1),  # what is unknown is no obstacle
+        (WALL, (5.5, 5.5), 5, 1),
+        (WALL, (3.5, 9.5), 5, 1),  # off the costmap
+        (np.where(np.arange(9) == 4, 254, 0) + 0 * WALL, (2.5, 8.5), 5, 0),
+    ],
+)
+def test_the_nearest_node_is_not_one_behind_a_wall(
+    costs: Any, at: tuple[float, float], count: int, node: int
+) -> None:
+    graph = Graph({0: Node(0, 1.5, 3.5), 1: Node(1, 5.5, 6.5)}, {})
+    frame = GridFrame(1.0, 9, 9, SE2())
+    costmap = Costmap(frame, costs.astype(np.uint8))
+    assert nearest_node(graph, at, costmap, count) == node
+    assert nearest_node(graph, at, None, count) == graph.nearest(*at)[0]

@@ -47,7 +47,8 @@ def test_a_file_is_read(tmp_path: Path) -> None:
     (asked,) = graph.nodes[0].operations
     assert (asked.type, asked.trigger, asked.metadata) == ("Stop", "NODE", {"wait_for": 5.0})
     assert graph.nodes[0].metadata == {"class": "hall"}
-    assert graph.nearest(3.1, 0.4) == 1
+    assert graph.nearest(3.1, 0.4) == [1]
+    assert graph.nearest(3.1, 0.4, 3) == [1, 0, 2]
 
 
 @pytest.mark.parametrize(
@@ -115,13 +116,18 @@ def test_a_closed_edge_is_not_taken_and_a_costlier_one_only_where_it_pays(tmp_pa
 
 def test_ends_at_which_the_robot_would_turn_back_are_left_out(tmp_path: Path) -> None:
     route = route_round(read_graph(written(tmp_path), "map"))
-    short = pruned(route, (1.0, 0.3), (4.0, 2.0), 0.1, 1.0)
+    short = pruned(route, (1.0, 0.3), (4.0, 2.0), 0.1, 0.1, 1.0)
     assert (numbers(short), short.cost) == ((1,), 0.0)
-    half = pruned(route, (1.0, 0.3), None, 0.1, 1.0)
+    half = pruned(route, (1.0, 0.3), None, 0.1, 0.1, 1.0)
     assert (numbers(half), half.cost) == ((1, 2), 5.0)
-    assert numbers(pruned(route, (-1.0, 0.0), (4.0, 5.0), 0.1, 1.0)) == (0, 1, 2)
-    assert numbers(pruned(route, (1.0, 3.0), (1.0, 2.0), 0.1, 1.0)) == (0, 1, 2), "too far"
-    assert pruned(route, None, None, 0.1, 1.0) == route
+    assert numbers(pruned(route, (-1.0, 0.0), (4.0, 5.0), 0.1, 0.1, 1.0)) == (0, 1, 2)
+    assert numbers(pruned(route, (1.0, 3.0), (1.0, 2.0), 0.1, 0.1, 1.0)) == (0, 1, 2), "too far"
+    assert pruned(route, None, None, 0.1, 0.1, 1.0) == route
+    for last, nodes in (
+        (0.4, (0, 1)),
+        (0.6, (0, 1, 2)),
+    ):  # the goal is half a metre before its node
+        assert numbers(pruned(route, None, (4.0, 3.5), 0.1, last, 1.0)) == nodes
 
 
 def test_a_path_goes_over_the_nodes(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from nav2_msgs.msg import CostmapUpdate, EdgeCost, SpeedLimit
 from nav2_msgs.srv import DynamicEdges, SetRouteGraph
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
 
 from arjuna_core.config import param
 from arjuna_core.grid import GridFrame
@@ -63,6 +64,33 @@ def test_a_route_by_numbers_and_by_poses(robot: PlayedRobot) -> None:
     robot.run(0.1)
     from_here = ask(robot, use_poses=True, goal=pose(4.2, 4.3))
     assert [node.nodeid for node in from_here.result.route.nodes] == [0, 3, 2]
+
+
+def test_the_graph_is_shown_and_a_new_one_in_its_place(robot: PlayedRobot, tmp_path: Path) -> None:
+    seen = robot.bench.latched(MarkerArray, "/route_graph")
+    robot.run(0.1)
+    shown = {one.ns: one for one in seen[-1].markers}
+    assert [len(shown[f"route_graph_{kind}"].points) for kind in ("nodes", "edges")] == [4, 10]
+    texts = [one.text for one in seen[-1].markers if one.ns == "route_graph_edge_ids"]
+    assert texts == ["0", "1", "2", "3", "4"]
+    content = square()
+    content["features"] = [content["features"][k] for k in (0, 1, EDGES)]
+    request = SetRouteGraph.Request(graph_filepath=str(written(tmp_path, content)))
+    assert robot.bench.call(SetRouteGraph, "/route_server/set_route_graph", request).success
+    robot.run(0.1)
+    assert seen[-1].markers[0].action == Marker.DELETEALL
+    assert len(seen[-1].markers[1].points) == 2
+
+
+@pytest.mark.parametrize(("search", "nodes"), [(True, [1, 2]), (False, [0, 3, 2])])
+def test_a_route_begins_where_no_obstacle_is_between(
+    tmp_path: Path, search: bool, nodes: list[int]
+) -> None:
+    robot = serving(tmp_path, costmap_topic="costs", enable_nn_search=search)
+    send_costmap(robot, "/costs", 1.0, 0.0)
+    ends = {"start": pose(2.0, 0.0), "goal": pose(4.0, 4.0)}
+    found = ask(robot, use_poses=True, use_start=True, **ends)
+    assert nodes_of(found.result.route) == nodes
 
 
 @pytest.mark.parametrize("track", [False, True])
@@ -448,6 +476,6 @@ def test_what_raises_fails_its_goal_with_its_last_line_and_not_the_server(
 
 def test_a_start_far_along_an_edge_is_not_cut_off_where_that_is_asked(tmp_path: Path) -> None:
     start, goal = (pose_stamped(SE2(*at), "map", 0.0) for at in ((3.9, 0.2), (4.2, 4.3)))
-    robot = serving(tmp_path, min_prune_distance_from_start=9.0)
+    robot = serving(tmp_path, min_prune_dist_from_start=9.0)
     route = ask(robot, use_poses=True, use_start=True, start=start, goal=goal).result.route
     assert nodes_of(route) == [1, 2]

@@ -223,14 +223,16 @@ def test_a_list_of_nothing_but_classes_in_c_refuses_the_file(tmp_path: Path) -> 
     assert RPP in problem
 
 
-def test_a_class_of_nav2_that_is_not_here_has_another_in_its_place() -> None:
-    cls = "nav2_constrained_smoother/ConstrainedSmoother"
-    given = {"smoother_plugins": ["Bent"], "Bent.plugin": cls, "Bent.w_smooth": 2e6}
-    found = understood({"smoother_server": given})
-    (one,) = map(str, found.remarks)
-    assert "Bent.plugin: 'nav2_constrained_smoother::ConstrainedSmoother' is not here; nav2" in one
-    assert "Bent.w_smooth" not in found.parameters["smoother_server"]
-    assert value(found, "smoother_server", "Bent.plugin") == "nav2_smoother::SimpleSmoother"
+def test_the_constrained_smoother_takes_its_own_weights_and_tolerances() -> None:
+    own: dict[str, Any] = {"w_smooth": 15000.0, "cost_check_points": (-0.2, 0.0, 1.0)}
+    own |= {"optimizer.max_iterations": 70, "optimizer.gradient_tol": 5e3}
+    unused = {"optimizer.debug_optimizer": True, "optimizer.linear_solver_type": "DENSE_QR"}
+    given = {"plugin": "nav2_constrained_smoother/ConstrainedSmoother", **own, **unused}
+    values = {"smoother_plugins": ["Bent"], **{f"Bent.{key}": v for key, v in given.items()}}
+    found = understood({"smoother_server": values})
+    assert {remark.kind for remark in found.remarks} == {Kind.NOT_NEEDED}
+    assert len(found.remarks) == len(unused)
+    assert {key: value(found, "smoother_server", f"Bent.{key}") for key in own} == own
 
 
 def test_a_class_of_nav2_that_is_misspelt_refuses_the_file(tmp_path: Path) -> None:

@@ -1,0 +1,80 @@
+"""PyCostmap2D: a costmap's message by cells and by metres, under the original's names."""
+
+# ruff: noqa: D102 - the names are the original's; each method is the value it names
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class PyCostmap2D:
+    """The costs of a nav2_msgs/Costmap: 0 free, 253 inscribed, 254 lethal, 255 unknown.
+
+    Attributes:
+        costmap: Row by row from the lower left, `(size_x * size_y,) uint8`.
+    """
+
+    def __init__(self, occupancy_map: Any) -> None:
+        about = occupancy_map.metadata
+        self.size_x: int = about.size_x
+        self.size_y: int = about.size_y
+        self.resolution: float = about.resolution
+        self.origin_x: float = about.origin.position.x
+        self.origin_y: float = about.origin.position.y
+        self.global_frame_id: str = occupancy_map.header.frame_id
+        self.costmap_timestamp: Any = occupancy_map.header.stamp
+        self.costmap: NDArray[np.uint8] = np.array(occupancy_map.data, dtype=np.uint8)
+
+    def getSizeInCellsX(self) -> int:
+        return self.size_x
+
+    def getSizeInCellsY(self) -> int:
+        return self.size_y
+
+    def getSizeInMetersX(self) -> float:
+        return self.size_x * self.resolution
+
+    def getSizeInMetersY(self) -> float:
+        return self.size_y * self.resolution
+
+    def getOriginX(self) -> float:
+        return self.origin_x
+
+    def getOriginY(self) -> float:
+        return self.origin_y
+
+    def getResolution(self) -> float:
+        return self.resolution
+
+    def getGlobalFrameID(self) -> str:
+        return self.global_frame_id
+
+    def getCostmapTimestamp(self) -> Any:
+        return self.costmap_timestamp
+
+    def getIndex(self, mx: int, my: int) -> int:
+        return my * self.size_x + mx
+
+    def getCostXY(self, mx: int, my: int) -> np.uint8:
+        return self.getCostIdx(self.getIndex(mx, my))
+
+    def getCostIdx(self, index: int) -> np.uint8:
+        cost: np.uint8 = self.costmap[index]
+        return cost
+
+    def setCost(self, mx: int, my: int, cost: int) -> None:
+        self.costmap[self.getIndex(mx, my)] = cost
+
+    def mapToWorld(self, mx: int, my: int) -> tuple[float, float]:
+        """Return the middle of a cell [m]."""
+        cell = self.resolution
+        return self.origin_x + (mx + 0.5) * cell, self.origin_y + (my + 0.5) * cell
+
+    def worldToMapValidated(self, wx: float, wy: float) -> tuple[int, int] | tuple[None, None]:
+        """Return the cell of a point [m]; None, None outside."""
+        mx = int((wx - self.origin_x) // self.resolution)
+        my = int((wy - self.origin_y) // self.resolution)
+        inside = 0 <= mx < self.size_x and 0 <= my < self.size_y
+        return (mx, my) if inside else (None, None)
