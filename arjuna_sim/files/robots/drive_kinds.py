@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
+from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
@@ -109,17 +110,21 @@ def _is_holonomic(urdf: Urdf, grips: Mapping[str, tuple[float, float]]) -> bool:
 def steering_joints(urdf: Urdf) -> tuple[str, ...]:
     """Return the joints that turn a wheel about the vertical, but for casters.
 
-    Those without limits steer where their wheel stands below them: a caster's trails.
-    One that follows another to the same side is one, too: each steers its own wheel.
+    Those without limits steer where their wheel stands below them: a caster's trails. So do those
+    of any name, with limits, that carry one wheel. One that follows another to the same side is
+    one, too: each steers its own wheel.
     """
-    carriers = {joint.parent for joint in urdf.joints.values() if joint.kind == "continuous"}
+    carried = Counter(j.parent for j in urdf.joints.values() if j.kind == "continuous")
     return tuple(
         joint.name
         for joint in urdf.joints.values()
-        if joint.child in carriers
+        if joint.child in carried
         and (joint.kind == "revolute" or (joint.kind == "continuous" and _is_above(urdf, joint)))
         and (joint.mimic is None or joint.mimic.multiplier > 0.0)
-        and _STEERS.search(f"{joint.name} {joint.child}") is not None
+        and (
+            _STEERS.search(f"{joint.name} {joint.child}") is not None
+            or (joint.kind == "revolute" and carried[joint.child] == 1 and _is_above(urdf, joint))
+        )
         and _PASSIVE.search(f"{joint.name} {joint.child}") is None
         and _is_upright(urdf, joint)
     )
