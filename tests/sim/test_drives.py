@@ -166,7 +166,7 @@ def test_wheels_that_each_steer_move_in_any_direction(
         said = start.odometry.T_odom_base.inverse() @ seen.odometry.T_odom_base
         twist = 1.5 * command.x, 1.5 * command.y, 1.5 * command.yaw_rate
         for pose in (moved, said):
-            off = SE2.exp(twist).inverse() @ pose  # type: ignore[arg-type]
+            off = SE2.exp(twist).inverse() @ pose
             assert math.hypot(off.x, off.y) < 0.03
             assert abs(off.theta) < math.radians(4.0)
         command = Velocity(-command.x, y=-command.y, yaw_rate=-command.yaw_rate)

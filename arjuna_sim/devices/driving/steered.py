@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +74,7 @@ class SteeredBase(Base):
         self._held = np.zeros(len(signs))
 
     @classmethod
-    def of(cls, urdf: Urdf, drive: DriveSettings) -> Self:
+    def of(cls, urdf: Urdf, drive: DriveSettings) -> SteeredBase:
         """Return the base of a robot."""
         wheels = [_wheel(urdf, name, drive) for name in drive.rolling]
         pivots = np.array([_pivot(urdf, name) for name in drive.steering])
