@@ -84,8 +84,9 @@ class DrivenRobot:
         self._motion = RobotMotion(stage, name, model.moving_joints)
         self._placer = Placer(stage, name)
         self._base = base_of(model, config.drive)
-        self._steers = model.drive.kind is DriveKind.STEERED
-        self._drive, self._wheels = Drive(self.limits, self._steers), WheelSpeeds(model, self._base)
+        self._steers = bool(model.drive.steering)
+        along_arcs = model.drive.kind is DriveKind.STEERED
+        self._drive, self._wheels = Drive(self.limits, along_arcs), WheelSpeeds(model, self._base)
         self.setpoint = Velocity()
         batteries = (s for s in model.settings.sensors if isinstance(s, BatterySettings))
         self._batteries = tuple(batteries)

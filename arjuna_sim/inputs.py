@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from arjuna_core.errors import RobotError
 from arjuna_core.files.shipped import shipped_file
-from arjuna_sim.devices.driving.bases import SteeredBase
+from arjuna_sim.devices.driving.steered import SteeredBase
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.files.robots.robot_file import load_robot

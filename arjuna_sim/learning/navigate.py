@@ -19,7 +19,7 @@ from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.device import mounted
 from arjuna_sim.devices.sensors.lidar import LidarSettings
-from arjuna_sim.inputs import named_robot, named_world
+from arjuna_sim.inputs import moves_sideways, named_robot, named_world
 from arjuna_sim.learning.task import (
     Floats,
     TaskConfig,
@@ -32,7 +32,6 @@ from arjuna_sim.learning.task import (
     scan_points,
 )
 from arjuna_sim.model.robot import RobotModel, footprint
-from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.world import World
 from arjuna_sim.simulation import Simulation, solo
 
@@ -112,7 +111,7 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
         )
         angles = np.linspace(lidar.angle_min, lidar.angle_max, lidar.samples)
         self.beams = beams_of(angles, mounted(robot, lidar).planar().array())
-        self._sideways = robot.drive.kind in (DriveKind.MECANUM, DriveKind.OMNI)
+        self._sideways = moves_sideways(robot)
         self._make_spaces()
 
     def _make_spaces(self) -> None:

@@ -30,6 +30,7 @@ class DriveKind(Enum):
     MECANUM = "mecanum wheels"
     OMNI = "omni wheels"
     STEERED = "steered wheels"
+    SWERVE = "wheels that each steer"
     TRACKED = "tracks"
     PLANAR = "moved in the plane"
     """Asked for by a file, as tracks are; wheels of another kind stand for them."""

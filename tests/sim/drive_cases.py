@@ -314,9 +314,26 @@ def car(
     return Robot(wheels, plugin(file, joints), limit=max(limit, 0.6), middle=axle + 0.16)
 
 
-def steered_all_round() -> Robot:
-    """Return a robot of gz-sim's FourwidsDrive, which steers its four wheels."""
+def steered_all_round(source: str, limit: float = 0.6, steering: str = "revolute") -> Robot:
+    """Return a robot that steers its four wheels.
+
+    Args:
+        source: What says so: `gz-sim-fourwids-drive-system` or another plugin, `control` for
+            ros2_control's swerve controller, or nothing.
+        limit: How far they are steered [rad].
+        steering: The kind of the steering joints.
+    """
     wheels = tuple(replace(wheel, steered=True) for wheel in four("{end}_{side}_wheel"))
+    if not source:
+        return Robot(wheels, limit=limit, steering=steering)
+    if source == "control":
+        text = "swerve:\n  ros__parameters:\n    type: swerve_drive_controller/SwerveController\n"
+        text += "    use_stamped_vel: false\n"
+        for name in (wheel.name for wheel in wheels):
+            text += f"    {name}_joint: {name}_joint\n"
+            text += f"    {name.removesuffix('wheel')}axle_joint: {name}_steer_joint\n"
+        tag, files = control(text)
+        return Robot(wheels, tag, files=files, limit=limit)
     joints = "".join(
         f"<{given}_{side}_joint>{end}_{side}_wheel_joint</{given}_{side}_joint>"
         f"<{given}_{side}_steering_joint>{end}_{side}_wheel_steer_joint"
@@ -324,7 +341,7 @@ def steered_all_round() -> Robot:
         for given, end in (("front", "front"), ("back", "rear"))
         for side in ("left", "right")
     )
-    return Robot(wheels, plugin("gz-sim-fourwids-drive-system", joints))
+    return Robot(wheels, plugin(source, joints), limit=limit)
 
 
 def car_led(virtual: bool) -> Robot:

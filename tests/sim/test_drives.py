@@ -49,7 +49,7 @@ STEERED = {
     "car of endless steering": cases.car("", steer="continuous"),
     "car, whose wheels mimic": cases.car_led(virtual=False),
     "car, whose wheels mimic virtual ones": cases.car_led(virtual=True),
-    "all wheels steer": cases.steered_all_round(),
+    "all wheels steer": cases.steered_all_round("gz-sim-fourwids-drive-system"),
     "tricycle": cases.tricycle(),
     "tricycle, classic": cases.tricycle(classic=True),
 }
@@ -131,6 +131,46 @@ def test_plugins_of_two_axles_drive_all_wheels_that_obey_one_topic(tmp_path: Pat
     assert not any("second drive" in note for note in texts(robot.notes))
     path = cases.two_axles("<topic>lifted</topic>").write(tmp_path)
     assert "plugin 'drive': a second drive is not simulated" in texts(load_robot(path).notes)
+
+
+SWERVE = {
+    "plugin": cases.steered_all_round("gz-sim-swerve-drive-system", 3.1),
+    "controller": cases.steered_all_round("control", 1.57),
+    "endless": cases.steered_all_round("", steering="continuous"),
+}
+
+
+@pytest.mark.parametrize("name", SWERVE)
+@pytest.mark.parametrize(
+    "command",
+    [
+        Velocity(-0.4),
+        Velocity(y=0.4),
+        Velocity(0.3, y=-0.3),
+        Velocity(yaw_rate=0.8),
+        Velocity(0.2, y=0.2, yaw_rate=0.4),
+    ],
+    ids=["back", "sideways", "askew", "about", "all"],
+)
+def test_wheels_that_each_steer_move_in_any_direction(
+    tmp_path: Path, name: str, command: Velocity
+) -> None:
+    robot = load_robot(SWERVE[name].write(tmp_path), SearchPath())
+    assert robot.drive.kind is DriveKind.SWERVE
+    assert steering_of(robot, "") is None
+    sim = simulator(robot=tmp_path / "made.urdf")
+    start = run(sim, 1.0, command)  # its wheels point there by then
+    for _ in range(2):  # and the other way about, for which they roll backwards
+        seen = run(sim, 1.5, command)
+        moved = start.truth.pose.inverse() @ seen.truth.pose
+        said = start.odometry.T_odom_base.inverse() @ seen.odometry.T_odom_base
+        twist = 1.5 * command.x, 1.5 * command.y, 1.5 * command.yaw_rate
+        for pose in (moved, said):
+            off = SE2.exp(twist).inverse() @ pose
+            assert math.hypot(off.x, off.y) < 0.03
+            assert abs(off.theta) < math.radians(4.0)
+        command = Velocity(-command.x, y=-command.y, yaw_rate=-command.yaw_rate)
+        start = run(sim, 0.2, command)
 
 
 def test_tricycles_driven_wheel_is_the_one_that_its_plugin_names(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from arjuna_core.errors import ArjunaError
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.drive import DriveConfig
-from arjuna_sim.model.settings import DriveKind, DriveSettings
+from arjuna_sim.model.settings import DriveSettings
 
 ASSUMED = 1.0
 """Period of a sender of whom one command is known: `ros2 topic pub`'s default [s]."""
@@ -133,7 +133,7 @@ def limited(config: DriveConfig, settings: DriveSettings, steady: float = math.i
         steady: Greatest acceleration at which the robot neither slips nor tips [m/s^2].
     """
     # A steered robot turns as it rolls: its turn rate has no traction of its own.
-    skids = settings.separation > 0.0 and settings.kind is not DriveKind.STEERED
+    skids = settings.separation > 0.0 and not settings.steering
     turn = 2.0 / settings.separation if skids else math.inf
     linear, angular = config.max_linear_acceleration, config.max_angular_acceleration
     linear = min(linear or settings.max_acceleration or math.inf, steady)

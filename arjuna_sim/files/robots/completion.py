@@ -17,20 +17,27 @@ from arjuna_sim.model.geometry.shapes import (
     inertial_of_parts,
     volume_of,
 )
+from arjuna_sim.model.robot import ANCHOR
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
-from arjuna_sim.model.urdf import Urdf
+from arjuna_sim.model.urdf import Link, Urdf
 from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, radius_of
 
 CASTER_FRICTION = 0.01
 """Of what slides along on the ground: a fixed shape there stands for a caster, which rolls."""
 _BEYOND = 4.0  # of the inertia of a mass that is all at the reach of its shapes
 _LEAST = 0.01  # mass of a moving part without mass or shape [kg]
+_MARK = 0.002  # a shape that is nowhere larger only marks a frame [m]
 _CASTER = re.compile(r"cast[eo]r", re.I)
 _GRIP = 0.8  # of rubber on dry concrete (Wong, Theory of Ground Vehicles: 0.8 to 0.9)
 
 
 def complete_shapes(xml: XmlFile, urdf: Urdf) -> Urdf:
-    """Give a robot that could touch nothing but by its wheels the shapes by which it is drawn."""
+    """Give a robot that could touch nothing but by its wheels the shapes by which it is drawn.
+
+    What marks a frame, as a box of 1 mm at the ground, is not solid: it would bear the robot.
+    """
+    links = {name: _without_marks(link) for name, link in urdf.links.items()}
+    urdf = dataclasses.replace(urdf, links=links)
     rolling = {joint.child for joint in urdf.joints.values() if joint.kind == "continuous"}
     if any(link.collisions for link in urdf.links.values() if link.name not in rolling):
         return urdf
@@ -38,8 +45,20 @@ def complete_shapes(xml: XmlFile, urdf: Urdf) -> Urdf:
     for name, link in urdf.links.items():
         if link.visuals and not link.collisions:
             xml.note(f"link '{name}': has no <collision>, so it is as solid as it is drawn")
-            links[name] = dataclasses.replace(link, collisions=link.visuals)
+            links[name] = _without_marks(dataclasses.replace(link, collisions=link.visuals))
+    if urdf.root != ANCHOR and not any(link.collisions for link in links.values()):
+        xml.note("no link has a shape (<collision> or <visual>): it falls through the ground")
     return dataclasses.replace(urdf, links=links)
+
+
+def _without_marks(link: Link) -> Link:
+    marks = (Kind.BOX, Kind.SPHERE, Kind.CYLINDER)
+    solid = (
+        part
+        for part in link.collisions
+        if part.shape.kind not in marks or np.ptp(corners(part.shape), axis=0).max() > _MARK
+    )
+    return dataclasses.replace(link, collisions=tuple(solid))
 
 
 def bound_inertias(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> Urdf:

@@ -24,6 +24,8 @@ _SIDE = re.compile(
     r"((front|rear|back|mid|middle)_)?(?P<side>left|right)_(wheels?|(wheel_)?(command_)?joints?)(_names?)?"
 )
 """Parameters that name wheels, as `left_wheel_names` and `rear_left_wheel_command_joint_name`."""
+_AXLE = re.compile(r"(front|rear|back)_(left|right)_(axle|steering)_joint(_name)?")
+"""Parameters of swerve controllers that name steering joints."""
 _WHEELS = ("wheel_names", "traction_joints_names", "traction_joint_name", "rear_wheels_names")
 _STEERING = ("steering_joints_names", "steering_joint_name", "front_wheels_names")
 _READ_LIMITS = ("velocity", "acceleration")
@@ -86,7 +88,8 @@ def _joints(values: Mapping[str, Any]) -> dict[str, list[str]]:
         for side in ("left", "right")
     }
     if all(sides.values()):
-        return sides
+        steering = _names(values, tuple(key for key in keys if _AXLE.fullmatch(key)))
+        return {**sides, "steering": steering} if steering else sides
     lists = {"wheel": _names(values, _WHEELS), "steering": _names(values, _STEERING)}
     if values.get("front_steering") is False and "rear_wheels_names" in values:
         lists = {"wheel": lists["steering"], "steering": lists["wheel"]}
@@ -272,6 +275,8 @@ def _kind(lists: dict[str, list[str]], values: dict[str, Any], named: str) -> tu
         return "diff_drive_controller", "cmd_vel", "odom"
     if found is DriveKind.OMNI or (not has_sides and not lists["steering"]):
         return "omni_wheel_drive_controller", "cmd_vel", "odom"
+    if "swerve" in named.lower():
+        return "swerve_drive_controller", "cmd_vel", "odom"
     if "traction_joint_name" in values:
         return "tricycle_controller", "cmd_vel", "odom"
     return "steering_controllers_library", "reference", "odometry"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
+from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
@@ -31,7 +32,8 @@ _SPREAD = (
 _STEERS = re.compile(r"steer|kingpin|knuckle|turn|swivel|hinge", re.I)
 _PASSIVE = re.compile(r"cast[eo]r", re.I)
 _UPRIGHT, _ACROSS = 0.7, 0.5  # least part of a steering axis along z, and of a wheel's along y
-_LIMITS = (0.05, 1.4)  # of what steering can do [rad]
+_LIMITS = (0.05, 1.4)  # of what steering about one centre can do [rad]
+_QUARTER = math.pi / 2 - 0.02  # of a turn; wheels that are steered so far point in any direction
 _OTHERWISE = {
     DriveKind.MECANUM: "it has no four mecanum wheels at four corners",
     DriveKind.OMNI: "its wheels' axes are parallel",
@@ -108,17 +110,21 @@ def _is_holonomic(urdf: Urdf, grips: Mapping[str, tuple[float, float]]) -> bool:
 def steering_joints(urdf: Urdf) -> tuple[str, ...]:
     """Return the joints that turn a wheel about the vertical, but for casters.
 
-    Those without limits steer where their wheel stands below them: a caster's trails.
-    One that follows another to the same side is one, too: each steers its own wheel.
+    Those without limits steer where their wheel stands below them: a caster's trails. So do those
+    of any name, with limits, that carry one wheel. One that follows another to the same side is
+    one, too: each steers its own wheel.
     """
-    carriers = {joint.parent for joint in urdf.joints.values() if joint.kind == "continuous"}
+    carried = Counter(j.parent for j in urdf.joints.values() if j.kind == "continuous")
     return tuple(
         joint.name
         for joint in urdf.joints.values()
-        if joint.child in carriers
+        if joint.child in carried
         and (joint.kind == "revolute" or (joint.kind == "continuous" and _is_above(urdf, joint)))
         and (joint.mimic is None or joint.mimic.multiplier > 0.0)
-        and _STEERS.search(f"{joint.name} {joint.child}") is not None
+        and (
+            _STEERS.search(f"{joint.name} {joint.child}") is not None
+            or (joint.kind == "revolute" and carried[joint.child] == 1 and _is_above(urdf, joint))
+        )
         and _PASSIVE.search(f"{joint.name} {joint.child}") is None
         and _is_upright(urdf, joint)
     )
@@ -156,22 +162,24 @@ def with_steering(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> DriveSettin
     fixed = tuple(n for n in wheels if steered_by(urdf, n, steering) < 0)
     driven = wheels if drive.plugin else fixed or wheels
     limit = min([_limit(urdf, name) for name in steering])
-    limit = min(limit, drive.steering_limit or limit)
+    limit, free = min(limit, drive.steering_limit or limit), _free(urdf, driven)
+    turn = {steered_by(urdf, name, steering) for name in (*driven, *free)}
+    swerves = limit >= _QUARTER and len(turn) == len(driven + free) > 1 and -1 not in turn
     sides = [tuple(n for n in driven if n in side) for side in (drive.left, drive.right)]
     return dataclasses.replace(
         drive,
         left=sides[0],
         right=sides[1],
-        kind=DriveKind.STEERED,
+        kind=DriveKind.SWERVE if swerves else DriveKind.STEERED,
         steering=steering,
-        steering_limit=float(np.clip(limit, *_LIMITS)),
-        free=_free(urdf, driven),
+        steering_limit=limit if swerves else float(np.clip(limit, *_LIMITS)),
+        free=free,
     )
 
 
 def _limit(urdf: Urdf, name: str) -> float:
     limits = urdf.joints[name].limits
-    return _LIMITS[1] if limits is None else min(abs(limits[0]), abs(limits[1]))
+    return math.pi if limits is None else min(abs(limits[0]), abs(limits[1]), math.pi)
 
 
 def _free(urdf: Urdf, driven: tuple[str, ...]) -> tuple[str, ...]:

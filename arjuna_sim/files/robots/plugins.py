@@ -37,7 +37,7 @@ _SPELLINGS = {
         *("ackermannsteeringcontroller", "ackermanncontroller", "steeringcontrollerslibrary"),
         *("tricycledrive", "tricyclecontroller", "tricyclesteeringcontroller", "steeringdrive"),
         *("bicycledrive", "bicyclesteeringcontroller", "fourwheelsteeringcontroller"),
-        "fourwidsdrive",
+        *("fourwidsdrive", "swervedrive", "swervedrivecontroller", "swervecontroller"),
     ),
 }
 """Types of plugins and classes of controllers that drive, as `_plain` writes them."""

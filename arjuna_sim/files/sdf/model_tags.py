@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
@@ -200,6 +201,8 @@ class ModelReader:
         for tag, parts in (("collision", read.solid), ("visual", read.drawn)):
             refuses = self._is_robot and tag == "collision"
             for element in link.findall(tag):
+                if _is_ghost(element):
+                    continue
                 self._tally(xml, f"{label} {tag}")
                 with nullcontext() if refuses else leaving_out(xml, f"{label} {tag}"):
                     own = _parts(xml, element, f"{label} {tag}", scope, T_model, T_model_link)
@@ -216,6 +219,20 @@ class ModelReader:
         if self._parts > PARTS_MAX:
             problem = f"is one of too many; valid: up to {PARTS_MAX} parts"
             raise ExcessError(xml.path, problem, label)
+
+
+def _is_ghost(collision: Element) -> bool:
+    """Return whether a collision touches nothing: it has no bit in common with others, or says so.
+
+    All others have all bits, unless they have none either.
+    """
+    contact = collision.find("surface/contact")
+    if contact is None:
+        return False
+    bits = re.fullmatch(
+        r"\s*0(x0+|0*)\s*", contact.findtext("collide_bitmask") or "", re.IGNORECASE
+    )
+    return bits is not None or is_true(contact.findtext("collide_without_contact"))
 
 
 def _density(xml: XmlFile, collision: Element, link: Element, label: str) -> float:

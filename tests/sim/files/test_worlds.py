@@ -105,6 +105,24 @@ def test_links_may_be_weighed_by_their_shapes(
     assert found.mass == pytest.approx(mass)
 
 
+@pytest.mark.parametrize(
+    ("contact", "solid"),
+    [
+        ("<collide_bitmask>0x00</collide_bitmask>", False),
+        ("<collide_bitmask> 0 </collide_bitmask>", False),
+        ("<collide_bitmask>0x02</collide_bitmask>", True),
+        ("<collide_bitmask>65535</collide_bitmask>", True),
+        ("<collide_without_contact>1</collide_without_contact>", False),
+        ("<collide_without_contact>0</collide_without_contact><ode/>", True),
+    ],
+)
+def test_what_touches_nothing_is_not_solid(tmp_path: Path, contact: str, solid: bool) -> None:
+    surface = f"<surface><contact>{contact}</contact></surface></collision>"
+    wall = _model("m", _box().replace("</collision>", surface), "<pose>1 0 0 0 0 0</pose>")
+    bodies = [body for body in load_world(saved_world(tmp_path, wall)).bodies if body.model == "m"]
+    assert any(body.collides for body in bodies) is solid
+
+
 def test_state_says_where_models_are(tmp_path: Path) -> None:
     state = "<state world_name='w'><model name='m'><pose>7 8 0 0 0 0</pose></model></state>"
     model = _model("m", _box(), "<pose>1 2 0 0 0 0</pose>")

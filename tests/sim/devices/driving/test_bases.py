@@ -10,7 +10,8 @@ import pytest
 
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.drive import Kinematics
-from arjuna_sim.devices.driving.bases import RollerBase, SidesBase, SteeredBase, SteeredWheel
+from arjuna_sim.devices.driving.bases import RollerBase, SidesBase
+from arjuna_sim.devices.driving.steered import SteeredBase, SteeredWheel
 from arjuna_sim.model.settings import DriveKind, DriveSettings
 from tests.sim.wheeled import wheeled
 

@@ -64,7 +64,19 @@ def test_a_robot_that_could_touch_nothing_is_as_solid_as_it_is_drawn() -> None:
     assert texts(xml.notes) == (note,)
     arm = Link("arm", None, (TYRE,), ())  # fixed: no wheel, so the robot can touch
     kept = robot(drawn, arm, fixed=(("base", "arm"),))
-    assert complete_shapes(xml, kept) is kept
+    assert complete_shapes(xml, kept) == kept
+
+
+def test_what_marks_a_frame_is_not_solid() -> None:
+    mark, small = (Part(Shape(Kind.BOX, (size, size, size))) for size in (0.002, 0.0021))
+    xml = urdf_file()
+    found = complete_shapes(xml, robot(link("foot", mark, small), Link("base", None, (), (mark,))))
+    assert found.links["foot"].collisions == (small,)
+    assert texts(xml.notes) == ()
+    assert not complete_shapes(xml, robot(Link("base", None, (), (mark,)))).links["base"].collisions
+    assert "no link has a shape (<collision> or <visual>): it falls through the ground" in (
+        texts(xml.notes)
+    )
 
 
 def test_links_that_are_fixed_to_each_other_are_one_group_its_root_first() -> None:

@@ -128,7 +128,8 @@ def car(trail: float = 0.0, drop: float = 0.0, **steer: Any) -> Urdf:
         at = Pose3((0.5, y, 0.0))
         joints[name] = Joint(name, "revolute", "base", hub, at, UP, (-0.6, 0.8))
         joints[WHEELS[i]] = replace(joints[WHEELS[i]], parent=hub)
-    joints[STEERS[0]] = replace(joints[STEERS[0]], **steer)
+    left = replace(joints.pop(STEERS[0]), **steer)
+    joints = {left.name: left, **joints}
     return Urdf(urdf.path, "r", "", "base", links, joints)
 
 
@@ -152,7 +153,9 @@ def tilted(angle: float) -> tuple[float, float, float]:
         ({"mimic": Mimic("right_steer", 1.0)}, True),
         ({"mimic": Mimic("right_steer", -1.0)}, False),
         ({"name": "left_caster_steer"}, False),
-        ({"name": "left_joint"}, False),  # no name for it
+        ({"name": "left_joint"}, True),  # of any name, with limits
+        ({"name": "left_joint", "trail": 0.05}, False),
+        ({"name": "left_joint", "kind": "continuous"}, False),
         ({"child": "nothing"}, False),
     ],
 )
