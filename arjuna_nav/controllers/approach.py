@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -80,6 +81,30 @@ class ApproachConfig:
     )
 
 
+class Arrival(NamedTuple):
+    """A robot on the last stretch of its path, at a moment.
+
+    Attributes:
+        pose: The robot's, in the frame of the costmap.
+        velocity: As measured.
+        now: Time [s].
+        remaining: Length of the path that is left [m].
+        speed: Greatest speed [m/s].
+        within: Whether the goal's tolerance is met but for the heading.
+        heading: Whether the heading matters.
+    """
+
+    pose: SE2
+    goal: SE2
+    velocity: Velocity
+    costmap: Costmap
+    now: float
+    remaining: float
+    speed: float
+    within: bool
+    heading: bool
+
+
 class FinalApproach:
     """Takes over from any controller on the last, straight stretch of a path.
 
@@ -132,56 +157,29 @@ class FinalApproach:
         self._over = self._corrected = False
         self._best, self._best_at = (math.inf, math.inf), -math.inf
 
-    def compute(
-        self,
-        pose: SE2,
-        goal: SE2,
-        velocity: Velocity,
-        costmap: Costmap,
-        now: float,
-        *,
-        remaining: float,
-        speed: float,
-        within: bool,
-        heading: bool,
-    ) -> Velocity | None:
-        """Return what to drive, None where the controller is to drive or the robot has arrived.
-
-        Args:
-            pose: The robot's, in the frame of the costmap.
-            velocity: As measured.
-            now: Time [s].
-            remaining: Length of the path that is left [m].
-            speed: Greatest speed [m/s].
-            within: Whether the goal's tolerance is met but for the heading.
-            heading: Whether the heading matters.
-        """
+    def compute(self, at: Arrival) -> Velocity | None:
+        """Return what to drive, None where the controller is to drive or the robot has arrived."""
+        pose, goal, within, heading = at.pose, at.goal, at.within, at.heading
         if not within and self._is_displaced(pose, goal):
             self.reset()
         if not self._config.enabled or self._over:
             return None
+        planned = self._steered if self._drive.radius > 0.0 else self._planned
         if not self._tracker.pieces:
-            if self._drive.radius > 0.0:
-                trajectory = self._steered(pose, goal, velocity, costmap, now, remaining, speed)
-            else:
-                trajectory = self._planned(
-                    pose, goal, velocity, costmap, remaining, speed, within, heading
-                )
-            if trajectory is None:
+            if (trajectory := planned(at)) is None:
                 self._over = within
                 return None
             self._tracker.follow(trajectory)
         before = len(self._tracker.pieces)
-        command = self._tracker.compute(pose, velocity, speed)
-        if len(self._tracker.pieces) < before and self._turned_off(pose):
-            trajectory = self._steered(pose, goal, velocity, costmap, now, remaining, speed)
-            if trajectory is not None:
-                self._tracker.follow(trajectory)
-                command = self._tracker.compute(pose, velocity, speed)
+        command = self._tracker.compute(pose, at.velocity, at.speed)
+        again = len(self._tracker.pieces) < before and self._turned_off(pose)
+        if again and (trajectory := planned(at)) is not None:
+            self._tracker.follow(trajectory)
+            command = self._tracker.compute(pose, at.velocity, at.speed)
         if command is None and heading and self._corrects(pose, goal):
-            command = self._tracker.compute(pose, velocity, speed)
-        ends = command is None or self._stalls(pose, now)
-        if ends or self._is_blocked(pose, costmap):
+            command = self._tracker.compute(pose, at.velocity, at.speed)
+        ends = command is None or self._stalls(pose, at.now)
+        if ends or self._is_blocked(pose, at.costmap):
             self.reset()
             self._over = ends or within
             return None
@@ -204,61 +202,41 @@ class FinalApproach:
             return pose.distance(goal) > self._config.distance
         return self._tracker.strays(pose, 0.5 * self._config.distance)
 
-    def _planned(
-        self,
-        pose: SE2,
-        goal: SE2,
-        velocity: Velocity,
-        costmap: Costmap,
-        remaining: float,
-        speed: float,
-        within: bool,
-        heading: bool,
-    ) -> Floats | None:
+    def _planned(self, at: Arrival) -> Floats | None:
         """Return the first of the trajectories into the goal that is free, if one is due."""
-        config, seen = self._config, pose.inverse() @ goal
+        config, costmap, seen = self._config, at.costmap, at.pose.inverse() @ at.goal
         distance, bearing = math.hypot(seen.x, seen.y), math.atan2(seen.y, seen.x)
         straight_ahead = (
             abs(bearing) < config.bearing
-            and remaining < config.straight_ratio * distance + costmap.frame.resolution
+            and at.remaining < config.straight_ratio * distance + costmap.frame.resolution
         )
-        if not within and not straight_ahead:
+        if not at.within and not straight_ahead:
             return None
         found = None
-        if heading and not within and distance <= config.curve_time * speed:
-            found = self._curve(
-                pose, self._planned_end(pose, goal, velocity), velocity, costmap, speed
-            )
-        braking = 1.2 * braking_distance(velocity.x, self._tracking.deceleration)
-        if found is None and (within or distance <= max(config.distance, braking)):
-            found = self._straight(pose, goal)
+        if at.heading and not at.within and distance <= config.curve_time * at.speed:
+            found = self._curve(at)
+        braking = 1.2 * braking_distance(at.velocity.x, self._tracking.deceleration)
+        if found is None and (at.within or distance <= max(config.distance, braking)):
+            found = self._straight(at.pose, at.goal)
             if first_collision(costmap, self._footprint, found) is not None:
                 return None
-        if found is None or not heading:
+        if found is None or not at.heading:
             return found
-        turn = _turn(SE2.from_array(found[-1]), goal.theta)
+        turn = _turn(SE2.from_array(found[-1]), at.goal.theta)
         free = first_collision(costmap, self._footprint, turn) is None
         return np.vstack((found, turn[1:])) if free or len(found) == 1 else found
 
-    def _steered(
-        self,
-        pose: SE2,
-        goal: SE2,
-        velocity: Velocity,
-        costmap: Costmap,
-        now: float,
-        remaining: float,
-        speed: float,
-    ) -> Floats | None:
+    def _steered(self, at: Arrival) -> Floats | None:
         """Return a steered robot's curve into the goal, if one is due and free."""
-        corners = costmap.frame.to_cells(self._footprint.at(goal))
-        due = self.steers(remaining, speed) and costmap.frame.inside(corners).all()
-        if not due or now - self._failed_at < self._config.patience:
+        frame = at.costmap.frame
+        inside = frame.inside(frame.to_cells(self._footprint.at(at.goal))).all()
+        due = self.steers(at.remaining, at.speed) and inside
+        if not due or at.now - self._failed_at < self._config.patience:
             return None
-        felt = self._tracking.felt(pose, velocity)
-        found = find_path(felt, goal, costmap, self._footprint, self._drive)
+        felt = self._tracking.felt(at.pose, at.velocity)
+        found = find_path(felt, at.goal, at.costmap, self._footprint, self._drive)
         if len(found) < 2:
-            self._failed_at = now
+            self._failed_at = at.now
             return None
         self._attempts += 1
         return found
@@ -275,31 +253,28 @@ class FinalApproach:
             return line
         return np.vstack((_turn(pose, sight), line[1:]))
 
-    def _planned_end(self, pose: SE2, goal: SE2, velocity: Velocity) -> SE2:
-        """Return the end of a curve: with the goal's heading, or with a part of the turn to it."""
-        felt, most = self._tracking.felt(pose, velocity), self._config.curve_angle
-        sight = math.atan2(goal.y - felt.y, goal.x - felt.x)
-        turn = min(max(wrap(goal.theta - sight), -most), most)
-        return SE2(goal.x, goal.y, sight + turn)
+    def _curve(self, at: Arrival) -> Floats | None:
+        """Return the curve to the goal, None where there is no room all along it.
 
-    def _curve(
-        self, pose: SE2, end: SE2, velocity: Velocity, costmap: Costmap, speed: float
-    ) -> Floats | None:
-        """Return the curve to a pose, None where there is no room all along it."""
-        config, spacing = self._config, costmap.frame.resolution
-        felt = self._tracking.felt(pose, velocity)
+        It ends with the goal's heading, or with a part of the turn to it.
+        """
+        config, frame, spacing = self._config, at.costmap.frame, at.costmap.frame.resolution
+        felt, goal = self._tracking.felt(at.pose, at.velocity), at.goal
+        sight = math.atan2(goal.y - felt.y, goal.x - felt.x)
+        turn = min(max(wrap(goal.theta - sight), -config.curve_angle), config.curve_angle)
+        end = SE2(goal.x, goal.y, sight + turn)
         law = np.array([config.curve_gain, config.curve_gain, 0.0, 1.0])
-        limits = np.array([0.0, speed, speed, self._tracking.max_angular_velocity])
+        limits = np.array([0.0, at.speed, at.speed, self._tracking.max_angular_velocity])
         seen, _, _ = approach((felt.inverse() @ end).array(), law, limits, spacing)
         poses = np.column_stack((felt.apply(seen[:, :2]), felt.theta + seen[:, 2]))
         if SE2.from_array(poses[-1]).distance(end) > 2.0 * spacing:
             return None
         poses = np.vstack((poses, end.array()))
-        cells = costmap.frame.to_cells(poses[:, :2])
-        if not costmap.frame.inside(cells).all():
+        cells = frame.to_cells(poses[:, :2])
+        if not frame.inside(cells).all():
             return None
-        room = costmap.clearances[costmap.data[cells[:, 0], cells[:, 1]]].min()
-        free = first_collision(costmap, self._footprint, poses) is None
+        room = at.costmap.clearances[at.costmap.data[cells[:, 0], cells[:, 1]]].min()
+        free = first_collision(at.costmap, self._footprint, poses) is None
         return poses if free and room >= config.curve_room else None
 
     def _corrects(self, pose: SE2, goal: SE2) -> bool:

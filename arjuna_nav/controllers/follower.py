@@ -12,7 +12,7 @@ from arjuna_core.arrays import Floats
 from arjuna_core.config import param, plugin_names
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.controllers.approach import ApproachConfig, FinalApproach
+from arjuna_nav.controllers.approach import ApproachConfig, Arrival, FinalApproach
 from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus
 from arjuna_nav.controllers.checkers import GoalChecker, ProgressChecker
 from arjuna_nav.controllers.display import shown_by, want
@@ -364,17 +364,9 @@ class PathFollower:
         end = self._end
         assert end is not None
         aligned = self._goal.reached(SE2(pose.x, pose.y, end.theta), end, velocity)
-        return self._approach.compute(
-            pose,
-            end,
-            velocity,
-            costmap,
-            now,
-            remaining=remaining,
-            speed=min(self.desired_speed, self.speed_limit),
-            within=aligned,
-            heading=self._heading_matters,
-        )
+        speed, heading = min(self.desired_speed, self.speed_limit), self._heading_matters
+        at = Arrival(pose, end, velocity, costmap, now, remaining, speed, aligned, heading)
+        return self._approach.compute(at)
 
     def _tolerate(
         self, status: ControlStatus, message: str, now: float, distance: float

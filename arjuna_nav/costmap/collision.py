@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Floats
 from arjuna_core.raycast import line_cells
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, UNKNOWN, Costmap
@@ -37,9 +37,7 @@ def footprint_cost(costmap: Costmap, footprint: Footprint, pose: SE2) -> int:
     return max(int(costmap.data[cell]) for a, b in edges for cell in line_cells(*a, *b))
 
 
-def first_collision(
-    costmap: Costmap, footprint: Footprint, poses: NDArray[np.float64]
-) -> int | None:
+def first_collision(costmap: Costmap, footprint: Footprint, poses: Floats) -> int | None:
     """Return the index of the first pose of a motion that collides, None where none does.
 
     The centre's cost decides where it can: 253 and above collides, below the costmap's
@@ -74,9 +72,7 @@ def first_collision(
 
 
 @njit(cache=True)
-def _in_cells(
-    poses: NDArray[np.float64], transform: NDArray[np.float64], resolution: float
-) -> NDArray[np.float64]:
+def _in_cells(poses: Floats, transform: Floats, resolution: float) -> Floats:
     """Return poses seen through a transform `(x, y, theta)`, their points in cells."""
     result = np.empty((len(poses), 3))
     c, s = math.cos(transform[2]), math.sin(transform[2])
@@ -89,12 +85,7 @@ def _in_cells(
 
 @njit(cache=True)
 def _first_collision(
-    data: NDArray[np.uint8],
-    poses: NDArray[np.float64],
-    points: NDArray[np.float64],
-    circular: bool,
-    safe_cost: int,
-    reach: float,
+    data: Bytes, poses: Floats, points: Floats, circular: bool, safe_cost: int, reach: float
 ) -> int:
     """Return the first colliding index, or the number of poses where none collides."""
     count, allowed, first, last = len(poses), math.inf, 0.0, 0.0
@@ -118,7 +109,7 @@ def _first_collision(
 
 
 @njit(cache=True)
-def clearance_to_keep(data: NDArray[np.uint8], pose: NDArray[np.float64], reach: float) -> float:
+def clearance_to_keep(data: Bytes, pose: Floats, reach: float) -> float:
     """Return what `comes_nearer` allows on a motion that begins at a pose that collides [cells].
 
     That is its clearance; or where its centre is on a lethal cell or outside the grid, below 0,
@@ -132,7 +123,7 @@ def clearance_to_keep(data: NDArray[np.uint8], pose: NDArray[np.float64], reach:
 
 
 @njit(cache=True)
-def comes_nearer(data: NDArray[np.uint8], pose: NDArray[np.float64], allowed: float) -> bool:
+def comes_nearer(data: Bytes, pose: Floats, allowed: float) -> bool:
     """Return whether a pose that collides is nearer to a lethal cell, or deeper, than allowed.
 
     Args:
@@ -145,11 +136,7 @@ def comes_nearer(data: NDArray[np.uint8], pose: NDArray[np.float64], allowed: fl
 
 @njit(cache=True)
 def collides_in_cells(
-    data: NDArray[np.uint8],
-    pose: NDArray[np.float64],
-    points: NDArray[np.float64],
-    circular: bool,
-    safe_cost: int,
+    data: Bytes, pose: Floats, points: Floats, circular: bool, safe_cost: int
 ) -> bool:
     """Return whether the robot at a pose `(x, y, theta)` of the grid [cells, rad] collides.
 
@@ -177,7 +164,7 @@ def collides_in_cells(
 
 
 @njit(cache=True)
-def _edge_is_blocked(data: NDArray[np.uint8], x0: float, y0: float, x1: float, y1: float) -> bool:
+def _edge_is_blocked(data: Bytes, x0: float, y0: float, x1: float, y1: float) -> bool:
     """Sample an edge each half cell."""
     height, width = data.shape
     steps = int(2.0 * math.hypot(x1 - x0, y1 - y0)) + 1
@@ -190,7 +177,7 @@ def _edge_is_blocked(data: NDArray[np.uint8], x0: float, y0: float, x1: float, y
 
 
 @njit(cache=True)
-def clearance_in_cells(data: NDArray[np.uint8], pose: NDArray[np.float64], reach: float) -> float:
+def clearance_in_cells(data: Bytes, pose: Floats, reach: float) -> float:
     """Return the distance [cells] to the nearest lethal cell's centre, at most `reach`."""
     height, width = data.shape
     row, column = math.floor(pose[1]), math.floor(pose[0])
@@ -200,7 +187,7 @@ def clearance_in_cells(data: NDArray[np.uint8], pose: NDArray[np.float64], reach
 
 
 @njit(cache=True)
-def _depth_in_cells(data: NDArray[np.uint8], pose: NDArray[np.float64], most: float) -> float:
+def _depth_in_cells(data: Bytes, pose: Floats, most: float) -> float:
     """Return the distance [cells] to the nearest cell that is known and free for a centre.
 
     At most `most`; more than that outside the grid and where it is not known.
@@ -213,9 +200,7 @@ def _depth_in_cells(data: NDArray[np.uint8], pose: NDArray[np.float64], most: fl
 
 
 @njit(cache=True)
-def _distance(
-    data: NDArray[np.uint8], pose: NDArray[np.float64], reach: float, least: int, most: int
-) -> float:
+def _distance(data: Bytes, pose: Floats, reach: float, least: int, most: int) -> float:
     """Return the distance [cells] to the nearest centre of a cell of such a cost, or `reach`."""
     height, width = data.shape
     row, column, span, best = math.floor(pose[1]), math.floor(pose[0]), int(reach) + 1, reach

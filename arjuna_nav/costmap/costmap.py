@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Floats
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import IDENTITY, SE2
 
@@ -55,16 +56,16 @@ class Costmap:
     """
 
     frame: GridFrame
-    data: NDArray[np.uint8]
+    data: Bytes
     stamp: float = 0.0
     circumscribed_cost: int = 0
     circumscribed_radius: float = math.inf
-    clearances: NDArray[np.float64] = field(default_factory=lambda: np.full(256, np.inf))
+    clearances: Floats = field(default_factory=lambda: np.full(256, np.inf))
     hits: NDArray[np.uint32] | None = None
-    moving: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
+    moving: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     T_frame_own: SE2 = IDENTITY
     leaves: bool = True
-    inflations: Mapping[str, tuple[int, NDArray[np.float64]]] = field(default_factory=dict)
+    inflations: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.data.shape != self.frame.shape:
@@ -84,7 +85,7 @@ class Costmap:
         row, column = self.frame.to_cell(x, y)
         return int(self.data[row, column]) if self.frame.contains(row, column) else None
 
-    def obstacles(self, x: float, y: float, radius: float) -> NDArray[np.float64]:
+    def obstacles(self, x: float, y: float, radius: float) -> Floats:
         """Return where obstacles are within a radius, `(N, 2) float64` [m] of the frame.
 
         Finer than the cells where scans have hit them, else the cells' middles.
@@ -107,7 +108,7 @@ class Costmap:
         return replace(self, frame=frame, T_frame_own=T_other_frame @ self.T_frame_own)
 
 
-def occupancy_of(costs: NDArray[np.uint8]) -> NDArray[np.int8]:
+def occupancy_of(costs: Bytes) -> NDArray[np.int8]:
     """Return costs as nav_msgs/OccupancyGrid has them, of the same shape."""
     occupancy: NDArray[np.int8] = _OCCUPANCY[costs]
     return occupancy
@@ -132,13 +133,7 @@ def _decoded(code: int) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def hit_points(
-    data: NDArray[np.uint8],
-    hits: NDArray[np.uint32],
-    x: float,
-    y: float,
-    radius: float,
-) -> NDArray[np.float64]:
+def hit_points(data: Bytes, hits: NDArray[np.uint32], x: float, y: float, radius: float) -> Floats:
     """Return where the lethal cells within a radius are marked, `(N, 2)` x, y [cells].
 
     A cell that no scan has hit, 0 in the `(height, width) uint32` hits, is marked in its middle.

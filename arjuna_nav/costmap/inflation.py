@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Floats
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, MAX_NON_OBSTACLE, UNKNOWN
 
 
@@ -30,7 +31,7 @@ def cost_at_distance(distance: float, inscribed_radius: float, cost_scaling_fact
 
 
 @cache
-def clearances(cost_scaling_factor: float) -> NDArray[np.float64]:
+def clearances(cost_scaling_factor: float) -> Floats:
     """Return how far beyond its inscribed radius a robot is where a cost is, `(256,)` [m].
 
     `cost_at_distance` turned round: 0 from 253 on, inf for cells that cost nothing or are unknown.
@@ -77,7 +78,7 @@ class Inflation:
         costs = [cost_at_distance(d, inscribed_radius, cost_scaling_factor) for d in distances]
         self._costs = np.array(costs, dtype=np.uint8)
 
-    def apply(self, data: NDArray[np.uint8]) -> None:
+    def apply(self, data: Bytes) -> None:
         """Inflate a grid `(height, width) uint8` in place; unknown stays so outside 253."""
         if self._around_unknown:
             data[data == UNKNOWN] = LETHAL
@@ -85,9 +86,7 @@ class Inflation:
 
 
 @njit(cache=True)
-def _inflate(
-    data: NDArray[np.uint8], costs: NDArray[np.uint8], reach: int, inflate_unknown: bool
-) -> None:
+def _inflate(data: Bytes, costs: Bytes, reach: int, inflate_unknown: bool) -> None:
     """Inflate in place; `costs` has the cost of each squared distance in cells."""
     height, width = data.shape
     far = np.uint16(reach + 1)
@@ -137,12 +136,7 @@ def _nearest(
 
 
 @njit(cache=True)
-def _merge(
-    row: NDArray[np.uint8],
-    nearest: NDArray[np.int32],
-    costs: NDArray[np.uint8],
-    inflate_unknown: bool,
-) -> None:
+def _merge(row: Bytes, nearest: NDArray[np.int32], costs: Bytes, inflate_unknown: bool) -> None:
     """Raise a row's costs to what their distances cost."""
     least = 1 if inflate_unknown else INSCRIBED
     for column in range(len(row)):

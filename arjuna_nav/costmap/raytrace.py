@@ -9,18 +9,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Floats
 from arjuna_core.raycast import line_cells
 from arjuna_nav.costmap.costmap import FREE, LETHAL, blended
 
 
 @njit(cache=True)
 def enter_scan(
-    data: NDArray[np.uint8],
+    data: Bytes,
     hits: NDArray[np.uint32],
-    sensor: NDArray[np.float64],
-    ranges: NDArray[np.float64],
-    bearings: NDArray[np.float64],
-    limits: NDArray[np.float64],
+    sensor: Floats,
+    ranges: Floats,
+    bearings: Floats,
+    limits: Floats,
     clearing: bool,
     marking: bool,
 ) -> None:
@@ -55,12 +56,12 @@ def enter_scan(
 
 @njit(cache=True)
 def _mark_ends(
-    data: NDArray[np.uint8],
+    data: Bytes,
     hits: NDArray[np.uint32],
-    sensor: NDArray[np.float64],
-    ranges: NDArray[np.float64],
-    bearings: NDArray[np.float64],
-    limits: NDArray[np.float64],
+    sensor: Floats,
+    ranges: Floats,
+    bearings: Floats,
+    limits: Floats,
 ) -> None:
     """Mark the ends of a scan's beams, and where in their cells they lie; see `enter_scan`."""
     range_min, range_max, _, _, _, mark_min, mark_max = limits
@@ -79,11 +80,7 @@ def _mark_ends(
 
 @njit(cache=True)
 def enter_points(
-    data: NDArray[np.uint8],
-    sensor: NDArray[np.float64],
-    points: NDArray[np.float64],
-    limits: NDArray[np.float64],
-    clearing: bool,
+    data: Bytes, sensor: Floats, points: Floats, limits: Floats, clearing: bool
 ) -> None:
     """Clear along the rays to points, or mark the points, in place; lengths are in cells.
 
@@ -119,13 +116,7 @@ def enter_points(
 
 @njit(cache=True)
 def _clear_ray(
-    data: NDArray[np.uint8],
-    sensor: NDArray[np.float64],
-    c: float,
-    s: float,
-    start: float,
-    length: float,
-    keep_end: bool,
+    data: Bytes, sensor: Floats, c: float, s: float, start: float, length: float, keep_end: bool
 ) -> None:
     """Set cells along a ray free; `keep_end` spares the cell of its end."""
     if length <= start:
@@ -147,7 +138,7 @@ def _clear_ray(
 
 @njit(cache=True)
 def _clear_inside(
-    data: NDArray[np.uint8], row: int, column: int, row1: int, column1: int, keep_end: bool
+    data: Bytes, row: int, column: int, row1: int, column1: int, keep_end: bool
 ) -> None:
     """Set the cells of a line free that lies on the grid, as `line_cells` names them.
 
@@ -171,7 +162,7 @@ def _clear_inside(
 
 
 @njit(cache=True)
-def fill_polygon(data: NDArray[Any], corners: NDArray[np.float64], value: int) -> None:
+def fill_polygon(data: NDArray[Any], corners: Floats, value: int) -> None:
     """Set the cells whose centres lie in a polygon, in place.
 
     Args:

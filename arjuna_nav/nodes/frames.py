@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from arjuna_core.arrays import Floats
 from arjuna_core.ros.convert import poses_from_path, se2_from_pose
 from arjuna_core.ros.goal_server import GoalError
 from arjuna_core.ros.node import ManagedNode
@@ -53,7 +51,7 @@ def pose_in(node: ManagedNode, frame: str, message: Any) -> SE2:
     return pose if source == frame else node.transforms.lookup(frame, source) @ pose
 
 
-def poses_of(path: Any, code: int) -> NDArray[np.float64]:
+def poses_of(path: Any, code: int) -> Floats:
     """Return the poses `(N, 3)` of a goal's path, in its own frame.
 
     Raises:

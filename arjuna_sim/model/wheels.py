@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import RobotError
 from arjuna_sim.model.geometry.shapes import Kind, corners
 from arjuna_sim.model.urdf import Joint, Mimic, Urdf
@@ -16,9 +16,9 @@ CASTER_GAP_MAX = 0.008
 _ROUNDS, _STICKS = 100, 1e-6  # of the search for how wheels slip, and what is no slip [m/s]
 
 
-def axis(urdf: Urdf, joint: str) -> NDArray[np.float64]:
+def axis(urdf: Urdf, joint: str) -> Floats:
     """Return a joint's axis in the root's frame, `(3,) float64`."""
-    turned: NDArray[np.float64] = urdf.T_root(urdf.joints[joint].child).rotation() @ np.array(
+    turned: Floats = urdf.T_root(urdf.joints[joint].child).rotation() @ np.array(
         urdf.joints[joint].axis
     )
     return turned
@@ -39,11 +39,11 @@ def wheel_sign(urdf: Urdf, joint: str) -> float:
     return 1.0 if across > 0.0 else -1.0
 
 
-def rolling_direction(urdf: Urdf, joint: str) -> NDArray[np.float64]:
+def rolling_direction(urdf: Urdf, joint: str) -> Floats:
     """Return the unit vector along which positive turning rolls a wheel, `(2,) float64`."""
     x, y, _ = axis(urdf, joint).tolist()
     along = np.array([y, -x])
-    unit: NDArray[np.float64] = along / max(float(np.linalg.norm(along)), 1e-12)
+    unit: Floats = along / max(float(np.linalg.norm(along)), 1e-12)
     return unit
 
 
@@ -100,13 +100,13 @@ def steered_by(urdf: Urdf, joint: str, steering: tuple[str, ...]) -> int:
     return -1
 
 
-def center(urdf: Urdf, joint: str) -> NDArray[np.float64]:
+def center(urdf: Urdf, joint: str) -> Floats:
     """Return where a wheel's shapes are centred in the root's frame, `(3,) float64` [m]."""
     T_root_link, unit = urdf.T_root(urdf.joints[joint].child), np.array(urdf.joints[joint].axis)
     middle = _middle(urdf, joint)
     if is_round(urdf, joint):  # corners of a mesh are not quite on a circle
         middle = unit * float(middle @ unit)
-    placed: NDArray[np.float64] = T_root_link.apply(middle[None])[0]
+    placed: Floats = T_root_link.apply(middle[None])[0]
     return placed
 
 
@@ -116,11 +116,11 @@ def eccentricity(urdf: Urdf, joint: str) -> float:
     return float(np.linalg.norm(middle - unit * float(middle @ unit)))
 
 
-def _middle(urdf: Urdf, joint: str) -> NDArray[np.float64]:
+def _middle(urdf: Urdf, joint: str) -> Floats:
     points = _points(urdf, urdf.joints[joint])
     if len(points) == 0:
         return np.zeros(3)
-    middle: NDArray[np.float64] = (points.min(axis=0) + points.max(axis=0)) / 2
+    middle: Floats = (points.min(axis=0) + points.max(axis=0)) / 2
     return middle
 
 
@@ -189,7 +189,7 @@ def effective_track(urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]) -
     return 2.0 / turning if turning > 0.0 else wheel_separation(urdf, left, right)
 
 
-def _loads(urdf: Urdf, points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _loads(urdf: Urdf, points: Floats) -> Floats:
     """Return the share of the weight that each wheel carries on equal tyres, `(W,) float64`."""
     masses = [(link.name, link.inertial) for link in urdf.links.values() if link.inertial]
     total = sum(inertial.mass for _, inertial in masses)
@@ -201,13 +201,11 @@ def _loads(urdf: Urdf, points: NDArray[np.float64]) -> NDArray[np.float64]:
     )
     levers = np.column_stack((np.ones(len(points)), points))
     loads = np.linalg.pinv(levers.T) @ np.array([1.0, middle[0], middle[1]])
-    positive: NDArray[np.float64] = np.maximum(loads, 0.0)
+    positive: Floats = np.maximum(loads, 0.0)
     return positive
 
 
-def _turning(
-    points: NDArray[np.float64], loads: NDArray[np.float64], rims: NDArray[np.float64]
-) -> float:
+def _turning(points: Floats, loads: Floats, rims: Floats) -> float:
     """Return the turn rate [rad/s] of a robot whose rims move at a speed each [m/s].
 
     Least squares, weighted by the slip, find the least sum of load times slip (Weiszfeld).
@@ -227,7 +225,7 @@ def _turning(
     return float(found[2])
 
 
-def _points(urdf: Urdf, joint: Joint) -> NDArray[np.float64]:
+def _points(urdf: Urdf, joint: Joint) -> Floats:
     """Return the corners of a wheel's solid shapes, else of its drawn ones, in its link's frame."""
     link = urdf.links[joint.child]
     parts = link.collisions or link.visuals

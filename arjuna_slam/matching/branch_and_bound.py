@@ -37,9 +37,20 @@ def prepare(
     `xy` is the middle of the window from the field's origin, `penalty` the factors on the squares
     of distance and turn and the least of both, `least` the response that counts.
     """
-    cells = _offsets(points, xy, thetas)
-    turns = thetas - thetas[len(thetas) // 2]
-    tops = _roots(tables, cells, turns, half, penalty, least)
+    cells = np.empty((len(thetas), len(points), 2), np.int32)
+    for k in range(len(thetas)):
+        c, s = math.cos(thetas[k]), math.sin(thetas[k])
+        for i in range(len(points)):
+            cells[k, i, 0] = math.floor(xy[1] + s * points[i, 0] + c * points[i, 1])
+            cells[k, i, 1] = math.floor(xy[0] + c * points[i, 0] - s * points[i, 1])
+    turns, depth = thetas - thetas[len(thetas) // 2], len(tables[2]) - 1
+    size = 1 << depth
+    blocks = (2 * half) // size + 1
+    tops = np.empty(len(turns) * blocks * blocks)
+    for t in range(len(tops)):
+        k, row, column = _root(t, blocks, size, half)
+        factor = _penalty(row, column, size, turns[k], penalty)
+        tops[t] = factor * _bound(tables, depth, cells[k], row, column, least / max(factor, 1e-9))
     return cells, turns, tops, np.argsort(-tops)
 
 
@@ -133,18 +144,6 @@ def _excluded(row: int, column: int, size: int, without: Ints) -> bool:
 
 
 @njit(cache=True)
-def _offsets(points: Floats, xy: Floats, thetas: Floats) -> NDArray[np.int32]:
-    """Return the cell (row, column) of each point at each angle, `(T, N, 2) int32`."""
-    cells = np.empty((len(thetas), len(points), 2), np.int32)
-    for k in range(len(thetas)):
-        c, s = math.cos(thetas[k]), math.sin(thetas[k])
-        for i in range(len(points)):
-            cells[k, i, 0] = math.floor(xy[1] + s * points[i, 0] + c * points[i, 1])
-            cells[k, i, 1] = math.floor(xy[0] + c * points[i, 0] - s * points[i, 1])
-    return cells
-
-
-@njit(cache=True)
 def _search_block(
     tables: Tables,
     cells: NDArray[np.int32],
@@ -207,24 +206,3 @@ def _make_room(stack: Ints, bounds: Floats, first: int, top: int, value: float) 
 def _root(t: int, blocks: int, size: int, half: int) -> tuple[int, int, int]:
     k, b = t // (blocks * blocks), t % (blocks * blocks)
     return k, -half + (b // blocks) * size, -half + (b % blocks) * size
-
-
-@njit(cache=True)
-def _roots(
-    tables: Tables,
-    cells: NDArray[np.int32],
-    turns: Floats,
-    half: int,
-    penalty: Floats,
-    least: float,
-) -> Floats:
-    """Return the bounds of the coarsest blocks, row by row at each angle."""
-    depth = len(tables[2]) - 1
-    size = 1 << depth
-    blocks = (2 * half) // size + 1
-    tops = np.empty(len(turns) * blocks * blocks)
-    for t in range(len(tops)):
-        k, row, column = _root(t, blocks, size, half)
-        factor = _penalty(row, column, size, turns[k], penalty)
-        tops[t] = factor * _bound(tables, depth, cells[k], row, column, least / max(factor, 1e-9))
-    return tops

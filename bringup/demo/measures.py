@@ -11,32 +11,30 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import label
 
+from arjuna_core.arrays import Floats
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
 
 
-def distance_to_surfaces(
-    points: NDArray[np.float64], surfaces: NDArray[np.float64], batch: int = 4096
-) -> NDArray[np.float64]:
+def distance_to_surfaces(points: Floats, surfaces: Floats, batch: int = 4096) -> Floats:
     """Return distances of points `(N, 2)` to the nearest of segments `(M, 4)` [m]."""
     chunks = [points[i : i + batch] for i in range(0, len(points), batch)]
     return np.concatenate([_nearest(chunk, surfaces) for chunk in chunks])
 
 
-def _nearest(points: NDArray[np.float64], surfaces: NDArray[np.float64]) -> NDArray[np.float64]:
+def _nearest(points: Floats, surfaces: Floats) -> Floats:
     start, along = surfaces[None, :, :2], (surfaces[:, 2:] - surfaces[:, :2])[None]
     offset = points[:, None] - start
     length2 = np.maximum((along**2).sum(2), 1e-12)
     ratio = np.clip((offset * along).sum(2) / length2, 0.0, 1.0)
-    gaps: NDArray[np.float64] = np.linalg.norm(offset - ratio[..., None] * along, axis=2)
-    nearest: NDArray[np.float64] = gaps.min(axis=1)
+    gaps: Floats = np.linalg.norm(offset - ratio[..., None] * along, axis=2)
+    nearest: Floats = gaps.min(axis=1)
     return nearest
 
 
-def map_error(grid: OccupancyGrid, surfaces: NDArray[np.float64]) -> float:
+def map_error(grid: OccupancyGrid, surfaces: Floats) -> float:
     """Return the mean distance of occupied cells to the true segments, `(M, 4) float64` [m].
 
     Raises:
@@ -48,13 +46,13 @@ def map_error(grid: OccupancyGrid, surfaces: NDArray[np.float64]) -> float:
     return float(distance_to_surfaces(grid.frame.to_points(cells), surfaces).mean())
 
 
-def segments_from(frame: SE2, segments: NDArray[np.float64]) -> NDArray[np.float64]:
+def segments_from(frame: SE2, segments: Floats) -> Floats:
     """Return segments as seen from a frame, `(M, 4) float64` [m]."""
     return frame.inverse().apply(segments.reshape(-1, 2)).reshape(-1, 4)
 
 
 def explored_fraction(
-    grid: OccupancyGrid, surfaces: NDArray[np.float64], start: SE2, resolution: float = 0.05
+    grid: OccupancyGrid, surfaces: Floats, start: SE2, resolution: float = 0.05
 ) -> float:
     """Return the share of the area that is truly free and connected to the start and mapped free.
 
@@ -82,7 +80,7 @@ def explored_fraction(
     return float(known.mean())
 
 
-def rmse(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> tuple[float, float]:
+def rmse(estimates: Floats, truths: Floats) -> tuple[float, float]:
     """Return the root mean square errors of position [m] and heading [rad]."""
     difference = estimates - truths
     heading = wrap(difference[:, 2])
@@ -135,7 +133,7 @@ class Samples:
         self._touching = touching
 
     @property
-    def table(self) -> NDArray[np.float64]:
+    def table(self) -> Floats:
         """The rows as `(N, 7) float64`."""
         return np.array(self.rows, dtype=np.float64).reshape(-1, 7)
 
@@ -192,7 +190,7 @@ class Report:
         samples: Samples,
         exploration_done: bool,
         grid: OccupancyGrid,
-        surfaces: NDArray[np.float64],
+        surfaces: Floats,
         seed: int,
         wall_time: float,
         kidnap_recovered: bool | None,

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.shipped import shipped_file
 
@@ -104,9 +104,7 @@ def _draw(result: Calibration, name: str) -> Figure:
     return figure
 
 
-def _draw_paths(
-    panel: mpl.axes.Axes, truth: NDArray[np.float64], odometry: NDArray[np.float64]
-) -> None:
+def _draw_paths(panel: mpl.axes.Axes, truth: Floats, odometry: Floats) -> None:
     panel.plot(truth[:, 0], truth[:, 1], color="black", linewidth=2.5, label="truth")
     panel.plot(odometry[:, 0], odometry[:, 1], color="tab:red", linewidth=1.2, label="odometry")
     panel.plot(0.0, 0.0, "o", color="black", label="start")

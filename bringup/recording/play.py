@@ -151,11 +151,13 @@ def play(
     options: PlayOptions,
     show: Callable[[str], None],
     stop: threading.Event | None = None,
+    poll: float = 0.05,
 ) -> None:
     """Play recordings until their end, or until an event is set.
 
     Args:
         stop: That event; SIGINT and SIGTERM if None.
+        poll: From one look at keys and signals to the next, at most [s].
 
     Raises:
         ArjunaError: No topic is left to play, or it begins behind the recording's end.
@@ -172,7 +174,14 @@ def play(
                 show("change the rate by a tenth, Ctrl-C ends")
             if options.burst is not None:
                 show(f"Burst {playing.burst(options.burst)} messages.")
-            _run(playing, controls, keys, stop)
+            while not stop.is_set() and not playing.done:
+                pause = min(playing.step(time.monotonic()), poll)
+                if controls is not None:
+                    controls.poll()
+                if keys is None:
+                    stop.wait(pause)
+                else:
+                    playing.press(keys.wait(pause))
         if options.acked_timeout is not None:
             playing.player.wait_for_acknowledgement(options.acked_timeout)
         show(f"{playing.player.published} messages played")
@@ -181,21 +190,3 @@ def play(
     finally:
         node.destroy_node()
         context.shutdown()
-
-
-def _run(
-    playing: Playing,
-    controls: Controls | None,
-    keys: Keys | None,
-    stop: threading.Event,
-    poll: float = 0.05,
-) -> None:
-    """Play until the end or a signal; keys and signals are looked at once a `poll` [s]."""
-    while not stop.is_set() and not playing.done:
-        pause = min(playing.step(time.monotonic()), poll)
-        if controls is not None:
-            controls.poll()
-        if keys is None:
-            stop.wait(pause)
-        else:
-            playing.press(keys.wait(pause))

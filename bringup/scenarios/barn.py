@@ -11,9 +11,9 @@ import math
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, convolve
 
+from arjuna_core.arrays import Bools, Ints
 from arjuna_core.grid import FREE, OCCUPIED, GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import LETHAL
@@ -64,7 +64,7 @@ def make_world(
     return path, _map_of(world)
 
 
-def _map_of(world: NDArray[np.bool_], finer: int = 3) -> OccupancyGrid:
+def _map_of(world: Bools, finer: int = 3) -> OccupancyGrid:
     """Return the map of a world's cells, with the open ground before its goal."""
     open_rows = math.ceil((START.y + AHEAD + 1.0) / CELL) - len(world)
     whole = np.kron(np.pad(world, ((0, open_rows), (0, 0))), np.ones((finer, finer)))
@@ -73,9 +73,7 @@ def _map_of(world: NDArray[np.bool_], finer: int = 3) -> OccupancyGrid:
     return OccupancyGrid(GridFrame(CELL / finer, data.shape[1], data.shape[0], corner), data)
 
 
-def _passable(
-    smoothings: int, fill: float, rng: np.random.Generator
-) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+def _passable(smoothings: int, fill: float, rng: np.random.Generator) -> tuple[Bools, Ints]:
     """Return a field `(row, column)` and the path's cells `(column, row)`, as files have them."""
     while True:
         field = rng.random((_SIZE, _SIZE)) < fill
@@ -87,17 +85,17 @@ def _passable(
             return field, path_cells
 
 
-def _smoothed(field: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _smoothed(field: Bools) -> Bools:
     """Fill what has more than four neighbours, empty what has fewer than two; fences are filled."""
     padded = np.pad(field, ((1, 1), (0, 0)))
     padded = np.pad(padded, ((0, 0), (1, 1)), constant_values=True)
     around = convolve(padded.astype(np.int64), np.ones((3, 3), np.int64), mode="constant")
     neighbours = (around - padded)[1:-1, 1:-1]
-    kept: NDArray[np.bool_] = (field | (neighbours > 4)) & (neighbours >= 2)
+    kept: Bools = (field | (neighbours > 4)) & (neighbours >= 2)
     return kept
 
 
-def _shortest_path(field: NDArray[np.bool_]) -> NDArray[np.int64] | None:
+def _shortest_path(field: Bools) -> Ints | None:
     """Return the shortest path five cells wide, None where there is none."""
     wide = binary_dilation(field, np.ones((5, 5)))
     data = np.where(wide, LETHAL, 0).astype(np.uint8)

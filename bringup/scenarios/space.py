@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, label
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.errors import ArjunaError
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
@@ -36,7 +36,7 @@ class FreeSpace:
         self.grid, self.frame = grid, grid.frame
         # between the edges of cells, not their centres
         gaps = (distance_transform_edt(grid.free()) - 0.5) * grid.frame.resolution
-        self._open: NDArray[np.bool_] = gaps >= radius
+        self._open: Bools = gaps >= radius
         regions, _ = label(self._open)
         sizes = np.bincount(regions[self._open])
         largest = self._open & (regions == np.argmax(sizes)) if len(sizes) else self._open
@@ -93,7 +93,7 @@ class FreeSpace:
         path = self.shortest_path(start, goal)
         return math.nan if path is None else length_of(path)
 
-    def shortest_path(self, start: SE2, goal: SE2) -> NDArray[np.float64] | None:
+    def shortest_path(self, start: SE2, goal: SE2) -> Floats | None:
         """Return the corners of the shortest path from the goal to the start, `(N, 2)` [m]."""
         ends = [self.frame.to_cell(pose.x, pose.y) for pose in (start, goal)]
         data = np.where(self._open, 0, LETHAL).astype(np.uint8)
@@ -103,16 +103,16 @@ class FreeSpace:
         path = descend(potential, ends[1])
         kept = path[_tight(np.isfinite(potential), path)]
         frame = self.frame
-        cells: NDArray[np.float64] = (kept[:, ::-1] + 0.5) * frame.resolution
+        cells: Floats = (kept[:, ::-1] + 0.5) * frame.resolution
         return frame.origin.apply(cells)
 
 
-def length_of(path: NDArray[np.float64]) -> float:
+def length_of(path: Floats) -> float:
     """Return the length of a path of points `(N, 2)` [m]."""
     return float(np.hypot(*np.diff(path, axis=0).T).sum())
 
 
-def _tight(open_: NDArray[np.bool_], path: NDArray[np.float64]) -> list[int]:
+def _tight(open_: Bools, path: Floats) -> list[int]:
     """Return the corners of a path whose ends are drawn together from both sides."""
     kept, last = [0], len(path) - 1
     while kept[-1] < last:
@@ -122,9 +122,7 @@ def _tight(open_: NDArray[np.bool_], path: NDArray[np.float64]) -> list[int]:
     return kept
 
 
-def _sees(
-    open_: NDArray[np.bool_], a: NDArray[np.float64], b: NDArray[np.float64], samples: int = 4
-) -> bool:
+def _sees(open_: Bools, a: Floats, b: Floats, samples: int = 4) -> bool:
     """Return whether the straight line between two cells is open, by some samples a cell."""
     count = int(math.hypot(*(b - a)) * samples) + 1
     points = a + (b - a) * np.arange(count + 1)[:, None] / count

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from arjuna_core.arrays import Bytes, Floats
 from arjuna_core.config import param
 from arjuna_core.grid import GridFrame
 from arjuna_nav.costmap.inflation import Inflation, clearances, cost_at_distance
@@ -54,7 +52,7 @@ class InflationLayer(Layer):
         """Distance over which cost spreads [cells]."""
         return self._inflation.reach
 
-    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+    def write(self, costs: Bytes, window: Window) -> None:
         """Inflate a window as if there were nothing outside it."""
         self._inflation.apply(costs)
 
@@ -75,7 +73,7 @@ class InflationLayer(Layer):
             return 0
         return cost_at_distance(radius, outline.inscribed_radius, self.config.cost_scaling_factor)
 
-    def clearances(self) -> NDArray[np.float64]:
+    def clearances(self) -> Floats:
         """Return how far from an obstacle a robot is by the cost, as `clearances` does."""
         return clearances(self.config.cost_scaling_factor)
 

@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Floats
 from arjuna_core.config import param
 from arjuna_core.scan import RangeReading
 from arjuna_core.se2 import SE2
@@ -86,7 +86,7 @@ class RangeSensorLayer(SensedLayer):
             self._enter(reading)
         return within(touched, self.data[touched] != before)
 
-    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+    def write(self, costs: Bytes, window: Window) -> None:
         """Take what is surely occupied as lethal, and what is surely free where it is unknown."""
         own = self.data[window]
         costs[own > int(self.config.mark_threshold * LETHAL)] = LETHAL
@@ -130,11 +130,7 @@ class RangeSensorLayer(SensedLayer):
 
 @njit(cache=True)
 def _enter_cone(
-    data: NDArray[np.uint8],
-    sensor: NDArray[np.float64],
-    cone: tuple[float, float, float, float],
-    nothing: bool,
-    cell: float,
+    data: Bytes, sensor: Floats, cone: tuple[float, float, float, float], nothing: bool, cell: float
 ) -> None:
     """Update the probabilities in a cone, in place.
 
@@ -177,14 +173,14 @@ def _enter_cone(
 
 
 @njit(cache=True)
-def _span(corners: NDArray[np.float64], tip: float, cell: float, size: int) -> tuple[int, int]:
+def _span(corners: Floats, tip: float, cell: float, size: int) -> tuple[int, int]:
     """Return the first cell of a cone along one axis, and the one after its last."""
     low, high = min(corners.min(), tip), max(corners.max(), tip)
     return max(math.floor(low / cell), 0), min(math.floor(high / cell) + 1, size)
 
 
 @njit(cache=True)
-def _within(x: float, y: float, corners: NDArray[np.float64], inflate: float) -> bool:
+def _within(x: float, y: float, corners: Floats, inflate: float) -> bool:
     """Return whether a point lies in a triangle, or beside it by a share of its area."""
     (ox, oy), (ax, ay), (bx, by) = corners[0], corners[1], corners[2]
     area = abs((ax - ox) * (by - oy) - (bx - ox) * (ay - oy))

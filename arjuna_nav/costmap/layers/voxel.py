@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Floats, Ints
 from arjuna_core.config import param
 from arjuna_core.grid import GridFrame
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN, blended
@@ -98,21 +99,21 @@ class VoxelLayer(ObstacleLayer):
         columns: NDArray[np.uint32] = (self.voxels & low) << np.uint32(VOXELS_SHOWN) | unclear
         return columns
 
-    def cleared_to(self) -> NDArray[np.float64]:
+    def cleared_to(self) -> Floats:
         """Return where the rays that cleared last lead to, `(N, 3)` of the costmap's frame [m]."""
         (frame, points), (edge, bottom) = self._cleared, self._edges
         planar = frame.origin.apply(points[:, :2] * frame.resolution)
         return np.column_stack((planar, points[:, 2] * edge + bottom))
 
-    def _free_trails(self, things: NDArray[np.float64]) -> Window | None:
+    def _free_trails(self, things: Floats) -> Window | None:
         free_trails(self.voxels, things, self.master.frame, 0)
         return super()._free_trails(things)
 
-    def _set_free(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> None:
+    def _set_free(self, rows: Ints, columns: Ints) -> None:
         super()._set_free(rows, columns)
         self.voxels[rows, columns] = 0
 
-    def _free(self, corners: NDArray[np.float64]) -> None:
+    def _free(self, corners: Floats) -> None:
         super()._free(corners)
         fill_polygon(self.voxels, corners, 0)
 
@@ -128,12 +129,7 @@ class VoxelLayer(ObstacleLayer):
         self._enter_cloud(seen, source, clearing, marking)
 
     def _enter_points(
-        self,
-        sensor: NDArray[np.float64],
-        points: NDArray[np.float64],
-        limits: NDArray[np.float64],
-        clearing: bool,
-        precise: bool,
+        self, sensor: Floats, points: Floats, limits: Floats, clearing: bool, precise: bool
     ) -> None:
         """Clear along the rays to points, or mark the points, voxel by voxel."""
         ground, seen = (self.voxels, self.known, self.data), (sensor, points, limits)
@@ -148,10 +144,10 @@ class VoxelLayer(ObstacleLayer):
 def clear_cloud(
     voxels: NDArray[np.uint32],
     known: NDArray[np.uint32],
-    data: NDArray[np.uint8],
-    sensor: NDArray[np.float64],
-    points: NDArray[np.float64],
-    limits: NDArray[np.float64],
+    data: Bytes,
+    sensor: Floats,
+    points: Floats,
+    limits: Floats,
     column: tuple[int, int, int],
 ) -> None:
     """Clear along the rays to all points, in place.
@@ -197,11 +193,11 @@ def clear_cloud(
 def mark_cloud(
     voxels: NDArray[np.uint32],
     known: NDArray[np.uint32],
-    data: NDArray[np.uint8],
+    data: Bytes,
     hits: NDArray[np.uint32],
-    sensor: NDArray[np.float64],
-    points: NDArray[np.float64],
-    limits: NDArray[np.float64],
+    sensor: Floats,
+    points: Floats,
+    limits: Floats,
     column: tuple[int, int, int],
     precise: bool,
 ) -> None:
@@ -235,7 +231,7 @@ def _cross(
     levels: int,
     start: tuple[float, float, float],
     end: tuple[float, float, float],
-    reach: NDArray[np.float64],
+    reach: Floats,
 ) -> None:
     """Set the voxels along a ray, up to the one it ends in.
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.se2 import SE2
 
 _BESIDE = 0.04  # from a point, where beams have to pass it as well [m]
@@ -27,12 +27,12 @@ class Sightings(NamedTuple):
         added: How many there have been, `(1,) int64`.
     """
 
-    stamps: NDArray[np.float64]
-    sensors: NDArray[np.float64]
-    ranges: NDArray[np.float64]
-    points: NDArray[np.float64]
-    angles: NDArray[np.float64]
-    added: NDArray[np.int64]
+    stamps: Floats
+    sensors: Floats
+    ranges: Floats
+    points: Floats
+    angles: Floats
+    added: Ints
 
     @staticmethod
     def of(scans: int, beams: int, angle_min: float, increment: float) -> Sightings:
@@ -59,9 +59,7 @@ class Sightings(NamedTuple):
 
 
 @njit(cache=True)
-def fill_in(
-    scans: Sightings, number: int, ranges: NDArray[np.float64], limits: tuple[float, float]
-) -> None:
+def fill_in(scans: Sightings, number: int, ranges: Floats, limits: tuple[float, float]) -> None:
     """Fill in a scan's ranges and where its beams end.
 
     Args:
@@ -84,11 +82,7 @@ def fill_in(
 
 @njit(cache=True)
 def has_moved(
-    scans: Sightings,
-    then: int,
-    beams_then: tuple[int, int],
-    now: int,
-    beams_now: tuple[int, int],
+    scans: Sightings, then: int, beams_then: tuple[int, int], now: int, beams_now: tuple[int, int]
 ) -> bool:
     """Return whether a thing has come where it was free, or left what is free now.
 
@@ -110,7 +104,7 @@ def has_moved(
 
 
 @njit(cache=True)
-def has_come(scans: Sightings, now: int, since: float, reach: float) -> NDArray[np.bool_]:
+def has_come(scans: Sightings, now: int, since: float, reach: float) -> Bools:
     """Return which beams of a scan end in space that an earlier scan saw free: things have moved.
 
     That is known at once, its speed only after some scans more.
@@ -153,7 +147,7 @@ def _share(scans: Sightings, number: int, beams: tuple[int, int], other: int) ->
 
 
 @njit(cache=True)
-def is_free(scans: Sightings, number: int, point: NDArray[np.float64]) -> bool:
+def is_free(scans: Sightings, number: int, point: Floats) -> bool:
     """Return whether the beams of a scan have passed a point and its surroundings."""
     x, y, theta = scans.sensors[number]
     dx, dy = point[0] - x, point[1] - y
@@ -175,9 +169,7 @@ _GAP = 0.25  # between neighbours of one thing, and to what is behind it [m]
 
 
 @njit(cache=True)
-def free_standing(
-    points: NDArray[np.float64], ranges: NDArray[np.float64], closed: bool
-) -> NDArray[np.int64]:
+def free_standing(points: Floats, ranges: Floats, closed: bool) -> Ints:
     """Return the first and last beam of each thing that nothing hides, `(K, 2)`.
 
     Beside such a thing the beams reach farther: what is seen of it ends where it ends, and not
@@ -216,13 +208,13 @@ def free_standing(
 
 
 @njit(cache=True)
-def _joined(points: NDArray[np.float64], i: int, j: int) -> bool:
+def _joined(points: Floats, i: int, j: int) -> bool:
     gap: float = math.hypot(points[i, 0] - points[j, 0], points[i, 1] - points[j, 1])
     return gap <= _GAP
 
 
 @njit(cache=True)
-def _beyond(ranges: NDArray[np.float64], other: int, beam: int) -> bool:
+def _beyond(ranges: Floats, other: int, beam: int) -> bool:
     """Return whether a neighbouring beam reaches behind the end of another."""
     if not 0 <= other < len(ranges):
         return False

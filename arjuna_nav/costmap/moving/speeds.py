@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_nav.costmap.moving.sightings import Sightings, has_moved
 
 KEPT = 8  # sightings of a track
@@ -23,13 +23,7 @@ def latest(count: int) -> int:
 
 
 @njit(cache=True)
-def go(
-    seen: NDArray[np.float64],
-    count: int,
-    going: NDArray[np.float64],
-    scans: Sightings,
-    number: int,
-) -> None:
+def go(seen: Floats, count: int, going: Floats, scans: Sightings, number: int) -> None:
     """Bring a velocity up to date; who turns about seems to stand meanwhile, and yet moves.
 
     Args:
@@ -54,7 +48,7 @@ def go(
 
 
 @njit(cache=True)
-def _is_sure(seen: NDArray[np.float64], count: int, scans: Sightings, number: int) -> bool:
+def _is_sure(seen: Floats, count: int, scans: Sightings, number: int) -> bool:
     """Return whether a track moves: the first of its kept scans saw its present position free."""
     last, now = seen[latest(count)], scans.stamps[number]
     since, first, then = now, -1, np.int64(-1)  # a plain -1 has `has_moved` compiled twice
@@ -70,9 +64,7 @@ def _is_sure(seen: NDArray[np.float64], count: int, scans: Sightings, number: in
 
 
 @njit(cache=True)
-def _velocity(
-    seen: NDArray[np.float64], count: int, moves: bool, now: float
-) -> tuple[float, float]:
+def _velocity(seen: Floats, count: int, moves: bool, now: float) -> tuple[float, float]:
     """Return the velocity of what is known to move, else of the slower outer point if that is sure.
 
     It is 0 for what stands.
@@ -96,9 +88,7 @@ def _velocity(
 
 
 @njit(cache=True)
-def _slopes(
-    seen: NDArray[np.float64], count: int, now: float, span: float
-) -> tuple[int, float, NDArray[np.float64]]:
+def _slopes(seen: Floats, count: int, now: float, span: float) -> tuple[int, float, Floats]:
     """Return how many sightings of the last while there are, over how long, and their slopes."""
     sightings, t, sums = 0, 0.0, np.zeros(4)
     for k in range(min(count, KEPT)):

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.moving.sightings import Sightings, fill_in, free_standing, has_come, is_free
@@ -37,15 +37,15 @@ class Moving:
         stamp: Of the scan [s].
     """
 
-    points: NDArray[np.float64]
-    velocities: NDArray[np.float64]
-    paces: NDArray[np.float64]
-    come: NDArray[np.bool_]
-    things: NDArray[np.float64]
+    points: Floats
+    velocities: Floats
+    paces: Floats
+    come: Bools
+    things: Floats
     stamp: float
 
     @property
-    def speeds(self) -> NDArray[np.float64]:
+    def speeds(self) -> Floats:
         """Speed at which each point may approach, wherever it turns, `(N,)` [m/s]."""
         # A thing that has moved, at an unknown speed, is taken to move at 1 m/s.
         return np.where(self.come, 1.0, self.paces)
@@ -107,20 +107,20 @@ class Tracker:
 
 @njit(cache=True)
 def _watch(
-    ranges: NDArray[np.float64],
+    ranges: Floats,
     limits: tuple[float, float],
     closed: bool,
     reach: float,
-    tracks: tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]],
+    tracks: tuple[Floats, Ints, Floats],
     scans: Sightings,
     number: int,
 ) -> tuple[
-    NDArray[np.float64],
-    NDArray[np.float64],
-    NDArray[np.bool_],
-    NDArray[np.float64],
-    NDArray[np.float64],
-    NDArray[np.float64],
+    Floats,
+    Floats,
+    Bools,
+    Floats,
+    Floats,
+    Floats,
 ]:
     """Return where beams end, how that moves, what has come, what moves, of it the hidden, paces.
 
@@ -147,13 +147,13 @@ def _watch(
 
 @njit(cache=True)
 def _follow(
-    seen: NDArray[np.float64],
-    counts: NDArray[np.int64],
-    going: NDArray[np.float64],
+    seen: Floats,
+    counts: Ints,
+    going: Floats,
     scans: Sightings,
     number: int,
-    found: NDArray[np.int64],
-    motions: NDArray[np.float64],
+    found: Ints,
+    motions: Floats,
 ) -> None:
     """Give each thing to the nearest track or a new one, and fill the motions of its beams."""
     now, points = scans.stamps[number], scans.points[number]
@@ -182,13 +182,8 @@ def _follow(
 
 @njit(cache=True)
 def _predicted(
-    seen: NDArray[np.float64],
-    counts: NDArray[np.int64],
-    going: NDArray[np.float64],
-    scans: Sightings,
-    number: int,
-    motions: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.float64]]:
+    seen: Floats, counts: Ints, going: Floats, scans: Sightings, number: int, motions: Floats
+) -> tuple[Floats, Bools, Floats]:
     """Return what moves, whether it is hidden, its pace; fill the motions of beams that yet hit it.
 
     A thing that this scan does not show free-standing moves on as before.
@@ -215,23 +210,17 @@ def _predicted(
     return things[:count], hidden[:count], paces[:count]
 
 
-def _round(things: NDArray[np.float64]) -> NDArray[np.float64]:
+def _round(things: Floats) -> Floats:
     """Return points round each of some things, `(N, 2)` [m]."""
     turns = np.arange(_RING) * (2.0 * math.pi / _RING)
     ring = np.column_stack((np.cos(turns), np.sin(turns)))
-    points: NDArray[np.float64] = things[:, None, :2] + things[:, None, 4:] * ring
+    points: Floats = things[:, None, :2] + things[:, None, 4:] * ring
     return points.reshape(-1, 2)
 
 
 @njit(cache=True)
 def _nearest(
-    seen: NDArray[np.float64],
-    counts: NDArray[np.int64],
-    going: NDArray[np.float64],
-    taken: NDArray[np.bool_],
-    first: NDArray[np.float64],
-    last: NDArray[np.float64],
-    now: float,
+    seen: Floats, counts: Ints, going: Floats, taken: Bools, first: Floats, last: Floats, now: float
 ) -> int:
     """Return the track predicted to be nearest, a free one where none is; -1 for neither."""
     # A sighting belongs to the nearest track expected within 0.4 m.

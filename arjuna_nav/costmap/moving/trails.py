@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Floats
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.window import Window, clipped
@@ -27,11 +28,11 @@ class Patch:
     """
 
     window: Window
-    costs: NDArray[np.uint8]
+    costs: Bytes
 
 
 def path_costs(
-    things: NDArray[np.float64], since: float, time: float, radius: float, frame: GridFrame
+    things: Floats, since: float, time: float, radius: float, frame: GridFrame
 ) -> Patch | None:
     """Return costs of the paths of things, less the later they pass; None for nothing.
 
@@ -59,9 +60,7 @@ def path_costs(
     return Patch((rows, columns), costs)
 
 
-def free_trails(
-    data: NDArray[Any], things: NDArray[np.float64], frame: GridFrame, free: int
-) -> Window | None:
+def free_trails(data: NDArray[Any], things: Floats, frame: GridFrame, free: int) -> Window | None:
     """Free the cells where things have just been, in place: nothing can stand there.
 
     Args:
@@ -80,8 +79,8 @@ def free_trails(
 
 
 def _in_cells(
-    things: NDArray[np.float64], since: float, time: float, more: float, frame: GridFrame
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    things: Floats, since: float, time: float, more: float, frame: GridFrame
+) -> tuple[Floats, Floats, Floats]:
     """Return the positions, motions within a time and radii of things, in cells."""
     T_grid_frame, cell = frame.origin.inverse(), frame.resolution
     positions = T_grid_frame.apply(things[:, :2] + since * things[:, 2:4]) / cell
@@ -90,13 +89,7 @@ def _in_cells(
 
 
 @njit(cache=True)
-def _draw(
-    costs: NDArray[np.uint8],
-    positions: NDArray[np.float64],
-    goes: NDArray[np.float64],
-    sizes: NDArray[np.float64],
-    edge: float,
-) -> None:
+def _draw(costs: Bytes, positions: Floats, goes: Floats, sizes: Floats, edge: float) -> None:
     """Fill in the cost of each cell by when and how near things come by; lengths in cells."""
     for k in range(len(positions)):
         x, y = positions[k]
@@ -113,11 +106,7 @@ def _draw(
 
 @njit(cache=True)
 def _erase(
-    data: NDArray[Any],
-    positions: NDArray[np.float64],
-    goes: NDArray[np.float64],
-    sizes: NDArray[np.float64],
-    free: int,
+    data: NDArray[Any], positions: Floats, goes: Floats, sizes: Floats, free: int
 ) -> tuple[int, int, int, int]:
     """Free the cells that things have covered; return the rows and columns that have changed."""
     low_row, high_row, low_column, high_column = data.shape[0], 0, data.shape[1], 0
@@ -137,7 +126,7 @@ def _erase(
 
 @njit(cache=True)
 def _about(
-    data: NDArray[Any], x: float, y: float, motion: NDArray[np.float64], reach: float
+    data: NDArray[Any], x: float, y: float, motion: Floats, reach: float
 ) -> tuple[int, int, int, int]:
     """Return the rows and the columns within a reach of a motion."""
     height, width = data.shape
@@ -152,7 +141,7 @@ def _about(
 
 
 @njit(cache=True)
-def _passed(x: float, y: float, motion: NDArray[np.float64]) -> tuple[float, float]:
+def _passed(x: float, y: float, motion: Floats) -> tuple[float, float]:
     """Return at which share of a motion a point is passed, and how far beside it that lies."""
     length = max(motion[0] * motion[0] + motion[1] * motion[1], 1e-9)
     share = min(max((x * motion[0] + y * motion[1]) / length, 0.0), 1.0)

@@ -7,8 +7,8 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import RobotError, nearest
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.xml_file import XmlFile
@@ -92,12 +92,7 @@ def _free_if_alone(xml: XmlFile, joint: Joint, joints: Mapping[str, Joint]) -> J
 
 
 def inertial_of(
-    xml: XmlFile,
-    label: str,
-    mass: float,
-    pose: Pose3,
-    tensor: NDArray[np.float64] | None,
-    parts: Sequence[Part],
+    xml: XmlFile, label: str, mass: float, pose: Pose3, tensor: Floats | None, parts: Sequence[Part]
 ) -> Inertial | None:
     """Return the mass properties of a link; None where its mass is next to nothing.
 
@@ -125,7 +120,7 @@ def inertial_of(
     return Inertial(mass, pose.position, computed.inertia)
 
 
-def _problem(inertia: NDArray[np.float64]) -> str:
+def _problem(inertia: Floats) -> str:
     """Return why no body has this inertia, "" where one can have it."""
     if np.abs(inertia).max() > 1e12:
         return "the inertia is beyond all bounds"

@@ -11,8 +11,8 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement  # types and copies; parsing is defusedxml's
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import InputFileError, WorldError
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.files.sdf.frames import MERGE, raw_pose
@@ -67,7 +67,7 @@ def _rename(model: Element, name: str) -> None:
     SubElement(model, "name").text = name
 
 
-def _points(xml: XmlFile, element: Element, label: str) -> NDArray[np.float64]:
+def _points(xml: XmlFile, element: Element, label: str) -> Floats:
     """Return where the copies stand in the population's frame, `(N, 3) float64` [m]."""
     spread = element.find("distribution")
     kind = "random" if spread is None else (spread.findtext("type") or "random").strip()
@@ -94,7 +94,7 @@ def _points(xml: XmlFile, element: Element, label: str) -> NDArray[np.float64]:
     return _random(label, kind, count, size, radius)
 
 
-def _grid(xml: XmlFile, spread: Element, label: str) -> NDArray[np.float64]:
+def _grid(xml: XmlFile, spread: Element, label: str) -> Floats:
     rows, columns = (xml.count(spread, key, 1, label) for key in ("rows", "cols"))
     if not (rows >= 0 and columns >= 0 and rows * columns <= _MODELS_MAX):
         raise xml.fail(label, f"has {rows} x {columns} models; valid: up to {_MODELS_MAX}")
@@ -105,9 +105,7 @@ def _grid(xml: XmlFile, spread: Element, label: str) -> NDArray[np.float64]:
     return np.column_stack((x, y, np.zeros(len(x))))
 
 
-def _random(
-    label: str, kind: str, count: int, size: NDArray[np.float64], radius: float
-) -> NDArray[np.float64]:
+def _random(label: str, kind: str, count: int, size: Floats, radius: float) -> Floats:
     """Draw positions; of `uniform` ones each lies far from those before."""
     rng = np.random.default_rng(zlib.crc32(label.encode()))
     points = np.zeros((0, 3))

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from arjuna_core.arrays import Ints
 from arjuna_sim.files.sdf.includes import leaving_out
 from arjuna_sim.files.sdf.model_tags import WORLD, SdfJoint, SdfLink
 from arjuna_sim.files.xml_file import UNLIMITED, XmlFile
@@ -120,16 +120,14 @@ def _stands(link: SdfLink) -> bool:
     return link.static or any(p.shape.kind in (Kind.PLANE, Kind.TERRAIN) for p in link.solid)
 
 
-def _touches(
-    joint: SdfJoint, index: dict[str, int], body_of: NDArray[np.int64], fast: set[int]
-) -> bool:
+def _touches(joint: SdfJoint, index: dict[str, int], body_of: Ints, fast: set[int]) -> bool:
     ends = _ends(joint, index) or ()
     return any(i < 0 or int(body_of[i]) in fast for i in ends)
 
 
 def _joined(
     links: list[SdfLink], joints: list[SdfJoint], index: dict[str, int], loose: bool = False
-) -> NDArray[np.int64]:
+) -> Ints:
     """Return a number for each link, the same for those that hold together.
 
     Args:
@@ -146,7 +144,7 @@ def _joined(
     return np.asarray(connected_components(graph, directed=False)[1], np.int64)
 
 
-def _overlaps(links: list[SdfLink], jointed: set[int]) -> NDArray[np.int64]:
+def _overlaps(links: list[SdfLink], jointed: set[int]) -> Ints:
     """Return the pairs of links without joints whose bounding boxes overlap, `(N, 2)`."""
     loose = [i for i, link in enumerate(links) if i not in jointed and link.solid]
     loose = [i for i in loose if not _stands(links[i])]

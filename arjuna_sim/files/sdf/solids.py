@@ -6,9 +6,9 @@ import math
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_core.errors import WorldError
 from arjuna_core.files.input_file import open_file
 
@@ -18,7 +18,7 @@ _PIXELS_MAX = 4_000_000
 _FULL = {"L": 255.0, "I;16": 65535.0, "I": 65535.0}
 
 
-def cone(radius: float, length: float, corners: int = 48) -> NDArray[np.float64]:
+def cone(radius: float, length: float, corners: int = 48) -> Floats:
     """Return the triangles of an upright cone about the origin, `(N, 3, 3) float64` [m]."""
     angles = np.arange(corners) * 2.0 * math.pi / corners
     low = np.full(corners, -length / 2)
@@ -31,7 +31,7 @@ def cone(radius: float, length: float, corners: int = 48) -> NDArray[np.float64]
     return np.concatenate((np.stack((ring, after, tip), 1), np.stack((after, ring, foot), 1)))
 
 
-def prism(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
+def prism(corners: Floats, height: float) -> Floats:
     """Return the triangles of an upright prism that stands on the plane z = 0.
 
     Args:
@@ -57,12 +57,12 @@ def prism(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
     return np.concatenate((low[:, ::-1], high, *sides))
 
 
-def _area(corners: NDArray[np.float64]) -> float:
+def _area(corners: Floats) -> float:
     after = np.roll(corners, -1, axis=0)
     return float(np.sum(corners[:, 0] * after[:, 1] - after[:, 0] * corners[:, 1])) / 2.0
 
 
-def _ears(corners: NDArray[np.float64]) -> NDArray[np.int64]:
+def _ears(corners: Floats) -> Ints:
     """Cut a polygon into triangles, an ear at a time.
 
     Source: Meisters, Polygons have ears, American Mathematical Monthly 82 (1975).
@@ -91,7 +91,7 @@ def _ears(corners: NDArray[np.float64]) -> NDArray[np.int64]:
     return np.array(found, np.int64)
 
 
-def _holds(corners: NDArray[np.float64], ear: list[int], others: list[int]) -> bool:
+def _holds(corners: Floats, ear: list[int], others: list[int]) -> bool:
     """Return whether corners lie in a triangle or on its edges, where the rest would overlap."""
     a, b, c = corners[ear]
     apart = (corners[others][:, None] != corners[ear]).any(axis=2).all(axis=1)
@@ -100,17 +100,13 @@ def _holds(corners: NDArray[np.float64], ear: list[int], others: list[int]) -> b
     return bool(inside.all(axis=0).any())
 
 
-def _turn(
-    a: NDArray[np.float64], b: NDArray[np.float64], points: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _turn(a: Floats, b: Floats, points: Floats) -> Floats:
     """Return twice the signed area of the triangle with each of the points."""
-    result: NDArray[np.float64] = (b[0] - a[0]) * (points[:, 1] - a[1]) - (b[1] - a[1]) * (
-        points[:, 0] - a[0]
-    )
+    result: Floats = (b[0] - a[0]) * (points[:, 1] - a[1]) - (b[1] - a[1]) * (points[:, 0] - a[0])
     return result
 
 
-def read_heights(path: Path) -> NDArray[np.float64]:
+def read_heights(path: Path) -> Floats:
     """Return the heights of a picture, 0 for black to 1 for white.
 
     A picture of more than 513 pixels along a side is sampled.
@@ -137,11 +133,11 @@ def read_heights(path: Path) -> NDArray[np.float64]:
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise WorldError(path, f"is no picture that can be read: {error}") from error
     rows, columns = (_samples(side) for side in pixels.shape)
-    heights: NDArray[np.float64] = np.clip(pixels[np.ix_(rows, columns)] / full, 0.0, 1.0)[::-1]
+    heights: Floats = np.clip(pixels[np.ix_(rows, columns)] / full, 0.0, 1.0)[::-1]
     return heights
 
 
-def _samples(side: int) -> NDArray[np.int64]:
+def _samples(side: int) -> Ints:
     # Beyond 513 samples a side MuJoCo takes seconds to compile a height field.
-    chosen: NDArray[np.int64] = np.linspace(0, side - 1, min(side, 513)).astype(np.int64)
+    chosen: Ints = np.linspace(0, side - 1, min(side, 513)).astype(np.int64)
     return chosen

@@ -4,28 +4,29 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+from arjuna_core.arrays import Bools, Floats, Ints
 
 _Triple = tuple[float, float, float]
 _CORNER = 0.998  # of the way from a face's middle to its corner the ray of that corner begins
 
 
-def groups(labels: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+def groups(labels: Ints) -> list[Ints]:
     """Return the indices of the items of each label, by label."""
     order = np.argsort(labels, kind="stable")
     return np.split(order, np.flatnonzero(np.diff(labels[order])) + 1)
 
 
-def joined(pairs: NDArray[np.int64], count: int) -> list[NDArray[np.int64]]:
+def joined(pairs: Ints, count: int) -> list[Ints]:
     """Return the groups of items that pairs `(P, 2)` join, in the order of their first ones."""
     ends = (pairs[:, 0], pairs[:, 1])
     graph = coo_array((np.ones(len(pairs)), ends), shape=(count, count))
     return groups(connected_components(graph, directed=False)[1])
 
 
-def edges(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.bool_], bool]:
+def edges(faces: Ints) -> tuple[Ints, Bools, bool]:
     """Find the edges that two faces share.
 
     Args:
@@ -46,12 +47,7 @@ def edges(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.bool_
     return pairs // 3, alike, bool((counts % 2 == 0).all())
 
 
-def outward(
-    triangles: NDArray[np.float64],
-    pairs: NDArray[np.int64],
-    alike: NDArray[np.bool_],
-    is_closed: bool,
-) -> NDArray[np.float64]:
+def outward(triangles: Floats, pairs: Ints, alike: Bools, is_closed: bool) -> Floats:
     """Return faces that edges join, each with its corners in the order that has it look outward.
 
     Neighbours look to one side: outward where they enclose something, else as most of them did.
@@ -81,9 +77,7 @@ def outward(
     return np.where((turned ^ (agree < 0.0))[:, None, None], triangles[:, ::-1], triangles)
 
 
-def depths(
-    triangles: NDArray[np.float64], normals: NDArray[np.float64], most: float
-) -> NDArray[np.float64]:
+def depths(triangles: Floats, normals: Floats, most: float) -> Floats:
     """Return how deep a closed body is behind each corner of its faces, `(N, 3) float64` [m].
 
     Args:
@@ -114,15 +108,15 @@ def depths(
 
 @njit(cache=True, error_model="numpy")
 def _lengths(
-    triangles: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
-    starts: NDArray[np.float64],
+    triangles: Floats,
+    normals: Floats,
+    low: Floats,
+    high: Floats,
+    starts: Floats,
     axis: int,
     longest: float,
     most: float,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return how far rays go back from faces until they hit another, `(N, K) float64`.
 
     Args:
@@ -161,12 +155,7 @@ def _lengths(
 
 
 @njit(cache=True)
-def _is_apart(
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
-    first: NDArray[np.float64],
-    last: NDArray[np.float64],
-) -> bool:
+def _is_apart(low: Floats, high: Floats, first: Floats, last: Floats) -> bool:
     """Return whether two boxes along the axes, of least and greatest corners, have no point."""
     return bool(
         high[0] < first[0]
@@ -179,7 +168,7 @@ def _is_apart(
 
 
 @njit(cache=True)
-def _is_in(face: NDArray[np.float64], normal: _Triple, point: _Triple) -> bool:
+def _is_in(face: Floats, normal: _Triple, point: _Triple) -> bool:
     """Return whether a point of a face's plane is in the face."""
     for i in range(3):
         a, b, c = face[i]

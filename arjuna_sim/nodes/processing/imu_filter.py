@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Vector3Stamped
-from numpy.typing import NDArray
 from sensor_msgs.msg import Imu, MagneticField
 from tf2_msgs.msg import TFMessage
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
@@ -73,7 +73,7 @@ class ImuFilterNode(ManagedNode):
         """Create the topics."""
         config: ImuFilterConfig = self.config
         self._filter: MadgwickFilter | None = None
-        self._field: NDArray[np.float64] | None = None
+        self._field: Floats | None = None
         self._last = 0.0
         self._out = self.publisher(Imu, "imu/data", qos.SENSOR_PUBLISHER)
         self._tf_out = self.publisher(TFMessage, "/tf", qos.TF)
@@ -121,11 +121,7 @@ class ImuFilterNode(ManagedNode):
         self._publish(message, stamp, self._filter.quaternion, acceleration)
 
     def _publish(
-        self,
-        message: Any,
-        stamp: float,
-        quaternion: NDArray[np.float64],
-        acceleration: NDArray[np.float64],
+        self, message: Any, stamp: float, quaternion: Floats, acceleration: Floats
     ) -> None:
         config: ImuFilterConfig = self.config
         turned = Pose3.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, config.yaw_offset - config.declination))
@@ -153,6 +149,6 @@ class ImuFilterNode(ManagedNode):
             out.publish(angles)
 
 
-def _vector(message: Any) -> NDArray[np.float64]:
+def _vector(message: Any) -> Floats:
     found = np.array((message.x, message.y, message.z))
     return found if math.isfinite(found.sum()) else np.where(np.isfinite(found), found, 0.0)

@@ -15,7 +15,7 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.controllers.approach import ApproachConfig, FinalApproach
+from arjuna_nav.controllers.approach import ApproachConfig, Arrival, FinalApproach
 from arjuna_nav.controllers.follower import FollowerConfig, FollowResult, FollowState, PathFollower
 from arjuna_nav.controllers.tracker import TrackerConfig
 from arjuna_nav.costmap import Costmap
@@ -174,7 +174,7 @@ class Asked:
         }
         given: dict[str, Any] = {**own, **values}
         costs = costmap or self.free
-        return self.approach.compute(pose, self.goal, velocity, costs, now, **given)
+        return self.approach.compute(Arrival(pose, self.goal, velocity, costs, now, **given))
 
 
 def before(distance: float, bearing: float = 0.0) -> SE2:
@@ -385,7 +385,7 @@ def test_a_steered_robots_curve_leads_round_obstacles(
     costmap, start, goal = costmap_of(grid), SE2(1.6, 2.5), SE2(3.3, 2.5)
     approach = FinalApproach(ApproachConfig(), TrackerConfig(), ROBOT, 0.5)
     around: dict[str, Any] = {"remaining": 1.7, "speed": 0.5, "within": False, "heading": True}
-    command = approach.compute(start, goal, STILL, costmap, 0.0, **around)
+    command = approach.compute(Arrival(start, goal, STILL, costmap, 0.0, **around))
     assert (command is not None) is room
     assert approach.steers(9.0, 0.5) is room
     assert approach.steers(1.7, 0.5)
@@ -397,7 +397,10 @@ def test_a_steered_robot_that_has_not_arrived_drives_as_many_curves_as_it_may() 
     around: dict[str, Any] = {"remaining": 1.0, "speed": 0.5, "within": True, "heading": True}
     goal, costmap = SE2(3.0, 2.0), costmap_of(empty_grid(5.0, 4.0))
     for again in (True, False):
-        assert approach.compute(SE2(2.0, 2.0), goal, STILL, costmap, 0.0, **around) is not None
+        assert (
+            approach.compute(Arrival(SE2(2.0, 2.0), goal, STILL, costmap, 0.0, **around))
+            is not None
+        )
         beside = SE2(3.0, 2.2)  # as though it had slid there
-        assert approach.compute(beside, goal, STILL, costmap, 1.0, **around) is None
+        assert approach.compute(Arrival(beside, goal, STILL, costmap, 1.0, **around)) is None
         assert approach.retry() is again
