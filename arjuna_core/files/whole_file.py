@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Callable
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from arjuna_core.errors import InputFileError
+
+if TYPE_CHECKING:
+    from tempfile import TemporaryDirectory
 
 
 def emptied_folder(folder: Path, *patterns: str) -> Path:
@@ -66,12 +71,16 @@ def _force_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
-def in_new_file(text: str, suffix: str = ".yaml") -> Path:
-    """Return a new file of a text, in the folder of temporary files, for another process."""
+def own_folder(kind: str, parent: Path | None = None) -> TemporaryDirectory[str]:
+    """Return a folder for this process's files of a kind, removed at its end at the latest.
+
+    Those of processes that were killed, or became another program that has ended, are removed.
+    """
     import tempfile
 
-    with tempfile.NamedTemporaryFile(
-        "w", prefix="arjuna_", suffix=suffix, delete=False, encoding="utf-8"
-    ) as file:
-        file.write(text)
-    return Path(file.name)
+    parent = parent or Path(tempfile.gettempdir())
+    for left in parent.glob(f"arjuna-{kind}-*-*"):
+        process = left.name.removeprefix(f"arjuna-{kind}-").partition("-")[0]
+        if not Path(f"/proc/{process}").exists() and left.stat().st_uid == os.getuid():
+            shutil.rmtree(left, ignore_errors=True)
+    return tempfile.TemporaryDirectory(prefix=f"arjuna-{kind}-{os.getpid()}-", dir=parent)

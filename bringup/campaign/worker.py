@@ -26,6 +26,7 @@ from typing import Any
 import bringup
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.shipped import shipped_file
+from arjuna_core.files.whole_file import own_folder
 from bringup.campaign.inputs import ELSEWHERE
 from bringup.campaign.plan import LARGEST, Campaign, Run
 from bringup.campaign.pool import PROGRAM, Forks, Job, LocalPool
@@ -38,7 +39,6 @@ _LIBRARIES = (
     *("google-re2", "llvmlite", "matplotlib", "mcap", "mujoco", "numba", "numpy", "pillow"),
     *("ros-jazzy-rclpy", "scipy", "trimesh", "xacro", "yourdfpy"),
 )
-_SCRATCH = "arjuna-worker-"
 Fetch = Callable[[Sequence[str]], Iterable[bytes]]
 """Returns the contents of files by their SHA-256, in order."""
 
@@ -121,9 +121,8 @@ class _Worker:
     """The process that does a Ray worker's runs, one at a time, and the files that they need."""
 
     def __init__(self, scratch: str | None) -> None:
-        parent = Path(scratch or tempfile.gettempdir())
-        _remove_leftovers(parent)
-        self._root = Path(tempfile.mkdtemp(prefix=f"{_SCRATCH}{os.getpid()}-", dir=parent))
+        self._folder = own_folder("worker", Path(scratch) if scratch else None)
+        self._root = Path(self._folder.name)
         self._process = self._started()
 
     def do(self, order: Mapping[str, Any], fetch: Fetch) -> dict[str, Any]:
@@ -183,14 +182,6 @@ class _Worker:
 
 def _below(tree: Path, path: str) -> Path:
     return tree / path.lstrip("/")
-
-
-def _remove_leftovers(folder: Path) -> None:
-    """Remove the files of this user's workers that were killed."""
-    for leftover in folder.glob(f"{_SCRATCH}*-*"):
-        process = leftover.name.removeprefix(_SCRATCH).partition("-")[0]
-        if not Path(f"/proc/{process}").exists() and leftover.stat().st_uid == os.getuid():
-            shutil.rmtree(leftover, ignore_errors=True)
 
 
 class _Runs:

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from arjuna_core.config import dotted
 from arjuna_core.errors import ArjunaError
 from arjuna_core.files.maps import load_map
 from arjuna_core.files.shipped import found_or_shipped
+from arjuna_core.files.whole_file import own_folder
 from arjuna_core.files.yaml_file import read_yaml
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
@@ -275,7 +275,7 @@ def grade(exercise: Exercise, submission: Path) -> Grade:
         files = files_of(exercise, submission)
     except SubmissionError as error:
         return _nothing(exercise, str(error))
-    with TemporaryDirectory(prefix="arjuna-grade-") as name:
+    with own_folder("grade") as name:
         folder = Path(name)
         for file, data in files.items():
             (folder / file).write_bytes(data)

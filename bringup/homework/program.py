@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from arjuna_core.errors import ArjunaError
+from arjuna_core.files.whole_file import own_folder
 from bringup.homework.bridge import Message, Topic, line_of
 from bringup.processes.child import describe_exit
 
@@ -58,7 +59,7 @@ class Program:
         program: Sequence[str] = PROGRAM,
         patience: float = 10.0,
     ) -> None:
-        self._work = tempfile.TemporaryDirectory(prefix="arjuna-homework-")
+        self._work = own_folder("homework")
         self._printed = tempfile.TemporaryFile()  # noqa: SIM115 - as long as the program
         (its_reader, self._writer), (self._reader, its_writer) = os.pipe(), os.pipe()
         os.set_blocking(self._writer, False)

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from contextlib import closing
 from datetime import datetime
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from arjuna_core.errors import ArjunaError, InputFileError
+from arjuna_core.files.whole_file import own_folder
 from bringup.parameters.files import Parameters, merged
 from bringup.parameters.inputs import gather, groups_of
 from bringup.processes.child import ChildSpec
@@ -32,7 +32,7 @@ def supervise(arguments: argparse.Namespace) -> int:
     Raises:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
-    with TemporaryDirectory(prefix="arjuna-resume-") as folder:
+    with own_folder("resume") as folder:
         # In a fork: it may import rclpy, which starts threads.
         parameters = in_fork(lambda: _gathered(arguments))
         resume = bool(vars(arguments).get("resume"))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import itertools
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from arjuna_core.files.input_file import head_of
 from arjuna_core.files.shipped import shipped_file
-from arjuna_core.files.whole_file import in_new_file
 from bringup.parameters.foreign.conversion import converted
 from bringup.parameters.foreign.launch_file import LaunchFile, Program, is_launch_file
 from bringup.ros2.verbs.forward import PROGRAMS, executables_of, remedy
@@ -43,7 +43,7 @@ def is_ros1(path: Path) -> bool:
     return is_launch_file(path) and bool(_SIGNS.search(head_of(path, 2**20)))
 
 
-def commands(path: Path) -> tuple[list[list[str]], list[str]]:
+def commands(path: Path, keep: Callable[[str], Path]) -> tuple[list[list[str]], list[str]]:
     """Return the commands that start what a ROS 1 launch file does, and what cannot be.
 
     Each begins with a command of `arjuna`, or with `run` of `ros2`.
@@ -66,7 +66,7 @@ def commands(path: Path) -> tuple[list[list[str]], list[str]]:
     if {"amcl", "move_base", "slam"} & found.parts and any(file.document.values()):
         conversion = converted(path)
         problems += [*conversion.unknown, *conversion.problems]
-        parameters = ["--params", str(in_new_file(conversion.text))]
+        parameters = ["--params", str(keep(conversion.text))]
     made, missing = _commands(found, parameters)
     return made, [*problems, *missing]
 

@@ -5,9 +5,12 @@ from __future__ import annotations
 import asyncio
 import os
 from collections.abc import Callable, Coroutine, Iterable, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from typing import Any
 
+from arjuna_core.files.whole_file import own_folder
 from launch.logging import get_logger
 
 
@@ -87,6 +90,8 @@ class LaunchContext:
         self._handlers: list[BaseEventHandler] = []
         self._events: list[Event] = []
         self._woken = asyncio.Event()
+        self._files = 0
+        self._folder: TemporaryDirectory[str] | None = None
 
     def extend_locals(self, extra: Mapping[str, Any]) -> None:
         """Set attributes of `locals`."""
@@ -171,6 +176,20 @@ class LaunchContext:
         if not task.cancelled() and (error := task.exception()) is not None:
             self.problems.append(str(error))
             get_logger("launch").error(f"{type(error).__name__}: {error}")
+
+    def new_file(self, text: str) -> Path:
+        """Return a new file of parameters, for the processes of this launch; removed at its end."""
+        self._folder = self._folder or own_folder("launch")
+        self._files += 1
+        path = Path(self._folder.name, f"{self._files}.yaml")
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    def remove_files(self) -> None:
+        """Remove the files that were made for this launch."""
+        if self._folder is not None:
+            self._folder.cleanup()
+            self._folder = None
 
     async def wait(self) -> None:
         """Wait for an event, or for the end of something that runs."""

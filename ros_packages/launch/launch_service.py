@@ -65,6 +65,7 @@ class LaunchService:
         try:
             await self._run(shutdown_when_idle)
         finally:
+            context.remove_files()
             for number in numbers:
                 with suppress(ValueError, RuntimeError):
                     loop.remove_signal_handler(number)

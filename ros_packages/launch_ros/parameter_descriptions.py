@@ -20,7 +20,6 @@ from launch.substitution import (
 from launch.texts import parse_substitution
 
 from arjuna_core.files.input_file import read_text
-from arjuna_core.files.whole_file import in_new_file
 
 __all__ = ["Parameter", "ParameterFile", "ParameterValue", "SomeParameters"]
 
@@ -71,7 +70,7 @@ class ParameterFile:
         def replaced(match: re.Match[str]) -> str:
             return perform_substitutions(context, parse_substitution(match[0]))
 
-        return in_new_file(_SUBSTITUTED.sub(replaced, read_text(path)))
+        return context.new_file(_SUBSTITUTED.sub(replaced, read_text(path)))
 
 
 def value_of(context: LaunchContext, value: Any, kind: Any = None, typed: bool = False) -> Any:
@@ -148,5 +147,5 @@ def files_of(context: LaunchContext, given: Iterable[Any], node: str) -> list[st
             found.append(str(path))
             continue
         text = yaml.safe_dump({node: {"ros__parameters": values}}, sort_keys=False)
-        found.append(str(in_new_file(text)))
+        found.append(str(context.new_file(text)))
     return found

@@ -20,7 +20,6 @@ from launch.substitution import (
 from launch.substitutions import LaunchConfiguration
 
 from arjuna_core.files.input_file import read_text
-from arjuna_core.files.whole_file import in_new_file
 from arjuna_core.files.yaml_file import read_yaml
 
 __all__ = [
@@ -77,7 +76,7 @@ class RewrittenYaml(Substitution):
                     node = node.setdefault(key, {})
                 node[last] = converted(params[path])
         root = perform_substitutions(context, self.root_key or "").strip("/")
-        return str(in_new_file(yaml.safe_dump({root: document} if root else document)))
+        return str(context.new_file(yaml.safe_dump({root: document} if root else document)))
 
 
 _TRUTHS = ("true", "True", "false", "False")
@@ -101,7 +100,7 @@ class ReplaceString(Substitution):
         text = read_text(Path(source))
         for old, new in self._replacements.items():
             text = text.replace(old, perform_substitutions(context, new))
-        return str(in_new_file(text))
+        return str(context.new_file(text))
 
 
 class HasNodeParams(Substitution):

@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from rclpy.qos import QoSProfile
-from simulation_interfaces.msg import Result
+from simulation_interfaces.msg import Resource, Result
 from simulation_interfaces.srv import SpawnEntity
 from std_msgs.msg import String
 
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.files.input_file import read_text
 from arjuna_core.files.shipped import shipped_file
-from arjuna_core.files.whole_file import in_new_file
+from arjuna_core.files.whole_file import own_folder
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import quaternion, yaw
 from arjuna_sim.files.world_file import robots_in
@@ -44,10 +44,11 @@ def serve(words: list[str]) -> None:
     if words[:1] and words[0] in _TOOLS:
         raise Ros2Error(f"'gz {words[0]}' asks Gazebo itself, which is not here; {_INSTEAD}")
     wanted: list[list[str]] = []
+    folder = own_folder("robot")  # as long as the simulator that this process becomes
 
     def spawn(request: Any, response: Any) -> Any:
         resource = request.entity_resource
-        path = Path(resource.uri) if resource.uri else _robot(resource.resource_string)
+        path = Path(resource.uri or _written(resource.resource_string, folder.name))
         problem = "it starts" if wanted else unfit(path)  # who asks too early asks again
         if problem:
             response.result.result = Result.RESULT_INCORRECT_STATE
@@ -125,11 +126,11 @@ def create(words: list[str]) -> None:
             setattr(chosen, name, float(value) if len(name) == 1 else value)
     with closing(SimulatorClient(_PATIENCE, given.remapped.get("__ns", ""))) as client:
         if chosen.topic:
-            resource = resource_of(str(_robot(_received(client, chosen.topic))))
+            resource = Resource(resource_string=_received(client, chosen.topic))
         elif named := chosen.file or chosen.database:
             resource = resource_of(str(named).removeprefix("file://"))
         elif chosen.string:
-            resource = resource_of(str(_robot(chosen.string)))
+            resource = Resource(resource_string=chosen.string)
         else:
             raise Ros2Error("nothing to spawn; valid: -topic T, -file F, -string TEXT")
         space = (chosen.robot_namespace or given.remapped.get("__ns", "")).strip("/")
@@ -167,5 +168,7 @@ def _received(client: SimulatorClient, topic: str) -> str:
     return received[0]
 
 
-def _robot(text: str) -> Path:
-    return in_new_file(text, ".sdf" if "<sdf" in text else ".urdf")
+def _written(text: str, folder: str) -> Path:
+    path = Path(folder, "robot.sdf" if "<sdf" in text else "robot.urdf")
+    path.write_text(text, encoding="utf-8")
+    return path

@@ -28,7 +28,7 @@ from bringup.ros2.roslaunch import commands, commands_of, is_ros1
 from bringup.ros2.verbs.forward import LAUNCHED, arjuna, module_of, remedy
 
 if TYPE_CHECKING:
-    from launch import LaunchDescription
+    from launch import LaunchDescription, LaunchService
     from launch.actions import ExecuteProcess
 
 _USAGE = "usage: ros2 launch [-h] [-s] [-d] package_name|FILE [launch_file] [NAME:=VALUE ...]"
@@ -57,7 +57,7 @@ def run(words: list[str]) -> int:
     if path is not None:
         return start(path, own[1:], shows, debug)
     if of_ros1 := commands_of(package, file, own[1:]) if file.endswith(".launch") else []:
-        return _launched(_all(of_ros1))
+        return _launched(_service(), _all(of_ros1))
     if (package, file) in (*COMPOSED, *DESCRIBED):
         return start(add_prefix() / "share" / package / "launch" / file, own[1:], shows, debug)
     if (package, file) not in LAUNCHES:
@@ -120,21 +120,25 @@ def start(path: Path, words: list[str], shows: bool = False, debug: bool = False
         os.environ["ROS_LOG_DIR"] = launch_config.log_dir
     log = launch.logging.get_logger("launch")
     log.info(f"All log files can be found below {launch_config.log_dir}")
+    service = _service(debug)
     if is_ros1(path):
-        words_of, problems = commands(path)
+        words_of, problems = commands(path, service.context.new_file)
         for line in problems:
             log.error(line)
-        return _launched(_all(words_of), debug)
+        return _launched(service, _all(words_of))
     pairs = [(name, value) for name, _, value in (word.partition(":=") for word in words)]
     included = IncludeLaunchDescription(source, launch_arguments=pairs)
-    return _launched(launch.LaunchDescription([included]), debug)
+    return _launched(service, launch.LaunchDescription([included]))
 
 
-def _launched(description: LaunchDescription, debug: bool = False) -> int:
+def _service(debug: bool = False) -> LaunchService:
     from launch import LaunchService
 
     LaunchService.explain = staticmethod(_explained)
-    service = LaunchService(debug=debug)
+    return LaunchService(debug=debug)
+
+
+def _launched(service: LaunchService, description: LaunchDescription) -> int:
     service.include_launch_description(description)
     return service.run()
 

@@ -89,12 +89,12 @@ def started(
     (tmp_path / "urdf").mkdir()
     (tmp_path / "urdf" / "robot.urdf").write_text(URDF)
     made = add_prefix()
-    recorded: list[list[str]] = []
+    recorded: list[tuple[str, dict[str, Any]]] = []
     monkeypatch.setattr(lifecycle, "_PATIENCE", 0.2)
 
     def record(action: Any, context: LaunchContext) -> None:
         words = action.words(context)
-        recorded.append(words)
+        recorded.append(_shown(words, (tmp_path / "install", made)))
         details = {"action": action, "name": "x", "cmd": words, "pid": 1}
         context.emit_event_sync(ProcessStarted(**details))
         context.emit_event_sync(ProcessExited(returncode=0, **details))
@@ -105,9 +105,8 @@ def started(
         recorded.clear()
         code = verb.start(FILES / name, list(words))
         given = capsys.readouterr()
-        pairs = [_shown(words, (tmp_path / "install", made)) for words in recorded]
-        lines = [line for line, _ in pairs]
-        return Started(code, lines, [values for _, values in pairs], given.out + given.err)
+        lines = [line for line, _ in recorded]
+        return Started(code, lines, [values for _, values in recorded], given.out + given.err)
 
     return run
 
@@ -132,7 +131,7 @@ def _shown(words: list[str], prefixes: tuple[Path, ...]) -> tuple[str, dict[str,
         line = line.replace(f"{prefix}/lib/", "").replace(f"{prefix}/share/", "")
     line = re.sub(r"/\S*/(?=(urdf|worlds|maps)/)", "", line)
     line = re.sub(r"(?s)<\?xml.*</robot>\n?", "SDF", re.sub(r"/tmp/nav2_\S+", "WORLD", line))
-    return re.sub(r"/\S*/arjuna_\w+\.yaml", "TMP", line), values
+    return re.sub(r"/\S*/arjuna-launch-\S+\.yaml", "TMP", line), values
 
 
 _TB3_WORLD = "turtlebot3_gazebo/worlds/turtlebot3_world.world"

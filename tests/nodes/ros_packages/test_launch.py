@@ -239,11 +239,15 @@ def test_a_launch_file_s_arguments_are_no_remappings(
 def test_ctrl_c_ends_all_and_leaves_nothing(tmp_path: Path) -> None:
     text = (
         "from launch import *\nfrom launch.actions import *\ns = LaunchService()\n"
+        "from nav2_common.launch import RewrittenYaml\n"
         "s.include_launch_description(LaunchDescription([ExecuteProcess(cmd=['bash', '-c',"
-        f" 'sleep 60 & echo $! > {tmp_path}/pid; echo up; wait'], output='screen')]))\n"
+        f" 'sleep 60 & echo $! > {tmp_path}/pid; cat $0; echo up; wait',"
+        f" RewrittenYaml('{tmp_path}/a.yaml', {{'a': 'x'}})], output='screen')]))\n"
         "raise SystemExit(s.run())"
     )
-    environment = {**os.environ, "ROS_LOG_DIR": str(tmp_path)}
+    (tmp_path / "a.yaml").write_text("a: b")
+    (kept := tmp_path / "temporary").mkdir()
+    environment = {**os.environ, "ROS_LOG_DIR": str(tmp_path), "TMPDIR": str(kept)}
     with subprocess.Popen(
         [sys.executable, "-c", text], stdout=subprocess.PIPE, text=True, env=environment
     ) as process:
@@ -255,7 +259,9 @@ def test_ctrl_c_ends_all_and_leaves_nothing(tmp_path: Path) -> None:
             read += line
         process.send_signal(signal.SIGINT)
         read += process.communicate(timeout=30)[0]
+    assert "] a: x" in read
     assert "user interrupted with ctrl-c (SIGINT)" in read
+    assert list(kept.iterdir()) == []
     assert process.returncode == 0
     status = Path(f"/proc/{(tmp_path / 'pid').read_text().strip()}/stat")
     assert not status.exists() or status.read_text().split()[2] == "Z"
@@ -375,7 +381,8 @@ def test_rewritten_parameters_are_there_by_their_whole_path(tmp_path: Path) -> N
     (tmp_path / "a.yaml").write_text("a: {ros__parameters: {b: 1, c: 2}}")
     rewrites = {"a.ros__parameters.d": "0.5", "c": "3"}
     made = RewrittenYaml([str(tmp_path), "/a.yaml"], rewrites, root_key="/r", convert_types=True)
-    written = yaml.safe_load(Path(made.perform(LaunchContext())).read_text())
+    context = LaunchContext()
+    written = yaml.safe_load(Path(made.perform(context)).read_text())
     assert written == {"r": {"a": {"ros__parameters": {"b": 1, "c": 3, "d": 0.5}}}}
 
 
