@@ -145,7 +145,7 @@ class ScanSource(Source):
         self._tracker, self._moving = Tracker(REACH), Moving.nothing()
 
     def sight(self) -> Sight | None:
-        """Return what it sees; what moves has moved on since."""
+        """Return what it sees; what comes nearer has moved on since."""
         if not self.tracks or self.message is None:
             return super().sight()
         T_odom_then, T_now_odom = self._frames.pose(self._stamp), self._frames.now()
@@ -153,8 +153,8 @@ class ScanSource(Source):
             scan = read_scan(self._frames, self.message, T_odom_then).reading
             self._moving = self._tracker.update(scan, T_odom_then)
         moving, turn = self._moving, SE2(0.0, 0.0, T_now_odom.theta)
-        points = moving.points + self.age * moving.velocities
-        return Sight.of(T_now_odom.apply(points), turn.apply(moving.velocities), moving.speeds)
+        points, motions = T_now_odom.apply(moving.points), turn.apply(moving.velocities)
+        return Sight.of(points, motions, moving.speeds).later(self.age)
 
     def _points(self, message: Any) -> NDArray[np.float64]:
         seen = read_scan(self._frames, message)
