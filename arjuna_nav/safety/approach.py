@@ -44,12 +44,6 @@ class ApproachConfig:
     angular_deceleration: float = param(3.2, "The same of its turns.", unit="rad/s^2", minimum=0.01)
     moving_clearance: float = param(0.1, "Distance kept from what moves.", unit="m", minimum=0.0)
     reaction_time: float = param(0.1, "From a scan to the wheels.", unit="s", minimum=0.0)
-    returning_speed: float = param(
-        0.5,
-        "Part of its speed with which what goes away may come back at once.",
-        minimum=0.0,
-        maximum=1.0,
-    )
 
 
 class Approach:
@@ -137,9 +131,7 @@ class Approach:
         if not near.any():
             return 1.0
         sight, gaps, away = sight.at(near), gaps[near], away[near]
-        receding = 2.0 * (sight.speeds - (away * sight.motions).sum(axis=1))
-        coming = receding.clip(zone.returning_speed * sight.speeds, sight.speeds)
-        part = self._at_rest_in_time(velocity, gaps, away, coming, radius)
+        part = self._at_rest_in_time(velocity, gaps, away, sight.speeds, radius)
         if gaps.min() <= 0.0:
             return part
         if gaps.min() > room:
@@ -161,6 +153,8 @@ class Approach:
         """Return the greatest part that can be braked before what may come at speeds.
 
         The robot is at rest by then, or moves away: it may be walked into, but walks into nobody.
+        Where somebody goes does not count: who walks away may turn about, and of two who pass each
+        other the scan shows one thing that goes with the one while the other comes.
 
         Source: passive motion safety, as Macek et al., Towards safe vehicle navigation in dynamic
             urban scenarios, Automatika 2009.

@@ -37,6 +37,16 @@ class Sight(NamedTuple):
         speeds = np.hypot(*motions.T) if speeds is None else speeds
         return Sight(points, motions, speeds, np.full(len(points), source, np.int64))
 
+    def later(self, time: float) -> Sight:
+        """Return what is seen as it may be a time [s] later: what comes nearer has moved on.
+
+        What goes away may have turned about, and stays.
+        """
+        nearer = (self.points * self.motions).sum(axis=1) < 0.0
+        return self._replace(
+            points=self.points + np.where(nearer, time, 0.0)[:, None] * self.motions
+        )
+
     def at(self, index: Any) -> Sight:
         """Return the points of an index or a mask."""
         return Sight(*(each[index] for each in self))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -16,6 +17,7 @@ from arjuna_core.config import param
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
+from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.moving.tracker import REACH, Moving, Tracker
 from arjuna_nav.nodes.costmap.messages import points_from_polygon
@@ -143,18 +145,33 @@ class ScanSource(Source):
         """Forget what was seen."""
         super().reset()
         self._tracker, self._moving = Tracker(REACH), Moving.nothing()
+        # Of those that came while nobody looked so many are tracked: 3 s of a common lidar.
+        self._untracked: deque[Any] = deque(maxlen=32)
+
+    def take(self, message: Any) -> None:
+        """Take the newest scan; the one before is yet to be tracked where nobody has looked."""
+        if self.message is not None and self._stamp != self._moving.stamp:
+            self._untracked.append(self.message)
+        super().take(message)
 
     def sight(self) -> Sight | None:
-        """Return what it sees; what moves has moved on since."""
+        """Return what it sees; what comes nearer has moved on since."""
         if not self.tracks or self.message is None:
             return super().sight()
-        T_odom_then, T_now_odom = self._frames.pose(self._stamp), self._frames.now()
+        while self._untracked:
+            with suppress(TransformError, ValueError):
+                self._track(self._untracked.popleft())
         if self._stamp != self._moving.stamp:
-            scan = read_scan(self._frames, self.message, T_odom_then).reading
-            self._moving = self._tracker.update(scan, T_odom_then)
-        moving, turn = self._moving, SE2(0.0, 0.0, T_now_odom.theta)
-        points = moving.points + self.age * moving.velocities
-        return Sight.of(T_now_odom.apply(points), turn.apply(moving.velocities), moving.speeds)
+            self._track(self.message)
+        T_now_odom, moving = self._frames.now(), self._moving
+        turn = SE2(0.0, 0.0, T_now_odom.theta)
+        points, motions = T_now_odom.apply(moving.points), turn.apply(moving.velocities)
+        return Sight.of(points, motions, moving.speeds).later(self.age)
+
+    def _track(self, message: Any) -> None:
+        T_odom_then = self._frames.pose(seconds(message.header.stamp))
+        scan = read_scan(self._frames, message, T_odom_then).reading
+        self._moving = self._tracker.update(scan, T_odom_then)
 
     def _points(self, message: Any) -> NDArray[np.float64]:
         seen = read_scan(self._frames, message)

@@ -141,11 +141,10 @@ class Play:
     def _allowed(self, command: Velocity) -> Velocity:
         """Return what the collision monitor lets through."""
         moving, T_base_odom = self._moving, self._in_odom.inverse()
-        since = self.time - moving.stamp
-        points = T_base_odom.apply(moving.points + since * moving.velocities)
-        turn = SE2(0.0, 0.0, T_base_odom.theta)
-        body = self._near.footprint.without(self._body.padding)
+        points, turn = T_base_odom.apply(moving.points), SE2(0.0, 0.0, T_base_odom.theta)
         sight = Sight.of(points, turn.apply(moving.velocities), moving.speeds)
+        sight = sight.later(self.time - moving.stamp)
+        body = self._near.footprint.without(self._body.padding)
         return self._monitor.judge(command, sight, body).velocity
 
     def _err(self) -> None:

@@ -128,15 +128,12 @@ def test_it_can_stop_turning_before_who_walks_past_turns_to_it() -> None:
     assert 0.5 * part * 1.5 * 0.3 * braking + 0.6 * (0.1 + braking) == pytest.approx(0.1)
 
 
-@pytest.mark.parametrize(
-    ("away", "share"),
-    [(1.0, 0.5), (0.9, 0.5), (0.5, 1.0), (0.7, 0.6), (0.0, 1.0), (-1.0, 1.0)],
-)
-def test_a_departing_person_returns_with_half_of_the_speed(away: float, share: float) -> None:
+@pytest.mark.parametrize("away", [1.0, 0.9, 0.5, 0.7, 0.0, -1.0])
+def test_who_walks_away_may_come_back_as_fast(away: float) -> None:
     motion = (0.6 * away, 0.6 * math.sqrt(1.0 - away**2))
     part = moving(Velocity(0.8), (0.65, 0.0), motion, config=BRAKES_ALONE)
     braking = part * 0.8 / 2.0
-    met = 0.5 * part * 0.8 * braking + 0.6 * share * (0.1 + braking)
+    met = 0.5 * part * 0.8 * braking + 0.6 * (0.1 + braking)
     assert met == pytest.approx(0.25)
 
 
@@ -170,6 +167,23 @@ def test_the_first_part_of_the_velocity_that_meets_nobody_is_kept(seed: int) -> 
     brakes = replace(CONFIG, deceleration=1e4, angular_deceleration=1e4)  # so the paths alone count
     allowed = moving(velocity, (at[0], at[1]), (motion[0], motion[1]), outline, brakes)
     assert allowed == pytest.approx(free)
+
+
+@pytest.mark.parametrize(
+    ("at", "motion", "later"),
+    [
+        ((1.0, 0.0), (-0.5, 0.5), (0.95, 0.05)),  # comes nearer
+        ((1.0, 0.0), (0.5, 0.5), (1.0, 0.0)),  # goes away, and may have turned about since
+        ((0.0, -1.0), (0.0, 0.5), (0.0, -0.95)),
+        ((0.0, -1.0), (0.5, 0.0), (0.0, -1.0)),
+    ],
+)
+def test_a_moment_later_nobody_is_taken_for_farther_than_he_was_seen(
+    at: tuple[float, float], motion: tuple[float, float], later: tuple[float, float]
+) -> None:
+    sight = Sight.of(np.array([at]), np.array([motion])).later(0.1)
+    assert sight.points[0] == pytest.approx(later)
+    assert sight.motions[0] == pytest.approx(motion)
 
 
 def test_who_touches_it_is_not_pressed_on_and_may_be_left() -> None:

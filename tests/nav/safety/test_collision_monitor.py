@@ -300,6 +300,6 @@ def test_it_turns_slowly_beside_newcomers_of_unknown_motion(speed: float, held: 
 
 def test_it_reckons_that_who_walks_away_may_turn_about() -> None:
     turning, someone = Velocity(yaw_rate=1.6), cluster(0.0, 0.45)
-    away, far = np.full((8, 2), (0.0, 1.0)), cluster(0.0, 1.0)
+    away, far = np.full((8, 2), (0.0, 1.0)), cluster(0.0, 1.2)
     assert judge_moving(turning, someone, away).velocity.yaw_rate < 0.8
     assert judge_moving(turning, far, away) == Verdict(turning)

@@ -21,6 +21,7 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from arjuna_nav.nodes.safety.detector import CollisionDetectorNode
 from tests.helpers.nav.monitored import KINDS, RADIUS, Monitored, cloud, drive
+from tests.helpers.nav.played import shipped_zones
 
 
 @pytest.fixture(params=KINDS)
@@ -96,6 +97,16 @@ def test_the_last_scan_is_moved_with_the_robot_where_asked(correction: bool, sto
     assert scene.robot.command.x == pytest.approx(0.01)
     drive(scene.robot, 0.3, 1.0)  # it is not seen again, and 0.3 m nearer in the end
     assert (scene.robot.command == STILL) is stops
+
+
+def test_who_came_while_nothing_was_commanded_is_known_to_walk() -> None:
+    scene = Monitored("scan", Stop=shipped_zones()["FootprintApproach"])
+    for y in np.arange(-1.2, 0.05, 0.08):
+        scene.obstacle = (0.5, float(y))
+        scene.say()
+        scene.robot.run(0.1)
+    drive(scene.robot, 0.2, 0.04)
+    assert scene.robot.command == STILL
 
 
 @pytest.mark.parametrize("parameter", ["Stop.enabled", "it.enabled"])
