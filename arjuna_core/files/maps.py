@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import yaml
@@ -50,7 +50,9 @@ def load_map(
     options = _options(path, header)
     image = path.parent / _image_name(path, header)
     if not os.path.exists(image):  # noqa: PTH110 - Path.exists raises where a name is too long
-        raise MapError(path, f"image {image} does not exist", "image")
+        beside = path.parent / PureWindowsPath(image).name  # written on another machine
+        hint = f"; beside the YAML lies '{beside.name}'" if os.path.exists(beside) else ""  # noqa: PTH110
+        raise MapError(path, f"image {image} does not exist{hint}", "image")
     shade, alpha = read_image(image)
     frame = GridFrame(
         _positive(path, header, "resolution"), shade.shape[1], shade.shape[0], _origin(path, header)
