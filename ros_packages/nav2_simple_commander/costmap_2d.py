@@ -1,0 +1,83 @@
+"""PyCostmap2D: a costmap's message as cells with costs, under the original's names."""
+
+# ruff: noqa: D102 - the names are the original's, and say what each method returns
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+class PyCostmap2D:
+    """The cells of a `nav2_msgs/Costmap`, or of a `nav_msgs/OccupancyGrid`.
+
+    Attributes:
+        costmap: The costs, row by row from the lowest in y, `(size_x * size_y,) uint8`.
+    """
+
+    def __init__(self, occupancy_map: Any) -> None:
+        if hasattr(occupancy_map, "metadata"):
+            about = occupancy_map.metadata
+            self.size_x, self.size_y = int(about.size_x), int(about.size_y)
+        else:
+            about = occupancy_map.info
+            self.size_x, self.size_y = int(about.width), int(about.height)
+        self.resolution = float(about.resolution)
+        self.origin_x = float(about.origin.position.x)
+        self.origin_y = float(about.origin.position.y)
+        self.global_frame_id = str(occupancy_map.header.frame_id)
+        self.costmap_timestamp = occupancy_map.header.stamp
+        self.costmap = np.array(occupancy_map.data).astype(np.uint8)
+
+    def getSizeInCellsX(self) -> int:
+        return self.size_x
+
+    def getSizeInCellsY(self) -> int:
+        return self.size_y
+
+    def getSizeInMetersX(self) -> float:
+        return self.size_x * self.resolution
+
+    def getSizeInMetersY(self) -> float:
+        return self.size_y * self.resolution
+
+    def getOriginX(self) -> float:
+        return self.origin_x
+
+    def getOriginY(self) -> float:
+        return self.origin_y
+
+    def getResolution(self) -> float:
+        return self.resolution
+
+    def getGlobalFrameID(self) -> str:
+        return self.global_frame_id
+
+    def getCostmapTimestamp(self) -> Any:
+        return self.costmap_timestamp
+
+    def getCostXY(self, mx: int, my: int) -> np.uint8:
+        return self.getCostIdx(self.getIndex(mx, my))
+
+    def getCostIdx(self, index: int) -> np.uint8:
+        cost: np.uint8 = self.costmap[index]
+        return cost
+
+    def setCost(self, mx: int, my: int, cost: int) -> None:
+        self.costmap[self.getIndex(mx, my)] = cost
+
+    def mapToWorld(self, mx: int, my: int) -> tuple[float, float]:
+        """Return the middle of a cell [m]."""
+        x = self.origin_x + (mx + 0.5) * self.resolution
+        return x, self.origin_y + (my + 0.5) * self.resolution
+
+    def worldToMapValidated(self, wx: float, wy: float) -> tuple[int | None, int | None]:
+        """Return the cell of a point [m], `(None, None)` where it is outside."""
+        if wx < self.origin_x or wy < self.origin_y:
+            return None, None
+        mx = int((wx - self.origin_x) // self.resolution)
+        my = int((wy - self.origin_y) // self.resolution)
+        return (mx, my) if mx < self.size_x and my < self.size_y else (None, None)
+
+    def getIndex(self, mx: int, my: int) -> int:
+        return my * self.size_x + mx
