@@ -150,14 +150,19 @@ def _build(
 def check(name: str, value: Any, hint: Any, info: ParamInfo, where: str = "") -> Any:
     """Return a value converted to its parameter's type.
 
+    An endless one is the greatest there is, unless the parameter has a bound of its own.
+
     Args:
         hint: The field's type: bool, int, float, str, `tuple[T, ...]` or one of them or None.
         where: Prefix of the message.
 
     Raises:
-        ConfigError: The value is of the wrong type, not finite, out of bounds or no valid choice.
+        ConfigError: The value is of the wrong type, no number, out of bounds or no valid choice.
     """
     result = _convert(name, value, hint, where)
+    if isinstance(result, float) and math.isinf(result):
+        own = info.minimum if result < 0.0 else info.maximum
+        result = result if own is not None else info.bounds[result > 0.0]
     for scalar in result if isinstance(result, tuple) else (result,):
         _check_bounds(name, scalar, info, where)
     return result

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import yaml
@@ -52,7 +52,9 @@ def load_map(
         raise MapError(path, f"must be a file name, got {header['image']!r}", "image")
     image = path.parent / header["image"]
     if not os.path.exists(image):  # noqa: PTH110 - Path.exists raises where a name is too long
-        raise MapError(path, f"image {image} does not exist", "image")
+        beside = path.parent / PureWindowsPath(image).name  # written on another machine
+        hint = f"; beside the YAML lies '{beside.name}'" if os.path.exists(beside) else ""  # noqa: PTH110
+        raise MapError(path, f"image {image} does not exist{hint}", "image")
     shade, alpha = read_image(image)
     resolution = _number(path, "resolution", header["resolution"])
     if resolution <= 0.0:

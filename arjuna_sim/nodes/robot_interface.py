@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from geometry_msgs.msg import Twist, TwistStamped
@@ -41,7 +42,7 @@ class RobotInterface:
         cameras = [s for s in sensors if isinstance(s, CameraSettings)]
         self._cameras = [CameraTopics(node, robot, stage, camera) for camera in cameras]
         self._further = SensorTopics(node, robot, self.topics.settings.further)
-        self._joints = _joint_control(node, robot)
+        self._joints = _joint_control(node, robot, self._rename)
         self.contacts = ContactTopic(node, robot.model.urdf.name)
         self._topic = self.topics.drive.command_topic
         self._stamped = config.enable_stamped_cmd_vel or self.topics.drive.stamped
@@ -76,6 +77,17 @@ class RobotInterface:
         """End drawing beside the physics."""
         for camera in self._cameras:
             camera.close()
+
+    def _rename(self, topic: str, other: str) -> bool:
+        """Give a topic of the drive another name; return whether it is one."""
+        absolute = self._node.process.absolute
+        if absolute(topic) == absolute(self._topic):
+            if self._commands is not None:
+                self._node.unsubscribe(self._commands)
+            self._topic = other
+            self._commands = self._listen()
+            return True
+        return self.topics.rename_odometry(topic, other)
 
     def _listen(self) -> Any:
         if self._stamped:
@@ -117,11 +129,13 @@ class RobotInterface:
             )
 
 
-def _joint_control(node: ManagedNode, robot: DrivenRobot) -> Any:
+def _joint_control(
+    node: ManagedNode, robot: DrivenRobot, rename: Callable[[str, str], bool]
+) -> Any:
     """Return the interface of driven joints, None where nothing commands any."""
     if not robot.model.settings.controllers:
         return None
     # Its messages take a quarter of a second to import, which most robots do not need.
     from arjuna_sim.nodes.control.control import JointControl
 
-    return JointControl(node, robot)
+    return JointControl(node, robot, rename)

@@ -141,6 +141,7 @@ class RobotTopics:
         self._truth = config.publish_ground_truth
         _check_topics(robot.urdf.path, self.drive, self.settings)
         _check_rates(node, self.settings, config)
+        self._node = node
         self._create_publishers(node)
         self._odom_due = _slower(self.drive.rate, config.tick)
         self._joints_due = _slower(settings.report_rate, config.tick)
@@ -160,6 +161,15 @@ class RobotTopics:
         if self._truth:
             self._truth_out = node.publisher(Odometry, "ground_truth/odom", qos.DEFAULT)
             self._static_out = node.publisher(TFMessage, "/tf_static", qos.TF_STATIC)
+
+    def rename_odometry(self, topic: str, other: str) -> bool:
+        """Publish the drive's odometry on another topic; return whether it is on the first."""
+        absolute, drive = self._node.process.absolute, self.drive
+        if "odom" not in drive.publishes or absolute(topic) != absolute(drive.odometry_topic):
+            return False
+        self.drive = dataclasses.replace(drive, odometry_topic=other)
+        self._odom_out = self._node.publisher(Odometry, other, qos.DEFAULT)
+        return True
 
     def publish_static(self, now: float) -> None:
         """Publish where the world is at a time [s]: a map has the world's coordinates."""

@@ -38,6 +38,10 @@ from bringup.stack import (
 )
 
 _STAMPED = "enable_stamped_cmd_vel"
+_NAMED_FILES = {
+    ("docking_server", "dock_database"): "no dock has a name",
+    ("route_server", "graph_filepath"): "no graph is loaded",
+}
 
 
 def over_shipped(paths: Iterable[Path]) -> Parameters:
@@ -105,6 +109,7 @@ def checked(
     nodes = list({spec.name: spec for spec in (*all_nodes(), *further)}.values())
     after, remarks, problems = understand(source.values, below, nodes, namespace)
     remarks += _without_missing_masks(after, further)
+    remarks += _without_missing_files(after)
     remarks += _without_other_trees(after, problems)
     problems += problems_of(
         after, [one for one in nodes if after.get(one.name) != below.get(one.name)]
@@ -189,6 +194,18 @@ def _without_missing_masks(parameters: Parameters, further: Iterable[NodeSpec]) 
             reason = f"there is no {name}: nothing is kept out or slowed down by it"
             where = f"{spec.name}: yaml_filename"
             remarks.append(Remark(Kind.NO_EFFECT, where, reason, safety=True))
+    return remarks
+
+
+def _without_missing_files(parameters: Parameters) -> list[Remark]:
+    """Leave out the files of docks and routes that nobody has, as launch files fill them in."""
+    remarks = []
+    for (node, key), reason in _NAMED_FILES.items():
+        name = str(parameters.get(node, {}).get(key) or "")
+        if name and not Path(name).exists():
+            del parameters[node][key]
+            where = f"{node}: {key}"
+            remarks.append(Remark(Kind.NO_EFFECT, where, f"there is no {name}: {reason}"))
     return remarks
 
 

@@ -1,31 +1,33 @@
-"""PyCostmap2D: a costmap's message by cells and by metres, under the original's names."""
+"""PyCostmap2D: a costmap's message as cells with costs, under the original's names."""
 
-# ruff: noqa: D102 - the names are the original's; each method is the value it names
+# ruff: noqa: D102 - the names are the original's, and say what each method returns
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 
 class PyCostmap2D:
-    """The costs of a nav2_msgs/Costmap: 0 free, 253 inscribed, 254 lethal, 255 unknown.
+    """The cells of a `nav2_msgs/Costmap`, or of a `nav_msgs/OccupancyGrid`.
 
     Attributes:
-        costmap: Row by row from the lower left, `(size_x * size_y,) uint8`.
+        costmap: The costs, row by row from the lowest in y, `(size_x * size_y,) uint8`.
     """
 
     def __init__(self, occupancy_map: Any) -> None:
-        about = occupancy_map.metadata
-        self.size_x: int = about.size_x
-        self.size_y: int = about.size_y
-        self.resolution: float = about.resolution
-        self.origin_x: float = about.origin.position.x
-        self.origin_y: float = about.origin.position.y
-        self.global_frame_id: str = occupancy_map.header.frame_id
-        self.costmap_timestamp: Any = occupancy_map.header.stamp
-        self.costmap: NDArray[np.uint8] = np.array(occupancy_map.data, dtype=np.uint8)
+        if hasattr(occupancy_map, "metadata"):
+            about = occupancy_map.metadata
+            self.size_x, self.size_y = int(about.size_x), int(about.size_y)
+        else:
+            about = occupancy_map.info
+            self.size_x, self.size_y = int(about.width), int(about.height)
+        self.resolution = float(about.resolution)
+        self.origin_x = float(about.origin.position.x)
+        self.origin_y = float(about.origin.position.y)
+        self.global_frame_id = str(occupancy_map.header.frame_id)
+        self.costmap_timestamp = occupancy_map.header.stamp
+        self.costmap = np.array(occupancy_map.data).astype(np.uint8)
 
     def getSizeInCellsX(self) -> int:
         return self.size_x
@@ -54,9 +56,6 @@ class PyCostmap2D:
     def getCostmapTimestamp(self) -> Any:
         return self.costmap_timestamp
 
-    def getIndex(self, mx: int, my: int) -> int:
-        return my * self.size_x + mx
-
     def getCostXY(self, mx: int, my: int) -> np.uint8:
         return self.getCostIdx(self.getIndex(mx, my))
 
@@ -69,12 +68,16 @@ class PyCostmap2D:
 
     def mapToWorld(self, mx: int, my: int) -> tuple[float, float]:
         """Return the middle of a cell [m]."""
-        cell = self.resolution
-        return self.origin_x + (mx + 0.5) * cell, self.origin_y + (my + 0.5) * cell
+        x = self.origin_x + (mx + 0.5) * self.resolution
+        return x, self.origin_y + (my + 0.5) * self.resolution
 
-    def worldToMapValidated(self, wx: float, wy: float) -> tuple[int, int] | tuple[None, None]:
-        """Return the cell of a point [m]; None, None outside."""
+    def worldToMapValidated(self, wx: float, wy: float) -> tuple[int | None, int | None]:
+        """Return the cell of a point [m], `(None, None)` where it is outside."""
+        if wx < self.origin_x or wy < self.origin_y:
+            return None, None
         mx = int((wx - self.origin_x) // self.resolution)
         my = int((wy - self.origin_y) // self.resolution)
-        inside = 0 <= mx < self.size_x and 0 <= my < self.size_y
-        return (mx, my) if inside else (None, None)
+        return (mx, my) if mx < self.size_x and my < self.size_y else (None, None)
+
+    def getIndex(self, mx: int, my: int) -> int:
+        return my * self.size_x + mx

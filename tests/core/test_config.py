@@ -86,6 +86,7 @@ def test_an_integer_serves_as_a_float_and_a_list_as_a_tuple() -> None:
         ({"speed": 3.0}, "'speed' is 3.0; the greatest valid is 2.0 m/s"),
         ({"limits": [0.5, -2.0]}, "'limits' is -2.0; the least valid is -1.0"),
         ({"speed": float("nan")}, "'speed' is not a number"),
+        ({"speed": float("inf")}, "'speed' is inf; the greatest valid is 2.0 m/s"),
         ({"lidar.kind": "round"}, "'lidar.kind' is 'round'; valid: planar, spinning"),
     ],
 )
@@ -107,6 +108,11 @@ def test_all_that_is_wrong_is_named_at_once() -> None:
 def test_the_information_of_all_parameters_is_found_by_dotted_name() -> None:
     assert infos(Robot)["lidar.beams"].maximum == 4096
     assert set(infos(Robot)) == set(flatten(Robot()))
+
+
+def test_what_is_endless_is_the_greatest_where_no_bound_is_named() -> None:
+    assert load(Robot, {"radius": float("inf")}).radius == 1e6
+    assert load(Robot, {"stamped": "y"}).stamped is True
 
 
 def test_none_is_valid_where_the_type_says_so() -> None:

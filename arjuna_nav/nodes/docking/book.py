@@ -49,10 +49,10 @@ class DockBook:
     """Looks up docks and their kinds.
 
     Args:
-        warn: Takes what is odd about a file of docks.
+        warn: Takes what is odd about docks; one of a kind that is not there fails its goals.
 
     Raises:
-        ArjunaError: A dock has no pose or is of no kind there is, or the file cannot be read.
+        ArjunaError: A dock has no pose, or the file cannot be read.
     """
 
     def __init__(self, config: DockingServerConfig, warn: Callable[[str], None]) -> None:
@@ -60,10 +60,9 @@ class DockBook:
         self.types: dict[str, DockType] = {}
         self.judge_by(config)
         if config.dock_database:
-            self._docks = self._checked(read_docks(config.dock_database, warn))
+            self._keep(read_docks(config.dock_database, warn))
         else:
-            named = {name: getattr(config, name) for name in config.docks}
-            self._docks = self._checked(placed(named))
+            self._keep(placed({name: getattr(config, name) for name in config.docks}))
 
     def judge_by(self, config: DockingServerConfig) -> None:
         """Take the kinds' parameters."""
@@ -73,15 +72,17 @@ class DockBook:
         """Take the docks of a file in a folder; they stay as they were where that fails.
 
         Raises:
-            ArjunaError: The file cannot be used.
+            ArjunaError: The file cannot be used, or has a dock of no kind there is.
         """
-        self._docks = self._checked(read_docks(path_in_folder(folder, filepath), self._warn))
-
-    def _checked(self, docks: dict[str, DockConfig]) -> dict[str, DockConfig]:
-        problems = unknown_types(docks, self.types)
-        if problems:
+        docks = read_docks(path_in_folder(folder, filepath), self._warn)
+        if problems := unknown_types(docks, self.types):
             raise ConfigError(*problems)
-        return docks
+        self._docks = docks
+
+    def _keep(self, docks: dict[str, DockConfig]) -> None:
+        for problem in unknown_types(docks, self.types):
+            self._warn(problem)
+        self._docks = docks
 
     def dock(self, goal: Any, frame: str) -> DockConfig:
         """Return the dock that a goal names or describes by a pose, in a frame if it names none.

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any, Protocol
 
 from control_msgs.action import GripperCommand, ParallelGripperCommand
-from controller_manager_msgs import srv
-from controller_manager_msgs.msg import ControllerState, HardwareComponentState, HardwareInterface
-from lifecycle_msgs.msg import State
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
 
@@ -17,9 +13,9 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.node import ManagedNode
-from arjuna_sim.devices.driving.joints import ACTIVE, INACTIVE, UNCONFIGURED, UNLOADED
 from arjuna_sim.driven_robot import DrivenRobot, Observation
 from arjuna_sim.model.joints import ControllerKind, ControllerSettings
+from arjuna_sim.nodes.control.manager import ControllerManager
 from arjuna_sim.nodes.control.trajectories import TrajectoryTopics
 from arjuna_sim.physics.robot_motion import JointStates
 
@@ -99,158 +95,6 @@ class GripperTopics(GoalServer):
         (self.succeed if reached or settings.allow_stalling else self.abort)(result)
 
 
-_MANAGER = "controller_manager"
-
-
-class ControllerManager:
-    """Serves controller_manager's services for a robot."""
-
-    def __init__(self, node: ManagedNode, robot: DrivenRobot) -> None:
-        self._node, self._robot = node, robot
-        for service, name, answer in (
-            (srv.ListControllers, "list_controllers", self._list),
-            (srv.ListControllerTypes, "list_controller_types", self._types),
-            (srv.ListHardwareComponents, "list_hardware_components", self._components),
-            (srv.ListHardwareInterfaces, "list_hardware_interfaces", self._interfaces),
-            (srv.LoadController, "load_controller", self._step(UNCONFIGURED, UNLOADED)),
-            (srv.ConfigureController, "configure_controller", self._step(INACTIVE, UNCONFIGURED)),
-            (srv.CleanupController, "cleanup_controller", self._step(UNCONFIGURED, INACTIVE)),
-            (
-                *(srv.UnloadController, "unload_controller"),
-                self._step(UNLOADED, INACTIVE, UNCONFIGURED),
-            ),
-            (srv.SwitchController, "switch_controller", self._switch),
-            (srv.ReloadControllerLibraries, "reload_controller_libraries", self._reload),
-            (*(srv.SetHardwareComponentState, "set_hardware_component_state"), self._set_component),
-        ):
-            node.serve(service, f"{_MANAGER}/{name}", answer)
-
-    def _managed(self) -> list[tuple[ControllerSettings, str]]:
-        return [each for each in self._robot.controllers.states if each[0].is_managed]
-
-    def _list(self, request: Any, response: Any) -> Any:
-        response.controller = [
-            ControllerState(
-                name=settings.name,
-                state=state,
-                type=settings.type,
-                claimed_interfaces=list(settings.claims) if state == ACTIVE else [],
-                required_command_interfaces=list(settings.claims),
-                required_state_interfaces=self._states_of(settings),
-            )
-            for settings, state in self._managed()
-            if state != UNLOADED
-        ]
-        return response
-
-    def _states_of(self, settings: ControllerSettings) -> list[str]:
-        wanted = settings.joints
-        if settings.kind is ControllerKind.FORWARD:
-            return []
-        return [
-            f"{joint.name}/{state}"
-            for joint in self._robot.model.settings.driven
-            for state in joint.states
-            if joint.name in wanted or "broadcaster" in settings.type
-        ]
-
-    def _types(self, request: Any, response: Any) -> Any:
-        response.types = sorted({settings.type for settings, _ in self._managed()})
-        response.base_classes = ["controller_interface::ControllerInterface"] * len(response.types)
-        return response
-
-    def _of_hardware(self) -> tuple[list[HardwareInterface], list[HardwareInterface]]:
-        """Return all command and all state interfaces."""
-        driven, claimed = self._robot.model.settings.driven, self._robot.controllers.claimed
-        wheels = [c for s, _ in self._managed() if not s.joints for c in s.claims]
-        commands = [f"{joint.name}/{c}" for joint in driven for c in joint.commands] + wheels
-        states = [f"{joint.name}/{s}" for joint in driven for s in joint.states] + wheels
-        return (
-            [_interface(name, name in claimed) for name in dict.fromkeys(commands)],
-            [_interface(name, False) for name in dict.fromkeys(states)],
-        )
-
-    def _interfaces(self, request: Any, response: Any) -> Any:
-        response.command_interfaces, response.state_interfaces = self._of_hardware()
-        return response
-
-    def _components(self, request: Any, response: Any) -> Any:
-        name, plugin = self._robot.model.settings.hardware
-        commands, states = self._of_hardware()
-        response.component = [
-            HardwareComponentState(
-                name=name or "system",
-                type="system",
-                plugin_name=plugin,
-                class_type=plugin,
-                state=State(id=State.PRIMARY_STATE_ACTIVE, label=ACTIVE),
-                command_interfaces=commands,
-                state_interfaces=states,
-            )
-        ]
-        return response
-
-    def _set_component(self, request: Any, response: Any) -> Any:
-        """Answer that the hardware is active, as it always is."""
-        response.state = State(id=State.PRIMARY_STATE_ACTIVE, label=ACTIVE)
-        wanted = request.target_state
-        response.ok = wanted.id == State.PRIMARY_STATE_ACTIVE or wanted.label == ACTIVE
-        return response
-
-    def _step(self, to: str, *allowed: str) -> Callable[[Any, Any], Any]:
-        """Return a service that puts one controller into a state."""
-
-        def answer(request: Any, response: Any) -> Any:
-            response.ok = (
-                self._attempt(lambda: self._robot.controllers.set_state(request.name, to, allowed))
-                == ""
-            )
-            return response
-
-        return answer
-
-    def _attempt(self, change: Callable[[], None]) -> str:
-        """Return why a change is refused, "" where it is done."""
-        try:
-            change()
-        except ArjunaError as error:
-            self._node.get_logger().error(f"{_MANAGER}: {error}")
-            return str(error)
-        return ""
-
-    def _switch(self, request: Any, response: Any) -> Any:
-        controllers, kind = self._robot.controllers, srv.SwitchController.Request
-        forced = request.strictness == kind.FORCE_AUTO
-        on, off = list(request.activate_controllers), list(request.deactivate_controllers)
-        if request.strictness != kind.BEST_EFFORT:
-            response.message = self._attempt(lambda: controllers.switch(on, off, forced))
-            response.ok = not response.message
-            return response
-        switches = [partial(controllers.switch, (), (name,), False) for name in off]
-        switches += [partial(controllers.switch, (name,), (), False) for name in on]
-        problems = [self._attempt(switch) for switch in switches]
-        response.message = "; ".join(filter(None, problems))
-        response.ok = not all(problems) if problems else True
-        return response
-
-    def _reload(self, request: Any, response: Any) -> Any:
-        """Answer whether it could be done: no controller is loaded, or all are ended."""
-        loaded = [s.name for s, state in self._managed() if state != UNLOADED]
-        if loaded and not request.force_kill:
-            return response
-        for name in loaded:
-            every = (ACTIVE, INACTIVE, UNCONFIGURED)
-            self._robot.controllers.set_state(name, UNLOADED, every)
-        response.ok = True
-        return response
-
-
-def _interface(name: str, is_claimed: bool) -> HardwareInterface:
-    return HardwareInterface(
-        name=name, data_type="double", is_available=True, is_claimed=is_claimed
-    )
-
-
 class _Reporting(Protocol):
     def publish(self, joints: JointStates, now: float) -> None:
         """Report the joints after a tick."""
@@ -278,7 +122,9 @@ def _forward(node: ManagedNode, robot: DrivenRobot, settings: ControllerSettings
 class JointControl:
     """The interface of a robot's driven joints; a robot without any has none."""
 
-    def __init__(self, node: ManagedNode, robot: DrivenRobot) -> None:
+    def __init__(
+        self, node: ManagedNode, robot: DrivenRobot, rename: Callable[[str, str], bool]
+    ) -> None:
         self._reporting: list[_Reporting] = []
         controllers = robot.model.settings.controllers
         for settings in controllers:
@@ -289,7 +135,7 @@ class JointControl:
             elif settings.kind is ControllerKind.GRIPPER and settings.joints:
                 self._reporting.append(GripperTopics(node, robot, settings))
         if any(settings.is_managed for settings in controllers):
-            ControllerManager(node, robot)
+            ControllerManager(node, robot, rename)
 
     def publish(self, observation: Observation) -> None:
         """Report the joints after a tick."""

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import shlex
+
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import SetParameters
 
 from bringup.ros2.client import Client
 from bringup.ros2.verbs.control import Manager
@@ -27,7 +31,7 @@ def main(words: list[str]) -> None:
     parser.add_argument("--activate-as-group", action="store_true", help="all in one step")
     parser.add_argument("--controller-manager-timeout", type=float, default=0.0, metavar="N")
     parser.add_argument("--service-call-timeout", type=float, default=10.0, metavar="N")
-    parser.add_argument("--controller-ros-args", action="append", help="accepted")
+    parser.add_argument("--controller-ros-args", action="append", help="remaps: '-r FROM:=TO'")
     given = parser.parse_args(words)
     if given.namespace:
         given.controller_manager = f"{given.namespace}/{given.controller_manager.lstrip('/')}"
@@ -37,6 +41,7 @@ def main(words: list[str]) -> None:
         manager = Manager(client, given, patience)
         known = manager.states()
         for name in given.controller_names:
+            _rename(manager, name, shlex.split(" ".join(given.controller_ros_args or ())))
             if known.get(name) == "active" or (state == known.get(name)):
                 print(f"Controller {name} is {known[name]} already")
             else:
@@ -46,6 +51,17 @@ def main(words: list[str]) -> None:
                 client.spin(lambda: False)
             finally:
                 _unspawn(manager, given.controller_names)
+
+
+def _rename(manager: Manager, controller: str, words: list[str]) -> None:
+    """Hand a controller's remaps on, as ros2_control's spawner does; say which have no effect."""
+    if not words:
+        return
+    value = ParameterValue(type=ParameterType.PARAMETER_STRING_ARRAY, string_array_value=words)
+    parameter = Parameter(name=f"{controller}.node_options_args", value=value)
+    for result in manager.ask(SetParameters, "set_parameters", parameters=[parameter]).results:
+        if not result.successful:
+            print(f"no effect: {controller}: {result.reason}", flush=True)
 
 
 def unspawn(words: list[str]) -> None:

@@ -126,6 +126,8 @@ Edit = Callable[[dict[str, Any]], Any]
         (lambda h: h.update(occupied_thresh="a"), "occupied_thresh: must be a finite number"),
         (lambda h: h.update(image=""), "image: must be a file name, got ''"),
         (lambda h: h.update(image="no.pgm"), "no.pgm does not exist"),
+        (lambda h: h.update(image="/home/me/map.pgm"), "exist; beside the YAML lies 'map.pgm'"),
+        (lambda h: h.update(image="C:\\maps\\map.pgm"), "exist; beside the YAML lies 'map.pgm'"),
         (lambda h: h.update(image="map.yaml"), "is no readable PGM or PNG image"),
         (lambda h: h.pop("origin"), "lacks the key 'origin'; required: image, resolution, origin"),
     ],

@@ -179,7 +179,11 @@ def test_invalid_values_are_refused(tmp_path: Path, parameters: dict[str, Any], 
         made(tmp_path, **parameters)
 
 
-def test_a_dock_of_no_kind_is_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(AssertionError, match="docking_server did not configure"):
-        made(tmp_path, **{"home.type": "hook"})
+def test_a_dock_of_no_kind_fails_its_goals(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    robot = made(tmp_path, **{"home.type": "hook"})
+    goal = dock(robot)
+    robot.run_until_done(goal, 5.0)
+    assert_failed(goal, DockRobot.Result.DOCK_NOT_VALID)
     assert "dock 'home' is of type 'hook'; valid: simple_charging_dock" in capfd.readouterr().err

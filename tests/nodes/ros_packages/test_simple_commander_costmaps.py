@@ -14,6 +14,7 @@ from nav2_simple_commander.footprint_collision_checker import (
     FootprintCollisionChecker,
 )
 from nav2_simple_commander.line_iterator import LineIterator
+from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import Header
 
 SQUARE = Polygon(points=[Point32(x=x, y=y) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
@@ -40,6 +41,9 @@ def test_a_costmap_is_read_by_cells_and_by_metres() -> None:
     assert one.getCostmapTimestamp().sec == 0
     assert one.getCostXY(3, 2) == one.getCostIdx(one.getIndex(3, 2)) == np.uint8(77)
     assert one.mapToWorld(3, 2) == (-0.25, 0.25)
+    grid = OccupancyGrid(data=[-1, 100])
+    grid.info.width, grid.info.height = 2, 1
+    assert PyCostmap2D(grid).costmap.tolist() == [255, 100]
 
 
 @pytest.mark.parametrize(

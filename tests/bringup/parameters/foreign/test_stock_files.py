@@ -105,6 +105,20 @@ def test_a_map_that_nobody_has_is_a_note(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("node", "key"), [("docking_server", "dock_database"), ("route_server", "graph_filepath")]
+)
+@pytest.mark.parametrize("name", ["/no/file", "$(find-pkg-share mine)/config/file"])
+def test_files_of_docks_and_routes_that_nobody_has_are_left_out(
+    node: str, key: str, name: str, tmp_path: Path
+) -> None:
+    found = check_file(written(tmp_path, f"{node}: {{ros__parameters: {{{key}: {name}}}}}"))
+    assert found.problems == []
+    (remark,) = found.remarks
+    assert f"no effect yet: {node}: {key}: there is no {name}: no" in str(remark)
+    assert key not in found.parameters[node]
+
+
 @pytest.mark.parametrize("name", ["FILLED_AT_LAUNCH", "see the launch file", "/no/tree.xml"])
 def test_a_tree_that_nobody_has_leaves_the_default_one(name: str, tmp_path: Path) -> None:
     key = "default_nav_to_pose_bt_xml"

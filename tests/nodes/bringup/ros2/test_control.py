@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from geometry_msgs.msg import Twist, TwistStamped, Vector3
+from nav_msgs.msg import Odometry
 
 from arjuna_core.files.shipped import shipped_file
 from bringup.ros2.errors import Ros2Error
@@ -15,8 +17,10 @@ from bringup.ros2.grammar import build_parser, load
 from bringup.ros2.programs import spawner
 from bringup.ros2.verbs import control
 from tests.helpers.ros import RosBench
-from tests.nodes.sim.running import start_sim
+from tests.nodes.sim.running import run, start_sim
 from tests.sim.arms import CONTROLLERS, write_arm
+from tests.sim.drive_cases import Robot, four
+from tests.sim.drive_cases import control as controlled
 
 
 class BenchClient:
@@ -105,3 +109,32 @@ def test_spawners_bring_controllers_up_and_down(
     assert (found["speeds"], found["gripper"], found["arm_controller"]) == (
         *("active", "inactive", "inactive"),
     )
+
+
+def test_a_spawner_s_remaps_rename_the_drive_s_topics(
+    bench: RosBench,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    tag, files = controlled(
+        "controller_manager: {ros__parameters: {wheels: {type:"
+        " diff_drive_controller/DiffDriveController}}}\n"
+        "wheels: {ros__parameters: {wheel_separation: 0.28, wheel_radius: 0.06,"
+        " left_wheel_names: [front_left_wheel_joint, rear_left_wheel_joint],"
+        " right_wheel_names: [front_right_wheel_joint, rear_right_wheel_joint]}}\n"
+    )
+    path = Robot(four(), tag, files=files).write(tmp_path, "robot.urdf")
+    world = str(shipped_file("worlds/empty.world"))
+    sim = start_sim(bench, robot=str(path), world=world, fused_odometry=False)
+    monkeypatch.setattr(spawner, "Client", lambda *given: BenchClient(bench))
+    rules = "-r /wheels/cmd_vel:=/cmd_vel --remap ~/odom:=/moved -r ~/tf:=/tf"
+    spawner.main(["wheels", "--controller-ros-args", rules])
+    said = "no effect: wheels: no topic of the drive: ~/tf:=/tf\n"
+    assert said in capsys.readouterr().out
+    seen = bench.collect(Odometry, "/moved")
+    forward = TwistStamped(twist=Twist(linear=Vector3(x=0.3)))
+    for _ in range(20):
+        bench.publish(TwistStamped, "/cmd_vel", forward)
+        run(bench, sim, 1)
+    assert seen[-1].twist.twist.linear.x > 0.1
