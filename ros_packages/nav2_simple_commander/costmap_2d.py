@@ -71,7 +71,7 @@ class PyCostmap2D:
         x = self.origin_x + (mx + 0.5) * self.resolution
         return x, self.origin_y + (my + 0.5) * self.resolution
 
-    def worldToMapValidated(self, wx: float, wy: float) -> tuple[int | None, int | None]:
+    def worldToMapValidated(self, wx: float, wy: float) -> tuple[int, int] | tuple[None, None]:
         """Return the cell of a point [m], `(None, None)` where it is outside."""
         if wx < self.origin_x or wy < self.origin_y:
             return None, None
