@@ -278,8 +278,7 @@ class DrivenRobot:
         self._spawn_notes = ()
         if self.spawn != wanted:
             touched = self._placer.touched(wanted)
-            inside = f"inside {', '.join(touched)}" if touched else "without room to turn"
-            where = f"at {EDGE}" if touched == (EDGE,) else inside
+            where = f"at {EDGE}" if touched == (EDGE,) else f"inside {', '.join(touched)}"
             self._spawn_notes = (
                 f"the start ({wanted.x:.4g}, {wanted.y:.4g}) is {where}: the robot starts"
                 f" at ({self.spawn.x:.4g}, {self.spawn.y:.4g})",

@@ -12,6 +12,7 @@ from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
+from arjuna_nav.controllers.contact import bend_off
 from arjuna_nav.controllers.gap import Gap, find_gap, first_contact, seen_again, steered_onto
 from arjuna_nav.controllers.tracker import Tracker, TrackerConfig, pieces_of
 from arjuna_nav.costmap import Costmap
@@ -90,7 +91,8 @@ class Escape:
         body: Footprint,
         radius: float = 0.0,
     ) -> None:
-        self._config, self._tracking, self._footprint = config, tracking, footprint
+        self._config, self._tracking = config, tracking
+        self._footprint, self._body = footprint, body
         self._tracker, self._radius = Tracker(tracking, radius=radius), radius
         self._outline = body.scaled(1.0 + config.gap_margin / body.inscribed_radius).points
         (self._rear, right), (self._front, left) = (
@@ -130,10 +132,10 @@ class Escape:
         return self._config.enabled and self._plan(*_in_own_frame(pose, path, costmap))
 
     def leave_contact(self, pose: SE2, costmap: Costmap) -> bool:
-        """Drive straight off what the robot touches; return whether it can."""
+        """Drive off what the robot touches, straight or in a bend; return whether it can."""
         self.reset()
         T_own = costmap.T_frame_own.inverse()
-        poses = lead_out(T_own @ pose, costmap.seen_from(T_own), self._footprint, self._radius)
+        poses = self._lead_out(T_own @ pose, costmap.seen_from(T_own))
         if self._config.enabled and len(poses) > 1:
             self._tracker.follow(poses)
         return self.active
@@ -299,7 +301,7 @@ class Escape:
 
     def _around(self, pose: SE2, path: Floats, costmap: Costmap) -> Floats | None:
         """Return the cheapest trajectory to the path ahead; else off what the robot touches."""
-        lead, least = lead_out(pose, costmap, self._footprint, self._radius), math.inf
+        lead, least = self._lead_out(pose, costmap), math.inf
         best = lead if len(lead) > 1 else None
         for target, along in self._targets(path, costmap):
             found = find_path(pose, target, costmap, self._footprint, self._drive)
@@ -307,6 +309,16 @@ class Escape:
             if cost < least:
                 least, best = cost, _without_last_turn(found)
         return best
+
+    def _lead_out(self, pose: SE2, costmap: Costmap) -> Floats:
+        """Return the poses off what the robot touches, its own first and alone if there are none.
+
+        They lead straight off its cells; else in a bend past the points in them.
+        """
+        lead = lead_out(pose, costmap, self._footprint, self._radius)
+        if len(lead) > 1 or not collides(costmap, self._footprint, pose):
+            return lead
+        return bend_off(pose, costmap, self._footprint, self._body, self._radius)
 
     def _targets(self, path: Floats, costmap: Costmap) -> Iterator[tuple[SE2, float]]:
         """Give poses of the path where the outline is free, and how far along they are [m]."""

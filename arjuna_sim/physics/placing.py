@@ -10,7 +10,7 @@ import numpy as np
 
 from arjuna_core.errors import WorldError
 from arjuna_core.pose3 import Pose3
-from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.se2 import SE2
 from arjuna_sim.physics.ground import RISE_MAX, Ground, Survey
 from arjuna_sim.physics.stage import Stage
 
@@ -49,24 +49,21 @@ class Placer:
     def nearest_free(self, pose: SE2) -> SE2:
         """Return the free pose nearest to one that may be blocked, of the same heading.
 
-        Any but the pose itself has room to turn and drive away. Where none was asked for, which is
-        the origin, this has so, too, unless there is no room anywhere.
+        Any but the pose itself has room to turn and drive away.
 
         Raises:
             WorldError: No pose within 3 m is free.
         """
         touched = self.touched(pose)
+        if not touched:
+            return pose
         survey = self._ground.survey(pose.x, pose.y)
         if touched == (EDGE,) and not len(survey.points):  # a world without ground
-            return pose
-        if not touched and (pose != IDENTITY or self._has_room(pose, survey, False)):
             return pose
         for is_ground in (True, False):  # a raised floor only where the ground is nowhere free
             found = self._nearest(pose, survey, is_ground)
             if found is not None:
                 return found
-        if not touched:
-            return pose
         problem = f"no pose within {_RADIUS_MAX:g} m of ({pose.x:g}, {pose.y:g}) is free"
         raise WorldError(self._stage.world.path, f"{problem} for the robot")
 
