@@ -121,8 +121,8 @@ def _drive(parameters: dict[str, Any]) -> None:
     with closing(robot):
         robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)
         goals = Goals(robot)
-        for goal in (SE2(2.0, 2.0), SE2(1.5, 1.5, 3.0)):
-            goals.navigate(goal, 20.0)
+        for goal in (SE2(0.8, 0.8), SE2(0.6, 0.6, 3.0)):
+            goals.navigate(goal, 8.0)
 
 
 def of_a_demo() -> list[Entry]:

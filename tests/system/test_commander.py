@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
@@ -17,18 +18,18 @@ from geometry_msgs.msg import PoseStamped, Twist
 from nav2_msgs.action import FollowPath, NavigateToPose
 from nav2_simple_commander.robot_navigator import BasicNavigator, TaskResult
 from rclpy.node import Node
+from simulation_interfaces.srv import SetEntityState
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.geodesy import GeoPoint, MapOnEarth
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_stamped, se2_from_pose
 from arjuna_core.se2 import SE2
+from bringup.lockstep import LockStep
+from bringup.parameters.files import merged, shipped_parameters
 from bringup.processes.lifecycle.manager import LifecycleManager, LifecycleManagerConfig
-from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
+from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
 from tests.helpers.nav.commander import commander
-
-if TYPE_CHECKING:
-    from bringup.lockstep import LockStep
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 MAP = str(shipped_file("maps/arjuna_room.yaml"))
@@ -46,18 +47,26 @@ PARAMETERS: dict[str, dict[str, Any]] = {
 SPOKEN = {"info", "warn", "error", "debug"}  # say something, ask nothing
 
 
-Stack = Callable[..., "LockStep"]
-
-
 class Bench:
     """A robot that knows the room, and a script's navigator."""
 
-    def __init__(self, stack: Stack, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.robot = stack(
-            LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=PARAMETERS, transport="dds"
+    def __init__(self, patch: pytest.MonkeyPatch) -> None:
+        self.robot = LockStep(
+            merged(shipped_parameters(), PARAMETERS), strict=True, transport="dds"
         )
+        self.robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)
         self.robot.run(0.5)
-        self.navigator = commander(self.robot, monkeypatch)
+        self.navigator = commander(self.robot, patch)
+
+    def close(self) -> None:
+        self.navigator.destroyNode()
+        self.robot.close()
+
+    def put_at_the_origin(self) -> None:
+        """Put the robot there, and let it know."""
+        request = SetEntityState.Request(entity="arjuna", set_pose=True)
+        self.robot.call(SetEntityState, "set_entity_state", request)
+        self.robot.run(0.5)
         self.navigator.setInitialPose(at(0.0, 0.0))
         self.navigator.waitUntilNav2Active()
 
@@ -75,11 +84,16 @@ class Bench:
         return self.navigator.getResult()
 
 
+@pytest.fixture(scope="module")
+def shared() -> Iterator[Bench]:
+    with pytest.MonkeyPatch.context() as patch, closing(Bench(patch)) as bench:
+        yield bench
+
+
 @pytest.fixture
-def bench(stack: Stack, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
-    bench = Bench(stack, monkeypatch)
-    yield bench
-    bench.navigator.destroyNode()
+def bench(shared: Bench) -> Bench:
+    shared.put_at_the_origin()
+    return shared
 
 
 def at(x: float, y: float, yaw: float = 0.0) -> PoseStamped:
@@ -187,6 +201,7 @@ def test_maps_and_costmaps(bench: Bench) -> None:
 
 
 def test_the_lifecycle_is_commanded(bench: Bench) -> None:
+    """Its nodes are made again at its end, for other tests, in whatever order these come."""
     robot = bench.robot
     robot.stop(NAVIGATION_GROUP)
     nodes = [spec.name for spec in NAVIGATION_GROUP.nodes]
