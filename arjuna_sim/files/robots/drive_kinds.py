@@ -29,7 +29,7 @@ _HALF = math.sqrt(0.5)
 _SPREAD = (
     0.1  # least singular value of the grips, by the largest: how well all directions are driven
 )
-_STEERS = re.compile(r"steer|kingpin|knuckle|turn|swivel|hinge", re.I)
+_STEERS = re.compile(r"steer|swerve|azimuth|kingpin|knuckle|turn|swivel|hinge", re.I)
 _PASSIVE = re.compile(r"cast[eo]r", re.I)
 _UPRIGHT, _ACROSS = 0.7, 0.5  # least part of a steering axis along z, and of a wheel's along y
 _LIMITS = (0.05, 1.4)  # of what steering about one centre can do [rad]

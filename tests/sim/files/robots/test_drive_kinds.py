@@ -156,6 +156,7 @@ def tilted(angle: float) -> tuple[float, float, float]:
         ({"name": "left_joint"}, True),  # of any name, with limits
         ({"name": "left_joint", "trail": 0.05}, False),
         ({"name": "left_joint", "kind": "continuous"}, False),
+        ({"name": "swerve_left_joint", "kind": "continuous"}, True),
         ({"child": "nothing"}, False),
     ],
 )
