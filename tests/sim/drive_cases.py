@@ -334,14 +334,16 @@ def steered_all_round(source: str, limit: float = 0.6, steering: str = "revolute
             text += f"    {name.removesuffix('wheel')}axle_joint: {name}_steer_joint\n"
         tag, files = control(text)
         return Robot(wheels, tag, files=files, limit=limit)
+    tags = (("END_SIDE_joint", ""), ("END_SIDE_steering_joint", "_steer"))
+    if "ros" in source:
+        tags = (("SIDEENDJoint", ""), ("swerveSIDEENDJoint", "_steer"))
     joints = "".join(
-        f"<{given}_{side}_joint>{end}_{side}_wheel_joint</{given}_{side}_joint>"
-        f"<{given}_{side}_steering_joint>{end}_{side}_wheel_steer_joint"
-        f"</{given}_{side}_steering_joint>"
+        f"<{tag}>{end}_{side}_wheel{name}_joint</{tag}>".replace("END", given).replace("SIDE", side)
         for given, end in (("front", "front"), ("back", "rear"))
         for side in ("left", "right")
+        for tag, name in tags
     )
-    return Robot(wheels, plugin(source, joints), limit=limit)
+    return Robot(wheels, plugin(source, joints), limit=limit, steering=steering)
 
 
 def car_led(virtual: bool) -> Robot:

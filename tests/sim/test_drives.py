@@ -135,6 +135,7 @@ def test_plugins_of_two_axles_drive_all_wheels_that_obey_one_topic(tmp_path: Pat
 
 SWERVE = {
     "plugin": cases.steered_all_round("gz-sim-swerve-drive-system", 3.1),
+    "classic": cases.steered_all_round("libgazebo_ros_swerve_drive.so", steering="continuous"),
     "controller": cases.steered_all_round("control", 1.57),
     "endless": cases.steered_all_round("", steering="continuous"),
 }
@@ -157,6 +158,7 @@ def test_wheels_that_each_steer_move_in_any_direction(
 ) -> None:
     robot = load_robot(SWERVE[name].write(tmp_path), SearchPath())
     assert robot.drive.kind is DriveKind.SWERVE
+    assert not any("not simulated: " in note for note in texts(robot.notes))
     assert steering_of(robot, "") is None
     sim = simulator(robot=tmp_path / "made.urdf")
     start = run(sim, 1.0, command)  # its wheels point there by then

@@ -8,10 +8,13 @@ import re
 
 import numpy as np
 
+from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import (
     Inertial,
     Kind,
+    Part,
+    Shape,
     corners,
     estimated_inertial,
     inertial_of_parts,
@@ -47,7 +50,7 @@ def complete_shapes(xml: XmlFile, urdf: Urdf) -> Urdf:
             xml.note(f"link '{name}': has no <collision>, so it is as solid as it is drawn")
             links[name] = _without_marks(dataclasses.replace(link, collisions=link.visuals))
     if urdf.root != ANCHOR and not any(link.collisions for link in links.values()):
-        xml.note("no link has a shape (<collision> or <visual>): it falls through the ground")
+        xml.note("no link has a shape (<collision> or <visual>): only wheels of a drive bear it")
     return dataclasses.replace(urdf, links=links)
 
 
@@ -177,10 +180,7 @@ def friction_of(
     if not wheels:
         return friction
     lowest = {n: found for n in urdf.links if (found := _lowest(urdf, n)) is not None}
-    ground = min(
-        float(center(urdf, name)[2]) - (radius_of(urdf, name) or drive.radius)
-        for name in drive.rolling
-    )
+    ground = _ground(urdf, drive)
     carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g}
     casters = {n: urdf.T_root(n).position[:2] for n in carried & lowest.keys() if _CASTER.search(n)}
     for name, (low, kind) in lowest.items():
@@ -197,6 +197,35 @@ def friction_of(
             if not is_ball:
                 xml.note(f"link '{name}': slides along on the ground, as a caster")
     return friction
+
+
+def _ground(urdf: Urdf, drive: DriveSettings) -> float:
+    """Return where the lowest wheel touches the ground, in the root's frame [m]."""
+    return min(
+        float(center(urdf, name)[2]) - (radius_of(urdf, name) or drive.radius)
+        for name in drive.rolling
+    )
+
+
+def complete_casters(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> Urdf:
+    """Give casters balls that reach the ground, where none has a shape: their meshes are missing.
+
+    Without, a robot on two wheels tips over. A ball's centre is the caster's centre of mass.
+    """
+    casters = [link for name, link in urdf.links.items() if _CASTER.search(name)]
+    if not drive.rolling or any(link.collisions or link.visuals for link in casters):
+        return urdf
+    ground, links = _ground(urdf, drive), dict(urdf.links)
+    fixed = next(group for group in rigid_groups(urdf) if urdf.root in group)
+    for link in casters:
+        if link.inertial is None or link.name not in fixed:
+            continue
+        height = float(urdf.T_root(link.name).apply(np.array([link.inertial.center]))[0, 2])
+        if _MARK < (radius := height - ground) < 2.0 * drive.radius:
+            ball = Part(Shape(Kind.SPHERE, (radius,)), Pose3(link.inertial.center))
+            links[link.name] = dataclasses.replace(link, collisions=(ball,))
+            xml.note(f"link '{link.name}': has no shape: a ball of radius {radius:.3g} m is taken")
+    return dataclasses.replace(urdf, links=links)
 
 
 def _lowest(urdf: Urdf, name: str) -> tuple[float, Kind] | None:

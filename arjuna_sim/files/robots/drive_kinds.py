@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
@@ -29,7 +28,7 @@ _HALF = math.sqrt(0.5)
 _SPREAD = (
     0.1  # least singular value of the grips, by the largest: how well all directions are driven
 )
-_STEERS = re.compile(r"steer|kingpin|knuckle|turn|swivel|hinge", re.I)
+_STEERS = re.compile(r"steer|swerve|azimuth|kingpin|knuckle|turn|swivel|hinge", re.I)
 _PASSIVE = re.compile(r"cast[eo]r", re.I)
 _UPRIGHT, _ACROSS = 0.7, 0.5  # least part of a steering axis along z, and of a wheel's along y
 _LIMITS = (0.05, 1.4)  # of what steering about one centre can do [rad]
@@ -111,10 +110,10 @@ def steering_joints(urdf: Urdf) -> tuple[str, ...]:
     """Return the joints that turn a wheel about the vertical, but for casters.
 
     Those without limits steer where their wheel stands below them: a caster's trails. So do those
-    of any name, with limits, that carry one wheel. One that follows another to the same side is
-    one, too: each steers its own wheel.
+    of any name, with limits, that carry a wheel or an axle. One that follows another to the same
+    side is one, too: each steers its own wheel.
     """
-    carried = Counter(j.parent for j in urdf.joints.values() if j.kind == "continuous")
+    carried = {j.parent for j in urdf.joints.values() if j.kind == "continuous"}
     return tuple(
         joint.name
         for joint in urdf.joints.values()
@@ -123,7 +122,7 @@ def steering_joints(urdf: Urdf) -> tuple[str, ...]:
         and (joint.mimic is None or joint.mimic.multiplier > 0.0)
         and (
             _STEERS.search(f"{joint.name} {joint.child}") is not None
-            or (joint.kind == "revolute" and carried[joint.child] == 1 and _is_above(urdf, joint))
+            or (joint.kind == "revolute" and _is_above(urdf, joint))
         )
         and _PASSIVE.search(f"{joint.name} {joint.child}") is None
         and _is_upright(urdf, joint)

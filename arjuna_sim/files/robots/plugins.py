@@ -62,6 +62,7 @@ _ENDS = ("front", "rear", "middle", "back")
 WHEEL = ("wheeljoint", "actuatedwheeljoint")
 STEERING = (
     *(f"{end}{side}steeringjoint" for end in ("", *_ENDS) for side in ("left", "right")),
+    *(f"swerve{side}{end}joint" for end in _ENDS for side in ("left", "right")),
     "steeringjoint",
 )
 """Plain names of tags that hold the joints of wheels without sides, and those that steer."""

@@ -11,6 +11,7 @@ from arjuna_core.errors import RobotError
 from arjuna_core.files.input_file import read_bytes
 from arjuna_sim.files.robots.completion import (
     bound_inertias,
+    complete_casters,
     complete_masses,
     complete_shapes,
     friction_of,
@@ -154,7 +155,7 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
         if not is_round(urdf, name):
             off = eccentricity(urdf, name)
             xml.note(f"joint '{name}': is {off:.2g} m off the middle of its wheel, which so limps")
-    urdf = freed(urdf, (*drive.wheels, *drive.steering))
+    urdf = freed(complete_casters(xml, urdf, drive), (*drive.wheels, *drive.steering))
     control = joint_control(xml, urdf, tags.plugins, drive)
     friction = friction_of(xml, urdf, settings, drive)
     settings = dataclasses.replace(settings, friction=friction, **control._asdict())

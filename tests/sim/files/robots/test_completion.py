@@ -12,6 +12,7 @@ from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.check import check
 from arjuna_sim.files.robots.completion import (
     bound_inertias,
+    complete_casters,
     complete_masses,
     complete_shapes,
     friction_of,
@@ -74,9 +75,38 @@ def test_what_marks_a_frame_is_not_solid() -> None:
     assert found.links["foot"].collisions == (small,)
     assert texts(xml.notes) == ()
     assert not complete_shapes(xml, robot(Link("base", None, (), (mark,)))).links["base"].collisions
-    assert "no link has a shape (<collision> or <visual>): it falls through the ground" in (
+    assert "no link has a shape (<collision> or <visual>): only wheels of a drive bear it" in (
         texts(xml.notes)
     )
+
+
+@pytest.mark.parametrize(
+    ("z", "mass", "visuals", "radius"),
+    [
+        (-0.07, 0.2, (), 0.03),
+        (-0.101, 0.2, (), None),  # below the ground
+        (0.15, 0.2, (), None),  # higher than wheels are
+        (-0.07, 0.0, (), None),  # a frame alone
+        (-0.07, 0.2, (CUBE,), None),
+    ],
+)
+def test_a_caster_without_a_shape_is_a_ball_that_reaches_the_ground(
+    z: float, mass: float, visuals: tuple[Part, ...], radius: float | None
+) -> None:
+    caster = dataclasses.replace(link("Castor_1", mass=mass), visuals=visuals)
+    made = robot(
+        link("base", mass=5.0),
+        link("wheel", TYRE),
+        caster,
+        fixed=(("base", "Castor_1"),),
+        positions={"Castor_1": Pose3((0.2, 0.0, z))},
+    )
+    xml = urdf_file()
+    balls = complete_casters(xml, made, DRIVE).links["Castor_1"].collisions
+    said = [] if radius is None else [pytest.approx(radius)]
+    assert [part.shape.size[0] for part in balls] == said
+    note = "link 'Castor_1': has no shape: a ball of radius 0.03 m is taken"
+    assert texts(xml.notes) == (() if radius is None else (note,))
 
 
 def test_links_that_are_fixed_to_each_other_are_one_group_its_root_first() -> None:

@@ -156,6 +156,7 @@ def tilted(angle: float) -> tuple[float, float, float]:
         ({"name": "left_joint"}, True),  # of any name, with limits
         ({"name": "left_joint", "trail": 0.05}, False),
         ({"name": "left_joint", "kind": "continuous"}, False),
+        ({"name": "swerve_left_joint", "kind": "continuous"}, True),
         ({"child": "nothing"}, False),
     ],
 )
@@ -169,6 +170,19 @@ def test_a_joint_steers_that_turns_a_wheel_upright(how: dict[str, Any], steers: 
         return
     left = str(how.get("name", "left_steer"))
     assert steering_joints(car(**how)) == ((left, "right_steer") if steers else ("right_steer",))
+
+
+@pytest.mark.parametrize("behind", [0.0, 0.02], ids=["axle", "trailer"])
+def test_a_joint_above_an_axle_of_two_wheels_steers_it(behind: float) -> None:
+    urdf = wheeled(((-behind, 0.3, 0.0), (-behind, -0.3, 0.0), (-0.5, 0.3, 0.0), (-0.5, -0.3, 0.0)))
+    joints, links = dict(urdf.joints), dict(urdf.links)
+    links["axle"] = Link("axle", None, (), ())
+    at = Pose3((0.5, 0.0, 0.0))
+    for name in list(joints)[:2]:
+        joints[name] = replace(joints[name], parent="axle")
+    joints["pivot"] = Joint("pivot", "revolute", "base", "axle", at, UP, (-0.6, 0.6))
+    found = steering_joints(Urdf(urdf.path, "r", "", "base", links, joints))
+    assert found == (() if behind else ("pivot",))
 
 
 def drive(**given: Any) -> DriveSettings:
