@@ -15,7 +15,7 @@ from bringup.ros2.verbs.control import Manager
 def _parser(name: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog=f"ros2 run controller_manager {name}")
     parser.add_argument("controller_names", nargs="+", help="the controllers, in this order")
-    parser.add_argument("-c", "--controller-manager", default="/controller_manager")
+    parser.add_argument("-c", "--controller-manager", default="controller_manager")
     parser.add_argument("--switch-timeout", type=float, default=5.0, help="accepted")
     return parser
 

@@ -9,7 +9,7 @@ from typing import Any
 from controller_manager_msgs import srv
 
 from arjuna_core.ros.convert import duration_msg
-from bringup.ros2.client import Client, absolute
+from bringup.ros2.client import Client
 from bringup.ros2.errors import Ros2Error
 
 
@@ -20,7 +20,7 @@ class Manager:
         self, client: Client, arguments: argparse.Namespace, timeout: float = 10.0
     ) -> None:
         self._client, self._timeout = client, timeout
-        self._name = absolute(arguments.controller_manager)
+        self._name = arguments.controller_manager
 
     def ask(self, kind: Any, service: str, /, **fields: Any) -> Any:
         """Call a service by its name below the manager's."""

@@ -187,6 +187,7 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("controller_manager", "unspawner"): f"{_PROGRAMS}.spawner:unspawn",
     ("foxglove_bridge", "foxglove_bridge"): _foxglove,
     ("nav2_map_server", "map_saver_cli"): _save_map,
+    ("nav2_util", "lifecycle_bringup"): f"{_PROGRAMS}.lifecycle_bringup",
     **{
         ("slam_toolbox", f"{name}_slam_toolbox_node"): partial(_slam_toolbox, parameter=parameter)
         for name, parameter in (

@@ -138,3 +138,23 @@ def test_a_spawner_s_remaps_rename_the_drive_s_topics(
         bench.publish(TwistStamped, "/cmd_vel", forward)
         run(bench, sim, 1)
     assert seen[-1].twist.twist.linear.x > 0.1
+
+
+@pytest.mark.parametrize(
+    ("words", "asked"),
+    [
+        ([], "controller_manager"),  # below the namespace of its node
+        (["-n", "/r1"], "/r1/controller_manager"),
+        (["-c", "/r2/controller_manager"], "/r2/controller_manager"),
+    ],
+)
+def test_a_spawner_asks_the_manager_of_its_namespace(
+    words: list[str], asked: str, bench: RosBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Refusing(BenchClient):
+        def call(self, kind: Any, name: str, request: Any, timeout: float) -> Any:
+            raise Ros2Error(name)
+
+    monkeypatch.setattr(spawner, "Client", lambda *given: Refusing(bench))
+    with pytest.raises(Ros2Error, match=f"^{asked}/list_controllers$"):
+        spawner.main(["wheels", *words])
