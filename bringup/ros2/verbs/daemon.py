@@ -14,11 +14,7 @@ def run(words: list[str]) -> None:
 
 
 def component(words: list[str]) -> None:
-    """List no container, which is what there is; refuse what needs one.
-
-    Raises:
-        Ros2Error: A node is to be loaded or unloaded.
-    """
+    """Refuse what needs a container; a list of those that there are is empty."""
     if words[:1] not in (["list"], ["types"], ["-h"], ["--help"], []):
         ways = "'ros2 run PACKAGE EXECUTABLE', or 'ros2 launch' of a file with containers"
         raise Ros2Error(f"There are no containers: each node is a process here; {ways}")
