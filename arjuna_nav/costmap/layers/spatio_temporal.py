@@ -155,10 +155,7 @@ class SpatioTemporalVoxelLayer(ObstacleLayer):
         np.add.at(counts, (rows, columns), 1)
         self.data[counts >= max(self.config.mark_threshold, 1)] = LETHAL
         if self.config.update_footprint_enabled:
-            corners = self.master.frame.origin.inverse().apply(
-                self.master.footprint.at(T_global_base)
-            )
-            self._free(corners / self.master.frame.resolution)
+            self._free_below(T_global_base)
         return within(whole(self.data.shape), self.data != before)
 
     def _seen(self, now: float) -> list[tuple[Any, Observation]]:
