@@ -19,8 +19,6 @@ from arjuna_nav.smoothers.smoothers import SmoothResult, SmoothStatus, problem_o
 Array = NDArray[np.float64]
 _BEZIER = 0.4  # of a segment's length: where Nav2's curve between two poses has its control points
 
-_LITTLE = 1e-3
-
 
 @dataclass(frozen=True)
 class OptimizerConfig:
@@ -75,9 +73,8 @@ class ConstrainedSmootherConfig:
 class ConstrainedSmoother:
     """Moves all points but the ends' at once, for the least sum of weighted squares.
 
-    They are the second differences of the points, the curvature beyond what the robot can turn, the
-    distances from the given points and the costs below. A path that would touch an obstacle by it
-    stays as it is.
+    They are of the points' second differences, of curvature beyond what the robot can turn, of
+    distances from the given points and of costs.
 
     Source: nav2_constrained_smoother, as its weights are meant: each that of a square; Dolgov et
     al., Path planning for autonomous vehicles in unknown semi-structured environments, 2010.
@@ -152,8 +149,7 @@ class ConstrainedSmoother:
         along = left**2 * (b - a) + 2 * left * at * (c - b) + at**2 * (d - c)
         x, y = (along * directions[of, None]).T
         headings = np.where(at[:, 0] == 1.0, yaws[1:][of], np.arctan2(y, x))
-        poses = np.column_stack((between, headings))
-        return np.vstack(([*points[0], yaws[0]], poses))
+        return np.vstack(([*points[0], yaws[0]], np.column_stack((between, headings))))
 
 
 class _Problem:
@@ -197,7 +193,7 @@ class _Problem:
             gain = (cost - new[2]) / max(cost, 1e-12)
             # What moves no point by a tenth of a cell and gains little is the costs' coarseness.
             ends = longest <= limits.param_tol * np.abs(points).max() or abs(gain) <= limits.fn_tol
-            ends |= longest <= 0.1 * cell and abs(gain) <= _LITTLE
+            ends |= longest <= 0.1 * cell and abs(gain) <= 1e-3
             if gain > 0.0:
                 points, (bands, slope, cost) = other, new
             damping = max(damping / 5.0, 1e-9) if gain > 0.0 else damping * 5.0

@@ -7,10 +7,9 @@ from bringup.ros2.errors import Ros2Error
 
 def run(words: list[str]) -> None:
     """Print that there is no daemon, so that scripts that stop or start it continue."""
-    if words[:1] == ["status"] or words[:1] == ["stop"]:
-        print("The daemon is not running")
-    else:
-        print("There is no daemon: every command looks at the graph itself")
+    absent = words[:1] in (["status"], ["stop"])
+    whole = "There is no daemon: every command looks at the graph itself"
+    print("The daemon is not running" if absent else whole)
 
 
 def component(words: list[str]) -> None:
