@@ -86,11 +86,8 @@ class Graph:
 
     def nearest(self, x: float, y: float, count: int = 1) -> list[int]:
         """Return the numbers of so many nodes nearest to a point, the nearest first."""
-
-        def distance(k: int) -> tuple[float, int]:
-            return math.dist(self.nodes[k].point, (x, y)), k
-
-        return heapq.nsmallest(count, self.nodes, key=distance)
+        gap = {k: math.dist(node.point, (x, y)) for k, node in self.nodes.items()}
+        return heapq.nsmallest(count, gap, key=lambda k: (gap[k], k))
 
 
 def read_graph(path: Path, frame: str) -> Graph:

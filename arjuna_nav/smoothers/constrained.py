@@ -19,8 +19,6 @@ from arjuna_nav.smoothers.smoothers import SmoothResult, SmoothStatus, problem_o
 Array = NDArray[np.float64]
 _BEZIER = 0.4  # of a segment's length: where Nav2's curve between two poses has its control points
 
-_LITTLE = 1e-3
-
 
 @dataclass(frozen=True)
 class OptimizerConfig:
@@ -75,9 +73,8 @@ class ConstrainedSmootherConfig:
 class ConstrainedSmoother:
     """Moves all points but the ends' at once, for the least sum of weighted squares.
 
-    They are the second differences of the points, the curvature beyond what the robot can turn, the
-    distances from the given points and the costs below. A path that would touch an obstacle by it
-    stays as it is.
+    They are of the points' second differences, of curvature beyond what the robot can turn, of
+    distances from the given points and of costs.
 
     Source: nav2_constrained_smoother, as its weights are meant: each that of a square; Dolgov et
     al., Path planning for autonomous vehicles in unknown semi-structured environments, 2010.
@@ -141,26 +138,18 @@ class ConstrainedSmoother:
         yaws = np.arctan2(tangents[:, 1], tangents[:, 0])
         yaws[0] = path[0, 2] if config.keep_start_orientation else yaws[0]
         yaws[-1] = path[-1, 2] if config.keep_goal_orientation else yaws[-1]
-        poses = [np.array([[*points[0], yaws[0]]])]
-        for i, step in enumerate(steps):
-            between = int(moved[i + 1] - moved[i]) * config.path_upsampling_factor
-            at = np.arange(1, max(between, 1) + 1)[:, None] / max(between, 1)
-            heads = np.column_stack((np.cos(yaws[i : i + 2]), np.sin(yaws[i : i + 2])))
-            arms = heads * np.hypot(*step) * _BEZIER * directions[i]
-            corners = points[i], points[i] + arms[0], points[i + 1] - arms[1], points[i + 1]
-            poses.append(_bezier(corners, at, float(directions[i]), float(yaws[i + 1])))
-        return np.vstack(poses)
-
-
-def _bezier(corners: tuple[Array, ...], at: Array, direction: float, last: float) -> Array:
-    """Return poses of a cubic curve at parameters `(N, 1)`; the last one's yaw is given [rad]."""
-    a, b, c, d = corners
-    left = 1.0 - at
-    points = left**3 * a + 3 * left**2 * at * b + 3 * left * at**2 * c + at**3 * d
-    along = direction * (left**2 * (b - a) + 2 * left * at * (c - b) + at**2 * (d - c))
-    poses = np.column_stack((points, np.arctan2(along[:, 1], along[:, 0])))
-    poses[-1, 2] = last
-    return poses
+        counts = np.maximum(np.diff(moved) * config.path_upsampling_factor, 1)
+        of = np.repeat(np.arange(len(steps)), counts)  # the segment of each pose
+        at = ((np.arange(len(of)) - (np.cumsum(counts) - counts)[of] + 1) / counts[of])[:, None]
+        arms = (np.hypot(*steps.T) * _BEZIER * directions[:-1])[:, None]
+        heads = np.column_stack((np.cos(yaws), np.sin(yaws)))
+        corners = points[:-1], points[:-1] + arms * heads[:-1], points[1:] - arms * heads[1:]
+        (a, b, c), d, left = (corner[of] for corner in corners), points[1:][of], 1.0 - at
+        between = left**3 * a + 3 * left**2 * at * b + 3 * left * at**2 * c + at**3 * d
+        along = left**2 * (b - a) + 2 * left * at * (c - b) + at**2 * (d - c)
+        x, y = (along * directions[of, None]).T
+        headings = np.where(at[:, 0] == 1.0, yaws[1:][of], np.arctan2(y, x))
+        return np.vstack(([*points[0], yaws[0]], np.column_stack((between, headings))))
 
 
 class _Problem:
@@ -196,16 +185,15 @@ class _Problem:
             damped[0] += damping * damped[0] + 1e-9
             try:
                 step = solveh_banded(damped, -slope[free], lower=True, check_finite=False)
-            except LinAlgError:
-                damping *= 10.0
-                continue
+            except LinAlgError:  # it is not definite any more
+                break
             other, longest = points.copy(), float(np.abs(step).max())
             other[first:last] += step.reshape(-1, 2)
             new = self._normal(other)
             gain = (cost - new[2]) / max(cost, 1e-12)
             # What moves no point by a tenth of a cell and gains little is the costs' coarseness.
             ends = longest <= limits.param_tol * np.abs(points).max() or abs(gain) <= limits.fn_tol
-            ends |= longest <= 0.1 * cell and abs(gain) <= _LITTLE
+            ends |= longest <= 0.1 * cell and abs(gain) <= 1e-3
             if gain > 0.0:
                 points, (bands, slope, cost) = other, new
             damping = max(damping / 5.0, 1e-9) if gain > 0.0 else damping * 5.0
@@ -238,15 +226,11 @@ class _Problem:
         weight, axes = math.sqrt(config.w_smooth), np.arange(2)
         values[:, :2] = weight * (self._ratio * b - a)
         by_a[:, axes, axes], by_b[:, axes, axes] = -weight, weight * self._ratio
-        if config.w_curve > 0.0 and config.minimum_turning_radius > 0.0:
-            most, weight = 1.0 / config.minimum_turning_radius, math.sqrt(config.w_curve)
-            curvature, d_a, d_b = _curvature(a, turn * b)
-            over = curvature > most
-            values[:, 2] = weight * np.where(over, curvature - most, 0.0)
-            by_a[:, 2], by_b[:, 2] = (
-                weight * over[:, None] * d_a,
-                weight * over[:, None] * turn * d_b,
-            )
+        most, weight = 1.0 / max(config.minimum_turning_radius, 1e-9), math.sqrt(config.w_curve)
+        curvature, d_a, d_b = _curvature(a, turn * b)
+        values[:, 2] = weight * np.maximum(curvature - most, 0.0)
+        over = weight * (curvature > most)[:, None]
+        by_a[:, 2], by_b[:, 2] = over * d_a, over * turn * d_b
         weight = math.sqrt(config.w_dist)
         values[:, 3:5], by_at[:, 3 + axes, axes] = weight * (at - self._given[1:-1]), weight
         chord = a + turn * b  # along the tangent

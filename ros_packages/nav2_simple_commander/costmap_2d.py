@@ -3,9 +3,15 @@
 # ruff: noqa: D102 - the names are the original's, and say what each method returns
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+
+
+def value_of(attribute: str) -> Callable[[Any], Any]:
+    """Return a method that returns an attribute, as the originals have one for each."""
+    return lambda self: getattr(self, attribute)
 
 
 class PyCostmap2D:
@@ -29,32 +35,19 @@ class PyCostmap2D:
         self.costmap_timestamp = occupancy_map.header.stamp
         self.costmap = np.array(occupancy_map.data).astype(np.uint8)
 
-    def getSizeInCellsX(self) -> int:
-        return self.size_x
-
-    def getSizeInCellsY(self) -> int:
-        return self.size_y
+    getSizeInCellsX = value_of("size_x")
+    getSizeInCellsY = value_of("size_y")
+    getOriginX = value_of("origin_x")
+    getOriginY = value_of("origin_y")
+    getResolution = value_of("resolution")
+    getGlobalFrameID = value_of("global_frame_id")
+    getCostmapTimestamp = value_of("costmap_timestamp")
 
     def getSizeInMetersX(self) -> float:
         return self.size_x * self.resolution
 
     def getSizeInMetersY(self) -> float:
         return self.size_y * self.resolution
-
-    def getOriginX(self) -> float:
-        return self.origin_x
-
-    def getOriginY(self) -> float:
-        return self.origin_y
-
-    def getResolution(self) -> float:
-        return self.resolution
-
-    def getGlobalFrameID(self) -> str:
-        return self.global_frame_id
-
-    def getCostmapTimestamp(self) -> Any:
-        return self.costmap_timestamp
 
     def getCostXY(self, mx: int, my: int) -> np.uint8:
         return self.getCostIdx(self.getIndex(mx, my))

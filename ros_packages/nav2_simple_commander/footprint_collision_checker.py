@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from itertools import pairwise
+from typing import Any
 
 from geometry_msgs.msg import Point32, Polygon
 
 from nav2_simple_commander.costmap_2d import PyCostmap2D
-from nav2_simple_commander.line_iterator import LineIterator
 
 NO_INFORMATION = 255
 LETHAL_OBSTACLE = 254
@@ -45,32 +46,27 @@ class FootprintCollisionChecker:
     def footprintCost(self, footprint: Polygon) -> float:
         """Return the greatest cost along the edges; that of an obstacle where one is outside."""
         cells = [self.worldToMapValidated(point.x, point.y) for point in footprint.points]
-        worst = 0.0
-        for (x0, y0), (x1, y1) in pairwise([*cells, cells[0]]):
-            if x0 is None or y0 is None or x1 is None or y1 is None:
-                return LETHAL_OBSTACLE
-            worst = max(worst, float(self.lineCost(x0, x1, y0, y1)))
-            if worst == LETHAL_OBSTACLE:
-                break
-        return worst
+        if (None, None) in cells:
+            return LETHAL_OBSTACLE
+        edges: Any = pairwise([*cells, cells[0]])
+        return _worst(self.lineCost(x0, x1, y0, y1) for (x0, y0), (x1, y1) in edges)
 
     def lineCost(self, x0: int, x1: int, y0: int, y1: int, step_size: float = 0.5) -> float:
-        """Return the greatest cost along a line of cells; an obstacle's ends it.
+        """Return the greatest cost along a line of cells, that of an obstacle before all.
 
         In difference to the original no cell of a steep line is left out.
         """
-        if (x0, y0) == (x1, y1):
-            return self.pointCost(x0, y0)
-        slope = abs(y1 - y0) / abs(x1 - x0) if x1 != x0 else 1.0
-        line, worst = LineIterator(x0, y0, x1, y1, step_size / max(slope, 1.0)), 0.0
-        while line.isValid() and worst != LETHAL_OBSTACLE:
-            cost = self.pointCost(int(line.getX()), int(line.getY()))
-            worst = cost if cost == LETHAL_OBSTACLE else max(worst, cost)
-            line.advance()
-        return worst
+        count = max(math.ceil(max(abs(x1 - x0), abs(y1 - y0)) / step_size), 1)
+        shares = (k / count for k in range(count + 1))
+        cells = ((x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in shares)
+        return _worst(self.pointCost(int(round(x, 5)), int(round(y, 5))) for x, y in cells)
 
     def worldToMapValidated(self, wx: float, wy: float) -> tuple[int, int] | tuple[None, None]:
         return self._costmap().worldToMapValidated(wx, wy)
 
     def pointCost(self, x: int, y: int) -> float:
         return float(self._costmap().getCostXY(x, y))
+
+
+def _worst(costs: Iterable[float]) -> float:
+    return max(costs, key=lambda cost: (cost == LETHAL_OBSTACLE, cost))

@@ -6,6 +6,8 @@ from __future__ import annotations
 import math
 from numbers import Real
 
+from nav2_simple_commander.costmap_2d import value_of
+
 
 class LineIterator:
     """Goes along a line by steps of x, or of y where x stays; the last point is the end.
@@ -28,9 +30,6 @@ class LineIterator:
         self.x_, self.y_ = x0, y0
         self.step_size_, self.valid_ = step_size, True
 
-    def isValid(self) -> bool:
-        return self.valid_
-
     def advance(self) -> None:
         """Go to the next point; past the end the iterator is not valid any more."""
         if (self.x_, self.y_) == (self.x1_, self.y1_):
@@ -45,23 +44,13 @@ class LineIterator:
             self.x_ = round(self.x0_ + share * across, 5)
             self.y_ = round(self.y0_ + share * up, 5)
 
-    def getX(self) -> float:
-        return self.x_
-
-    def getY(self) -> float:
-        return self.y_
-
-    def getX0(self) -> float:
-        return self.x0_
-
-    def getY0(self) -> float:
-        return self.y0_
-
-    def getX1(self) -> float:
-        return self.x1_
-
-    def getY1(self) -> float:
-        return self.y1_
+    isValid = value_of("valid_")
+    getX = value_of("x_")
+    getY = value_of("y_")
+    getX0 = value_of("x0_")
+    getY0 = value_of("y0_")
+    getX1 = value_of("x1_")
+    getY1 = value_of("y1_")
 
     def get_line_length(self) -> float:
         return math.hypot(self.x1_ - self.x0_, self.y1_ - self.y0_)

@@ -135,8 +135,7 @@ class ObstacleLayer(SensedLayer):
         for batch in batches:
             self._enter(batch)
         if self.config.footprint_clearing_enabled:
-            corners = self.master.frame.origin.inverse().apply(outline.at(T_global_base))
-            self._free(corners / self.master.frame.resolution)
+            self._free_below(T_global_base)
         return joined(self._vacated, within(touched, self.data[touched] != before))
 
     def write(self, costs: NDArray[np.uint8], window: Window) -> None:
@@ -229,6 +228,11 @@ class ObstacleLayer(SensedLayer):
 
     def _set_free(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> None:
         self.data[rows, columns] = FREE
+
+    def _free_below(self, T_global_base: SE2) -> None:
+        """Set the cells under the robot free."""
+        corners, frame = self.master.footprint.at(T_global_base), self.master.frame
+        self._free(frame.origin.inverse().apply(corners) / frame.resolution)
 
     def _free(self, corners: NDArray[np.float64]) -> None:
         """Set the cells within a polygon free, `(N, 2)` x, y in cells."""

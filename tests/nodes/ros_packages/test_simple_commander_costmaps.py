@@ -121,5 +121,6 @@ def test_a_footprint_costs_what_its_edges_meet(
 def test_a_steep_edge_leaves_no_cell_out_and_a_small_one_is_its_cell() -> None:
     checker = FootprintCollisionChecker()
     checker.setCostmap(costmap(at_5_4=254, at_9_9=50))
-    assert checker.lineCost(5, 6, 0, 8) == LETHAL_OBSTACLE
+    assert checker.lineCost(5, 6, 0, 8) == checker.lineCost(6, 5, 8, 0) == LETHAL_OBSTACLE
+    assert checker.lineCost(8, 2, 7, 1) == LETHAL_OBSTACLE
     assert checker.lineCost(9, 9, 9, 9) == 50.0
