@@ -146,7 +146,9 @@ def in_use() -> list[Entry]:
     found: dict[int, tuple[str, str, Any]] = {}
     for module in sorted(name for name in sys.modules if name.split(".")[0] in PACKAGES):
         for name, value in vars(sys.modules[module]).items():
-            if isinstance(value, Dispatcher) and hasattr(value._cache, "cache_path"):
+            if isinstance(value, Dispatcher) and hasattr(
+                getattr(value, "_cache", None), "cache_path"
+            ):
                 own = value.py_func.__module__ == module
                 if own or id(value) not in found:
                     found[id(value)] = (module, name, value)
