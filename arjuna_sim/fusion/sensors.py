@@ -66,16 +66,11 @@ class Part:
 
 @dataclass
 class PoseInput:
-    """Poses of one sensor.
-
-    Attributes:
-        differential: Whether differences of two poses count, as velocities.
-        relative: Whether poses count from the first one on.
-    """
+    """Poses of one sensor."""
 
     part: Part
-    differential: bool = False
-    relative: bool = False
+    differential: bool = False  # whether differences of two poses count, as velocities
+    relative: bool = False  # whether poses count from the first one on
     _first: Pose3 | None = None
     _last: tuple[float, Pose3, Array] | None = None
 

@@ -48,16 +48,11 @@ class LossCounter:
 
 
 class Received(NamedTuple):
-    """A message that arrived.
-
-    Attributes:
-        received: When it arrived, by the system's clock [ns].
-        published: When it was published, by the publisher's [ns].
-    """
+    """A message that arrived."""
 
     topic: TopicInfo
-    received: int
-    published: int
+    received: int  # when it arrived, by the system's clock [ns]
+    published: int  # when it was published, by the publisher's [ns]
     data: bytes
 
 

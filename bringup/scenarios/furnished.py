@@ -35,11 +35,7 @@ _GROUND = "<include><uri>model://ground_plane</uri></include>"
 
 
 class Box(NamedTuple):
-    """A box that stands square: its middle, size, and from which height to which [m].
-
-    Attributes:
-        hollow: Whether it is a mesh without thickness, open below.
-    """
+    """A box that stands square: its middle, size, and from which height to which [m]."""
 
     x: float
     y: float
@@ -47,7 +43,7 @@ class Box(NamedTuple):
     dy: float
     low: float
     high: float
-    hollow: bool = False
+    hollow: bool = False  # whether it is a mesh without thickness, open below
 
 
 class Room(NamedTuple):
@@ -66,16 +62,12 @@ class Room(NamedTuple):
 
 @dataclass(frozen=True)
 class Layout:
-    """A building [m].
-
-    Attributes:
-        walls: Within it.
-        pieces: Of furniture, each with the radius that it takes.
-    """
+    """A building [m]."""
 
     length: float
     width: float
-    walls: tuple[Box, ...]
+    walls: tuple[Box, ...]  # within it
+    # of furniture, each with the radius that it takes
     pieces: tuple[tuple[float, Callable[[np.random.Generator], list[Box]]], ...]
 
 
