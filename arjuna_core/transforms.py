@@ -29,11 +29,7 @@ class LoopError(TransformError):
 
 
 class ExtrapolationError(TransformError):
-    """A transform is unknown at a time.
-
-    Args:
-        known: The end of the known times that lies nearest.
-    """
+    """A transform is unknown at a time; `known` is the nearest end of the known times."""
 
     def __init__(self, edge: str, stamp: float, known: float) -> None:
         Exception.__init__(self, edge, stamp, known)

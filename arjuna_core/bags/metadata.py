@@ -129,11 +129,7 @@ def metadata_yaml(
     compression: str = "",
     custom: Mapping[str, str] | None = None,
 ) -> str:
-    """Return the text of a recording's metadata.yaml.
-
-    Args:
-        compression: What is compressed: "" nothing, `file` or `message`.
-    """
+    """Return the text of metadata.yaml; `compression` is "" for none, `file` or `message`."""
     used = [file for file in files if file.counts]
     start = min((file.start for file in used), default=0)
     end = max((file.end for file in used), default=0)

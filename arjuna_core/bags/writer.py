@@ -140,11 +140,7 @@ class BagFolder:
         self._file.flush()
 
     def close(self, lost: Mapping[str, int] | None = None) -> None:
-        """End the last file and write metadata.yaml.
-
-        Args:
-            lost: How many messages of a topic never arrived.
-        """
+        """End the last file and write metadata.yaml; of each topic so many messages were `lost`."""
         self._end_file(lost)
         self._packers.shutdown()
         try:

@@ -95,11 +95,7 @@ class Imu:
         return self.measure(data, now, passed)
 
     def measure(self, data: Any, now: float, dt: float) -> ImuReading:
-        """Return a reading.
-
-        Args:
-            data: The `mujoco.MjData`, with positions and velocities up to date.
-        """
+        """Return a reading of a `mujoco.MjData` with positions and velocities up to date."""
         rotation, facing = data.site_xmat[self._site], data.xmat[self._root]
         motion, last = self._motions
         mujoco.mj_objectVelocity(self._model, data, _SITE, self._site, motion, 0)

@@ -84,11 +84,7 @@ class Odometry:
     def update(
         self, wheels: Sequence[float] | Floats, dt: float, angles: Floats = _NONE
     ) -> OdometryEstimate:
-        """Add one step.
-
-        Returns:
-            The estimate, along the arc of constant turn rate that the ticks give.
-        """
+        """Add one step, an arc of the turn rate that the ticks give, and return the estimate."""
         ticks = self._to_ticks(wheels)
         turns = ticks - self._ticks
         turns *= self._angle_per_tick

@@ -80,11 +80,7 @@ class DisplayList:
         self._chosen.options = tuple(self._names.values()) or (_NONE,)
 
     def offer(self, topics: Mapping[str, str]) -> None:
-        """Offer the topics that displays are for.
-
-        Args:
-            topics: The type of each.
-        """
+        """Offer the topics that displays are for, by the type of each."""
         found = {
             f"{topic} ({kind})": (topic, kind)
             for topic, type_name in sorted(topics.items())

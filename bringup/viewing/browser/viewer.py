@@ -360,11 +360,7 @@ class Viewer:
         return note
 
     def _obstacle(self, goal: SE2, radius: float = 0.2) -> str:
-        """Return what on the map is in a goal's way, or "".
-
-        Args:
-            radius: A usual robot's [m].
-        """
+        """Return what on the map is in the way of a goal, for a usual robot's radius [m], or ""."""
         if self._map is None or self._map.frame != self._robot.frames.fixed:
             return ""
         grid = self._map.grid
