@@ -76,12 +76,7 @@ class BagFile(ABC):
         """Learn topics, times and counts; return the damage that ended that, or nothing."""
 
     def messages(self, takes: Callable[[str], bool], start: int = 0) -> Iterator[BagMessage]:
-        """Yield messages in the order of their time.
-
-        Args:
-            takes: Returns whether a topic's messages are wanted.
-            start: The first time [ns].
-        """
+        """Yield the messages of wanted topics from a time [ns] on, in the order of their time."""
         try:
             yield from self._messages(takes, start)
         except self.DAMAGE as error:

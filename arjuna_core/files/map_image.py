@@ -85,12 +85,7 @@ def _occupancy_by_shade(shade: NDArray[np.float64], options: MapOptions) -> NDAr
 
 
 def encoded(data: NDArray[np.int8], options: MapOptions, image_format: str) -> bytes:
-    """Return the file of a map's image.
-
-    Args:
-        data: Occupancy `(height, width) int8`, row 0 lowest in y.
-        image_format: `pgm` or `png`.
-    """
+    """Return the `pgm` or `png` file of occupancy `(height, width) int8`, row 0 lowest in y."""
     pixels = _shades(data, options)
     if options.mode == "scale" and (data < 0).any():
         pixels = np.dstack((pixels, np.where(data < 0, 0, 255).astype(np.uint8)))

@@ -52,11 +52,7 @@ def lens_of(settings: CameraSettings) -> Lens | None:
 
 
 def points(settings: CameraSettings, depth: Singles) -> Singles:
-    """Return what a camera sees as points in its optical frame, `(N, 3) float32` [m].
-
-    Args:
-        depth: Distances along the optical axis `(height, width) float32` [m]; +inf is left out.
-    """
+    """Return finite distances `(height, width)` as points in the optical frame, `(N, 3)` [m]."""
     f = focal_length(settings)
     rows, columns = np.nonzero(np.isfinite(depth))
     z = depth[rows, columns].astype(np.float64)

@@ -103,11 +103,7 @@ class TopicListener:
         }
 
     def listen(self, name: str, type_name: str, offers: tuple[TopicQos, ...]) -> bool:
-        """Listen to a topic, whether or not somebody publishes on it yet.
-
-        Returns:
-            Whether the type is installed; if not, that is noted once.
-        """
+        """Listen to a topic, published yet or not; return whether its type is here (noted once)."""
         try:
             topic = TopicInfo(
                 name, type_name, message_definition(type_name), type_hash(type_name), offers
