@@ -58,15 +58,11 @@ class Fog:
 
 @dataclass(frozen=True)
 class Look:
-    """The lights, sky and fog of a world.
-
-    Attributes:
-        ambient: Light from everywhere; None for a lamp on each camera, as files without lights of
-            their own are seen.
-        background: Colour of the sky; None for a blue sky.
-    """
+    """The lights, sky and fog of a world."""
 
     lights: tuple[Light, ...] = (SUN,)
+    # light from everywhere; None for a lamp on each camera, as files without lights of their own
+    # are seen
     ambient: Rgb | None = None
-    background: Rgb | None = None
+    background: Rgb | None = None  # colour of the sky; None for a blue sky
     fog: Fog | None = None

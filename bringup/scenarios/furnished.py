@@ -47,17 +47,11 @@ class Box(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Files of a room.
+    """Files of a room."""
 
-    Attributes:
-        world: The SDF world.
-        seen: The map that a lidar would make.
-        whole: The map of all that the robot could touch.
-    """
-
-    world: Path
-    seen: Path
-    whole: Path
+    world: Path  # the SDF world
+    seen: Path  # the map that a lidar would make
+    whole: Path  # the map of all that the robot could touch
 
 
 @dataclass(frozen=True)
