@@ -29,11 +29,7 @@ class LoopError(TransformError):
 
 
 class ExtrapolationError(TransformError):
-    """A transform is unknown at a time.
-
-    Args:
-        known: The end of the known times that lies nearest.
-    """
+    """A transform is unknown at a time; `known` is the nearest end of the known times."""
 
     def __init__(self, edge: str, stamp: float, known: float) -> None:
         Exception.__init__(self, edge, stamp, known)
@@ -99,17 +95,11 @@ class Edge(Generic[T]):
 
 @dataclass(frozen=True)
 class Branch(Generic[T]):
-    """The frames from one up to another above it, that one excluded.
+    """The frames from one up to another above it, that one excluded."""
 
-    Attributes:
-        fixed: Those at the lower end that are static in their parents.
-        T_top_frame: Their product; what follows goes in front.
-        rest: The others with their transforms, from below.
-    """
-
-    fixed: tuple[str, ...]
-    T_top_frame: T
-    rest: tuple[tuple[str, Edge[T]], ...]
+    fixed: tuple[str, ...]  # those at the lower end that are static in their parents
+    T_top_frame: T  # their product; what follows goes in front
+    rest: tuple[tuple[str, Edge[T]], ...]  # the others with their transforms, from below
 
     @property
     def frames(self) -> tuple[str, ...]:

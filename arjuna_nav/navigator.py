@@ -134,11 +134,7 @@ class Navigator:
     def tick(
         self, state: TreeState, goals: tuple[SE2, ...] | None = None, cancel: bool = False
     ) -> tuple[list[Ask | Withdraw], Finish | None]:
-        """Return the requests to servers, in order, and the end once it has come.
-
-        Args:
-            cancel: Whether to stop for good.
-        """
+        """Return the requests to servers, in order, and once the end; `cancel` stops for good."""
         if cancel:
             return self._tree.halt(state), Finish(Ending.CANCELED)
         if goals is not None:

@@ -139,11 +139,7 @@ class Simulation:
         self.stage.set_robots({name: robot.model.below(name) for name, robot in robots.items()})
 
     def step(self, commands: Mapping[str, Velocity | None]) -> dict[str, Observation]:
-        """Advance one tick.
-
-        Args:
-            commands: New commands by robot; one without keeps its last until that times out.
-        """
+        """Advance one tick; a robot without a new command keeps its last until that times out."""
         for name, robot in self.robots.items():
             robot.drive(commands.get(name))
         faster = [robot for robot in self.robots.values() if robot.is_imu_faster]

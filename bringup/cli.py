@@ -121,11 +121,7 @@ EXTRAS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run a command.
-
-    Returns:
-        The exit code: 0 done or stopped, 1 something failed, 2 an input was refused.
-    """
+    """Run a command; return 0 if done or stopped, 1 if it failed, 2 if it refuses an input."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     if arguments.run is None:
         return OK

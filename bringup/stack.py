@@ -16,13 +16,9 @@ ORIGINALS = {"nav2": "Nav2", "slam_toolbox": "slam_toolbox"}
 
 @dataclass(frozen=True)
 class NodeSpec:
-    """One node.
+    """One node."""
 
-    Attributes:
-        name: Its name, absolute without the slash; also its key in parameter files.
-    """
-
-    name: str
+    name: str  # its name, absolute without the slash; also its key in parameter files
     module: str
     cls: str
 
@@ -54,20 +50,15 @@ class NodeSpec:
 
 @dataclass(frozen=True)
 class Group:
-    """The nodes of one process, in the order in which they are brought up.
-
-    Attributes:
-        cores: The modules of their algorithms, which import no ROS.
-        commandable: Whether clients may command their lifecycle manager. Not the simulator's: one
-            that shuts all down, as nav2_simple_commander can, means the robot, not the world.
-        managed_as: What their manager has in its name, if not the group's.
-    """
+    """The nodes of one process, in the order in which they are brought up."""
 
     name: str
     nodes: tuple[NodeSpec, ...]
-    cores: tuple[str, ...] = ()
+    cores: tuple[str, ...] = ()  # the modules of their algorithms, which import no ROS
+    # whether clients may command their lifecycle manager. Not the simulator's: one that shuts all
+    # down, as nav2_simple_commander can, means the robot, not the world
     commandable: bool = True
-    managed_as: str = ""
+    managed_as: str = ""  # what their manager has in its name, if not the group's
 
     @property
     def manager(self) -> str:

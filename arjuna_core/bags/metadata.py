@@ -21,17 +21,12 @@ METADATA = "metadata.yaml"
 
 @dataclass
 class FileEntry:
-    """One file of a recording.
-
-    Attributes:
-        start: When its first message was received [ns].
-        end: When its last one was [ns].
-        counts: How many messages of each topic it holds.
-    """
+    """One file of a recording."""
 
     name: str
-    start: int = 0
-    end: int = 0
+    start: int = 0  # when its first message was received [ns]
+    end: int = 0  # when its last one was [ns]
+    # how many messages of each topic it holds
     counts: Counter[str] = field(default_factory=Counter)
 
     @property
@@ -81,12 +76,7 @@ class BagFile(ABC):
         """Learn topics, times and counts; return the damage that ended that, or nothing."""
 
     def messages(self, takes: Callable[[str], bool], start: int = 0) -> Iterator[BagMessage]:
-        """Yield messages in the order of their time.
-
-        Args:
-            takes: Returns whether a topic's messages are wanted.
-            start: The first time [ns].
-        """
+        """Yield the messages of wanted topics from a time [ns] on, in the order of their time."""
         try:
             yield from self._messages(takes, start)
         except self.DAMAGE as error:
@@ -134,11 +124,7 @@ def metadata_yaml(
     compression: str = "",
     custom: Mapping[str, str] | None = None,
 ) -> str:
-    """Return the text of a recording's metadata.yaml.
-
-    Args:
-        compression: What is compressed: "" nothing, `file` or `message`.
-    """
+    """Return the text of metadata.yaml; `compression` is "" for none, `file` or `message`."""
     used = [file for file in files if file.counts]
     start = min((file.start for file in used), default=0)
     end = max((file.end for file in used), default=0)

@@ -131,12 +131,7 @@ class Bag:
     def messages(
         self, takes: Callable[[str], bool] = lambda topic: True, start: int = 0
     ) -> Iterator[BagMessage]:
-        """Yield its messages in the order of their time, file by file.
-
-        Args:
-            takes: Returns whether a topic's messages are wanted.
-            start: The first time [ns].
-        """
+        """Yield the messages of wanted topics from a time [ns] on, in their order, file by file."""
         for number, file in enumerate(self._files):
             self._reading = number
             if file.entry.end < start:

@@ -30,35 +30,23 @@ STORAGES: dict[str, type[McapWriter] | type[SqliteWriter]] = {
 
 @dataclass(frozen=True)
 class SplitLimits:
-    """Limits at which a recording continues in a new file.
+    """Limits at which a recording continues in a new file."""
 
-    Attributes:
-        size: Bytes of a file after which; 0 for never.
-        duration: Recorded time of a file after which [s]; 0 for never.
-    """
-
-    size: int = 0
-    duration: float = 0.0
+    size: int = 0  # bytes of a file after which; 0 for never
+    duration: float = 0.0  # recorded time of a file after which [s]; 0 for never
 
 
 @dataclass(frozen=True)
 class BagFormat:
-    """The storage of a recording.
+    """The storage of a recording."""
 
-    Attributes:
-        storage: `mcap` or `sqlite3`.
-        settings: The storage's own settings, which come before the preset's.
-        compression: What is compressed by zstd: "" nothing, `file` or `message`.
-        threads: How many files are compressed at once; 0 for one a core.
-        custom: What else metadata.yaml shall hold.
-    """
-
-    storage: str = "mcap"
+    storage: str = "mcap"  # `mcap` or `sqlite3`
     preset: str = "none"
+    # the storage's own settings, which come before the preset's
     settings: Mapping[str, Any] = field(default_factory=dict)
-    compression: str = ""
-    threads: int = 0
-    custom: Mapping[str, str] = field(default_factory=dict)
+    compression: str = ""  # what is compressed by zstd: "" nothing, `file` or `message`
+    threads: int = 0  # how many files are compressed at once; 0 for one a core
+    custom: Mapping[str, str] = field(default_factory=dict)  # what else metadata.yaml shall hold
 
     def writer(self, path: Path, limits: SplitLimits) -> FileWriter:
         """Return the writer of a new file, whose chunks are smaller than it shall be."""
@@ -73,17 +61,14 @@ class BagFormat:
 class BagFolder:
     """A rosbag2 folder that is being written: numbered files and metadata.yaml.
 
-    Args:
-        path: The folder; an existing one is never written into.
-        on_split: Called with the paths of the file that has ended and of the next one.
-
     Raises:
         RecordingError: The folder exists or cannot be made.
     """
 
-    path: Path
+    path: Path  # the folder; an existing one is never written into
     limits: SplitLimits = field(default_factory=SplitLimits)
     format: BagFormat = field(default_factory=BagFormat)
+    # called with the paths of the file that has ended and of the next one
     on_split: Callable[[Path, Path], None] = lambda closed, opened: None
 
     def __post_init__(self) -> None:
@@ -152,11 +137,7 @@ class BagFolder:
         self._file.flush()
 
     def close(self, lost: Mapping[str, int] | None = None) -> None:
-        """End the last file and write metadata.yaml.
-
-        Args:
-            lost: How many messages of a topic never arrived.
-        """
+        """End the last file and write metadata.yaml; of each topic so many messages were `lost`."""
         self._end_file(lost)
         self._packers.shutdown()
         try:

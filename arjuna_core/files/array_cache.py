@@ -35,11 +35,7 @@ def cache_folder() -> Path:
 
 @cache
 def made_by(*modules: str) -> bytes:
-    """Return the code of modules and the versions of what they compute with, for `cached`.
-
-    Args:
-        modules: Names of files of Python.
-    """
+    """Return the code of modules, by their files, and the versions of what they compute with."""
     versions = f"{np.__version__} {scipy.__version__}".encode()
     return versions + b"".join(Path(name).read_bytes() for name in modules)
 

@@ -22,19 +22,12 @@ _CELLS_MAX = 100_000_000  # 500 m x 500 m at 5 cm: more is a mistake or an attac
 
 @dataclass(frozen=True)
 class MapOptions:
-    """Thresholds by which shades become occupancy, and back.
+    """Thresholds by which shades become occupancy, and back."""
 
-    Attributes:
-        mode: `trinary`, `scale` or `raw`.
-        negate: Whether white is occupied.
-        occupied_thresh: Occupancy (0..1) above which a cell is occupied.
-        free_thresh: Occupancy (0..1) below which a cell is free.
-    """
-
-    mode: str = "trinary"
-    negate: bool = False
-    occupied_thresh: float = 0.65
-    free_thresh: float = 0.25
+    mode: str = "trinary"  # `trinary`, `scale` or `raw`
+    negate: bool = False  # whether white is occupied
+    occupied_thresh: float = 0.65  # occupancy (0..1) above which a cell is occupied
+    free_thresh: float = 0.25  # occupancy (0..1) below which a cell is free
 
     @property
     def written_free_thresh(self) -> float:
@@ -92,12 +85,7 @@ def _occupancy_by_shade(shade: NDArray[np.float64], options: MapOptions) -> NDAr
 
 
 def encoded(data: NDArray[np.int8], options: MapOptions, image_format: str) -> bytes:
-    """Return the file of a map's image.
-
-    Args:
-        data: Occupancy `(height, width) int8`, row 0 lowest in y.
-        image_format: `pgm` or `png`.
-    """
+    """Return the `pgm` or `png` file of occupancy `(height, width) int8`, row 0 lowest in y."""
     pixels = _shades(data, options)
     if options.mode == "scale" and (data < 0).any():
         pixels = np.dstack((pixels, np.where(data < 0, 0, 255).astype(np.uint8)))

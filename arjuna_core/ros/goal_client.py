@@ -15,16 +15,11 @@ from arjuna_core.ros.node import ManagedNode
 
 @dataclass(frozen=True)
 class GoalOutcome:
-    """A goal's end as its client sees it.
-
-    Attributes:
-        status: A GoalStatus constant.
-        result: The action's result message; None if it was not accepted.
-    """
+    """A goal's end as its client sees it."""
 
     accepted: bool
-    status: int
-    result: Any | None
+    status: int  # a GoalStatus constant
+    result: Any | None  # the action's result message; None if it was not accepted
 
     @property
     def succeeded(self) -> bool:

@@ -218,11 +218,7 @@ def _copied(cls: type[Any], depth: int, known: dict[str, Any]) -> list[str]:
 
 @cache
 def handed_over(cls: Any, trusted: bool) -> Callable[[Any], Any]:
-    """Return what makes of a message the one that its readers share.
-
-    Args:
-        trusted: Whether its sender changes it no more; else it is copied.
-    """
+    """Return what makes the message that readers share: the same if `trusted`, else a copy."""
     if not trusted:
         return copier(cls)
     lines = ["def rounded(m):", *_rounded(cls, "m", 1), "    return m"]

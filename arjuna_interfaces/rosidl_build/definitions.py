@@ -19,18 +19,13 @@ _PACKAGE_OF_TYPE = re.compile(r"^([a-z][a-z0-9_]*)/[A-Z]\w*")
 
 @dataclass(frozen=True)
 class InterfacePackage:
-    """One ROS package of definitions.
+    """One ROS package of definitions."""
 
-    Attributes:
-        name: ROS package name.
-        files: definition files relative to the package's folder, sorted, such as `msg/Route.msg`.
-        dependencies: names of the packages its types use directly, sorted.
-    """
-
-    name: str
+    name: str  # ROS package name
     folder: Path
+    # definition files relative to the package's folder, sorted, such as `msg/Route.msg`
     files: tuple[Path, ...]
-    dependencies: tuple[str, ...]
+    dependencies: tuple[str, ...]  # names of the packages its types use directly, sorted
 
 
 def find_packages(root: Path) -> list[InterfacePackage]:

@@ -72,12 +72,7 @@ class SimpleProgressChecker:
         self._since = None
 
     def check(self, pose: SE2, now: float) -> bool:
-        """Return whether the robot makes progress.
-
-        Args:
-            pose: The robot's [m, m, rad].
-            now: Time [s].
-        """
+        """Return whether the robot makes progress, at a pose [m, m, rad] and a time [s]."""
         if self._since is None or self._moved(self._since[0], pose):
             self._since = (pose, now)
             return True

@@ -118,12 +118,7 @@ class Tracker:
         return self.through and len(self.pieces) == 1 and self.pieces[0].direction > 0
 
     def compute(self, pose: SE2, velocity: Velocity, speed: float) -> Velocity | None:
-        """Return what to drive, None at the end.
-
-        Args:
-            velocity: As measured.
-            speed: Greatest speed [m/s].
-        """
+        """Return what to drive, at a measured velocity and up to a speed [m/s]; None at the end."""
         while self.pieces and self._is_done(self.pieces[0], pose, velocity):
             self.pieces.pop(0)
         if not self.pieces:

@@ -107,12 +107,7 @@ def at_the_end(
 
 
 def steer(config: ApproachConfig, T_base_target: SE2, backward: bool = False) -> Velocity:
-    """Return what to drive towards a pose.
-
-    Args:
-        T_base_target: The pose to end at, in the robot's base.
-        backward: Whether to drive backwards.
-    """
+    """Return what to drive, ahead or backwards, towards a pose in the robot's base."""
     x, y = T_base_target.x, T_base_target.y
     side = -1.0 if backward else 1.0  # backwards it is the law of a robot turned by pi
     law = np.array([config.k_phi, config.k_delta, config.beta, config.lambda_])

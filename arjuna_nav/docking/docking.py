@@ -73,35 +73,24 @@ class DockingError(enum.IntEnum):
 
 @dataclass(frozen=True)
 class DockingState:
-    """Knowledge at a tick; poses and costmap are of one fixed frame.
+    """Knowledge at a tick; poses and costmap are of one fixed frame."""
 
-    Attributes:
-        now: Time [s].
-        dock: The dock's pose, None where it is not seen.
-        staged: Whether the staging pose was reached; None while it is driven to.
-    """
-
-    now: float
+    now: float  # time [s]
     pose: SE2
-    dock: SE2 | None
+    dock: SE2 | None  # the dock's pose, None where it is not seen
     senses: DockSenses
     costmap: Costmap | None = None
-    staged: bool | None = None
+    staged: bool | None = None  # whether the staging pose was reached; None while it is driven to
 
 
 @dataclass(frozen=True)
 class DockingStep:
-    """Instructions until the next tick.
+    """Instructions until the next tick."""
 
-    Attributes:
-        velocity: What to drive; None leaves the wheels to the one who drives to the staging pose.
-        stage: Whether to begin driving to the staging pose.
-        ended: How docking ended, None while it continues.
-    """
-
+    # what to drive; None leaves the wheels to the one who drives to the staging pose
     velocity: Velocity | None = STILL
-    stage: bool = False
-    ended: DockingError | None = None
+    stage: bool = False  # whether to begin driving to the staging pose
+    ended: DockingError | None = None  # how docking ended, None while it continues
     message: str = ""
 
 

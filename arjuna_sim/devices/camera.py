@@ -52,11 +52,7 @@ def lens_of(settings: CameraSettings) -> Lens | None:
 
 
 def points(settings: CameraSettings, depth: Singles) -> Singles:
-    """Return what a camera sees as points in its optical frame, `(N, 3) float32` [m].
-
-    Args:
-        depth: Distances along the optical axis `(height, width) float32` [m]; +inf is left out.
-    """
+    """Return finite distances `(height, width)` as points in the optical frame, `(N, 3)` [m]."""
     f = focal_length(settings)
     rows, columns = np.nonzero(np.isfinite(depth))
     z = depth[rows, columns].astype(np.float64)
@@ -67,15 +63,11 @@ def points(settings: CameraSettings, depth: Singles) -> Singles:
 
 @dataclass(frozen=True)
 class Shot:
-    """The picture of a camera at one instant, the top row first.
+    """The picture of a camera at one instant, the top row first."""
 
-    Attributes:
-        color: `(height, width, 3) uint8` RGB, where it was wanted.
-        depth: Distance along the optical axis, +inf for none, `(height, width) float32` [m],
-            where it was wanted.
-    """
-
-    color: Bytes | None
+    color: Bytes | None  # `(height, width, 3) uint8` RGB, where it was wanted
+    # distance along the optical axis, +inf for none, `(height, width) float32` [m], where it was
+    # wanted
     depth: Singles | None
 
 

@@ -26,19 +26,12 @@ _TURNED = 1e-6  # a state is measured if a turned mask's row is at least so long
 
 @dataclass(frozen=True)
 class Part:
-    """The use of one part of a sensor: its pose, its twist or its acceleration.
+    """The use of one part of a sensor: its pose, its twist or its acceleration."""
 
-    Attributes:
-        source: Its name.
-        mask: Which of the 15 states it is to measure, `(15,) bool`.
-        threshold: Mahalanobis distance of outliers.
-        planar: Whether the robot stays in the plane.
-    """
-
-    source: str
-    mask: Mask
-    threshold: float = np.inf
-    planar: bool = False
+    source: str  # its name
+    mask: Mask  # which of the 15 states it is to measure, `(15,) bool`
+    threshold: float = np.inf  # Mahalanobis distance of outliers
+    planar: bool = False  # whether the robot stays in the plane
 
     def measured(
         self, stamp: float, values: Array, covariance: Array, first: int, turned: Array
@@ -66,16 +59,11 @@ class Part:
 
 @dataclass
 class PoseInput:
-    """Poses of one sensor.
-
-    Attributes:
-        differential: Whether differences of two poses count, as velocities.
-        relative: Whether poses count from the first one on.
-    """
+    """Poses of one sensor."""
 
     part: Part
-    differential: bool = False
-    relative: bool = False
+    differential: bool = False  # whether differences of two poses count, as velocities
+    relative: bool = False  # whether poses count from the first one on
     _first: Pose3 | None = None
     _last: tuple[float, Pose3, Array] | None = None
 

@@ -21,24 +21,18 @@ class LightKind(Enum):
 
 @dataclass(frozen=True)
 class Light:
-    """A light of a world.
-
-    Attributes:
-        position: In the world [m].
-        direction: In which it shines, a unit vector of the world.
-        attenuation: Brightness is divided by a + b d + c d^2 at a distance d [m].
-        cutoff: Angle from the axis of a spot light's cone to its edge [rad].
-        falloff: Exponent by which a spot light grows darker towards its edge.
-    """
+    """A light of a world."""
 
     kind: LightKind
-    position: tuple[float, float, float] = (0.0, 0.0, 10.0)
+    position: tuple[float, float, float] = (0.0, 0.0, 10.0)  # in the world [m]
+    # in which it shines, a unit vector of the world
     direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
     diffuse: Rgb = (1.0, 1.0, 1.0)
     specular: Rgb = (0.1, 0.1, 0.1)
+    # brightness is divided by a + b d + c d^2 at a distance d [m]
     attenuation: tuple[float, float, float] = (1.0, 0.0, 0.0)
-    cutoff: float = 0.8
-    falloff: float = 1.0
+    cutoff: float = 0.8  # angle from the axis of a spot light's cone to its edge [rad]
+    falloff: float = 1.0  # exponent by which a spot light grows darker towards its edge
     casts_shadow: bool = False
 
     def without_shadow(self) -> Light:
@@ -64,15 +58,11 @@ class Fog:
 
 @dataclass(frozen=True)
 class Look:
-    """The lights, sky and fog of a world.
-
-    Attributes:
-        ambient: Light from everywhere; None for a lamp on each camera, as files without lights of
-            their own are seen.
-        background: Colour of the sky; None for a blue sky.
-    """
+    """The lights, sky and fog of a world."""
 
     lights: tuple[Light, ...] = (SUN,)
+    # light from everywhere; None for a lamp on each camera, as files without lights of their own
+    # are seen
     ambient: Rgb | None = None
-    background: Rgb | None = None
+    background: Rgb | None = None  # colour of the sky; None for a blue sky
     fog: Fog | None = None

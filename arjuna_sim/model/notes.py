@@ -23,12 +23,7 @@ class NoteKind(Enum):
 
 @dataclass(frozen=True)
 class Note:
-    """One line on what was read and is not simulated as it stands.
+    """One line on what was read and is not simulated as it stands."""
 
-    Attributes:
-        kind: What became of it.
-        text: What a person reads.
-    """
-
-    kind: NoteKind
-    text: str
+    kind: NoteKind  # what became of it
+    text: str  # what a person reads

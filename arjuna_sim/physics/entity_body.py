@@ -81,11 +81,7 @@ def _set_mass(body: Any, entity: Entity) -> None:
 def motion_of(
     model: Any, data: Any, entity: Entity, addresses: tuple[int, int, int]
 ) -> EntityMotion:
-    """Return where an entity is and how the physics moves it, with positions up to date.
-
-    Args:
-        addresses: What `addresses_of` returns of it.
-    """
+    """Return where an entity at `addresses_of` is and how it moves, with positions up to date."""
     mocap, at, rate = addresses
     if mocap >= 0:
         return EntityMotion(_pose(data.mocap_pos[mocap], data.mocap_quat[mocap]))

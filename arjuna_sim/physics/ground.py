@@ -24,19 +24,13 @@ _SOLID = (Group.WORLD_COLLISION.value, Group.WORLD_CONTACT.value)
 
 
 class Column(NamedTuple):
-    """Surfaces above one another at a point.
+    """Surfaces above one another at a point."""
 
-    Attributes:
-        floors: Heights of what something can stand on, rising [m].
-        headroom: Above each of them [m].
-        base: Height of a plane or terrain, below which all is solid; None where there is none [m].
-        tops: Where anything begins, covered or not [m].
-    """
-
-    floors: tuple[float, ...]
-    headroom: tuple[float, ...]
+    floors: tuple[float, ...]  # heights of what something can stand on, rising [m]
+    headroom: tuple[float, ...]  # above each of them [m]
+    # height of a plane or terrain, below which all is solid; None where there is none [m]
     base: float | None
-    tops: tuple[float, ...]
+    tops: tuple[float, ...]  # where anything begins, covered or not [m]
 
     @property
     def walked(self) -> float:
@@ -52,13 +46,9 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True)
 class Survey:
-    """The ground around a point: the largest area that is walked on without a step.
+    """The ground around a point: the largest area that is walked on without a step."""
 
-    Attributes:
-        points: Where it was found, `(N, 3) float64` [m].
-    """
-
-    points: Floats
+    points: Floats  # where it was found, `(N, 3) float64` [m]
 
     def height(self, x: float, y: float) -> float:
         """Return the ground's height where it is nearest to a point; NaN where there is none."""

@@ -40,21 +40,13 @@ class Movers:
         self._wanted[name] = velocity
 
     def smooth(self, model: Any, handles: Mapping[str, tuple[int, int, int]]) -> None:
-        """Let nothing rub on those that are there.
-
-        Args:
-            handles: Where the bodies' rates are, by name.
-        """
+        """Let nothing rub on those whose bodies' rates `handles` has by name."""
         for name in self._starts.keys() & handles.keys():
             geoms = model.geom_bodyid == model.dof_bodyid[handles[name][2]]
             model.geom_condim[geoms], model.geom_priority[geoms] = 1, 1
 
     def push(self, model: Any, data: Any, handles: Mapping[str, tuple[int, int, int]]) -> None:
-        """Push those that are there to their velocities.
-
-        Args:
-            handles: Where the bodies' positions and rates are, by name.
-        """
+        """Push those whose bodies' positions and rates `handles` has to their velocities."""
         for name in self._starts.keys() & handles.keys():
             wanted, (_, at, rate) = self._wanted[name], handles[name]
             w, x, y, z = data.qpos[at + 3 : at + 7].tolist()

@@ -78,11 +78,7 @@ class Viewer:
         self._due = 0.0
 
     def show(self, model: Any, data: Any, wall_now: float) -> None:
-        """Show how things are, if a picture is due.
-
-        Args:
-            wall_now: Real time on any steady clock [s].
-        """
+        """Show how things are, if a picture is due on any steady clock [s]."""
         is_closed = self._handle is not None and not self._handle.is_running()
         if wall_now < self._due or is_closed:
             return

@@ -35,11 +35,7 @@ class Walkers:
         return len(self._bodies)
 
     def put(self, data: Any, elapsed: Floats) -> None:
-        """Put each where it is.
-
-        Args:
-            elapsed: Time since the start of each, `(N,) float64` [s].
-        """
+        """Put each where it is at a time after its start [s], `(N,) float64`."""
         ways = self._round, self._delay, self._times, self._poses
         put_bodies(elapsed, *ways, self._bodies, data.mocap_pos, data.mocap_quat)
 

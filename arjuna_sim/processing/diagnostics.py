@@ -21,20 +21,14 @@ KINDS = (GENERIC, GROUP, IGNORE, DISCARD)
 
 @dataclass
 class Status:
-    """A status of a component.
-
-    Attributes:
-        level: One of `OK`, `WARN`, `ERROR`, `STALE`.
-        values: Keys and values.
-        at: When it came [s].
-    """
+    """A status of a component."""
 
     name: str
-    level: int
+    level: int  # one of `OK`, `WARN`, `ERROR`, `STALE`
     message: str = ""
     hardware_id: str = ""
-    values: tuple[tuple[str, str], ...] = ()
-    at: float = 0.0
+    values: tuple[tuple[str, str], ...] = ()  # keys and values
+    at: float = 0.0  # when it came [s]
 
 
 @dataclass

@@ -46,10 +46,13 @@ def search(
     The response (0..1) is the mean likelihood of the points, in the robot's base frame, times the
     penalties; `prior` is the middle of the window.
     """
-    whole = _Search(field, points, prior, window, least)
-    all_work = 1 << 62  # blocks, more than any search has
-    whole.advance(all_work)
-    return whole.found
+    steps = searching(field, points, prior, window, least, work=1 << 62)  # all work in one
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            found: tuple[SE2, float] | None = end.value
+            return found
 
 
 def searching(
@@ -66,63 +69,27 @@ def searching(
     With `apart`, poses and a distance in x or y from each [m], the question is whether there is any
     pose so far from all of them: the first one found is returned.
     """
-    pieces = _Search(field, points, prior, window, least, apart)
-    while not pieces.advance(work):
+    if len(points) == 0 or field.score.size == 0:
+        return None
+    size = field.resolution
+    thetas = prior.theta + _turns(points, size, window.theta)
+    tables = field.score, *field.pyramid(window.depth)
+    xy = (np.array([prior.x, prior.y]) - field.origin) / size
+    half = math.ceil(window.xy / size)
+    scales = 0.2 * size**2 / window.distance_penalty, 0.2 / window.angle_penalty
+    penalty = np.array([*scales, window.floor_xy, window.floor_theta])
+    without = _left_out(apart, prior, size)
+    task = prepare(tables, points / size, xy, thetas, half, penalty, least)
+    best, done = (-1, 0, 0, float(least)), 0
+    while True:
+        done, best = descend(tables, task, half, penalty, without, best, done, work)
+        if done == len(task[3]):
+            break
         yield
-    return pieces.found
-
-
-class _Search:
-    def __init__(
-        self,
-        field: Field,
-        points: Floats,
-        prior: SE2,
-        window: Window,
-        least: float,
-        apart: tuple[Sequence[SE2], float] | None = None,
-    ) -> None:
-        self._prior, self._resolution = prior, field.resolution
-        self._best, self._done = (-1, 0, 0, float(least)), 0
-        self._task = None
-        if len(points) == 0 or field.score.size == 0:
-            return
-        self._thetas = prior.theta + _turns(points, field.resolution, window.theta)
-        self._tables = field.score, *field.pyramid(window.depth)
-        xy = (np.array([prior.x, prior.y]) - field.origin) / field.resolution
-        self._half = math.ceil(window.xy / field.resolution)
-        self._penalty = np.array(
-            [
-                0.2 * field.resolution**2 / window.distance_penalty,
-                0.2 / window.angle_penalty,
-                window.floor_xy,
-                window.floor_theta,
-            ]
-        )
-        self._without = _left_out(apart, prior, field.resolution)
-        self._task = prepare(
-            self._tables, points / field.resolution, xy, self._thetas, self._half, self._penalty,
-            least,
-        )  # fmt: skip
-
-    def advance(self, work: int) -> bool:
-        """Look at so many blocks of offsets more; return whether that was all."""
-        if self._task is None:
-            return True
-        self._done, self._best = descend(
-            self._tables, self._task, self._half, self._penalty, self._without,
-            self._best, self._done, work,
-        )  # fmt: skip
-        return self._done == len(self._task[3])
-
-    @property
-    def found(self) -> tuple[SE2, float] | None:
-        """The best pose so far and its response."""
-        k, row, column, response = self._best
-        if k < 0:
-            return None
-        x, y = (self._prior.x + column * self._resolution, self._prior.y + row * self._resolution)
-        return SE2(x, y, float(self._thetas[k])), response
+    k, row, column, response = best
+    if k < 0:
+        return None
+    return SE2(prior.x + column * size, prior.y + row * size, float(thetas[k])), response
 
 
 def _turns(points: Floats, resolution: float, theta: float) -> Floats:

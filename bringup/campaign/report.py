@@ -38,15 +38,11 @@ _LATEX = {
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text below a head.
-
-    Attributes:
-        names: How many of the first columns hold names; the others hold figures.
-    """
+    """Rows of text below a head."""
 
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
-    names: int = 1
+    names: int = 1  # how many of the first columns hold names; the others hold figures
 
     def html(self) -> str:
         """Return it as an element of a page."""

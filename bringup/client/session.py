@@ -25,14 +25,10 @@ class ClientError(ArjunaError):
 
 
 class Session(ABC):
-    """A node, and waiting while its callbacks run; never from within one of them.
-
-    Attributes:
-        error: What is raised where something does not come in time.
-    """
+    """A node, and waiting while its callbacks run; never from within one of them."""
 
     client: Node
-    error: type[Exception] = ClientError
+    error: type[Exception] = ClientError  # what is raised where something does not come in time
 
     @property
     def now(self) -> float:

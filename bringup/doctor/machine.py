@@ -78,16 +78,12 @@ _TICK = os.sysconf("SC_CLK_TCK")  # [1/s]
 
 @dataclass(frozen=True)
 class HostProcess:
-    """A process that runs a group of nodes.
-
-    Attributes:
-        cpu_time: Used so far [s].
-    """
+    """A process that runs a group of nodes."""
 
     pid: int
     group: str
     domain: int
-    cpu_time: float
+    cpu_time: float  # used so far [s]
 
 
 def host_processes(proc: Path = Path("/proc")) -> list[HostProcess]:

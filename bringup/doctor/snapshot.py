@@ -29,29 +29,19 @@ class Finding:
 
 @dataclass(frozen=True)
 class Machine:
-    """The machine and this terminal's environment.
+    """The machine and this terminal's environment."""
 
-    Attributes:
-        python: Version, (3, 12).
-        missing: Modules that are not installed.
-        foreign: Modules of ours that come from elsewhere than this environment, with their path.
-        environment: The variables that ROS, MuJoCo and Python read.
-        gl_error: Why nothing can be drawn off-screen; empty where it can.
-        disk_free: Of the home folder [GiB].
-        memory_free: [GiB].
-        load: Processes that want to run, a core.
-        domains: ROS domains in which processes of ours run, in order.
-    """
-
-    python: tuple[int, int] = (3, 12)
-    missing: tuple[str, ...] = ()
+    python: tuple[int, int] = (3, 12)  # version, (3, 12)
+    missing: tuple[str, ...] = ()  # modules that are not installed
+    # modules of ours that come from elsewhere than this environment, with their path
     foreign: dict[str, str] = field(default_factory=dict)
+    # the variables that ROS, MuJoCo and Python read
     environment: dict[str, str] = field(default_factory=dict)
-    gl_error: str = ""
-    disk_free: float = 100.0
-    memory_free: float = 8.0
-    load: float = 0.5
-    domains: tuple[int, ...] = ()
+    gl_error: str = ""  # why nothing can be drawn off-screen; empty where it can
+    disk_free: float = 100.0  # of the home folder [GiB]
+    memory_free: float = 8.0  # [GiB]
+    load: float = 0.5  # processes that want to run, a core
+    domains: tuple[int, ...] = ()  # ROS domains in which processes of ours run, in order
 
 
 @dataclass(frozen=True)
@@ -64,69 +54,47 @@ class Clock:
 
 @dataclass(frozen=True)
 class ScanFacts:
-    """The last scan.
-
-    Attributes:
-        returns: Share of the beams that hit something.
-        near: Share of the beams that hit something within 5 cm: the robot itself.
-        upside_down: Whether its frame's z axis points down in the robot's base.
-        clockwise: Whether its bearings fall.
-        on_walls: Share of the hits within 15 cm of what /map has occupied; None without a map
-            that has walls, or without a transform.
-    """
+    """The last scan."""
 
     frame: str
-    returns: float
-    near: float = 0.0
-    upside_down: bool = False
-    clockwise: bool = False
+    returns: float  # share of the beams that hit something
+    near: float = 0.0  # share of the beams that hit something within 5 cm: the robot itself
+    upside_down: bool = False  # whether its frame's z axis points down in the robot's base
+    clockwise: bool = False  # whether its bearings fall
+    # share of the hits within 15 cm of what /map has occupied; None without a map that has walls,
+    # or without a transform
     on_walls: float | None = None
 
 
 @dataclass(frozen=True)
 class Robot:
-    """The last messages of a robot; None where there was none.
-
-    Attributes:
-        map_known: Share of the map's cells that are known.
-        deviation: Standard deviation of AMCL's position [m].
-        height: Height of the base's true pose [m].
-        log: The last warnings and errors, `(node, text)`, oldest first.
-        remarks: On parameters without an effect that its safety needs.
-    """
+    """The last messages of a robot; None where there was none."""
 
     scan: ScanFacts | None = None
-    map_known: float | None = None
-    deviation: float | None = None
-    height: float | None = None
+    map_known: float | None = None  # share of the map's cells that are known
+    deviation: float | None = None  # standard deviation of AMCL's position [m]
+    height: float | None = None  # height of the base's true pose [m]
+    # the last warnings and errors, `(node, text)`, oldest first
     log: tuple[tuple[str, str], ...] = ()
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()  # on parameters without an effect that its safety needs
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Everything that the checks look at.
-
-    Attributes:
-        namespace: The robot's, "/" for none; names of nodes and topics are without it.
-        duration: Of listening [s].
-        nodes: Full names of the nodes, one for each, so that twins show.
-        endpoints: Publishers and subscriptions.
-        states: Lifecycle state of each managed node, "" where it did not answer.
-        counts: How many messages came on each topic that was listened to.
-        clock: Of /clock, None where nothing came.
-        on_system_time: Nodes that stamp by the system's clock while /clock is published.
-    """
+    """Everything that the checks look at."""
 
     machine: Machine = Machine()
     domain: int = 0
-    namespace: str = "/"
-    duration: float = 3.0
-    nodes: tuple[str, ...] = ()
-    endpoints: tuple[Endpoint, ...] = ()
+    namespace: str = "/"  # the robot's, "/" for none; names of nodes and topics are without it
+    duration: float = 3.0  # of listening [s]
+    nodes: tuple[str, ...] = ()  # full names of the nodes, one for each, so that twins show
+    endpoints: tuple[Endpoint, ...] = ()  # publishers and subscriptions
+    # lifecycle state of each managed node, "" where it did not answer
     states: dict[str, str] = field(default_factory=dict)
+    # how many messages came on each topic that was listened to
     counts: dict[str, int] = field(default_factory=dict)
-    clock: Clock | None = None
+    clock: Clock | None = None  # of /clock, None where nothing came
+    # nodes that stamp by the system's clock while /clock is published
     on_system_time: tuple[str, ...] = ()
     frames: dict[str, Frame] = field(default_factory=dict)
     robot: Robot = Robot()

@@ -24,16 +24,11 @@ _DOMAINS = 101  # ports of those above are given to any program (OMG DDSI-RTPS 2
 
 @dataclass(frozen=True)
 class Seat:
-    """A student's seat.
-
-    Attributes:
-        domain: Of ROS, which nobody else of the class has.
-        port: For `view`.
-    """
+    """A student's seat."""
 
     name: str
-    domain: int
-    port: int
+    domain: int  # of ROS, which nobody else of the class has
+    port: int  # for `view`
     folder: str
 
 

@@ -19,18 +19,12 @@ from bringup.processes.fork import Fork, can_fork, die_with
 
 @dataclass(frozen=True)
 class ChildSpec:
-    """A child process to run.
+    """A child process to run."""
 
-    Attributes:
-        name: Marks the lines of its output.
-        needed: Whether the others end if it cannot be kept running.
-        run: Does the same in a fork of this process, which is there at once; None to start the
-            program.
-    """
-
-    name: str
+    name: str  # marks the lines of its output
     command: Sequence[str]
-    needed: bool = True
+    needed: bool = True  # whether the others end if it cannot be kept running
+    # does the same in a fork of this process, which is there at once; None to start the program
     run: Callable[[], int] | None = None
 
 

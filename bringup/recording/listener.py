@@ -48,16 +48,11 @@ class LossCounter:
 
 
 class Received(NamedTuple):
-    """A message that arrived.
-
-    Attributes:
-        received: When it arrived, by the system's clock [ns].
-        published: When it was published, by the publisher's [ns].
-    """
+    """A message that arrived."""
 
     topic: TopicInfo
-    received: int
-    published: int
+    received: int  # when it arrived, by the system's clock [ns]
+    published: int  # when it was published, by the publisher's [ns]
     data: bytes
 
 
@@ -108,11 +103,7 @@ class TopicListener:
         }
 
     def listen(self, name: str, type_name: str, offers: tuple[TopicQos, ...]) -> bool:
-        """Listen to a topic, whether or not somebody publishes on it yet.
-
-        Returns:
-            Whether the type is installed; if not, that is noted once.
-        """
+        """Listen to a topic, published yet or not; return whether its type is here (noted once)."""
         try:
             topic = TopicInfo(
                 name, type_name, message_definition(type_name), type_hash(type_name), offers

@@ -169,11 +169,7 @@ def expanded(text: str, values: Mapping[str, list[str]]) -> list[str]:
 
 
 def read_cmake(folder: Path, name: str, site: str) -> CMakeLists:
-    """Read the CMakeLists.txt of a package.
-
-    Args:
-        site: Folder of Python packages below the prefix.
-    """
+    """Read a package's CMakeLists.txt; `site` is the folder of Python packages below the prefix."""
     folder = folder.resolve()
     text = re.sub(r"#.*", "", read_text(folder / "CMakeLists.txt"))
     values = {

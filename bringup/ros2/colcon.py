@@ -44,17 +44,12 @@ _REMEDY = "ROS's own tools build it, what else the package installs is there"
 
 @dataclass(frozen=True)
 class Package:
-    """A package of a workspace.
-
-    Attributes:
-        kind: Its build type: `ament_python`, `ament_cmake`, ...
-        depends: Names of packages.
-    """
+    """A package of a workspace."""
 
     name: str
     folder: Path
-    kind: str
-    depends: frozenset[str]
+    kind: str  # its build type: `ament_python`, `ament_cmake`, ...
+    depends: frozenset[str]  # names of packages
 
 
 def run() -> None:

@@ -63,21 +63,14 @@ class Arrival:
 
 @dataclass(frozen=True)
 class Continuation:
-    """State in which a process continues the drives of another one.
+    """State in which a process continues the drives of another one."""
 
-    Attributes:
-        at: Where the robot believes to be; None at its start.
-        parameters: Of its simulator.
-        began: The simulated time [s].
-        walked: By name, how far somebody is on the route already [s].
-        goals: How many there were.
-    """
-
-    at: SE2 | None = None
-    parameters: Parameters = field(default_factory=dict)
-    began: float = 0.0
+    at: SE2 | None = None  # where the robot believes to be; None at its start
+    parameters: Parameters = field(default_factory=dict)  # of its simulator
+    began: float = 0.0  # the simulated time [s]
+    # by name, how far somebody is on the route already [s]
     walked: Mapping[str, float] = field(default_factory=dict)
-    goals: int = 0
+    goals: int = 0  # how many there were
 
 
 @contextmanager

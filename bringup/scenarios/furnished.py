@@ -35,11 +35,7 @@ _GROUND = "<include><uri>model://ground_plane</uri></include>"
 
 
 class Box(NamedTuple):
-    """A box that stands square: its middle, size, and from which height to which [m].
-
-    Attributes:
-        hollow: Whether it is a mesh without thickness, open below.
-    """
+    """A box that stands square: its middle, size, and from which height to which [m]."""
 
     x: float
     y: float
@@ -47,35 +43,25 @@ class Box(NamedTuple):
     dy: float
     low: float
     high: float
-    hollow: bool = False
+    hollow: bool = False  # whether it is a mesh without thickness, open below
 
 
 class Room(NamedTuple):
-    """Files of a room.
+    """Files of a room."""
 
-    Attributes:
-        world: The SDF world.
-        seen: The map that a lidar would make.
-        whole: The map of all that the robot could touch.
-    """
-
-    world: Path
-    seen: Path
-    whole: Path
+    world: Path  # the SDF world
+    seen: Path  # the map that a lidar would make
+    whole: Path  # the map of all that the robot could touch
 
 
 @dataclass(frozen=True)
 class Layout:
-    """A building [m].
-
-    Attributes:
-        walls: Within it.
-        pieces: Of furniture, each with the radius that it takes.
-    """
+    """A building [m]."""
 
     length: float
     width: float
-    walls: tuple[Box, ...]
+    walls: tuple[Box, ...]  # within it
+    # of furniture, each with the radius that it takes
     pieces: tuple[tuple[float, Callable[[np.random.Generator], list[Box]]], ...]
 
 

@@ -32,23 +32,16 @@ _FORMS = "valid: {low, high}, {low, high, log: true} or a list of values"
 
 @dataclass(frozen=True)
 class Dimension:
-    """A parameter that is searched, in a range or among some values.
-
-    Attributes:
-        low: Least value to try; NaN for choices.
-        high: Greatest value to try; NaN for choices.
-        log: Whether factors count, not differences.
-        choices: The values to try, in place of a range.
-    """
+    """A parameter that is searched, in a range or among some values."""
 
     node: str
     key: str
     now: Value
     unit: str
-    low: float = float("nan")
-    high: float = float("nan")
-    log: bool = False
-    choices: tuple[Value, ...] = ()
+    low: float = float("nan")  # least value to try; NaN for choices
+    high: float = float("nan")  # greatest value to try; NaN for choices
+    log: bool = False  # whether factors count, not differences
+    choices: tuple[Value, ...] = ()  # the values to try, in place of a range
 
     @property
     def name(self) -> str:
@@ -136,21 +129,14 @@ PARAMETERS = "parameters.yaml"
 
 @dataclass(frozen=True)
 class Tuning:
-    """A search for better parameters.
+    """A search for better parameters."""
 
-    Attributes:
-        campaign: What a trial runs, with its parameters.
-        measure: The figure that is bettered: a key of a run's result.
-        maximize: Whether more of it is better.
-        params: Parameter files that every trial begins from.
-        confirm: Factors of the runs by which the winner is compared at last; none if empty.
-    """
-
-    campaign: Campaign
+    campaign: Campaign  # what a trial runs, with its parameters
     dimensions: tuple[Dimension, ...]
-    measure: str
-    maximize: bool
-    params: tuple[str, ...] = ()
+    measure: str  # the figure that is bettered: a key of a run's result
+    maximize: bool  # whether more of it is better
+    params: tuple[str, ...] = ()  # parameter files that every trial begins from
+    # factors of the runs by which the winner is compared at last; none if empty
     confirm: Mapping[str, tuple[Level, ...]] = dataclasses.field(default_factory=dict)
     trials: int = 40
 

@@ -92,11 +92,7 @@ def _draw_touches(axes: Axes, touches: Sequence[tuple[float, float]]) -> None:
 
 
 def draw_path(path: Path, grid: OccupancyGrid, poses: NDArray[np.float64]) -> None:
-    """Write a picture of a map with a path on it.
-
-    Args:
-        poses: `(N, 3) float64` of x, y, theta in the map's frame.
-    """
+    """Write a picture of a map with a path on it, poses `(N, 3) float64` in the map's frame."""
     figure = Figure(figsize=(9.0, 9.0))
     axes = _draw_map(figure, grid, "Map and trajectory")
     axes.plot(*poses[:, :2].T, color="tab:blue", lw=0.8, label="trajectory")

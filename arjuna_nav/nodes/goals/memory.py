@@ -76,13 +76,9 @@ class GoalMemory:
 
 
 class ResumingNode(GoalNode):
-    """Resumes the current goal after a crash or a jump of time, if `resume_file` is set.
+    """Resumes the current goal after a crash or a jump of time, if `resume_file` is set."""
 
-    Attributes:
-        memory: The current goal; made in `configure`.
-    """
-
-    memory: GoalMemory
+    memory: GoalMemory  # the current goal; made in `configure`
 
     def activate(self) -> None:
         """Look for a goal that was running when the process ended."""

@@ -31,19 +31,12 @@ _MODELS = ("diff", "omni", "ackermann")
 
 @dataclass(frozen=True, eq=False)
 class Primitive:
-    """A piece between two headings.
+    """A piece between two headings."""
 
-    Attributes:
-        first: Number of the heading it starts from.
-        last: Number of the heading it ends at.
-        side: 1 where it bends left, -1 right, 0 where it does not.
-        poses: `(N, 3) float64` from its start, which is left out; the heading is absolute.
-    """
-
-    first: int
-    last: int
-    side: int
-    poses: Floats
+    first: int  # number of the heading it starts from
+    last: int  # number of the heading it ends at
+    side: int  # 1 where it bends left, -1 right, 0 where it does not
+    poses: Floats  # `(N, 3) float64` from its start, which is left out; the heading is absolute
 
     @property
     def length(self) -> float:
@@ -54,19 +47,13 @@ class Primitive:
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Headings and the pieces between them.
+    """Headings and the pieces between them."""
 
-    Attributes:
-        angles: `(H,) float64` [rad].
-        primitives: The pieces; lengths in cells, or metres where they come from a file.
-        spins: Whether the robot turns on the spot.
-        radius: Of the tightest bend, in the pieces' unit.
-    """
-
-    angles: Floats
+    angles: Floats  # `(H,) float64` [rad]
+    # the pieces; lengths in cells, or metres where they come from a file
     primitives: tuple[Primitive, ...]
-    spins: bool
-    radius: float
+    spins: bool  # whether the robot turns on the spot
+    radius: float  # of the tightest bend, in the pieces' unit
 
     def scaled(self, factor: float) -> Lattice:
         """Return it in another unit of length."""

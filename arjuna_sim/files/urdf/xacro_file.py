@@ -47,11 +47,7 @@ def has_macros(path: Path, text: bytes) -> bool:
 
 
 def parse_arguments(words: list[str]) -> dict[str, str]:
-    """Read xacro arguments.
-
-    Args:
-        words: Each `name:=value`.
-    """
+    """Read xacro arguments, each `name:=value`."""
     for word in words:
         if not word.partition(":=")[0].isidentifier() or ":=" not in word:
             raise ConfigError(f"{word!r} is no argument of a robot; valid: name:=value")

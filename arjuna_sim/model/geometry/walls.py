@@ -93,19 +93,14 @@ def _outline(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Enclosure:
-    """The largest space that walls enclose.
+    """The largest space that walls enclose."""
 
-    Attributes:
-        origin: The lower left corner of the grid's first cell, `(2,) float64` [m].
-        cell: A cell's side [m].
-        inside: Whether the middle of a robot may be there, by row (y) and column (x).
-        outside: Whether it is outside all walls.
-    """
-
+    # the lower left corner of the grid's first cell, `(2,) float64` [m]
     origin: NDArray[np.float64]
-    cell: float
+    cell: float  # a cell's side [m]
+    # whether the middle of a robot may be there, by row (y) and column (x)
     inside: NDArray[np.bool_]
-    outside: NDArray[np.bool_]
+    outside: NDArray[np.bool_]  # whether it is outside all walls
 
     def is_outside(self, x: float, y: float) -> bool:
         """Return whether a point [m] is outside all walls."""

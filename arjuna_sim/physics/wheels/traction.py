@@ -16,20 +16,14 @@ _SPREAD = 1e-3  # of contacts along the robot, from which they hold it upright [
 
 @dataclass(frozen=True)
 class GroundContacts:
-    """The contacts of a robot with level ground.
+    """The contacts of a robot with level ground."""
 
-    Attributes:
-        positions: From above, in the root's frame, `(N, 2) float64` [m].
-        gaps: Between the ground and each when the lowest touches it, by what a wheel sinks in under
-            its load, `(N,) float64`.
-        friction: Of each, `(N,) float64`.
-        drives: Whether each is a driven wheel, `(N,) bool`.
-    """
-
-    positions: Floats
+    positions: Floats  # from above, in the root's frame, `(N, 2) float64` [m]
+    # between the ground and each when the lowest touches it, by what a wheel sinks in under its
+    # load, `(N,) float64`
     gaps: Floats
-    friction: Floats
-    drives: Bools
+    friction: Floats  # of each, `(N,) float64`
+    drives: Bools  # whether each is a driven wheel, `(N,) bool`
 
 
 @dataclass(frozen=True)

@@ -31,16 +31,12 @@ _DIRECTIONS = {"[": "GZ_TO_ROS", "]": "ROS_TO_GZ", "@": "BIDIRECTIONAL"}
 
 
 class Bridged(NamedTuple):
-    """A topic under two names.
-
-    Attributes:
-        direction: `GZ_TO_ROS`, `ROS_TO_GZ` or `BIDIRECTIONAL`.
-    """
+    """A topic under two names."""
 
     gz: str
     ros: str
     kind: str
-    direction: str
+    direction: str  # `GZ_TO_ROS`, `ROS_TO_GZ` or `BIDIRECTIONAL`
 
 
 def bridged(words: list[str]) -> Iterator[Bridged]:

@@ -37,19 +37,14 @@ _MARKS = "marks"
 
 @dataclass
 class _Shown:
-    """A display in the viewer.
-
-    Attributes:
-        waiting: Drawings whose frames are not known yet at their stamps.
-        error: What was wrong with its last message.
-        drawn: How often it was drawn.
-    """
+    """A display in the viewer."""
 
     spec: DisplaySpec
     display: Display
+    # drawings whose frames are not known yet at their stamps
     waiting: deque[Parts] = field(default_factory=lambda: deque(maxlen=20))
-    error: str = ""
-    drawn: int = 0
+    error: str = ""  # what was wrong with its last message
+    drawn: int = 0  # how often it was drawn
 
 
 class Viewer:
@@ -365,11 +360,7 @@ class Viewer:
         return note
 
     def _obstacle(self, goal: SE2, radius: float = 0.2) -> str:
-        """Return what on the map is in a goal's way, or "".
-
-        Args:
-            radius: A usual robot's [m].
-        """
+        """Return what on the map is in the way of a goal, for a usual robot's radius [m], or ""."""
         if self._map is None or self._map.frame != self._robot.frames.fixed:
             return ""
         grid = self._map.grid
