@@ -12,14 +12,19 @@ _NO_SENSORS = ("/scan_visualization", "/ground_truth/odom")  # of a keyframe; th
 
 
 class Silence(NamedTuple):
-    """A subscribed topic, and the advice where nothing comes on it."""
+    """A subscribed topic, and the advice where nothing comes on it.
+
+    Attributes:
+        what: One of its messages, as a "scan".
+        advice: What to do where such messages come on another topic.
+        rare: Whether nothing may come for long: only where others publish on another topic, and
+            nobody on this, that is reported.
+    """
 
     kind: Any
-    what: str  # one of its messages, as a "scan"
+    what: str
     profile: QoSProfile
-    advice: str  # what to do where such messages come on another topic
-    # whether nothing may come for long: only where others publish on another topic, and nobody on
-    # this, that is reported
+    advice: str
     rare: bool = False
 
     @property

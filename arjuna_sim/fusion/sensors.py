@@ -26,12 +26,19 @@ _TURNED = 1e-6  # a state is measured if a turned mask's row is at least so long
 
 @dataclass(frozen=True)
 class Part:
-    """The use of one part of a sensor: its pose, its twist or its acceleration."""
+    """The use of one part of a sensor: its pose, its twist or its acceleration.
 
-    source: str  # its name
-    mask: Mask  # which of the 15 states it is to measure, `(15,) bool`
-    threshold: float = np.inf  # Mahalanobis distance of outliers
-    planar: bool = False  # whether the robot stays in the plane
+    Attributes:
+        source: Its name.
+        mask: Which of the 15 states it is to measure, `(15,) bool`.
+        threshold: Mahalanobis distance of outliers.
+        planar: Whether the robot stays in the plane.
+    """
+
+    source: str
+    mask: Mask
+    threshold: float = np.inf
+    planar: bool = False
 
     def measured(
         self, stamp: float, values: Array, covariance: Array, first: int, turned: Array

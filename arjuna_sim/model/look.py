@@ -58,11 +58,15 @@ class Fog:
 
 @dataclass(frozen=True)
 class Look:
-    """The lights, sky and fog of a world."""
+    """The lights, sky and fog of a world.
+
+    Attributes:
+        ambient: Light from everywhere; None for a lamp on each camera, as files without lights of
+            their own are seen.
+        background: Colour of the sky; None for a blue sky.
+    """
 
     lights: tuple[Light, ...] = (SUN,)
-    # light from everywhere; None for a lamp on each camera, as files without lights of their own
-    # are seen
     ambient: Rgb | None = None
-    background: Rgb | None = None  # colour of the sky; None for a blue sky
+    background: Rgb | None = None
     fog: Fog | None = None

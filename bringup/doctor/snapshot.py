@@ -68,33 +68,48 @@ class ScanFacts:
 
 @dataclass(frozen=True)
 class Robot:
-    """The last messages of a robot; None where there was none."""
+    """The last messages of a robot; None where there was none.
+
+    Attributes:
+        map_known: Share of the map's cells that are known.
+        deviation: Standard deviation of AMCL's position [m].
+        height: Height of the base's true pose [m].
+        log: The last warnings and errors, `(node, text)`, oldest first.
+        remarks: On parameters without an effect that its safety needs.
+    """
 
     scan: ScanFacts | None = None
-    map_known: float | None = None  # share of the map's cells that are known
-    deviation: float | None = None  # standard deviation of AMCL's position [m]
-    height: float | None = None  # height of the base's true pose [m]
-    # the last warnings and errors, `(node, text)`, oldest first
+    map_known: float | None = None
+    deviation: float | None = None
+    height: float | None = None
     log: tuple[tuple[str, str], ...] = ()
-    remarks: tuple[str, ...] = ()  # on parameters without an effect that its safety needs
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Everything that the checks look at."""
+    """Everything that the checks look at.
+
+    Attributes:
+        namespace: The robot's, "/" for none; names of nodes and topics are without it.
+        duration: Of listening [s].
+        nodes: Full names of the nodes, one for each, so that twins show.
+        endpoints: Publishers and subscriptions.
+        states: Lifecycle state of each managed node, "" where it did not answer.
+        counts: How many messages came on each topic that was listened to.
+        clock: Of /clock, None where nothing came.
+        on_system_time: Nodes that stamp by the system's clock while /clock is published.
+    """
 
     machine: Machine = Machine()
     domain: int = 0
-    namespace: str = "/"  # the robot's, "/" for none; names of nodes and topics are without it
-    duration: float = 3.0  # of listening [s]
-    nodes: tuple[str, ...] = ()  # full names of the nodes, one for each, so that twins show
-    endpoints: tuple[Endpoint, ...] = ()  # publishers and subscriptions
-    # lifecycle state of each managed node, "" where it did not answer
+    namespace: str = "/"
+    duration: float = 3.0
+    nodes: tuple[str, ...] = ()
+    endpoints: tuple[Endpoint, ...] = ()
     states: dict[str, str] = field(default_factory=dict)
-    # how many messages came on each topic that was listened to
     counts: dict[str, int] = field(default_factory=dict)
-    clock: Clock | None = None  # of /clock, None where nothing came
-    # nodes that stamp by the system's clock while /clock is published
+    clock: Clock | None = None
     on_system_time: tuple[str, ...] = ()
     frames: dict[str, Frame] = field(default_factory=dict)
     robot: Robot = Robot()

@@ -97,14 +97,19 @@ def split_limits(storage: str, size: int, duration: float) -> SplitLimits:
 
 @dataclass(frozen=True)
 class Output:
-    """A recording to be written, and what of the others it takes."""
+    """A recording to be written, and what of the others it takes.
+
+    Attributes:
+        start: The first time that it takes [ns].
+        end: The last one [ns]; the end if negative.
+    """
 
     folder: Path
     limits: SplitLimits
     format: BagFormat
     filter: RecordFilter
-    start: int = -1  # the first time that it takes [ns]
-    end: int = -1  # the last one [ns]; the end if negative
+    start: int = -1
+    end: int = -1
 
 
 def read_outputs(path: Path) -> list[Output]:

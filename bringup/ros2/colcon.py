@@ -44,12 +44,17 @@ _REMEDY = "ROS's own tools build it, what else the package installs is there"
 
 @dataclass(frozen=True)
 class Package:
-    """A package of a workspace."""
+    """A package of a workspace.
+
+    Attributes:
+        kind: Its build type: `ament_python`, `ament_cmake`, ...
+        depends: Names of packages.
+    """
 
     name: str
     folder: Path
-    kind: str  # its build type: `ament_python`, `ament_cmake`, ...
-    depends: frozenset[str]  # names of packages
+    kind: str
+    depends: frozenset[str]
 
 
 def run() -> None:

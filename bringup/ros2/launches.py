@@ -47,13 +47,19 @@ _NAV2_ONLY = ("autostart", "use_composition", "container_name", "use_respawn")
 
 @dataclass(frozen=True)
 class Launch:
-    """The command of ours that starts the same as a launch file."""
+    """The command of ours that starts the same as a launch file.
 
-    words: tuple[str, ...]  # the command, or `ros2 run PACKAGE EXECUTABLE` as `run` and those
-    # the command's option for an argument of the file; "" for a word of it
+    Attributes:
+        words: The command, or `ros2 run PACKAGE EXECUTABLE` as `run` and those.
+        options: The command's option for an argument of the file; "" for a word of it.
+        idle: Its arguments that have no effect here.
+        instead: Its arguments that say what locates the robot in place of a map.
+    """
+
+    words: tuple[str, ...]
     options: Mapping[str, str]
-    idle: tuple[str, ...] = _NAV2_ONLY  # its arguments that have no effect here
-    instead: tuple[str, ...] = ()  # its arguments that say what locates the robot in place of a map
+    idle: tuple[str, ...] = _NAV2_ONLY
+    instead: tuple[str, ...] = ()
 
 
 def _mapper(*parameters: str) -> Launch:

@@ -47,11 +47,17 @@ class Box(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Files of a room."""
+    """Files of a room.
 
-    world: Path  # the SDF world
-    seen: Path  # the map that a lidar would make
-    whole: Path  # the map of all that the robot could touch
+    Attributes:
+        world: The SDF world.
+        seen: The map that a lidar would make.
+        whole: The map of all that the robot could touch.
+    """
+
+    world: Path
+    seen: Path
+    whole: Path
 
 
 @dataclass(frozen=True)

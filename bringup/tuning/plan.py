@@ -129,14 +129,21 @@ PARAMETERS = "parameters.yaml"
 
 @dataclass(frozen=True)
 class Tuning:
-    """A search for better parameters."""
+    """A search for better parameters.
 
-    campaign: Campaign  # what a trial runs, with its parameters
+    Attributes:
+        campaign: What a trial runs, with its parameters.
+        measure: The figure that is bettered: a key of a run's result.
+        maximize: Whether more of it is better.
+        params: Parameter files that every trial begins from.
+        confirm: Factors of the runs by which the winner is compared at last; none if empty.
+    """
+
+    campaign: Campaign
     dimensions: tuple[Dimension, ...]
-    measure: str  # the figure that is bettered: a key of a run's result
-    maximize: bool  # whether more of it is better
-    params: tuple[str, ...] = ()  # parameter files that every trial begins from
-    # factors of the runs by which the winner is compared at last; none if empty
+    measure: str
+    maximize: bool
+    params: tuple[str, ...] = ()
     confirm: Mapping[str, tuple[Level, ...]] = dataclasses.field(default_factory=dict)
     trials: int = 40
 

@@ -9,15 +9,22 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame of /tf or /tf_static."""
+    """A frame of /tf or /tf_static.
+
+    Attributes:
+        parents: Every parent it was given, the last one last.
+        static: Whether its last transform came on /tf_static.
+        rate: Transforms a second, of the listener's time [Hz].
+        age: How far its newest stamp lies behind the robot's clock [s]; negative is ahead of it.
+        variants: How many different transforms came on /tf_static.
+    """
 
     name: str
-    parents: tuple[str, ...]  # every parent it was given, the last one last
-    static: bool = False  # whether its last transform came on /tf_static
-    rate: float = 0.0  # transforms a second, of the listener's time [Hz]
-    # how far its newest stamp lies behind the robot's clock [s]; negative is ahead of it
+    parents: tuple[str, ...]
+    static: bool = False
+    rate: float = 0.0
     age: float = 0.0
-    variants: int = 0  # how many different transforms came on /tf_static
+    variants: int = 0
 
     @property
     def parent(self) -> str:

@@ -29,10 +29,15 @@ CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
 
 @dataclass(frozen=True)
 class Pieces:
-    """Convex pieces that together stand for a mesh."""
+    """Convex pieces that together stand for a mesh.
 
-    corners: list[NDArray[np.float64]]  # of each piece, `(M, 3) float64` [m]
-    within: float = 0.0  # how far they may lie off the mesh; 0 where they follow it [m]
+    Attributes:
+        corners: Of each piece, `(M, 3) float64` [m].
+        within: How far they may lie off the mesh; 0 where they follow it [m].
+    """
+
+    corners: list[NDArray[np.float64]]
+    within: float = 0.0
 
 
 def hull(points: NDArray[np.float64]) -> NDArray[np.float64]:

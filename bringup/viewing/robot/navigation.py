@@ -30,13 +30,21 @@ _FEEDBACK = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 @dataclass(frozen=True)
 class Navigation:
-    """The state of the last goal, whoever gave it."""
+    """The state of the last goal, whoever gave it.
 
-    state: str = "no goal"  # in a word
-    distance: float | None = None  # left to drive [m]
-    time: float | None = None  # since it started [s]
-    recoveries: int = 0  # how often it had to recover
-    error: str = ""  # why it failed, or was refused
+    Attributes:
+        state: In a word.
+        distance: Left to drive [m].
+        time: Since it started [s].
+        recoveries: How often it had to recover.
+        error: Why it failed, or was refused.
+    """
+
+    state: str = "no goal"
+    distance: float | None = None
+    time: float | None = None
+    recoveries: int = 0
+    error: str = ""
 
     def ended(self, status: int, code: int, message: str) -> Navigation:
         """Return the state after a goal's end: a GoalStatus, the action's code and its reason."""
