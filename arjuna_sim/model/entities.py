@@ -49,19 +49,33 @@ def body_name(entity: str) -> str:
 
 @dataclass(frozen=True)
 class Entity:
-    """Something in a world beside the robot and the ground."""
+    """Something in a world beside the robot and the ground.
 
-    name: str  # its name, unique in the simulation
-    solid: tuple[Part, ...]  # the parts that stop robots and rays, in its own frame
-    drawn: tuple[Part, ...] = ()  # the parts that are only drawn, in its own frame
-    start: Pose3 = ORIGIN  # where it stands at first
-    mass: float = 0.0  # what it weighs, where it can be pushed; 0 holds it where it is put [kg]
-    trajectory: Trajectory | None = None  # how it moves by itself, if it does
-    hinge: Hinge | None = None  # how it swings on the world, if it does
-    floats: bool = False  # whether gravity leaves it alone
-    spawned: bool = False  # whether a client put it there, rather than the world's file
-    category: Category = Category.STATIC_OBJECT  # what kind of thing it is
-    description: str = ""  # one line on where it comes from
+    Attributes:
+        name: Its name, unique in the simulation.
+        solid: The parts that stop robots and rays, in its own frame.
+        drawn: The parts that are only drawn, in its own frame.
+        start: Where it stands at first.
+        mass: What it weighs, where it can be pushed; 0 holds it where it is put [kg].
+        trajectory: How it moves by itself, if it does.
+        hinge: How it swings on the world, if it does.
+        floats: Whether gravity leaves it alone.
+        spawned: Whether a client put it there, rather than the world's file.
+        category: What kind of thing it is.
+        description: One line on where it comes from.
+    """
+
+    name: str
+    solid: tuple[Part, ...]
+    drawn: tuple[Part, ...] = ()
+    start: Pose3 = ORIGIN
+    mass: float = 0.0
+    trajectory: Trajectory | None = None
+    hinge: Hinge | None = None
+    floats: bool = False
+    spawned: bool = False
+    category: Category = Category.STATIC_OBJECT
+    description: str = ""
 
     @property
     def body(self) -> str:
@@ -91,11 +105,16 @@ class Entity:
 
 @dataclass(frozen=True)
 class EntityMotion:
-    """The pose and motion of an entity in the world."""
+    """The pose and motion of an entity in the world.
+
+    Attributes:
+        linear: Velocity of its origin [m/s].
+        angular: Turn rates [rad/s].
+    """
 
     pose: Pose3
-    linear: tuple[float, float, float] = (0.0, 0.0, 0.0)  # velocity of its origin [m/s]
-    angular: tuple[float, float, float] = (0.0, 0.0, 0.0)  # turn rates [rad/s]
+    linear: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    angular: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 def bounds(parts: Iterable[Part]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

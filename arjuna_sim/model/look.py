@@ -21,18 +21,24 @@ class LightKind(Enum):
 
 @dataclass(frozen=True)
 class Light:
-    """A light of a world."""
+    """A light of a world.
+
+    Attributes:
+        position: In the world [m].
+        direction: In which it shines, a unit vector of the world.
+        attenuation: Brightness is divided by a + b d + c d^2 at a distance d [m].
+        cutoff: Angle from the axis of a spot light's cone to its edge [rad].
+        falloff: Exponent by which a spot light grows darker towards its edge.
+    """
 
     kind: LightKind
-    position: tuple[float, float, float] = (0.0, 0.0, 10.0)  # in the world [m]
-    # in which it shines, a unit vector of the world
+    position: tuple[float, float, float] = (0.0, 0.0, 10.0)
     direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
     diffuse: Rgb = (1.0, 1.0, 1.0)
     specular: Rgb = (0.1, 0.1, 0.1)
-    # brightness is divided by a + b d + c d^2 at a distance d [m]
     attenuation: tuple[float, float, float] = (1.0, 0.0, 0.0)
-    cutoff: float = 0.8  # angle from the axis of a spot light's cone to its edge [rad]
-    falloff: float = 1.0  # exponent by which a spot light grows darker towards its edge
+    cutoff: float = 0.8
+    falloff: float = 1.0
     casts_shadow: bool = False
 
     def without_shadow(self) -> Light:

@@ -23,7 +23,12 @@ class NoteKind(Enum):
 
 @dataclass(frozen=True)
 class Note:
-    """One line on what was read and is not simulated as it stands."""
+    """One line on what was read and is not simulated as it stands.
 
-    kind: NoteKind  # what became of it
-    text: str  # what a person reads
+    Attributes:
+        kind: What became of it.
+        text: What a person reads.
+    """
+
+    kind: NoteKind
+    text: str

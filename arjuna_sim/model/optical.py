@@ -26,12 +26,16 @@ ABOVE = ("world", "map", "odom", "earth")
 
 @dataclass(frozen=True)
 class SensorFrame:
-    """The frame that a sensor's messages name."""
+    """The frame that a sensor's messages name.
+
+    Attributes:
+        parent: The link that it is fixed to; None where it is a link of the robot itself.
+        T_parent: Its pose in that link.
+    """
 
     name: str
-    # the link that it is fixed to; None where it is a link of the robot itself
     parent: str | None = None
-    T_parent: Pose3 = ORIGIN  # its pose in that link
+    T_parent: Pose3 = ORIGIN
 
 
 def sensor_frame(urdf: Urdf, sensor: SensorSettings) -> SensorFrame:

@@ -36,12 +36,19 @@ GROUND_COLOUR = (0.6, 0.6, 0.6, 1.0)
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Poses at times, and straight lines between them."""
+    """Poses at times, and straight lines between them.
 
-    times: tuple[float, ...]  # when each waypoint is reached, from the start, never falling [s]
-    poses: tuple[SE2, ...]  # the waypoints in the world
-    loop: bool = True  # whether it starts again at its end
-    delay: float = 0.0  # time to stand at the first waypoint before each round [s]
+    Attributes:
+        times: When each waypoint is reached, from the start, never falling [s].
+        poses: The waypoints in the world.
+        loop: Whether it starts again at its end.
+        delay: Time to stand at the first waypoint before each round [s].
+    """
+
+    times: tuple[float, ...]
+    poses: tuple[SE2, ...]
+    loop: bool = True
+    delay: float = 0.0
 
     @staticmethod
     def along(points: NDArray[np.float64], speed: float, loop: bool = True) -> Trajectory:
@@ -95,12 +102,18 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class Actor:
-    """One actor of a world file."""
+    """One actor of a world file.
+
+    Attributes:
+        parts: What it is made of, in its own frame, which stands on the ground.
+        start: Where it is before it moves.
+        trajectory: How it moves; None for one that stands.
+    """
 
     name: str
-    parts: tuple[Part, ...]  # what it is made of, in its own frame, which stands on the ground
-    start: SE2  # where it is before it moves
-    trajectory: Trajectory | None  # how it moves; None for one that stands
+    parts: tuple[Part, ...]
+    start: SE2
+    trajectory: Trajectory | None
 
 
 def person() -> tuple[Part, ...]:
@@ -113,11 +126,16 @@ def person() -> tuple[Part, ...]:
 
 @dataclass(frozen=True)
 class Earth:
-    """The position of a world's origin on Earth."""
+    """The position of a world's origin on Earth.
+
+    Attributes:
+        heading: From east to the world's x axis, counter-clockwise [rad].
+        magnetic_field: In the world's frame [T].
+    """
 
     origin: GeoPoint = _NULL_ISLAND
-    heading: float = 0.0  # from east to the world's x axis, counter-clockwise [rad]
-    magnetic_field: tuple[float, float, float] = (6e-6, 2.3e-5, -4.2e-5)  # in the world's frame [T]
+    heading: float = 0.0
+    magnetic_field: tuple[float, float, float] = (6e-6, 2.3e-5, -4.2e-5)
 
     def geodetic(self, point: NDArray[np.float64]) -> GeoPoint:
         """Return the position on Earth of a point of the world, `(3,) float64` [m]."""
@@ -130,22 +148,36 @@ class Earth:
 
 @dataclass(frozen=True)
 class Body:
-    """One part of a world."""
+    """One part of a world.
 
-    model: str  # name of the model it belongs to
-    part: Part  # its shape, pose in the world and colour
-    collides: bool  # whether it stops robots and rays, or is only drawn
-    T_world_model: Pose3 = ORIGIN  # where its model stands
+    Attributes:
+        model: Name of the model it belongs to.
+        part: Its shape, pose in the world and colour.
+        collides: Whether it stops robots and rays, or is only drawn.
+        T_world_model: Where its model stands.
+    """
+
+    model: str
+    part: Part
+    collides: bool
+    T_world_model: Pose3 = ORIGIN
 
 
 @dataclass(frozen=True)
 class Fixture:
-    """A sensor of a world's model."""
+    """A sensor of a world's model.
 
-    settings: SensorSettings  # the sensor; its link and its name are those of its site
-    model: str  # the model it is fixed to
-    T_world: Pose3  # its first pose in the world
-    T_model: Pose3  # its pose in the model
+    Attributes:
+        settings: The sensor; its link and its name are those of its site.
+        model: The model it is fixed to.
+        T_world: Its first pose in the world.
+        T_model: Its pose in the model.
+    """
+
+    settings: SensorSettings
+    model: str
+    T_world: Pose3
+    T_model: Pose3
 
 
 class Movable(NamedTuple):

@@ -19,13 +19,21 @@ class Kind(Enum):
 
 
 class Remark(NamedTuple):
-    """One name without effect, or one whose value is not the robot's."""
+    """One name without effect, or one whose value is not the robot's.
 
-    kind: Kind  # why
-    where: str  # the node, or the node and the key
-    reason: str  # the nearest valid name, what Nav2 would do, or why nothing is missed
-    safety: bool = False  # whether the name keeps a robot from harm elsewhere
-    location: str = ""  # file and line; empty where not known
+    Attributes:
+        kind: Why.
+        where: The node, or the node and the key.
+        reason: The nearest valid name, what Nav2 would do, or why nothing is missed.
+        safety: Whether the name keeps a robot from harm elsewhere.
+        location: File and line; empty where not known.
+    """
+
+    kind: Kind
+    where: str
+    reason: str
+    safety: bool = False
+    location: str = ""
 
     def __str__(self) -> str:
         word = f"{self.kind.value}{' (SAFETY)' if self.safety else ''}"
@@ -34,11 +42,15 @@ class Remark(NamedTuple):
 
 
 class Checked(NamedTuple):
-    """Parameters with those of a source over them."""
+    """Parameters with those of a source over them.
+
+    Attributes:
+        problems: What refuses the source, a sentence each.
+    """
 
     parameters: Parameters
     remarks: list[Remark]
-    problems: list[str]  # what refuses the source, a sentence each
+    problems: list[str]
 
     def refused_by(self, strict: bool) -> list[str]:
         """Return what refuses the source; where it is strict, unknown names too."""

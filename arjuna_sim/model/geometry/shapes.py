@@ -59,11 +59,15 @@ class Look(NamedTuple):
 
 
 class Skin(NamedTuple):
-    """The look of a mesh's triangles."""
+    """The look of a mesh's triangles.
 
-    # where corners are in a picture, from its top, `(N, 3, 2) float32`; NaN for nowhere
+    Attributes:
+        places: Where corners are in a picture, from its top, `(N, 3, 2) float32`; NaN for nowhere.
+        of: Which look each triangle has, `(N,) int32`.
+    """
+
     places: NDArray[np.float32]
-    of: NDArray[np.int32]  # which look each triangle has, `(N,) int32`
+    of: NDArray[np.int32]
     looks: tuple[Look, ...]
 
 
@@ -127,15 +131,20 @@ class Terrain:
 
 @dataclass(frozen=True)
 class Shape:
-    """A shape in its own frame."""
+    """A shape in its own frame.
+
+    Attributes:
+        size: Box: edges (x, y, z). Cylinder, capsule (without its ends): radius, length. Sphere:
+            radius. Ellipsoid: radii. Plane: nothing. Mesh: scale (x, y, z). Terrain: extent along
+            x and y, and how high white is. All [m].
+        mesh: The triangles of a mesh.
+        terrain: The heights of a terrain.
+    """
 
     kind: Kind
-    # box: edges (x, y, z). Cylinder, capsule (without its ends): radius, length. Sphere: radius.
-    # Ellipsoid: radii. Plane: nothing. Mesh: scale (x, y, z). Terrain: extent along x and y, and
-    # how high white is. All [m]
     size: tuple[float, ...] = ()
-    mesh: Mesh | None = None  # the triangles of a mesh
-    terrain: Terrain | None = None  # the heights of a terrain
+    mesh: Mesh | None = None
+    terrain: Terrain | None = None
 
     def triangles(self) -> NDArray[np.float64] | None:
         """Return the faces of a mesh or terrain in its own frame, `(N, 3, 3) float64` [m]."""
@@ -210,11 +219,16 @@ def circle(radius: float) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Inertial:
-    """Mass properties of a link."""
+    """Mass properties of a link.
 
-    mass: float  # [kg]
-    center: tuple[float, float, float]  # centre of mass in the link's frame [m]
-    # about the centre, along the link's axes, `(3, 3) float64` [kg m^2]
+    Attributes:
+        mass: [kg].
+        center: Centre of mass in the link's frame [m].
+        inertia: About the centre, along the link's axes, `(3, 3) float64` [kg m^2].
+    """
+
+    mass: float
+    center: tuple[float, float, float]
     inertia: NDArray[np.float64]
 
 

@@ -93,14 +93,19 @@ def _outline(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Enclosure:
-    """The largest space that walls enclose."""
+    """The largest space that walls enclose.
 
-    # the lower left corner of the grid's first cell, `(2,) float64` [m]
+    Attributes:
+        origin: The lower left corner of the grid's first cell, `(2,) float64` [m].
+        cell: A cell's side [m].
+        inside: Whether the middle of a robot may be there, by row (y) and column (x).
+        outside: Whether it is outside all walls.
+    """
+
     origin: NDArray[np.float64]
-    cell: float  # a cell's side [m]
-    # whether the middle of a robot may be there, by row (y) and column (x)
+    cell: float
     inside: NDArray[np.bool_]
-    outside: NDArray[np.bool_]  # whether it is outside all walls
+    outside: NDArray[np.bool_]
 
     def is_outside(self, x: float, y: float) -> bool:
         """Return whether a point [m] is outside all walls."""

@@ -24,12 +24,18 @@ _SMOOTHED = {".max_linear_accel": ("max_accel", 1.0), ".max_linear_decel": ("max
 
 
 class Conversion(NamedTuple):
-    """A file by our names."""
+    """A file by our names.
+
+    Attributes:
+        notes: The names without meaning here, a line each.
+        unknown: A sentence for each name that nobody knows.
+        problems: A sentence for each value that is not valid, and where nothing is left.
+    """
 
     text: str
-    notes: list[str]  # the names without meaning here, a line each
-    unknown: list[str]  # a sentence for each name that nobody knows
-    problems: list[str]  # a sentence for each value that is not valid, and where nothing is left
+    notes: list[str]
+    unknown: list[str]
+    problems: list[str]
 
 
 def converted(path: Path) -> Conversion:

@@ -32,12 +32,18 @@ _NO = ("false", "0")
 
 
 class Program(NamedTuple):
-    """A node, or a launch file of a package that is not there."""
+    """A node, or a launch file of a package that is not there.
+
+    Attributes:
+        name: Its executable, or the file's name.
+        given: Its arguments: words of a node, NAME:=VALUE of a file.
+        node: Its own name.
+    """
 
     package: str
-    name: str  # its executable, or the file's name
-    given: tuple[str, ...]  # its arguments: words of a node, NAME:=VALUE of a file
-    node: str = ""  # its own name
+    name: str
+    given: tuple[str, ...]
+    node: str = ""
 
 
 class LaunchFile:
