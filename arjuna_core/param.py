@@ -21,18 +21,28 @@ _GREATEST_OF_ANY = 1e6
 
 @dataclass(frozen=True)
 class ParamInfo:
-    """A parameter's unit, bounds and description, beside its name, type and default."""
+    """A parameter's unit, bounds and description, beside its name, type and default.
+
+    Attributes:
+        unit: SI unit, or "" for none.
+        minimum: Least valid value, inclusive.
+        maximum: Greatest valid value, inclusive.
+        choices: The valid values where only some are.
+        read_only: Whether it is fixed once the component runs.
+        path: Whether it is a path; those are read only, or clients could move folders.
+        plugins: Of plug-ins' names: the `PluginTypes` or `NamedConfigs` that they are of.
+        theirs: The value with the behaviour of Nav2 or slam_toolbox, where another one is the
+            default or is shipped.
+    """
 
     description: str
-    unit: str = ""  # SI unit, or "" for none
-    minimum: float | None = None  # least valid value, inclusive
-    maximum: float | None = None  # greatest valid value, inclusive
-    choices: tuple[Any, ...] = ()  # the valid values where only some are
-    read_only: bool = False  # whether it is fixed once the component runs
-    path: bool = False  # whether it is a path; those are read only, or clients could move folders
-    plugins: Any = None  # of plug-ins' names: the `PluginTypes` or `NamedConfigs` that they are of
-    # the value with the behaviour of Nav2 or slam_toolbox, where another one is the default or is
-    # shipped
+    unit: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+    choices: tuple[Any, ...] = ()
+    read_only: bool = False
+    path: bool = False
+    plugins: Any = None
     theirs: Any = None
 
     @property

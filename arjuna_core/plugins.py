@@ -25,14 +25,20 @@ class PluginTypes:
 
     A class has `Config`, the frozen dataclass of its parameters; where they depend on their values,
     as those of a controller that wraps another, `config_for(values)` returns the dataclass.
+
+    Attributes:
+        what: What they are, in a word.
+        types: `module:Class` of each of Nav2's class names.
+        default: Nav2's name of the class where none is given; empty where one must be.
+        by_name: The same for plug-ins of certain names.
+        key: Which of a plug-in's parameters names its class.
     """
 
-    what: str  # what they are, in a word
-    types: Mapping[str, str]  # `module:Class` of each of Nav2's class names
-    default: str  # Nav2's name of the class where none is given; empty where one must be
-    # the same for plug-ins of certain names
+    what: str
+    types: Mapping[str, str]
+    default: str
     by_name: Mapping[str, str] = field(default_factory=dict)
-    key: str = "plugin"  # which of a plug-in's parameters names its class
+    key: str = "plugin"
 
     def resolve(self, name: str) -> Any:
         """Import the class of a name, `package::Class`, `package/Class` or `module:Class`.

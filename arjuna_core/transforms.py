@@ -95,11 +95,17 @@ class Edge(Generic[T]):
 
 @dataclass(frozen=True)
 class Branch(Generic[T]):
-    """The frames from one up to another above it, that one excluded."""
+    """The frames from one up to another above it, that one excluded.
 
-    fixed: tuple[str, ...]  # those at the lower end that are static in their parents
-    T_top_frame: T  # their product; what follows goes in front
-    rest: tuple[tuple[str, Edge[T]], ...]  # the others with their transforms, from below
+    Attributes:
+        fixed: Those at the lower end that are static in their parents.
+        T_top_frame: Their product; what follows goes in front.
+        rest: The others with their transforms, from below.
+    """
+
+    fixed: tuple[str, ...]
+    T_top_frame: T
+    rest: tuple[tuple[str, Edge[T]], ...]
 
     @property
     def frames(self) -> tuple[str, ...]:

@@ -40,10 +40,15 @@ _WORLD_SUFFIXES = (".sdf", ".world", *MAP_SUFFIXES)
 
 @dataclass(frozen=True)
 class Found:
-    """The result of a check."""
+    """The result of a check.
 
-    lines: tuple[str, ...]  # what was understood, to be printed
-    notes: tuple[Note, ...]  # what was not
+    Attributes:
+        lines: What was understood, to be printed.
+        notes: What was not.
+    """
+
+    lines: tuple[str, ...]
+    notes: tuple[Note, ...]
 
     def text(self) -> str:
         """Return all of it, with the notes last."""

@@ -27,12 +27,17 @@ _STARTS = (0.0, -0.03, -0.07, -0.01, -0.05)
 
 @dataclass(frozen=True)
 class CrossedSill:
-    """The highest sill that a robot crosses."""
+    """The highest sill that a robot crosses.
 
-    height: float  # [m]
-    speed: float  # with which it does, ahead [m/s]
-    # names of the links that a higher one stops, sorted; none where it crosses one as high as its
-    # wheels' radius
+    Attributes:
+        height: [m].
+        speed: With which it does, ahead [m/s].
+        stopped: Names of the links that a higher one stops, sorted; none where it crosses one as
+            high as its wheels' radius.
+    """
+
+    height: float
+    speed: float
     stopped: tuple[str, ...] = ()
 
     def text(self) -> str:

@@ -16,9 +16,13 @@ ORIGINALS = {"nav2": "Nav2", "slam_toolbox": "slam_toolbox"}
 
 @dataclass(frozen=True)
 class NodeSpec:
-    """One node."""
+    """One node.
 
-    name: str  # its name, absolute without the slash; also its key in parameter files
+    Attributes:
+        name: Its name, absolute without the slash; also its key in parameter files.
+    """
+
+    name: str
     module: str
     cls: str
 
@@ -50,15 +54,20 @@ class NodeSpec:
 
 @dataclass(frozen=True)
 class Group:
-    """The nodes of one process, in the order in which they are brought up."""
+    """The nodes of one process, in the order in which they are brought up.
+
+    Attributes:
+        cores: The modules of their algorithms, which import no ROS.
+        commandable: Whether clients may command their lifecycle manager. Not the simulator's: one
+            that shuts all down, as nav2_simple_commander can, means the robot, not the world.
+        managed_as: What their manager has in its name, if not the group's.
+    """
 
     name: str
     nodes: tuple[NodeSpec, ...]
-    cores: tuple[str, ...] = ()  # the modules of their algorithms, which import no ROS
-    # whether clients may command their lifecycle manager. Not the simulator's: one that shuts all
-    # down, as nav2_simple_commander can, means the robot, not the world
+    cores: tuple[str, ...] = ()
     commandable: bool = True
-    managed_as: str = ""  # what their manager has in its name, if not the group's
+    managed_as: str = ""
 
     @property
     def manager(self) -> str:

@@ -23,11 +23,17 @@ parameter exists. The lessons themselves are in [tutorial/](tutorial/README.md).
 
 @dataclass(frozen=True)
 class Row:
-    """One row."""
+    """One row.
 
-    theirs: str  # what the guide has
-    here: str  # what does it here
-    test: str  # a test's file, and its name behind `::` where it is one of many
+    Attributes:
+        theirs: What the guide has.
+        here: What does it here.
+        test: A test's file, and its name behind `::` where it is one of many.
+    """
+
+    theirs: str
+    here: str
+    test: str
 
 
 def read(path: Path) -> tuple[str, dict[str, list[Row]]]:

@@ -21,12 +21,18 @@ DISK_GIB = 3.0
 
 @dataclass(frozen=True)
 class Missing:
-    """One thing that is not there."""
+    """One thing that is not there.
+
+    Attributes:
+        packages: The Debian and Ubuntu packages that bring it.
+        advice: What to do where no package mends it.
+        fatal: Whether the set-up needs it.
+    """
 
     what: str
-    packages: tuple[str, ...] = ()  # the Debian and Ubuntu packages that bring it
-    advice: str = ""  # what to do where no package mends it
-    fatal: bool = True  # whether the set-up needs it
+    packages: tuple[str, ...] = ()
+    advice: str = ""
+    fatal: bool = True
 
     @property
     def remedy(self) -> str:

@@ -21,12 +21,17 @@ METADATA = "metadata.yaml"
 
 @dataclass
 class FileEntry:
-    """One file of a recording."""
+    """One file of a recording.
+
+    Attributes:
+        start: When its first message was received [ns].
+        end: When its last one was [ns].
+        counts: How many messages of each topic it holds.
+    """
 
     name: str
-    start: int = 0  # when its first message was received [ns]
-    end: int = 0  # when its last one was [ns]
-    # how many messages of each topic it holds
+    start: int = 0
+    end: int = 0
     counts: Counter[str] = field(default_factory=Counter)
 
     @property

@@ -20,11 +20,17 @@ _BEST_EFFORT = ("best_effort", 2)
 
 @dataclass(frozen=True)
 class TopicQos:
-    """The parts of a publisher's QoS that decide which subscriptions match."""
+    """The parts of a publisher's QoS that decide which subscriptions match.
 
-    reliable: bool = True  # whether lost messages are sent again
-    latched: bool = False  # whether late subscribers get the last messages (transient local)
-    depth: int = 0  # how many messages are kept; 0 where that is unknown, as discovery omits it
+    Attributes:
+        reliable: Whether lost messages are sent again.
+        latched: Whether late subscribers get the last messages (transient local).
+        depth: How many messages are kept; 0 where that is unknown, as discovery omits it.
+    """
+
+    reliable: bool = True
+    latched: bool = False
+    depth: int = 0
 
     def to_rosbag2(self) -> dict[str, Any]:
         """Return the profile as rosbag2's version 9 writes it."""
@@ -43,12 +49,17 @@ class TopicQos:
 
 @dataclass(frozen=True)
 class TopicInfo:
-    """A topic of a recording."""
+    """A topic of a recording.
+
+    Attributes:
+        definition: The definitions of the type and of all types it needs (`ros2msg`).
+        type_hash: The type's RIHS01 hash, "" if unknown.
+    """
 
     name: str
     type_name: str
-    definition: str = ""  # the definitions of the type and of all types it needs (`ros2msg`)
-    type_hash: str = ""  # the type's RIHS01 hash, "" if unknown
+    definition: str = ""
+    type_hash: str = ""
     offers: tuple[TopicQos, ...] = ()
     encoding: str = ROS2
 
@@ -58,10 +69,14 @@ MESSAGE_MAX = 1 << 26
 
 
 class BagMessage(NamedTuple):
-    """A recorded message."""
+    """A recorded message.
+
+    Attributes:
+        time: When it was received [ns].
+    """
 
     topic: TopicInfo
-    time: int  # when it was received [ns]
+    time: int
     data: bytes
 
 

@@ -30,23 +30,35 @@ STORAGES: dict[str, type[McapWriter] | type[SqliteWriter]] = {
 
 @dataclass(frozen=True)
 class SplitLimits:
-    """Limits at which a recording continues in a new file."""
+    """Limits at which a recording continues in a new file.
 
-    size: int = 0  # bytes of a file after which; 0 for never
-    duration: float = 0.0  # recorded time of a file after which [s]; 0 for never
+    Attributes:
+        size: Bytes of a file after which; 0 for never.
+        duration: Recorded time of a file after which [s]; 0 for never.
+    """
+
+    size: int = 0
+    duration: float = 0.0
 
 
 @dataclass(frozen=True)
 class BagFormat:
-    """The storage of a recording."""
+    """The storage of a recording.
 
-    storage: str = "mcap"  # `mcap` or `sqlite3`
+    Attributes:
+        storage: `mcap` or `sqlite3`.
+        settings: The storage's own settings, which come before the preset's.
+        compression: What is compressed by zstd: "" nothing, `file` or `message`.
+        threads: How many files are compressed at once; 0 for one a core.
+        custom: What else metadata.yaml shall hold.
+    """
+
+    storage: str = "mcap"
     preset: str = "none"
-    # the storage's own settings, which come before the preset's
     settings: Mapping[str, Any] = field(default_factory=dict)
-    compression: str = ""  # what is compressed by zstd: "" nothing, `file` or `message`
-    threads: int = 0  # how many files are compressed at once; 0 for one a core
-    custom: Mapping[str, str] = field(default_factory=dict)  # what else metadata.yaml shall hold
+    compression: str = ""
+    threads: int = 0
+    custom: Mapping[str, str] = field(default_factory=dict)
 
     def writer(self, path: Path, limits: SplitLimits) -> FileWriter:
         """Return the writer of a new file, whose chunks are smaller than it shall be."""

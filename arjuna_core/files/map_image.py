@@ -22,12 +22,19 @@ _CELLS_MAX = 100_000_000  # 500 m x 500 m at 5 cm: more is a mistake or an attac
 
 @dataclass(frozen=True)
 class MapOptions:
-    """Thresholds by which shades become occupancy, and back."""
+    """Thresholds by which shades become occupancy, and back.
 
-    mode: str = "trinary"  # `trinary`, `scale` or `raw`
-    negate: bool = False  # whether white is occupied
-    occupied_thresh: float = 0.65  # occupancy (0..1) above which a cell is occupied
-    free_thresh: float = 0.25  # occupancy (0..1) below which a cell is free
+    Attributes:
+        mode: `trinary`, `scale` or `raw`.
+        negate: Whether white is occupied.
+        occupied_thresh: Occupancy (0..1) above which a cell is occupied.
+        free_thresh: Occupancy (0..1) below which a cell is free.
+    """
+
+    mode: str = "trinary"
+    negate: bool = False
+    occupied_thresh: float = 0.65
+    free_thresh: float = 0.25
 
     @property
     def written_free_thresh(self) -> float:

@@ -15,11 +15,16 @@ from arjuna_core.ros.node import ManagedNode
 
 @dataclass(frozen=True)
 class GoalOutcome:
-    """A goal's end as its client sees it."""
+    """A goal's end as its client sees it.
+
+    Attributes:
+        status: A GoalStatus constant.
+        result: The action's result message; None if it was not accepted.
+    """
 
     accepted: bool
-    status: int  # a GoalStatus constant
-    result: Any | None  # the action's result message; None if it was not accepted
+    status: int
+    result: Any | None
 
     @property
     def succeeded(self) -> bool:

@@ -19,13 +19,18 @@ _PACKAGE_OF_TYPE = re.compile(r"^([a-z][a-z0-9_]*)/[A-Z]\w*")
 
 @dataclass(frozen=True)
 class InterfacePackage:
-    """One ROS package of definitions."""
+    """One ROS package of definitions.
 
-    name: str  # ROS package name
+    Attributes:
+        name: ROS package name.
+        files: definition files relative to the package's folder, sorted, such as `msg/Route.msg`.
+        dependencies: names of the packages its types use directly, sorted.
+    """
+
+    name: str
     folder: Path
-    # definition files relative to the package's folder, sorted, such as `msg/Route.msg`
     files: tuple[Path, ...]
-    dependencies: tuple[str, ...]  # names of the packages its types use directly, sorted
+    dependencies: tuple[str, ...]
 
 
 def find_packages(root: Path) -> list[InterfacePackage]:

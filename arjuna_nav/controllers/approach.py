@@ -82,17 +82,27 @@ class ApproachConfig:
 
 
 class Arrival(NamedTuple):
-    """A robot on the last stretch of its path, at a moment."""
+    """A robot on the last stretch of its path, at a moment.
 
-    pose: SE2  # the robot's, in the frame of the costmap
+    Attributes:
+        pose: The robot's, in the frame of the costmap.
+        velocity: As measured.
+        now: Time [s].
+        remaining: Length of the path that is left [m].
+        speed: Greatest speed [m/s].
+        within: Whether the goal's tolerance is met but for the heading.
+        heading: Whether the heading matters.
+    """
+
+    pose: SE2
     goal: SE2
-    velocity: Velocity  # as measured
+    velocity: Velocity
     costmap: Costmap
-    now: float  # time [s]
-    remaining: float  # length of the path that is left [m]
-    speed: float  # greatest speed [m/s]
-    within: bool  # whether the goal's tolerance is met but for the heading
-    heading: bool  # whether the heading matters
+    now: float
+    remaining: float
+    speed: float
+    within: bool
+    heading: bool
 
 
 class FinalApproach:

@@ -25,14 +25,22 @@ class Plan:
 
 @dataclass(frozen=True)
 class Shape:
-    """Points drawn alike, published as a Marker."""
+    """Points drawn alike, published as a Marker.
+
+    Attributes:
+        points: `(N, 2) float64` [m].
+        colours: Red, green and blue, 0 to 1: `(3,)`, or `(N, 3)` of each point.
+        size: Width of the line, or diameter of each point [m].
+        line: Whether a line is drawn along the points, else each by itself.
+        lifetime: Of the marker; 0 for ever [s].
+    """
 
     name: str
-    points: Floats  # `(N, 2) float64` [m]
-    colours: Floats  # red, green and blue, 0 to 1: `(3,)`, or `(N, 3)` of each point
-    size: float  # width of the line, or diameter of each point [m]
-    line: bool = False  # whether a line is drawn along the points, else each by itself
-    lifetime: float = 0.0  # of the marker; 0 for ever [s]
+    points: Floats
+    colours: Floats
+    size: float
+    line: bool = False
+    lifetime: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -61,13 +69,21 @@ class Critic:
 
 @dataclass(frozen=True)
 class Judged:
-    """A sampled trajectory and its scores, as dwb_msgs/TrajectoryScore has them."""
+    """A sampled trajectory and its scores, as dwb_msgs/TrajectoryScore has them.
 
-    velocity: tuple[float, float, float]  # forward, to the left and of turning [m/s, m/s, rad/s]
-    poses: Floats  # `(N, 3) float64`, the start first
-    times: Floats  # of the poses after the start [s]
-    scores: tuple[Critic, ...]  # by critic
-    total: float  # below 0 where a critic forbids it
+    Attributes:
+        velocity: Forward, to the left and of turning [m/s, m/s, rad/s].
+        poses: `(N, 3) float64`, the start first.
+        times: Of the poses after the start [s].
+        scores: By critic.
+        total: Below 0 where a critic forbids it.
+    """
+
+    velocity: tuple[float, float, float]
+    poses: Floats
+    times: Floats
+    scores: tuple[Critic, ...]
+    total: float
 
 
 @dataclass(frozen=True)

@@ -91,13 +91,18 @@ class FollowState(enum.Enum):
 
 @dataclass(frozen=True)
 class FollowResult:
-    """A velocity to drive now, and the state of following."""
+    """A velocity to drive now, and the state of following.
+
+    Attributes:
+        message: What went wrong, with numbers; empty while it goes well.
+        distance: Left along the path [m].
+    """
 
     state: FollowState
     velocity: Velocity = STILL
     error: ControlStatus = ControlStatus.SUCCEEDED
-    message: str = ""  # what went wrong, with numbers; empty while it goes well
-    distance: float = 0.0  # left along the path [m]
+    message: str = ""
+    distance: float = 0.0
 
     @staticmethod
     def failed(error: ControlStatus, message: str) -> FollowResult:

@@ -16,12 +16,19 @@ from arjuna_nav.planners import path as paths
 
 @dataclass(frozen=True)
 class Gap:
-    """A gap and the middle line through it, in the frame of the obstacles."""
+    """A gap and the middle line through it, in the frame of the obstacles.
 
-    line: SE2  # the line's pose where the gap is narrowest, looking along it
-    width: float  # between its sides [m]
-    first: float  # where along the line it begins to be narrow [m]
-    last: float  # where it ends [m]
+    Attributes:
+        line: The line's pose where the gap is narrowest, looking along it.
+        width: Between its sides [m].
+        first: Where along the line it begins to be narrow [m].
+        last: Where it ends [m].
+    """
+
+    line: SE2
+    width: float
+    first: float
+    last: float
 
 
 def find_gap(

@@ -133,15 +133,25 @@ def braking_distance(speed: float, deceleration: float) -> float:
 
 @dataclass(frozen=True)
 class Turning:
-    """Limits of a turn on the spot."""
+    """Limits of a turn on the spot.
 
-    rate: float  # greatest yaw rate [rad/s]
-    acceleration: float  # greatest change of the yaw rate [rad/s^2]
-    period: float  # time between two commands [s]
-    gain: float = 1.5  # yaw rate per angle left [1/s]
-    rate_min: float = 0.1  # yaw rate below which the wheels stick [rad/s]
-    settled: float = 0.05  # angle left below which the wheels may stick [rad]
-    gentle: bool = True  # whether it brakes early and by the gain
+    Attributes:
+        rate: Greatest yaw rate [rad/s].
+        acceleration: Greatest change of the yaw rate [rad/s^2].
+        period: Time between two commands [s].
+        gain: Yaw rate per angle left [1/s].
+        rate_min: Yaw rate below which the wheels stick [rad/s].
+        settled: Angle left below which the wheels may stick [rad].
+        gentle: Whether it brakes early and by the gain.
+    """
+
+    rate: float
+    acceleration: float
+    period: float
+    gain: float = 1.5
+    rate_min: float = 0.1
+    settled: float = 0.05
+    gentle: bool = True
 
     def towards(self, angle: float, last: float) -> float:
         """Return the yaw rate that turns by an angle and comes to rest there [rad/s].

@@ -19,13 +19,18 @@ from arjuna_core.se2 import SE2
 
 @dataclass(frozen=True)
 class DockSenses:
-    """Evidence that the robot stands in a dock."""
+    """Evidence that the robot stands in a dock.
 
-    # from the robot to the dock's pose [m], None where that pose is not known
+    Attributes:
+        distance: From the robot to the dock's pose [m], None where that pose is not known.
+        effort: Mean effort of the joints watched, None where it is not known.
+        speed: Mean speed of the joints watched, None where it is not known.
+        current: Of the battery, positive while it charges [A], None where it is not known.
+    """
+
     distance: float | None = None
-    effort: float | None = None  # mean effort of the joints watched, None where it is not known
-    speed: float | None = None  # mean speed of the joints watched, None where it is not known
-    # of the battery, positive while it charges [A], None where it is not known
+    effort: float | None = None
+    speed: float | None = None
     current: float | None = None
 
 

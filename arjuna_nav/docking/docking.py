@@ -73,24 +73,35 @@ class DockingError(enum.IntEnum):
 
 @dataclass(frozen=True)
 class DockingState:
-    """Knowledge at a tick; poses and costmap are of one fixed frame."""
+    """Knowledge at a tick; poses and costmap are of one fixed frame.
 
-    now: float  # time [s]
+    Attributes:
+        now: Time [s].
+        dock: The dock's pose, None where it is not seen.
+        staged: Whether the staging pose was reached; None while it is driven to.
+    """
+
+    now: float
     pose: SE2
-    dock: SE2 | None  # the dock's pose, None where it is not seen
+    dock: SE2 | None
     senses: DockSenses
     costmap: Costmap | None = None
-    staged: bool | None = None  # whether the staging pose was reached; None while it is driven to
+    staged: bool | None = None
 
 
 @dataclass(frozen=True)
 class DockingStep:
-    """Instructions until the next tick."""
+    """Instructions until the next tick.
 
-    # what to drive; None leaves the wheels to the one who drives to the staging pose
+    Attributes:
+        velocity: What to drive; None leaves the wheels to the one who drives to the staging pose.
+        stage: Whether to begin driving to the staging pose.
+        ended: How docking ended, None while it continues.
+    """
+
     velocity: Velocity | None = STILL
-    stage: bool = False  # whether to begin driving to the staging pose
-    ended: DockingError | None = None  # how docking ended, None while it continues
+    stage: bool = False
+    ended: DockingError | None = None
     message: str = ""
 
 

@@ -17,14 +17,20 @@ from arjuna_nav.planners.waves.potential import wavefront
 
 @dataclass(frozen=True, eq=False)
 class Guide:
-    """The end of a path, and the costs that are left to it."""
+    """The end of a path, and the costs that are left to it.
 
-    end: Cell  # the goal's cell, or the nearest to it that can be reached
-    # `(height, width) float32` cost from each cell to the end, inf where that does not matter or no
-    # path leads there
+    Attributes:
+        end: The goal's cell, or the nearest to it that can be reached.
+        remaining: `(height, width) float32` cost from each cell to the end, inf where that does not
+            matter or no path leads there.
+        whole: Whether it is known from everywhere, not about the likely path alone.
+        path_cost: Cost from the likeliest start, inf where the end is not the goal.
+    """
+
+    end: Cell
     remaining: Singles
-    whole: bool  # whether it is known from everywhere, not about the likely path alone
-    path_cost: float  # cost from the likeliest start, inf where the end is not the goal
+    whole: bool
+    path_cost: float
 
 
 def guide(

@@ -19,10 +19,14 @@ _SHARE = 0.5  # of the map; a larger window saves nothing, by `bench planner --s
 
 
 class Plan(NamedTuple):
-    """A planner's answer."""
+    """A planner's answer.
+
+    Attributes:
+        path_cost: Cost of the path, inf where it does not end at the goal.
+    """
 
     result: PlanResult
-    path_cost: float = math.inf  # cost of the path, inf where it does not end at the goal
+    path_cost: float = math.inf
 
 
 def nearby_first(

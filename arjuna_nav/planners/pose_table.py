@@ -15,13 +15,21 @@ BLOCK = 4  # edge of a block of cells of an index
 
 
 class PoseTable(NamedTuple):
-    """The poses reached, a row each."""
+    """The poses reached, a row each.
 
-    poses: Floats  # `(N, 3) float64` of the grid [cells, rad]
-    values: Floats  # `(N,) float64` what it cost to come there
-    before: Ints  # `(N,) int64` the row before, -1 at the start
-    kinds: Ints  # `(N,) int64` number of the move that led there, -1 at the start
-    done: Bools  # `(N,) bool` whether nothing cheaper leads there any more
+    Attributes:
+        poses: `(N, 3) float64` of the grid [cells, rad].
+        values: `(N,) float64` what it cost to come there.
+        before: `(N,) int64` the row before, -1 at the start.
+        kinds: `(N,) int64` number of the move that led there, -1 at the start.
+        done: `(N,) bool` whether nothing cheaper leads there any more.
+    """
+
+    poses: Floats
+    values: Floats
+    before: Ints
+    kinds: Ints
+    done: Bools
 
 
 class RowIndex(NamedTuple):

@@ -23,16 +23,23 @@ Cell = tuple[int, int]
 
 @dataclass(frozen=True, eq=False)
 class Query:
-    """A start from which the robot can come to free cells, and a goal on the costmap."""
+    """A start from which the robot can come to free cells, and a goal on the costmap.
+
+    Attributes:
+        out: Paths from the start to the cells where a robot may be.
+        allow_unknown: True where paths may cross unknown space.
+        tolerance: Greatest distance of the path's end from a blocked goal [m].
+        ends_along: True where the path ends in its own direction.
+    """
 
     costmap: Costmap
     start: SE2
     goal: SE2
     goal_cell: Cell
-    out: Escape  # paths from the start to the cells where a robot may be
-    allow_unknown: bool  # true where paths may cross unknown space
-    tolerance: float  # greatest distance of the path's end from a blocked goal [m]
-    ends_along: bool = False  # true where the path ends in its own direction
+    out: Escape
+    allow_unknown: bool
+    tolerance: float
+    ends_along: bool = False
 
     def reachable_end(self, values: Singles) -> Cell | None:
         """Return the goal's cell, or the reached cell nearest to it within the tolerance.

@@ -70,22 +70,30 @@ class Battery(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TreeState:
-    """The state of the robot and of the requests at a tick of a tree."""
+    """The state of the robot and of the requests at a tick of a tree.
 
-    now: float  # time [s]
-    pose: SE2 | None = None  # of the robot in the global frame, None where it is not known
+    Attributes:
+        now: Time [s].
+        pose: Of the robot in the global frame, None where it is not known.
+        measured_at: When it had that velocity [s].
+        feedback: The newest of what is asked and not answered yet, once, in plain values.
+        selected: What was chosen on the selectors' topics.
+        moved_goal: The newest pose on the topic goal_update since the goal came.
+        batteries: By their topics.
+        connected: Returns whether a transform is known from the second frame to the first.
+        mean_velocity: Returns the robot's over `filter_duration`.
+    """
+
+    now: float
+    pose: SE2 | None = None
     velocity: Velocity = STILL
-    measured_at: float = 0.0  # when it had that velocity [s]
+    measured_at: float = 0.0
     answers: Mapping[int, Answer] = field(default_factory=dict)
-    # the newest of what is asked and not answered yet, once, in plain values
     feedback: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
-    # what was chosen on the selectors' topics
     selected: Mapping[str, str] = field(default_factory=dict)
-    moved_goal: SE2 | None = None  # the newest pose on the topic goal_update since the goal came
-    batteries: Mapping[str, Battery] = field(default_factory=dict)  # by their topics
-    # returns whether a transform is known from the second frame to the first
+    moved_goal: SE2 | None = None
+    batteries: Mapping[str, Battery] = field(default_factory=dict)
     connected: Callable[[str, str], bool] = lambda parent, child: False
-    # returns the robot's over `filter_duration`
     mean_velocity: Callable[[], Velocity] = lambda: STILL
 
 

@@ -52,15 +52,21 @@ class Variation:
 
 
 class BatchState(NamedTuple):
-    """The robots at a tick's end."""
+    """The robots at a tick's end.
 
-    poses: Floats  # true ones, seen from above, `(N, 3) float64` [m, m, rad]
-    velocities: Floats  # true ones, forward, to the left and turning, `(N, 3)` [m/s, m/s, rad/s]
-    measured: Floats  # the velocities by the wheels' encoders, `(N, 3)`
-    # whether a robot touches something that it does not stand on, `(N,) bool`
+    Attributes:
+        poses: True ones, seen from above, `(N, 3) float64` [m, m, rad].
+        velocities: True ones, forward, to the left and turning, `(N, 3)` [m/s, m/s, rad/s].
+        measured: The velocities by the wheels' encoders, `(N, 3)`.
+        touched: Whether a robot touches something that it does not stand on, `(N,) bool`.
+        lost: Whether its contacts could not be solved in 32 bits: its other values are those of no
+            robot, until it is put down again, `(N,) bool`.
+    """
+
+    poses: Floats
+    velocities: Floats
+    measured: Floats
     touched: NDArray[np.bool_]
-    # whether its contacts could not be solved in 32 bits: its other values are those of no robot,
-    # until it is put down again, `(N,) bool`
     lost: NDArray[np.bool_]
 
 

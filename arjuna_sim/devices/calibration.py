@@ -21,10 +21,15 @@ _QUARTER = math.pi / 2
 
 @dataclass(frozen=True)
 class Measurement:
-    """A measurement at one instant."""
+    """A measurement at one instant.
 
-    wheels: tuple[float, float]  # left and right wheels' mean angles, by the encoders [rad]
-    pose: SE2  # where the robot really is
+    Attributes:
+        wheels: Left and right wheels' mean angles, by the encoders [rad].
+        pose: Where the robot really is.
+    """
+
+    wheels: tuple[float, float]
+    pose: SE2
 
 
 class Vehicle(Protocol):
@@ -43,10 +48,14 @@ class Vehicle(Protocol):
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """One part of the pattern, from rest to rest."""
+    """One part of the pattern, from rest to rest.
+
+    Attributes:
+        seconds: For how long [s].
+    """
 
     command: Velocity
-    seconds: float  # for how long [s]
+    seconds: float
 
     @property
     def kind(self) -> str:
@@ -81,12 +90,19 @@ PATTERN = (
 
 @dataclass(frozen=True)
 class DriveLog:
-    """The measurements along the pattern."""
+    """The measurements along the pattern.
 
-    wheels: Floats  # left and right wheels' angles after each tick, `(T, 2) float64` [rad]
-    truth: Floats  # true x, y [m] and unwrapped heading [rad] after each tick, `(T, 3) float64`
-    spans: tuple[tuple[Manoeuvre, int, int], ...]  # each manoeuvre with its first and last tick
-    tick: float  # [s]
+    Attributes:
+        wheels: Left and right wheels' angles after each tick, `(T, 2) float64` [rad].
+        truth: True x, y [m] and unwrapped heading [rad] after each tick, `(T, 3) float64`.
+        spans: Each manoeuvre with its first and last tick.
+        tick: [s].
+    """
+
+    wheels: Floats
+    truth: Floats
+    spans: tuple[tuple[Manoeuvre, int, int], ...]
+    tick: float
 
     def path(self, manoeuvre: Manoeuvre, start: int, end: int) -> float:
         """Return the true length of a manoeuvre's path, negative backward [m]."""
@@ -137,14 +153,22 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Calibration:
-    """The result of calibration."""
+    """The result of calibration.
 
-    nominal: Kinematics  # the kinematics that the wheels' separation and radius suggest
+    Attributes:
+        nominal: The kinematics that the wheels' separation and radius suggest.
+        check: A second drive of the pattern, under the effective ones.
+        before: The second drive by the nominal kinematics.
+        after: The second drive by the effective kinematics.
+        noise: Odometry's noise that covers the errors that remain.
+    """
+
+    nominal: Kinematics
     found: Kinematics
-    check: DriveLog  # a second drive of the pattern, under the effective ones
-    before: tuple[Comparison, ...]  # the second drive by the nominal kinematics
-    after: tuple[Comparison, ...]  # the second drive by the effective kinematics
-    noise: OdometryConfig  # odometry's noise that covers the errors that remain
+    check: DriveLog
+    before: tuple[Comparison, ...]
+    after: tuple[Comparison, ...]
+    noise: OdometryConfig
 
     @property
     def path_before(self) -> Floats:

@@ -63,11 +63,15 @@ def points(settings: CameraSettings, depth: Singles) -> Singles:
 
 @dataclass(frozen=True)
 class Shot:
-    """The picture of a camera at one instant, the top row first."""
+    """The picture of a camera at one instant, the top row first.
 
-    color: Bytes | None  # `(height, width, 3) uint8` RGB, where it was wanted
-    # distance along the optical axis, +inf for none, `(height, width) float32` [m], where it was
-    # wanted
+    Attributes:
+        color: `(height, width, 3) uint8` RGB, where it was wanted.
+        depth: Distance along the optical axis, +inf for none, `(height, width) float32` [m],
+            where it was wanted.
+    """
+
+    color: Bytes | None
     depth: Singles | None
 
 

@@ -14,13 +14,20 @@ from arjuna_sim.model.world import Earth
 
 
 class Mount(NamedTuple):
-    """All that a device may need beside its settings."""
+    """All that a device may need beside its settings.
+
+    Attributes:
+        T_base_sensor: The sensor's pose in the robot's root, all joints at 0.
+        earth: Position of the world on Earth, and its magnetic field.
+        config: The `SimulatorConfig`, with the parameters of kinds that have some.
+        rng: Source of the noise.
+    """
 
     model: Any
-    T_base_sensor: Pose3  # the sensor's pose in the robot's root, all joints at 0
-    earth: Earth  # position of the world on Earth, and its magnetic field
-    config: Any  # the `SimulatorConfig`, with the parameters of kinds that have some
-    rng: np.random.Generator  # source of the noise
+    T_base_sensor: Pose3
+    earth: Earth
+    config: Any
+    rng: np.random.Generator
 
 
 class Device(Protocol):

@@ -23,17 +23,26 @@ _product = njit(cache=True)(quaternion_product)
 
 
 class ImuReading(NamedTuple):
-    """A reading of an IMU, in its own frame."""
+    """A reading of an IMU, in its own frame.
 
-    angular_velocity: Floats  # `(3,) float64` [rad/s]
-    linear_acceleration: Floats  # specific force (gravity shows upward), `(3,) float64` [m/s^2]
-    # of the IMU's frame (REP 145), level against gravity; its heading is that of the robot since
-    # the start by the gyros' sum, and drifts
+    Attributes:
+        angular_velocity: `(3,) float64` [rad/s].
+        linear_acceleration: Specific force (gravity shows upward), `(3,) float64` [m/s^2].
+        orientation: Of the IMU's frame (REP 145), level against gravity; its heading
+            is that of the robot since the start by the gyros' sum, and drifts.
+        angular_variance: Of each turn rate [rad^2/s^2].
+        linear_variance: Of each acceleration [m^2/s^4].
+        tilt_variance: Of roll and pitch [rad^2].
+        stamp: When [s].
+    """
+
+    angular_velocity: Floats
+    linear_acceleration: Floats
     orientation: Pose3
-    angular_variance: float  # of each turn rate [rad^2/s^2]
-    linear_variance: float  # of each acceleration [m^2/s^4]
-    tilt_variance: float  # of roll and pitch [rad^2]
-    stamp: float  # when [s]
+    angular_variance: float
+    linear_variance: float
+    tilt_variance: float
+    stamp: float
 
     @property
     def rpy(self) -> tuple[float, float, float]:

@@ -40,14 +40,23 @@ class OdometryConfig:
 
 
 class OdometryEstimate(NamedTuple):
-    """The pose and motion of the robot by its wheels."""
+    """The pose and motion of the robot by its wheels.
 
-    T_odom_base: SE2  # pose since the start
-    v: float  # speed [m/s]
-    w: float  # turn rate [rad/s]
-    covariance: Floats  # of the pose (x, y, theta), `(3, 3) float64`, in the odom frame
-    twist_variance: tuple[float, float]  # of v and w [m^2/s^2, rad^2/s^2]
-    side: float = 0.0  # speed to the left [m/s]
+    Attributes:
+        T_odom_base: Pose since the start.
+        v: Speed [m/s].
+        w: Turn rate [rad/s].
+        side: Speed to the left [m/s].
+        covariance: Of the pose (x, y, theta), `(3, 3) float64`, in the odom frame.
+        twist_variance: Of v and w [m^2/s^2, rad^2/s^2].
+    """
+
+    T_odom_base: SE2
+    v: float
+    w: float
+    covariance: Floats
+    twist_variance: tuple[float, float]
+    side: float = 0.0
 
 
 class Motion(Protocol):

@@ -13,11 +13,15 @@ from arjuna_sim.fusion.kinematics import Array
 
 @dataclass(frozen=True)
 class EarthFrame:
-    """A world frame on a plane of the earth."""
+    """A world frame on a plane of the earth.
 
-    # east, north and up: a zone of UTM, or the plane that touches the earth at a datum
+    Attributes:
+        plane: East, north and up: a zone of UTM, or the plane that touches the earth at a datum.
+        T_world_enu: That plane in the world frame.
+    """
+
     plane: TangentPlane | UtmGrid
-    T_world_enu: Pose3  # that plane in the world frame
+    T_world_enu: Pose3
 
     @staticmethod
     def of_start(

@@ -18,12 +18,19 @@ _ODD_STEP = 0.01
 
 @dataclass(frozen=True)
 class Control:
-    """The acceleration of the body by velocity commands."""
+    """The acceleration of the body by velocity commands.
 
-    mask: Mask  # `(6,) bool`, which of the velocities are commanded
-    limits: Array  # greatest accelerations, then greatest decelerations, `(2, 6) float64`
-    gains: Array  # accelerations per difference of velocity, likewise
-    timeout: float  # age at which a command counts as 0 [s]
+    Attributes:
+        mask: `(6,) bool`, which of the velocities are commanded.
+        limits: Greatest accelerations, then greatest decelerations, `(2, 6) float64`.
+        gains: Accelerations per difference of velocity, likewise.
+        timeout: Age at which a command counts as 0 [s].
+    """
+
+    mask: Mask
+    limits: Array
+    gains: Array
+    timeout: float
 
     def accelerations(self, velocity: Array, command: Array, age: float) -> Array:
         """Return the accelerations `(6,)`, NaN of what is not commanded."""
@@ -38,16 +45,23 @@ class Control:
 
 @dataclass
 class Estimator:
-    """A filter with a queue of measurements, as robot_localization's node runs it."""
+    """A filter with a queue of measurements, as robot_localization's node runs it.
 
-    make_filter: Callable[[], Filter]  # makes the filter in its first state
+    Attributes:
+        make_filter: Makes the filter in its first state.
+        sensor_timeout: Silence after which the state is predicted on [s].
+        history: How late a measurement may come and still count at its own time [s]; 0: not.
+        predict_to_now: Whether each update ends at the present.
+        stamp: Of the state [s]; None before the first measurement.
+    """
+
+    make_filter: Callable[[], Filter]
     noise: Noise
-    sensor_timeout: float  # silence after which the state is predicted on [s]
-    # how late a measurement may come and still count at its own time [s]; 0: not
+    sensor_timeout: float
     history: float = 0.0
-    predict_to_now: bool = False  # whether each update ends at the present
+    predict_to_now: bool = False
     control: Control | None = None
-    stamp: float | None = None  # of the state [s]; None before the first measurement
+    stamp: float | None = None
     _queue: list[tuple[float, int, Measurement]] = field(default_factory=list)
     _past: deque[tuple[float, Array, Array]] = field(default_factory=deque)
     _taken: deque[Measurement] = field(default_factory=deque)

@@ -26,14 +26,23 @@ _LEAST_VARIANCE = 1e-9
 
 @dataclass(frozen=True)
 class Measurement:
-    """Some of the states, measured."""
+    """Some of the states, measured.
 
-    stamp: float  # time [s]
-    values: Array  # `(15,) float64`; those that are not finite do not count
-    covariance: Array  # `(15, 15) float64`
-    mask: Mask  # `(15,) bool`, which states are measured
-    threshold: float = np.inf  # Mahalanobis distance beyond which it is an outlier
-    source: str = ""  # topic and part of it, which orders measurements of one time
+    Attributes:
+        stamp: Time [s].
+        values: `(15,) float64`; those that are not finite do not count.
+        covariance: `(15, 15) float64`.
+        mask: `(15,) bool`, which states are measured.
+        threshold: Mahalanobis distance beyond which it is an outlier.
+        source: Topic and part of it, which orders measurements of one time.
+    """
+
+    stamp: float
+    values: Array
+    covariance: Array
+    mask: Mask
+    threshold: float = np.inf
+    source: str = ""
 
 
 @dataclass(frozen=True)
@@ -106,13 +115,18 @@ class UnscentedFilter:
     """The unscented Kalman filter.
 
     Source: Wan and van der Merwe, The unscented Kalman filter for nonlinear estimation, 2000.
+
+    Attributes:
+        alpha: Spread of the sigma points.
+        kappa: Their second scale.
+        beta: What is known of the distribution; 2 of a Gaussian one.
     """
 
     state: Array = field(default_factory=lambda: np.zeros(SIZE))
     covariance: Array = field(default_factory=lambda: np.eye(SIZE) * _LEAST_VARIANCE)
-    alpha: float = 1e-3  # spread of the sigma points
-    kappa: float = 0.0  # their second scale
-    beta: float = 2.0  # what is known of the distribution; 2 of a Gaussian one
+    alpha: float = 1e-3
+    kappa: float = 0.0
+    beta: float = 2.0
 
     def predict(self, dt: float, noise: Noise, accelerations: Array | None = None) -> None:
         """Advance by a time [s], under a command's accelerations `(6,)`."""

@@ -66,11 +66,16 @@ class Part:
 
 @dataclass
 class PoseInput:
-    """Poses of one sensor."""
+    """Poses of one sensor.
+
+    Attributes:
+        differential: Whether differences of two poses count, as velocities.
+        relative: Whether poses count from the first one on.
+    """
 
     part: Part
-    differential: bool = False  # whether differences of two poses count, as velocities
-    relative: bool = False  # whether poses count from the first one on
+    differential: bool = False
+    relative: bool = False
     _first: Pose3 | None = None
     _last: tuple[float, Pose3, Array] | None = None
 

@@ -62,13 +62,18 @@ class TaskConfig:
 
 
 class Outcome(NamedTuple):
-    """Results of one step, `(N,)` each: the rewards, and the ends that it brought."""
+    """Results of one step, `(N,)` each: the rewards, and the ends that it brought.
+
+    Attributes:
+        reached: Whether the goal was reached: a terminal state, unless something was touched.
+        touched: Whether something was touched: a terminal state.
+        late: Whether the time is out: the episode is cut short there.
+    """
 
     reward: Floats
-    # whether the goal was reached: a terminal state, unless something was touched
     reached: NDArray[np.bool_]
-    touched: NDArray[np.bool_]  # whether something was touched: a terminal state
-    late: NDArray[np.bool_]  # whether the time is out: the episode is cut short there
+    touched: NDArray[np.bool_]
+    late: NDArray[np.bool_]
 
 
 def beams_of(angles: Floats, T_base_sensor: Floats) -> tuple[Floats, Floats]:

@@ -24,13 +24,19 @@ _SOLID = (Group.WORLD_COLLISION.value, Group.WORLD_CONTACT.value)
 
 
 class Column(NamedTuple):
-    """Surfaces above one another at a point."""
+    """Surfaces above one another at a point.
 
-    floors: tuple[float, ...]  # heights of what something can stand on, rising [m]
-    headroom: tuple[float, ...]  # above each of them [m]
-    # height of a plane or terrain, below which all is solid; None where there is none [m]
+    Attributes:
+        floors: Heights of what something can stand on, rising [m].
+        headroom: Above each of them [m].
+        base: Height of a plane or terrain, below which all is solid; None where there is none [m].
+        tops: Where anything begins, covered or not [m].
+    """
+
+    floors: tuple[float, ...]
+    headroom: tuple[float, ...]
     base: float | None
-    tops: tuple[float, ...]  # where anything begins, covered or not [m]
+    tops: tuple[float, ...]
 
     @property
     def walked(self) -> float:
@@ -46,9 +52,13 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True)
 class Survey:
-    """The ground around a point: the largest area that is walked on without a step."""
+    """The ground around a point: the largest area that is walked on without a step.
 
-    points: Floats  # where it was found, `(N, 3) float64` [m]
+    Attributes:
+        points: Where it was found, `(N, 3) float64` [m].
+    """
+
+    points: Floats
 
     def height(self, x: float, y: float) -> float:
         """Return the ground's height where it is nearest to a point; NaN where there is none."""

@@ -15,17 +15,29 @@ from arjuna_sim.physics.wheels.servo import ServoConfig, add_servo
 
 @dataclass(frozen=True)
 class JointServos:
-    """Servos of a robot's driven joints, in the order of `GazeboSettings.driven`, each `(N,)`."""
+    """The servos of a robot's driven joints, in the order of `GazeboSettings.driven`, each `(N,)`.
 
-    position: Ints  # addresses in qpos
-    velocity: Ints  # addresses in qvel
-    stiffness: Floats  # effort per error of position
-    damping: Floats  # effort per error of velocity
-    lead: Floats  # how far the wanted position runs ahead of the joint's, per speed [s]
-    reach: Floats  # by how much it may be off until the effort is at its limit [rad or m]
-    is_derived: Bools  # whether its gains are derived, so that it also carries its load
-    motors: slice  # which of all motors are theirs
-    sums: slice  # where MuJoCo keeps the wanted positions
+    Attributes:
+        position: Addresses in qpos.
+        velocity: Addresses in qvel.
+        stiffness: Effort per error of position.
+        damping: Effort per error of velocity.
+        lead: How far the wanted position runs ahead of the joint's, per speed [s].
+        reach: By how much it may be off until the effort is at its limit [rad or m].
+        is_derived: Whether its gains are derived, so that it also carries its load.
+        motors: Which of all motors are theirs.
+        sums: Where MuJoCo keeps the wanted positions.
+    """
+
+    position: Ints
+    velocity: Ints
+    stiffness: Floats
+    damping: Floats
+    lead: Floats
+    reach: Floats
+    is_derived: Bools
+    motors: slice
+    sums: slice
 
     def drive(
         self,

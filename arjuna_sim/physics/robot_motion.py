@@ -32,15 +32,25 @@ class JointStates(NamedTuple):
 
 
 class Truth(NamedTuple):
-    """The true pose and motion of the robot, which it cannot know."""
+    """The true pose and motion of the robot, which it cannot know.
 
-    pose: SE2  # of the robot's root in the world, seen from above
-    v: float  # speed along the robot's x axis [m/s]
-    w: float  # turn rate [rad/s]
-    z: float  # height of the robot's root [m]
-    roll: float  # [rad]
-    pitch: float  # [rad]
-    side: float = 0.0  # speed along the robot's y axis [m/s]
+    Attributes:
+        pose: Of the robot's root in the world, seen from above.
+        v: Speed along the robot's x axis [m/s].
+        w: Turn rate [rad/s].
+        z: Height of the robot's root [m].
+        roll: [rad].
+        pitch: [rad].
+        side: Speed along the robot's y axis [m/s].
+    """
+
+    pose: SE2
+    v: float
+    w: float
+    z: float
+    roll: float
+    pitch: float
+    side: float = 0.0
 
 
 class RobotMotion:

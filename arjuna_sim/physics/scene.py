@@ -37,30 +37,50 @@ GRAZED = 1e-9
 
 @dataclass(frozen=True)
 class RobotInScene:
-    """Addresses of a robot in a compiled model."""
+    """Addresses of a robot in a compiled model.
 
-    title: str  # what others call it: its name, or its file's where it is `SOLO`
-    base: tuple[int, int]  # address of its root in qpos (7 values) and qvel (6 values)
-    rates: slice  # which values of qvel are its own
-    joint_position: Ints  # addresses of the moving joints in qpos, in the robot's order
-    joint_velocity: Ints  # addresses of the moving joints in qvel, in the robot's order
-    rollers: Ints  # addresses in qpos of what the rollers of wheels have turned
-    is_solid: Bools  # for each geom whether it is a collision shape of the robot, `(G,) bool`
-    support: WheelSupport  # what it stands on
-    servos: Servos  # the wheels' motors
-    joint_servos: JointServos  # the motors of the other driven joints
+    Attributes:
+        title: What others call it: its name, or its file's where it is `SOLO`.
+        base: Address of its root in qpos (7 values) and qvel (6 values).
+        rates: Which values of qvel are its own.
+        joint_position: Addresses of the moving joints in qpos, in the robot's order.
+        joint_velocity: Addresses of the moving joints in qvel, in the robot's order.
+        rollers: Addresses in qpos of what the rollers of wheels have turned.
+        is_solid: For each geom whether it is a collision shape of the robot, `(G,) bool`.
+        support: What it stands on.
+        servos: The wheels' motors.
+        joint_servos: The motors of the other driven joints.
+    """
+
+    title: str
+    base: tuple[int, int]
+    rates: slice
+    joint_position: Ints
+    joint_velocity: Ints
+    rollers: Ints
+    is_solid: Bools
+    support: WheelSupport
+    servos: Servos
+    joint_servos: JointServos
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A compiled model."""
+    """A compiled model.
+
+    Attributes:
+        robots: Its robots by name.
+        names: For each geom the model, or the one of several robots, that it belongs to; "" for the
+            ground.
+        is_obstacle: For each geom whether it has such a name, `(G,) bool`.
+        rollers: Addresses in qpos of what the rollers of all wheels have turned.
+    """
 
     model: Any
-    robots: dict[str, RobotInScene]  # its robots by name
-    # for each geom the model, or the one of several robots, that it belongs to; "" for the ground
+    robots: dict[str, RobotInScene]
     names: tuple[str, ...]
-    is_obstacle: Bools  # for each geom whether it has such a name, `(G,) bool`
-    rollers: Ints  # addresses in qpos of what the rollers of all wheels have turned
+    is_obstacle: Bools
+    rollers: Ints
 
 
 def build_scene(

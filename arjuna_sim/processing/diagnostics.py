@@ -21,14 +21,20 @@ KINDS = (GENERIC, GROUP, IGNORE, DISCARD)
 
 @dataclass
 class Status:
-    """A status of a component."""
+    """A status of a component.
+
+    Attributes:
+        level: One of `OK`, `WARN`, `ERROR`, `STALE`.
+        values: Keys and values.
+        at: When it came [s].
+    """
 
     name: str
-    level: int  # one of `OK`, `WARN`, `ERROR`, `STALE`
+    level: int
     message: str = ""
     hardware_id: str = ""
-    values: tuple[tuple[str, str], ...] = ()  # keys and values
-    at: float = 0.0  # when it came [s]
+    values: tuple[tuple[str, str], ...] = ()
+    at: float = 0.0
 
 
 @dataclass

@@ -22,13 +22,19 @@ _FULL = 32767.0  # a stick's greatest deflection
 
 @dataclass
 class Gamepad:
-    """The state of a gamepad, from the bytes of its device."""
+    """The state of a gamepad, from the bytes of its device.
 
-    deadzone: float = 0.05  # share of a stick's range that counts as its middle
-    sticky_buttons: bool = False  # whether a press toggles a button
-    # deflections, forward and left positive, each -1 to 1
+    Attributes:
+        deadzone: Share of a stick's range that counts as its middle.
+        sticky_buttons: Whether a press toggles a button.
+        axes: Deflections, forward and left positive, each -1 to 1.
+        buttons: 1 for each that is pressed.
+    """
+
+    deadzone: float = 0.05
+    sticky_buttons: bool = False
     axes: list[float] = field(default_factory=list)
-    buttons: list[int] = field(default_factory=list)  # 1 for each that is pressed
+    buttons: list[int] = field(default_factory=list)
     _rest: bytes = b""
 
     def take(self, data: bytes) -> bool:

@@ -19,11 +19,17 @@ _NORTH = {"enu": 1, "nwu": 0, "ned": 0}
 
 @dataclass
 class MadgwickFilter:
-    """Orientation as a quaternion w, x, y, z that turns the sensor's vectors into the world's."""
+    """Orientation as a quaternion w, x, y, z that turns the sensor's vectors into the world's.
 
-    world: str = "enu"  # `enu`, `nwu` or `ned`
-    gain: float = 0.1  # how fast gravity and field correct it [rad/s]
-    zeta: float = 0.0  # how fast they correct the gyro's bias [rad/s^2]
+    Attributes:
+        world: `enu`, `nwu` or `ned`.
+        gain: How fast gravity and field correct it [rad/s].
+        zeta: How fast they correct the gyro's bias [rad/s^2].
+    """
+
+    world: str = "enu"
+    gain: float = 0.1
+    zeta: float = 0.0
     quaternion: Array = field(default_factory=lambda: np.array((1.0, 0.0, 0.0, 0.0)))
     bias: Array = field(default_factory=lambda: np.zeros(3))
 

@@ -22,15 +22,23 @@ Mounted = Callable[[str], Pose3]
 
 @dataclass(frozen=True)
 class Sweep:
-    """A scan with intensities."""
+    """A scan with intensities.
 
-    ranges: Array  # `(N,) float64` [m]
-    intensities: Array  # `(N,) float64`, or of length 0
-    angle_min: float  # bearing of beam 0 [rad]
-    angle_increment: float  # from one beam to the next [rad]
+    Attributes:
+        ranges: `(N,) float64` [m].
+        intensities: `(N,) float64`, or of length 0.
+        angle_min: Bearing of beam 0 [rad].
+        angle_increment: From one beam to the next [rad].
+        first: The number of beam 0 in the scan that the laser sent.
+    """
+
+    ranges: Array
+    intensities: Array
+    angle_min: float
+    angle_increment: float
     range_min: float
     range_max: float
-    first: int = 0  # the number of beam 0 in the scan that the laser sent
+    first: int = 0
 
     @property
     def angles(self) -> Array:

@@ -250,11 +250,17 @@ class ClusterPool:
 
 @dataclass(frozen=True)
 class _Carried:
-    """The inputs of a campaign's runs, in the object store."""
+    """The inputs of a campaign's runs, in the object store.
 
-    files: Mapping[str, str]  # the SHA-256 of each, by its path
-    contents: Mapping[str, Any]  # references to the contents, by SHA-256
-    inputs: Mapping[str, Any]  # what else an order says of them
+    Attributes:
+        files: The SHA-256 of each, by its path.
+        contents: References to the contents, by SHA-256.
+        inputs: What else an order says of them.
+    """
+
+    files: Mapping[str, str]
+    contents: Mapping[str, Any]
+    inputs: Mapping[str, Any]
 
 
 def _carried(campaign: Campaign, folder: Path, known: dict[str, Any]) -> _Carried:

@@ -18,14 +18,21 @@ _FILE = "outcome.json"
 
 @dataclass(frozen=True)
 class Outcome:
-    """The outcome of a run."""
+    """The outcome of a run.
+
+    Attributes:
+        levels: The label of each factor's level.
+        reason: Why not; "" if it does.
+        wall_s: How long it took [s].
+        figures: Numbers of its result, truths as 0 and 1, by dotted key.
+    """
 
     name: str
-    levels: Mapping[str, str]  # the label of each factor's level
+    levels: Mapping[str, str]
     success: bool
-    reason: str  # why not; "" if it does
-    wall_s: float  # how long it took [s]
-    figures: Mapping[str, float]  # numbers of its result, truths as 0 and 1, by dotted key
+    reason: str
+    wall_s: float
+    figures: Mapping[str, float]
 
 
 def judged(result: Mapping[str, Any], success: Mapping[str, Any]) -> str:

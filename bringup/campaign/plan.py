@@ -45,20 +45,29 @@ class Level:
 
 @dataclass(frozen=True)
 class Campaign:
-    """A command, what it is varied in, and how its result is judged."""
+    """A command, what it is varied in, and how its result is judged.
+
+    Attributes:
+        command: The words after `python -m bringup`; `{folder}` stands for the run's folder.
+        result: The JSON file that a run writes, in its folder.
+        success: What a run's result must say: a value, or `at_least` and `at_most`, by key.
+        measures: Keys of the numbers to draw; all numbers if empty.
+        timeout: How long a run may take [s].
+        compare: The factor whose levels are compared, each with the first; "" for none.
+        cpus: How many a run keeps busy, for a cluster to plan with; 0 to measure it.
+        memory: How much a run takes at most [MB], for the same; 0 to measure it.
+    """
 
     name: str
-    # the words after `python -m bringup`; `{folder}` stands for the run's folder
     command: tuple[str, ...]
-    result: str  # the JSON file that a run writes, in its folder
+    result: str
     factors: Mapping[str, tuple[Level, ...]]
-    # what a run's result must say: a value, or `at_least` and `at_most`, by key
     success: Mapping[str, Any]
-    measures: tuple[str, ...] = ()  # keys of the numbers to draw; all numbers if empty
-    timeout: float = 3600.0  # how long a run may take [s]
-    compare: str = ""  # the factor whose levels are compared, each with the first; "" for none
-    cpus: float = 0.0  # how many a run keeps busy, for a cluster to plan with; 0 to measure it
-    memory: float = 0.0  # how much a run takes at most [MB], for the same; 0 to measure it
+    measures: tuple[str, ...] = ()
+    timeout: float = 3600.0
+    compare: str = ""
+    cpus: float = 0.0
+    memory: float = 0.0
 
     @property
     def conditions(self) -> list[str]:

@@ -76,10 +76,14 @@ class Pool(Protocol):
 
 @dataclass(frozen=True)
 class Forks:
-    """Runs in forks of this process, which need not import all that they stand on."""
+    """Runs in forks of this process, which need not import all that they stand on.
 
-    main: Callable[[], int]  # does a run, its words in `sys.argv`, and returns its exit code
-    # imports here what runs need; it starts no thread, for a fork would not have it
+    Attributes:
+        main: Does a run, its words in `sys.argv`, and returns its exit code.
+        warm_up: Imports here what runs need; it starts no thread, for a fork would not have it.
+    """
+
+    main: Callable[[], int]
     warm_up: Callable[[], None]
 
 

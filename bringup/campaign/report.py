@@ -38,11 +38,15 @@ _LATEX = {
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text below a head."""
+    """Rows of text below a head.
+
+    Attributes:
+        names: How many of the first columns hold names; the others hold figures.
+    """
 
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
-    names: int = 1  # how many of the first columns hold names; the others hold figures
+    names: int = 1
 
     def html(self) -> str:
         """Return it as an element of a page."""

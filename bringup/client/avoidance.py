@@ -12,14 +12,23 @@ _FRONT, _SIDE = math.radians(15.0), math.radians(90.0)
 
 @dataclass(frozen=True)
 class Decision:
-    """The decision that follows from a scan."""
+    """The decision that follows from a scan.
 
-    word: str  # FORWARD, TURN LEFT or TURN RIGHT
-    v: float  # forward speed [m/s]
-    w: float  # turn rate [rad/s]
-    front: float  # nearest thing within 15 degrees of straight ahead [m]
-    left: float  # nearest from there to 90 degrees left [m]
-    right: float  # nearest from there to 90 degrees right [m]
+    Attributes:
+        word: FORWARD, TURN LEFT or TURN RIGHT.
+        v: Forward speed [m/s].
+        w: Turn rate [rad/s].
+        front: Nearest thing within 15 degrees of straight ahead [m].
+        left: Nearest from there to 90 degrees left [m].
+        right: Nearest from there to 90 degrees right [m].
+    """
+
+    word: str
+    v: float
+    w: float
+    front: float
+    left: float
+    right: float
 
     def __str__(self) -> str:
         seen = f"Front: {self.front:.2f}m Left: {self.left:.2f}m Right: {self.right:.2f}m"

@@ -7,11 +7,17 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Endpoint:
-    """A publisher or subscription."""
+    """A publisher or subscription.
 
-    node: str  # full name of its node, `/amcl`
+    Attributes:
+        node: Full name of its node, `/amcl`.
+        reliable: Whether its reliability is reliable, not best effort.
+        latched: Whether its durability is transient local, not volatile.
+    """
+
+    node: str
     topic: str
     type: str
     publishes: bool
-    reliable: bool = True  # whether its reliability is reliable, not best effort
-    latched: bool = False  # whether its durability is transient local, not volatile
+    reliable: bool = True
+    latched: bool = False

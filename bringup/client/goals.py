@@ -71,22 +71,35 @@ def chosen(session: Session, what: str, name: str | None, timeout: float = 10.0)
 
 @dataclass(frozen=True)
 class GoalEnd:
-    """The outcome of a goal."""
+    """The outcome of a goal.
+
+    Attributes:
+        reason: Why it was not; empty where it was.
+        refused: Whether the server did not take it.
+    """
 
     succeeded: bool
-    reason: str = ""  # why it was not; empty where it was
-    refused: bool = False  # whether the server did not take it
+    reason: str = ""
+    refused: bool = False
 
 
 @dataclass(frozen=True)
 class GoalTimes:
-    """Time-outs for servers [s]."""
+    """Time-outs for servers [s].
 
-    answer: float = 10.0  # to appear, and to answer a goal
-    silence: float = 10.0  # between two feedbacks, of which servers send ten a second
-    probe: float = 2.0  # to say whether it has a goal
-    activation: float = 60.0  # for navigation to be activated
-    pause: float = 0.5  # until a server that is not active is asked again
+    Attributes:
+        answer: To appear, and to answer a goal.
+        silence: Between two feedbacks, of which servers send ten a second.
+        probe: To say whether it has a goal.
+        activation: For navigation to be activated.
+        pause: Until a server that is not active is asked again.
+    """
+
+    answer: float = 10.0
+    silence: float = 10.0
+    probe: float = 2.0
+    activation: float = 60.0
+    pause: float = 0.5
 
 
 TIMES = GoalTimes()

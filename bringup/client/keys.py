@@ -42,13 +42,21 @@ PAGES = {
 
 @dataclass(frozen=True)
 class Driving:
-    """The command that the pressed keys stand for."""
+    """The command that the pressed keys stand for.
 
-    layout: str = "wasd"  # `wasd` or `twist`
-    speed: float = 0.3  # forward speed of a full key [m/s]
-    turn: float = 0.5  # turn rate of a full key [rad/s]
-    shares: Velocity = STILL  # of a full key's motion that are asked for; each part -1 to 1
-    done: bool = False  # whether to quit
+    Attributes:
+        layout: `wasd` or `twist`.
+        speed: Forward speed of a full key [m/s].
+        turn: Turn rate of a full key [rad/s].
+        shares: Of a full key's motion that are asked for; each part -1 to 1.
+        done: Whether to quit.
+    """
+
+    layout: str = "wasd"
+    speed: float = 0.3
+    turn: float = 0.5
+    shares: Velocity = STILL
+    done: bool = False
 
     @property
     def velocity(self) -> Velocity:

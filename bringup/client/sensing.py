@@ -46,11 +46,17 @@ class DrawnMap(OccupancyGrid):
 
 @dataclass(frozen=True)
 class DrivenPath:
-    """The path that a robot drove, by its odometry; it draws itself."""
+    """The path that a robot drove, by its odometry; it draws itself.
 
-    poses: NDArray[np.float64]  # x, y, heading, `(N, 3) float64` [m, m, rad], oldest first
-    frame: str  # `map`, or `odom` where no map is
-    grid: OccupancyGrid | None = None  # the map below it, if one has come
+    Attributes:
+        poses: x, y, heading, `(N, 3) float64` [m, m, rad], oldest first.
+        frame: `map`, or `odom` where no map is.
+        grid: The map below it, if one has come.
+    """
+
+    poses: NDArray[np.float64]
+    frame: str
+    grid: OccupancyGrid | None = None
 
     @property
     def length(self) -> float:

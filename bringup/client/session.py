@@ -25,10 +25,14 @@ class ClientError(ArjunaError):
 
 
 class Session(ABC):
-    """A node, and waiting while its callbacks run; never from within one of them."""
+    """A node, and waiting while its callbacks run; never from within one of them.
+
+    Attributes:
+        error: What is raised where something does not come in time.
+    """
 
     client: Node
-    error: type[Exception] = ClientError  # what is raised where something does not come in time
+    error: type[Exception] = ClientError
 
     @property
     def now(self) -> float:

@@ -50,23 +50,34 @@ KNOWS = 0.5  # localization quality from which the robot's word counts
 
 @dataclass(frozen=True)
 class DemoOptions:
-    """Options of a demo run."""
+    """Options of a demo run.
+
+    Attributes:
+        waypoints: What is driven to on the map.
+        goals: How many goals are drawn on the map that was made, in place of waypoints; 0 for none.
+        kidnap: Whether the robot is carried off then, and drives home.
+        explore_time: After which what is mapped so far is the map [s]; None to map it all.
+        explore_limit: After which mapping it all is given up [s].
+        goal_time: For a goal [s].
+        notice_time: For the robot to notice that it was carried off [s].
+        recover_time: For it to know again where it is [s].
+        clearance: Of where it is carried off to [m].
+        margin: About the robot as it turns on a goal that is drawn [m].
+    """
 
     seed: int
     out: Path
     parameters: Parameters
-    waypoints: tuple[SE2, ...] = WAYPOINTS  # what is driven to on the map
-    # how many goals are drawn on the map that was made, in place of waypoints; 0 for none
+    waypoints: tuple[SE2, ...] = WAYPOINTS
     goals: int = 0
-    kidnap: bool = True  # whether the robot is carried off then, and drives home
-    # after which what is mapped so far is the map [s]; None to map it all
+    kidnap: bool = True
     explore_time: float | None = None
-    explore_limit: float = 1800.0  # after which mapping it all is given up [s]
-    goal_time: float = 300.0  # for a goal [s]
-    notice_time: float = 10.0  # for the robot to notice that it was carried off [s]
-    recover_time: float = 60.0  # for it to know again where it is [s]
-    clearance: float = 0.6  # of where it is carried off to [m]
-    margin: float = 0.15  # about the robot as it turns on a goal that is drawn [m]
+    explore_limit: float = 1800.0
+    goal_time: float = 300.0
+    notice_time: float = 10.0
+    recover_time: float = 60.0
+    clearance: float = 0.6
+    margin: float = 0.15
 
 
 class Demo:

@@ -78,12 +78,16 @@ _TICK = os.sysconf("SC_CLK_TCK")  # [1/s]
 
 @dataclass(frozen=True)
 class HostProcess:
-    """A process that runs a group of nodes."""
+    """A process that runs a group of nodes.
+
+    Attributes:
+        cpu_time: Used so far [s].
+    """
 
     pid: int
     group: str
     domain: int
-    cpu_time: float  # used so far [s]
+    cpu_time: float
 
 
 def host_processes(proc: Path = Path("/proc")) -> list[HostProcess]:

@@ -29,19 +29,29 @@ class Finding:
 
 @dataclass(frozen=True)
 class Machine:
-    """The machine and this terminal's environment."""
+    """The machine and this terminal's environment.
 
-    python: tuple[int, int] = (3, 12)  # version, (3, 12)
-    missing: tuple[str, ...] = ()  # modules that are not installed
-    # modules of ours that come from elsewhere than this environment, with their path
+    Attributes:
+        python: Version, (3, 12).
+        missing: Modules that are not installed.
+        foreign: Modules of ours that come from elsewhere than this environment, with their path.
+        environment: The variables that ROS, MuJoCo and Python read.
+        gl_error: Why nothing can be drawn off-screen; empty where it can.
+        disk_free: Of the home folder [GiB].
+        memory_free: [GiB].
+        load: Processes that want to run, a core.
+        domains: ROS domains in which processes of ours run, in order.
+    """
+
+    python: tuple[int, int] = (3, 12)
+    missing: tuple[str, ...] = ()
     foreign: dict[str, str] = field(default_factory=dict)
-    # the variables that ROS, MuJoCo and Python read
     environment: dict[str, str] = field(default_factory=dict)
-    gl_error: str = ""  # why nothing can be drawn off-screen; empty where it can
-    disk_free: float = 100.0  # of the home folder [GiB]
-    memory_free: float = 8.0  # [GiB]
-    load: float = 0.5  # processes that want to run, a core
-    domains: tuple[int, ...] = ()  # ROS domains in which processes of ours run, in order
+    gl_error: str = ""
+    disk_free: float = 100.0
+    memory_free: float = 8.0
+    load: float = 0.5
+    domains: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -54,15 +64,22 @@ class Clock:
 
 @dataclass(frozen=True)
 class ScanFacts:
-    """The last scan."""
+    """The last scan.
+
+    Attributes:
+        returns: Share of the beams that hit something.
+        near: Share of the beams that hit something within 5 cm: the robot itself.
+        upside_down: Whether its frame's z axis points down in the robot's base.
+        clockwise: Whether its bearings fall.
+        on_walls: Share of the hits within 15 cm of what /map has occupied; None without a map
+            that has walls, or without a transform.
+    """
 
     frame: str
-    returns: float  # share of the beams that hit something
-    near: float = 0.0  # share of the beams that hit something within 5 cm: the robot itself
-    upside_down: bool = False  # whether its frame's z axis points down in the robot's base
-    clockwise: bool = False  # whether its bearings fall
-    # share of the hits within 15 cm of what /map has occupied; None without a map that has walls,
-    # or without a transform
+    returns: float
+    near: float = 0.0
+    upside_down: bool = False
+    clockwise: bool = False
     on_walls: float | None = None
 
 

@@ -17,15 +17,24 @@ _HEADINGS = ("NODE", "STATE", "PROCESS", "CPU", "TOPIC", "RATE", "LAST WARNING")
 
 @dataclass(frozen=True)
 class Row:
-    """A node."""
+    """A node.
+
+    Attributes:
+        state: Lifecycle state, "" for none.
+        process: The process of ours that runs it, "" for none.
+        cpu: Share of one core that the process uses; None where unknown.
+        topic: Its main one, "" for nothing.
+        rate: Of that [Hz]; None where not counted.
+        warning: Its last, "" for none.
+    """
 
     node: str
-    state: str = ""  # lifecycle state, "" for none
-    process: str = ""  # the process of ours that runs it, "" for none
-    cpu: float | None = None  # share of one core that the process uses; None where unknown
-    topic: str = ""  # its main one, "" for nothing
-    rate: float | None = None  # of that [Hz]; None where not counted
-    warning: str = ""  # its last, "" for none
+    state: str = ""
+    process: str = ""
+    cpu: float | None = None
+    topic: str = ""
+    rate: float | None = None
+    warning: str = ""
 
 
 def main_topic(node: str, endpoints: Iterable[Endpoint]) -> str:

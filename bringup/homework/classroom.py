@@ -24,11 +24,16 @@ _DOMAINS = 101  # ports of those above are given to any program (OMG DDSI-RTPS 2
 
 @dataclass(frozen=True)
 class Seat:
-    """A student's seat."""
+    """A student's seat.
+
+    Attributes:
+        domain: Of ROS, which nobody else of the class has.
+        port: For `view`.
+    """
 
     name: str
-    domain: int  # of ROS, which nobody else of the class has
-    port: int  # for `view`
+    domain: int
+    port: int
     folder: str
 
 

@@ -30,14 +30,20 @@ _ANY = re.compile(r"\.{3}(?!\.)")  # so that of four the first is the number's o
 
 @dataclass(frozen=True)
 class Command:
-    """One command."""
+    """One command.
+
+    Attributes:
+        words: Its words, without what is said to the reader.
+        stays: Whether it runs on beside those that follow (`&`).
+        seconds: After how long it is ended with Ctrl-C [s]; None for when it ends by itself.
+        by_hand: Whether it needs somebody at the keyboard.
+    """
 
     text: str
-    words: tuple[str, ...]  # its words, without what is said to the reader
-    stays: bool = False  # whether it runs on beside those that follow (`&`)
-    # after how long it is ended with Ctrl-C [s]; None for when it ends by itself
+    words: tuple[str, ...]
+    stays: bool = False
     seconds: float | None = None
-    by_hand: bool = False  # whether it needs somebody at the keyboard
+    by_hand: bool = False
 
 
 @dataclass(frozen=True)
@@ -133,13 +139,21 @@ _STACK = " nodes active after "  # what `sim`, `slam` and `nav` say last
 
 @dataclass(frozen=True)
 class Times:
-    """Time-outs of a lesson's command [s]."""
+    """Time-outs of a lesson's command [s].
 
-    start: float = 90.0  # until it is up
-    first_word: float = 20.0  # before the time counts for which to watch
-    end: float = 20.0  # after Ctrl-C
-    whole: float = 900.0  # until it ends by itself
-    look: float = 0.1  # from one look at its output to the next
+    Attributes:
+        start: Until it is up.
+        first_word: Before the time counts for which to watch.
+        end: After Ctrl-C.
+        whole: Until it ends by itself.
+        look: From one look at its output to the next.
+    """
+
+    start: float = 90.0
+    first_word: float = 20.0
+    end: float = 20.0
+    whole: float = 900.0
+    look: float = 0.1
 
 
 TIMES = Times()

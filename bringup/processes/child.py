@@ -19,12 +19,18 @@ from bringup.processes.fork import Fork, can_fork, die_with
 
 @dataclass(frozen=True)
 class ChildSpec:
-    """A child process to run."""
+    """A child process to run.
 
-    name: str  # marks the lines of its output
+    Attributes:
+        name: Marks the lines of its output.
+        needed: Whether the others end if it cannot be kept running.
+        run: Does the same in a fork of this process, which is there at once; None to start the
+            program.
+    """
+
+    name: str
     command: Sequence[str]
-    needed: bool = True  # whether the others end if it cannot be kept running
-    # does the same in a fork of this process, which is there at once; None to start the program
+    needed: bool = True
     run: Callable[[], int] | None = None
 
 

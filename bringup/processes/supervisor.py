@@ -23,14 +23,21 @@ _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 @dataclass(frozen=True)
 class StopTimes:
-    """Time limits for ending processes [s]."""
+    """Time limits for ending processes [s].
 
-    interrupt: float = 5.0  # from SIGINT until SIGTERM follows
-    terminate: float = 3.0  # from SIGTERM until SIGKILL follows
-    last_words: float = 1.0  # for a process that is stuck to print its stack
-    # between two looks, after which the supervisor itself was stopped, or slept
+    Attributes:
+        interrupt: From SIGINT until SIGTERM follows.
+        terminate: From SIGTERM until SIGKILL follows.
+        last_words: For a process that is stuck to print its stack.
+        absence: Between two looks, after which the supervisor itself was stopped, or slept.
+        tick: From one look to the next.
+    """
+
+    interrupt: float = 5.0
+    terminate: float = 3.0
+    last_words: float = 1.0
     absence: float = 1.0
-    tick: float = 0.2  # from one look to the next
+    tick: float = 0.2
 
 
 LIMITS = RestartLimits()

@@ -48,11 +48,16 @@ class LossCounter:
 
 
 class Received(NamedTuple):
-    """A message that arrived."""
+    """A message that arrived.
+
+    Attributes:
+        received: When it arrived, by the system's clock [ns].
+        published: When it was published, by the publisher's [ns].
+    """
 
     topic: TopicInfo
-    received: int  # when it arrived, by the system's clock [ns]
-    published: int  # when it was published, by the publisher's [ns]
+    received: int
+    published: int
     data: bytes
 
 

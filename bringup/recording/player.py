@@ -26,33 +26,48 @@ REQUESTS = {"service_introspection": 1, "client_introspection": 0}
 
 @dataclass(frozen=True)
 class PlayOptions:
-    """Options of playing."""
+    """Options of playing.
 
-    takes: Callable[[str], bool] = lambda topic: True  # returns which topics are played
-    rate: float = 1.0  # recorded seconds a second
-    offset: float = 0.0  # where in the recording to begin [s]
+    Attributes:
+        takes: Returns which topics are played.
+        rate: Recorded seconds a second.
+        offset: Where in the recording to begin [s].
+        until: The last time that is played [ns]; the end if None.
+        paused: Whether to begin with a pause.
+        clock_hz: How often to publish the recorded time on /clock [Hz]; 0 for not.
+        clock_topics: Topics before whose messages it is published, too; None for all.
+        recorded_clock: Whether a recorded /clock is played instead of one that is made.
+        delay: How long to wait before each turn [s].
+        settling: How long to wait at first until those who listen have found the player [s].
+        remap: New names of topics.
+        overrides: Profiles of topics whatever the recording says.
+        acked_timeout: How long to wait at the end for those who listen [s], 0 for ever; None not.
+        requests: The event whose request is sent to its service in place of the events; see
+            `REQUESTS`; None to publish the events.
+        keys: Whether keys are read.
+        node_name: The player's node.
+        controlled: Whether it offers rosbag2's services and announces new files.
+        burst: How many messages are published at once at the beginning, 0 for all; None for not.
+    """
+
+    takes: Callable[[str], bool] = lambda topic: True
+    rate: float = 1.0
+    offset: float = 0.0
     loop: bool = False
-    until: int | None = None  # the last time that is played [ns]; the end if None
-    paused: bool = False  # whether to begin with a pause
-    clock_hz: float = 0.0  # how often to publish the recorded time on /clock [Hz]; 0 for not
-    # topics before whose messages it is published, too; None for all
+    until: int | None = None
+    paused: bool = False
+    clock_hz: float = 0.0
     clock_topics: Collection[str] | None = ()
-    recorded_clock: bool = True  # whether a recorded /clock is played instead of one that is made
-    delay: float = 0.0  # how long to wait before each turn [s]
-    # how long to wait at first until those who listen have found the player [s]
+    recorded_clock: bool = True
+    delay: float = 0.0
     settling: float = 0.0
-    remap: Mapping[str, str] = field(default_factory=dict)  # new names of topics
-    # profiles of topics whatever the recording says
+    remap: Mapping[str, str] = field(default_factory=dict)
     overrides: Mapping[str, QoSProfile] = field(default_factory=dict)
-    # how long to wait at the end for those who listen [s], 0 for ever; None not
     acked_timeout: float | None = None
-    # the event whose request is sent to its service in place of the events; see `REQUESTS`; None to
-    # publish the events
     requests: int | None = None
-    keys: bool = True  # whether keys are read
-    node_name: str = "player"  # the player's node
-    controlled: bool = False  # whether it offers rosbag2's services and announces new files
-    # how many messages are published at once at the beginning, 0 for all; None for not
+    keys: bool = True
+    node_name: str = "player"
+    controlled: bool = False
     burst: int | None = None
 
     @property

@@ -51,24 +51,37 @@ CLOCK = "/clock"
 
 @dataclass(frozen=True)
 class RecordOptions:
-    """Options of recording; what is not here is an option of the folder's."""
+    """Options of recording; what is not here is an option of the folder's.
 
-    # returns whether a topic of a name and a type is recorded
+    Attributes:
+        takes: Returns whether a topic of a name and a type is recorded.
+        node_name: The recorder's node.
+        controlled: Whether it offers rosbag2's services and announces new files.
+        keys: Whether space pauses and resumes.
+        overrides: Profiles of topics whatever their publishers offer.
+        discovery: Whether topics that appear later are recorded.
+        polling_period: How often to look for them [s].
+        unpublished: Whether topics without a publisher are.
+        leaves: Whether topics without a subscriber are.
+        paused: Whether it begins with a pause.
+        sim_time: Whether messages have the time of /clock, and none is written before it comes.
+        snapshot: Whether messages are held, and written when a snapshot is asked for.
+        cache: Bytes to hold for that; 0 writes each message through at once.
+    """
+
     takes: Callable[[str, str], bool] = lambda topic, type_name: True
-    node_name: str = "recorder"  # the recorder's node
-    controlled: bool = False  # whether it offers rosbag2's services and announces new files
-    keys: bool = False  # whether space pauses and resumes
-    # profiles of topics whatever their publishers offer
+    node_name: str = "recorder"
+    controlled: bool = False
+    keys: bool = False
     overrides: Mapping[str, QoSProfile] = field(default_factory=dict)
-    discovery: bool = True  # whether topics that appear later are recorded
-    polling_period: float = 0.5  # how often to look for them [s]
-    unpublished: bool = False  # whether topics without a publisher are
-    leaves: bool = True  # whether topics without a subscriber are
-    paused: bool = False  # whether it begins with a pause
-    # whether messages have the time of /clock, and none is written before it comes
+    discovery: bool = True
+    polling_period: float = 0.5
+    unpublished: bool = False
+    leaves: bool = True
+    paused: bool = False
     sim_time: bool = False
-    snapshot: bool = False  # whether messages are held, and written when a snapshot is asked for
-    cache: int = 100 * 1024 * 1024  # bytes to hold for that; 0 writes each message through at once
+    snapshot: bool = False
+    cache: int = 100 * 1024 * 1024
 
 
 class Recorder:

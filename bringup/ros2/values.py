@@ -20,11 +20,17 @@ _ARRAYS = (list, tuple, set, array.array, np.ndarray)
 
 @dataclass(frozen=True)
 class Abridge:
-    """Limits of a printed message."""
+    """Limits of a printed message.
 
-    length: int | None = None  # where arrays, bytes and strings are cut; None for nowhere
-    no_arrays: bool = False  # whether arrays are only described
-    no_strings: bool = False  # whether strings are only described
+    Attributes:
+        length: Where arrays, bytes and strings are cut; None for nowhere.
+        no_arrays: Whether arrays are only described.
+        no_strings: Whether strings are only described.
+    """
+
+    length: int | None = None
+    no_arrays: bool = False
+    no_strings: bool = False
 
 
 WHOLE = Abridge()

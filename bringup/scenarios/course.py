@@ -63,14 +63,21 @@ class Arrival:
 
 @dataclass(frozen=True)
 class Continuation:
-    """State in which a process continues the drives of another one."""
+    """State in which a process continues the drives of another one.
 
-    at: SE2 | None = None  # where the robot believes to be; None at its start
-    parameters: Parameters = field(default_factory=dict)  # of its simulator
-    began: float = 0.0  # the simulated time [s]
-    # by name, how far somebody is on the route already [s]
+    Attributes:
+        at: Where the robot believes to be; None at its start.
+        parameters: Of its simulator.
+        began: The simulated time [s].
+        walked: By name, how far somebody is on the route already [s].
+        goals: How many there were.
+    """
+
+    at: SE2 | None = None
+    parameters: Parameters = field(default_factory=dict)
+    began: float = 0.0
     walked: Mapping[str, float] = field(default_factory=dict)
-    goals: int = 0  # how many there were
+    goals: int = 0
 
 
 @contextmanager

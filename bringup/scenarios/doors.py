@@ -22,13 +22,21 @@ Box = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Door:
-    """One door."""
+    """One door.
 
-    width: float  # of the gap [m]
-    walls: tuple[Box, ...]  # of the room and of the door
-    T_world_room: SE2  # where the room lies: off the map's cells, and turned against them
-    start: SE2  # of the robot, in the world
-    goal: SE2  # beyond the door, in the world
+    Attributes:
+        width: Of the gap [m].
+        walls: Of the room and of the door.
+        T_world_room: Where the room lies: off the map's cells, and turned against them.
+        start: Of the robot, in the world.
+        goal: Beyond the door, in the world.
+    """
+
+    width: float
+    walls: tuple[Box, ...]
+    T_world_room: SE2
+    start: SE2
+    goal: SE2
 
     @staticmethod
     def draw(width: float, rng: np.random.Generator) -> Door:

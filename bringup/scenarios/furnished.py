@@ -35,7 +35,11 @@ _GROUND = "<include><uri>model://ground_plane</uri></include>"
 
 
 class Box(NamedTuple):
-    """A box that stands square: its middle, size, and from which height to which [m]."""
+    """A box that stands square: its middle, size, and from which height to which [m].
+
+    Attributes:
+        hollow: Whether it is a mesh without thickness, open below.
+    """
 
     x: float
     y: float
@@ -43,7 +47,7 @@ class Box(NamedTuple):
     dy: float
     low: float
     high: float
-    hollow: bool = False  # whether it is a mesh without thickness, open below
+    hollow: bool = False
 
 
 class Room(NamedTuple):
@@ -62,12 +66,16 @@ class Room(NamedTuple):
 
 @dataclass(frozen=True)
 class Layout:
-    """A building [m]."""
+    """A building [m].
+
+    Attributes:
+        walls: Within it.
+        pieces: Of furniture, each with the radius that it takes.
+    """
 
     length: float
     width: float
-    walls: tuple[Box, ...]  # within it
-    # of furniture, each with the radius that it takes
+    walls: tuple[Box, ...]
     pieces: tuple[tuple[float, Callable[[np.random.Generator], list[Box]]], ...]
 
 

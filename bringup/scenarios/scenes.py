@@ -20,13 +20,21 @@ from bringup.scenarios.furnished import LAYOUTS, make_room
 
 @dataclass(frozen=True)
 class Scene:
-    """A world, its maps, and the goals that it has."""
+    """A world, its maps, and the goals that it has.
 
-    world: Path  # its file
-    map: Path | None  # the robot's map; None where it navigates in odom, without one
-    grid: OccupancyGrid  # all that the robot could touch
-    start: SE2 | None = None  # of the robot; drawn if None
-    goals: tuple[SE2, ...] = ()  # in the world; drawn if there are none
+    Attributes:
+        world: Its file.
+        map: The robot's map; None where it navigates in odom, without one.
+        grid: All that the robot could touch.
+        start: Of the robot; drawn if None.
+        goals: In the world; drawn if there are none.
+    """
+
+    world: Path
+    map: Path | None
+    grid: OccupancyGrid
+    start: SE2 | None = None
+    goals: tuple[SE2, ...] = ()
 
 
 def _furnished(arguments: argparse.Namespace, folder: Path, rng: np.random.Generator) -> Scene:

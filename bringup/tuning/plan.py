@@ -32,16 +32,23 @@ _FORMS = "valid: {low, high}, {low, high, log: true} or a list of values"
 
 @dataclass(frozen=True)
 class Dimension:
-    """A parameter that is searched, in a range or among some values."""
+    """A parameter that is searched, in a range or among some values.
+
+    Attributes:
+        low: Least value to try; NaN for choices.
+        high: Greatest value to try; NaN for choices.
+        log: Whether factors count, not differences.
+        choices: The values to try, in place of a range.
+    """
 
     node: str
     key: str
     now: Value
     unit: str
-    low: float = float("nan")  # least value to try; NaN for choices
-    high: float = float("nan")  # greatest value to try; NaN for choices
-    log: bool = False  # whether factors count, not differences
-    choices: tuple[Value, ...] = ()  # the values to try, in place of a range
+    low: float = float("nan")
+    high: float = float("nan")
+    log: bool = False
+    choices: tuple[Value, ...] = ()
 
     @property
     def name(self) -> str:

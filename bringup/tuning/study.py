@@ -34,11 +34,17 @@ _FAILED, _TUNING = "failed runs", "tuning"
 
 @dataclass(frozen=True)
 class Tried:
-    """A trial that has ended."""
+    """A trial that has ended.
 
-    number: int  # its number; 0 has the values of now
-    values: Mapping[str, Value]  # the parameters' values, by dimension
-    figure: float  # the mean of the figure that is bettered; infinitely bad where no run has one
+    Attributes:
+        number: Its number; 0 has the values of now.
+        values: The parameters' values, by dimension.
+        figure: The mean of the figure that is bettered; infinitely bad where no run has one.
+    """
+
+    number: int
+    values: Mapping[str, Value]
+    figure: float
     failed: int
 
 

@@ -12,13 +12,18 @@ from rclpy.executors import ExternalShutdownException
 
 @dataclass
 class Tally:
-    """The count of one kind of failure, with the latest's reason and time [s]."""
+    """The count of one kind of failure, with the latest's reason and time [s].
 
-    kind: str  # `failed` where a callback raised, `refused` where a message was not valid
+    Attributes:
+        kind: `failed` where a callback raised, `refused` where a message was not valid.
+        logged_at: Time of the last that was logged [s].
+    """
+
+    kind: str
     count: int = 0
     reason: str = ""
     at: float = 0.0
-    logged_at: float = 0.0  # time of the last that was logged [s]
+    logged_at: float = 0.0
 
 
 class Guard:

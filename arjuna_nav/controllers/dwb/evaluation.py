@@ -32,13 +32,18 @@ _PARTS = {
 
 
 class Trials(NamedTuple):
-    """The velocities that are tried, and where they lead, seen in the costmap's frame."""
+    """The velocities that are tried, and where they lead, seen in the costmap's frame.
 
-    velocities: Floats  # `(N, 3) float64`: forward, to the left [m/s], turning [rad/s]
-    # returns the poses `(K, 3)` [m, m, rad] that a velocity of an index leads to
+    Attributes:
+        velocities: `(N, 3) float64`: forward, to the left [m/s], turning [rad/s].
+        trajectory: Returns the poses `(K, 3)` [m, m, rad] that a velocity of an index leads to.
+        path: The part of the path that counts, `(M, 3) float64`.
+    """
+
+    velocities: Floats
     trajectory: Callable[[int], Floats]
     pose: SE2
-    path: Floats  # the part of the path that counts, `(M, 3) float64`
+    path: Floats
     costmap: Costmap
 
 

@@ -20,7 +20,11 @@ from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
 
 
 class Dynamics(NamedTuple):
-    """Present velocity, accelerations along a trajectory, and steps of its simulation."""
+    """Present velocity, accelerations along a trajectory, and steps of its simulation.
+
+    Attributes:
+        repeats_last: Whether a trajectory's last pose counts twice, as Nav2 has it.
+    """
 
     v: float
     side: float
@@ -35,7 +39,7 @@ class Dynamics(NamedTuple):
     time_step: float
     linear_step: float
     angular_step: float
-    repeats_last: bool  # whether a trajectory's last pose counts twice, as Nav2 has it
+    repeats_last: bool
 
 
 class Robot(NamedTuple):
@@ -47,34 +51,57 @@ class Robot(NamedTuple):
 
 
 class Weights(NamedTuple):
-    """Weights of the critics; 0 for those not in use."""
+    """Weights of the critics; 0 for those not in use.
+
+    Attributes:
+        sum_costs: Whether all costs of a trajectory count, else the last.
+        path_dist: Of the end's distance from the path, a cell.
+        goal_dist: Of the end's distance from the path's end, a cell.
+        path_align: Of the same of a point ahead, `path_point` cells.
+        goal_align: Of the same of a point ahead, `goal_point` cells.
+        path_point: See path_align.
+        goal_point: See goal_align.
+        heading: Of the end's angle from `goal_yaw`.
+        goal_yaw: The goal's heading in the grid [rad].
+        heading_time: When the heading is taken [s]; below 0 at the end.
+    """
 
     obstacle: float
-    sum_costs: bool  # whether all costs of a trajectory count, else the last
-    path_dist: float  # of the end's distance from the path, a cell
-    goal_dist: float  # of the end's distance from the path's end, a cell
-    path_align: float  # of the same of a point ahead, `path_point` cells
-    goal_align: float  # of the same of a point ahead, `goal_point` cells
-    path_point: float  # see path_align
-    goal_point: float  # see goal_align
-    heading: float  # of the end's angle from `goal_yaw`
-    goal_yaw: float  # the goal's heading in the grid [rad]
-    heading_time: float  # when the heading is taken [s]; below 0 at the end
+    sum_costs: bool
+    path_dist: float
+    goal_dist: float
+    path_align: float
+    goal_align: float
+    path_point: float
+    goal_point: float
+    heading: float
+    goal_yaw: float
+    heading_time: float
 
 
 class Scoring(NamedTuple):
-    """The inputs of scoring."""
+    """The inputs of scoring.
 
-    start: Floats  # `(x, y, theta)` in the grid [cells, rad]
-    samples: Floats  # `(N, 3) float64` of `(v, side, w)` [m/s, m/s, rad/s]
-    base: Floats  # `(N,) float64` scores that depend on the sample alone; inf where it is forbidden
+    Attributes:
+        start: `(x, y, theta)` in the grid [cells, rad].
+        samples: `(N, 3) float64` of `(v, side, w)` [m/s, m/s, rad/s].
+        base: `(N,) float64` scores that depend on the sample alone; inf where it is forbidden.
+        resolution: Of the grid [m].
+        data: `(height, width) uint8` costs.
+        to_path: `(height, width) int32` distances from the path.
+        to_goal: `(height, width) int32` distances from the path's end.
+    """
+
+    start: Floats
+    samples: Floats
+    base: Floats
     dynamics: Dynamics
     robot: Robot
     weights: Weights
-    resolution: float  # of the grid [m]
-    data: Bytes  # `(height, width) uint8` costs
-    to_path: NDArray[np.int32]  # `(height, width) int32` distances from the path
-    to_goal: NDArray[np.int32]  # `(height, width) int32` distances from the path's end
+    resolution: float
+    data: Bytes
+    to_path: NDArray[np.int32]
+    to_goal: NDArray[np.int32]
 
 
 @njit(cache=True)

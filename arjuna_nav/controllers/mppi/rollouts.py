@@ -38,18 +38,31 @@ class Rollouts(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """Limits of the drive."""
+    """Limits of the drive.
 
-    v_min: float  # least forward speed [m/s]
-    v_max: float  # greatest [m/s]
-    w_max: float  # greatest yaw rate [rad/s]
-    accel: float  # gain of speed [m/s^2]
-    decel: float  # loss of speed [m/s^2]
-    accel_w: float  # change of the yaw rate [rad/s^2]
-    side_max: float = 0.0  # greatest speed to either side [m/s]
-    side_accel: float = 0.0  # gain of speed to the left [m/s^2]
-    side_decel: float = 0.0  # gain of speed to the right [m/s^2]
-    radius: float = 0.0  # least turning radius [m]
+    Attributes:
+        v_min: Least forward speed [m/s].
+        v_max: Greatest [m/s].
+        w_max: Greatest yaw rate [rad/s].
+        accel: Gain of speed [m/s^2].
+        decel: Loss of speed [m/s^2].
+        accel_w: Change of the yaw rate [rad/s^2].
+        side_max: Greatest speed to either side [m/s].
+        side_accel: Gain of speed to the left [m/s^2].
+        side_decel: Gain of speed to the right [m/s^2].
+        radius: Least turning radius [m].
+    """
+
+    v_min: float
+    v_max: float
+    w_max: float
+    accel: float
+    decel: float
+    accel_w: float
+    side_max: float = 0.0
+    side_accel: float = 0.0
+    side_decel: float = 0.0
+    radius: float = 0.0
 
 
 def empty_rollouts(steps: int, batch: int, holonomic: bool) -> Rollouts:

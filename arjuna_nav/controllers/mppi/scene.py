@@ -19,33 +19,55 @@ from arjuna_nav.costmap.footprint import Footprint
 
 
 class Grid(NamedTuple):
-    """Costs, and where the robot is on them."""
+    """Costs, and where the robot is on them.
 
-    data: Bytes  # `(height, width) uint8`
-    x: float  # the robot's column, a fraction [cells]
-    y: float  # the robot's row
-    theta: float  # its heading in the grid [rad]
-    scale: float  # cells a metre
-    points: Floats  # its outline `(N, 2) float64` [cells]
-    circular: bool  # whether the outline is a circle
-    safe_cost: int  # cost below which no heading collides
+    Attributes:
+        data: `(height, width) uint8`.
+        x: The robot's column, a fraction [cells].
+        y: The robot's row.
+        theta: Its heading in the grid [rad].
+        scale: Cells a metre.
+        points: Its outline `(N, 2) float64` [cells].
+        circular: Whether the outline is a circle.
+        safe_cost: Cost below which no heading collides.
+    """
+
+    data: Bytes
+    x: float
+    y: float
+    theta: float
+    scale: float
+    points: Floats
+    circular: bool
+    safe_cost: int
 
 
 class Scene(NamedTuple):
-    """The path ahead, the goal and the costs, seen from the robot."""
+    """The path ahead, the goal and the costs, seen from the robot.
 
-    path: Array  # `(N, 3) float32` [m, m, rad]
-    free: Bools  # `(N,) bool`: whether the robot may stand there
+    Attributes:
+        path: `(N, 3) float32` [m, m, rad].
+        free: `(N,) bool`: whether the robot may stand there.
+        goal_distance: How far away it is [m].
+        furthest: Index of the farthest pose of the path that a rollout's end is nearest to.
+        clearances: The costmap's, `(256,) float64` [m].
+        inscribed_radius: The robot's [m].
+        dt: Time of a step [s].
+        xy_goal_tolerance: Distance at which the position counts as reached [m].
+        inflations: The costmap's `circumscribed_cost` and `clearances` by each inflation layer.
+    """
+
+    path: Array
+    free: Bools
     goal: SE2
-    goal_distance: float  # how far away it is [m]
-    furthest: int  # index of the farthest pose of the path that a rollout's end is nearest to
+    goal_distance: float
+    furthest: int
     grid: Grid
-    clearances: Floats  # the costmap's, `(256,) float64` [m]
-    inscribed_radius: float  # the robot's [m]
+    clearances: Floats
+    inscribed_radius: float
     limits: Limits
-    dt: float  # time of a step [s]
-    xy_goal_tolerance: float = 0.0  # distance at which the position counts as reached [m]
-    # the costmap's `circumscribed_cost` and `clearances` by each inflation layer
+    dt: float
+    xy_goal_tolerance: float = 0.0
     inflations: Mapping[str, tuple[int, Floats]] = MappingProxyType({})
 
     def inflated_by(self, layer: str) -> Scene:

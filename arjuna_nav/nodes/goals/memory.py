@@ -76,9 +76,13 @@ class GoalMemory:
 
 
 class ResumingNode(GoalNode):
-    """Resumes the current goal after a crash or a jump of time, if `resume_file` is set."""
+    """Resumes the current goal after a crash or a jump of time, if `resume_file` is set.
 
-    memory: GoalMemory  # the current goal; made in `configure`
+    Attributes:
+        memory: The current goal; made in `configure`.
+    """
+
+    memory: GoalMemory
 
     def activate(self) -> None:
         """Look for a goal that was running when the process ended."""

@@ -29,10 +29,15 @@ from arjuna_nav.routes.scorers import RouteRequest, fixed, speed_share
 
 
 class RouteHost(GoalNode):
-    """The route server as its plug-ins see it."""
+    """The route server as its plug-ins see it.
 
-    graph: Graph | None = None  # the graph, None where none is loaded
-    tracker: Tracker | None = None  # of the route that is tracked, None where none is
+    Attributes:
+        graph: The graph, None where none is loaded.
+        tracker: Of the route that is tracked, None where none is.
+    """
+
+    graph: Graph | None = None
+    tracker: Tracker | None = None
     _is_closed_ahead = False
 
     def edges_closed(self, edges: Set[Edge]) -> None:

@@ -31,12 +31,19 @@ _MODELS = ("diff", "omni", "ackermann")
 
 @dataclass(frozen=True, eq=False)
 class Primitive:
-    """A piece between two headings."""
+    """A piece between two headings.
 
-    first: int  # number of the heading it starts from
-    last: int  # number of the heading it ends at
-    side: int  # 1 where it bends left, -1 right, 0 where it does not
-    poses: Floats  # `(N, 3) float64` from its start, which is left out; the heading is absolute
+    Attributes:
+        first: Number of the heading it starts from.
+        last: Number of the heading it ends at.
+        side: 1 where it bends left, -1 right, 0 where it does not.
+        poses: `(N, 3) float64` from its start, which is left out; the heading is absolute.
+    """
+
+    first: int
+    last: int
+    side: int
+    poses: Floats
 
     @property
     def length(self) -> float:
@@ -47,13 +54,19 @@ class Primitive:
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Headings and the pieces between them."""
+    """Headings and the pieces between them.
 
-    angles: Floats  # `(H,) float64` [rad]
-    # the pieces; lengths in cells, or metres where they come from a file
+    Attributes:
+        angles: `(H,) float64` [rad].
+        primitives: The pieces; lengths in cells, or metres where they come from a file.
+        spins: Whether the robot turns on the spot.
+        radius: Of the tightest bend, in the pieces' unit.
+    """
+
+    angles: Floats
     primitives: tuple[Primitive, ...]
-    spins: bool  # whether the robot turns on the spot
-    radius: float  # of the tightest bend, in the pieces' unit
+    spins: bool
+    radius: float
 
     def scaled(self, factor: float) -> Lattice:
         """Return it in another unit of length."""

@@ -33,41 +33,62 @@ _LONGER_REVERSE = math.pi + 1e-6  # and Reeds and Shepp's, which all but turns o
 
 
 class Terrain(NamedTuple):
-    """The costs that the robot drives on and its outline, in cells."""
+    """The costs that the robot drives on and its outline, in cells.
 
-    data: Bytes  # `(height, width) uint8`
-    remaining: Singles  # `(height, width) float32` cost from a cell to the goal
-    points: Floats  # `(N, 2)` the robot's corners
-    circular: bool  # whether it is a circle
-    safe_cost: int  # cost below which no heading collides
-    allow_unknown: bool  # whether it may cross unknown cells
+    Attributes:
+        data: `(height, width) uint8`.
+        remaining: `(height, width) float32` cost from a cell to the goal.
+        points: `(N, 2)` the robot's corners.
+        circular: Whether it is a circle.
+        safe_cost: Cost below which no heading collides.
+        allow_unknown: Whether it may cross unknown cells.
+    """
+
+    data: Bytes
+    remaining: Singles
+    points: Floats
+    circular: bool
+    safe_cost: int
+    allow_unknown: bool
 
 
 class Rules(NamedTuple):
-    """Motions of the robot and their costs; lengths in cells. See `HybridConfig`."""
+    """Motions of the robot and their costs; lengths in cells. See `HybridConfig`.
+
+    Attributes:
+        straight: Cost of a cell of a straight where nothing is near.
+        bends: Factor on bends.
+        spins: Whether it turns on the spot.
+        turn: Cost of a turn by one radian on the spot.
+        back: Factor on what is driven straight back.
+        shortcuts: Whether any arc of the radius may be driven, not only the pieces.
+        bends_within: Turning radii from the goal along each axis within which bends are estimated.
+        any_cost_within: How near to the goal a direct curve may cross any cost.
+        tolerance: How near to the goal a pose must be for the path to end there, below 0 for none.
+        near_limit: How many poses are expanded from the first so near on.
+        coarse: How many of the goal's headings are tried before one is found free.
+        interval: How many poses are expanded between two looks at the flag that stops a search.
+    """
 
     radius: float
     reverse: bool
     cost_penalty: float
-    straight: float  # cost of a cell of a straight where nothing is near
-    bends: float  # factor on bends
+    straight: float
+    bends: float
     direct_ratio: float
     direct_length: float
     direct_cost: float
     limit: int
     heuristic_weight: float
-    spins: bool  # whether it turns on the spot
-    turn: float  # cost of a turn by one radian on the spot
-    back: float  # factor on what is driven straight back
-    shortcuts: bool  # whether any arc of the radius may be driven, not only the pieces
-    # turning radii from the goal along each axis within which bends are estimated
+    spins: bool
+    turn: float
+    back: float
+    shortcuts: bool
     bends_within: float = np.inf
-    any_cost_within: float = 0.0  # how near to the goal a direct curve may cross any cost
-    # how near to the goal a pose must be for the path to end there, below 0 for none
+    any_cost_within: float = 0.0
     tolerance: float = -1.0
-    near_limit: int = 0  # how many poses are expanded from the first so near on
-    coarse: int = 1  # how many of the goal's headings are tried before one is found free
-    # how many poses are expanded between two looks at the flag that stops a search
+    near_limit: int = 0
+    coarse: int = 1
     interval: int = 5000
 
 

@@ -22,11 +22,17 @@ _ONE = np.uint32(1 << 16)  # cell, in a sum of values
 
 
 class Corridor(NamedTuple):
-    """The coarse cells that a good path may cross, and what it may cost."""
+    """The coarse cells that a good path may cross, and what it may cost.
 
-    open: Bools  # `(height >> shift, width >> shift) bool`, rounded up
-    shift: int  # a coarse cell is `2**shift` squared of the map's
-    most: float  # cost up to which a path within is the best; else there may be a better one
+    Attributes:
+        open: `(height >> shift, width >> shift) bool`, rounded up.
+        shift: A coarse cell is `2**shift` squared of the map's.
+        most: Cost up to which a path within is the best; else there may be a better one.
+    """
+
+    open: Bools
+    shift: int
+    most: float
 
 
 UNBOUNDED = Corridor(EVERYWHERE, 0, np.inf)

@@ -21,12 +21,19 @@ Array = Floats
 
 
 class JointCommands(NamedTuple):
-    """Setpoints of a tick, in the order of `GazeboSettings.driven`, each `(N,)`."""
+    """Setpoints of a tick, in the order of `GazeboSettings.driven`, each `(N,)`.
 
-    is_effort: Bools  # which push with an effort; the others follow a position
-    position: Array  # wanted at the tick's start [rad or m]
-    velocity: Array  # how fast that changes [rad/s or m/s]
-    effort: Array  # the effort, or what is added to that of the servo [N m or N]
+    Attributes:
+        is_effort: Which push with an effort; the others follow a position.
+        position: Wanted at the tick's start [rad or m].
+        velocity: How fast that changes [rad/s or m/s].
+        effort: The effort, or what is added to that of the servo [N m or N].
+    """
+
+    is_effort: Bools
+    position: Array
+    velocity: Array
+    effort: Array
 
 
 class ControllerError(ArjunaError):

@@ -20,12 +20,18 @@ class Trajectory:
 
     Between two points runs a straight line; a cubic where both have velocities, a quintic where
     both have accelerations too. Source: joint_trajectory_controller, Jazzy.
+
+    Attributes:
+        times: Of the points, rising [s], `(P,)`.
+        positions: `(P, J)` [rad or m].
+        velocities: `(P, J)`, not a number where a point has none.
+        accelerations: `(P, J)`, not a number where a point has none.
     """
 
-    times: Floats  # of the points, rising [s], `(P,)`
-    positions: Floats  # `(P, J)` [rad or m]
-    velocities: Floats  # `(P, J)`, not a number where a point has none
-    accelerations: Floats  # `(P, J)`, not a number where a point has none
+    times: Floats
+    positions: Floats
+    velocities: Floats
+    accelerations: Floats
 
     def __post_init__(self) -> None:
         """Refuse points that are out of order, not finite, or of which the last moves."""

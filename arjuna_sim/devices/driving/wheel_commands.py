@@ -14,12 +14,18 @@ Array = Floats
 
 
 class _Part(NamedTuple):
-    """The part of a controller that commands wheels, or the joints that steer them."""
+    """The part of a controller that commands wheels, or the joints that steer them.
+
+    Attributes:
+        steers: Whether it does so of steering.
+        joints: Which of all wheels or of all steering joints.
+        order: Which of its values are for those.
+    """
 
     controller: str
-    steers: bool  # whether it does so of steering
-    joints: Ints  # which of all wheels or of all steering joints
-    order: Ints  # which of its values are for those
+    steers: bool
+    joints: Ints
+    order: Ints
 
 
 class WheelCommands:

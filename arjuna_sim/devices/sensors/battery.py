@@ -16,18 +16,30 @@ _MOVES = 0.02  # speed from which a robot moves, or turns [m/s or rad/s]
 
 @dataclass(frozen=True, kw_only=True)
 class BatterySettings(SensorSettings):
-    """A battery whose voltage falls with its charge."""
+    """A battery whose voltage falls with its charge.
+
+    Attributes:
+        voltage: At the start [V].
+        full: Open, when it is full [V].
+        fall: From there to the empty one's, negative [V].
+        charge: At the start [Ah].
+        capacity: [Ah].
+        resistance: [Ohm].
+        tau: In which the current follows the load [s].
+        load: Power that is drawn [W].
+        waits: Whether that is drawn from the robot's first motion on, else from the start on.
+    """
 
     TITLE: ClassVar[str] = "battery"
-    voltage: float  # at the start [V]
-    full: float  # open, when it is full [V]
-    fall: float  # from there to the empty one's, negative [V]
-    charge: float  # at the start [Ah]
-    capacity: float  # [Ah]
-    resistance: float  # [Ohm]
-    tau: float  # in which the current follows the load [s]
-    load: float  # power that is drawn [W]
-    waits: bool  # whether that is drawn from the robot's first motion on, else from the start on
+    voltage: float
+    full: float
+    fall: float
+    charge: float
+    capacity: float
+    resistance: float
+    tau: float
+    load: float
+    waits: bool
 
     def details(self) -> str:
         """Return charge, voltage and load."""

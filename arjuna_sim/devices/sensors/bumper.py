@@ -19,11 +19,16 @@ from arjuna_sim.model.settings import SensorSettings, reads
 
 @dataclass(frozen=True, kw_only=True)
 class BumperSettings(SensorSettings):
-    """A bumper: contacts of the link's collision shapes."""
+    """A bumper: contacts of the link's collision shapes.
+
+    Attributes:
+        in_world: Whether its points are in the world's frame rather than the sensor's.
+        robot: Its robot's name, which others see where it has the world for its own.
+    """
 
     TITLE: ClassVar[str] = "bumper"
-    robot: str = ""  # its robot's name, which others see where it has the world for its own
-    in_world: bool = True  # whether its points are in the world's frame rather than the sensor's
+    robot: str = ""
+    in_world: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,14 +52,23 @@ def read(tag: SensorTag) -> list[BumperSettings]:
 
 
 class Touch(NamedTuple):
-    """The contact of one collision shape of a link with another."""
+    """The contact of one collision shape of a link with another.
 
-    own: str  # name of the link's shape, as Gazebo calls it
-    other: str  # name of what it touches
-    positions: Floats  # `(N, 3) float64` [m]
-    normals: Floats  # out of the other, `(N, 3) float64`
-    depths: Floats  # `(N,) float64` [m]
-    forces: Floats  # upon the link, `(N, 3) float64` [N]
+    Attributes:
+        own: Name of the link's shape, as Gazebo calls it.
+        other: Name of what it touches.
+        positions: `(N, 3) float64` [m].
+        normals: Out of the other, `(N, 3) float64`.
+        depths: `(N,) float64` [m].
+        forces: Upon the link, `(N, 3) float64` [N].
+    """
+
+    own: str
+    other: str
+    positions: Floats
+    normals: Floats
+    depths: Floats
+    forces: Floats
 
 
 @simulates(ContactSettings)

@@ -19,7 +19,16 @@ _WIDEST = 2.8  # field of view of a flat picture [rad]
 
 @dataclass(frozen=True, kw_only=True)
 class CameraSettings(SensorSettings):
-    """A camera: size [pixels], field of view [rad], clip distances [m]."""
+    """A camera: size [pixels], field of view [rad], clip distances [m].
+
+    Attributes:
+        depth: Whether it measures distances rather than colours first.
+        depth_topic: Topic of distances; "" for `depth/image_raw` beside the colours.
+        cloud_topic: Topic of its points; "" for none.
+        info_topic: Topic of its calibration; "" for `camera_info` beside the colours.
+        noise: Standard deviation of each colour of a pixel, of 1.
+        distortion: k1, k2, p1, p2 and k3 of its lens; none for an ideal one.
+    """
 
     TITLE: ClassVar[str] = "camera"
     IS_PRIMARY: ClassVar[bool] = True
@@ -31,12 +40,12 @@ class CameraSettings(SensorSettings):
     near: float
     far: float
     topic: str = TOPIC
-    depth: bool = False  # whether it measures distances rather than colours first
-    depth_topic: str = ""  # topic of distances; "" for `depth/image_raw` beside the colours
-    cloud_topic: str = ""  # topic of its points; "" for none
-    info_topic: str = ""  # topic of its calibration; "" for `camera_info` beside the colours
-    noise: float = 0.0  # standard deviation of each colour of a pixel, of 1
-    distortion: tuple[float, ...] = ()  # k1, k2, p1, p2 and k3 of its lens; none for an ideal one
+    depth: bool = False
+    depth_topic: str = ""
+    cloud_topic: str = ""
+    info_topic: str = ""
+    noise: float = 0.0
+    distortion: tuple[float, ...] = ()
 
     @property
     def title(self) -> str:

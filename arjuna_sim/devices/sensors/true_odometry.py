@@ -18,13 +18,20 @@ from arjuna_sim.model.settings import SensorSettings, reads
 
 @dataclass(frozen=True, kw_only=True)
 class TrueOdometrySettings(SensorSettings):
-    """True motion of a link."""
+    """True motion of a link.
+
+    Attributes:
+        world_frame: The name of the world's frame in its messages.
+        noise: Standard deviation of each position and velocity [m, m/s and rad/s].
+        in_world: Whether velocities are along the world's axes rather than the link's.
+        planar: Whether height, roll and pitch are left out.
+    """
 
     TITLE: ClassVar[str] = "true odometry"
-    world_frame: str = "world"  # the name of the world's frame in its messages
-    noise: float = 0.0  # standard deviation of each position and velocity [m, m/s and rad/s]
-    in_world: bool = True  # whether velocities are along the world's axes rather than the link's
-    planar: bool = False  # whether height, roll and pitch are left out
+    world_frame: str = "world"
+    noise: float = 0.0
+    in_world: bool = True
+    planar: bool = False
 
 
 class TrueMotion(NamedTuple):

@@ -55,13 +55,20 @@ def answering(answer: Callable[[Any, Any], None]) -> Callable[[Any, Any], Any]:
 
 
 class Host(Protocol):
-    """A running simulation that clients control."""
+    """A running simulation that clients control.
+
+    Attributes:
+        fleet: The robots that have nodes of their own.
+        library: What clients may name.
+        state: A SimulationState constant: whether simulated time runs.
+        quitting: Whether a client asked the process to end.
+    """
 
     simulator: Simulation
-    fleet: Fleet  # the robots that have nodes of their own
-    library: Library  # what clients may name
-    state: int  # a SimulationState constant: whether simulated time runs
-    quitting: bool  # whether a client asked the process to end
+    fleet: Fleet
+    library: Library
+    state: int
+    quitting: bool
 
     def serve(self, service_type: Any, name: str, callback: Callable[[Any, Any], Any]) -> None:
         """Create a service that lives until cleanup."""

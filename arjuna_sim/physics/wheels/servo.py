@@ -77,18 +77,28 @@ class Servos:
     """The servos of all wheels, left ones first, and of the joints that steer.
 
     Each array is `(W,)`, that of the steering `(S,)`.
+
+    Attributes:
+        position: Addresses of the wheels in qpos.
+        velocity: Addresses of the wheels in qvel.
+        lead: How far the wanted angle runs ahead of the wheel's, per speed [s].
+        response_time: In which wheels follow: by so much they may be late without making up [s].
+        reach: How far it may run ahead until the torque is at its limit [rad].
+        steering: Addresses of the steering joints in qpos.
+        motors: Which of all motors turn the wheels.
+        steerers: Which of them steer.
+        sums: Where MuJoCo keeps the wheels' wanted angles.
     """
 
-    position: Ints  # addresses of the wheels in qpos
-    velocity: Ints  # addresses of the wheels in qvel
-    lead: Floats  # how far the wanted angle runs ahead of the wheel's, per speed [s]
-    # in which wheels follow: by so much they may be late without making up [s]
+    position: Ints
+    velocity: Ints
+    lead: Floats
     response_time: float
-    reach: Floats  # how far it may run ahead until the torque is at its limit [rad]
-    steering: Ints  # addresses of the steering joints in qpos
-    motors: slice  # which of all motors turn the wheels
-    steerers: slice  # which of them steer
-    sums: slice  # where MuJoCo keeps the wheels' wanted angles
+    reach: Floats
+    steering: Ints
+    motors: slice
+    steerers: slice
+    sums: slice
 
     def at(self, data: Any) -> ServosAt:
         """Return them at a model's data."""

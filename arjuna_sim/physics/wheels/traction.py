@@ -16,14 +16,20 @@ _SPREAD = 1e-3  # of contacts along the robot, from which they hold it upright [
 
 @dataclass(frozen=True)
 class GroundContacts:
-    """The contacts of a robot with level ground."""
+    """The contacts of a robot with level ground.
 
-    positions: Floats  # from above, in the root's frame, `(N, 2) float64` [m]
-    # between the ground and each when the lowest touches it, by what a wheel sinks in under its
-    # load, `(N,) float64`
+    Attributes:
+        positions: From above, in the root's frame, `(N, 2) float64` [m].
+        gaps: Between the ground and each when the lowest touches it, by what a wheel sinks in under
+            its load, `(N,) float64`.
+        friction: Of each, `(N,) float64`.
+        drives: Whether each is a driven wheel, `(N,) bool`.
+    """
+
+    positions: Floats
     gaps: Floats
-    friction: Floats  # of each, `(N,) float64`
-    drives: Bools  # whether each is a driven wheel, `(N,) bool`
+    friction: Floats
+    drives: Bools
 
 
 @dataclass(frozen=True)

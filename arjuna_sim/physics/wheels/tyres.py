@@ -43,13 +43,21 @@ _LEAST, _MOST = 1e-4, 0.9999  # of MuJoCo's impedance
 
 @dataclass(frozen=True)
 class WheelSupport:
-    """The support of a robot by its wheels and casters."""
+    """The support of a robot by its wheels and casters.
 
-    ride_height: float  # height of its root above the ground [m]
-    steady: float  # greatest acceleration at which it stands on all its contacts and grips [m/s^2]
-    faults: tuple[str, ...]  # what keeps it from driving as others do
-    tyres: tuple[int, ...]  # its tyres' geoms, rising
-    contacts: Floats  # where it touches level ground, from above, in its root's frame, `(N, 2)` [m]
+    Attributes:
+        ride_height: Height of its root above the ground [m].
+        steady: Greatest acceleration at which it stands on all its contacts and grips [m/s^2].
+        faults: What keeps it from driving as others do.
+        tyres: Its tyres' geoms, rising.
+        contacts: Where it touches level ground, from above, in its root's frame, `(N, 2)` [m].
+    """
+
+    ride_height: float
+    steady: float
+    faults: tuple[str, ...]
+    tyres: tuple[int, ...]
+    contacts: Floats
 
 
 def sag_of(robot: RobotModel, timestep: float) -> float:

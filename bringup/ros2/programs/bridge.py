@@ -31,12 +31,16 @@ _DIRECTIONS = {"[": "GZ_TO_ROS", "]": "ROS_TO_GZ", "@": "BIDIRECTIONAL"}
 
 
 class Bridged(NamedTuple):
-    """A topic under two names."""
+    """A topic under two names.
+
+    Attributes:
+        direction: `GZ_TO_ROS`, `ROS_TO_GZ` or `BIDIRECTIONAL`.
+    """
 
     gz: str
     ros: str
     kind: str
-    direction: str  # `GZ_TO_ROS`, `ROS_TO_GZ` or `BIDIRECTIONAL`
+    direction: str
 
 
 def bridged(words: list[str]) -> Iterator[Bridged]:

@@ -16,16 +16,26 @@ class DisplayList:
     """A box for each display, and one display's settings.
 
     Each use queues a call of what its attributes hold.
+
+    Attributes:
+        show: Takes a display's key and whether it is shown.
+        change: Takes a key, a field of its settings and the value.
+        rename: Takes a key and another topic.
+        remove: Takes a key.
+        add: Takes a kind and a topic, empty for its own.
+        choose: Takes the key whose settings are to be shown.
+        save: Takes the browser that asked.
+        load: Takes a file's content.
     """
 
-    show: Callable[[str, bool], None]  # takes a display's key and whether it is shown
-    change: Callable[[str, str, Any], None]  # takes a key, a field of its settings and the value
-    rename: Callable[[str, str], None]  # takes a key and another topic
-    remove: Callable[[str], None]  # takes a key
-    add: Callable[[str, str], None]  # takes a kind and a topic, empty for its own
-    choose: Callable[[str], None]  # takes the key whose settings are to be shown
-    save: Callable[[Any], None]  # takes the browser that asked
-    load: Callable[[bytes], None]  # takes a file's content
+    show: Callable[[str, bool], None]
+    change: Callable[[str, str, Any], None]
+    rename: Callable[[str, str], None]
+    remove: Callable[[str], None]
+    add: Callable[[str, str], None]
+    choose: Callable[[str], None]
+    save: Callable[[Any], None]
+    load: Callable[[bytes], None]
 
     def __init__(self, gui: Any, call: Callable[..., Any]) -> None:
         self._gui, self._call = gui, call

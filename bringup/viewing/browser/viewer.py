@@ -37,14 +37,19 @@ _MARKS = "marks"
 
 @dataclass
 class _Shown:
-    """A display in the viewer."""
+    """A display in the viewer.
+
+    Attributes:
+        waiting: Drawings whose frames are not known yet at their stamps.
+        error: What was wrong with its last message.
+        drawn: How often it was drawn.
+    """
 
     spec: DisplaySpec
     display: Display
-    # drawings whose frames are not known yet at their stamps
     waiting: deque[Parts] = field(default_factory=lambda: deque(maxlen=20))
-    error: str = ""  # what was wrong with its last message
-    drawn: int = 0  # how often it was drawn
+    error: str = ""
+    drawn: int = 0
 
 
 class Viewer:

@@ -42,16 +42,22 @@ PIXELS = 100.0
 
 @dataclass(frozen=True)
 class DisplaySpec:
-    """A display as a user has it."""
+    """A display as a user has it.
 
-    kind: str  # its class, a name of `DISPLAYS` or `module:Class`
+    Attributes:
+        kind: Its class, a name of `DISPLAYS` or `module:Class`.
+        topic: Empty for the class's own.
+        settings: Of its `Config`, by field; what is not given has its default.
+        anywhere: Whether another topic of its types will do while this one is silent.
+        rviz: What a file of RViz said of it, to be saved again.
+    """
+
+    kind: str
     name: str
-    topic: str = ""  # empty for the class's own
+    topic: str = ""
     shown: bool = True
-    # of its `Config`, by field; what is not given has its default
     settings: Mapping[str, Any] = field(default_factory=dict)
-    anywhere: bool = False  # whether another topic of its types will do while this one is silent
-    # what a file of RViz said of it, to be saved again
+    anywhere: bool = False
     rviz: Mapping[str, Any] = field(default_factory=dict)
 
     def make(self) -> Display:
@@ -68,12 +74,17 @@ class DisplaySpec:
 
 @dataclass
 class Moment:
-    """The robot's surroundings while the displays are drawn."""
+    """The robot's surroundings while the displays are drawn.
 
-    now: float  # time [s, monotonic]
+    Attributes:
+        now: Time [s, monotonic].
+        distance: Left to the goal [m].
+        people: What the simulator says stands around the robot since the last call, or None.
+    """
+
+    now: float
     frames: Frames
-    distance: float | None = None  # left to the goal [m]
-    # what the simulator says stands around the robot since the last call, or None
+    distance: float | None = None
     people: Parts | None = None
 
 

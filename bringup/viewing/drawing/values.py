@@ -18,12 +18,17 @@ Colours = NDArray[np.uint8]
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """Something to draw."""
+    """Something to draw.
 
-    frame: str = ""  # the frame it is in; empty for the one that everything is drawn in
-    # the time at which it was there [s]; None where it moves with the frame
+    Attributes:
+        frame: The frame it is in; empty for the one that everything is drawn in.
+        stamp: The time at which it was there [s]; None where it moves with the frame.
+        pose: Its pose in the frame.
+    """
+
+    frame: str = ""
     stamp: float | None = None
-    pose: Pose3 = ORIGIN  # its pose in the frame
+    pose: Pose3 = ORIGIN
 
 
 Parts = Mapping[str, Drawing]
@@ -32,10 +37,14 @@ Parts = Mapping[str, Drawing]
 
 @dataclass(frozen=True, kw_only=True)
 class Grid(Drawing):
-    """A map, or a see-through costmap; `pose` is that of its lower-left corner."""
+    """A map, or a see-through costmap; `pose` is that of its lower-left corner.
+
+    Attributes:
+        opacity: Of the costs, 0 to 1; None for a map.
+    """
 
     grid: OccupancyGrid
-    opacity: float | None = None  # of the costs, 0 to 1; None for a map
+    opacity: float | None = None
 
     @property
     def size(self) -> tuple[float, float]:
@@ -95,14 +104,21 @@ class Solids(Drawing):
     """Bodies of one shape, "box", "sphere", "cylinder", "cone" or "arrow".
 
     A shape fills a box with edges of 1 m; arrows and cones point along x, cylinders along z.
+
+    Attributes:
+        positions: `(N, 3)` [m].
+        wxyzs: `(N, 4)`.
+        sizes: Edges of the box around each, `(N, 3)` [m].
+        colours: `(N, 3)`.
+        opacities: `(N,)`, 0 to 1.
     """
 
     shape: str
-    positions: Floats  # `(N, 3)` [m]
-    wxyzs: Floats  # `(N, 4)`
-    sizes: Floats  # edges of the box around each, `(N, 3)` [m]
-    colours: Colours  # `(N, 3)`
-    opacities: Floats  # `(N,)`, 0 to 1
+    positions: Floats
+    wxyzs: Floats
+    sizes: Floats
+    colours: Colours
+    opacities: Floats
 
 
 @dataclass(frozen=True, kw_only=True)

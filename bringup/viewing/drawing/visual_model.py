@@ -64,12 +64,19 @@ class VisualError(ArjunaError):
 
 @dataclass(frozen=True)
 class VisualModel:
-    """A robot to be drawn."""
+    """A robot to be drawn.
 
-    root: str  # the link above all others
-    glbs: dict[str, bytes]  # each visible link in its own frame, as binary glTF
-    notes: tuple[str, ...]  # on what is not drawn
-    name: str = ""  # the robot's
+    Attributes:
+        root: The link above all others.
+        glbs: Each visible link in its own frame, as binary glTF.
+        notes: On what is not drawn.
+        name: The robot's.
+    """
+
+    root: str
+    glbs: dict[str, bytes]
+    notes: tuple[str, ...]
+    name: str = ""
 
 
 def read(description: str, find_mesh: FindMesh, longest: int = 10_000_000) -> VisualModel:

@@ -34,11 +34,16 @@ _COVARIANCE = np.diag([0.25, 0.25, 0.0685])  # of RViz's pose estimate
 
 @dataclass(frozen=True)
 class RobotOptions:
-    """The names by which a robot is found."""
+    """The names by which a robot is found.
+
+    Attributes:
+        fixed_frame: The frame to draw and to command in.
+        command_topic: Of velocities by hand.
+    """
 
     namespace: str = ""
-    fixed_frame: str = "map"  # the frame to draw and to command in
-    command_topic: str = "cmd_vel"  # of velocities by hand
+    fixed_frame: str = "map"
+    command_topic: str = "cmd_vel"
 
 
 class RobotSide:
