@@ -129,6 +129,15 @@ def steering_joints(urdf: Urdf) -> tuple[str, ...]:
     )
 
 
+def trails(urdf: Urdf, wheel: str) -> bool:
+    """Return whether a wheel is a caster's by its place: it trails a joint that turns freely."""
+    above = (joint for joint in urdf.joints.values() if joint.child == urdf.joints[wheel].parent)
+    return any(
+        joint.kind == "continuous" and _is_upright(urdf, joint) and not _is_above(urdf, joint)
+        for joint in above
+    )
+
+
 def _is_upright(urdf: Urdf, joint: Joint) -> bool:
     return abs(float(axis(urdf, joint.name)[2])) > _UPRIGHT
 

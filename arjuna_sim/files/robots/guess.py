@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
-from arjuna_sim.files.robots.drive_kinds import omni_drive
+from arjuna_sim.files.robots.drive_kinds import omni_drive, trails
 from arjuna_sim.files.robots.plugins import TORQUE, Sides, facing_ahead, torque_of
 from arjuna_sim.files.robots.rollers import is_roller
 from arjuna_sim.files.xml_file import XmlFile
@@ -111,6 +111,8 @@ def _candidates(urdf: Urdf, controlled: Set[str]) -> list[str]:
         and not is_roller(urdf, name)
         and radius_of(urdf, name) > 0.0
     ]
+    leading = [name for name in names if not trails(urdf, name)]
+    names = leading if len(leading) > 1 else names
     by_name = [n for n in names if _WHEEL.search(f"{n} {urdf.joints[n].child}")]
     by_control = [n for n in names if n in controlled]
     return next((group for group in (by_control, by_name, names) if len(group) > 1), [])

@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.robots.guess import guess_drive, guess_sides
 from arjuna_sim.files.urdf.gazebo import read_tags
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.model.urdf import Link, Mimic, Urdf
+from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
 from tests.sim.builders import urdf_file
 from tests.sim.wheeled import ALONG_Y, wheeled
 
@@ -99,6 +100,25 @@ def test_a_wheel_in_the_middle_or_askew_is_of_no_side() -> None:
         direction = (math.sin(angle), math.cos(angle), 0.0)
         askew.joints["b"] = replace(askew.joints["b"], axis=direction)
         assert guessed(askew) == ((("a",), ("b",)) if pairs else ((), ()))
+
+
+@pytest.mark.parametrize(
+    ("kind", "trail", "drives"),
+    [("continuous", 0.02, False), ("continuous", 0.0, True), ("revolute", 0.02, True)],
+)
+def test_wheels_that_trail_what_turns_freely_are_casters(
+    kind: str, trail: float, drives: bool
+) -> None:
+    made = wheeled(CORNERS, names=SIDES)
+    joints, links = dict(made.joints), dict(made.links)
+    for name in SIDES[2:]:
+        fork, T = f"{name}_fork", joints[name].T_parent_child
+        links[fork] = Link(fork, None, (), ())
+        joints[name] = replace(joints[name], parent=fork, T_parent_child=Pose3((-trail, 0.0, 0.0)))
+        joints[fork] = Joint(fork, kind, "base", fork, T, (0.0, 0.0, 1.0), (-1.0, 1.0))
+    assert guessed(replace(made, joints=joints, links=links)) == (
+        PAIRS if drives else (SIDES[:1], SIDES[1:2])
+    )
 
 
 def test_wheels_are_what_is_controlled_else_named_so_else_all_that_turns() -> None:
