@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -191,7 +192,7 @@ def test_plans_wherever_the_grid_lies(origin: SE2) -> None:
         {"reverse_penalty": 0.0, "motion_model_for_search": "REEDS_SHEPP"},
     ],
 )
-def test_values_that_nav2_takes_give_a_path(values: dict[str, object]) -> None:
+def test_values_that_nav2_takes_give_a_path(values: dict[str, Any]) -> None:
     result = make("smac hybrid", **values).plan(costmap_of(room()), SE2(-4.0, -4.0), SE2(4.0, 4.0))
     assert result.status is PlanStatus.SUCCEEDED, result.message
 
