@@ -41,16 +41,16 @@ class ConstrainedSmootherConfig:
     minimum_turning_radius: float = param(
         0.4, "Tightest bend that is free; 0 for any.", unit="m", minimum=0.0
     )
-    w_curve: float = param(30.0, "Weight of tighter bends.", minimum=0.0)
-    w_cost: float = param(0.015, "Weight of the costmap's costs.", minimum=0.0)
+    w_curve: float = param(30.0, "Weight of tighter bends.", minimum=0.0, maximum=1e12)
+    w_cost: float = param(0.015, "Weight of the costmap's costs.", minimum=0.0, maximum=1e12)
     w_cost_cusp_multiplier: float = param(
         3.0, "By how much these weigh more where the direction changes.", minimum=0.0
     )
     cusp_zone_length: float = param(
         2.5, "Length about such a cusp in which they do.", unit="m", minimum=0.0
     )
-    w_dist: float = param(0.0, "Weight of the given path.", minimum=0.0)
-    w_smooth: float = param(2e6, "Weight of smoothness.", minimum=0.0)
+    w_dist: float = param(0.0, "Weight of the given path.", minimum=0.0, maximum=1e12)
+    w_smooth: float = param(2e6, "Weight of smoothness.", minimum=0.0, maximum=1e12)
     cost_check_points: tuple[float, ...] = param(
         (), "Points of the robot whose costs count, x, y, weight each; empty for its middle."
     )

@@ -47,6 +47,19 @@ def test_a_corner_is_rounded_and_the_path_published(robot: PlayedRobot) -> None:
         assert published[-1].poses == goal.result.path.poses
 
 
+def test_the_constrained_smoother_turns_no_tighter_than_its_robot_and_off_walls() -> None:
+    plugin = "nav2_constrained_smoother/ConstrainedSmoother"
+    values = {"smoother_plugins": ["bent"], "bent.plugin": plugin, "bent.optimizer.fn_tol": 1e-6}
+    robot = started(GLOBAL_COSTMAP, SMOOTHER_SERVER, smoother_server=values)
+    along_wall = polyline([(-1.0, 4.7), (1.5, 4.7)], 0.0)
+    goal = smooth(robot, along_wall, smoother_id="bent")
+    assert (goal.status, goal.result.was_completed) == (SUCCEEDED, True)
+    poses = poses_from_path(goal.result.path)
+    assert poses[len(poses) // 2, 1] < 4.65
+    assert poses[[0, -1]] == pytest.approx(along_wall[[0, -1]])
+    assert sharpest_turn(poses) < 0.05 / 0.4
+
+
 def test_a_pass_into_an_obstacle_is_undone(robot: PlayedRobot) -> None:
     through_wall = polyline([(0.0, 0.0), (5.2, 0.0)], 0.0)
     goal = smooth(robot, through_wall)

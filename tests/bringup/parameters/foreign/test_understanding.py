@@ -134,6 +134,12 @@ def test_an_unneeded_name_has_its_own_nodes_reason(node: str, key: str, reason: 
         ("controller_server", {"FollowPath.max_linear_vel": 0.2}, True, "desired_linear_vel"),
         ("collision_monitor", {**ZONE, "Near.v.steering_angle_min": 0.1}, True, "after Jazzy"),
         (LOCAL, {"voxel_layer.cloud.transport_type": "zstd"}, True, "uncompressed"),
+        (
+            "docking_server",
+            {"simple_charging_dock.dock_direction": "backward"},
+            False,
+            "dock_backwards",
+        ),
     ],
 )
 def test_what_another_version_does_is_told_apart(
@@ -224,7 +230,7 @@ def test_a_list_of_nothing_but_classes_in_c_refuses_the_file(tmp_path: Path) -> 
 
 
 def test_the_constrained_smoother_takes_its_own_weights_and_tolerances() -> None:
-    own: dict[str, Any] = {"w_smooth": 15000.0, "cost_check_points": (-0.2, 0.0, 1.0)}
+    own: dict[str, Any] = {"w_smooth": 5e6, "cost_check_points": (-0.2, 0.0, 1.0)}
     own |= {"optimizer.max_iterations": 70, "optimizer.gradient_tol": 5e3}
     unused = {"optimizer.debug_optimizer": True, "optimizer.linear_solver_type": "DENSE_QR"}
     given = {"plugin": "nav2_constrained_smoother/ConstrainedSmoother", **own, **unused}
