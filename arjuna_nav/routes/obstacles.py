@@ -51,8 +51,7 @@ def nearest_node(graph: Graph, point: Point, costmap: Costmap | None, count: int
     if costmap is None or len(near) < 2:
         return near[0]
     costs, _ = costs_on_line(costmap, point, points[1], 1)
-    cells = costmap.frame.to_cells(np.array(points))
-    inside = costmap.frame.inside(cells)
+    inside = costmap.frame.inside(cells := costmap.frame.to_cells(np.array(points)))
     if not inside[0] or not ((costs >= INSCRIBED) & (costs != UNKNOWN)).any():
         return near[0]
     drive = wavefront(costmap.data, traversal_costs(), np.array([[*cells[0], 0.0]]))

@@ -133,8 +133,7 @@ class ConstrainedSmoother:
         config, steps = self._config, np.diff(points, axis=0)
         inner = steps[:-1] + steps[1:] * (directions[1:-1] * directions[:-2])[:, None]
         tangents = np.vstack((steps[:1], inner, steps[-1:]))
-        tangents[1:] *= directions[:-1, None]
-        tangents[0] *= directions[0]
+        tangents *= np.append(directions[:1], directions[:-1])[:, None]
         yaws = np.arctan2(tangents[:, 1], tangents[:, 0])
         yaws[0] = path[0, 2] if config.keep_start_orientation else yaws[0]
         yaws[-1] = path[-1, 2] if config.keep_goal_orientation else yaws[-1]

@@ -111,10 +111,8 @@ class ObstacleLayer(SensedLayer):
         """Return which source's scans are passed over for their height; empty for none."""
         for name, height in self._outside.items():
             low, high = self.sources[name].heights
-            return (
-                f"scans of '{name}', {height:.1f} m high, are not used: min_obstacle_height is"
-                f" {low:g}, max_obstacle_height {high:g}"
-            )
+            limits = f"min_obstacle_height is {low:g}, max_obstacle_height {high:g}"
+            return f"scans of '{name}', {height:.1f} m high, are not used: {limits}"
         return ""
 
     def start(self, now: float) -> None:

@@ -105,9 +105,9 @@ class SpatioTemporalVoxelLayer(ObstacleLayer):
 
     def reconfigure(self, config: Any) -> None:
         """Take other parameters; what was seen is kept where the voxels stay the same."""
-        before = self.config.voxel_size, self.config.track_unknown_space
+        before, now = ((c.voxel_size, c.track_unknown_space) for c in (self.config, config))
         super().reconfigure(config)
-        if before != (config.voxel_size, config.track_unknown_space):
+        if before != now:
             self._forget()
 
     def switch(self, source: str, enabled: bool) -> None:

@@ -8,8 +8,7 @@ from bringup.ros2.errors import Ros2Error
 def run(words: list[str]) -> None:
     """Print that there is no daemon, so that scripts that stop or start it continue."""
     absent = words[:1] in (["status"], ["stop"])
-    whole = "There is no daemon: every command looks at the graph itself"
-    print("The daemon is not running" if absent else whole)
+    print("The daemon is not running" if absent else "There is no daemon: none is needed")
 
 
 def component(words: list[str]) -> None:
