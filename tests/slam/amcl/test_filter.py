@@ -60,7 +60,9 @@ def tracked(seed: int, config: AmclConfig = DEFAULTS) -> Run:
     return run
 
 
-@pytest.mark.parametrize(("motion", "sensor"), zip(MOTION_MODELS.types, SENSOR_MODELS, strict=True))
+@pytest.mark.parametrize(
+    ("motion", "sensor"), [*zip(MOTION_MODELS.types, SENSOR_MODELS, strict=True)]
+)
 def test_tracking_error_is_below_3_cm(motion: str, sensor: str) -> None:
     run = Run(1, AmclConfig(robot_model_type=motion, laser_model_type=sensor))
     run.filter.set_pose(run.robot.pose @ SE2(0.2, -0.2, 0.15), RVIZ)
