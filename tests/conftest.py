@@ -38,14 +38,12 @@ _LONG = tuple(
     f"tests/{name}.py"
     for name in (
         *("nodes/bringup/homework/test_grading", "nodes/bringup/test_notebooks"),
-        *("system/test_kernels", "system/test_commander", "nodes/bringup/homework/test_classroom"),
-        *("nav/test_benches", "sim/physics/test_placing", "system/test_wheel"),
-        *("foreign/nav2/test_system", "bringup/scenarios/test_goals", "fuzz/test_attacks"),
-        *("nodes/bringup/test_lifecycle_matrix", "system/test_parameter_extremes"),
-        "slam/amcl/test_filter",
+        *("nav/test_benches", "system/test_kernels", "foreign/nav2/test_system"),
+        *("nodes/bringup/homework/test_classroom", "bringup/scenarios/test_goals"),
+        *("sim/physics/test_placing", "sim/test_drives", "system/test_parameter_extremes"),
     )
 )
-"""Files of more than 12 s of CPU time, the longest first: none must be the last on one core."""
+"""Files of 12 s of CPU time and more, the longest first: none must be the last on one core."""
 
 
 def pytest_collectstart() -> None:

@@ -133,8 +133,9 @@ PACKERS: dict[str, Callable[[bytes], bytes]] = {
 }
 
 
-@pytest.mark.parametrize("suffix", PACKERS)
-@pytest.mark.parametrize("name", TEXTS)
+@pytest.mark.parametrize(
+    ("name", "suffix"), [*((name, ".gz") for name in TEXTS), ("scans", ".bz2"), ("scans", ".xz")]
+)
 def test_a_log_that_unpacks_hugely_is_refused(tmp_path: Path, name: str, suffix: str) -> None:
     path = tmp_path / f"bomb.clf{suffix}"
     text = TEXTS[name] * (5_000_000 // len(TEXTS[name]))

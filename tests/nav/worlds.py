@@ -14,7 +14,7 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.raycast import cast
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_core.twist import Velocity
+from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers import Controller, ControlResult
 from arjuna_nav.costmap import Costmap, LayeredCostmap
 from tests.helpers.nav.layers import costmap_config
@@ -130,9 +130,14 @@ class Unicycle:
 def follow(
     controller: Controller, robot: Unicycle, costmap: Costmap, steps: int
 ) -> list[ControlResult]:
-    """Drive a controller's commands for a number of periods; a failure stops the robot."""
-    results = []
+    """Drive a controller's commands for a number of periods, or until it has stood for 40.
+
+    A failure stops the robot.
+    """
+    results: list[ControlResult] = []
     for k in range(steps):
+        if k > 40 and all(result.velocity == STILL for result in results[-40:]):
+            break
         result = controller.compute(robot.pose, robot.velocity, costmap, k * robot.period)
         results.append(result)
         robot.drive(result.velocity)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -84,9 +84,15 @@ class Bench:
         return self.navigator.getResult()
 
 
+@contextmanager
+def opened() -> Iterator[Bench]:
+    with pytest.MonkeyPatch.context() as patch, closing(Bench(patch)) as bench:
+        yield bench
+
+
 @pytest.fixture(scope="module")
 def shared() -> Iterator[Bench]:
-    with pytest.MonkeyPatch.context() as patch, closing(Bench(patch)) as bench:
+    with opened() as bench:
         yield bench
 
 
@@ -107,7 +113,7 @@ def test_goals_are_reached_and_cancelled(bench: Bench) -> None:
     end = bench.result(lambda: distances.append(navigator.getFeedback().distance_remaining))
     assert end is TaskResult.SUCCEEDED
     assert isinstance(navigator.getFeedback(), NavigateToPose.Feedback)
-    assert distances[-1] < 0.3 < distances[2]
+    assert distances[-1] < 0.3 < max(distances)
     assert bench.pose.distance(SE2(0.6, 0.2)) < REACHED
     assert navigator.goThroughPoses([at(0.3, 0.5), at(0.0, 0.0)])
     assert bench.result() is TaskResult.SUCCEEDED
@@ -200,19 +206,21 @@ def test_maps_and_costmaps(bench: Bench) -> None:
     assert not navigator.changeMap("/nowhere/map.yaml")
 
 
-def test_the_lifecycle_is_commanded(bench: Bench) -> None:
-    """Its nodes are made again at its end, for other tests, in whatever order these come."""
-    robot = bench.robot
-    robot.stop(NAVIGATION_GROUP)
-    nodes = [spec.name for spec in NAVIGATION_GROUP.nodes]
-    config = LifecycleManagerConfig(autostart=False)
-    LifecycleManager(robot.process, NAVIGATION_GROUP.manager, nodes, config)
-    bench.navigator.lifecycleStartup()
-    assert {robot.nodes[name].state_label for name in nodes} == {"active"}
-    assert bench.navigator.goToPose(at(0.3, 0.0))
-    assert bench.result() is TaskResult.SUCCEEDED
-    bench.navigator.lifecycleShutdown()
-    assert {robot.nodes[name].state_label for name in nodes} == {"finalized"}
+def test_the_lifecycle_is_commanded() -> None:
+    """Of a robot of its own, whose nodes are no more at the end."""
+    with opened() as bench:
+        bench.put_at_the_origin()
+        robot = bench.robot
+        robot.stop(NAVIGATION_GROUP)
+        nodes = [spec.name for spec in NAVIGATION_GROUP.nodes]
+        config = LifecycleManagerConfig(autostart=False)
+        LifecycleManager(robot.process, NAVIGATION_GROUP.manager, nodes, config)
+        bench.navigator.lifecycleStartup()
+        assert {robot.nodes[name].state_label for name in nodes} == {"active"}
+        assert bench.navigator.goToPose(at(0.3, 0.0))
+        assert bench.result() is TaskResult.SUCCEEDED
+        bench.navigator.lifecycleShutdown()
+        assert {robot.nodes[name].state_label for name in nodes} == {"finalized"}
 
 
 def test_no_method_is_left_out() -> None:

@@ -243,7 +243,7 @@ def test_ctrl_c_ends_all_and_leaves_nothing(tmp_path: Path) -> None:
         "s.include_launch_description(LaunchDescription([ExecuteProcess(cmd=['bash', '-c',"
         f" 'sleep 60 & echo $! > {tmp_path}/pid; cat $0; echo up; wait',"
         f" RewrittenYaml('{tmp_path}/a.yaml', {{'a': 'x'}})], output='screen')]))\n"
-        "raise SystemExit(s.run())"
+        "import os, sys\ncode = s.run()\nsys.stdout.flush()\nos._exit(code)"  # as `ros2` ends
     )
     (tmp_path / "a.yaml").write_text("a: b")
     (kept := tmp_path / "temporary").mkdir()

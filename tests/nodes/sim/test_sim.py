@@ -96,8 +96,7 @@ def test_command_that_is_not_finite_is_ignored(bench: RosBench) -> None:
     assert abs(sim.last.truth.v) < 1e-3
 
 
-def test_stamped_commands_drive_when_enabled(bench: RosBench) -> None:
-    sim = start_sim(bench, enable_stamped_cmd_vel=True)
+def stamped_commands_drive(bench: RosBench, sim: SimNode) -> None:
     command = TwistStamped()
     command.twist.linear.x = 0.4
     for _ in range(40):
@@ -105,6 +104,11 @@ def test_stamped_commands_drive_when_enabled(bench: RosBench) -> None:
         run(bench, sim, 1)
     assert sim.last is not None
     assert sim.last.truth.v == pytest.approx(0.4, abs=0.02)
+
+
+def test_stamped_commands_drive_when_enabled(bench: RosBench) -> None:
+    sim = start_sim(bench, enable_stamped_cmd_vel=True)
+    stamped_commands_drive(bench, sim)
 
 
 def test_wrong_command_type_is_warned_of_once(
@@ -126,13 +130,7 @@ def test_the_published_type_is_taken(bench: RosBench, monkeypatch: pytest.Monkey
     stamped = SimpleNamespace(node_name="nav", topic_type="geometry_msgs/msg/TwistStamped")
     monkeypatch.setattr(sim, "get_publishers_info_by_topic", lambda topic: [stamped])
     run(bench, sim, 250)  # the old subscription ends a look before the new begins
-    command = TwistStamped()
-    command.twist.linear.x = 0.4
-    for _ in range(40):
-        bench.publish(TwistStamped, "/cmd_vel", command)
-        run(bench, sim, 1)
-    assert sim.last is not None
-    assert sim.last.truth.v == pytest.approx(0.4, abs=0.02)
+    stamped_commands_drive(bench, sim)
 
 
 def test_pacing_asks_for_a_tick_each_20_ms_of_wall_time(bench: RosBench) -> None:

@@ -61,8 +61,7 @@ def tracked(seed: int, config: AmclConfig = DEFAULTS) -> Run:
 
 
 @pytest.mark.parametrize(
-    ("motion", "sensor"),
-    [(motion, sensor) for motion in MOTION_MODELS.types for sensor in SENSOR_MODELS],
+    ("motion", "sensor"), [*zip(MOTION_MODELS.types, SENSOR_MODELS, strict=True)]
 )
 def test_tracking_error_is_below_3_cm(motion: str, sensor: str) -> None:
     run = Run(1, AmclConfig(robot_model_type=motion, laser_model_type=sensor))
