@@ -235,7 +235,7 @@ def _without_other_trees(parameters: Parameters, problems: list[str]) -> list[Re
                 continue
             del values[key]
             reason = f"{error}; the default tree runs; nodes of one's own: docs/plugins.md"
-            remarks.append(Remark(Kind.NO_EFFECT, where, reason))
+            remarks.append(Remark(Kind.UNKNOWN, where, reason))
     return remarks
 
 
