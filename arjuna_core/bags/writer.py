@@ -73,14 +73,17 @@ class BagFormat:
 class BagFolder:
     """A rosbag2 folder that is being written: numbered files and metadata.yaml.
 
+    Args:
+        path: The folder; an existing one is never written into.
+        on_split: Called with the paths of the file that has ended and of the next one.
+
     Raises:
         RecordingError: The folder exists or cannot be made.
     """
 
-    path: Path  # the folder; an existing one is never written into
+    path: Path
     limits: SplitLimits = field(default_factory=SplitLimits)
     format: BagFormat = field(default_factory=BagFormat)
-    # called with the paths of the file that has ended and of the next one
     on_split: Callable[[Path, Path], None] = lambda closed, opened: None
 
     def __post_init__(self) -> None:

@@ -235,15 +235,11 @@ def record(
     options: RecordOptions,
     show: Callable[[str], None],
     stop: threading.Event | None = None,
-    poll_period: float = 0.02,
-    flush_period: float = 1.0,
-    settling: float = 1.0,
 ) -> None:
     """Record the chosen topics into a folder until an event is set.
 
     Args:
         stop: That event; SIGINT and SIGTERM if None.
-        settling: Within what time the topics that are there are found [s].
 
     Raises:
         RecordingError: The disk refuses.
@@ -256,26 +252,43 @@ def record(
     show(f"records into {bag.path}; Ctrl-C ends it")
     try:
         with Keys() if options.keys else nullcontext() as keys:
-            start = discover = flush = time.monotonic()
-            while not stop.is_set():
-                now = time.monotonic()
-                if now >= discover and (options.discovery or now < start + settling):
-                    recorder.discover()
-                    discover = now + options.polling_period
-                recorder.poll()
-                if controls is not None:
-                    controls.poll()
-                if now >= flush:  # a recorder that is killed loses at most one period
-                    recorder.flush()
-                    flush = now + (flush_period if options.cache else 0.0)
-                if keys is None:
-                    stop.wait(poll_period)
-                elif keys.wait(poll_period) == " ":
-                    recorder.pause(not recorder.paused)
+            _run(recorder, options, controls, keys, stop)
     finally:
         recorder.close()
         context.shutdown()
         show(_summary(recorder))
+
+
+def _run(
+    recorder: Recorder,
+    options: RecordOptions,
+    controls: Controls | None,
+    keys: Keys | None,
+    stop: threading.Event,
+    poll_period: float = 0.02,
+    flush_period: float = 1.0,
+    settling: float = 1.0,
+) -> None:
+    """Record until stopped; a recorder that is killed loses at most one flush period [s].
+
+    The topics that are there are found within a `settling` time [s].
+    """
+    start = discover = flush = time.monotonic()
+    while not stop.is_set():
+        now = time.monotonic()
+        if now >= discover and (options.discovery or now < start + settling):
+            recorder.discover()
+            discover = now + options.polling_period
+        recorder.poll()
+        if controls is not None:
+            controls.poll()
+        if now >= flush:
+            recorder.flush()
+            flush = now + (flush_period if options.cache else 0.0)
+        if keys is None:
+            stop.wait(poll_period)
+        elif keys.wait(poll_period) == " ":
+            recorder.pause(not recorder.paused)
 
 
 def _summary(recorder: Recorder) -> str:
