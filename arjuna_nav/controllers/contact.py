@@ -6,8 +6,8 @@ import itertools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.gap import first_contact
 from arjuna_nav.costmap import Costmap
@@ -23,7 +23,7 @@ def bend_off(
     radius: float = 0.0,
     reach: float = 0.5,
     step: float = 0.02,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the shortest arc `(N, 3)` to where the robot touches no cell; its pose alone if none.
 
     A robot that stands along a wall touches the wall's cells, which are coarser than the wall, and
@@ -37,11 +37,9 @@ def bend_off(
         step: Between two poses [m].
     """
     points = costmap.obstacles(pose.x, pose.y, reach + footprint.circumscribed_radius)
-    here = pose.array()[None, :]
-    outside = [first_contact(here, point[None, :], body.points) == 1 for point in points]
-    points = points[np.array(outside, bool)]
+    points = points[~body.holds(pose.inverse().apply(points))]
     bend = 1.0 / (radius or 2.0 * footprint.circumscribed_radius)
-    shortest = here
+    shortest = pose.array()[None, :]
     for turn, side in itertools.product((0.0, bend, -bend), (step, -step)):
         line = [pose]
         for k in range(1, math.floor(reach / step) + 1):

@@ -7,16 +7,15 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, solveh_banded
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.planners.relaxation import touches
 from arjuna_nav.smoothers.smoothers import SmoothResult, SmoothStatus, problem_of
 
-Array = NDArray[np.float64]
 _BEZIER = 0.4  # of a segment's length: where Nav2's curve between two poses has its control points
 
 
@@ -85,7 +84,7 @@ class ConstrainedSmoother:
     def __init__(self, config: ConstrainedSmootherConfig) -> None:
         self._config = config
 
-    def smooth(self, path: Array, costmap: Costmap) -> SmoothResult:
+    def smooth(self, path: Floats, costmap: Costmap) -> SmoothResult:
         """Smooth a path; where it would touch an obstacle it stays as it is."""
         if problem := problem_of(path):
             return SmoothResult(SmoothStatus.INVALID_PATH, path, problem)
@@ -105,7 +104,7 @@ class ConstrainedSmoother:
             return SmoothResult(SmoothStatus.FAILED_TO_SMOOTH_PATH, path, message)
         return SmoothResult(SmoothStatus.SUCCEEDED, smoothed)
 
-    def _directions(self, path: Array) -> Array:
+    def _directions(self, path: Floats) -> Floats:
         """Return how the path is driven from each pose on: 1 ahead, -1 in reverse."""
         steps = np.diff(path[:, :2], axis=0)
         ahead = steps[:, 0] * np.cos(path[:-1, 2]) + steps[:, 1] * np.sin(path[:-1, 2])
@@ -114,7 +113,7 @@ class ConstrainedSmoother:
             directions[0] = directions[1]
         return np.append(directions, directions[-1:])
 
-    def _moved(self, directions: Array) -> tuple[NDArray[np.int64], int, int]:
+    def _moved(self, directions: Floats) -> tuple[Ints, int, int]:
         """Return the poses that are optimized, and the first and the end of those that may move."""
         config, count = self._config, len(directions)
         start, goal = config.keep_start_orientation, config.keep_goal_orientation
@@ -127,8 +126,8 @@ class ConstrainedSmoother:
         return chosen, 1 + start, len(chosen) - 1 - goal
 
     def _with_headings(
-        self, path: Array, moved: NDArray[np.int64], points: Array, directions: Array
-    ) -> Array:
+        self, path: Floats, moved: Ints, points: Floats, directions: Floats
+    ) -> Floats:
         """Return the poses of the result: those optimized, and what is between them."""
         config, steps = self._config, np.diff(points, axis=0)
         inner = steps[:-1] + steps[1:] * (directions[1:-1] * directions[:-2])[:, None]
@@ -155,7 +154,11 @@ class _Problem:
     """The least squares of one path: residuals of each inner point and both its neighbours."""
 
     def __init__(
-        self, config: ConstrainedSmootherConfig, points: Array, directions: Array, costmap: Costmap
+        self,
+        config: ConstrainedSmootherConfig,
+        points: Floats,
+        directions: Floats,
+        costmap: Costmap,
     ) -> None:
         self._config, self._given, self._costmap = config, points, costmap
         lengths = np.hypot(*np.diff(points, axis=0).T)
@@ -169,7 +172,7 @@ class _Problem:
         checks = np.reshape(config.cost_check_points or (0.0, 0.0, 1.0), (-1, 3))
         self._checks = [(x, y, weight / checks[:, 2].sum()) for x, y, weight in checks.tolist()]
 
-    def solved(self, first: int, last: int) -> Array:
+    def solved(self, first: int, last: int) -> Floats:
         """Return the points; those before `first` and from `last` on stay.
 
         Source: Levenberg and Marquardt on the banded normal equations.
@@ -200,7 +203,7 @@ class _Problem:
                 break
         return points
 
-    def _normal(self, points: Array) -> tuple[Array, Array, float]:
+    def _normal(self, points: Floats) -> tuple[Floats, Floats, float]:
         """Return the normal matrix's lower bands `(6, 2 N)`, the slope `(2 N,)` and the cost."""
         residuals, jacobians = self._terms(points)
         blocks = np.matmul(jacobians.transpose(0, 2, 1), jacobians)
@@ -213,7 +216,7 @@ class _Problem:
                 bands[j - i, i : i + 2 * (count - 2) : 2] += blocks[:, i, j]
         return bands, slope, float(np.square(residuals).sum())
 
-    def _terms(self, points: Array) -> tuple[Array, Array]:
+    def _terms(self, points: Floats) -> tuple[Floats, Floats]:
         """Return residuals `(N - 2, K)` and derivatives by three points' x, y `(N - 2, K, 6)`."""
         config, turn = self._config, self._turn[:, None]
         before, at, after = points[:-2], points[1:-1], points[2:]
@@ -246,12 +249,12 @@ class _Problem:
         return values, np.concatenate((-by_a, by_a - by_b + by_at, by_b), axis=2)
 
 
-def _left(vectors: Array) -> Array:
+def _left(vectors: Floats) -> Floats:
     """Return vectors `(N, 2)` turned by a quarter to the left."""
     return np.column_stack((-vectors[:, 1], vectors[:, 0]))
 
 
-def _curvature(a: Array, b: Array) -> tuple[Array, Array, Array]:
+def _curvature(a: Floats, b: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the curvature of the arc through two steps `(N, 2)`, and its slopes by either."""
     c = a + b
     aa, bb, cc = ((v**2).sum(axis=1, keepdims=True) + 1e-12 for v in (a, b, c))
@@ -263,7 +266,7 @@ def _curvature(a: Array, b: Array) -> tuple[Array, Array, Array]:
     return curvature[:, 0], d_a, d_b
 
 
-def costs_at(points: Array, costmap: Costmap) -> tuple[Array, Array]:
+def costs_at(points: Floats, costmap: Costmap) -> tuple[Floats, Floats]:
     """Return costs between cells' middles `(N,)` and their slopes `(N, 2)` [1/m]."""
     frame, (height, width) = costmap.frame, costmap.data.shape
     local = frame.origin.inverse().apply(points) / frame.resolution - 0.5

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import SE2, yaw_of
 from arjuna_nav.trees.blackboard import TreeError
 from arjuna_nav.trees.script import Script
 
@@ -44,11 +44,10 @@ def _poses(value: Any) -> tuple[SE2, ...]:
 def _written_pose(parts: list[str]) -> SE2:
     if parts[1].strip().lstrip("/") != "map":
         raise ValueError(parts[1])
-    x, y, _, qx, qy, qz, qw = (float(part) for part in parts[2:])
-    theta = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-    if not all(map(math.isfinite, (x, y, theta))):
+    x, y, _, *quaternion = (float(part) for part in parts[2:])
+    if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError(parts)
-    return SE2(x, y, theta)
+    return SE2(x, y, yaw_of(*quaternion))
 
 
 def _pose(value: Any) -> SE2:

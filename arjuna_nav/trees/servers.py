@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.costmap import UNKNOWN
 from arjuna_nav.trees.asking import Action, Asking, Service
 from arjuna_nav.trees.exchange import Answer
 from arjuna_nav.trees.node import Status, TreeNode
@@ -95,7 +96,7 @@ class RemoveInCollisionGoals(Service):
         if not answer.succeeded:
             return Status.FAILURE
         cost = float(answer.values["cost"])
-        unknown = cost == _UNKNOWN and not self.consider_unknown_as_obstacle
+        unknown = cost == UNKNOWN and not self.consider_unknown_as_obstacle
         if cost < self.cost_threshold or unknown:
             self._free = (*self._free, self._left[0])
         self._left = self._left[1:]
@@ -115,7 +116,6 @@ class IsPathValid(Service):
         return Status.FAILURE if self.path is None else super()._tick()
 
 
-_UNKNOWN = 255.0  # cost of a cell that nobody has seen
 _ALLOWANCE = {"time_allowance": Port(NUMBER, 10.0, "time_allowance")}
 _ROUTE = {
     **{name: Port(WHOLE, None, name) for name in ("start_id", "goal_id")},

@@ -104,8 +104,12 @@ def read_cloud(
 ) -> PlacedCloud:
     """Return a PointCloud2, as `read_scan` does; the options are those of `cloud_from_msg`."""
     own = message.header.frame_id.lstrip("/")
-    cloud, mount = cloud_from_msg(message, frames.mount(own), **options), frames.mount(start or own)
-    return PlacedCloud(replace(cloud, sensor=np.array(mount.position)), T, mount)
+    mount = frames.mount(own)
+    cloud = cloud_from_msg(message, mount, **options)
+    if start not in ("", own):
+        mount = frames.mount(start)
+        cloud = replace(cloud, sensor=np.array(mount.position))
+    return PlacedCloud(cloud, T, mount)
 
 
 def read_range(

@@ -150,7 +150,7 @@ class ScanSource(Source):
 
     def take(self, message: Any) -> None:
         """Take the newest scan; the one before is yet to be tracked where nobody has looked."""
-        if self.message is not None and self._stamp != self._moving.stamp:
+        if self.tracks and self.message is not None and self._stamp != self._moving.stamp:
             self._untracked.append(self.message)
         super().take(message)
 
