@@ -37,12 +37,13 @@ _NAME = re.compile(r"\w+")
 def main(arguments: list[str]) -> int:
     """Write the list, or compile what is in it, for this CPU or a wheel; return the exit code."""
     if arguments == ["record"]:
-        from scripts.kernels_in_use import of_robots
+        from scripts.kernels_in_use import in_use, use_all
 
         # Once before: what is compiled then calls further ones, which a later run does not load.
-        once = "from scripts.kernels_in_use import of_robots; of_robots()"
+        once = "from scripts.kernels_in_use import use_all; use_all()"
         subprocess.run([sys.executable, "-c", once], cwd=ROOT, check=True)  # noqa: S603
-        rows = ",\n".join(f" {json.dumps(list(row))}" for row in of_robots())
+        use_all()
+        rows = ",\n".join(f" {json.dumps(list(row))}" for row in in_use())
         LIST.write_text(f"[\n{rows}\n]\n")
     elif arguments in (["compile"], ["ship"]):
         if arguments == ["ship"]:

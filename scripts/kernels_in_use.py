@@ -21,13 +21,13 @@ Entry = tuple[str, str, list[Any]]
 _ARRAY = re.compile(r"(\w+)\[(\d)([ACF])(r?)\]")
 
 
-def of_robots() -> list[Entry]:
-    """Run a demo and all that it seldom does; return what was called, sorted."""
+def use_all() -> None:
+    """Run a demo and all that it seldom does."""
     from arjuna_nav.planners.waves.potential import reachable
     from arjuna_sim.model.geometry.thickness import depths
     from arjuna_sim.physics.walkers import put_bodies
 
-    of_a_demo()
+    _drive_demo()
     reachable(np.zeros((1, 1), np.uint8), np.ones(256, np.float32), np.zeros((1, 2)))
     depths(np.zeros((1, 3, 3)), np.zeros((1, 3)), 0.1)
     one, whole = np.zeros(1), np.zeros(1, np.int64)
@@ -36,7 +36,6 @@ def of_robots() -> list[Entry]:
     _escape()
     for parameters in _each_plugin():
         _drive(parameters)
-    return in_use()
 
 
 def _escape() -> None:
@@ -125,8 +124,8 @@ def _drive(parameters: dict[str, Any]) -> None:
             goals.navigate(goal, 8.0)
 
 
-def of_a_demo() -> list[Entry]:
-    """Run a short demo with one waypoint in this process; return what it called, sorted."""
+def _drive_demo() -> None:
+    """Run a short demo with one waypoint in this process."""
     from arjuna_core.se2 import SE2
     from bringup.demo.demo import Demo, DemoOptions
     from bringup.parameters.files import shipped_parameters
@@ -136,11 +135,13 @@ def of_a_demo() -> list[Entry]:
         near, loop = (SE2(1.0, 1.0),), 52.0  # by then the graph has a loop to close
         options = DemoOptions(0, Path(folder), shipped_parameters(), near, explore_time=loop)
         Demo(options, Progress()).run()
-    return in_use()
 
 
 def in_use() -> list[Entry]:
-    """Return the functions that this process has compiled or loaded, with each one's types."""
+    """Return the functions that this process has loaded, with each one's types, sorted.
+
+    One that compiled some has types of inner calls too, which no list holds.
+    """
     found: dict[int, tuple[str, str, Any]] = {}
     for module in sorted(name for name in sys.modules if name.startswith("arjuna_")):
         for name, value in vars(sys.modules[module]).items():

@@ -92,9 +92,9 @@ class Query:
     def answer(self, points: Floats) -> PlanResult:
         """Return the path along `(N, 2)` rows and columns from an exit of the start to the end."""
         first = round(points[0, 0]), round(points[0, 1])
-        cells = np.vstack((self.out.to(first), points))
         frame = self.costmap.frame
-        metres = cells[:, ::-1] + 0.5
+        metres = np.concatenate((self.out.to(first)[:, ::-1], points[:, ::-1]))
+        metres += 0.5
         metres *= frame.resolution
         metres = frame.origin.apply(metres)
         end = round(points[-1, 0]), round(points[-1, 1])

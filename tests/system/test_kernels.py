@@ -16,8 +16,9 @@ pytestmark = [pytest.mark.ros, pytest.mark.system]
 DEADLINE = 600.0
 SAY_WHAT_ROBOTS_CALL = """
 import json
-from scripts.kernels_in_use import of_robots
-print("called:" + json.dumps(of_robots()))
+from scripts.kernels_in_use import in_use, use_all
+use_all()
+print("called:" + json.dumps(in_use()))
 """
 
 

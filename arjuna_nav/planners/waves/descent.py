@@ -30,22 +30,22 @@ def descend(potential: Singles, start: tuple[int, int]) -> Floats:
     points[0, 0], points[0, 1] = start
     r, c = points[0]
     count, here = 1, 0
-    lowest = _lowest(potential, row, column)
-    while lowest != (row, column):
+    while not _is_bottom(potential, row, column):
         d_r, d_c = _gradient(potential, r, c)
         norm = math.sqrt(d_r * d_r + d_c * d_c)
-        cell, here = lowest, here + 1
-        next_r, next_c = float(lowest[0]), float(lowest[1])
+        here, descends = here + 1, False
         # 6 steps are twice what crosses a diagonal: more go in a circle.
         if norm > 0.0 and here <= 6:
             # Half a cell, pathStep of nav2_navfn_planner.
-            down_r, down_c = r - 0.5 * d_r / norm, c - 0.5 * d_c / norm
-            below = math.floor(down_r + 0.5), math.floor(down_c + 0.5)
-            if below == (row, column) or potential[below] < potential[row, column]:
-                cell, next_r, next_c = below, down_r, down_c
+            next_r, next_c = r - 0.5 * d_r / norm, c - 0.5 * d_c / norm
+            cell = math.floor(next_r + 0.5), math.floor(next_c + 0.5)
+            descends = cell == (row, column) or potential[cell] < potential[row, column]
+        if not descends:
+            cell = _lowest(potential, row, column)
+            next_r, next_c = float(cell[0]), float(cell[1])
         if cell != (row, column):
             row, column = cell
-            lowest, here = _lowest(potential, row, column), 0
+            here = 0
         if count == len(points) - 1:
             points = np.vstack((points, np.empty_like(points)))
         r, c = next_r, next_c
@@ -77,6 +77,22 @@ def _gradient(potential: Singles, r: float, c: float) -> tuple[float, float]:
     if not math.isfinite(d_r + d_c):
         return 0.0, 0.0
     return d_r, d_c
+
+
+@njit(cache=True, inline="always")
+def _is_bottom(potential: Singles, row: int, column: int) -> bool:
+    """Return whether no neighbour is lower; the straight ones, of which one mostly is, first."""
+    height, width = potential.shape
+    value = potential[row, column]
+    if row > 0 and potential[row - 1, column] < value:
+        return False
+    if column > 0 and potential[row, column - 1] < value:
+        return False
+    if row < height - 1 and potential[row + 1, column] < value:
+        return False
+    if column < width - 1 and potential[row, column + 1] < value:
+        return False
+    return _lowest(potential, row, column) == (row, column)
 
 
 @njit(cache=True)
