@@ -9,6 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.costmap.moving.tracker import EXPECTED
+
 
 class Sight(NamedTuple):
     """Points seen from the robot's present pose.
@@ -56,6 +59,27 @@ class Sight(NamedTuple):
         """Return the points of all."""
         parts = zip(Sight.of(np.zeros((0, 2))), *sights, strict=True)
         return Sight(*(np.concatenate(each) for each in parts))
+
+
+class Touching:
+    """Remembers that who moves has come into the robot's outline: who is there moves for a while.
+
+    A lidar inside a body sees its skin where it was before, so that nothing seems to move any more.
+    """
+
+    def __init__(self) -> None:
+        self._speed, self._at = 0.0, -math.inf
+
+    def keep(self, sight: Sight, outline: Footprint, now: float) -> Sight:
+        """Return what is seen at a time [s], with the speed of who is, or just was, within."""
+        within = outline.holds(sight.points)
+        speed = float(sight.speeds[within].max(initial=0.0))
+        if speed > 0.0:
+            self._speed, self._at = speed, now
+        elif now - self._at > EXPECTED:
+            return sight
+        speeds = np.where(within, np.maximum(sight.speeds, self._speed), sight.speeds)
+        return sight._replace(speeds=speeds)
 
 
 def on_arc(distance: float, field_of_view: float, step: float) -> NDArray[np.float64]:

@@ -13,6 +13,7 @@ from arjuna_core.se2 import SE2
 
 _BESIDE = 0.04  # from a point, where beams have to pass it as well [m]
 _SHARE = 0.25  # of a thing's points
+_SAME = 0.05  # that near ranges of one length are to each other [m]
 
 
 class Sightings(NamedTuple):
@@ -25,6 +26,8 @@ class Sightings(NamedTuple):
         points: `(S, N, 2)` where beams ended in the fixed frame [m].
         angles: The first beam's bearing and what lies between two, `(2,)` [rad].
         added: How many there have been, `(1,) int64`.
+        first: Where beams ended first, on the robot's own parts for ever, `(N,)` [m]; NaN before.
+        strayed: How many scans in a row they have not, `(N,) int64`; 3 is for good.
     """
 
     stamps: Floats
@@ -33,6 +36,8 @@ class Sightings(NamedTuple):
     points: Floats
     angles: Floats
     added: Ints
+    first: Floats
+    strayed: Ints
 
     @staticmethod
     def of(scans: int, beams: int, angle_min: float, increment: float) -> Sightings:
@@ -44,6 +49,8 @@ class Sightings(NamedTuple):
             np.zeros((scans, beams, 2)),
             np.array([angle_min, increment]),
             np.zeros(1, np.int64),
+            np.full(beams, math.nan),
+            np.zeros(beams, np.int64),
         )
 
     def fits(self, beams: int, angle_min: float, increment: float) -> bool:
@@ -78,6 +85,20 @@ def fill_in(scans: Sightings, number: int, ranges: Floats, limits: tuple[float, 
         if not hit:
             length = math.inf if length >= limits[1] else math.nan  # NaN: too near, or none
         scans.ranges[number, i] = length
+        if math.isnan(scans.first[i]):
+            scans.first[i] = length
+        if scans.strayed[i] < 3 and not math.isnan(length):
+            stays = abs(length - scans.first[i]) <= _SAME  # never of what has no end
+            scans.strayed[i] = 0 if stays else scans.strayed[i] + 1
+
+
+@njit(cache=True)
+def are_own(scans: Sightings, first: int, last: int) -> bool:
+    """Return whether most of these beams have always ended where they do now.
+
+    They do on the robot's own parts, which move with it, and on what stands round one at rest.
+    """
+    return int((scans.strayed[first : last + 1] == 0).sum()) * 2 > last - first + 1
 
 
 @njit(cache=True)

@@ -11,10 +11,18 @@ from numba import njit
 from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap.moving.sightings import Sightings, fill_in, free_standing, has_come, is_free
+from arjuna_nav.costmap.moving.sightings import (
+    Sightings,
+    are_own,
+    fill_in,
+    free_standing,
+    has_come,
+    is_free,
+)
 from arjuna_nav.costmap.moving.speeds import KEPT, SPAN, go, latest
 
 REACH = 3.0  # from where somebody may be at a robot before it has stopped [m]
+EXPECTED = 3.0  # for which who has stopped may go on at the same pace [s]
 _LOST = 0.5  # after which a track ends [s]
 _LOST_MOVING = 1.5  # and that of what moves: it is hidden, and moves on [s]
 _MOST = 128  # tracks
@@ -140,7 +148,7 @@ def _watch(
                 ends[kept, k] = ends[i, k]
             for k in range(3):
                 motions[kept, k] = motions[i, k]
-            come[kept] = come[i] and stands
+            come[kept] = come[i] and stands and not are_own(scans, i, i)
             kept += 1
     return ends[:kept], motions[:kept], come[:kept], things, things[hidden], paces[hidden]
 
@@ -164,6 +172,8 @@ def _follow(
     taken = np.zeros(_MOST, np.bool_)
     for k in range(len(found)):
         first, last = found[k]
+        if are_own(scans, first, last):
+            continue
         track = _nearest(seen, counts, going, taken, points[first], points[last], now)
         if track < 0:
             continue
@@ -175,8 +185,7 @@ def _follow(
         counts[track] += 1
         go(seen[track], counts[track], going[track], scans, number)
         motions[first : last + 1, :2] = going[track, :2]
-        # Who has stopped may go on at the same pace; after 3 s it is not expected any more.
-        if now - going[track, 2] <= 3.0:
+        if now - going[track, 2] <= EXPECTED:
             motions[first : last + 1, 2] = going[track, 3]
 
 

@@ -25,7 +25,7 @@ from arjuna_nav.nodes.costmap.reader import costmap_in_process
 from arjuna_nav.nodes.costmap.sensors import WatchFrames
 from arjuna_nav.nodes.safety.sources import SOURCES, ScanSource, Source
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
-from arjuna_nav.safety.sight import Sight
+from arjuna_nav.safety.sight import Sight, Touching
 from arjuna_nav.safety.zones import CircleConfig, PolygonConfig
 
 
@@ -92,7 +92,7 @@ class Watch:
             timeout, brakes = config.source_timeout, config.brake_before_source_timeout
             if topic:
                 self.sources[name] = SOURCES.make(own, frames, topic, timeout, brakes)
-        self._seen = Sight.joined([])
+        self._seen, self._touching = Sight.joined([]), Touching()
         markers = f"{node.get_name()}/collision_points_marker"
         self._points = node.publisher(MarkerArray, markers, qos.DEFAULT)
         self._messages: dict[str, Any] = {}
@@ -130,6 +130,7 @@ class Watch:
 
     def reset(self) -> None:
         """Forget what was seen."""
+        self._touching = Touching()
         for source in self.sources.values():
             source.reset()
 
@@ -173,7 +174,8 @@ class Watch:
                 sights.append(sight._replace(sources=np.full(len(sight.points), number)))
             else:
                 blind = blind or source.timeout != 0.0
-        self._seen = Sight.joined(sights)
+        seen = Sight.joined(sights)
+        self._seen = self._touching.keep(seen, self.footprint(), self._node.now)
         return None if blind and wait_for_all else (self._seen, trust)
 
     def _sight(self, source: Source) -> Sight | None:

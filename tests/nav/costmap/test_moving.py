@@ -75,6 +75,33 @@ def test_what_a_robot_passes_by_does_not_move() -> None:
     assert max(flags) == 0
 
 
+@pytest.mark.parametrize(("drives", "turns"), [(0.0, 0.0), (0.4, 0.0), (0.0, 0.8), (0.4, 0.8)])
+def test_what_stands_on_the_robot_does_not_move_and_who_comes_to_it_does(
+    drives: float, turns: float
+) -> None:
+    def pose(t: float) -> SE2:
+        return SE2(drives * t - 1.5, 0.0, turns * t)
+
+    def around(t: float) -> NDArray[np.float64]:
+        T, own = pose(t), post(0.1, 0.15, 0.03)
+        who = T.apply(np.array([[0.0, 0.1 * min(t, 2.0) * 7.0 - 2.0]]))[0]
+        own = np.hstack((T.apply(own[:, :2]), T.apply(own[:, 2:])))
+        return np.vstack((own, post(*who)))
+
+    def keep(moving: Moving) -> None:
+        seen = pose(moving.stamp).inverse().apply(moving.points)
+        own = np.hypot(*(seen - (0.1, 0.15)).T) < 0.05
+        flags.append(int((moving.speeds[own] > 0.0).sum()))
+        near = np.hypot(seen[:, 0], seen[:, 1] + 0.6) < 0.25
+        comes.append(bool(moving.speeds[near].any()))
+
+    flags: list[int] = []
+    comes: list[bool] = []
+    watch(around, pose, 2.2, keep)
+    assert max(flags) <= 2  # noisy edges
+    assert comes[-1]
+
+
 def test_what_is_seen_between_two_things_does_not_move() -> None:
     flags: list[int] = []
     gap = np.vstack((post(1.0, 0.35, 0.25), post(1.0, -0.35, 0.25)))

@@ -13,7 +13,7 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.safety.approach import Approach, ApproachConfig
-from arjuna_nav.safety.sight import Sight
+from arjuna_nav.safety.sight import Sight, Touching
 
 CONFIG = ApproachConfig(
     leave_obstacles=True,
@@ -189,6 +189,16 @@ def test_a_moment_later_nobody_is_taken_for_farther_than_he_was_seen(
 def test_who_touches_it_is_not_pressed_on_and_may_be_left() -> None:
     assert moving(Velocity(0.5), (0.29, 0.0), (0.0, 0.5)) == 0.0
     assert moving(Velocity(-0.5), (0.29, 0.0), (0.0, 0.5)) == 1.0
+
+
+def test_who_came_into_the_outline_moves_for_a_while_though_nothing_is_seen_to() -> None:
+    points = np.array([[0.1, 0.2], [0.0, 0.4]])
+    comes = Sight.of(points, speeds=np.array([0.6, 0.8]))
+    stands, touching = Sight.of(points), Touching()
+    assert not touching.keep(stands, CIRCLE, 0.0).speeds.any(), "nobody has come"
+    assert touching.keep(comes, CIRCLE, 1.0).speeds == pytest.approx((0.6, 0.8))
+    for now, speed in ((1.1, 0.6), (3.9, 0.6), (4.1, 0.0)):
+        assert touching.keep(stands, CIRCLE, now).speeds == pytest.approx((speed, 0.0))
 
 
 def test_what_cannot_come_near_in_time_and_what_stands_is_not_looked_at() -> None:

@@ -11,7 +11,7 @@ from geometry_msgs.msg import Point32, Polygon, PolygonStamped
 from nav2_msgs.msg import CollisionDetectorState
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
-from sensor_msgs.msg import PointCloud2, PointField
+from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from std_msgs.msg import Float32
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -20,7 +20,7 @@ from arjuna_core.ros.convert import header
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from arjuna_nav.nodes.safety.detector import CollisionDetectorNode
-from tests.helpers.nav.monitored import KINDS, RADIUS, Monitored, cloud, drive
+from tests.helpers.nav.monitored import KINDS, RADIUS, Monitored, cloud, drive, message
 from tests.helpers.nav.played import shipped_zones
 
 
@@ -106,6 +106,19 @@ def test_who_came_while_nothing_was_commanded_is_known_to_walk() -> None:
         scene.say()
         scene.robot.run(0.1)
     drive(scene.robot, 0.2, 0.04)
+    assert scene.robot.command == STILL
+
+
+def test_who_stepped_over_the_lidar_is_waited_for() -> None:
+    scene = Monitored("scan", Stop=shipped_zones()["FootprintApproach"])
+    for x in np.arange(1.2, 0.2, -0.08):
+        scene.obstacle = (float(x), 0.0)
+        scene.drive(0.0, 0.1)
+    for v in (0.0,) * 12 + (0.2,) * 5:  # longer than scans are kept
+        covered = message("scan", None, scene.robot.now)
+        covered.ranges = array.array("f", [0.12] * len(covered.ranges))  # the skin, from within
+        scene.robot.bench.publish(LaserScan, "/it", covered, qos.DEFAULT)
+        drive(scene.robot, v, 0.1)
     assert scene.robot.command == STILL
 
 
