@@ -63,6 +63,14 @@ class GridFrame:
         """Return whether the cell lies in the grid."""
         return 0 <= row < self.height and 0 <= column < self.width
 
+    @property
+    def span(self) -> str:
+        """How far the grid reaches [m] along the axes of its frame, for messages."""
+        w, h = self.width * self.resolution, self.height * self.resolution
+        corners = self.origin.apply(np.array([[0.0, 0.0], [w, 0.0], [0.0, h], [w, h]]))
+        (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
+        return f"x {x0:.2f} to {x1:.2f} m, y {y0:.2f} to {y1:.2f} m"
+
     def inside(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return for each of `(N, 2)` cells whether it lies in the grid, `(N,) bool`."""
         return (

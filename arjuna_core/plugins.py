@@ -32,6 +32,7 @@ class PluginTypes:
         default: Nav2's name of the class where none is given; empty where one must be.
         by_name: The same for plug-ins of certain names.
         key: Which of a plug-in's parameters names its class.
+        stands_in: Whether the default can do the work of a class that cannot be loaded.
     """
 
     what: str
@@ -39,6 +40,7 @@ class PluginTypes:
     default: str
     by_name: Mapping[str, str] = field(default_factory=dict)
     key: str = "plugin"
+    stands_in: bool = False
 
     def resolve(self, name: str) -> Any:
         """Import the class of a name, `package::Class`, `package/Class` or `module:Class`.

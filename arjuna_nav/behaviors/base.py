@@ -12,7 +12,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.motion import min_turning_radius, rollout
-from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.collision import collision_place, first_collision
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 
@@ -132,5 +132,6 @@ class TimedBehavior(abc.ABC):
         hit = first_collision(costmap, self._footprint, arc)
         if hit is None:
             return self._result(BehaviorStatus.RUNNING, velocity=velocity)
-        message = f"collision ahead at ({arc[hit, 0]:.2f}, {arc[hit, 1]:.2f})"
+        where = collision_place(costmap, self._footprint, SE2.from_array(arc[hit]))
+        message = f"collision ahead at {where}"
         return self._result(BehaviorStatus.COLLISION_AHEAD, message)

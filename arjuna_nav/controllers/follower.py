@@ -22,7 +22,7 @@ from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_
 from arjuna_nav.controllers.speed_limits import ForesightConfig, allowed_speed
 from arjuna_nav.controllers.tracker import TrackerConfig
 from arjuna_nav.costmap import Costmap
-from arjuna_nav.costmap.collision import collides, first_collision
+from arjuna_nav.costmap.collision import collides, collision_place, first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
 from arjuna_nav.planners.base import too_tight
@@ -343,8 +343,9 @@ class PathFollower:
         hit = first_collision(costmap, self._footprint, arc)
         if hit is None:
             return replace(control, velocity=command)
-        where = f"({arc[hit, 0]:.2f}, {arc[hit, 1]:.2f}) on the tightest bend"
-        return ControlResult(ControlStatus.NO_VALID_CONTROL, message=f"collision ahead at {where}")
+        where = collision_place(costmap, self._footprint, SE2.from_array(arc[hit]))
+        message = f"collision ahead on the tightest bend at {where}"
+        return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
 
     def _hand_over_if_faster(
         self, command: Velocity, pose: SE2, velocity: Velocity, costmap: Costmap, now: float

@@ -19,6 +19,7 @@ CONTROLLERS = PluginTypes(
         ),
     },
     _PURE_PURSUIT,
+    stands_in=True,
 )
 GOAL_CHECKERS = PluginTypes(
     "goal checker",
@@ -28,6 +29,7 @@ GOAL_CHECKERS = PluginTypes(
         "nav2_controller::PositionGoalChecker": f"{_HERE}.checkers:PositionGoalChecker",
     },
     "nav2_controller::SimpleGoalChecker",
+    stands_in=True,
 )
 PROGRESS_CHECKERS = PluginTypes(
     "progress checker",
@@ -36,4 +38,5 @@ PROGRESS_CHECKERS = PluginTypes(
         "nav2_controller::PoseProgressChecker": f"{_HERE}.checkers:PoseProgressChecker",
     },
     "nav2_controller::SimpleProgressChecker",
+    stands_in=True,
 )

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from arjuna_core.arrays import Bytes, Floats
+from arjuna_core.grid import GridFrame
 from arjuna_core.raycast import line_cells
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, UNKNOWN, Costmap
@@ -22,6 +23,24 @@ def collides(costmap: Costmap, footprint: Footprint, pose: SE2) -> bool:
     Leaving the grid counts as a collision; unknown cells do not.
     """
     return first_collision(costmap, footprint, pose.array()[None, :]) is not None
+
+
+def collision_place(costmap: Costmap, footprint: Footprint, pose: SE2) -> str:
+    """Return where the robot collides, for messages; and that it leaves the grid where it does."""
+    outline = np.array([[pose.x, pose.y]]) if footprint.circular else footprint.at(pose)
+    outside = outside_grid(costmap.frame, outline)
+    return f"({pose.x:.2f}, {pose.y:.2f}){outside and ', '}{outside}"
+
+
+def outside_grid(frame: GridFrame, points: Floats) -> str:
+    """Return that points `(N, 2)` [m] lie outside a costmap's grid, and the remedy; else "".
+
+    Source: nav2_costmap_2d, ObstacleLayer::raytraceFreespace, "out of map bounds".
+    """
+    if frame.inside(frame.to_cells(points)).all():
+        return ""
+    remedy = "'rolling_window: true' keeps it about the robot, 'width' and 'height' are its size"
+    return f"outside the costmap's grid, which spans {frame.span}; {remedy}"
 
 
 def footprint_cost(costmap: Costmap, footprint: Footprint, pose: SE2) -> int:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.collision import outside_grid
 from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -51,6 +52,7 @@ class LayeredCostmap:
         self._group = LayerGroup(config, "", self._master, names)
         self.layers = self._group.layers
         self._stamp = 0.0
+        self._robot = np.zeros((0, 2))
         self._changed: Window | None = None
         self._overlaid: list[Patch] = []
         self.compose_again()
@@ -88,7 +90,9 @@ class LayeredCostmap:
 
     def warnings(self) -> list[str]:
         """Return what is odd about the layers, though the costs are current."""
-        return self._group.warning().splitlines()
+        outside = outside_grid(self._master.frame, self._robot)
+        robot = [f"the robot is {outside}"] if outside else []
+        return [*robot, *self._group.warning().splitlines()]
 
     def start(self, now: float) -> None:
         """Begin at a time [s]: what was received before does not count."""
@@ -130,7 +134,7 @@ class LayeredCostmap:
             T_global_base: Pose of the robot in the costmap's global frame.
             now: Time of the update [s].
         """
-        self._stamp = now
+        self._stamp, self._robot = now, np.array([[T_global_base.x, T_global_base.y]])
         self._remove_overlay()
         before = self._master.frame
         if self._master.config.rolling_window:

@@ -15,8 +15,9 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import path_msg
 from arjuna_core.ros.goal_server import GoalError, GoalNode, chosen, result_timeout
 from arjuna_core.ros.tf import TransformError
+from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap
-from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.collision import collision_place, first_collision
 from arjuna_nav.nodes.costmap.reader import CostmapReader
 from arjuna_nav.nodes.frames import poses_of
 from arjuna_nav.smoothers.smoothers import SMOOTHERS, Smoother, SmoothResult, SmoothStatus
@@ -105,7 +106,6 @@ class SmootherServerNode(GoalNode):
             raise GoalError(SmoothStatus.UNKNOWN, str(error)) from error
         hit = first_collision(costmap, footprint, path)
         if hit is not None:
-            x, y = path[hit, :2]
-            where = f"({x:.2f}, {y:.2f}), pose {hit} of the smoothed path"
-            message = f"the robot would collide at {where}"
+            where = collision_place(costmap, footprint, SE2.from_array(path[hit]))
+            message = f"the robot would collide at pose {hit} of the smoothed path, {where}"
             raise GoalError(SmoothStatus.SMOOTHED_PATH_IN_COLLISION, message)

@@ -164,4 +164,5 @@ PLANNERS = PluginTypes(
         "nav2_smac_planner::SmacPlannerLattice": f"{_HERE}.hybrid.lattice:SmacLattice",
     },
     _NAVFN,
+    stands_in=True,
 )

@@ -116,7 +116,8 @@ def ask(
         (goal_cell, goal, "goal", PlanStatus.GOAL_OUTSIDE_MAP),
     ):
         if not frame.contains(*cell):
-            return PlanResult.failed(status, f"{_named(name, pose)} lies outside the costmap")
+            message = f"{_named(name, pose)} lies outside the costmap, which spans {frame.span}"
+            return PlanResult.failed(status, message)
     costs = traversal_costs(config.allow_unknown)
     out = Escape(costmap.data, costs, start_cell, config.escape_radius / frame.resolution)
     if not len(out.exits):

@@ -116,6 +116,7 @@ SMOOTHERS = PluginTypes(
         ),
     },
     _SIMPLE,
+    stands_in=True,
 )
 
 

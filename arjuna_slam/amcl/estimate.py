@@ -51,12 +51,8 @@ def check_inside(pose: SE2, frame: GridFrame) -> None:
         LocalizationError: The pose lies outside; the message gives the map's extent.
     """
     if not frame.contains(*frame.to_cell(pose.x, pose.y)):
-        w, h = frame.width * frame.resolution, frame.height * frame.resolution
-        corners = frame.origin.apply(np.array([[0.0, 0.0], [w, 0.0], [0.0, h], [w, h]]))
-        (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
         raise LocalizationError(
-            f"pose ({pose.x:.2f}, {pose.y:.2f}) m lies outside the map, "
-            f"which spans x {x0:.2f} to {x1:.2f} m, y {y0:.2f} to {y1:.2f} m"
+            f"pose ({pose.x:.2f}, {pose.y:.2f}) m lies outside the map, which spans {frame.span}"
         )
 
 

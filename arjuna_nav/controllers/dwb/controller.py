@@ -24,6 +24,7 @@ from arjuna_nav.controllers.dwb.distances import path_cells, spread_distances
 from arjuna_nav.controllers.dwb.evaluation import DwbCritic, Evaluated, Trials, simulated
 from arjuna_nav.controllers.dwb.oscillation import Oscillation
 from arjuna_nav.controllers.dwb.trajectories import Dynamics, Robot, Scoring, Weights, score_all
+from arjuna_nav.costmap.collision import collision_place
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
@@ -103,10 +104,8 @@ class Dwb(PathController):
         if self.wanted:
             self.shown = evaluated.shown(self.wanted, near, costmap.frame)
         if best < 0:
-            message = (
-                f"collision ahead at every one of {len(samples)} velocities "
-                f"from ({pose.x:.2f}, {pose.y:.2f})"
-            )
+            where = collision_place(costmap, self._footprint, pose)
+            message = f"collision ahead at every one of {len(samples)} velocities from {where}"
             message += evaluated.details() if config.debug_trajectory_details else ""
             return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
         chosen = evaluated.first_velocity() if config.limit_vel_cmd_in_traj else samples[best]

@@ -25,7 +25,7 @@ from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.display import Plan
 from arjuna_nav.controllers.graceful.control_law import approach
 from arjuna_nav.controllers.motion import Turning, rollout
-from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.collision import collision_place, first_collision
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
@@ -154,7 +154,7 @@ class Graceful(PathController):
                 self.carrot, self._last_w = pose.inverse() @ target, command.yaw_rate
                 return ControlResult(ControlStatus.SUCCEEDED, command)
         self._last_w = 0.0
-        where = f"({pose.x:.2f}, {pose.y:.2f})"
+        where = collision_place(costmap, self._footprint, pose)
         message = f"collision ahead on every approach to the path from {where}"
         return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
 

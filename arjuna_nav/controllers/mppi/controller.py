@@ -31,7 +31,7 @@ from arjuna_nav.controllers.mppi.scene import (
     grid_seen,
     path_seen,
 )
-from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.collision import collision_place, first_collision
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 
@@ -125,7 +125,7 @@ class Mppi(PathController):
                 command = steered(self._optimizer.advance(self._period), limits.radius)
                 return self._checked(command, pose, costmap)
             self._optimizer.reset()
-        where = f"({pose.x:.2f}, {pose.y:.2f})"
+        where = collision_place(costmap, self._footprint, pose)
         message = f"collision ahead on all {self._config.batch_size} rollouts from {where}"
         return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
 
@@ -211,7 +211,8 @@ class Mppi(PathController):
             self._last = command
             return ControlResult(ControlStatus.SUCCEEDED, command)
         self._optimizer.reset()
-        message = f"collision ahead at ({arc[hit, 0]:.2f}, {arc[hit, 1]:.2f})"
+        where = collision_place(costmap, self._footprint, SE2.from_array(arc[hit]))
+        message = f"collision ahead at {where}"
         return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
 
 

@@ -114,5 +114,6 @@ TASKS = PluginTypes(
         "nav2_waypoint_follower::InputAtWaypoint": f"{__name__}:InputAtWaypoint",
     },
     "nav2_waypoint_follower::WaitAtWaypoint",
+    stands_in=True,
 )
 """Waypoint tasks by Nav2's class names."""

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
-import difflib
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any
 
-from arjuna_core.config import flatten, info_of, infos
-from arjuna_core.errors import ConfigError, closest
+from arjuna_core.config import flatten, infos
+from arjuna_core.errors import closest
 from arjuna_core.plugins import PluginTypes, canonical, config_class_for
 from bringup.parameters.files import EVERY_NODE, SIM_TIME, Parameters, merged
 from bringup.parameters.foreign import nav2
+from bringup.parameters.foreign.plugins import ForeignPlugins, plugin_lists
 from bringup.parameters.foreign.ros1_names import TABLES, targets
 from bringup.parameters.foreign.sections import FILLED, sections_by_node
 from bringup.parameters.remarks import Checked, Kind, Remark
@@ -81,14 +80,16 @@ class _Section:
         self._node, self._config = spec.name, spec.config
         self.remarks: list[Remark] = []
         self.problems: list[str] = []
-        self._left_out: set[str] = set()
+        self._foreign = ForeignPlugins(spec.name)
         if _is_whole(spec.name, given):
             robot = keys_of_robot(spec.name)
             below = {key: value for key, value in below.items() if key in robot}
         values = nav2.as_today(spec.name, given)
         sim_time = values.pop(SIM_TIME, below.get(SIM_TIME))
         whole = merged({"": below}, {"": {**shared, **values}})[""]
-        values |= self._without_foreign_plugins(whole)
+        self._foreign.take(self._config, whole)
+        self.remarks += self._foreign.remarks
+        values |= self._foreign.changed
         own = _own_keys(self._config, {**whole, **values})
         self.taken = [key for key in shared if key in own or self._is_left_out(key)]
         kept = {key: value for key, value in values.items() if self._has_effect(key, value, own)}
@@ -117,39 +118,10 @@ class _Section:
                 remarks.append(Remark(Kind.NO_EFFECT, where, _BLIND, safety=True))
         return remarks
 
-    def _without_foreign_plugins(self, values: dict[str, Any]) -> dict[str, Any]:
-        """Return the lists of plug-ins that lose a class of somebody's C++; others stay with it."""
-        changed: dict[str, Any] = {}
-        for name, default, kind in _plugin_lists(self._config):
-            names = values.get(name, default)
-            if not isinstance(names, (list, tuple)):
-                continue
-            classes = {str(each): _class_of(str(each), kind, values) for each in names}
-            foreign = {each for each, cls in classes.items() if _is_foreign(cls, kind)}
-            self._left_out |= foreign
-            if foreign and len(foreign) == len(classes):
-                changed[name] = list(default)
-                problem = (
-                    f"'{name}' lists only classes of someone's C++ ({classes[min(foreign)]}, ...)"
-                )
-                self.problems.append(f"{self._node}: {problem}; valid: {', '.join(kind.types)}")
-            elif foreign:
-                changed[name] = [each for each in classes if each not in foreign]
-                self.remarks += [
-                    Remark(
-                        Kind.NO_EFFECT,
-                        f"{self._node}: {each}",
-                        f"'{classes[each]}' is someone's C++; in Python: docs/plugins.md",
-                        self._node in nav2.COSTMAPS,
-                    )
-                    for each in sorted(foreign)
-                ]
-        return changed
-
     def _has_effect(self, key: str, value: Any, own: Mapping[str, Any]) -> bool:
         """Return whether a name and its value have an effect here; remark on it if not."""
         node = self._node
-        if self._is_left_out(key):
+        if self._is_left_out(key) or (key not in own and _is_below(key, self._foreign.replaced)):
             return False
         known = nav2.of_value(node, key, value)
         of_text = isinstance(own.get(key, ""), (str, type(None)))
@@ -166,7 +138,7 @@ class _Section:
         return False
 
     def _is_left_out(self, key: str) -> bool:
-        return key.partition(".")[0] in self._left_out
+        return _is_below(key, self._foreign.left_out)
 
     def _of_no_list(self, key: str, own: Mapping[str, Any]) -> tuple[Kind, str] | None:
         """Return why a name has no effect that is of a plug-in or source which no list names."""
@@ -179,16 +151,16 @@ class _Section:
             return Kind.NOT_NEEDED, f"'{source}' is not in '{sources}'"
         if not dot:
             return None
-        if not any(_plugin_lists(self._config)):
+        if not any(plugin_lists(self._config, {})):
             return None
         return Kind.NOT_NEEDED, f"'{plugin}' is in no list of plug-ins"
 
     def _of_another_plugin(self, key: str) -> tuple[Kind, str] | None:
         """Return why a name has no effect that is left over of another plug-in."""
         plugin, dot, rest = key.partition(".")
-        for _, _, kind in _plugin_lists(self._config) if dot else ():
-            for cls in kind.types:
-                if rest in _keys_of(kind, cls):
+        for listed in plugin_lists(self._config, {}) if dot else ():
+            for cls in listed.kind.types:
+                if rest in _keys_of(listed.kind, cls):
                     return Kind.NOT_NEEDED, f"a parameter of {cls}, which '{plugin}' is not"
         return None
 
@@ -202,6 +174,11 @@ def _of_ros1(node: str, key: str) -> tuple[Kind, str] | None:
     return (Kind.UNKNOWN, f"ROS 1's name of {names}") if names else (Kind.NOT_NEEDED, "of ROS 1")
 
 
+def _is_below(key: str, names: Iterable[str]) -> bool:
+    """Return whether a dotted name is one of some names, or below one."""
+    return any(key == name or key.startswith(f"{name}.") for name in names)
+
+
 def _is_whole(node: str, given: Mapping[str, Any]) -> bool:
     """Return whether a section names what its node is made of, as whole configurations do."""
     classes = (value for key, value in given.items() if key.endswith(_CLASS_KEYS))
@@ -209,37 +186,10 @@ def _is_whole(node: str, given: Mapping[str, Any]) -> bool:
     return named or not nav2.made_of(node).isdisjoint(given)
 
 
-def _plugin_lists(config: type[Any]) -> Iterator[tuple[str, tuple[str, ...], PluginTypes]]:
-    for item in dataclasses.fields(config):
-        kind = info_of(item).plugins if item.metadata else None
-        if isinstance(kind, PluginTypes):
-            yield item.name, item.default, kind  # type: ignore[misc]
-
-
 @cache
 def _keys_of(kind: PluginTypes, cls: str) -> frozenset[str]:
     """Return the parameters of a class of plug-ins; one that wraps another has the other's too."""
     return frozenset(infos(kind.config_of(cls, {"primary_controller": kind.default})))
-
-
-def _class_of(name: str, kind: PluginTypes, values: Mapping[str, Any]) -> str:
-    default = kind.by_name.get(name, kind.default)
-    return canonical(str(values.get(f"{name}.{kind.key}", default)))
-
-
-def _is_foreign(cls: str, kind: PluginTypes, misspelt: float = 0.85) -> bool:
-    """Return whether a class is of a package that is not Nav2's, and cannot be loaded.
-
-    A name at least as similar to one of Nav2's as `misspelt`, of 0 to 1, is a misspelt one.
-    """
-    package = cls.rpartition("::")[0]
-    if not package or package in {known.rpartition("::")[0] for known in kind.types}:
-        return False
-    try:
-        kind.resolve(cls)
-    except ConfigError:
-        return not difflib.get_close_matches(cls, kind.types, 1, misspelt)
-    return False
 
 
 def _own_keys(config: type[Any], values: dict[str, Any]) -> dict[str, Any]:

@@ -64,6 +64,14 @@ def test_a_spin_that_would_hit_something_is_refused() -> None:
     assert robot.pose.theta < 0.9
 
 
+def test_beyond_the_costmaps_grid_says_where_it_lies() -> None:
+    robot = Unicycle(SE2(3.9, 2.0, 0.0), delay=0)
+    result = run(
+        DriveOnHeading(1.0, 0.4, CONFIG, CIRCLE, 10.0), robot, costmap_of(empty_grid(4, 4))
+    )
+    assert "outside the costmap's grid, which spans x 0.00 to 4.00 m" in result.message
+
+
 @pytest.mark.parametrize(("distance", "speed"), [(0.3, 0.15), (1.0, 0.4)])
 def test_drives_and_backs_up_the_distance(distance: float, speed: float) -> None:
     costmap = costmap_of(empty_grid(6.0, 6.0))

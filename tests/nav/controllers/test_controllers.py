@@ -110,6 +110,15 @@ def test_never_drives_into_an_obstacle(name: str, footprint: str) -> None:
     assert all("collision ahead" in result.message for result in failed)
 
 
+def test_beyond_the_costmaps_grid_says_where_it_lies_and_the_remedy(controller: Controller) -> None:
+    costmap, robot = costmap_of(empty_grid(6.0, 6.0)), Unicycle(SE2(8.0, 3.0, 0.0))
+    controller.set_path(polyline([(8.0, 3.0), (10.0, 3.0)], 0.0))
+    result = follow(controller, robot, costmap, 1)[0]
+    assert result.status is ControlStatus.NO_VALID_CONTROL
+    assert "outside the costmap's grid, which spans x 0.00 to 6.00 m, y 0.00" in result.message
+    assert "'rolling_window: true'" in result.message
+
+
 def test_a_speed_limit_holds_at_once(controller: Controller) -> None:
     costmap, robot = costmap_of(empty_grid(6.0, 6.0)), Unicycle(SE2(1.0, 3.0, 0.0))
     controller.set_path(polyline([(1.0, 3.0), (5.0, 3.0)], 0.0))

@@ -114,6 +114,11 @@ def test_obstacles_keep_their_position_when_the_map_grows() -> None:
     config = costmap_config(resolution=0.05, plugins=("static_layer", "obstacle_layer"))
     layered = LayeredCostmap(config)
     layered.set_map(empty_grid(3.0, 3.0, SE2(-1.5, -1.5)))
+    layered.update(SE2(2.0, 0.0), 0.0)
+    (warning,) = layered.warnings()
+    assert warning.startswith("the robot is outside the costmap's grid, which spans x -1.50 to")
+    layered.update(SE2(), 0.0)
+    assert layered.warnings() == []
     see(layered, SE2(), 0.0, [PlacedScan(one_beam(1.02), SE2())])
     layered.set_map(empty_grid(6.0, 5.0, SE2(-3.5, -2.5)))
     assert layered.costmap.cost_at(1.02, 0.001) == 254

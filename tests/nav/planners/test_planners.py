@@ -169,7 +169,7 @@ def closed_room() -> Costmap:
 @pytest.mark.parametrize(
     ("start", "goal", "status", "text"),
     [
-        (SE2(1.0, 1.0), SE2(9.0, 1.0), PlanStatus.GOAL_OUTSIDE_MAP, r"goal \(9.00, 1.00\) lies"),
+        (SE2(1.0, 1.0), SE2(9.0, 1.0), PlanStatus.GOAL_OUTSIDE_MAP, r"which spans x 0.00 to"),
         (SE2(-1.0, 1.0), SE2(1.0, 1.0), PlanStatus.START_OUTSIDE_MAP, r"start \(-1.00, 1.00\)"),
         (SE2(1.0, 1.0), SE2(3.1, 1.0), PlanStatus.GOAL_OCCUPIED, "has cost 254"),
         (SE2(1.0, 1.0), SE2(5.0, 1.0), PlanStatus.NO_VALID_PATH, "cells can be reached"),

@@ -206,27 +206,76 @@ def test_a_section_of_a_plugin_that_no_list_names_is_not_needed() -> None:
     assert "'Straight' is in no list of plug-ins" in remark
 
 
-def test_someone_s_class_in_c_is_left_out_beside_one_that_loads() -> None:
-    given = {
-        "controller_plugins": ["FollowPath", "Vector"],
-        "FollowPath.plugin": RPP,
-        "Vector.plugin": "vector_pursuit_controller::VectorPursuitController",
-        "Vector.k": 5.0,
-    }
-    found = understood({"controller_server": given})
-    assert "someone's C++" in only(found, Kind.NO_EFFECT)
-    assert found.parameters["controller_server"]["controller_plugins"] == ["FollowPath"]
+THEIRS = "theirs::Own"
+MPPI = {"FollowPath.plugin": "nav2_mppi_controller::MPPIController"}
+SHIM = {"FollowPath.plugin": "nav2_rotation_shim_controller::RotationShimController"}
+DWB = {"FollowPath.plugin": "dwb_core::DWBLocalPlanner", "FollowPath.Own.class": THEIRS}
+CONTAINER = "nav2_costmap_2d::PluginContainerLayer"
 
 
-def test_a_list_of_nothing_but_classes_in_c_refuses_the_file(tmp_path: Path) -> None:
-    path = tmp_path / "params.yaml"
-    path.write_text(
-        "controller_server:\n  ros__parameters:\n    controller_plugins: [Vector]\n"
-        "    Vector: {plugin: vector_pursuit_controller::VectorPursuitController}\n"
-    )
-    (problem,) = check_file(path).problems
-    assert problem.startswith(f"{path}:3: controller_server: 'controller_plugins' lists only")
-    assert RPP in problem
+@pytest.mark.parametrize(
+    ("node", "listed", "given", "key", "expected"),
+    [
+        ("controller_server", "controller_plugins", ["FollowPath", "Own"], "Own.plugin", RPP),
+        ("controller_server", "controller_plugins", ["Own"], "controller_plugins", ("Own",)),
+        ("planner_server", "planner_plugins", ["Own"], "Own.plugin", "nav2_navfn_planner::"),
+        ("smoother_server", "smoother_plugins", ["Own"], "Own.plugin", "nav2_smoother::Simple"),
+        ("controller_server", "goal_checker_plugins", ["Own"], "Own.plugin", "nav2_controller::"),
+        ("waypoint_follower", "waypoint_task_executor_plugin", "Own", "Own.plugin", "nav2_way"),
+        ("behavior_server", "behavior_plugins", ["spin", "Own"], "behavior_plugins", ("spin",)),
+        ("behavior_server", "behavior_plugins", ["Own"], "behavior_plugins", ("spin", "backup")),
+        (LOCAL, "plugins", ["Own"], "plugins", ("static_layer", "obstacle_layer")),
+        (LOCAL, "filters", ["Own"], "filters", ()),
+        ("route_server", "operations", ["Own"], "operations", ("AdjustSpeedLimit",)),
+        ("docking_server", "dock_plugins", ["Own"], "dock_plugins", ("simple_charging_dock",)),
+    ],
+)
+def test_a_class_of_someone_s_c_is_left_out_or_one_of_ours_stands_in_for_it(
+    node: str, listed: str, given: Any, key: str, expected: Any
+) -> None:
+    values = {listed: given, "Own.plugin": THEIRS, "Own.k": 5.0}
+    found = understood({node: values})
+    assert found.problems == []
+    assert f"{node}: Own: '{THEIRS}' is someone's C++" in str(found.remarks[0])
+    assert all("Own.k" not in str(remark) for remark in found.remarks)
+    held = value(found, node, key)
+    assert held.startswith(expected) if isinstance(held, str) else held[: len(expected)] == expected
+
+
+@pytest.mark.parametrize(
+    ("node", "given", "key", "expected"),
+    [
+        ("controller_server", {**MPPI, "FollowPath.critics": ["CostCritic", "Own"]}, "", "Cost"),
+        ("controller_server", {**MPPI, "FollowPath.critics": ["Own"]}, "", "ConstraintCritic"),
+        ("controller_server", {**DWB, "FollowPath.critics": ["PathDist", "Own"]}, "", "PathDist"),
+        (
+            "controller_server",
+            {**SHIM, "FollowPath.primary_controller": THEIRS},
+            "FollowPath.primary_controller",
+            RPP,
+        ),
+        (
+            LOCAL,
+            {"plugins": ["voxel_layer"], "voxel_layer.plugin": THEIRS, "voxel_layer.z_voxels": 9},
+            "voxel_layer.z_voxels",
+            9,
+        ),
+        (
+            LOCAL,
+            {"plugins": ["c"], "c.plugin": CONTAINER, "c.plugins": ["a"], "c.a.plugin": THEIRS},
+            "c.plugins",
+            (),
+        ),
+    ],
+)
+def test_plug_ins_of_plug_ins_are_no_other(
+    node: str, given: dict[str, Any], key: str, expected: Any
+) -> None:
+    found = understood({node: given})
+    assert found.problems == []
+    assert "is someone's C++" in str(found.remarks[0])
+    held = value(found, node, key or "FollowPath.critics")
+    assert held[0].startswith(expected) if not key else held == expected
 
 
 def test_the_constrained_smoother_takes_its_own_weights_and_tolerances() -> None:
