@@ -92,7 +92,9 @@ def test_file_says_in_which_direction_rollers_grip(tmp_path: Path, tags: str) ->
     given = load_robot(path, SearchPath())
     assert np.allclose(given.drive.grips, standard.drive.grips)
     assert given.settings.friction["front_left_wheel"] == 0.7
-    assert not any(word in note for note in texts(given.notes) for word in ("mu2", "fdir1", "<coll"))
+    assert not any(
+        word in note for note in texts(given.notes) for word in ("mu2", "fdir1", "<coll")
+    )
     path.write_text(path.read_text().replace("<fdir1>1 -1 0", "<fdir1>1 1 0"))
     odd = load_robot(path, SearchPath())
     assert odd.drive.grips == standard.drive.grips
