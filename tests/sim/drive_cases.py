@@ -24,6 +24,7 @@ class Wheel:
         steered: Whether a joint `<name>_steer_joint` turns it about the vertical.
         follows: Name of the wheel whose steering that joint mimics, where it does.
         rolls_with: Name of the joint that the wheel's own mimics, where it does.
+        aside: How far to the left of the joint that steers it it stands [m].
     """
 
     name: str
@@ -33,6 +34,7 @@ class Wheel:
     steered: bool = False
     follows: str = ""
     rolls_with: str = ""
+    aside: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -131,7 +133,7 @@ class Robot:
                 f"<limit lower='-{self.limit}' upper='{self.limit}' effort='9' velocity='9'/>"
                 f"{mimic}</joint>"
             )
-            position = "0 0 0"
+            position = f"0 {wheel.aside} 0"
         inertia = INERTIAL.format(m=0.4, i=0.4 * 0.4 * self.radius**2)
         mimic = wheel.rolls_with and f"<mimic joint='{wheel.rolls_with}'/>"
         return (
@@ -199,6 +201,12 @@ def planar(more: str = "") -> Robot:
 def planar_on(*wheels: Wheel) -> Robot:
     """Return a robot that Gazebo moves in the plane, on plain wheels, or on none."""
     return Robot(wheels, plugin("gz-sim-velocity-control-system"))
+
+
+def planar_on_forks() -> Robot:
+    """Return a robot that Gazebo moves in the plane, whose wheels stand beside their forks."""
+    wheels = (replace(wheel, steered=True, aside=0.03) for wheel in four())
+    return replace(planar_on(*wheels), steering="continuous")
 
 
 def two_axles(rear: str = "") -> Robot:

@@ -34,6 +34,7 @@ SIDEWAYS = {
         ),
         DriveKind.MECANUM,
     ),
+    "planar on forks": (cases.planar_on_forks(), DriveKind.MECANUM),
     "planar without wheels": (cases.planar_on(), DriveKind.MECANUM),
     "3 omni wheels": (cases.omni(3), DriveKind.OMNI),
     "omni wheels of rollers": (cases.on_real_rollers(omni=True), DriveKind.OMNI),

@@ -178,7 +178,9 @@ def _driven(
         if any(guess_sides(xml, urdf, tags.controlled)) or is_omni(urdf, tags.controlled):
             guessed = guess_drive(xml, urdf, tags.controlled)
             drive = arranged(xml, urdf, guessed, settings.kind, settings.grips)
-            if drive.grips:
+            hinged = {j.child for j in urdf.joints.values() if j.kind in ("continuous", "revolute")}
+            # Wheels on forks would turn the forks.
+            if drive.grips and not any(urdf.joints[n].parent in hinged for n in drive.wheels):
                 return urdf, drive, settings
         urdf, made = on_rollers(xml, urdf)
     if made is None:

@@ -17,6 +17,8 @@ from arjuna_sim.model.urdf import Urdf
 _CONTACT = ("kp", "kd")
 _BELOW_SENSOR = {"ray": "ray", "lidar": "gpu_lidar", "camera": "camera", "imu": "imu"}
 """Tags that describe a sensor, and its type."""
+_SURFACE = "collision/surface//"
+"""Where SDF has a surface's tags, which Gazebo merges into the link's own."""
 _SPRING = {"springstiffness": "stiffness", "springreference": "spring_at"}
 _NO_MATTER = ("preservefixedjoint", "providefeedback", "implicitspringdamper")
 _READ = (
@@ -67,7 +69,8 @@ def read_tags(xml: XmlFile, urdf: Urdf) -> Tags:
                 )
                 continue
             is_default = plain(child.tag) == "gravity" and is_true(child.text)
-            if plain(child.tag) not in _READ and not is_default:
+            is_surface = child.tag == "collision" and child.find("surface") is not None
+            if plain(child.tag) not in _READ and not is_default and not is_surface:
                 left_out.setdefault(child.tag, []).append(link or "")
     for tag, links in left_out.items():
         names = ", ".join(sorted({name for name in links if name}))
@@ -78,7 +81,7 @@ def read_tags(xml: XmlFile, urdf: Urdf) -> Tags:
 
 def _read_surface(xml: XmlFile, gazebo: Element, link: str, tags: Tags) -> None:
     values = {}
-    for child in gazebo:
+    for child in (*gazebo, *gazebo.iterfind(f"{_SURFACE}*")):
         if plain(child.tag) in ("mu1", "mu", "mu2", *_CONTACT):
             label = f"gazebo '{link}' {child.tag}"
             text = (child.text or "").strip() or child.get("value", "")
@@ -94,7 +97,7 @@ def _read_surface(xml: XmlFile, gazebo: Element, link: str, tags: Tags) -> None:
         tags.friction[link] = max(0.0, mu)
         if values.get("mu2", mu) != mu:
             tags.uneven.append(f"gazebo '{link}': <mu2> is taken to be <mu1>, {mu:g}")
-    text = gazebo.findtext("fdir1") or ""
+    text = gazebo.findtext("fdir1") or gazebo.findtext(f"{_SURFACE}fdir1") or ""
     if text.strip():
         x, y, z = xml.numbers(text, 3, f"gazebo '{link}' <fdir1>")
         length = math.hypot(x, y)

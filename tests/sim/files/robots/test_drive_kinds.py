@@ -67,12 +67,19 @@ def test_robot_moved_in_the_plane_says_by_what(tmp_path: Path) -> None:
     assert robot.settings.friction["front_left_mecanum_wheel"] == 0.8
 
 
-def test_file_says_in_which_direction_rollers_grip(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "tags",
+    [
+        "<mu1>0.7</mu1><mu2>0</mu2><fdir1>1 {sign} 0</fdir1>",
+        "<collision><surface><friction><ode><mu>0.7</mu><mu2>0</mu2><fdir1>1 {sign} 0</fdir1></ode>"
+        "</friction></surface></collision>",
+    ],
+)
+def test_file_says_in_which_direction_rollers_grip(tmp_path: Path, tags: str) -> None:
     """They must let the robot drive in any direction."""
     path = cases.mecanum().write(tmp_path)
     rubbing = "".join(
-        f"<gazebo reference='{end}_{side}_wheel'><mu1>1</mu1><mu2>0</mu2>"
-        f"<fdir1>1 {sign} 0</fdir1></gazebo>"
+        f"<gazebo reference='{end}_{side}_wheel'>{tags.format(sign=sign)}</gazebo>"
         for end, side, sign in (
             ("front", "left", -1),
             ("front", "right", 1),
@@ -84,7 +91,10 @@ def test_file_says_in_which_direction_rollers_grip(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace("</robot>", f"{rubbing}</robot>"))
     given = load_robot(path, SearchPath())
     assert np.allclose(given.drive.grips, standard.drive.grips)
-    assert not any("mu2" in note or "fdir1" in note for note in texts(given.notes))
+    assert given.settings.friction["front_left_wheel"] == 0.7
+    assert not any(
+        word in note for note in texts(given.notes) for word in ("mu2", "fdir1", "<coll")
+    )
     path.write_text(path.read_text().replace("<fdir1>1 -1 0", "<fdir1>1 1 0"))
     odd = load_robot(path, SearchPath())
     assert odd.drive.grips == standard.drive.grips
