@@ -38,6 +38,13 @@ _transform_stamped = maker(
     *(*_STAMP, "child_frame_id", "transform.translation.x", "transform.translation.y"),
     *("transform.rotation.z", "transform.rotation.w"),
 )
+_SPACE, _TURN = ("x", "y", "z"), ("x", "y", "z", "w")
+_pose3 = maker(Pose, *(f"position.{i}" for i in _SPACE), *(f"orientation.{i}" for i in _TURN))
+_transform3 = maker(
+    TransformStamped,
+    *("header", "child_frame_id", *(f"transform.translation.{i}" for i in _SPACE)),
+    *(f"transform.rotation.{i}" for i in _TURN),
+)
 
 
 def seconds(stamp: Any) -> float:
@@ -118,6 +125,18 @@ def transform_msg(T: SE2, parent: str, child: str, now: float) -> TransformStamp
     """Return `T_parent_child` at a time [s] as a TransformStamped message."""
     plane = _plane(T.x, T.y, T.theta)
     return _transform_stamped(*_whole(now), parent, child, *plane)
+
+
+def transform3_msg(T: Pose3, parent: str, child: str, now: float) -> TransformStamped:
+    """Return `T_parent_child` in space at a time [s] as a TransformStamped message."""
+    w, *turn = T.quaternion
+    return _transform3(header(parent, now), child, *T.position, *turn, w)
+
+
+def pose3_msg(pose: Pose3) -> Pose:
+    """Return a pose of space as a Pose message."""
+    w, *turn = pose.quaternion
+    return _pose3(*pose.position, *turn, w)
 
 
 def se2_from_transform(message: Transform) -> SE2:

@@ -6,13 +6,13 @@ import array
 import math
 from typing import Any
 
-from geometry_msgs.msg import Pose, TransformStamped, Twist, Vector3
+from geometry_msgs.msg import Pose, Twist, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from simulation_interfaces.msg import Bounds, EntityState
 
 from arjuna_core.pose3 import Pose3, unit_quaternion
-from arjuna_core.ros.convert import PLANAR, header, pose_msg
+from arjuna_core.ros.convert import PLANAR, header, pose3_msg, pose_msg
 from arjuna_core.ros.messages import maker
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import OdometryEstimate
@@ -22,12 +22,6 @@ from arjuna_sim.physics.robot_motion import JointStates, Truth
 WORLD = "world"
 _FARTHEST = 10_000.0  # [m] beyond it single precision tears meshes apart
 _SPACE, _TURN = ("x", "y", "z"), ("x", "y", "z", "w")
-_pose3 = maker(Pose, *(f"position.{i}" for i in _SPACE), *(f"orientation.{i}" for i in _TURN))
-_transform3 = maker(
-    TransformStamped,
-    *("header", "child_frame_id", *(f"transform.translation.{i}" for i in _SPACE)),
-    *(f"transform.rotation.{i}" for i in _TURN),
-)
 _truth = maker(Odometry, "header", "child_frame_id")
 _odometry = maker(
     Odometry,
@@ -40,12 +34,6 @@ _imu = maker(
     *("header", *(f"orientation.{i}" for i in _TURN)),
     *(f"{name}.{i}" for name in ("angular_velocity", "linear_acceleration") for i in _SPACE),
 )
-
-
-def transform3_msg(T: Pose3, parent: str, child: str, now: float) -> TransformStamped:
-    """Return `T_parent_child` in space at a time [s] as a TransformStamped message."""
-    w, *turn = T.quaternion
-    return _transform3(header(parent, now), child, *T.position, *turn, w)
 
 
 def odometry_msg(estimate: OdometryEstimate, frame: str, child: str, now: float) -> Odometry:
@@ -89,14 +77,8 @@ def _set_truth(pose: Pose, twist: Twist, truth: Truth) -> None:
 def motion_msg(motion: EntityMotion, now: float) -> EntityState:
     """Return an entity's pose and motion at a time [s] as an EntityState message."""
     message = EntityState(header=header(WORLD, now), pose=pose3_msg(motion.pose))
-    message.twist = Twist(linear=_vector(motion.linear), angular=_vector(motion.angular))
+    message.twist = twist_msg((*motion.linear, *motion.angular))
     return message
-
-
-def pose3_msg(pose: Pose3) -> Pose:
-    """Return a pose of space as a Pose message."""
-    w, *turn = pose.quaternion
-    return _pose3(*pose.position, *turn, w)
 
 
 def pose3_from_msg(message: Pose) -> Pose3:
@@ -111,6 +93,11 @@ def pose3_from_msg(message: Pose) -> Pose3:
     if max(abs(p.x), abs(p.y), abs(p.z)) > _FARTHEST:
         raise ValueError(f"position ({p.x}, {p.y}, {p.z}) is farther than {_FARTHEST:g} m")
     return Pose3((p.x, p.y, p.z), unit_quaternion(q.w, q.x, q.y, q.z))
+
+
+def twist_msg(values: Any) -> Twist:
+    """Return a velocity and a turn rate of space `(6,)` as a Twist message."""
+    return Twist(linear=_vector(values[:3]), angular=_vector(values[3:]))
 
 
 def box_msg(low: Any, high: Any) -> Bounds:

@@ -15,7 +15,7 @@ from arjuna_core.config import param
 from arjuna_core.errors import ConfigError, RobotError
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import seconds
+from arjuna_core.ros.convert import seconds, transform3_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.inputs import described, named_robot
@@ -23,7 +23,6 @@ from arjuna_sim.model.optical import sensor_frame
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.model.urdf import Urdf
-from arjuna_sim.nodes.messages import transform3_msg
 
 
 @dataclass(frozen=True)

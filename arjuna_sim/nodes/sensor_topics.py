@@ -27,7 +27,7 @@ from sensor_msgs.msg import (
 from std_msgs.msg import String
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import cloud_msg, header, scan_msg
+from arjuna_core.ros.convert import cloud_msg, header, pose3_msg, scan_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.imu import ImuReading
@@ -42,7 +42,7 @@ from arjuna_sim.devices.sensors.navsat import Fix, NavSatSettings
 from arjuna_sim.devices.sensors.true_odometry import TrueMotion, TrueOdometrySettings
 from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.settings import SensorSettings
-from arjuna_sim.nodes.messages import WORLD, imu_msg, pose3_msg
+from arjuna_sim.nodes.messages import WORLD, imu_msg, twist_msg
 from arjuna_sim.world_sensors import WorldSensors
 
 Convert = Callable[[Any, Any, float], Any]
@@ -190,10 +190,8 @@ def _vectors(rows: NDArray[np.float64]) -> list[Vector3]:
 def _truth(sensor: TrueOdometrySettings, reading: TrueMotion, now: float) -> Odometry:
     message = Odometry(header=header(sensor.world_frame, now), child_frame_id=sensor.frame)
     message.pose.pose = pose3_msg(reading.pose)
-    twist, variance = message.twist.twist, np.eye(6).ravel() * sensor.noise**2
-    twist.linear.x, twist.linear.y, twist.linear.z = reading.twist[:3].tolist()
-    twist.angular.x, twist.angular.y, twist.angular.z = reading.twist[3:].tolist()
-    message.pose.covariance = message.twist.covariance = variance
+    message.twist.twist = twist_msg(reading.twist)
+    message.pose.covariance = message.twist.covariance = np.eye(6).ravel() * sensor.noise**2
     return message
 
 

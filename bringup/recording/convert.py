@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,46 +25,51 @@ NO_EFFECT = (
     *("input_serialization_format", "output_serialization_format"),
 )
 """Options of rosbag2 for an output that mean nothing where recordings are written again."""
-_LISTS = (
-    *("topics", "topic_types", "services", "exclude_topics", "exclude_topic_types"),
-    "exclude_services",
-)
-_DEFAULTS: dict[str, Any] = {
-    "uri": "",
+_LAYOUT: dict[str, Any] = {
     "storage_id": "",
-    "max_bagfile_size": 0,
-    "max_bagfile_duration": 0,
     "storage_preset_profile": "",
     "storage_config_uri": "",
+    "compression_mode": "",
+    "compression_threads": 0,
     "custom_data": {},
+    "max_bagfile_size": 0,
+    "max_bagfile_duration": 0,
+}
+"""The options of a recording's layout, as `layout_of` takes them."""
+_CHOICE = {each.name: each.default for each in fields(RecordFilter)}
+_DEFAULTS: dict[str, Any] = {
+    "uri": "",
     "start_time_ns": -1,
     "end_time_ns": -1,
     "all": False,
     "exclude": "",
-    "all_topics": False,
-    "all_services": False,
-    "regex": "",
-    "exclude_regex": "",
-    "compression_mode": "",
     "compression_format": "",
-    "compression_threads": 0,
-    "include_hidden_topics": False,
-    **{name: [] for name in _LISTS},
+    **_LAYOUT,
+    **{name: list(usual) if usual == () else usual for name, usual in _CHOICE.items()},
 }
 
 
-def bag_format(
+def layout_of(
     storage: str,
-    preset: str = "",
-    config: Path | None = None,
-    compression: str = "",
-    threads: int = 0,
-    custom: Mapping[str, str] | None = None,
-) -> BagFormat:
-    """Return a format by rosbag2's names; "" is the default everywhere.
+    preset: str,
+    config: str,
+    compression: str,
+    threads: int,
+    custom: Mapping[str, str],
+    size: int,
+    duration: float,
+) -> tuple[SplitLimits, BagFormat]:
+    """Return how a recording is written, by rosbag2's names; "" and 0 are the defaults everywhere.
+
+    Args:
+        config: Path of the storage's settings.
+        compression: What is compressed: a file, or each message.
+        threads: How many compress; 0 for as many as there are cores.
+        size: Of a file [bytes].
+        duration: Of a file [s].
 
     Raises:
-        ArjunaError: One of them is not known.
+        ArjunaError: A name is not known, or the size is below the storage's least.
     """
     storage, preset = storage or "mcap", preset or "none"
     mode = compression.lower().replace("none", "")
@@ -75,24 +80,16 @@ def bag_format(
     ):
         if given not in valid:
             raise ArjunaError(f"'{given}' is no {what}; {nearest(given, valid)}")
-    settings = read_yaml(config) if config is not None else {}
+    settings = read_yaml(Path(config)) if config else {}
     if not isinstance(settings, dict):
-        raise InputFileError(config or Path(), "holds no settings of a storage")
-    return BagFormat(storage, preset, settings, mode, threads, custom or {})
-
-
-def split_limits(storage: str, size: int, duration: float) -> SplitLimits:
-    """Return limits of files, whose size may not be below the storage's least.
-
-    Raises:
-        ArjunaError: It is.
-    """
+        raise InputFileError(Path(config), "holds no settings of a storage")
     least = STORAGES[storage].LEAST_SPLIT
     if 0 < size < least:
         raise ArjunaError(
             f"invalid bag splitting size given: {size}; valid: 0 or at least {least} bytes"
         )
-    return SplitLimits(size, duration)
+    form = BagFormat(storage, preset, settings, mode, threads, custom)
+    return SplitLimits(size, float(duration)), form
 
 
 @dataclass(frozen=True)
@@ -137,24 +134,13 @@ def _output(path: Path, given: Any) -> Output:
             kind = type(_DEFAULTS[name]).__name__
             raise InputFileError(path, f"{name}: {value!r} is no {kind}")
     options = {**_DEFAULTS, **given}
-    config = options["storage_config_uri"]
-    form = bag_format(
-        *(options["storage_id"], options["storage_preset_profile"]),
-        *(Path(config) if config else None, options["compression_mode"]),
-        *(options["compression_threads"], options["custom_data"]),
-    )
-    size, duration = options["max_bagfile_size"], options["max_bagfile_duration"]
-    chosen = RecordFilter(
-        all_topics=options["all_topics"] or options["all"],
-        all_services=options["all_services"] or options["all"],
-        regex=options["regex"],
-        exclude_regex=options["exclude_regex"] or options["exclude"],
-        include_hidden_topics=options["include_hidden_topics"],
-        **{name: tuple(options[name]) for name in _LISTS},
-    )
-    limits = split_limits(form.storage, size, float(duration))
+    options["exclude_regex"] = options["exclude_regex"] or options["exclude"]
+    for name in ("all_topics", "all_services"):
+        options[name] = options[name] or options["all"]
+    choice = {name: type(usual)(options[name]) for name, usual in _CHOICE.items()}
+    layout = layout_of(*(options[name] for name in _LAYOUT))
     times = options["start_time_ns"], options["end_time_ns"]
-    return Output(Path(options["uri"]), limits, form, chosen, *times)
+    return Output(Path(options["uri"]), *layout, RecordFilter(**choice), *times)
 
 
 def convert(bags: Sequence[Bag], outputs: Sequence[Output]) -> None:

@@ -18,8 +18,8 @@ from arjuna_core.ros.context import new_context
 from arjuna_core.timing import NANOSECONDS
 from bringup.recording.controls import Controls
 from bringup.recording.listener import BARE_NODE
-from bringup.recording.playback import Playback
-from bringup.recording.player import CLOCK, Player, PlayOptions
+from bringup.recording.playback import Playback, PlayOptions
+from bringup.recording.player import CLOCK, Player
 from bringup.terminal import DOWN, RIGHT, UP, Keys, stopped_by_signals
 
 
@@ -51,15 +51,11 @@ class Playing:
         def takes(topic: str) -> bool:
             return options.takes(topic) and not (options.makes_clock and topic == CLOCK)
 
-        self.playback = Playback(
-            *(bags, takes, options.rate, options.offset, options.loop),
-            *(options.until, options.delay, options.settling),
-        )
+        self.playback = Playback(bags, replace(options, takes=takes))
         if self.playback.finished and options.until is None:
             valid = ", ".join(sorted(known)) or "none"
             raise ArjunaError(f"nothing is left to play; the recording's topics: {valid}")
         self.player = Player(node, [t for n, t in known.items() if takes(n)], options, note)
-        self.playback.paused = options.paused
         self._clock_period = 1.0 / options.clock_hz if options.clock_hz > 0.0 else float("inf")
         self._tick = 0.0
         self._stopped = False

@@ -3,11 +3,65 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import BagMessage
 from arjuna_core.timing import NANOSECONDS
+
+
+@dataclass(frozen=True)
+class PlayOptions:
+    """Options of playing.
+
+    Attributes:
+        takes: Returns which topics are played.
+        rate: Recorded seconds a second.
+        offset: Where in the recording to begin [s].
+        until: The last time that is played [ns]; the end if None.
+        paused: Whether to begin with a pause.
+        clock_hz: How often to publish the recorded time on /clock [Hz]; 0 for not.
+        clock_topics: Topics before whose messages it is published, too; None for all.
+        recorded_clock: Whether a recorded /clock is played instead of one that is made.
+        delay: How long to wait before each turn [s].
+        settling: How long to wait at first until those who listen have found the player [s].
+        remap: New names of topics.
+        overrides: Profiles (QoSProfile) of topics whatever the recording says.
+        acked_timeout: How long to wait at the end for those who listen [s], 0 for ever; None not.
+        requests: The event whose request is sent to its service in place of the events; see
+            `REQUESTS`; None to publish the events.
+        keys: Whether keys are read.
+        node_name: The player's node.
+        controlled: Whether it offers rosbag2's services and announces new files.
+        burst: How many messages are published at once at the beginning, 0 for all; None for not.
+    """
+
+    takes: Callable[[str], bool] = lambda topic: True
+    rate: float = 1.0
+    offset: float = 0.0
+    loop: bool = False
+    until: int | None = None
+    paused: bool = False
+    clock_hz: float = 0.0
+    clock_topics: Collection[str] | None = ()
+    recorded_clock: bool = True
+    delay: float = 0.0
+    settling: float = 0.0
+    remap: Mapping[str, str] = field(default_factory=dict)
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+    acked_timeout: float | None = None
+    requests: int | None = None
+    keys: bool = True
+    node_name: str = "player"
+    controlled: bool = False
+    burst: int | None = None
+
+    @property
+    def makes_clock(self) -> bool:
+        """Return whether /clock is published."""
+        return self.clock_hz > 0.0 or self.clock_topics is None or bool(self.clock_topics)
 
 
 class Playback:
@@ -15,46 +69,26 @@ class Playback:
 
     Args:
         bags: The recordings, whose messages are played in the order of their times.
-        takes: Returns which topics are played.
-        rate: Recorded seconds a second.
-        offset: Where in the recording it begins [s].
-        loop: Whether it begins again at its end.
-        until: The last time that is played [ns]; the end if None.
-        delay: How long to wait before each turn [s].
-        settling: How long to wait before the first one besides [s].
+        options: Rate, start, end, delays, and which topics are played.
 
     Attributes:
+        rate: Recorded seconds a second.
         paused: Whether it stands still.
         finished: Whether all messages have been given out.
         start: When it begins [ns].
     """
 
-    def __init__(
-        self,
-        bags: Sequence[Bag],
-        takes: Callable[[str], bool],
-        rate: float = 1.0,
-        offset: float = 0.0,
-        loop: bool = False,
-        until: int | None = None,
-        delay: float = 0.0,
-        settling: float = 0.0,
-    ) -> None:
-        self._bags = bags
-        self._takes = takes
-        self.rate = rate
-        self.start = min(bag.start for bag in bags) + round(offset * NANOSECONDS)
-        self._loop = loop
-        self._until = until
-        self._delay = delay
+    def __init__(self, bags: Sequence[Bag], options: PlayOptions) -> None:
+        self._bags, self._options = bags, options
+        self.rate, self.paused = options.rate, options.paused
+        self.start = min(bag.start for bag in bags) + round(options.offset * NANOSECONDS)
         self._time = float(self.start)
         self._wall: float | None = None
-        self.paused = False
         self._messages: Iterator[BagMessage] = iter(())
         self._next: BagMessage | None = None
         self.finished = False
         self._rewind()
-        self._waiting += settling
+        self._waiting += options.settling
         self._began_again = False
 
     @property
@@ -63,20 +97,21 @@ class Playback:
         return round(self._time)
 
     def _rewind(self) -> None:
-        self._waiting = self._delay
+        self._waiting = self._options.delay
         self.seek(self.start)
 
     def seek(self, time: int) -> None:
         """Continue at a time of the recording [ns], not before its start."""
         time = max(time, self.start)
         self._time = float(time)
-        found = [bag.messages(self._takes, time) for bag in self._bags]
+        found = [bag.messages(self._options.takes, time) for bag in self._bags]
         self._messages = heapq.merge(*found, key=lambda message: message.time)
         self._advance()
 
     def _advance(self) -> None:
         self._next = next(self._messages, None)
-        if self._next is not None and self._until is not None and self._next.time > self._until:
+        until = self._options.until
+        if self._next is not None and until is not None and self._next.time > until:
             self._next = None
         self.finished = self._next is None
 
@@ -99,7 +134,7 @@ class Playback:
             return None
         message = self._next
         self._advance()
-        if self._next is None and self._loop:
+        if self._next is None and self._options.loop:
             self._rewind()
             self._began_again = True  # a recording of one moment would be due without end
         return message

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 
@@ -17,63 +16,12 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.context import class_of
 from arjuna_core.ros.qos import profile_of
 from arjuna_core.timing import NANOSECONDS
+from bringup.recording.playback import PlayOptions
 from bringup.recording.selection import EVENTS, is_service
 
 CLOCK = "/clock"
 REQUESTS = {"service_introspection": 1, "client_introspection": 0}
 """The event of a request as the service noted it, and as the client did: ServiceEventInfo's."""
-
-
-@dataclass(frozen=True)
-class PlayOptions:
-    """Options of playing.
-
-    Attributes:
-        takes: Returns which topics are played.
-        rate: Recorded seconds a second.
-        offset: Where in the recording to begin [s].
-        until: The last time that is played [ns]; the end if None.
-        paused: Whether to begin with a pause.
-        clock_hz: How often to publish the recorded time on /clock [Hz]; 0 for not.
-        clock_topics: Topics before whose messages it is published, too; None for all.
-        recorded_clock: Whether a recorded /clock is played instead of one that is made.
-        delay: How long to wait before each turn [s].
-        settling: How long to wait at first until those who listen have found the player [s].
-        remap: New names of topics.
-        overrides: Profiles of topics whatever the recording says.
-        acked_timeout: How long to wait at the end for those who listen [s], 0 for ever; None not.
-        requests: The event whose request is sent to its service in place of the events; see
-            `REQUESTS`; None to publish the events.
-        keys: Whether keys are read.
-        node_name: The player's node.
-        controlled: Whether it offers rosbag2's services and announces new files.
-        burst: How many messages are published at once at the beginning, 0 for all; None for not.
-    """
-
-    takes: Callable[[str], bool] = lambda topic: True
-    rate: float = 1.0
-    offset: float = 0.0
-    loop: bool = False
-    until: int | None = None
-    paused: bool = False
-    clock_hz: float = 0.0
-    clock_topics: Collection[str] | None = ()
-    recorded_clock: bool = True
-    delay: float = 0.0
-    settling: float = 0.0
-    remap: Mapping[str, str] = field(default_factory=dict)
-    overrides: Mapping[str, QoSProfile] = field(default_factory=dict)
-    acked_timeout: float | None = None
-    requests: int | None = None
-    keys: bool = True
-    node_name: str = "player"
-    controlled: bool = False
-    burst: int | None = None
-
-    @property
-    def makes_clock(self) -> bool:
-        """Return whether /clock is published."""
-        return self.clock_hz > 0.0 or self.clock_topics is None or bool(self.clock_topics)
 
 
 class Player:

@@ -9,7 +9,7 @@ from arjuna_core.bags.topic import TopicInfo
 from arjuna_core.bags.writer import BagFolder
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.qos import qos_of
-from bringup.recording.convert import bag_format, split_limits
+from bringup.recording.convert import layout_of
 from bringup.recording.message_definitions import installed_type
 from rosbag2_py.options import (
     CompressionMode,
@@ -102,16 +102,12 @@ def new_folder(given: StorageOptions, mode: str, threads: int) -> BagFolder:
     Raises:
         RuntimeError: It exists, or an option is not known.
     """
-    config = given.storage_config_uri
     try:
-        form = bag_format(
-            *(given.storage_id, given.storage_preset_profile),
-            config=Path(config) if config else None,
-            compression=mode,
-            threads=threads,
-            custom=given.custom_data,
+        layout = layout_of(
+            *(given.storage_id, given.storage_preset_profile, given.storage_config_uri),
+            *(mode, threads, given.custom_data),
+            *(given.max_bagfile_size, given.max_bagfile_duration),
         )
-        limits = split_limits(form.storage, given.max_bagfile_size, given.max_bagfile_duration)
-        return BagFolder(Path(given.uri.removeprefix("file://")), limits, form)
+        return BagFolder(Path(given.uri.removeprefix("file://")), *layout)
     except ArjunaError as error:
         raise RuntimeError(str(error)) from error

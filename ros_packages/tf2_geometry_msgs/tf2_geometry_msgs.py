@@ -16,7 +16,7 @@ from geometry_msgs.msg import (
 from tf2_ros import TransformRegistration
 
 from arjuna_core.pose3 import Pose3
-from arjuna_core.ros.convert import pose3_from_transform
+from arjuna_core.ros.convert import pose3_from_transform, pose3_msg
 
 
 def _motion(transform: TransformStamped) -> Pose3:
@@ -46,13 +46,7 @@ def do_transform_vector3(vector3: Vector3Stamped, transform: TransformStamped) -
 def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
     """Return a pose without a header in the transform's frame."""
     p, q = pose.position, pose.orientation
-    moved = _motion(transform) @ Pose3((p.x, p.y, p.z), (q.w, q.x, q.y, q.z))
-    result = Pose()
-    _put(result.position, moved.position)
-    w, x, y, z = moved.quaternion
-    result.orientation.w, result.orientation.x = w, x
-    result.orientation.y, result.orientation.z = y, z
-    return result
+    return pose3_msg(_motion(transform) @ Pose3((p.x, p.y, p.z), (q.w, q.x, q.y, q.z)))
 
 
 def do_transform_pose_stamped(pose: PoseStamped, transform: TransformStamped) -> PoseStamped:

@@ -11,7 +11,7 @@ from rclpy.duration import Duration
 from rclpy.time import Time
 
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_core.ros.convert import pose3_from_transform
+from arjuna_core.ros.convert import pose3_from_transform, transform3_msg
 from arjuna_core.transforms import ExtrapolationError, LoopError, TransformError, TransformTree
 
 
@@ -171,10 +171,6 @@ class BufferCore:
 
 
 def _message(pose: Pose3, parent: str, child: str, stamp: int) -> Any:
-    message = TransformStamped(child_frame_id=child)
-    message.header.frame_id = parent
+    message = transform3_msg(pose, parent, child, 0.0)
     message.header.stamp = TimeMsg(sec=stamp // _SECOND, nanosec=stamp % _SECOND)
-    t, q = message.transform.translation, message.transform.rotation
-    t.x, t.y, t.z = pose.position
-    q.w, q.x, q.y, q.z = pose.quaternion
     return message

@@ -75,20 +75,20 @@ class Scope:
             _name(inner): child for child in merged for inner in child if inner.tag in _NAMED
         }
 
-    def pose(self, element: Element, label: str, parent: Pose3 = ORIGIN) -> Pose3:
+    def pose(
+        self, element: Element, label: str, parent: Pose3 = ORIGIN, seen: tuple[str, ...] = ()
+    ) -> Pose3:
         """Return an element's pose in this scope.
 
         Args:
             parent: What the pose is relative to, where it does not say.
+            seen: The frames whose poses are relative to it.
 
         Raises:
             WorldError: It is relative to what does not exist, or to itself.
         """
-        return self._pose(element, label, parent, ())
-
-    def _pose(self, element: Element, label: str, parent: Pose3, seen: tuple[str, ...]) -> Pose3:
         base = base_of(element)
-        return (self._find(base, seen) if base else parent) @ raw_pose(self._xml, element, label)
+        return (self.find(base, seen) if base else parent) @ raw_pose(self._xml, element, label)
 
     def axis(self, axis: Element, T_joint: Pose3) -> Pose3:
         """Return the pose of the frame that the numbers of a joint's `<axis>` are in.
@@ -99,19 +99,16 @@ class Scope:
         tag = axis.find("xyz")
         named = "" if tag is None else tag.get("expressed_in", "").strip()
         if named:
-            return self._find(named, ())
+            return self.find(named)
         in_model = is_true(axis.findtext("use_parent_model_frame"))
         return ORIGIN if in_model or self._is_old else T_joint
 
-    def find(self, name: str) -> Pose3:
-        """Return the pose of a named thing in this scope.
+    def find(self, name: str, seen: tuple[str, ...] = ()) -> Pose3:
+        """Return the pose of a named thing in this scope; `seen` as in `pose`.
 
         Raises:
             WorldError: It does not exist, or its pose is relative to itself.
         """
-        return self._find(name, ())
-
-    def _find(self, name: str, seen: tuple[str, ...]) -> Pose3:
         if name in _OWN:
             return ORIGIN
         if name in seen:
@@ -124,14 +121,14 @@ class Scope:
         element = self._items.get(name) if name in self._items else self._items.get(first)
         merged = None if element is not None else self._merged.get(first)
         if merged is not None:
-            T_own = self._pose(merged, f"{self._label} '{name}'", ORIGIN, (*seen, name))
+            T_own = self.pose(merged, f"{self._label} '{name}'", ORIGIN, (*seen, name))
             return T_own @ Scope(self._xml, merged, self._label).find(name)
         if element is None:
             problem = f"frame '{name}' does not exist; {nearest(name, self._items)}"
             raise self._xml.fail(self._label, problem)
         seen = (*seen, name)
         parent = ORIGIN if base_of(element) else self._parent(element, seen)
-        pose = self._pose(element, f"{self._label} '{name}'", parent, seen)
+        pose = self.pose(element, f"{self._label} '{name}'", parent, seen)
         if rest and name not in self._items and element.tag == "model":
             return pose @ Scope(self._xml, element, f"{self._label} '{first}'").find(rest)
         return pose
@@ -142,7 +139,7 @@ class Scope:
             attached = (element.get("attached_to") or "").strip()
         elif element.tag == "joint":
             attached = (element.findtext("child") or "").strip()
-        return self._find(attached, seen) if attached else ORIGIN
+        return self.find(attached, seen) if attached else ORIGIN
 
 
 def _name(element: Element) -> str:

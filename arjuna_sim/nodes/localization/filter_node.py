@@ -23,7 +23,7 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import header, seconds
+from arjuna_core.ros.convert import header, pose3_msg, seconds, transform3_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.silence import Silence, SilenceWatch
 from arjuna_sim.fusion.estimator import Estimator
@@ -37,7 +37,7 @@ from arjuna_sim.fusion.sensors import (
     without_gravity,
 )
 from arjuna_sim.nodes.localization.config import FilterConfig, Sensor, UnscentedConfig, square
-from arjuna_sim.nodes.messages import pose3_msg, transform3_msg
+from arjuna_sim.nodes.messages import twist_msg
 from arjuna_sim.nodes.mounted_frames import MountedFrames
 
 
@@ -287,9 +287,7 @@ class EkfFilterNode(ManagedNode):
         message = Odometry(header=header(config.world, stamp), child_frame_id=config.output)
         message.pose.pose = pose3_msg(pose)
         message.pose.covariance = covariance[POSE, POSE].ravel()
-        twist = message.twist.twist
-        twist.linear.x, twist.linear.y, twist.linear.z = state[6:9].tolist()
-        twist.angular.x, twist.angular.y, twist.angular.z = state[9:12].tolist()
+        message.twist.twist = twist_msg(state[TWIST])
         message.twist.covariance = covariance[TWIST, TWIST].ravel()
         self._odom_out.publish(message)
         if self._acceleration_out is not None:

@@ -19,12 +19,11 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.geodesy import GeoPoint
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import header, seconds
+from arjuna_core.ros.convert import header, pose3_msg, seconds, transform3_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_sim.fusion.earth import EarthFrame
 from arjuna_sim.nodes.localization.filter_node import pose_of, unit
-from arjuna_sim.nodes.messages import pose3_msg, transform3_msg
 
 _FRAMES = {True: "local_enu", False: "utm"}  # robot_localization's names of the planes' frames
 

@@ -15,9 +15,8 @@ from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import seconds
+from arjuna_core.ros.convert import pose3_msg, seconds, transform3_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_sim.nodes.messages import pose3_msg, transform3_msg
 from arjuna_sim.processing.madgwick import UP, MadgwickFilter, orientation, quaternion_of, rotation
 
 _GRAVITY = 9.81  # [m/s^2] as imu_filter_madgwick has it

@@ -19,9 +19,9 @@ from simulation_interfaces.srv import DeleteEntity, GetEntityState, SetEntitySta
 from std_msgs.msg import Header
 
 from arjuna_core.ros.context import discovery, new_context
-from arjuna_core.ros.convert import header
+from arjuna_core.ros.convert import header, pose3_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_sim.nodes.messages import WORLD, pose3_from_msg, pose3_msg
+from arjuna_sim.nodes.messages import WORLD, pose3_from_msg
 from arjuna_sim.nodes.services.known_entities import KnownEntities
 
 _WORLDS = ("", "world", "map")

@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Play until the end, or until stopped."""
     from arjuna_core.bags.reader import Bag
     from bringup.recording.play import play
-    from bringup.recording.player import PlayOptions
+    from bringup.recording.playback import PlayOptions
     from bringup.terminal import show
 
     chosen = PlayOptions(

@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 import os
 
-from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
+from arjuna_core.ros.convert import transform3_msg
 from bringup.ros2.client import Client
 
 _NUMBERS = ("x", "y", "z", "qx", "qy", "qz", "qw", "roll", "pitch", "yaw")
@@ -63,12 +63,8 @@ def main(words: list[str]) -> None:
     frame, child, pose = parse(words)
     name = f"static_transform_publisher_{os.getpid()}"  # so that many can run
     with Client(argparse.Namespace(), name) as client:
-        message = TransformStamped(child_frame_id=child)
-        message.header.frame_id = frame
+        message = transform3_msg(pose, frame, child, 0.0)
         message.header.stamp = client.node.get_clock().now().to_msg()
-        translation, rotation = message.transform.translation, message.transform.rotation
-        translation.x, translation.y, translation.z = pose.position
-        rotation.w, rotation.x, rotation.y, rotation.z = pose.quaternion
         publisher = client.node.create_publisher(TFMessage, "/tf_static", qos.LATCHED)
         publisher.publish(TFMessage(transforms=[message]))
         client.node.get_logger().info(

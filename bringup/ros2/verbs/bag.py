@@ -14,10 +14,11 @@ from arjuna_core.bags.writer import STORAGES, BagFolder
 from arjuna_core.bags.writer import reindex as write_metadata
 from arjuna_core.timing import NANOSECONDS
 from bringup.recording import summary
-from bringup.recording.convert import bag_format, read_outputs, split_limits
 from bringup.recording.convert import convert as write_outputs
+from bringup.recording.convert import layout_of, read_outputs
 from bringup.recording.play import play as publish
-from bringup.recording.player import REQUESTS, PlayOptions
+from bringup.recording.playback import PlayOptions
+from bringup.recording.player import REQUESTS
 from bringup.recording.qos_overrides import read_overrides
 from bringup.recording.recorder import RecordOptions
 from bringup.recording.recorder import record as write
@@ -136,13 +137,12 @@ def folder_of(given: argparse.Namespace) -> BagFolder:
     if given.compression_queue_size < 0:
         raise BagError("Compression queue size must be at least 0.")
     pairs = dict(_pair(text) for text in given.custom_data)
-    config = given.storage_config_file
-    form = bag_format(
-        *(given.storage, given.storage_preset_profile, Path(config) if config else None),
+    layout = layout_of(
+        *(given.storage, given.storage_preset_profile, given.storage_config_file),
         *(given.compression_mode, given.compression_threads, pairs),
+        *(given.max_bag_size, given.max_bag_duration),
     )
-    limits = split_limits(given.storage, given.max_bag_size, given.max_bag_duration)
-    return BagFolder(folder, limits, form)
+    return BagFolder(folder, *layout)
 
 
 def play(arguments: argparse.Namespace) -> None:

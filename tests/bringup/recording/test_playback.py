@@ -13,7 +13,7 @@ from arjuna_core.bags.topic import TopicInfo
 from arjuna_core.bags.writer import BagFolder
 from bringup.recording import summary
 from bringup.recording.listener import LossCounter
-from bringup.recording.playback import Playback
+from bringup.recording.playback import Playback, PlayOptions
 from bringup.recording.selection import PlayFilter, add_options, selection_of
 from tests.core.bags.recordings import write_numbers
 
@@ -32,7 +32,7 @@ def bag(tmp_path: Path) -> Bag:
 
 
 def playback(bag: Bag, **options: Any) -> Playback:
-    result = Playback([bag], lambda topic: True, **options)
+    result = Playback([bag], PlayOptions(**options))
     result.advance(0.0)
     return result
 

@@ -19,11 +19,10 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import header, se2_from_pose, seconds
+from arjuna_core.ros.convert import header, se2_from_pose, seconds, transform3_msg
 from arjuna_core.se2 import SE2
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.ekf import EkfNode
-from arjuna_sim.nodes.messages import transform3_msg
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import TICK, RosBench
 from tests.nodes.sim.running import run, start, start_sim

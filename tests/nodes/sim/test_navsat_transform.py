@@ -18,9 +18,8 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.geodesy import GeoPoint, TangentPlane, UtmGrid
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import header, seconds
+from arjuna_core.ros.convert import header, pose3_msg, seconds, transform3_msg
 from arjuna_sim.nodes.localization.navsat import NavsatTransformNode
-from arjuna_sim.nodes.messages import pose3_msg, transform3_msg
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import start
 

@@ -17,7 +17,8 @@ from arjuna_core.bags.topic import BagMessage, TopicInfo, TopicQos
 from arjuna_core.bags.writer import BagFolder
 from arjuna_core.ros import qos
 from bringup.recording.message_definitions import message_definition, type_hash
-from bringup.recording.player import Player, PlayOptions
+from bringup.recording.playback import PlayOptions
+from bringup.recording.player import Player
 from bringup.recording.recorder import Recorder
 from tests.helpers.ros import RosBench
 

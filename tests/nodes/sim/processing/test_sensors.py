@@ -22,8 +22,7 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import cloud_from_msg, cloud_msg, header
-from arjuna_sim.nodes.messages import transform3_msg
+from arjuna_core.ros.convert import cloud_from_msg, cloud_msg, header, transform3_msg
 from arjuna_sim.nodes.processing.imu_filter import ImuFilterNode
 from arjuna_sim.nodes.processing.joint_state_publisher import JointStatePublisherNode
 from arjuna_sim.nodes.processing.laser_filters import ScanFilterChainNode
