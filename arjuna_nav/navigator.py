@@ -9,6 +9,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
@@ -74,24 +75,6 @@ class EntryNames:
     goal: str = "goal"
     goals: str = "goals"
     path: str = "path"
-
-
-@dataclass(frozen=True)
-class Feedback:
-    """The progress of navigation, as NavigateToPose's feedback has it.
-
-    Attributes:
-        navigation_time: Since the goal came [s].
-        estimated_time_remaining: At the present speed [s]; 0 where it stands.
-        distance_remaining: Along the path [m].
-        number_of_poses_remaining: Goals not yet passed.
-    """
-
-    navigation_time: float
-    estimated_time_remaining: float
-    number_of_recoveries: int
-    distance_remaining: float
-    number_of_poses_remaining: int
 
 
 class Navigator:
@@ -165,8 +148,8 @@ class Navigator:
         """Return why the robot stands and waits now, empty where it does not."""
         return str(self._board.get(PROBLEM) or "")
 
-    def feedback(self, state: TreeState) -> Feedback:
-        """Return the progress.
+    def feedback(self, state: TreeState) -> dict[str, Any]:
+        """Return the progress by the fields of NavigateToPose's feedback, in plain values.
 
         Source: nav2_bt_navigator: the time remaining is distance by speed where the speed is above
             0.01 m/s and the distance above 0.1 m.
@@ -174,12 +157,17 @@ class Navigator:
         path, distance = self._path.value, 0.0
         if path is not None and len(path) and state.pose is not None:
             distance = paths.remaining(path, state.pose)
-        speed = state.mean_velocity().speed
-        remaining = distance / speed if speed > 0.01 and distance > 0.1 else 0.0
-        recoveries, goals = self._board.get(RECOVERIES), self._board.get(self._names.goals)
-        return Feedback(
-            state.now - self._start, remaining, int(recoveries or 0), distance, len(goals or ())
-        )
+        speed, goals = state.mean_velocity().speed, self._board.get(self._names.goals)
+        known = {} if state.pose is None else {"current_pose": state.pose}
+        return known | {
+            "navigation_time": state.now - self._start,
+            "estimated_time_remaining": distance / speed
+            if speed > 0.01 and distance > 0.1
+            else 0.0,
+            "number_of_recoveries": int(self._board.get(RECOVERIES) or 0),
+            "distance_remaining": distance,
+            "number_of_poses_remaining": len(goals or ()),
+        }
 
     def take_changes(self) -> tuple[StatusChange, ...]:
         """Return the nodes' changes of status since the last call."""

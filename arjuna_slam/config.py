@@ -12,7 +12,7 @@ from arjuna_core.arrays import Floats
 from arjuna_core.config import info_of, param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.graph.back_end import BackEndConfig
-from arjuna_slam.mapping.keyframes import LifelongConfig, Mapper
+from arjuna_slam.mapping.keyframes import Keyframes, LifelongConfig
 from arjuna_slam.mapping.reference_map import ReferenceConfig
 from arjuna_slam.matching.tracking import TrackerConfig
 
@@ -60,9 +60,9 @@ class SlamConfig(BackEndConfig, ReferenceConfig, TrackerConfig, LifelongConfig):
         maximum=10000,
     )
 
-    def mapper(self) -> Mapper:
-        """Return a mapper without scans."""
-        return Mapper(
+    def keyframes(self) -> Keyframes:
+        """Return a mapping session's keyframes, none as yet."""
+        return Keyframes(
             self.resolution, self.max_laser_range, self.min_pass_through,
             self.occupancy_threshold, self.clear_without_return, self.thin_walls,
         )  # fmt: skip

@@ -8,7 +8,6 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
-from arjuna_slam.mapping.keyframes import Keyframes
 from arjuna_slam.mapping.reference_map import ReferenceMap
 from arjuna_slam.mapping.session import Session, Start, StartKind
 from arjuna_slam.matching.scan_filter import LastOdometry, ScanFilter, Skip
@@ -31,7 +30,7 @@ class Localizer(PoseTracker):
         self._reference = ReferenceMap(config, session)
         self._tracker = Tracker(config, ScanMatcher(config))
         self.scans = ScanFilter(config.max_laser_range)
-        self.keyframes = Keyframes(config.mapper())
+        self.keyframes = config.keyframes()
         self.keyframes.adopt(session)
         self._start: Start | None = start
         self._odometry = LastOdometry()

@@ -13,10 +13,10 @@ from arjuna_slam.config import SlamConfig
 from arjuna_slam.graph.back_end import BackEnd
 from arjuna_slam.graph.loops import LoopCloser
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
-from arjuna_slam.mapping.keyframes import Keyframes, forget_submap
+from arjuna_slam.graph.submap import LocalMap, Submap
+from arjuna_slam.mapping.keyframes import forget_submap
 from arjuna_slam.mapping.reference_map import ReferenceMap
 from arjuna_slam.mapping.session import Session, Start, StartKind
-from arjuna_slam.mapping.submap import LocalMap, Submap
 from arjuna_slam.matching.scan_filter import LastOdometry, ScanFilter, Skip
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface, extract
@@ -49,7 +49,7 @@ class Slam(PoseTracker):
         self._travel = 0.0
 
     def _begin_graph(self, undone: int = 0) -> None:
-        self.keyframes = Keyframes(self._config.mapper())
+        self.keyframes = self._config.keyframes()
         self._back_end = BackEnd(self._config, self.graph, undone)
 
     def process(self, scan: Scan, T_odom_base: SE2, motion: SE2 | None = None) -> SlamUpdate | None:

@@ -36,17 +36,19 @@ class FileWriter(ABC):
     def __init__(self, path: Path) -> None:
         self.path = path
         self.entry = FileEntry(path.name)
+        self._topics: dict[str, int] = {}
 
     @property
     @abstractmethod
     def size(self) -> int:
         """Bytes in the file so far, without what waits in memory."""
 
-    @abstractmethod
     def add_topic(self, topic: TopicInfo) -> int:
         """Return the number of a topic within the file; it is in it even without messages."""
+        if topic.name not in self._topics:
+            self._topics[topic.name] = self._guard(lambda: self._register(topic))
+        return self._topics[topic.name]
 
-    @abstractmethod
     def write(self, topic: TopicInfo, time: int, data: bytes, published: int) -> None:
         """Add a message.
 
@@ -57,6 +59,17 @@ class FileWriter(ABC):
         Raises:
             RecordingError: The disk refuses.
         """
+        number, count = self.add_topic(topic), self.entry.counts[topic.name]
+        self._guard(lambda: self._append(number, count, time, data, published))
+        self.entry.count(topic.name, time)
+
+    @abstractmethod
+    def _register(self, topic: TopicInfo) -> int:
+        """Write a new topic; return its number."""
+
+    @abstractmethod
+    def _append(self, topic: int, count: int, time: int, data: bytes, published: int) -> None:
+        """Write a message, which so many of its topic's were written before."""
 
     @abstractmethod
     def flush(self) -> None:
@@ -150,7 +163,6 @@ class McapWriter(FileWriter):
         self._writer = Writer(self._file, **options)
         self._guard(lambda: self._writer.start(profile="ros2", library="arjuna"))
         self.flush()  # the file is an mcap from its first moment on
-        self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
 
     @property
@@ -158,17 +170,7 @@ class McapWriter(FileWriter):
         """Bytes in the file so far, without what waits in memory."""
         return self._file.tell()
 
-    def write(self, topic: TopicInfo, time: int, data: bytes, published: int) -> None:
-        """Add a message; see FileWriter."""
-        channel = self.add_topic(topic)
-        self.entry.count(topic.name, time)
-        number = self.entry.counts[topic.name] - 1
-        self._guard(lambda: self._writer.add_message(channel, time, data, published, number))
-
-    def add_topic(self, topic: TopicInfo) -> int:
-        """Return the topic's channel."""
-        if topic.name in self._channels:
-            return self._channels[topic.name]
+    def _register(self, topic: TopicInfo) -> int:
         schema = self._schemas.get(topic.type_name)
         if schema is None:
             definition = topic.definition.encode()
@@ -179,9 +181,10 @@ class McapWriter(FileWriter):
             "offered_qos_profiles": topics.dump(topic.offers),
             "topic_type_hash": topic.type_hash,
         }
-        channel = self._writer.register_channel(topic.name, topic.encoding, schema, metadata)
-        self._channels[topic.name] = channel
-        return channel
+        return self._writer.register_channel(topic.name, topic.encoding, schema, metadata)
+
+    def _append(self, topic: int, count: int, time: int, data: bytes, published: int) -> None:
+        self._writer.add_message(topic, time, data, published, count)
 
     def flush(self) -> None:
         """Hand everything to the operating system."""

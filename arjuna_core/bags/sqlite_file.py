@@ -167,7 +167,6 @@ class SqliteWriter(FileWriter):
         ]
         script = "".join(f"PRAGMA {each};" for each in pragmas) + _SCHEMA
         self._guard(lambda: self._database.executescript(script))
-        self._topics: dict[str, int] = {}
         self._types: set[str] = set()
 
     @property
@@ -177,36 +176,21 @@ class SqliteWriter(FileWriter):
         (size,) = self._database.execute("PRAGMA page_size").fetchone()
         return int(pages) * int(size)
 
-    def add_topic(self, topic: TopicInfo) -> int:
-        """Return the topic's row."""
-        if topic.name in self._topics:
-            return self._topics[topic.name]
+    def _register(self, topic: TopicInfo) -> int:
         described = (topic.type_name, topic.encoding, topics.dump(topic.offers), topic.type_hash)
-        cursor = self._guard(
-            lambda: self._database.execute(
-                "INSERT INTO topics VALUES (NULL, ?, ?, ?, ?, ?)", (topic.name, *described)
-            )
+        cursor = self._database.execute(
+            "INSERT INTO topics VALUES (NULL, ?, ?, ?, ?, ?)", (topic.name, *described)
         )
         if topic.type_name not in self._types:
             self._types.add(topic.type_name)
             defined = (topic.type_name, topic.definition, topic.type_hash)
-            self._guard(
-                lambda: self._database.execute(
-                    "INSERT INTO message_definitions VALUES (NULL, ?, 'ros2msg', ?, ?)", defined
-                )
+            self._database.execute(
+                "INSERT INTO message_definitions VALUES (NULL, ?, 'ros2msg', ?, ?)", defined
             )
-        self._topics[topic.name] = int(cursor.lastrowid)
-        return self._topics[topic.name]
+        return int(cursor.lastrowid or 0)
 
-    def write(self, topic: TopicInfo, time: int, data: bytes, published: int) -> None:
-        """Add a message; see FileWriter."""
-        number = self.add_topic(topic)
-        self.entry.count(topic.name, time)
-        self._guard(
-            lambda: self._database.execute(
-                "INSERT INTO messages VALUES (NULL, ?, ?, ?)", (number, time, data)
-            )
-        )
+    def _append(self, topic: int, count: int, time: int, data: bytes, published: int) -> None:
+        self._database.execute("INSERT INTO messages VALUES (NULL, ?, ?, ?)", (topic, time, data))
 
     def flush(self) -> None:
         """Hand everything to the operating system."""

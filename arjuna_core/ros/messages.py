@@ -1,4 +1,4 @@
-"""Messages' constructors, makers, fields and copies, by functions compiled for each type.
+"""Messages' constructors, makers and fields, by functions compiled for each type.
 
 rclpy's constructor of a type makes each part twice, as a default and as it is given, and gets and
 sets each field by a function of Python, for a check that is off unless ROS_PYTHON_CHECK_FIELDS is
@@ -17,10 +17,6 @@ from typing import Any
 import numpy as np
 from rosidl_parser import definition
 
-_INTEGERS = {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)}
-_NUMBERS = {"double": "float", "float": "single", "boolean": "bool"} | dict.fromkeys(
-    _INTEGERS, "int"
-)
 _UNSET = object()
 
 
@@ -185,71 +181,3 @@ def compiled(name: str, lines: list[str], known: dict[str, Any]) -> Any:
     known["__name__"] = __name__
     exec(code, known)  # noqa: S102
     return known[name]
-
-
-@cache
-def copier(cls: Any) -> Callable[[Any], Any]:
-    """Return what copies a message of a type as CDR does, whose publisher may use it again.
-
-    Numbers become Python's, those of 32 bits are rounded. Lists of numbers and texts are shared:
-    clouds and pictures are large, and their publishers make new ones each time. A loop over the
-    fields would take twice as long as the function that is compiled for them.
-    """
-    known: dict[str, Any] = {"new": object.__new__, "single": _single}
-    lines = ["def copied(m0):", *_copied(cls, 0, known), "    return n0"]
-    return compiled("copied", lines, known)  # type: ignore[no-any-return]
-
-
-def _copied(cls: type[Any], depth: int, known: dict[str, Any]) -> list[str]:
-    """Return the lines that make `n` of a depth of `m` of that depth."""
-    name = f"{cls.__name__}_{len(known)}"
-    known[name] = cls
-    lines = [f"    n{depth} = new({name})", f"    n{depth}._check_fields = m{depth}._check_fields"]
-    for field, kind in fields_of(cls):
-        source, target = f"m{depth}._{field}", f"n{depth}._{field}"
-        if isinstance(kind, definition.NamespacedType):
-            lines.append(f"    m{depth + 1} = {source}")
-            lines += _copied(interface(kind), depth + 1, known)
-            lines.append(f"    {target} = n{depth + 1}")
-        else:
-            lines.append(f"    {target} = {_value(source, kind, known)}")
-    return lines
-
-
-@cache
-def handed_over(cls: Any, trusted: bool) -> Callable[[Any], Any]:
-    """Return what makes the message that readers share: the same if `trusted`, else a copy."""
-    if not trusted:
-        return copier(cls)
-    lines = ["def rounded(m):", *_rounded(cls, "m", 1), "    return m"]
-    return compiled("rounded", lines, {"single": _single})  # type: ignore[no-any-return]
-
-
-def _single(number: float) -> float:
-    return array.array("f", (number,))[0]
-
-
-def _rounded(cls: type[Any], name: str, depth: int) -> list[str]:
-    lines, indent = [], "    " * depth
-    for field, kind in fields_of(cls):
-        source, item = f"{name}._{field}", getattr(kind, "value_type", None)
-        if isinstance(kind, definition.NamespacedType):
-            lines += _rounded(interface(kind), source, depth)
-        elif isinstance(item, definition.NamespacedType):
-            within = _rounded(interface(item), f"i{depth}", depth + 1)
-            lines += [f"{indent}for i{depth} in {source}:", *within] if within else []
-        elif isinstance(kind, definition.BasicType) and kind.typename == "float":
-            lines.append(f"{indent}{source} = single({source})")
-    return lines
-
-
-def _value(source: str, kind: Any, known: dict[str, Any]) -> str:
-    if isinstance(kind, definition.BasicType):
-        number = _NUMBERS.get(kind.typename)
-        return f"{number}({source})" if number else source
-    item = getattr(kind, "value_type", None)
-    if isinstance(item, definition.NamespacedType):
-        each = f"each_{len(known)}"
-        known[each] = copier(interface(item))
-        return f"[{each}(item) for item in {source}]"
-    return f"{source}.copy()" if isinstance(kind, definition.Array) else source

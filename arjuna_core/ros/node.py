@@ -77,7 +77,7 @@ class ManagedNode(Guarded, LifecycleNode):
         self.due_at = math.inf
         self._tasks: list[tuple[Periodic, Callable[[], None]]] = []
         self._made: list[tuple[Callable[[Any], Any], Any]] = []
-        ParameterBinding(self, self.Config, values or {}, self.on_config)
+        ParameterBinding(self, self.Config, values or {}, self._take_config)
         process.add(self)
 
     def _use_clock_of(self, process: Process) -> None:
@@ -124,6 +124,15 @@ class ManagedNode(Guarded, LifecycleNode):
     def state_label(self) -> str:
         """The lifecycle state in words, as `active`."""
         return str(self._state_machine.current_state[1])
+
+    @property
+    def configured(self) -> bool:
+        """True from `configure` to `cleanup`: what it works with is made."""
+        return self.state_label in ("inactive", "active")
+
+    def _take_config(self, config: Any) -> None:
+        if self.configured:  # else `configure` is yet to read it
+            self.on_config(config)
 
     @property
     def now(self) -> float:
@@ -264,7 +273,7 @@ class ManagedNode(Guarded, LifecycleNode):
         """React to a clock that was set back; the transforms are cleared already."""
 
     def on_config(self, config: Any) -> None:
-        """React to parameters changed at run time."""
+        """React to parameters changed once the node is configured."""
 
     def on_failure(self, reason: str) -> None:
         """React to a periodic task that raised, or to an outcome that could not be taken in."""

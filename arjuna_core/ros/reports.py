@@ -93,8 +93,7 @@ class Diagnostics:
             KeyValue(key=f"{source} {t.kind}", value=f"{t.count}, the last: {t.reason}")
             for source, t in tallies
         ]
-        # What a node works with is made when it is configured.
-        configured = getattr(node, "state_label", "") in ("inactive", "active")
-        if trouble := node.trouble() if configured else "":
+        # A node without a lifecycle has no trouble; another one's is of what `configure` made.
+        if trouble := node.trouble() if getattr(node, "configured", False) else "":
             status.level, status.message = DiagnosticStatus.ERROR, trouble
         return status

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
@@ -66,6 +67,19 @@ def _topics(node: Any, kind: str) -> list[str]:
         for name, each in infos.items()
     }
     return [name for name in found if nodes[name] and not name.endswith(_NO_SENSORS)]
+
+
+def subscribe_watched(
+    node: ManagedNode, topic: str, of: Silence, take: Callable[[Any], None]
+) -> None:
+    """Subscribe in a node's `configure`, and warn once when nothing comes; see `SilenceWatch`."""
+    watch = SilenceWatch(node, topic, of)
+
+    def receive(message: Any) -> None:
+        watch.received()
+        take(message)
+
+    node.subscribe(of.kind, topic, receive, of.profile)
 
 
 class SilenceWatch:

@@ -6,7 +6,7 @@ import enum
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from arjuna_core.arrays import Floats
 from arjuna_core.config import param, plugin_names
@@ -15,7 +15,7 @@ from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.approach import ApproachConfig, Arrival, FinalApproach
 from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus
 from arjuna_nav.controllers.checkers import GoalChecker, ProgressChecker
-from arjuna_nav.controllers.display import shown_by, want
+from arjuna_nav.controllers.display import want
 from arjuna_nav.controllers.escape import Escape, EscapeConfig
 from arjuna_nav.controllers.motion import min_turning_radius, rollout, steered
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
@@ -139,6 +139,7 @@ class PathFollower:
             footprint, what is no controller's keeps it free.
 
     Attributes:
+        controller: Another one with each path that is a new task.
         speed_limit: Greatest forward speed from now on [m/s]; inf for none.
         warning: Why the robot cannot drive as the controller wants; "" where it can.
         wanted: Topics of the controller that somebody listens to.
@@ -168,10 +169,10 @@ class PathFollower:
         self._progress: ProgressChecker = PROGRESS_CHECKERS.make(
             getattr(config, self.chosen.progress_checker)
         )
-        self._controller = self._make_controller()
+        self.controller = self._make_controller()
         name, robot = self.chosen.controller, config.min_turning_radius
-        self.warning = too_tight(f"controller {name}", self._controller, robot)
-        radius = turning_radius(robot, self._controller)
+        self.warning = too_tight(f"controller {name}", self.controller, robot)
+        radius = turning_radius(robot, self.controller)
         known = math.isfinite(radius)  # else no trajectory could be planned
         arrival = replace(config.arrival, enabled=config.arrival.enabled and known)
         escape = replace(config.escape, enabled=config.escape.enabled and known)
@@ -184,21 +185,6 @@ class PathFollower:
         self._escape_tried = self._path_changed = self._cancelled = self._has_driven = False
         self.speed_limit = math.inf
         self.wanted: frozenset[str] = frozenset()
-
-    @property
-    def shown(self) -> dict[str, Any]:
-        """The values of the last tick, of those `wanted`, by topic; see `display`."""
-        return shown_by(self._controller)
-
-    @property
-    def carrot(self) -> SE2 | None:
-        """The point that the controller aims at, seen from the robot; None for none."""
-        return self._controller.carrot
-
-    @property
-    def desired_speed(self) -> float:
-        """Greatest forward speed of the controller where nothing limits it [m/s]."""
-        return self._controller.desired_speed
 
     def _make_controller(self) -> Controller:
         config, period = self._config, 1.0 / self._config.controller_frequency
@@ -213,7 +199,7 @@ class PathFollower:
         self._approach.begin()
         self._escape.reset()
         self._failing_since, self._escape_tried, self._has_driven = None, False, False
-        self._controller = self._make_controller()  # the last goal's arrival is not this one's
+        self.controller = self._make_controller()  # the last goal's arrival is not this one's
         self.change(path)
 
     def change(self, path: Floats) -> None:
@@ -222,7 +208,7 @@ class PathFollower:
         Raises:
             PathError: The path is empty or of the wrong shape.
         """
-        self._controller.set_path(path)
+        self.controller.set_path(path)
         self._path_changed, self._cancelled = True, False
         end = SE2.from_array(path[-1])
         if self._end is not None and self._end.distance(end) > 1e-3:
@@ -232,14 +218,14 @@ class PathFollower:
 
     def cancel(self) -> bool:
         """Return whether the robot may be stopped at once, else the controller begins to brake."""
-        brakes: Callable[[], bool] | None = getattr(self._controller, "cancel", None)
+        brakes: Callable[[], bool] | None = getattr(self.controller, "cancel", None)
         self._cancelled = brakes is not None and not self._escape.active and not brakes()
         return not self._cancelled
 
     def tick(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> FollowResult:
         """Return what to drive; pose and costmap are of the path's frame."""
         assert self._end is not None
-        if self._path_changed and not self._escape.leads_to(self._controller.path, costmap):
+        if self._path_changed and not self._escape.leads_to(self.controller.path, costmap):
             self._escape.reset()
             self._escape_tried = False
         self._path_changed = False
@@ -250,14 +236,14 @@ class PathFollower:
             return FollowResult.failed(
                 ControlStatus.FAILED_TO_MAKE_PROGRESS, self._progress.failure_message()
             )
-        want(self._controller, self.wanted)
-        distance = paths.length(self._controller.path)
-        speed = min(self.desired_speed, self.speed_limit)
-        ends = paths.ends_here(self._controller.path, pose, distance)
+        want(self.controller, self.wanted)
+        distance = paths.length(self.controller.path)
+        speed = min(self.controller.desired_speed, self.speed_limit)
+        ends = paths.ends_here(self.controller.path, pose, distance)
         arrives = ends or self._approach.steers(distance, speed)
         arrives = arrives and not self._escape.active and not self._cancelled
         if arrives and not self._has_driven:  # one that fails from the start has to say so
-            control = self._controller.compute(pose, velocity, costmap, now)
+            control = self.controller.compute(pose, velocity, costmap, now)
             self._has_driven = control.status is ControlStatus.SUCCEEDED
         if arrives and self._has_driven:
             arriving = self._arrive(pose, velocity, costmap, now, distance)
@@ -269,11 +255,11 @@ class PathFollower:
                 return FollowResult(FollowState.SUCCEEDED)
             if arriving is None and self._approach.retry():
                 return FollowResult(FollowState.RUNNING, STILL, distance=distance)
-        path = self._controller.path
+        path = self.controller.path
         slower = allowed_speed(self._config.foresight, path, pose, costmap, speed)
-        self._controller.speed_limit = min(slower, self.speed_limit)
+        self.controller.speed_limit = min(slower, self.speed_limit)
         control = self._control(pose, velocity, costmap, now)
-        distance = paths.length(self._controller.path)
+        distance = paths.length(self.controller.path)
         if control.status is ControlStatus.SUCCEEDED:
             self._failing_since = None
             return FollowResult(
@@ -300,7 +286,7 @@ class PathFollower:
 
         It waits for a moving obstacle ahead, as long as progress allows.
         """
-        escape, path = self._escape, self._controller.path
+        escape, path = self._escape, self.controller.path
         if escape.active:
             command = escape.compute(pose, velocity, path, costmap, now, self.speed_limit)
             if command is not None and escape.can_hand_over(pose, path, costmap):
@@ -335,7 +321,7 @@ class PathFollower:
 
         It is looked at for collisions as far ahead as an escape is.
         """
-        control = self._controller.compute(pose, velocity, costmap, now)
+        control = self.controller.compute(pose, velocity, costmap, now)
         command = steered(control.velocity, self._radius)
         if command is control.velocity:
             return control
@@ -365,7 +351,7 @@ class PathFollower:
         end = self._end
         assert end is not None
         aligned = self._goal.reached(SE2(pose.x, pose.y, end.theta), end, velocity)
-        speed, heading = min(self.desired_speed, self.speed_limit), self._heading_matters
+        speed, heading = min(self.controller.desired_speed, self.speed_limit), self._heading_matters
         at = Arrival(pose, end, velocity, costmap, now, remaining, speed, aligned, heading)
         return self._approach.compute(at)
 

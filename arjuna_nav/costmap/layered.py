@@ -36,6 +36,7 @@ class LayeredCostmap:
         transform: Returns the latest `T_target_source` of two frames; raises a TransformError.
 
     Attributes:
+        group: The layers together: what they lack, why they are not current, what is odd.
         layers: By name, in order.
     """
 
@@ -49,8 +50,8 @@ class LayeredCostmap:
         if transform is not None:
             self._master.transform = transform
         names = *config.plugins, *config.filters
-        self._group = LayerGroup(config, "", self._master, names)
-        self.layers = self._group.layers
+        self.group = LayerGroup(config, "", self._master, names)
+        self.layers = self.group.layers
         self._stamp = 0.0
         self._robot = np.zeros((0, 2))
         self._changed: Window | None = None
@@ -77,31 +78,19 @@ class LayeredCostmap:
         before, self._master.config = self._master.config, config
         if _footprint_of(config) != _footprint_of(before):
             self._master.footprint = Footprint.parse(*_footprint_of(config))
-        self._group.reconfigure(config)
+        self.group.reconfigure(config)
         self.compose_again()
 
-    def missing(self) -> str:
-        """Return what has not come and without which the costmap cannot begin; empty for none."""
-        return self._group.missing()
-
-    def problem(self, now: float) -> str:
-        """Return why the costs are not current at a time [s]; empty where they are."""
-        return self._group.problem(now)
-
     def warnings(self) -> list[str]:
-        """Return what is odd about the layers, though the costs are current."""
+        """Return what is odd about the costs, though they are current."""
         outside = outside_grid(self._master.frame, self._robot)
         robot = [f"the robot is {outside}"] if outside else []
-        return [*robot, *self._group.warning().splitlines()]
-
-    def start(self, now: float) -> None:
-        """Begin at a time [s]: what was received before does not count."""
-        self._group.start(now)
+        return [*robot, *self.group.warning().splitlines()]
 
     def set_footprint(self, footprint: Footprint) -> None:
         """Take another outline of the robot from now on."""
         self._master.footprint = footprint
-        self._group.on_footprint()
+        self.group.on_footprint()
         self.compose_again()
 
     def set_map(self, grid: OccupancyGrid, frame_id: str = "") -> None:
@@ -139,7 +128,7 @@ class LayeredCostmap:
         before = self._master.frame
         if self._master.config.rolling_window:
             self._move(_rolled(before, T_global_base))
-        changed = self._group.update(T_global_base, now)
+        changed = self.group.update(T_global_base, now)
         if self._master.frame != before:
             self.compose_again()
         else:
@@ -160,17 +149,17 @@ class LayeredCostmap:
         self._clear(self._square(T_global_base, reset_distance), outside=True)
 
     def _clear(self, window: Window | None, outside: bool = False) -> None:
-        self._group.clear(window, outside)
+        self.group.clear(window, outside)
         self.compose_again()
 
     def _move(self, frame: GridFrame) -> None:
-        self._group.move(frame)
+        self.group.move(frame)
         self._master.hits = moved(self._master.hits, self._master.frame, frame, 0)
         self._master.frame = frame
 
     def compose_again(self) -> None:
         """Make the whole costmap again: a layer has been switched."""
-        frame, in_use = self._master.frame, self._group.in_use
+        frame, in_use = self._master.frame, self.group.in_use
         inflations = {
             one.name: (one.circumscribed_cost() if one is in_use[-1] else 0, one.clearances())
             for one in in_use
@@ -196,7 +185,7 @@ class LayeredCostmap:
         if changed is None:
             return
         shape = self._costmap.data.shape
-        reach = self._group.reach
+        reach = self.group.reach
         window = grown(changed, reach, shape)
         source = grown(window, reach, shape)
         self._costmap.data[window] = self._composed(source)[seen_in(window, source)]
@@ -206,7 +195,7 @@ class LayeredCostmap:
         """Return the costs of a window, as if there were nothing outside it."""
         shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)
         costs = np.full(shape, self._master.untouched, dtype=np.uint8)
-        self._group.write(costs, window)
+        self.group.write(costs, window)
         return costs
 
     def _note_moving(self) -> None:

@@ -14,7 +14,7 @@ from nav_msgs.msg import Odometry
 
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import duration_msg, pose_stamped, seconds, velocity_from_twist
+from arjuna_core.ros.convert import seconds, velocity_from_twist
 from arjuna_core.ros.goal_client import GoalClient
 from arjuna_core.ros.goal_server import GoalError, GoalServer, result_timeout
 from arjuna_core.se2 import SE2
@@ -26,11 +26,11 @@ from arjuna_nav.nodes.goals.admission import (
     Admission,
     GoalNavigator,
     error_code,
-    filled,
 )
 from arjuna_nav.nodes.goals.memory import GoalMemory, ResumingNode
 from arjuna_nav.nodes.trees.clients import TreeClients
 from arjuna_nav.nodes.trees.loading import TreeChoice, log_msg
+from arjuna_nav.nodes.trees.messages import filled
 from arjuna_nav.trees.exchange import TreeState
 from arjuna_nav.trees.xml_file import with_own_nodes
 
@@ -278,18 +278,8 @@ class BtNavigatorNode(ResumingNode):
     def _give_feedback(self, state: TreeState) -> None:
         if self._navigator is None or not self._feedback_due.due(self.now):
             return
-        progress, pose = self._navigator.feedback(state), {}
-        if state.pose is not None:
-            pose["current_pose"] = pose_stamped(state.pose, self.config.global_frame, self.now)
-        message = filled(
-            self._kind.action.Feedback,
-            navigation_time=duration_msg(progress.navigation_time),
-            estimated_time_remaining=duration_msg(progress.estimated_time_remaining),
-            number_of_recoveries=progress.number_of_recoveries,
-            distance_remaining=progress.distance_remaining,
-            number_of_poses_remaining=progress.number_of_poses_remaining,
-            **pose,
-        )
+        progress, frame = self._navigator.feedback(state), self.config.global_frame
+        message = filled(self._kind.action.Feedback, progress, frame, self.now)
         self._servers[self._kind.name].feedback(message)
 
     def _finish(self, finish: Finish) -> None:
@@ -298,7 +288,8 @@ class BtNavigatorNode(ResumingNode):
         self._requests.stop()
         name, took = self._kind.name, f"after {self.now - self._started_at:.1f} s"
         code, server = error_code(self._kind, finish.error_code), self._servers[name]
-        result = filled(self._kind.action.Result, error_code=code, error_msg=finish.error_msg)
+        values = {"error_code": code, "error_msg": finish.error_msg}
+        result = filled(self._kind.action.Result, values)
         if finish.ending is Ending.CANCELED:
             self.get_logger().info(f"{name}: goal canceled {took}")
             server.cancel(result)

@@ -76,8 +76,7 @@ class CollisionMonitorNode(ManagedNode):
 
     def on_config(self, config: CollisionMonitorConfig) -> None:
         """Judge by the new parameters from now on."""
-        if hasattr(self, "_watch"):
-            self._watch.reconfigure(config)
+        self._watch.reconfigure(config)
         self._enabled = config.enabled
 
     def _on_toggle(self, request: Any, response: Any) -> Any:

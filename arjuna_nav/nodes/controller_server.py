@@ -22,7 +22,7 @@ from arjuna_core.ros.velocity import VelocityOutput
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import RecentVelocities, Velocity
 from arjuna_nav.controllers import ControlStatus
-from arjuna_nav.controllers.display import Plan
+from arjuna_nav.controllers.display import Plan, shown_by
 from arjuna_nav.controllers.follower import (
     Chosen,
     FollowerConfig,
@@ -136,7 +136,7 @@ class ControllerServerNode(GoalNode):
     def _limit(self, follower: PathFollower) -> None:
         limit = self._speed_limit.speed_limit
         if self._speed_limit.percentage:
-            limit *= follower.desired_speed / 100.0
+            limit *= follower.controller.desired_speed / 100.0
         follower.speed_limit = limit if limit > 0.0 else math.inf
 
     def _on_goal(self) -> None:
@@ -214,8 +214,8 @@ class ControllerServerNode(GoalNode):
             self._end()
             return
         self._output.publish(result.velocity)
-        self._publish_carrot(self._follower.carrot)
-        shown = self._follower.shown
+        self._publish_carrot(self._follower.controller.carrot)
+        shown = shown_by(self._follower.controller)
         self._display.publish(shown, self._frame, self.now)
         if "local_plan" not in shown and getattr(self._plugin, "publish_local_plan", True):
             self._publish_local_plan(result.velocity)

@@ -113,8 +113,7 @@ class PlannerServerNode(GoalNode):
 
     def on_config(self, config: PlannerServerConfig) -> None:
         """Plan by the new parameters from now on."""
-        if hasattr(self, "_planners"):
-            self._planners.clear()
+        self._planners.clear()
 
     def halt(self) -> None:
         """Stop every plan."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -79,12 +80,7 @@ class Escape:
 
 
 def lead_out(
-    pose: SE2,
-    costmap: Costmap,
-    footprint: Footprint,
-    radius: float = 0.0,
-    reach: float = 0.5,
-    step: float = 0.02,
+    pose: SE2, costmap: Costmap, footprint: Footprint, radius: float = 0.0, reach: float = 0.5
 ) -> Floats:
     """Return the poses `(N, 3)` straight off what the robot touches, its own first.
 
@@ -94,11 +90,21 @@ def lead_out(
     Args:
         radius: Of the tightest bend of a steered drive, which leaves in bends, too; else 0 [m].
         reach: Greatest length [m].
-        step: Between two poses [m].
     """
-    found = [pose.array()[None, :]]
-    if not collides(costmap, footprint, pose):
-        return found[0]
+    lines = lines_off(pose, costmap, footprint, radius, reach)
+    free = (line for line in lines if first_collision(costmap, footprint, line) is None)
+    return min(free, key=len, default=pose.array()[None, :])
+
+
+def lines_off(
+    pose: SE2, costmap: Costmap, footprint: Footprint, radius: float, reach: float = 0.5
+) -> Iterator[Floats]:
+    """Give the poses `(N, 3)` to where the robot touches nothing, its own first, by each way.
+
+    Ahead and back, straight and, of a radius above 0 [m], in bends; none is longer than the reach
+    [m], nor does its middle pass an obstacle's cell beside its own.
+    """
+    step = 0.02  # between two poses [m]
     own = costmap.frame.to_cell(pose.x, pose.y)
     bends = (0.0, 1.0 / radius, -1.0 / radius) if radius > 0.0 else (0.0,)
     for bend, side in itertools.product(bends, (step, -step)):
@@ -109,8 +115,5 @@ def lead_out(
             cell = costmap.frame.to_cell(line[-1].x, line[-1].y)
             if cell != own and costmap.cost_at(line[-1].x, line[-1].y) == LETHAL:
                 break
-        poses = np.array([each.array() for each in line])
-        free = not collides(costmap, footprint, line[-1])
-        if free and first_collision(costmap, footprint, poses) is None:
-            found.append(poses)
-    return min(found[1:] or found, key=len)
+        if not collides(costmap, footprint, line[-1]):
+            yield np.array([each.array() for each in line])

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from arjuna_core.arrays import Bools, Bytes, Floats, Singles
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
+from arjuna_nav.costmap.costmap import INSCRIBED, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult, PlanStatus, check_stopped, stop_flag
 from arjuna_nav.planners.hybrid.config import DownsamplingConfig, SmacConfig
@@ -22,7 +22,7 @@ from arjuna_nav.planners.nearby import Plan, coarser, nearby_first
 from arjuna_nav.planners.query import ask, oriented, traced
 from arjuna_nav.planners.relaxation import smoothed
 from arjuna_nav.planners.waves.corridor import Corridor, corridors, guided, is_outside
-from arjuna_nav.planners.waves.potential import NEUTRAL
+from arjuna_nav.planners.waves.potential import NEUTRAL, closed
 
 _ACROSS = math.sqrt(2.0)
 _SCALE = np.float32(NEUTRAL)  # of a free cell's cost in a corridor's estimate
@@ -114,9 +114,7 @@ class Smac2D:
     def _costs(self) -> Singles:
         """Return what a cell's length costs by its value, `(256,) float32`."""
         costs = 1.0 + self._config.cost_travel_multiplier * np.arange(256) / (INSCRIBED - 1)
-        costs[UNKNOWN] = costs[INSCRIBED - 1] if self._config.allow_unknown else np.inf
-        costs[INSCRIBED:UNKNOWN] = np.inf
-        return costs.astype(np.float32)
+        return closed(costs, self._config.allow_unknown)
 
 
 @njit(cache=True, nogil=True)

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from arjuna_core.arrays import Bools, Bytes, Floats, Singles
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
+from arjuna_nav.costmap.costmap import INSCRIBED, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import GridPlannerConfig, PlanResult, check_stopped, stop_flag
 from arjuna_nav.planners.guide import guide
 from arjuna_nav.planners.nearby import Plan, nearby_first
 from arjuna_nav.planners.query import ask, traced
-from arjuna_nav.planners.waves.potential import NEUTRAL
+from arjuna_nav.planners.waves.potential import NEUTRAL, closed
 
 _SLACK = 0.005  # of paths considered on large maps, over the best estimate
 
@@ -87,10 +87,7 @@ class ThetaStar:
 def _weights(config: ThetaStarConfig) -> Singles:
     """Return what a cell's length costs by its value, `(256,) float32`, inf where none may be."""
     share = np.arange(256) / (INSCRIBED - 1)
-    costs = config.w_euc_cost + config.w_traversal_cost * share**2
-    costs[UNKNOWN] = costs[INSCRIBED - 1] if config.allow_unknown else np.inf
-    costs[INSCRIBED:UNKNOWN] = np.inf
-    return costs.astype(np.float32)
+    return closed(config.w_euc_cost + config.w_traversal_cost * share**2, config.allow_unknown)
 
 
 @njit(cache=True, nogil=True)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -17,9 +16,9 @@ from arjuna_core.config import param
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.graph.pose_graph import PoseGraph
 from arjuna_slam.graph.rivals import APART
+from arjuna_slam.graph.submap import Submap
 from arjuna_slam.graph.uncertainty import plausible, relative_covariances, spread
 from arjuna_slam.matching.correlative import Window
-from arjuna_slam.matching.field import Field
 
 
 @dataclass(frozen=True)
@@ -102,26 +101,6 @@ class LoopConfig:
         minimum=0.0,
         theirs=1e6,
     )
-
-
-class Submap(Protocol):
-    """A run of keyframes to close a loop with, and their field in the first one's frame."""
-
-    nodes: list[int]
-    poses: list[SE2]
-    path_length: float
-    bend: Floats
-
-    @property
-    def field(self) -> Field:
-        """The reference that scans are matched against."""
-
-    @property
-    def anchor(self) -> int:
-        """The node whose frame the field is in."""
-
-    def nearest(self, T_anchor_base: SE2) -> tuple[int, SE2]:
-        """Return the keyframe nearest to a pose in the anchor's frame, and its pose."""
 
 
 @dataclass(frozen=True)

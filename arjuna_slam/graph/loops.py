@@ -21,13 +21,13 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.graph.candidates import (
     LoopConfig,
     Search,
-    Submap,
     near_keyframe,
     near_submap,
     of_submap,
 )
 from arjuna_slam.graph.hypotheses import Closure, Hypotheses
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
+from arjuna_slam.graph.submap import Submap
 from arjuna_slam.graph.submap_match import SubmapMatch, SubmapMatcher
 from arjuna_slam.graph.uncertainty import chained
 from arjuna_slam.matching.correlative import Window

@@ -57,65 +57,46 @@ class _Column:
         return self._values[: self.count]
 
 
+_COLUMNS: tuple[tuple[tuple[int, ...], type[Any]], ...] = (
+    *(((), np.int64), ((), np.int64), ((3,), np.float64)),
+    *(((3, 3), np.float64), ((3, 3), np.float64), ((), np.bool_)),
+)
+"""Shapes and types of a row of an `EdgeTable`."""
+
+
+@dataclass(frozen=True, eq=False)
 class EdgeTable:
     """The measurements as columns, for the optimiser."""
 
-    def __init__(self) -> None:
-        self._i, self._j = _Column((), np.int64), _Column((), np.int64)
-        self._measured, self._loop = _Column((3,)), _Column((), np.bool_)
-        self._information, self._covariance = _Column((3, 3)), _Column((3, 3))
+    i: Ints  # first node of each edge, `(E,) int64`
+    j: Ints  # second node of each edge, `(E,) int64`
+    measured: Floats  # x, y, theta, `(E, 3) float64` [m, m, rad]
+    information: Floats  # of each edge, `(E, 3, 3) float64`
+    covariance: Floats  # of each edge, `(E, 3, 3) float64`
+    loop: Bools  # which edges close loops, `(E,) bool`
 
     def __len__(self) -> int:
         """Return the number of edges."""
-        return self._i.count
+        return len(self.i)
 
     @staticmethod
     def of(edges: Iterable[Edge]) -> EdgeTable:
         """Return the table of some edges."""
-        table = EdgeTable()
-        for edge in edges:
-            table.append(edge)
-        return table
+        return EdgeTable(*(column.values for column in _columns(edges)))
 
-    def append(self, edge: Edge) -> None:
-        """Add an edge."""
-        beside = _VAGUE if edge.prior is None else edge.prior
-        self._i.append(edge.i)
-        self._j.append(edge.j)
-        self._measured.append((edge.T_i_j.x, edge.T_i_j.y, edge.T_i_j.theta))
-        self._information.append(edge.information)
-        self._covariance.append(invert(edge.information + beside))
-        self._loop.append(edge.kind is EdgeKind.LOOP)
 
-    @property
-    def i(self) -> Ints:
-        """First node of each edge, `(E,) int64`."""
-        return self._i.values
+def _columns(edges: Iterable[Edge]) -> tuple[_Column, ...]:
+    columns = tuple(_Column(*each) for each in _COLUMNS)
+    for edge in edges:
+        _append(columns, edge)
+    return columns
 
-    @property
-    def j(self) -> Ints:
-        """Second node of each edge, `(E,) int64`."""
-        return self._j.values
 
-    @property
-    def measured(self) -> Floats:
-        """Measured x, y, theta, `(E, 3) float64` [m, m, rad]."""
-        return self._measured.values
-
-    @property
-    def information(self) -> Floats:
-        """Information of each edge, `(E, 3, 3) float64`."""
-        return self._information.values
-
-    @property
-    def covariance(self) -> Floats:
-        """Covariance of each edge, `(E, 3, 3) float64`."""
-        return self._covariance.values
-
-    @property
-    def loop(self) -> Bools:
-        """Which edges close loops, `(E,) bool`."""
-        return self._loop.values
+def _append(columns: tuple[_Column, ...], edge: Edge) -> None:
+    own, beside = edge.information, _VAGUE if edge.prior is None else edge.prior
+    row = edge.i, edge.j, edge.T_i_j.array(), own, invert(own + beside), edge.kind is EdgeKind.LOOP
+    for column, value in zip(columns, row, strict=True):
+        column.append(value)
 
 
 class PoseGraph:
@@ -124,11 +105,16 @@ class PoseGraph:
     def __init__(self) -> None:
         self._poses = _Column((3,))
         self.edges: list[Edge] = []
-        self.table = EdgeTable()
+        self._columns = _columns(())
 
     def __len__(self) -> int:
         """Return the number of nodes."""
         return self._poses.count
+
+    @property
+    def table(self) -> EdgeTable:
+        """The measurements as columns."""
+        return EdgeTable(*(column.values for column in self._columns))
 
     @property
     def poses(self) -> Floats:
@@ -159,14 +145,14 @@ class PoseGraph:
                 f"edge {edge.i} -> {edge.j}: two different nodes of 0..{len(self) - 1} are valid"
             )
         self.edges.append(edge)
-        self.table.append(edge)
+        _append(self._columns, edge)
 
     def remove_edges(self, unwanted: Bools) -> None:
         """Take some measurements back, `(E,) bool`."""
         self.edges = [
             edge for edge, gone in zip(self.edges, unwanted.tolist(), strict=True) if not gone
         ]
-        self.table = EdgeTable.of(self.edges)
+        self._columns = _columns(self.edges)
 
     def residual(self, edge: Edge) -> Floats:
         """Return `x, y, theta` of the pose of `j` in `i` less the measurement, `(3,) float64`."""

@@ -20,8 +20,9 @@ import numpy as np
 from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.candidates import LoopConfig, Search, Submap
+from arjuna_slam.graph.candidates import LoopConfig, Search
 from arjuna_slam.graph.rivals import SeenField, Views, rival
+from arjuna_slam.graph.submap import Submap
 from arjuna_slam.matching.contradiction import longest, seen_and_contradicted
 from arjuna_slam.matching.correlative import Window, searching
 from arjuna_slam.matching.field import Field

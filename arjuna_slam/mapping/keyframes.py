@@ -22,16 +22,19 @@ PosedScan = tuple[Scan, SE2]
 _MOVED_POSITION_CELLS = 0.5  # from which on a scan is drawn again: less leaves the same cells
 
 
-class Mapper:
-    """Keeps scans and traces those that are new or have moved.
+class Keyframes:
+    """The keyframes of a mapping session; a scan is traced when it is new or has moved.
 
     Args:
-        resolution: Edge of a cell [m].
+        resolution: Edge of a cell of the map [m].
         range_max: Longest range traced [m].
         min_pass_through: Beams that must come to a cell for it to be known, and one more.
         occupancy_threshold: Share of them that must end there for it to be occupied.
         clear_without_return: Whether beams without return clear up to the longest range.
         thin_walls: Whether cells that fewer beams end in than beside are no part of a wall.
+
+    Attributes:
+        graph: Their poses and the measurements between them.
     """
 
     def __init__(
@@ -48,33 +51,42 @@ class Mapper:
         self._occupancy = Occupancy(resolution, min_pass_through, occupancy_threshold, thin_walls)
         self._scans: list[Scan] = []
         self._traced = np.empty((0, 3))
-
-    def add(self, scan: Scan) -> None:
-        """Add a scan; it is traced when a grid is next asked for."""
-        self._scans.append(scan)
+        self.graph = PoseGraph()
 
     @property
     def scans(self) -> tuple[Scan, ...]:
-        """The scans added."""
+        """The scan at each node."""
         return tuple(self._scans)
 
-    def grid(
-        self, poses: Floats, most_moved: int | None = None, passing: Iterable[PosedScan] = ()
+    def add(self, scan: Scan, T_map_base: SE2) -> int:
+        """Add a scan at its pose in map and return its node."""
+        self._scans.append(scan)
+        return self.graph.add_node(T_map_base)
+
+    def adopt(self, session: Session) -> None:
+        """Take over a session's keyframes and edges."""
+        for scan, pose in zip(session.scans, session.poses, strict=True):
+            self.add(scan, SE2.from_array(pose))
+        for edge in session.edges:
+            self.graph.add_edge(edge)
+
+    def nearest(self, T_map_base: SE2) -> int:
+        """Return the node nearest to a pose in map."""
+        position = T_map_base.x, T_map_base.y
+        return int(np.hypot(*(self.graph.poses[:, :2] - position).T).argmin())
+
+    def map(
+        self, most_moved: int | None = None, passing: Iterable[PosedScan] = ()
     ) -> OccupancyGrid | None:
         """Return the map (-1, 0 and 100), or None without scans; trace what is new or moved.
 
-        `poses` are the robot's in map at each scan added, `(N, 3)`. Of the scans that have moved at
-        most `most_moved` are traced again, those that moved farthest first; None for all. Scans
-        that are `passing` are in this map alone.
-
-        Raises:
-            ValueError: The number of poses is not that of scans.
+        Of the scans that have moved at most `most_moved` are traced again, those that moved
+        farthest first; None for all. Scans that are `passing` are in this map alone.
         """
-        if len(poses) != len(self._scans):
-            raise ValueError(f"{len(poses)} poses for {len(self._scans)} scans")
         if not self._scans:
             return None
-        for k in self._moved(poses)[:most_moved].tolist():
+        poses = self.graph.poses
+        for k in self._moved()[:most_moved].tolist():
             self._trace(self._scans[k], self._traced[k], -1)
             self._trace(self._scans[k], poses[k], 1)
             self._traced[k] = poses[k]
@@ -94,64 +106,20 @@ class Mapper:
             scan = replace(scan, ranges=np.where(scan.ranges < scan.range_max, scan.ranges, np.nan))
         self._occupancy.trace(scan, pose, self._range_max, sign)
 
-    def behind(self, poses: Floats) -> bool:
-        """Return whether scans, by poses `(N, 3)`, are new or have moved since the last map."""
-        return len(poses) > len(self._traced) or len(self._moved(poses)) > 0
+    @property
+    def map_behind(self) -> bool:
+        """True if scans are new or have moved since the map was last returned."""
+        return len(self._scans) > len(self._traced) or len(self._moved()) > 0
 
-    def _moved(self, poses: Floats) -> Ints:
+    def _moved(self) -> Ints:
         """Return the traced scans that have moved enough to be traced again, the farthest first."""
-        change = poses[: len(self._traced)] - self._traced
+        change = self.graph.poses[: len(self._traced)] - self._traced
         gap = np.hypot(change[:, 0], change[:, 1]) / (_MOVED_POSITION_CELLS * self._resolution)
         moved_heading = 0.005  # the same [rad]: half a cell at 5 m
         turn = np.abs(np.remainder(change[:, 2] + np.pi, 2.0 * np.pi) - np.pi) / moved_heading
         far = np.maximum(gap, turn)
         order = np.argsort(-far, kind="stable")
         return order[: int((far > 1.0).sum())]
-
-
-class Keyframes:
-    """The keyframes of a mapping session.
-
-    Attributes:
-        graph: Their poses and the measurements between them.
-    """
-
-    def __init__(self, mapper: Mapper) -> None:
-        self._mapper = mapper
-        self.graph = PoseGraph()
-
-    @property
-    def scans(self) -> tuple[Scan, ...]:
-        """The scan at each node."""
-        return self._mapper.scans
-
-    def add(self, scan: Scan, T_map_base: SE2) -> int:
-        """Add a scan at its pose in map and return its node."""
-        self._mapper.add(scan)
-        return self.graph.add_node(T_map_base)
-
-    def adopt(self, session: Session) -> None:
-        """Take over a session's keyframes and edges."""
-        for scan, pose in zip(session.scans, session.poses, strict=True):
-            self.add(scan, SE2.from_array(pose))
-        for edge in session.edges:
-            self.graph.add_edge(edge)
-
-    def nearest(self, T_map_base: SE2) -> int:
-        """Return the node nearest to a pose in map."""
-        position = T_map_base.x, T_map_base.y
-        return int(np.hypot(*(self.graph.poses[:, :2] - position).T).argmin())
-
-    def map(
-        self, most_moved: int | None = None, passing: Iterable[PosedScan] = ()
-    ) -> OccupancyGrid | None:
-        """Return the map, or None without keyframes; see `Mapper.grid`."""
-        return self._mapper.grid(self.graph.poses, most_moved, passing)
-
-    @property
-    def map_behind(self) -> bool:
-        """True if the map has changed since it was last returned."""
-        return self._mapper.behind(self.graph.poses)
 
 
 _BRIDGE = np.diag([1.0 / 0.02**2, 1.0 / 0.02**2, 1.0 / 0.01**2])  # information across a gap

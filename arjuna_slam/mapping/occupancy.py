@@ -29,7 +29,7 @@ _CHANCE = 0.5  # deviations by which the number of those may fall short by chanc
 class Occupancy:
     """A grid of counts and the map they make; only cells that change are computed again.
 
-    Arguments as of `Mapper`.
+    Arguments as of `Keyframes`.
     """
 
     def __init__(

@@ -10,8 +10,8 @@ import numpy as np
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.candidates import LoopConfig
+from arjuna_slam.graph.submap import SubmapConfig
 from arjuna_slam.mapping.session import Session, Start, StartKind
-from arjuna_slam.mapping.submap import SubmapConfig
 from arjuna_slam.matching.correlative import Window, search
 from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher
 from arjuna_slam.matching.surface import Surface, extract

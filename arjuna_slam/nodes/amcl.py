@@ -8,7 +8,6 @@ import numpy as np
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav2_msgs.srv import SetInitialPose
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
-from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty
 
 from arjuna_core.grid import OccupancyGrid
@@ -22,7 +21,7 @@ from arjuna_slam.amcl.config import ALWAYS, NEVER, AmclNodeConfig, filter_part
 from arjuna_slam.amcl.estimate import Estimate, LocalizationError, Status
 from arjuna_slam.amcl.filter import ParticleFilter
 from arjuna_slam.nodes.amcl_output import AmclOutput
-from arjuna_slam.nodes.scan_intake import scan_watch
+from arjuna_slam.nodes.scan_intake import subscribe_scans
 
 _PARAMETER_COVARIANCE = np.diag([0.25, 0.25, 0.0685])  # RViz's: half a metre, fifteen degrees
 
@@ -59,8 +58,7 @@ class AmclNode(ManagedNode):
         self.subscribe(
             OccupancyGridMsg, c.map_topic, self._on_map, qos.LATCHED, while_inactive=True
         )
-        self._watch = scan_watch(self, c.scan_topic, qos.SENSOR_SUBSCRIPTION)
-        self.subscribe(LaserScan, c.scan_topic, self._on_scan, qos.SENSOR_SUBSCRIPTION)
+        subscribe_scans(self, c.scan_topic, qos.SENSOR_SUBSCRIPTION, self._on_scan)
         self.subscribe(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, qos.DEFAULT)
         self.serve(Empty, "reinitialize_global_localization", self._on_globalize)
         self.serve(Empty, "request_nomotion_update", self._on_nomotion)
@@ -193,7 +191,6 @@ class AmclNode(ManagedNode):
         return response
 
     def _on_scan(self, message: Any) -> None:
-        self._watch.received()
         self._scans.add(message)
         self._process_scans()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +12,7 @@ from sensor_msgs.msg import LaserScan
 
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.scan_queue import BaseFrames, ScanQueue
-from arjuna_core.ros.silence import Silence, SilenceWatch
+from arjuna_core.ros.silence import Silence, subscribe_watched
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.pose_tracker import Pace
@@ -69,7 +70,9 @@ def shortened(scan: Scan, range_min: float) -> Scan:
     return replace(scan, range_min=max(scan.range_min, range_min)) if range_min > 0.0 else scan
 
 
-def scan_watch(node: ManagedNode, topic: str, profile: QoSProfile) -> SilenceWatch:
-    """Return what warns where no scan comes."""
+def subscribe_scans(
+    node: ManagedNode, topic: str, profile: QoSProfile, take: Callable[[Any], None]
+) -> None:
+    """Subscribe to scans in a node's `configure`, and warn where none comes."""
     advice = "set scan_topic, or start with --scan-topic"
-    return SilenceWatch(node, topic, Silence(LaserScan, "scan", profile, advice))
+    subscribe_watched(node, topic, Silence(LaserScan, "scan", profile, advice), take)

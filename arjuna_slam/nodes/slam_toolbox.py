@@ -9,7 +9,6 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.srv import GetMap
 from rclpy.logging import LoggingSeverity
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import LaserScan
 from slam_toolbox.srv import ClearQueue, Pause, Reset
 from std_srvs.srv import Empty, SetBool
 
@@ -22,7 +21,7 @@ from arjuna_slam.config import LEAST_INTERVAL, SlamNodeConfig
 from arjuna_slam.localization import Localizer
 from arjuna_slam.mapping.session import Session, Start, StartKind
 from arjuna_slam.matching.scan_filter import Skip
-from arjuna_slam.nodes.scan_intake import ScanIntake, scan_watch, shortened
+from arjuna_slam.nodes.scan_intake import ScanIntake, shortened, subscribe_scans
 from arjuna_slam.nodes.slam_files import MapMemory, SlamFiles
 from arjuna_slam.nodes.slam_interactive import InteractiveGraph
 from arjuna_slam.nodes.slam_output import SlamOutput
@@ -60,8 +59,7 @@ class SlamToolboxNode(ManagedNode):
     def _listen(self) -> None:
         c = self.config
         profile = _EVERY_SCAN if c.synchronous else qos.SENSOR_SUBSCRIPTION
-        self._watch = scan_watch(self, c.scan_topic, profile)
-        self.subscribe(LaserScan, c.scan_topic, self._on_scan, profile)
+        subscribe_scans(self, c.scan_topic, profile, self._on_scan)
         self.subscribe(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, qos.DEFAULT)
         self.serve(GetMap, "slam_toolbox/dynamic_map", self._on_dynamic_map)
         self.serve(Pause, "slam_toolbox/pause_new_measurements", self._on_pause)
@@ -133,7 +131,6 @@ class SlamToolboxNode(ManagedNode):
         self._begin_with(slam)
 
     def _on_scan(self, message: Any) -> None:
-        self._watch.received()
         self._scans.add(message)
         self._process_scans()
 

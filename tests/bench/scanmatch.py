@@ -17,9 +17,9 @@ import numpy as np
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig
+from arjuna_slam.graph.submap import Submap
 from arjuna_slam.logs.log import open_log
 from arjuna_slam.logs.recording import RecordingTopics
-from arjuna_slam.mapping.submap import Submap
 from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import ScanMatcher

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from arjuna_core.ros.messages import handed_over
+from arjuna_core.ros.local.reading import handed_over
 
 Publish = Callable[[Any], None]
 

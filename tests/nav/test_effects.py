@@ -120,9 +120,9 @@ def field_reach(config: AmclConfig) -> float:
 
 def edge(config: SlamConfig) -> float:
     """Return the edge of a map's cells."""
-    mapper = config.mapper()
-    mapper.add(scan_from(room(), SE2()))
-    grid = mapper.grid(np.zeros((1, 3)))
+    keyframes = config.keyframes()
+    keyframes.add(scan_from(room(), SE2()), SE2())
+    grid = keyframes.map()
     assert grid is not None
     return grid.frame.resolution
 

@@ -59,19 +59,19 @@ def taken(step: SE2, period: float) -> Callable[[SlamNodeConfig], list[int]]:
 
 def cells(c: SlamNodeConfig, ranges: float, value: int) -> int:
     """Return how many cells have a value where three scans of a range were traced."""
-    mapper = c.core.mapper()
+    keyframes = c.core.keyframes()
     for _ in range(3):
-        mapper.add(scan_of(np.full(100, ranges)))
-    grid = mapper.grid(np.zeros((3, 3)))
+        keyframes.add(scan_of(np.full(100, ranges)), IDENTITY)
+    grid = keyframes.map()
     return 0 if grid is None else int((grid.data == value).sum())
 
 
 def thickness(c: SlamNodeConfig) -> int:
     """Return how many cells of a noisy wall, 3 cm, lie one behind another."""
-    mapper = c.core.mapper()
+    keyframes = c.core.keyframes()
     for scan in scans(0.03):
-        mapper.add(scan)
-    grid = mapper.grid(np.zeros((len(mapper.scans), 3)))
+        keyframes.add(scan, IDENTITY)
+    grid = keyframes.map()
     assert grid is not None
     counts = (grid.data == OCCUPIED).sum(axis=1)
     return int(np.median(counts[counts > 0]))

@@ -18,8 +18,8 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.serialization import deserialize_message
 from rosidl_parser import definition
 
-from arjuna_core.ros.local.cdr import CODES, HEADER, flat, form
-from arjuna_core.ros.messages import compiled, interface, maker
+from arjuna_core.ros.local.cdr import CODES, HEADER, flat, form, to_cdr
+from arjuna_core.ros.messages import compiled, fields_of, interface, maker
 
 _LENGTH = Struct("<I")
 _RMWError = rclpy_implementation.RMWError
@@ -32,17 +32,14 @@ def reader(cls: Any) -> Callable[[bytes], Any]:
 
     It raises a ValueError where they are none.
     """
-    try:
-        read: _Read | None = _reader(cls)
-    except _UnsupportedError:
-        read = None
+    read = _reading(cls)
     before: bytes | None = None
     message: Any = None
 
     def message_of(data: bytes) -> Any:
         nonlocal before, message
         if data != before:
-            message = _read(data, cls, read)
+            message = read(data)
             before = data
         return message
 
@@ -53,13 +50,23 @@ class _UnsupportedError(Exception):
     """A type holds what only rclpy reads: bounded lists and texts, and wide texts."""
 
 
-def _read(data: bytes, cls: Any, read: _Read | None) -> Any:
+@cache
+def _reading(cls: Any) -> Callable[[bytes], Any]:
+    """Return what makes a message of its bytes, or raises a ValueError."""
     try:
-        if read is None or data[:2] != HEADER[:2]:  # another byte order or version
-            return deserialize_message(data, cls)
-        return read(data[4:], 0)[0]
-    except (StructError, _RMWError) as error:
-        raise ValueError(f"{len(data)} bytes that are no {cls.__name__}") from error
+        read: _Read | None = _reader(cls)
+    except _UnsupportedError:
+        read = None
+
+    def message_of(data: bytes) -> Any:
+        try:
+            if read is None or data[:2] != HEADER[:2]:  # another byte order or version
+                return deserialize_message(data, cls)
+            return read(data[4:], 0)[0]
+        except (StructError, _RMWError) as error:
+            raise ValueError(f"{len(data)} bytes that are no {cls.__name__}") from error
+
+    return message_of
 
 
 @cache
@@ -162,3 +169,34 @@ def _text(b: bytes, o: int) -> tuple[str, int]:
 def _decoded(data: bytes) -> str:
     """Return a text up to the zero that ends it, as rclpy does; names of frames come often."""
     return data.partition(b"\x00")[0].decode(errors="replace")
+
+
+@cache
+def handed_over(cls: Any, trusted: bool) -> Callable[[Any], Any]:
+    """Return what makes the message that readers share: the same if `trusted`, else a copy.
+
+    Either is as the wire would have it; who made a copied one may use it again.
+    """
+    if not trusted:
+        read = _reading(cls)
+        return lambda message: read(to_cdr(message))
+    lines = ["def rounded(m):", *_rounded(cls, "m", 1), "    return m"]
+    return compiled("rounded", lines, {"single": _single})  # type: ignore[no-any-return]
+
+
+def _single(number: float) -> float:
+    return array.array("f", (number,))[0]
+
+
+def _rounded(cls: type[Any], name: str, depth: int) -> list[str]:
+    lines, indent = [], "    " * depth
+    for field, kind in fields_of(cls):
+        source, item = f"{name}._{field}", getattr(kind, "value_type", None)
+        if isinstance(kind, definition.NamespacedType):
+            lines += _rounded(interface(kind), source, depth)
+        elif isinstance(item, definition.NamespacedType):
+            within = _rounded(interface(item), f"i{depth}", depth + 1)
+            lines += [f"{indent}for i{depth} in {source}:", *within] if within else []
+        elif isinstance(kind, definition.BasicType) and kind.typename == "float":
+            lines.append(f"{indent}{source} = single({source})")
+    return lines

@@ -8,8 +8,8 @@ from typing import Any
 
 from rclpy.task import Future
 
+from arjuna_core.ros.local.reading import handed_over
 from arjuna_core.ros.local.transport import Registry
-from arjuna_core.ros.messages import handed_over
 
 Respond = Callable[[Any], None]
 

@@ -12,8 +12,8 @@ from rclpy.serialization import deserialize_message
 
 from arjuna_core.ros.health.checks import problem_of
 from arjuna_core.ros.local.cdr import to_cdr
+from arjuna_core.ros.local.reading import handed_over
 from arjuna_core.ros.local.transport import Registry
-from arjuna_core.ros.messages import handed_over
 
 
 class LocalSubscription:

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_core.transforms import TransformError
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, MAX_NON_OBSTACLE, UNKNOWN
-from arjuna_nav.costmap.layers.base import Input, Layer, Master, absolute, combine
-from arjuna_nav.costmap.layers.static import PlacedMap, Placement
+from arjuna_nav.costmap.layers.base import Input, Master, absolute, combine
+from arjuna_nav.costmap.layers.static import MapLayer, PlacedMap, Placement
 from arjuna_nav.costmap.window import Window, whole
 
 UNKNOWN_MASK = -1
@@ -47,7 +46,7 @@ class FilterInfo:
     multiplier: float = 1.0
 
 
-class CostmapFilter(Layer):
+class CostmapFilter(MapLayer):
     """A layer that has a mask.
 
     Attributes:
@@ -61,9 +60,7 @@ class CostmapFilter(Layer):
     def __init__(self, config: Any, name: str, master: Master) -> None:
         super().__init__(config, name, master)
         self._info: FilterInfo | None = None
-        self._mask: PlacedMap | None = None
         self._wrong_type: int | None = None
-        self._problem = ""
 
     def inputs(self) -> tuple[Input, ...]:
         """Return the info and, once that has come, the mask by its topic."""
@@ -78,11 +75,11 @@ class CostmapFilter(Layer):
         """Take an info, or the mask that the last one names."""
         if isinstance(value, PlacedMap):
             if self._info is not None and source == self._info.mask_topic:
-                self._mask = value
+                self._map = value
         elif value.type not in self.TYPES:
             self._wrong_type = value.type
         elif value != self._info:
-            self._info, self._mask, self._wrong_type = value, None, None
+            self._info, self._map, self._wrong_type = value, None, None
 
     def warning(self) -> str:
         """Return why it has no effect; empty where it has."""
@@ -94,28 +91,14 @@ class CostmapFilter(Layer):
             return f"{absolute(topic)} says type {self._wrong_type}; this filter takes {valid}"
         if self._info is None:
             return f"no CostmapFilterInfo has come on {absolute(topic)}"
-        return "" if self._mask else f"no mask has come on {absolute(self._info.mask_topic)}"
-
-    def problem(self, now: float) -> str:
-        """Return why the mask cannot be placed."""
-        return self._problem
-
-    def _locate(self) -> SE2 | None:
-        """Return where the mask's frame lies in the costmap's; None where that is not known."""
-        assert self._mask is not None
-        try:
-            T_global_mask, self._problem = self.master.locate(self._mask.frame_id), ""
-        except TransformError as error:
-            self._problem = str(error)
-            return None
-        return T_global_mask
+        return "" if self._map else f"no mask has come on {absolute(self._info.mask_topic)}"
 
     def _value_at(self, T_global_base: SE2) -> int | None:
         """Return the mask's value where the robot is, -1 for unknown; None outside it."""
-        if self._mask is None or (T_global_mask := self._locate()) is None:
+        if self._map is None or (T_global_mask := self._locate()) is None:
             return None
         at = T_global_mask.inverse() @ T_global_base
-        grid = self._mask.grid
+        grid = self._map.grid
         row, column = grid.frame.to_cell(at.x, at.y)
         return int(np.int8(grid.data[row, column])) if grid.frame.contains(row, column) else None
 
@@ -162,11 +145,11 @@ class KeepoutFilter(CostmapFilter):
     def update(self, T_global_base: SE2, now: float) -> Window | None:
         """Align the mask with the costmap by the latest transform."""
         before = self._placement
-        T_global_mask = self._locate() if self._mask is not None else None
-        if self._mask is None or T_global_mask is None:
+        T_global_mask = self._locate() if self._map is not None else None
+        if self._map is None or T_global_mask is None:
             self._placement = None
         else:
-            self._weigh(self._mask, T_global_base)
+            self._weigh(self._map, T_global_base)
             if self._placement is None or self._placement.T_global_map != T_global_mask:
                 self._resample(T_global_mask)
         return whole(self.master.frame.shape) if self._placement is not before else None
@@ -193,8 +176,8 @@ class KeepoutFilter(CostmapFilter):
 
         In their middles a robot may enter a zone by half a cell.
         """
-        assert self._mask is not None
-        self._placement = Placement(self.master.frame, T_global_mask, self._mask.grid.frame)
+        assert self._map is not None
+        self._placement = Placement(self.master.frame, T_global_mask, self._map.grid.frame)
         if self.config.worst_of_cell:
             self._shown = self._placement.read_worst(self._costs)
         else:
@@ -291,7 +274,7 @@ class BinaryFilter(CostmapFilter):
     def update(self, T_global_base: SE2, now: float) -> Window | None:
         """Look up the state where the robot is."""
         value = self._value_at(T_global_base)
-        if self._mask is None or self._info is None or self._problem or value == UNKNOWN_MASK:
+        if self._map is None or self._info is None or self._problem or value == UNKNOWN_MASK:
             return None
         info, threshold = self._info, self.config.flip_threshold
         over = value is not None and info.base + info.multiplier * value > threshold

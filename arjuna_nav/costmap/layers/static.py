@@ -59,7 +59,30 @@ def interpret_map(data: NDArray[np.int8], config: CostmapConfig) -> NDArray[np.u
     return np.select(states, [unknown, LETHAL], between).astype(np.uint8)
 
 
-class StaticLayer(Layer):
+class MapLayer(Layer):
+    """A layer that holds a map."""
+
+    def __init__(self, config: Any, name: str, master: Master) -> None:
+        super().__init__(config, name, master)
+        self._map: PlacedMap | None = None
+        self._problem = ""
+
+    def problem(self, now: float) -> str:
+        """Return why the map cannot be placed."""
+        return self._problem
+
+    def _locate(self) -> SE2 | None:
+        """Return where the map's frame lies in the costmap's; None where that is not known."""
+        assert self._map is not None
+        try:
+            T_global_map, self._problem = self.master.locate(self._map.frame_id), ""
+        except TransformError as error:
+            self._problem = str(error)
+            return None
+        return T_global_map
+
+
+class StaticLayer(MapLayer):
     """Holds a map. A fixed costmap takes its grid, a rolling one a part of it.
 
     Source: nav2_costmap_2d, static layer.
@@ -69,14 +92,12 @@ class StaticLayer(Layer):
 
     def __init__(self, config: StaticConfig, name: str, master: Master) -> None:
         super().__init__(config, name, master)
-        self._map: PlacedMap | None = None
         self._costs: NDArray[np.uint8] = np.zeros((0, 0), np.uint8)  # of the map's cells
         self._T_global_map = None if master.config.rolling_window else IDENTITY
         self._placement: Placement | None = None
         self._shown: NDArray[np.uint8] = self._costs  # of the costmap's cells
         self._before: tuple[Window, NDArray[np.uint8]] | None = None  # where it is cleared
         self._updated: Window | None = None  # cells of the map that have changed
-        self._problem = ""
 
     @property
     def frame(self) -> GridFrame | None:
@@ -113,15 +134,12 @@ class StaticLayer(Layer):
         topic = self.inputs()[0].topic
         return "" if self._map is not None else f"no map has come on {absolute(topic)}"
 
-    def problem(self, now: float) -> str:
-        """Return why the map cannot be placed."""
-        return self._problem
-
     def update(self, T_global_base: SE2, now: float) -> Window | None:
         """Align the map by the latest transform; clear it below the robot if configured."""
         if self._map is None:
             return None
-        self._locate(self._map.frame_id)
+        if self.master.config.rolling_window:
+            self._T_global_map = self._locate()
         if self._T_global_map is not None and self.config.footprint_clearing_enabled:
             self._clear_footprint(self._T_global_map.inverse() @ T_global_base)
         before, changed, self._updated = self._placement, self._updated, None
@@ -146,15 +164,6 @@ class StaticLayer(Layer):
     def own_costs(self) -> NDArray[np.uint8] | None:
         """Return the map's costs, unknown outside it; None while it cannot be placed."""
         return self._shown if self._placement is not None else None
-
-    def _locate(self, frame_id: str) -> None:
-        """Look up where the map lies in the frame of a costmap that follows the robot."""
-        if not self.master.config.rolling_window:
-            return
-        try:
-            self._T_global_map, self._problem = self.master.locate(frame_id), ""
-        except TransformError as error:
-            self._T_global_map, self._problem = None, str(error)
 
     def _resample(self) -> None:
         """Read the map's costs at the costmap's cells, where either has moved."""

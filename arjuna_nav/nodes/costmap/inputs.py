@@ -17,7 +17,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.scan_queue import PosedQueue
-from arjuna_core.ros.silence import Silence, SilenceWatch
+from arjuna_core.ros.silence import Silence, subscribe_watched
 from arjuna_nav.costmap import LayeredCostmap
 from arjuna_nav.costmap.layers.base import Input, absolute
 from arjuna_nav.costmap.layers.filters import FilterInfo
@@ -94,9 +94,14 @@ class CostmapInputs:
             observe = partial(read, self._frames, start=one.sensor_frame)
             # 50, as the message filter of nav2_costmap_2d's obstacle layer.
             queue = self._queues[key] = PosedQueue(self._frames, what, observe, 50)
-            profile = qos.SENSOR_SUBSCRIPTION
-            take = self._watched(layer, one, topic, queue) if kind is LaserScan else queue.add
-            self._node.subscribe(kind, topic, take, profile)
+            if kind is LaserScan:
+                # Without scans little is seen, and the collision monitor stops; what has a depth
+                # camera in its parameters may lack it.
+                advice = f"set {layer}.{one.source}.topic, or start with --scan-topic"
+                of = Silence(LaserScan, "scan", qos.SENSOR_SUBSCRIPTION, advice)
+                subscribe_watched(self._node, topic, of, queue.add)
+            else:
+                self._node.subscribe(kind, topic, queue.add, qos.SENSOR_SUBSCRIPTION)
         elif one.data_type in _OTHERS:
             kind, convert = _OTHERS[one.data_type]
             profile = qos.LATCHED if one.latched else qos.DEFAULT
@@ -105,25 +110,6 @@ class CostmapInputs:
         else:
             valid = ", ".join([*SENSORS, *_OTHERS])
             raise ConfigError(f"layer '{layer}': no data_type '{one.data_type}'; valid: {valid}")
-
-    def _watched(
-        self, layer: str, one: Input, topic: str, queue: PosedQueue[Any]
-    ) -> Callable[[Any], None]:
-        """Return what takes scans, and warns where none comes.
-
-        Without them little is seen, and the collision monitor stops; what has a depth camera in
-        its parameters may lack it.
-        """
-        name = f"{layer}.{one.source}.topic"
-        advice = f"set {name}, or start with --scan-topic"
-        of = Silence(LaserScan, "scan", qos.SENSOR_SUBSCRIPTION, advice)
-        watch = SilenceWatch(self._node, topic, of)
-
-        def take(message: Any) -> None:
-            watch.received()
-            queue.add(message)
-
-        return take
 
     def _on_other(self, key: tuple[str, str], read: Callable[[Any], Any], message: Any) -> None:
         """Hand over what needs no pose, and keep it for layers that read it again."""

@@ -166,7 +166,7 @@ class CostmapNode(ManagedNode):
     def activate(self) -> None:
         """Start from what is seen from now on."""
         self._inputs.clear()
-        self.layered.start(self.now)
+        self.layered.group.start(self.now)
         self._updated_at = -np.inf
         self._output.reset()
         self._problem = "no update was due yet"
@@ -180,9 +180,8 @@ class CostmapNode(ManagedNode):
 
     def on_config(self, config: CostmapConfig) -> None:
         """Take other parameters; what sensors have seen is kept."""
-        if hasattr(self, "layered"):
-            self.layered.reconfigure(config)
-            self._inputs.hand_over_again()
+        self.layered.reconfigure(config)
+        self._inputs.hand_over_again()
 
     def _on_footprint(self, message: Any) -> None:
         try:
@@ -195,7 +194,7 @@ class CostmapNode(ManagedNode):
 
     def _update(self) -> None:
         self._inputs.hand_over()
-        problem = self.layered.missing()
+        problem = self.layered.group.missing()
         try:
             pose = self.robot_pose()
             self._pose_due = np.inf
@@ -206,17 +205,17 @@ class CostmapNode(ManagedNode):
                 self.trigger_deactivate()
         if problem:
             self._problem = problem
-            self.layered.start(self.now)  # what has come is lost
+            self.layered.group.start(self.now)  # what has come is lost
             return
         self.layered.update(pose, self.now)
         self._filters.publish()
         self._warn()
-        self._problem = self.layered.problem(self.now)
+        self._problem = self.layered.group.problem(self.now)
         if not self._problem:
             self._updated_at, self._problem = self.now, "no update was due yet"
 
     def _warn(self) -> None:
-        """Log what is odd about the layers, each time that it is something else."""
+        """Log what is odd about the costs, each time that it is something else."""
         warnings = set(self.layered.warnings())
         for warning in sorted(warnings - self._warned):
             self.get_logger().warning(warning)

@@ -79,8 +79,7 @@ class DockingServerNode(GoalNode):
 
     def on_config(self, config: DockingServerConfig) -> None:
         """Use new parameters of dock types from the next order on."""
-        if hasattr(self, "_book"):
-            self._book.judge_by(config)
+        self._book.judge_by(config)
 
     def halt(self) -> None:
         """Stop the robot where an order moves it."""

@@ -102,12 +102,6 @@ NAVIGATORS = PluginTypes(
 )
 
 
-def filled(kind: Any, **fields: Any) -> Any:
-    """Return a message of a type with those of the fields that it has."""
-    known = kind.get_fields_and_field_types()
-    return kind(**{name: value for name, value in fields.items() if name in known})
-
-
 _MAY_CHANGE = {PlanStatus[name] for name in ("UNKNOWN", "NO_VALID_PATH", "TF_ERROR", "TIMEOUT")}
 """Errors of a plan that recoveries or time may mend."""
 

@@ -47,8 +47,7 @@ class CollisionDetectorNode(ManagedNode):
 
     def on_config(self, config: CollisionDetectorConfig) -> None:
         """Look by the new parameters from now on."""
-        if hasattr(self, "_watch"):
-            self._watch.reconfigure(config)
+        self._watch.reconfigure(config)
 
     def trouble(self) -> str:
         """Say which source is silent."""

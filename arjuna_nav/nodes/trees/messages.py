@@ -35,6 +35,12 @@ def request_msg(message: type[Any], values: Mapping[str, Any], frame: str, now: 
     return message(**{k: _field(types[k], value, frame, now) for k, value in values.items()})
 
 
+def filled(message: type[Any], values: Mapping[str, Any], frame: str = "", now: float = 0.0) -> Any:
+    """Return a message as `request_msg` does, of those of the values that it has a field for."""
+    known = message.get_fields_and_field_types()
+    return request_msg(message, {k: values[k] for k in values if k in known}, frame, now)
+
+
 def _field(kind: str, value: Any, frame: str, now: float) -> Any:
     if kind == _POSE:
         return pose_stamped(value, frame, now)

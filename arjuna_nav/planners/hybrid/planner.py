@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2, wrap
-from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
+from arjuna_nav.costmap.costmap import INSCRIBED, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult, PlanStatus
 from arjuna_nav.planners.escape import lead_out
@@ -25,7 +25,7 @@ from arjuna_nav.planners.nearby import Plan, coarser, finer, nearby_first
 from arjuna_nav.planners.pose_table import PoseTable
 from arjuna_nav.planners.query import Cell, Query, ask
 from arjuna_nav.planners.relaxation import smoothed_poses
-from arjuna_nav.planners.waves.potential import NEUTRAL
+from arjuna_nav.planners.waves.potential import NEUTRAL, closed
 
 _ENDLESS = 2**62
 _LEAD = 0.5  # longest stretch off what the outline touches [m]
@@ -147,10 +147,8 @@ class PoseSearch(abc.ABC):
     def _costs(self) -> NDArray[np.float32]:
         """Return the cost of a cell of a straight by its value, `(256,) float32`."""
         share = np.arange(256) / (INSCRIBED - 1)
-        costs = (NEUTRAL * (self._straight + self._config.cost_penalty * share)).astype(np.float32)
-        costs[UNKNOWN] = costs[INSCRIBED - 1] if self._config.allow_unknown else np.inf
-        costs[INSCRIBED:UNKNOWN] = np.inf
-        return costs
+        costs = NEUTRAL * (self._straight + self._config.cost_penalty * share)
+        return closed(costs, self._config.allow_unknown)
 
     def _terrain(self, costmap: Costmap, remaining: NDArray[np.float32]) -> Terrain:
         """Return where the robot drives, with the cost left to the end from each cell."""

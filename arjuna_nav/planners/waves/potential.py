@@ -33,10 +33,17 @@ def traversal_costs(allow_unknown: bool = True) -> Singles:
 
     Source: nav2_navfn_planner, setCostmap.
     """
-    costs = (NEUTRAL + COST_FACTOR * np.arange(256)).astype(np.float32)
+    return closed(NEUTRAL + COST_FACTOR * np.arange(256), allow_unknown)
+
+
+def closed(costs: Floats, allow_unknown: bool) -> Singles:
+    """Return costs `(256,)` by cells' values, inf where the robot's centre may not be; float32.
+
+    Unknown costs as much as the costliest free cell, or inf.
+    """
     costs[UNKNOWN] = costs[INSCRIBED - 1] if allow_unknown else np.inf
     costs[INSCRIBED:UNKNOWN] = np.inf
-    return costs
+    return costs.astype(np.float32)
 
 
 def wavefront(

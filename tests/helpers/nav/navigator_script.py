@@ -12,7 +12,7 @@ from arjuna_core.files.shipped import shipped_file
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import ControlStatus
-from arjuna_nav.navigator import Feedback, Finish, Navigator, NavigatorConfig
+from arjuna_nav.navigator import Finish, Navigator, NavigatorConfig
 from arjuna_nav.planners.base import PlanStatus
 from arjuna_nav.trees.exchange import Answer, Ask, TreeState
 from arjuna_nav.trees.xml_file import read_tree
@@ -98,9 +98,9 @@ class Script:
 
     @property
     def recoveries(self) -> int:
-        return self.feedback().number_of_recoveries
+        return int(self.feedback()["number_of_recoveries"])
 
-    def feedback(self, pose: SE2 = IDENTITY, speed: float = 0.0) -> Feedback:
+    def feedback(self, pose: SE2 = IDENTITY, speed: float = 0.0) -> dict[str, Any]:
         state = TreeState(self.now, pose, mean_velocity=lambda: Velocity(speed))
         return self.navigator.feedback(state)
 

@@ -97,9 +97,9 @@ def test_drives_what_the_controller_says_and_how_much_is_left() -> None:
     assert result.distance == pytest.approx(4.0)
     assert replace(result, distance=0.0) == FollowResult(FollowState.RUNNING, ON)
     assert (followed.script.period, followed.script.xy) == (0.125, 0.25)
-    assert followed.follower.desired_speed == 0.4
+    assert followed.follower.controller.desired_speed == 0.4
     followed.script.carrot = SE2(0.5)
-    assert followed.follower.carrot == SE2(0.5)
+    assert followed.follower.controller.carrot == SE2(0.5)
 
 
 @pytest.mark.parametrize(

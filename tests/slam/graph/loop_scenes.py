@@ -12,10 +12,9 @@ from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.graph.candidates import Search
-from arjuna_slam.graph.candidates import Submap as AnySubmap
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
+from arjuna_slam.graph.submap import Submap
 from arjuna_slam.graph.submap_match import SubmapMatch
-from arjuna_slam.mapping.submap import Submap
 from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher
@@ -58,7 +57,7 @@ class ScriptedSubmaps:
     asked: list[tuple[int, int, Search]] = field(default_factory=list)
 
     def find(
-        self, query: AnySubmap, past: AnySubmap, window: Search, scans: Sequence[Scan]
+        self, query: Submap, past: Submap, window: Search, scans: Sequence[Scan]
     ) -> Generator[None, None, SubmapMatch | None]:
         self.asked.append((query.anchor, past.anchor, window))
         yield

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.candidates import LoopConfig, Search, Submap, near_keyframe, near_submap
+from arjuna_slam.graph.candidates import LoopConfig, Search, near_keyframe, near_submap
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
+from arjuna_slam.graph.submap import Submap
 from arjuna_slam.graph.uncertainty import relative_covariances, spread
 from tests.slam.graph.loop_scenes import LAST, mapped, square
 

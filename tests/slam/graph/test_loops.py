@@ -18,8 +18,8 @@ from arjuna_slam.graph.candidates import LoopConfig, Search
 from arjuna_slam.graph.hypotheses import Closure
 from arjuna_slam.graph.loops import LoopCloser, doubted
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
+from arjuna_slam.graph.submap import Submap
 from arjuna_slam.graph.submap_match import SubmapMatch
-from arjuna_slam.mapping.submap import Submap
 from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher

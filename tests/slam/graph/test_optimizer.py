@@ -133,7 +133,7 @@ def test_how_an_optimisation_ends() -> None:
     assert len(one.trace) <= 2
     loose = optimize(graph.poses, graph.table, tolerance=0.999)
     assert (loose.status, len(loose.trace)) == (OptimizerStatus.CONVERGED, 2)
-    for poses, edges in ((graph.poses, EdgeTable()), (graph.poses[:1], EdgeTable())):
+    for poses, edges in ((graph.poses, EdgeTable.of([])), (graph.poses[:1], EdgeTable.of([]))):
         none = optimize(poses, edges)
         assert (none.status, none.trace, len(none.weights)) == (
             OptimizerStatus.CONVERGED,

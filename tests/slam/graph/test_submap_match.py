@@ -14,8 +14,8 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.graph.candidates import Search
+from arjuna_slam.graph.submap import Submap
 from arjuna_slam.graph.submap_match import SubmapMatch, SubmapMatcher
-from arjuna_slam.mapping.submap import Submap
 from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.scan_matcher import MatchStatus, ScanMatcher
 from tests.slam.graph.loop_scenes import Scripted

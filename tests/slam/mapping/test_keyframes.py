@@ -11,20 +11,26 @@ from arjuna_core.arrays import Bools, Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
-from arjuna_slam.mapping.keyframes import LifelongConfig, Mapper, forget_submap, is_redundant, prune
+from arjuna_slam.mapping.keyframes import (
+    Keyframes,
+    LifelongConfig,
+    forget_submap,
+    is_redundant,
+    prune,
+)
 from arjuna_slam.mapping.session import Session
 
 CELL = 0.05
 
 
-def mapper(count: int = 1) -> tuple[Mapper, Floats]:
-    """Return a mapper that has drawn scans of a round room, and their poses."""
-    drawn, poses = Mapper(CELL, 10.0), np.zeros((count, 3))
+def mapped(count: int = 1) -> tuple[Keyframes, Floats]:
+    """Return keyframes of a round room that are in the map, and a view of their poses."""
+    drawn = Keyframes(CELL, 10.0)
     for k in range(count):
         ranges = np.full(90, 2.0)
-        drawn.add(Scan(ranges, -math.pi, math.radians(4.0), 0.1, 10.0, float(k)))
-    drawn.grid(poses)
-    return drawn, poses
+        drawn.add(Scan(ranges, -math.pi, math.radians(4.0), 0.1, 10.0, float(k)), SE2())
+    drawn.map()
+    return drawn, drawn.graph.poses
 
 
 @pytest.mark.parametrize(
@@ -39,29 +45,28 @@ def mapper(count: int = 1) -> tuple[Mapper, Floats]:
     ],
 )
 def test_moved_poses_are_traced_again(moved: tuple[float, float, float], is_traced: bool) -> None:
-    drawn, poses = mapper()
-    assert not drawn.behind(poses)
-    assert drawn.behind(poses + np.array(moved)) is is_traced
+    drawn, poses = mapped()
+    assert not drawn.map_behind
+    poses += np.array(moved)
+    assert drawn.map_behind is is_traced
 
 
 def test_what_moved_farthest_is_traced_first() -> None:
-    drawn, poses = mapper(3)
+    drawn, poses = mapped(3)
     poses[:, 0] = (0.2, 0.5, 0.3)
     for first in (1, 2, 0):
-        drawn.grid(poses, most_moved=1)
+        drawn.map(most_moved=1)
         poses[first, 0] = 0.0  # put back, it is behind again: it was drawn where it had moved
-        assert drawn.behind(poses)
+        assert drawn.map_behind
         poses[first, 0] = (0.2, 0.5, 0.3)[first]
-    assert not drawn.behind(poses)
+    assert not drawn.map_behind
 
 
-def test_a_new_scan_is_behind_and_each_needs_a_pose() -> None:
-    drawn, poses = mapper()
-    drawn.add(drawn.scans[0])
-    assert drawn.behind(np.zeros((2, 3)))
-    with pytest.raises(ValueError, match="1 poses for 2 scans"):
-        drawn.grid(poses)
-    assert Mapper(CELL, 10.0).grid(np.zeros((0, 3))) is None
+def test_a_new_scan_is_behind() -> None:
+    drawn, _ = mapped()
+    drawn.add(drawn.scans[0], SE2())
+    assert drawn.map_behind
+    assert Keyframes(CELL, 10.0).map() is None
 
 
 @pytest.mark.parametrize(("clear", "known_beyond"), [(True, True), (False, False)])
@@ -69,10 +74,10 @@ def test_beams_without_a_return_may_clear_cells(clear: bool, known_beyond: bool)
     """A half circle of walls at 2 m, nothing behind; 4 m is read, but beyond the longest range."""
     ranges = np.where(np.arange(90) < 45, 2.0, np.inf)
     ranges[60] = 4.0
-    drawn = Mapper(CELL, 3.0, clear_without_return=clear)
+    drawn = Keyframes(CELL, 3.0, clear_without_return=clear)
     for _ in range(3):
-        drawn.add(Scan(ranges, -math.pi, math.radians(4.0), 0.1, 10.0))
-    grid = drawn.grid(np.zeros((3, 3)))
+        drawn.add(Scan(ranges, -math.pi, math.radians(4.0), 0.1, 10.0), SE2())
+    grid = drawn.map()
     assert grid is not None
 
     def value(beam: int, distance: float) -> int:

@@ -13,7 +13,7 @@ import pytest
 from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.mapping.submap import Submap
+from arjuna_slam.graph.submap import Submap
 from arjuna_slam.matching import scan_matcher
 from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.field import Field

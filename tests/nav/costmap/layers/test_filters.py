@@ -132,22 +132,22 @@ def test_a_robot_may_leave_a_zone_where_asked(overrides: int, inside: int, cost:
 
 def test_what_a_filter_lacks_is_said_and_it_has_no_effect() -> None:
     layered = filtered("KeepoutFilter")
-    assert layered.warnings() == ["zones: no CostmapFilterInfo has come on /info"]
+    assert layered.group.warning() == "zones: no CostmapFilterInfo has come on /info"
     layered.receive("zones", "info", FilterInfo(1, "mask"))
-    assert layered.warnings() == ["zones: /info says type 1; this filter takes 0"]
+    assert layered.group.warning() == "zones: /info says type 1; this filter takes 0"
     layered.receive("zones", "info", FilterInfo(0, "mask"))
-    assert layered.warnings() == ["zones: no mask has come on /mask"]
+    assert layered.group.warning() == "zones: no mask has come on /mask"
     assert [one.topic for one in layered.layers["zones"].inputs()] == ["info", "mask"]
     layered.receive("zones", "mask", PlacedMap(mask(100), "elsewhere"))
     layered.update(SE2(), 0.0)
-    assert layered.warnings() == []
-    assert layered.problem(0.0) == "no transform connects 'map' and 'elsewhere'"
+    assert layered.group.warning() == ""
+    assert layered.group.problem(0.0) == "no transform connects 'map' and 'elsewhere'"
     layered.receive("zones", "info", FilterInfo(0, "another"))
     layered.receive("zones", "mask", PlacedMap(mask(100)))
     layered.update(SE2(), 0.1)
     assert not layered.costmap.data.any(), "the mask of an earlier info"
     nameless = filtered("KeepoutFilter", filter_info_topic="")
-    assert nameless.warnings() == ["zones: filter_info_topic is empty: the filter has no mask"]
+    assert nameless.group.warning() == "zones: filter_info_topic is empty: the filter has no mask"
 
 
 def test_speeds_are_limited_where_the_robot_is() -> None:

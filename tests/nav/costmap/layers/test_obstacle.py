@@ -144,7 +144,7 @@ def test_what_one_source_alone_sees_stays_though_rays_of_another_cross_it(cls: s
     layered.receive("seen", "slow", beam(3.02))
     see(layered, 0.5, beam(2.02))
     assert marked(layered) == [2.0]
-    layered.start(0.6)
+    layered.group.start(0.6)
     see(layered, 0.6, beam(1.52))
     assert marked(layered) == [1.5, 2.0], "the ray ends before it, and nothing of before counts"
 
@@ -164,13 +164,13 @@ def test_any_source_that_is_silent_is_said() -> None:
         "rear": SCAN,
     }
     layered = costmap("ObstacleLayer", {"observation_sources": "front eyes rear", **sources})
-    layered.start(0.0)
-    assert layered.problem(0.5) == ""
-    assert layered.problem(0.6) == "no scan on /a/front for 0.60 s"
+    layered.group.start(0.0)
+    assert layered.group.problem(0.5) == ""
+    assert layered.group.problem(0.6) == "no scan on /a/front for 0.60 s"
     layered.receive("seen", "front", beam(1.0))
     layered.update(SE2(), 0.7)
-    assert layered.problem(1.0) == ""
-    assert layered.problem(1.1) == "no cloud on /eyes for 1.10 s"
+    assert layered.group.problem(1.0) == ""
+    assert layered.group.problem(1.1) == "no cloud on /eyes for 1.10 s"
 
 
 def points(*corners: tuple[float, float, float]) -> PlacedCloud:
@@ -244,16 +244,16 @@ def test_voxels_are_what_a_message_of_nav2_holds() -> None:
 def test_scans_that_are_too_high_are_said() -> None:
     layered = one_lidar("ObstacleLayer", {"max_obstacle_height": 0.25})
     see(layered, 0.0, beam(1.02, 0.2))
-    assert layered.warnings() == []
+    assert layered.group.warning() == ""
     see(layered, 0.1, beam(1.02, 0.3))
-    (warning,) = layered.warnings()
+    warning = layered.group.warning()
     assert warning.startswith("seen: scans of 's', 0.3 m high, are not used: min_obstacle_height")
     see(layered, 0.2, beam(1.02, 0.25))
-    assert layered.warnings() == []
+    assert layered.group.warning() == ""
 
 
 def test_a_layer_that_is_off_changes_nothing_and_is_never_silent() -> None:
     layered = one_lidar("ObstacleLayer", {"expected_update_rate": 0.5}, enabled=False)
     see(layered, 0.0, beam(1.02))
     assert marked(layered) == []
-    assert layered.problem(9.0) == ""
+    assert layered.group.problem(9.0) == ""

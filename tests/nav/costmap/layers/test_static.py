@@ -65,7 +65,7 @@ def test_a_window_that_rolls_shows_the_map_where_its_frame_is(seed: int) -> None
         rows, columns = cells[inside].T
         expected[inside] = np.choose(grid.data[rows, columns] // 50 + 1, (UNKNOWN, FREE, 0, LETHAL))
         np.testing.assert_array_equal(costs.data.ravel(), expected)
-        assert layered.problem(float(k)) == ""
+        assert layered.group.problem(float(k)) == ""
 
 
 def test_what_does_not_move_is_not_composed_again() -> None:
@@ -80,14 +80,14 @@ def test_what_does_not_move_is_not_composed_again() -> None:
 def test_a_map_that_cannot_be_placed_is_left_out_and_said() -> None:
     frames = Frames()
     layered = rolling(frames)
-    assert layered.missing() == "no map has come on /map"
+    assert layered.group.missing() == "no map has come on /map"
     grid = OccupancyGrid(GridFrame(0.05, 200, 200, SE2(-5.0, -5.0)), np.zeros((200, 200), np.int8))
     layered.receive("static_layer", "map", PlacedMap(grid, "map"))
-    assert layered.missing() == ""
+    assert layered.group.missing() == ""
     for known in (False, True, False):
         frames.T_odom_map = SE2() if known else None
         layered.update(SE2(), 0.0)
-        assert (layered.problem(0.0) == "") is known
+        assert (layered.group.problem(0.0) == "") is known
         assert (layered.costmap.data == (FREE if known else UNKNOWN)).all()
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from arjuna_core.arrays import Floats
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_slam.mapping.submap import LocalMap, PackedField, Submap, SubmapConfig
+from arjuna_slam.graph.submap import LocalMap, PackedField, Submap, SubmapConfig
 from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.surface import Surface
 
