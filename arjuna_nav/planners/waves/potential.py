@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -36,7 +38,7 @@ def traversal_costs(allow_unknown: bool = True) -> Singles:
     return closed(NEUTRAL + COST_FACTOR * np.arange(256), allow_unknown)
 
 
-def closed(costs: Floats, allow_unknown: bool) -> Singles:
+def closed(costs: NDArray[np.floating[Any]], allow_unknown: bool) -> Singles:
     """Return costs `(256,)` by cells' values, inf where the robot's centre may not be; float32.
 
     Unknown costs as much as the costliest free cell, or inf.
