@@ -16,6 +16,8 @@ from bringup.parameters.remarks import Kind, Remark
 
 _PRIMARY = "primary_controller"
 _THEIRS = "is someone's C++"
+_NAMED_BY_NAV2 = ("goal_checker", "simple_smoother", "wait_at_waypoint")
+"""Names of which Nav2 knows the class, beside our own defaults."""
 _OURS = "in Python: docs/plugins.md"
 
 
@@ -102,6 +104,7 @@ class ForeignPlugins:
     def _is_kept(self, name: str, listed: PluginList, values: dict[str, Any]) -> bool:
         cls, kind, whole = _class_of(name, listed, values), listed.kind, listed.prefix + name
         if not _is_foreign(cls, kind):
+            self._note_no_class(name, listed, values)
             return True
         ours = kind.by_name.get(name) or (kind.default if kind.stands_in else "")
         if ours:
@@ -110,6 +113,14 @@ class ForeignPlugins:
             self.left_out.add(whole)
             self._remark(whole, f"'{cls}' {_THEIRS}; {_OURS}")
         return bool(ours)
+
+    def _note_no_class(self, name: str, listed: PluginList, values: Mapping[str, Any]) -> None:
+        """Remark on a plug-in with which Nav2 would not start, for nothing names its class."""
+        kind, whole = listed.kind, listed.prefix + name
+        known = {*names_in(listed.default, listed.default), *kind.by_name, *_NAMED_BY_NAV2}
+        if kind.stands_in and name not in known and f"{whole}.{kind.key}" not in values:
+            text = f"{kind.default}, for no '{whole}.{kind.key}' says another class"
+            self.remarks.append(Remark(Kind.UNKNOWN, f"{self.node}: {whole}", text))
 
     def _stand_in_for_primaries(
         self, names: list[str], listed: PluginList, values: dict[str, Any]
