@@ -206,6 +206,19 @@ def test_a_section_of_a_plugin_that_no_list_names_is_not_needed() -> None:
     assert "'Straight' is in no list of plug-ins" in remark
 
 
+@pytest.mark.parametrize(
+    ("node", "listed", "cls"),
+    [
+        (LOCAL, "filters", "nav2_costmap_2d::ZoneParameterFilter"),
+        ("controller_server", "goal_checker_plugins", "nav2_controller::PathCompleteGoalChecker"),
+    ],
+)
+def test_a_class_of_a_later_nav2_is_said_to_be_one(node: str, listed: str, cls: str) -> None:
+    found = understood({node: {listed: ["one"], "one.plugin": cls, "one.states": ["a"]}})
+    assert found.problems == []
+    assert f"'{cls}' is of Nav2 after Jazzy" in only(found, Kind.NO_EFFECT)
+
+
 def test_a_plug_in_without_a_class_is_said_to_be_of_the_default_one() -> None:
     found = understood({"planner_server": {"planner_plugins": ["GridBased", "Lattice"]}})
     assert "planner_server: Lattice: nav2_navfn_planner" in only(found, Kind.UNKNOWN)
