@@ -37,6 +37,8 @@ from bringup.stack import (
     program_of,
 )
 
+_SAFEGUARDS = "collision_monitor", "velocity_smoother"
+_COMMANDS, _DRIVEN = "cmd_vel_nav", "cmd_vel"
 _STAMPED = "enable_stamped_cmd_vel"
 _NAMED_FILES = {
     ("docking_server", "dock_database"): "no dock has a name",
@@ -91,12 +93,19 @@ def merged_sources(
 
 
 def _chained(parameters: Parameters) -> Parameters:
-    """Return where the smoothed velocity goes: where the collision monitor takes it from.
+    """Return where the velocity smoother takes its velocities from, and where they go.
 
-    Nav2's launch files connect the two by remapping; there is no parameter of theirs for it.
+    They go where the collision monitor takes them from. A monitor that takes the controllers' own
+    stands before the smoother, which then has what the monitor lets pass: else it would answer
+    itself. Nav2's launch files connect the two by remapping; no parameter of theirs does.
     """
-    topic = parameters.get("collision_monitor", {}).get("cmd_vel_in_topic")
-    return {"velocity_smoother": {"cmd_vel_out_topic": topic}} if topic else {}
+    monitor, smoother = (parameters.get(name, {}) for name in _SAFEGUARDS)
+    taken = monitor.get("cmd_vel_in_topic")
+    if taken != smoother.get("cmd_vel_in_topic", _COMMANDS):
+        return {"velocity_smoother": {"cmd_vel_out_topic": taken}} if taken else {}
+    passed = monitor.get("cmd_vel_out_topic", _DRIVEN)
+    smoothed = {} if passed == _DRIVEN else {"cmd_vel_out_topic": _DRIVEN}
+    return {"velocity_smoother": {"cmd_vel_in_topic": passed, **smoothed}}
 
 
 def checked(

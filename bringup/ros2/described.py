@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Mapping
 from typing import Any
 
+import yaml
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
 from launch.conditions import IfCondition, UnlessCondition
@@ -13,10 +15,13 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
+from arjuna_core.errors import ConfigError
 from arjuna_core.files.input_file import read_text
 from arjuna_core.files.shipped import shipped_file
 
 _MODEL = "TURTLEBOT3_MODEL"
+_CLONED = "robot1={x: 0.5, y: 0.5}; robot2={x: -0.5, y: -0.5, yaw: 1.5707}"
+_UNIQUE = "robot1={x: 0.0, y: 0.5}; robot2={x: 0.0, y: -0.5}"
 _DEADZONE, _RATE = 0.3, 20.0  # joy's, as that launch file sets them
 
 
@@ -87,6 +92,62 @@ def turtlebot3_spawn() -> LaunchDescription:
     model = os.environ.get(_MODEL, "burger")
     remark = LogInfo(msg=f"the Burger stands for {_MODEL}={model}")
     return LaunchDescription([*([remark] if model != "burger" else []), spawner])
+
+
+def cloned_robots() -> LaunchDescription:
+    """Drive the robots of `robots` in one world, each by `params_file` (all of one)."""
+    return _several(_CLONED, lambda name, given: given["params_file"])
+
+
+def unique_robots() -> LaunchDescription:
+    """Drive two robots in one world, each by `NAME_params_file`."""
+    return _several(_UNIQUE, lambda name, given: given.get(f"{name}_params_file", ""))
+
+
+def _several(usual: str, params_of: Callable[[str, Any], str]) -> LaunchDescription:
+    """Return a world of several Burgers, with navigation and a view for each in its namespace.
+
+    Source: nav2_bringup, cloned_multi_tb3_simulation_launch.py, unique_multi_....
+    """
+    from bringup.ros2.verbs.launch import process
+
+    def started(context: Any) -> list[Any]:
+        given = context.launch_configurations
+        words = ["--robot", str(shipped_file("urdf/burger.urdf"))]
+        words += ["--world", given["world"] or str(shipped_file("worlds/pillar_arena.world"))]
+        stacks: list[list[str]] = []
+        for name, pose in _poses(given["robots"]).items():
+            x, y, yaw = (str(float(pose.get(key, 0.0))) for key in ("x", "y", "yaw"))
+            words += ["--namespace", name, "--at", x, y, "--heading", yaw]
+            params = params_of(name, given)
+            chosen = ["--params", params] if params else []
+            stacks.append(["nav", "--map", given["map"], "--namespace", name, *chosen])
+            if given["use_rviz"].lower() == "true":
+                stacks.append(["view", "--namespace", name])
+        return [process(["sim", *words]), *map(process, stacks)]
+
+    known = {"robots": usual, "world": "", "params_file": "", "use_rviz": "true"}
+    known["map"] = str(shipped_file("maps/pillar_arena.yaml"))
+    declared = (DeclareLaunchArgument(name, default_value=text) for name, text in known.items())
+    return LaunchDescription([*declared, OpaqueFunction(function=started)])
+
+
+def _poses(text: str) -> dict[str, Mapping[str, Any]]:
+    """Return poses by robots' names: `NAME={x: ...}; ...`, or `{name: NAME, pose: {x: ...}}; ...`.
+
+    Raises:
+        ConfigError: It is neither.
+    """
+    found: dict[str, Mapping[str, Any]] = {}
+    for part in filter(None, map(str.strip, text.split(";"))):
+        name, equals, pose = part.partition("=")
+        try:
+            one = yaml.safe_load(pose if equals else part)
+            found[name.strip() if equals else one["name"]] = one if equals else one["pose"]
+        except (yaml.YAMLError, KeyError, TypeError) as error:
+            valid = "NAME={x: 1.0, y: 0.5, yaw: 0.0}; ..."
+            raise ConfigError(f"robots: '{part}' is no robot; valid: {valid}") from error
+    return found
 
 
 def teleop() -> LaunchDescription:

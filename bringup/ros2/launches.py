@@ -164,6 +164,14 @@ DESCRIBED = {
     ),
     ("turtlebot3_gazebo", "spawn_turtlebot3.launch.py"): "turtlebot3_spawn",
     ("teleop_twist_joy", "teleop-launch.py"): "teleop",
+    ("nav2_bringup", "cloned_multi_tb3_simulation_launch.py"): "cloned_robots",
+    **dict.fromkeys(
+        (
+            ("nav2_bringup", "unique_multi_tb3_simulation_launch.py"),
+            ("nav2_bringup", "multi_tb3_simulation_launch.py"),
+        ),
+        "unique_robots",
+    ),
     ("urdf_launch", "description.launch.py"): "robot",
     ("urdf_launch", "display.launch.py"): "display",
 }

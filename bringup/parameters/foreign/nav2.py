@@ -19,6 +19,7 @@ _OLDER = _TABLES["older"]
 _DWB = "dwb_core::DWBLocalPlanner"
 _BACKWARD = ".allow_backward"
 _PLANAR = 0, 1, 5  # of x, y, z, roll, pitch, yaw
+LATER_CLASSES = frozenset(_TABLES["later"].split())
 _CRITICS = frozenset(_TABLES["critics"].split())
 
 

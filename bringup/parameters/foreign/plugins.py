@@ -16,7 +16,8 @@ from bringup.parameters.foreign import nav2
 from bringup.parameters.remarks import Kind, Remark
 
 _PRIMARY = "primary_controller"
-_THEIRS = "is someone's C++"
+_NAMED_BY_NAV2 = ("goal_checker", "simple_smoother", "wait_at_waypoint")
+"""Names of which Nav2 knows the class, beside our own defaults."""
 _OURS = "in Python: docs/plugins.md"
 
 
@@ -103,14 +104,23 @@ class ForeignPlugins:
     def _is_kept(self, name: str, listed: PluginList, values: dict[str, Any]) -> bool:
         cls, kind, whole = _class_of(name, listed, values), listed.kind, listed.prefix + name
         if not _is_foreign(cls, kind):
+            self._note_no_class(name, listed, values)
             return True
         ours = kind.by_name.get(name) or (kind.default if kind.stands_in else "")
         if ours:
             self._replace(whole, f"{whole}.{kind.key}", cls, ours, values)
         else:
             self.left_out.add(whole)
-            self._remark(whole, f"'{cls}' {_THEIRS}; {_OURS}")
+            self._remark(whole, f"{_origin(cls)}; {_OURS}")
         return bool(ours)
+
+    def _note_no_class(self, name: str, listed: PluginList, values: Mapping[str, Any]) -> None:
+        """Remark on a plug-in with which Nav2 would not start, for nothing names its class."""
+        kind, whole = listed.kind, listed.prefix + name
+        known = {*names_in(listed.default, listed.default), *kind.by_name, *_NAMED_BY_NAV2}
+        if kind.stands_in and name not in known and f"{whole}.{kind.key}" not in values:
+            text = f"{kind.default}, for no '{whole}.{kind.key}' says another class"
+            self.remarks.append(Remark(Kind.UNKNOWN, f"{self.node}: {whole}", text))
 
     def _stand_in_for_primaries(
         self, names: list[str], listed: PluginList, values: dict[str, Any]
@@ -125,7 +135,7 @@ class ForeignPlugins:
     def _replace(self, name: str, key: str, cls: str, ours: str, values: dict[str, Any]) -> None:
         values[key] = self.changed[key] = ours
         self.replaced.add(name)
-        text = f"'{cls}' {_THEIRS}: {ours} stands in for it, with what it has of the parameters"
+        text = f"{_origin(cls)}: {ours} stands in for it, with what it has of the parameters"
         self._remark(name, f"{text}; {_OURS}", True)
 
     def _remark(self, name: str, reason: str, safety: bool = False) -> None:
@@ -140,11 +150,18 @@ def _class_of(name: str, listed: PluginList, values: Mapping[str, Any]) -> str:
     return canonical(str(values.get(f"{listed.prefix}{name}.{kind.key}", default)))
 
 
+def _origin(cls: str) -> str:
+    origin = "of Nav2 after Jazzy" if cls in nav2.LATER_CLASSES else "someone's C++"
+    return f"'{cls}' is {origin}"
+
+
 def _is_foreign(cls: str, kind: PluginTypes, misspelt: float = 0.85) -> bool:
     """Return whether a class is of a package that is not Nav2's, and cannot be loaded.
 
     A name at least as similar to one of Nav2's as `misspelt`, of 0 to 1, is a misspelt one.
     """
+    if cls in nav2.LATER_CLASSES:
+        return True
     package = cls.rpartition("::")[0]
     ours = {known.rpartition("::")[0] for known in kind.types}
     if kind.types and (not package or package in ours):

@@ -121,7 +121,9 @@ class _Section:
     def _has_effect(self, key: str, value: Any, own: Mapping[str, Any]) -> bool:
         """Return whether a name and its value have an effect here; remark on it if not."""
         node = self._node
-        if self._is_left_out(key) or (key not in own and _is_below(key, self._foreign.replaced)):
+        if self._is_left_out(key):
+            return False
+        if _is_below(key, self._foreign.replaced) and not _is_like(value, own.get(key)):
             return False
         known = nav2.of_value(node, key, value)
         of_text = isinstance(own.get(key, ""), (str, type(None)))
@@ -177,6 +179,13 @@ def _of_ros1(node: str, key: str) -> tuple[Kind, str] | None:
 def _is_below(key: str, names: Iterable[str]) -> bool:
     """Return whether a dotted name is one of some names, or below one."""
     return any(key == name or key.startswith(f"{name}.") for name in names)
+
+
+def _is_like(value: Any, ours: Any) -> bool:
+    """Return whether a value of someone's class is of the kind of the one of ours."""
+    kinds = (bool, (int, float), str, (list, tuple))
+    kind = next((one for one in kinds if isinstance(ours, one)), ())  # type: ignore[arg-type]
+    return isinstance(value, kind) and isinstance(value, bool) == isinstance(ours, bool)
 
 
 def _is_whole(node: str, given: Mapping[str, Any]) -> bool:

@@ -1,4 +1,4 @@
-"""`ros2 topic echo`."""
+"""`ros2 topic echo` and `ros2 service echo`."""
 
 from __future__ import annotations
 
@@ -9,13 +9,18 @@ from typing import Any
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.qos import qos_profile_services_default
 
 from bringup.ros2.client import Client, full_name
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.qos import for_subscription
 from bringup.ros2.types import interface_class
-from bringup.ros2.values import Abridge, dump, is_message, to_csv, to_yaml
+from bringup.ros2.values import Abridge, dump, is_message, to_csv, to_plain, to_yaml
 from bringup.ros2.verbs.names import names_of
+
+_OF_CLIENTS = ("REQUEST_SENT", "RESPONSE_RECEIVED")
+_EVENTS = ("REQUEST_SENT", "REQUEST_RECEIVED", "RESPONSE_SENT", "RESPONSE_RECEIVED")
+"""By their numbers in service_msgs/ServiceEventInfo."""
 
 
 def echo(arguments: argparse.Namespace) -> None:
@@ -116,3 +121,38 @@ class Printer:
             if info is not None:
                 print(dump(dict(sorted(info.items()))), end="---\n")
             print(to_yaml(value, self._abridge, self._options.flow_style), end="---\n")
+
+
+def service(arguments: argparse.Namespace) -> None:
+    """Print what a service's clients and server publish of their calls until interrupted."""
+    name = full_name(arguments.service_name)
+    length = None if arguments.full_length else arguments.truncate_length
+    abridge = Abridge(length, arguments.no_arr, arguments.no_str)
+
+    def show(event: Any) -> None:
+        kind = _EVENTS[event.info.event_type]
+        if arguments.client_only and kind not in _OF_CLIENTS:
+            return
+        if arguments.server_only and kind in _OF_CLIENTS:
+            return
+        shown = to_plain(event, abridge)
+        shown["info"]["event_type"] = kind
+        if arguments.exclude_message_info:
+            shown.pop("info")
+        print(
+            to_csv(event, abridge) if arguments.csv else dump(shown, arguments.flow_style) + "---"
+        )
+
+    with Client(arguments) as client:
+        given = arguments.service_type
+        if given is None:
+            services = names_of("service")
+            client.discover(lambda: name in dict(services(client.node)))
+            given = next(iter(dict(services(client.node)).get(name, ())), "")
+            if not given:
+                raise Ros2Error(f"Could not determine the type for the passed service: {name}")
+        event = interface_class(given, "srv").Event
+        client.node.create_subscription(
+            event, f"{name}/_service_event", show, qos_profile_services_default
+        )
+        client.spin(lambda: False)

@@ -159,10 +159,10 @@ def _all(found: list[list[str]]) -> LaunchDescription:
     from launch.actions import LogInfo
 
     lines = (f"$ python -m {module_of(one[0])} {shlex.join(one)}" for one in found)
-    return LaunchDescription([*(LogInfo(msg=one) for one in lines), *map(_process, found)])
+    return LaunchDescription([*(LogInfo(msg=one) for one in lines), *map(process, found)])
 
 
-def _process(command: list[str]) -> ExecuteProcess:
+def process(command: list[str]) -> ExecuteProcess:
     """Return the action of a command of ours."""
     from launch.actions import ExecuteProcess
 
@@ -231,7 +231,7 @@ def description(package: str, file: str) -> LaunchDescription:
         if "namespace" in one.options and (outer := known.get("ros_namespace", "")):
             given.setdefault("namespace", outer.strip("/"))
         found = translated(one, [f"{name}:={value}" for name, value in given.items()])
-        return [*(LogInfo(msg=line) for line in found.remarks), _process(found.command)]
+        return [*(LogInfo(msg=line) for line in found.remarks), process(found.command)]
 
     # arguments are not declared: their defaults would be those of what is included next
     return LaunchDescription([OpaqueFunction(function=started)])

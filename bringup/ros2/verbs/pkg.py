@@ -175,7 +175,10 @@ def executables(arguments: argparse.Namespace) -> None:
     wanted = arguments.package_name
     if wanted is not None and wanted not in _packages():
         raise Ros2Error(f"Package '{wanted}' not found")
-    own = {(package, name) for package in _packages() for name in executables_of(package)}
-    for package, name in sorted({*PROGRAMS, *own}):
+    ours = add_prefix() / "lib"
+    paths = {(package, name): ours / package / name for package, name in PROGRAMS}
+    for package in _packages():
+        paths |= {(package, name): path for name, path in executables_of(package).items()}
+    for (package, name), path in sorted(paths.items()):
         if wanted in (None, package):
-            print(package, name)
+            print(path if arguments.full_path else f"{package} {name}")

@@ -45,6 +45,15 @@ def test_the_smoothed_velocity_goes_where_the_monitor_takes_it_from(tmp_path: Pa
     assert merged_sources([file]).parameters["velocity_smoother"]["cmd_vel_out_topic"] == (
         "cmd_vel_raw"
     )
+    for passed, taken, smoothed in (
+        ("limited", "limited", "cmd_vel"),
+        ("cmd_vel", "cmd_vel", None),
+    ):
+        topics = f"{{cmd_vel_in_topic: cmd_vel_nav, cmd_vel_out_topic: {passed}}}"
+        file.write_text(f"collision_monitor: {{ros__parameters: {topics}}}")
+        smoother = merged_sources([file]).parameters["velocity_smoother"]
+        assert smoother["cmd_vel_in_topic"] == taken, "it would answer itself"
+        assert smoother.get("cmd_vel_out_topic") == smoothed
     own = ["velocity_smoother:cmd_vel_out_topic:=smooth"]
     found = merged_sources([file], own).parameters["velocity_smoother"]
     assert found["cmd_vel_out_topic"] == "smooth"

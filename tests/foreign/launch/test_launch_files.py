@@ -519,6 +519,40 @@ def test_poses_of_robots_are_read_from_the_command_line(
     assert "b 0.0 1.57" in said
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("cloned_multi", ["robots:=a={x: 1.0, y: 0.5}; b={x: -1, yaw: 1.57}", "params_file:=p"]),
+        (
+            "cloned_multi",
+            [
+                "robots:={name: a, pose: {x: 1.0, y: 0.5}};{name: b, pose: {x: -1, yaw: 1.57}}",
+                "params_file:=p",
+            ],
+        ),
+        (
+            "unique_multi",
+            [
+                *("robots:=a={x: 1.0, y: 0.5}; b={x: -1, yaw: 1.57}", "a_params_file:=p"),
+                "b_params_file:=p",
+            ],
+        ),
+    ],
+)
+def test_nav2_s_several_robots_are_one_world_and_navigation_for_each(
+    name: str, words: list[str], started: Callable[..., Started]
+) -> None:
+    file = add_prefix() / "share/nav2_bringup/launch" / f"{name}_tb3_simulation_launch.py"
+    found = started(str(file), *words, "use_rviz:=False", "autostart:=True")
+    assert found.lines == [
+        "arjuna sim --robot urdf/burger.urdf --world worlds/pillar_arena.world"
+        " --namespace a --at 1.0 0.5 --heading 0.0 --namespace b --at -1.0 0.0 --heading 1.57",
+        "arjuna nav --map maps/pillar_arena.yaml --namespace a --params p",
+        "arjuna nav --map maps/pillar_arena.yaml --namespace b --params p",
+    ]
+    assert "robots: 'x' is no robot; valid: NAME={x" in started(str(file), "robots:=x").said
+
+
 @pytest.mark.parametrize("name", ["tb3_simulation", "tb4_loopback_simulation"])
 def test_nav2_s_simulation_is_world_navigation_and_view(
     name: str, started: Callable[..., Started]

@@ -13,6 +13,7 @@ from rclpy.action import ActionServer, GoalResponse
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.lifecycle import LifecycleNode
+from service_msgs.msg import ServiceEventInfo
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 from tf2_msgs.msg import TFMessage
@@ -37,6 +38,7 @@ class StandIn(LifecycleNode):
         self._tf.publish(TFMessage(transforms=[_transform("map", "base", 1.0)]))
         self.create_subscription(Twist, "cmd_vel", lambda message: None, 10)
         self.create_service(SetBool, "toggle", _toggle)
+        self._calls = self.create_publisher(SetBool.Event, "toggle/_service_event", 10)
         self._server = ActionServer(self, Wait, "wait", _wait, goal_callback=_admit)
         limits = FloatingPointRange(from_value=0.0, to_value=10.0)
         about = ParameterDescriptor(description="Factor.", floating_point_range=[limits])
@@ -53,6 +55,8 @@ class StandIn(LifecycleNode):
         message.header.stamp = self.get_clock().now().to_msg()
         message.header.frame_id = "map"
         self._point.publish(message)
+        called = ServiceEventInfo(event_type=ServiceEventInfo.REQUEST_RECEIVED)
+        self._calls.publish(SetBool.Event(info=called, request=[SetBool.Request(data=True)]))
 
 
 def _transform(parent: str, child: str, x: float) -> TransformStamped:

@@ -206,6 +206,24 @@ def test_a_section_of_a_plugin_that_no_list_names_is_not_needed() -> None:
     assert "'Straight' is in no list of plug-ins" in remark
 
 
+@pytest.mark.parametrize(
+    ("node", "listed", "cls"),
+    [
+        (LOCAL, "filters", "nav2_costmap_2d::ZoneParameterFilter"),
+        ("controller_server", "goal_checker_plugins", "nav2_controller::PathCompleteGoalChecker"),
+    ],
+)
+def test_a_class_of_a_later_nav2_is_said_to_be_one(node: str, listed: str, cls: str) -> None:
+    found = understood({node: {listed: ["one"], "one.plugin": cls, "one.states": ["a"]}})
+    assert found.problems == []
+    assert f"'{cls}' is of Nav2 after Jazzy" in only(found, Kind.NO_EFFECT)
+
+
+def test_a_plug_in_without_a_class_is_said_to_be_of_the_default_one() -> None:
+    found = understood({"planner_server": {"planner_plugins": ["GridBased", "Lattice"]}})
+    assert "planner_server: Lattice: nav2_navfn_planner" in only(found, Kind.UNKNOWN)
+
+
 THEIRS = "theirs::Own"
 MPPI = {"FollowPath.plugin": "nav2_mppi_controller::MPPIController"}
 SHIM = {"FollowPath.plugin": "nav2_rotation_shim_controller::RotationShimController"}
@@ -233,11 +251,11 @@ CONTAINER = "nav2_costmap_2d::PluginContainerLayer"
 def test_a_class_of_someone_s_c_is_left_out_or_one_of_ours_stands_in_for_it(
     node: str, listed: str, given: Any, key: str, expected: Any
 ) -> None:
-    values = {listed: given, "Own.plugin": THEIRS, "Own.k": 5.0}
+    values = {listed: given, "Own.plugin": THEIRS, "Own.k": 5.0, "Own.lookahead_dist": "auto"}
     found = understood({node: values})
     assert found.problems == []
     assert f"{node}: Own: '{THEIRS}' is someone's C++" in str(found.remarks[0])
-    assert all("Own.k" not in str(remark) for remark in found.remarks)
+    assert all("Own." not in str(remark) for remark in found.remarks)
     held = value(found, node, key)
     assert held.startswith(expected) if isinstance(held, str) else held[: len(expected)] == expected
 

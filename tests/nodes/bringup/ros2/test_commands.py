@@ -171,6 +171,7 @@ LINES = {
     "topic bw /chatter": r"\d+ B/s from \d+ messages",
     "topic delay /point": r"average delay: 0\.\d{3}",
     "topic echo /chatter": r"data: hello \d+",
+    "service echo /toggle": r"  event_type: REQUEST_RECEIVED",
     "topic pub -r 20 /cmd_vel geometry_msgs/msg/Twist": (
         r"publishing #3: geometry_msgs.msg.Twist\(.*"
     ),

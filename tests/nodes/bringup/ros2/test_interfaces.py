@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -117,6 +119,8 @@ def test_packages_and_their_manifests(capsys: pytest.CaptureFixture[str]) -> Non
     assert {"rclpy", "tf2_ros", "nav2_msgs"} <= set(output(capsys, "pkg", "list").split())
     assert output(capsys, "pkg", "xml", "std_srvs", "-t", "name") == "std_srvs\n"
     assert output(capsys, "pkg", "executables", "tf2_tools") == "tf2_tools view_frames\n"
+    path = Path(output(capsys, "pkg", "executables", "--full-path", "tf2_tools").strip())
+    assert (path.is_file(), path.parts[-2:]) == (True, ("tf2_tools", "view_frames"))
 
 
 @pytest.mark.parametrize(
