@@ -129,7 +129,7 @@ class Slam(PoseTracker):
         return Session(
             self.keyframes.scans,
             self.graph.poses.copy(),
-            np.array(self._loops.travel),
+            np.array(self.keyframes.travel),
             tuple(self.graph.edges),
             tuple(tuple(submap.nodes) for submap in submaps),
             self._T_odom_keyframe if self._local.active else None,
@@ -147,7 +147,6 @@ class Slam(PoseTracker):
                 raise ValueError("the session does not know where odometry was")
             self._T_odom_keyframe = session.T_odom_base
         self.keyframes.adopt(session)
-        self._loops.resume(session.travel)
         surfaces = [extract(scan, self._config.max_laser_range) for scan in session.scans]
         poses = [SE2.from_array(pose) for pose in session.poses]
         for nodes in session.submaps:
@@ -163,14 +162,13 @@ class Slam(PoseTracker):
         self._T_odom_keyframe = T_odom_base
         self._odometry.advance(scan.stamp, T_odom_base)
         nearest = self.keyframes.nearest(found.T_field_base) if len(self.graph) else None
-        node = self.keyframes.add(scan, found.T_field_base)
+        node = self.keyframes.add(scan, found.T_field_base, self._travel)
         if nearest is not None:
             matched = found.status is MatchStatus.MATCHED
             T_i_j = self.graph.pose(nearest).inverse() @ found.T_field_base
             information = found.information if matched else _VAGUE
             self.graph.add_edge(Edge(nearest, node, T_i_j, information, EdgeKind.MATCH))
         self._T_anchor_base = self._T_anchor_keyframe = self._local.insert(node, surface, IDENTITY)
-        self._loops.close(self.graph, node, self._travel, surface, [])
         covariance = np.zeros((3, 3)) if nearest is None else found.covariance
         return self._update(Match(found.status, IDENTITY, covariance, found.response), True, 0)
 
@@ -213,7 +211,7 @@ class Slam(PoseTracker):
         """Add a node with its edges, extend the submaps, close loops; return the closures."""
         previous = len(self.graph) - 1
         T_map_anchor = self.graph.pose(self._local.reference.anchor)
-        node = self.keyframes.add(scan, T_map_anchor @ match.T_field_base)
+        node = self.keyframes.add(scan, T_map_anchor @ match.T_field_base, self._travel)
         delta = self._T_odom_keyframe.inverse() @ self._odometry.T_odom_base
         delta = self._tracker.stretched(delta)
         information = self._information(delta)
@@ -226,7 +224,7 @@ class Slam(PoseTracker):
                 prior = self._information(T_past_node)
                 self.graph.add_edge(Edge(past, node, T_past_node, known, EdgeKind.MATCH, prior))
         self._T_odom_keyframe = self._odometry.T_odom_base
-        edges = self._loops.close(self.graph, node, self._travel, surface, self._local.finished)
+        edges = self._loops.close(self.graph, self.keyframes.travel, surface, self._local.finished)
         unseen = match.unseen(information)
         self._T_anchor_base = self._local.insert(node, surface, match.T_field_base, unseen)
         self._T_anchor_keyframe = self._T_anchor_base
@@ -247,7 +245,7 @@ class Slam(PoseTracker):
         self._local.renumber(index)
         self._begin_graph(self._back_end.undone)
         self.keyframes.adopt(pruned)
-        self._loops.resume(pruned.travel, index)
+        self._loops.renumber(index)
 
     def _update(self, match: Match, keyframe: bool, closures: int) -> SlamUpdate:
         anchor = self._local.reference.anchor

@@ -150,32 +150,25 @@ class TimeExpired(Condition):
     _since = 0.0
 
     def _holds(self) -> bool:
-        now = self.tree.state.now
-        if self.status is Status.IDLE:
+        now, begins = self.tree.state.now, self._begins()
+        passed = not begins and now - self._since >= self.seconds
+        if begins or passed:
             self._since = now
-            return False
-        if now - self._since < self.seconds:
-            return False
-        self._since = now
-        return True
+        return passed
+
+    def _begins(self) -> bool:
+        return self.status is Status.IDLE
 
 
-class PathExpiringTimer(Condition):
+class PathExpiringTimer(TimeExpired):
     """Succeeds each time that a period has passed; a new path restarts it."""
 
-    seconds = Port(NUMBER, 1.0)
     path = Port(PATH, None)
-    _since: float | None = None
-    _path: Any = None
+    _path: Any = ()  # neither a path nor none yet
 
-    def _holds(self) -> bool:
-        path, now = self.path, self.tree.state.now
-        if self._since is None or path is not self._path:
-            self._path, self._since = path, now
-        if now - self._since < self.seconds:
-            return False
-        self._since = now
-        return True
+    def _begins(self) -> bool:
+        before, self._path = self._path, self.path
+        return self._path is not before
 
 
 class DistanceTraveled(Condition):

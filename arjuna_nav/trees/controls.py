@@ -32,16 +32,12 @@ class _InTurn(Control):
             if status is Status.RUNNING:
                 return status
             if status is self.ENDS:
-                return self._end(status, self._index if self.KEEPS_INDEX else 0)
+                return self._end(status)
             self._skipped += status is Status.SKIPPED
             self._index += 1
+        self._index = 0
         all_skipped = self._skipped == len(self.children)
-        return self._end(Status.SKIPPED if all_skipped else self.CONTINUES, 0)
-
-    def _end(self, status: Status, index: int) -> Status:
-        self.reset_children()
-        self._index = index
-        return status
+        return self._end(Status.SKIPPED if all_skipped else self.CONTINUES)
 
     def _on_halt(self) -> None:
         self._index = self._index if self.KEEPS_INDEX else 0
@@ -81,11 +77,9 @@ class _Reactive(Control):
                         other.halt()
                 return status
             if status is self.ENDS:
-                self.reset_children()
-                return status
+                return self._end(status)
             skipped += status is Status.SKIPPED
-        self.reset_children()
-        return Status.SKIPPED if skipped == len(self.children) else self.CONTINUES
+        return self._end(Status.SKIPPED if skipped == len(self.children) else self.CONTINUES)
 
 
 class ReactiveSequence(_Reactive):
@@ -124,12 +118,10 @@ class Parallel(_AtOnce):
             if status is Status.SUCCESS and count < 0:
                 needed = max(needed - skipped, 1)
             if statuses.count(status) >= needed:
-                self.reset_children()
-                return status
+                return self._end(status)
         if Status.RUNNING in statuses:
             return Status.RUNNING
-        self.reset_children()
-        return Status.SKIPPED if skipped == len(statuses) else Status.FAILURE
+        return self._end(Status.SKIPPED if skipped == len(statuses) else Status.FAILURE)
 
 
 class ParallelAll(_AtOnce):
@@ -150,48 +142,37 @@ class ParallelAll(_AtOnce):
 
 
 class _Choosing(Control):
-    _chosen = 0
-
     def _run(self, index: int) -> Status:
         """Tick the child chosen, or fail where there is none of that number."""
         for other, child in enumerate(self.children):
             if other != index and child.status is not Status.IDLE:
                 child.reset()
         status = self.children[index].execute() if index < len(self.children) else Status.FAILURE
-        if status is not Status.RUNNING:
-            self.reset_children()
-            self._chosen = 0
-        return status
-
-    def _on_halt(self) -> None:
-        self._chosen = 0
-
-
-class IfThenElse(_Choosing):
-    """Runs the second child where the first succeeds, else the third, or fails."""
-
-    CHILDREN = (2, 3)
-
-    def _tick(self) -> Status:
-        if self._chosen == 0:
-            condition = self.children[0].execute()
-            if condition is Status.RUNNING:
-                return condition
-            self._chosen = 1 if condition is Status.SUCCESS else 2
-        return self._run(self._chosen)
+        return status if status is Status.RUNNING else self._end(status)
 
 
 class WhileDoElse(_Choosing):
-    """Runs the second child while the first succeeds, the third while it does not."""
+    """Runs the second child while the first succeeds, the third, if any, while it does not."""
 
     CHILDREN = (2, 3)
+    _chosen = 0
 
     def _tick(self) -> Status:
         condition = self.children[0].execute()
         if condition is Status.RUNNING:
             return condition
-        chosen = 1 if condition is Status.SUCCESS else 2
-        return self._run(chosen)
+        self._chosen = 1 if condition is Status.SUCCESS else 2
+        return self._run(self._chosen)
+
+    def _on_halt(self) -> None:
+        self._chosen = 0
+
+
+class IfThenElse(WhileDoElse):
+    """Asks the first child once, then runs the second where it succeeded, else the third."""
+
+    def _tick(self) -> Status:
+        return self._run(self._chosen) if self._chosen else super()._tick()
 
 
 class _Switch(_Choosing):
@@ -234,11 +215,6 @@ class PipelineSequence(Control):
                 return status
         return self._end(Status.SUCCESS)
 
-    def _end(self, status: Status) -> Status:
-        self.reset_children()
-        self._last = 0
-        return status
-
     def _on_halt(self) -> None:
         self._last = 0
 
@@ -267,11 +243,6 @@ class RecoveryNode(Control):
             self._recovering = not self._recovering
         return Status.RUNNING
 
-    def _end(self, status: Status) -> Status:
-        self.reset_children()
-        self._on_halt()
-        return status
-
     def _on_halt(self) -> None:
         self._retries, self._recovering = 0, False
 
@@ -293,9 +264,7 @@ class RoundRobin(Control):
                 self.reset_children()
                 return status
             self._failed += 1
-        self.reset_children()
-        self._on_halt()
-        return Status.FAILURE
+        return self._end(Status.FAILURE)
 
     def _on_halt(self) -> None:
         self._index = self._failed = 0

@@ -223,6 +223,12 @@ class Control(TreeNode):
 
     CHILDREN = (1, float("inf"))
 
+    def _end(self, status: Status) -> Status:
+        """Make all children idle and forget the run; return how it ended."""
+        self.reset_children()
+        self._on_halt()
+        return status
+
 
 class Decorator(TreeNode):
     """A node with one child; a child that has ended is idle again at once."""

@@ -51,7 +51,6 @@ class LoopCloser:
         self._config = config
         self._matcher = matcher
         self._submap_matcher = SubmapMatcher(config, matcher, range_max)
-        self._travel: list[float] = []
         self._tried: dict[int, float] = {}
         self._restart_submaps()
 
@@ -64,47 +63,37 @@ class LoopCloser:
         self._searched: dict[tuple[int, int], tuple[SE2, float]] = {}
         self._closed: set[tuple[int, int]] = set()
 
-    @property
-    def travel(self) -> tuple[float, ...]:
-        """Distance travelled when each keyframe was taken [m]."""
-        return tuple(self._travel)
-
-    def resume(self, travel: Floats, index: Ints | None = None) -> None:
-        """Take over other keyframes, with the distance travelled up to each [m].
-
-        Where they are what is left of those before, `index` is the new number of each of those, -1
-        for those gone; None where they are another session's.
-        """
-        self._travel = travel.tolist()
-        untested = {} if index is None else {k: int(index[k]) for k in self._tried if index[k] >= 0}
-        self._tried = {untested[k]: tried for k, tried in self._tried.items() if k in untested}
+    def renumber(self, index: Ints) -> None:
+        """Go on with some of the keyframes: `index` has each one's new number, -1 if it is gone."""
+        tried = self._tried.items()
+        self._tried = {int(index[k]): travel for k, travel in tried if index[k] >= 0}
         self._restart_submaps()
 
     def close(
         self,
         graph: PoseGraph,
-        node: int,
-        travel: float,
+        travel: Sequence[float],
         surface: Surface,
         submaps: Sequence[Submap],
     ) -> list[Edge]:
         """Return the loop edges of a new keyframe, and those of earlier ones it confirms.
 
-        The keyframe is the newest node, taken after so much travel [m]; submaps are finished ones.
+        The keyframe is the newest of those taken after so much travel each [m]; submaps are
+        finished ones.
         """
-        self._travel.append(travel)
+        node, now = len(travel) - 1, travel[-1]
         if not self._config.do_loop_closing:
             return []
         edges: list[Edge] = []
-        for submap, search in near_keyframe(self._config, graph, node, self._travel, submaps):
+        for submap, search in near_keyframe(self._config, graph, node, travel, submaps):
             anchor = submap.anchor
-            if travel - self._tried.get(anchor, -math.inf) < self._config.loop_retry_distance:
+            if now - self._tried.get(anchor, -math.inf) < self._config.loop_retry_distance:
                 continue
             match = self._match(submap, surface, search)
             by_drift = self._config.loop_search_by_drift
             fits = not by_drift or search.is_plausible(match.T_field_base)
             if match.status is not MatchStatus.MATCHED or not fits:
-                self._tried[anchor] = travel
+                self._tried[anchor] = now
                 continue
             edges.extend(self._believe(graph, submap, node, match, search.prior))
         return edges

@@ -35,6 +35,7 @@ class Keyframes:
 
     Attributes:
         graph: Their poses and the measurements between them.
+        travel: The distance driven up to each [m].
     """
 
     def __init__(
@@ -52,21 +53,24 @@ class Keyframes:
         self._scans: list[Scan] = []
         self._traced = np.empty((0, 3))
         self.graph = PoseGraph()
+        self.travel: list[float] = []
 
     @property
     def scans(self) -> tuple[Scan, ...]:
         """The scan at each node."""
         return tuple(self._scans)
 
-    def add(self, scan: Scan, T_map_base: SE2) -> int:
-        """Add a scan at its pose in map and return its node."""
+    def add(self, scan: Scan, T_map_base: SE2, travel: float = 0.0) -> int:
+        """Add a scan at its pose in map, after so much travel [m], and return its node."""
         self._scans.append(scan)
+        self.travel.append(travel)
         return self.graph.add_node(T_map_base)
 
     def adopt(self, session: Session) -> None:
         """Take over a session's keyframes and edges."""
-        for scan, pose in zip(session.scans, session.poses, strict=True):
-            self.add(scan, SE2.from_array(pose))
+        each = zip(session.scans, session.poses, session.travel.tolist(), strict=True)
+        for scan, pose, travel in each:
+            self.add(scan, SE2.from_array(pose), travel)
         for edge in session.edges:
             self.graph.add_edge(edge)
 

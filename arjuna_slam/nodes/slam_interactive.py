@@ -109,8 +109,7 @@ class InteractiveGraph:
             return
         if message.event_type in (message.POSE_UPDATE, message.MOUSE_UP):
             self._moved[int(name)] = pose
-        session = self._node.slam.session()
-        self.show_scan(session.scans[int(name)], pose)
+        self.show_scan(self._node.slam.keyframes.scans[int(name)], pose)
 
     def _on_close(self, request: Any, response: Any) -> Any:
         if self._refused("manual_loop_closure"):

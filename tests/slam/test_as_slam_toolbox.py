@@ -27,7 +27,7 @@ from arjuna_slam.nodes.slam_files import start_of
 from arjuna_slam.pose_tracker import Pace
 from arjuna_slam.slam import Slam
 from bringup.parameters.checking import merged_sources
-from tests.slam.graph.loop_scenes import LAST, NOTHING, Scripted, square
+from tests.slam.graph.loop_scenes import LAST, NOTHING, Scripted, square, up_to
 from tests.slam.mapping.test_occupancy import scans
 from tests.slam.slam_room import drive
 
@@ -82,8 +82,7 @@ def closing(c: SlamNodeConfig, off: SE2 = IDENTITY, response: float = 0.9) -> tu
     graph, submaps = square()
     matcher = Scripted(off, response)
     closer = LoopCloser(c.core, matcher, 20.0)
-    closer.resume(np.arange(LAST, dtype=np.float64))
-    edges = [closer.close(graph, LAST, LAST + 0.1 * k, NOTHING, submaps) for k in range(2)]
+    edges = [closer.close(graph, up_to(LAST + 0.1 * k), NOTHING, submaps) for k in range(2)]
     return matcher, len(edges[0])
 
 

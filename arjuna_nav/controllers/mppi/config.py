@@ -53,23 +53,23 @@ class NearObstaclesConfig(CriticConfig):
     inflation_layer_name: str = param(
         "", "The costmap's inflation layer by which costs show distances; its last if empty."
     )
+    consider_footprint: bool = param(False, "Whether the outline counts, else the centre.")
+    near_goal_distance: float = param(
+        0.5,
+        "Distance from the goal within which only what is critical counts.",
+        unit="m",
+        minimum=0,
+    )
 
 
 @dataclass(frozen=True)
 class CostConfig(NearObstaclesConfig):
     """Scores the costs along a rollout."""
 
-    consider_footprint: bool = param(False, "Whether the outline counts, else the centre.")
     critical_cost: float = param(300.0, "Cost of a pose near a collision.", minimum=0.0)
     collision_cost: float = param(1e6, "Cost of a collision.", minimum=0.0, maximum=1e12)
     near_collision_cost: int = param(
         253, "Costmap's cost from which a pose is near one.", minimum=0, maximum=255
-    )
-    near_goal_distance: float = param(
-        0.5,
-        "Distance from the goal within which only what is critical counts.",
-        unit="m",
-        minimum=0,
     )
     trajectory_point_step: int = param(2, "Every which pose is looked at.", minimum=1)
 
@@ -78,17 +78,10 @@ class CostConfig(NearObstaclesConfig):
 class ObstaclesConfig(NearObstaclesConfig):
     """Scores the distance from obstacles by the costs."""
 
-    consider_footprint: bool = param(False, "Whether the outline counts, else the centre.")
     repulsion_weight: float = param(1.5, "Weight of being near obstacles.", minimum=0.0)
     critical_weight: float = param(20.0, "Weight within the margin.", minimum=0.0)
     collision_cost: float = param(1e5, "Cost of a collision.", minimum=0.0, maximum=1e12)
     collision_margin_distance: float = param(0.1, "The margin.", unit="m", minimum=0.0)
-    near_goal_distance: float = param(
-        0.5,
-        "Distance from the goal within which only what is critical counts.",
-        unit="m",
-        minimum=0,
-    )
     inflation_cost_scaling_factor: float = param(
         3.0, "The costmap's cost_scaling_factor, where it has none.", unit="1/m", minimum=0.01
     )

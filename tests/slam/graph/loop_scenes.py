@@ -86,6 +86,11 @@ def mapped(path: Sequence[SE2], size: int, deviation: float) -> tuple[PoseGraph,
     return graph, submaps
 
 
+def up_to(last: float) -> list[float]:
+    """Return the distance driven up to each keyframe of a square, that of the last as given [m]."""
+    return [*map(float, range(LAST)), last]
+
+
 def square(deviation: float = 0.02) -> tuple[PoseGraph, list[Submap]]:
     """Return the graph of a square that ends beside its start, and submaps of five keyframes."""
     path = [SE2()]

@@ -27,11 +27,11 @@ from arjuna_slam.matching.surface import extract
 from tests.slam.graph.loop_scenes import (
     LAST,
     NOTHING,
-    SIDE,
     Scripted,
     ScriptedSubmaps,
     out_and_back,
     square,
+    up_to,
 )
 from tests.slam.slam_room import ROOMS, scan_at
 
@@ -40,22 +40,19 @@ NOWHERE = np.zeros(2)
 CERTAIN = np.diag([0.02**2, 0.03**2, 0.004**2])
 
 
-def closer(matcher: Scripted, count: int = LAST, **values: Any) -> LoopCloser:
-    """Return a closer that knows the travel up to each of so many keyframes."""
-    result = LoopCloser(replace(CONFIG, **values), matcher, 20.0)
-    result.resume(np.arange(count, dtype=np.float64))
-    return result
+def closer(matcher: Scripted, **values: Any) -> LoopCloser:
+    return LoopCloser(replace(CONFIG, **values), matcher, 20.0)
 
 
 def closed(matcher: Scripted, **values: Any) -> list[Edge]:
     graph, submaps = square()
-    return closer(matcher, **values).close(graph, LAST, float(LAST), NOTHING, submaps)
+    return closer(matcher, **values).close(graph, up_to(LAST), NOTHING, submaps)
 
 
 def test_the_last_keyframe_is_matched_with_the_submap_of_the_first() -> None:
     graph, submaps = square()
     matcher = Scripted()
-    (edge,) = closer(matcher).close(graph, LAST, float(LAST), NOTHING, submaps)
+    (edge,) = closer(matcher).close(graph, up_to(LAST), NOTHING, submaps)
     ((reference, prior, window, least),) = matcher.asked
     assert reference is submaps[0].field
     assert prior.array() == pytest.approx((graph.pose(0).inverse() @ graph.pose(LAST)).array())
@@ -99,10 +96,10 @@ OFF = SE2(0.3, 0.0, 0.0)
 def test_a_large_correction_needs_another_keyframe(second: SE2, is_believed: bool) -> None:
     graph, submaps = square(0.04)
     matcher = Scripted(OFF)
-    work = closer(matcher, LAST - 1, loop_scan_window=2.0)
-    assert work.close(graph, LAST - 1, LAST - 1.0, NOTHING, submaps) == []
+    work = closer(matcher, loop_scan_window=2.0)
+    assert work.close(graph, up_to(LAST)[:-1], NOTHING, submaps) == []
     matcher.off = second
-    after = work.close(graph, LAST, float(LAST), NOTHING, submaps)
+    after = work.close(graph, up_to(LAST), NOTHING, submaps)
     assert sorted(edge.j for edge in after) == ([LAST - 1, LAST] if is_believed else [])
 
 
@@ -111,13 +108,12 @@ def test_a_failed_match_is_tried_again_only_further_on() -> None:
     matcher = Scripted(response=0.1)
     work = closer(matcher)
     for travel, asked in ((79.0, 1), (79.4, 1), (79.5, 2), (79.9, 2)):
-        work.close(graph, LAST, travel, NOTHING, submaps)
+        work.close(graph, up_to(travel), NOTHING, submaps)
         assert len(matcher.asked) == asked
-    assert work.travel[-4:] == (79.0, 79.4, 79.5, 79.9)
-    index = np.arange(4 * SIDE + 4)
-    for travel, known, asked in ((80.0, index, 3), (80.1, index, 3), (80.2, None, 4)):
-        work.resume(np.arange(float(LAST)), known)  # of the same keyframes it remembers
-        work.close(graph, LAST, travel, NOTHING, submaps)
+    same, gone = np.arange(LAST + 1), np.full(LAST + 1, -1)
+    for travel, index, asked in ((80.0, same, 3), (80.1, same, 3), (80.2, gone, 4)):
+        work.renumber(index)  # of the same keyframes it remembers
+        work.close(graph, up_to(travel), NOTHING, submaps)
         assert len(matcher.asked) == asked
 
 
@@ -237,7 +233,7 @@ def test_a_piece_of_work_is_done_at_a_time(work: Work) -> None:
     assert scripted.pairs() == [(8, 0), (12, 0), (12, 4)]
     graph.poses[8:, 0] += 2.0
     assert compared.step(graph, submaps, []) is None  # all was looked at
-    compared.resume(np.zeros(len(graph)))
+    compared.renumber(np.arange(len(graph)))
     ended(compared, graph, submaps)
     assert len(scripted.asked) == 6
 
