@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -49,12 +50,11 @@ def test_robot_is_on_its_map_though_its_lidar_sees_ahead_alone() -> None:
     occupancy = Occupancy(0.05, 2, 0.1)
     for x in (1.0, 0.0):  # it has driven back
         for scan in scans(0.0, count=3):
-            ahead = Scan(
-                scan.ranges, scan.angle_min, scan.angle_increment, 0.02, 10.0, 0.0, SE2(0.3)
-            )
+            ahead = replace(scan, T_base_sensor=SE2(0.3))
             occupancy.trace(ahead, np.array([x, 0.0, 0.0]), 10.0, 1)
         grid = occupancy.grid(0.0)
-        assert grid is not None and grid.frame.contains(*grid.frame.to_cell(x, 0.0))
+        assert grid is not None
+        assert grid.frame.contains(*grid.frame.to_cell(x, 0.0))
 
 
 def test_what_lies_behind_a_wall_is_not_known() -> None:
