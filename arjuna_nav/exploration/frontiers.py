@@ -85,12 +85,12 @@ def next_goal(
     if grid.frame != costmap.frame:
         raise ValueError(f"grid {grid.frame} and costmap {costmap.frame} must be one frame")
     start = grid.frame.to_cell(T_map_base.x, T_map_base.y)
-    if not grid.frame.contains(*start):
-        return None
     costs = traversal_costs(allow_unknown=False)
-    if grid.unknown()[start]:
+    if not grid.frame.contains(*start) or grid.unknown()[start]:
         free = np.isfinite(costs[costmap.data])
         start = _nearest(free, start, config.start_radius / grid.frame.resolution)
+    if not grid.frame.contains(*start):
+        return None
     seeds = np.array([[*start, 0.0]])  # the robot is where it is, whatever that costs
     potential = wavefront(costmap.data, costs, seeds)
     travel = potential.astype(np.float64) / NEUTRAL * grid.frame.resolution

@@ -48,6 +48,7 @@ class Occupancy:
         self._data = np.full((0, 0), UNKNOWN, np.int8)
         self._stale: Ints | None = None  # first and last row and column, both in
         self._seen: Ints | None = None
+        self._robot: Ints | None = None  # where it was last: a lidar may see nothing beside it
 
     def trace(self, scan: Scan, pose: Floats, range_max: float, sign: int) -> None:
         """Add a scan's beams at a pose `(3,)` in map, or take them away where the sign is -1.
@@ -61,7 +62,9 @@ class Occupancy:
             return
         rows, columns = lines[:, 0:3:2], lines[:, 1:4:2]
         box = np.array([rows.min(), rows.max(), columns.min(), columns.max()])
-        self._cover(box)
+        if sign > 0:
+            self._robot = np.floor(pose[1::-1] / self._resolution + 0.5).astype(np.int64).repeat(2)
+        self._cover(_joined(self._robot, box))
         _count(self._passes, self._hits, self._corner, lines, sign)
         self._stale = _joined(self._stale, box)
         self._seen = _joined(self._seen, box)
@@ -78,8 +81,9 @@ class Occupancy:
             )  # fmt: skip
             self._stale = None
         self._shrink(self._seen)
-        data = self._data[self._window(self._seen)].copy()
-        x, y = (float(self._seen[k]) - 0.5 for k in (2, 0))
+        shown = _joined(self._robot, self._seen)
+        data = self._data[self._window(shown)].copy()
+        x, y = (float(shown[k]) - 0.5 for k in (2, 0))
         origin = SE2(x * self._resolution, y * self._resolution)
         frame = GridFrame(self._resolution, data.shape[1], data.shape[0], origin)
         return OccupancyGrid(frame, data, stamp)

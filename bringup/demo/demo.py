@@ -63,6 +63,7 @@ class DemoOptions:
         recover_time: For it to know again where it is [s].
         clearance: Of where it is carried off to [m].
         margin: About the robot as it turns on a goal that is drawn [m].
+        sight: From such a goal to the nearest wall at most [m].
     """
 
     seed: int
@@ -78,6 +79,7 @@ class DemoOptions:
     recover_time: float = 60.0
     clearance: float = 0.6
     margin: float = 0.15
+    sight: float = 3.0
 
 
 class Demo:
@@ -218,7 +220,8 @@ class Demo:
         robot, origin = self._robot.sim.simulator.robot, self._origin()
         outline = footprint(robot.model, robot.model.urdf.root)
         reach = float(np.hypot(*outline.T).max()) + self._options.margin
-        space = FreeSpace(self._map(), inscribed_radius(robot.model), reach)
+        radius, sight = inscribed_radius(robot.model), self._options.sight
+        space = FreeSpace(self._map(), radius, reach, sight)
 
         def is_clear(pose: SE2) -> bool:
             turns = (SE2(0.0, 0.0, 2.0 * np.pi * k / 8) for k in range(8))

@@ -25,7 +25,11 @@ ROBOT_NAMES: dict[str, dict[str, str]] = {
     "odom_topic": dict.fromkeys(
         ("ekf_filter_node", "controller_server", "velocity_smoother", "bt_navigator"), "odom_topic"
     ),
-    "cmd_vel_topic": {"collision_monitor": "cmd_vel_out_topic", "docking_server": "cmd_vel_topic"},
+    "cmd_vel_topic": {
+        "collision_monitor": "cmd_vel_out_topic",
+        "docking_server": "cmd_vel_topic",
+        **dict.fromkeys(COSTMAPS, "contact_layer.topic"),
+    },
     "base_frame": {
         "slam_toolbox": "base_frame",
         **dict.fromkeys(("amcl", "collision_monitor"), "base_frame_id"),
@@ -185,7 +189,9 @@ def of_names(
         for node, key in keys.items() if value is not None else ():
             if what == "scan_topic" and node in COSTMAPS:
                 key = _first_scan(parameters.get(node, {}))
-            if node in running and key:
+            layer = key.rpartition(".")[0].partition(".")[0]
+            has_layer = not layer or layer in parameters.get(node, {}).get("plugins", ())
+            if node in running and key and has_layer:
                 found.setdefault(node, {})[key] = value
     return found
 

@@ -24,6 +24,8 @@ class FreeSpace:
         grid: The map.
         radius: The robot's inscribed radius, that no path goes nearer to a wall [m].
         clearance: From a goal to the nearest wall [m]: there is room to turn.
+        sight: From a goal to the nearest wall at most [m], where any goal is so near: in the open
+            a lidar sees nothing by which to know the robot's pose.
 
     Attributes:
         grid: The map.
@@ -32,7 +34,13 @@ class FreeSpace:
         ArjunaError: No pose has so much room.
     """
 
-    def __init__(self, grid: OccupancyGrid, radius: float, clearance: float = 0.5) -> None:
+    def __init__(
+        self,
+        grid: OccupancyGrid,
+        radius: float,
+        clearance: float = 0.5,
+        sight: float = math.inf,
+    ) -> None:
         self.grid, self.frame = grid, grid.frame
         # between the edges of cells, not their centres
         gaps = (distance_transform_edt(grid.free()) - 0.5) * grid.frame.resolution
@@ -40,7 +48,11 @@ class FreeSpace:
         regions, _ = label(self._open)
         sizes = np.bincount(regions[self._open])
         largest = self._open & (regions == np.argmax(sizes)) if len(sizes) else self._open
-        self._cells = np.argwhere((gaps >= clearance) & largest)
+        goals = (gaps >= clearance) & largest
+        walls = grid.occupied()
+        near = goals & (distance_transform_edt(~walls) * grid.frame.resolution <= sight)
+        near &= walls.any()  # without any, there are no distances
+        self._cells = np.argwhere(near if near.any() else goals)
         if not len(self._cells):
             raise ArjunaError(f"the map has no pose that lies {clearance:g} m from walls")
 

@@ -29,8 +29,8 @@ class Input:
     Attributes:
         source: The layer's name for it, as `receive` has it.
         topic: Its name; a relative one lies outside the costmap's own namespace, as in Nav2.
-        data_type: `LaserScan`, `PointCloud2`, `Range`, `OccupancyGrid`, `OccupancyGridUpdate` or
-            `CostmapFilterInfo`.
+        data_type: `LaserScan`, `PointCloud2`, `Range`, `Twist`, `TwistStamped`, `OccupancyGrid`,
+            `OccupancyGridUpdate` or `CostmapFilterInfo`.
         sensor_frame: Where its rays start; empty for the frame of its messages.
         latched: Whether its publisher keeps the last message for those who come late.
     """

@@ -10,6 +10,7 @@ _OBSTACLE = "nav2_costmap_2d::ObstacleLayer"
 _VOXEL = "nav2_costmap_2d::VoxelLayer"
 _RANGE = "nav2_costmap_2d::RangeSensorLayer"
 _DENOISE = "nav2_costmap_2d::DenoiseLayer"
+_CONTACT = "arjuna_nav::ContactLayer"
 _INFLATION = "nav2_costmap_2d::InflationLayer"
 
 LAYERS = PluginTypes(
@@ -19,6 +20,7 @@ LAYERS = PluginTypes(
         _OBSTACLE: f"{_HERE}.obstacle:ObstacleLayer",
         _VOXEL: f"{_HERE}.voxel:VoxelLayer",
         _RANGE: f"{_HERE}.range_sensor:RangeSensorLayer",
+        _CONTACT: f"{_HERE}.contact:ContactLayer",
         _DENOISE: f"{_HERE}.denoise:DenoiseLayer",
         _INFLATION: f"{_HERE}.inflation:InflationLayer",
         "nav2_costmap_2d::PluginContainerLayer": f"{_HERE}.container:PluginContainerLayer",
@@ -35,6 +37,7 @@ LAYERS = PluginTypes(
         "obstacle_layer": _OBSTACLE,
         "voxel_layer": _VOXEL,
         "range_layer": _RANGE,
+        "contact_layer": _CONTACT,
         "denoise_layer": _DENOISE,
         "inflation_layer": _INFLATION,
     },

@@ -18,6 +18,7 @@ from arjuna_core.ros.convert import grid_from_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.scan_queue import PosedQueue
 from arjuna_core.ros.silence import Silence, subscribe_watched
+from arjuna_core.ros.velocity import subscribe_velocity
 from arjuna_nav.costmap import LayeredCostmap
 from arjuna_nav.costmap.layers.base import Input, absolute
 from arjuna_nav.costmap.layers.filters import FilterInfo
@@ -40,6 +41,7 @@ def _info_of(message: Any) -> FilterInfo:
     return FilterInfo(message.type, message.filter_mask_topic, message.base, message.multiplier)
 
 
+_COMMANDS = ("Twist", "TwistStamped")
 _OTHERS: dict[str, tuple[Any, Callable[[Any], Any]]] = {
     "OccupancyGrid": (OccupancyGrid, _map_of),
     "OccupancyGridUpdate": (OccupancyGridUpdate, _part_of),
@@ -102,13 +104,16 @@ class CostmapInputs:
                 subscribe_watched(self._node, topic, of, queue.add)
             else:
                 self._node.subscribe(kind, topic, queue.add, qos.SENSOR_SUBSCRIPTION)
+        elif one.data_type in _COMMANDS:
+            take_command = partial(self._layered.receive, *key)
+            subscribe_velocity(self._node, topic, one.data_type == _COMMANDS[1], take_command)
         elif one.data_type in _OTHERS:
             kind, convert = _OTHERS[one.data_type]
             profile = qos.LATCHED if one.latched else qos.DEFAULT
             take = partial(self._on_other, key, convert)
             self._node.subscribe(kind, topic, take, profile, while_inactive=True)
         else:
-            valid = ", ".join([*SENSORS, *_OTHERS])
+            valid = ", ".join([*SENSORS, *_COMMANDS, *_OTHERS])
             raise ConfigError(f"layer '{layer}': no data_type '{one.data_type}'; valid: {valid}")
 
     def _on_other(self, key: tuple[str, str], read: Callable[[Any], Any], message: Any) -> None:

@@ -104,6 +104,16 @@ def test_goals_are_far_enough_from_each_other_or_refused() -> None:
         FreeSpace(OccupancyGrid(frame, np.full(frame.shape, 100, np.int8)), 0.2, clearance=9.0)
 
 
+@pytest.mark.parametrize(("wall", "most"), [(True, 1.5), (False, 5.0)])
+def test_goals_are_within_sight_of_a_wall_where_there_is_one(wall: bool, most: float) -> None:
+    frame = GridFrame(0.05, 100, 100, SE2())
+    grid = OccupancyGrid(frame, np.full(frame.shape, FREE, np.int8))
+    grid.data[:, 0] = 100 if wall else FREE
+    space, rng = FreeSpace(grid, 0.2, 0.5, sight=1.5), np.random.default_rng(0)
+    goals = [space.draw(rng).x for _ in range(50)]
+    assert 0.5 * most < max(goals) <= most + 0.05
+
+
 @pytest.mark.ros
 @pytest.mark.system
 def test_a_failed_drive_keeps_its_evidence_and_a_good_one_nothing(

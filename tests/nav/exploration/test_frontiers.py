@@ -225,6 +225,8 @@ def test_it_stands_nowhere_above_the_greatest_cost() -> None:
     assert [goal is not None for goal in goals] == [True, True, False]
 
 
-def test_a_robot_off_the_map_looks_nowhere() -> None:
+@pytest.mark.parametrize(("x", "looks"), [(-0.3, True), (-1.0, False)])
+def test_a_robot_far_off_the_map_looks_nowhere(x: float, looks: bool) -> None:
     grid = half_known()
-    assert next_goal(grid, costmap_of(grid, track_unknown=True), SE2(-1.0, 2.0), []) is None
+    goal = next_goal(grid, costmap_of(grid, track_unknown=True), SE2(x, 2.0), [])
+    assert (goal is not None) == looks

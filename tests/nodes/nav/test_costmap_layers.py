@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Quaternion, TransformStamped, Twist, TwistStamped, Vector3
 from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.msg import Costmap as CostmapMsg
 from nav2_msgs.msg import CostmapFilterInfo, SpeedLimit, VoxelGrid
@@ -164,6 +164,20 @@ def test_what_a_single_layer_holds_is_published() -> None:
     assert [mapped.cost_at(x, 0.02) for x in (1.02, 2.02)] == [FREE, LETHAL]
     assert grids["obstacle_layer"][-1].metadata.layer == "obstacle_layer"
     assert np.count_nonzero(shown[-1].data) == (seen.data == LETHAL).sum()
+
+
+@pytest.mark.parametrize("stamped", [False, True])
+def test_what_stops_the_robot_is_marked_by_its_commands(stamped: bool) -> None:
+    values = {"enable_stamped_cmd_vel": stamped, "fixed_frame": "odom"}
+    robot = costmap(plugins=["contact_layer"], contact_layer=values)
+    robot.grips = False
+    robot.run(0.3)
+    ahead = Twist(linear=Vector3(x=0.4))
+    for _ in range(20):
+        message = TwistStamped(twist=ahead) if stamped else ahead
+        robot.bench.publish(type(message), "/cmd_vel", message, qos.DEFAULT)
+        robot.run(0.1)
+    assert [cost(robot, LOCAL, x, 0.01) for x in (-0.13, 0.0, 0.13)] == [FREE, FREE, LETHAL]
 
 
 ZONES = {"plugin": "nav2_costmap_2d::KeepoutFilter", "filter_info_topic": "zone_info"}

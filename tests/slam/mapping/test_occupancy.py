@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -43,6 +44,17 @@ def test_a_wall_is_as_thick_as_a_cell_however_noisy_the_ranges(noise: float) -> 
     assert np.abs(wall[:, 0] - WALL).mean() < 0.025
     along = np.unique(np.round(wall[:, 1] / 0.05))
     assert len(along) >= 2.0 * WALL * math.tan(math.radians(29.0)) / 0.05
+
+
+def test_robot_is_on_its_map_though_its_lidar_sees_ahead_alone() -> None:
+    occupancy = Occupancy(0.05, 2, 0.1)
+    for x in (1.0, 0.0):  # it has driven back
+        for scan in scans(0.0, count=3):
+            ahead = replace(scan, T_base_sensor=SE2(0.3))
+            occupancy.trace(ahead, np.array([x, 0.0, 0.0]), 10.0, 1)
+        grid = occupancy.grid(0.0)
+        assert grid is not None
+        assert grid.frame.contains(*grid.frame.to_cell(x, 0.0))
 
 
 def test_what_lies_behind_a_wall_is_not_known() -> None:
