@@ -40,7 +40,7 @@ def drive(
     seconds: float = 4.0,
 ) -> float:
     """Command for some time, while the robot moves by a step a second; return the time [s]."""
-    layered.start(since)
+    layered.group.start(since)
     for k in range(1, round(2.0 * seconds) + 1):
         pose = pose @ SE2.exp(0.5 * step.array())
         layered.receive("contact_layer", "commands", command)
@@ -131,7 +131,7 @@ def test_contacts_stay_in_the_fixed_frame_as_odometry_drifts() -> None:
         plugins=("contact_layer",),
     )
     layered = LayeredCostmap(config, lambda target, source: T_map_odom[0])
-    layered.start(0.0)
+    layered.group.start(0.0)
     for k in range(1, 9):
         slipped = START @ SE2(0.1 * k)
         T_map_odom[0] = START @ slipped.inverse()
