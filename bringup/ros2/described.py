@@ -18,7 +18,6 @@ from launch_ros.substitutions import FindPackageShare
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.input_file import read_text
 from arjuna_core.files.shipped import shipped_file
-from bringup.ros2.verbs.forward import process
 
 _MODEL = "TURTLEBOT3_MODEL"
 _CLONED = "robot1={x: 0.5, y: 0.5}; robot2={x: -0.5, y: -0.5, yaw: 1.5707}"
@@ -110,6 +109,7 @@ def _several(usual: str, params_of: Callable[[str, Any], str]) -> LaunchDescript
 
     Source: nav2_bringup, cloned_multi_tb3_simulation_launch.py, unique_multi_....
     """
+    from bringup.ros2.verbs.launch import process
 
     def started(context: Any) -> list[Any]:
         given = context.launch_configurations

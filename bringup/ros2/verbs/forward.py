@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 from arjuna_core.errors import nearest
 from arjuna_core.files.input_file import head_of
@@ -24,9 +24,6 @@ from bringup.ros2.programs.python_file import run_file
 from bringup.ros2.verbs.remedies import remedy_of
 from bringup.stack import NAV2_PROGRAMS
 from bringup.stack import PROGRAMS as ROBOT_PROGRAMS
-
-if TYPE_CHECKING:
-    from launch.actions import ExecuteProcess
 
 NODES = {**ROBOT_PROGRAMS, **NAV2_PROGRAMS}
 _PROGRAMS = "bringup.ros2.programs"
@@ -250,15 +247,6 @@ def arjuna(command: str, words: list[str]) -> NoReturn:
 def module_of(command: str) -> str:
     """Return the module that runs a command: `run` is `ros2`'s, all others are `arjuna`'s."""
     return "bringup.ros2.main" if command == "run" else "bringup"
-
-
-def process(command: list[str]) -> ExecuteProcess:
-    """Return the action of a command of ours."""
-    from launch.actions import ExecuteProcess
-
-    words = [sys.executable, "-m", module_of(command[0]), *command]
-    name = command[2] if command[0] == "run" else command[0]
-    return ExecuteProcess(cmd=words, name=name, output="screen")
 
 
 def run(words: list[str]) -> int:
