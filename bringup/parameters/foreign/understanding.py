@@ -184,7 +184,7 @@ def _is_below(key: str, names: Iterable[str]) -> bool:
 def _is_like(value: Any, ours: Any) -> bool:
     """Return whether a value of someone's class is of the kind of the one of ours."""
     kinds = (bool, (int, float), str, (list, tuple))
-    kind = next((one for one in kinds if isinstance(ours, one)), ())  # type: ignore[arg-type]
+    kind = next((one for one in kinds if isinstance(ours, one)), ())
     return isinstance(value, kind) and isinstance(value, bool) == isinstance(ours, bool)
 
 
