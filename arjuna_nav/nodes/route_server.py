@@ -29,6 +29,7 @@ from arjuna_nav.routes.operations import RouteEvent, RouteOperation, perform
 from arjuna_nav.routes.route import Route, Tracker, find_route, path_along, pruned
 from arjuna_nav.routes.scorers import RouteRequest, RouteScorer, edge_cost
 
+_NO_GRAPH = "no graph is loaded; valid: graph_filepath or route_server/set_route_graph"
 _Codes = ComputeAndTrackRoute.Result  # ComputeRoute's and one of operations
 T = TypeVar("T")
 
@@ -43,8 +44,8 @@ class RouteServerNode(RouteHost):
         """Read the graph, make the plug-ins and create the interfaces."""
         config = self.config
         self.graph = self.tracker = None
-        if config.graph_filepath:
-            self.graph = read_graph(Path(config.graph_filepath), config.route_frame)
+        self._unread, self._reason = config.graph_filepath, _NO_GRAPH
+        self._load()
         self._began = 0.0
         self._scorers: list[RouteScorer] = [
             SCORERS.make(getattr(config, name), name, self) for name in config.edge_cost_functions
@@ -62,8 +63,24 @@ class RouteServerNode(RouteHost):
         self.serve(SetRouteGraph, "route_server/set_route_graph", self._on_graph)
         self.every(1.0 / config.tracker_update_rate, self._track)
 
+    def _load(self) -> None:
+        """Read the graph, once its nodes' frames are known."""
+        if not self._unread:
+            return
+        try:
+            self.graph = self._graph_of(Path(self._unread))
+            self._unread = ""
+        except TransformError as error:
+            self._reason = f"{self._unread}: {error}"
+
+    def _graph_of(self, path: Path) -> Graph:
+        return read_graph(path, self.config.route_frame, self.transforms.lookup)
+
     def activate(self) -> None:
         """Show the graph."""
+        self._load()
+        if self._unread:
+            self.get_logger().warning(f"no graph yet: {self._reason}")
         if self.graph is not None:
             self._markers.publish(graph_markers(self.graph, self.config.route_frame, self.now))
 
@@ -74,8 +91,8 @@ class RouteServerNode(RouteHost):
     def _on_graph(self, request: Any, response: Any) -> Any:
         try:
             path = path_in_folder(self.config.graphs_folder, request.graph_filepath)
-            self.graph = read_graph(path, self.config.route_frame)
-        except (InputFileError, MapsFolderError) as error:
+            self.graph, self._unread = self._graph_of(path), ""
+        except (InputFileError, MapsFolderError, TransformError) as error:
             self.get_logger().error(str(error))
             return response
         self.activate()
@@ -123,9 +140,9 @@ class RouteServerNode(RouteHost):
         return RouteRequest(first, last, start, end)
 
     def _loaded(self) -> Graph:
+        self._load()
         if self.graph is None:
-            reason = "no graph is loaded; valid: graph_filepath or route_server/set_route_graph"
-            raise GoalError(_Codes.NO_VALID_GRAPH, reason)
+            raise GoalError(_Codes.NO_VALID_GRAPH, self._reason)
         return self.graph
 
     def _pose(self) -> SE2:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import read_json
+from arjuna_core.se2 import IDENTITY, SE2
 
 Point = tuple[float, float]
 _IDS = 65536  # as many as nav2_msgs can number
@@ -90,16 +93,38 @@ class Graph:
         return heapq.nsmallest(count, gap, key=lambda k: (gap[k], k))
 
 
-def read_graph(path: Path, frame: str) -> Graph:
+def _of_one_frame(target: str, source: str) -> SE2:
+    raise ValueError(f"a node lies in '{source}'; valid: '{target}'")
+
+
+def read_graph(
+    path: Path, frame: str, transform: Callable[[str, str], SE2] = _of_one_frame
+) -> Graph:
     """Return the graph of a GeoJSON file as nav2_route reads it.
+
+    Args:
+        frame: The graph's; nodes of other frames are placed in it.
+        transform: Returns the latest `T_target_source` of two frames; by default there is
+            one frame. A TransformError of it is passed on.
 
     Raises:
         InputFileError: It cannot be read, or holds no such graph.
     """
+    frames = {frame: IDENTITY}
+
+    def placed(name: str) -> SE2:
+        if name not in frames:
+            frames[name] = transform(frame, name)
+        return frames[name]
+
     try:
         features = read_json(path)["features"]
         shapes = [(one["geometry"]["type"], one["properties"], one) for one in features]
-        nodes = dict(_node(about, one, frame) for kind, about, one in shapes if kind == "Point")
+        nodes = dict(
+            _node(about, one, placed(about.get("frame", frame)))
+            for kind, about, one in shapes
+            if kind == "Point"
+        )
         lines = [about for kind, about, _ in shapes if kind in _SHAPES - {"Point"}]
         edges = {edge.id: edge for edge in (_edge(about, nodes) for about in lines)}
     except (ValueError, OverflowError, KeyError, TypeError, AttributeError) as error:
@@ -113,13 +138,12 @@ def _reason(error: Exception) -> str:
     return f"{error} is missing" if isinstance(error, KeyError) else str(error)
 
 
-def _node(about: dict[str, Any], one: dict[str, Any], frame: str) -> tuple[int, Node]:
+def _node(about: dict[str, Any], one: dict[str, Any], T_graph_node: SE2) -> tuple[int, Node]:
     number = _number(about["id"], "node")
-    if about.get("frame", frame) != frame:
-        raise ValueError(f"node {number} lies in '{about['frame']}'; valid: '{frame}'")
     x, y = (float(value) for value in one["geometry"]["coordinates"][:2])
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError(f"node {number} lies at ({x}, {y})")
+    x, y = T_graph_node.apply(np.array([[x, y]]))[0].tolist()
     return number, Node(number, x, y, *_about(about, f"node {number}"))
 
 

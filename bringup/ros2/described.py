@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import yaml
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
+from launch.actions import DeclareLaunchArgument, ExecuteProcess, LogInfo, OpaqueFunction
 from launch.conditions import IfCondition, UnlessCondition
 from launch.substitutions import Command, LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
@@ -18,6 +19,7 @@ from launch_ros.substitutions import FindPackageShare
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.input_file import read_text
 from arjuna_core.files.shipped import shipped_file
+from bringup.ros2.verbs.forward import module_of
 
 _MODEL = "TURTLEBOT3_MODEL"
 _CLONED = "robot1={x: 0.5, y: 0.5}; robot2={x: -0.5, y: -0.5, yaw: 1.5707}"
@@ -109,7 +111,6 @@ def _several(usual: str, params_of: Callable[[str, Any], str]) -> LaunchDescript
 
     Source: nav2_bringup, cloned_multi_tb3_simulation_launch.py, unique_multi_....
     """
-    from bringup.ros2.verbs.launch import process
 
     def started(context: Any) -> list[Any]:
         given = context.launch_configurations
@@ -183,3 +184,10 @@ def _joystick(context: Any) -> list[Node]:
             remappings=[("/cmd_vel", given["joy_vel"])],
         ),
     ]
+
+
+def process(command: list[str]) -> ExecuteProcess:
+    """Return the action of a command of ours."""
+    words = [sys.executable, "-m", module_of(command[0]), *command]
+    name = command[2] if command[0] == "run" else command[0]
+    return ExecuteProcess(cmd=words, name=name, output="screen")

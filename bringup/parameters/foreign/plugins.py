@@ -8,9 +8,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from arjuna_core.config import info_of
 from arjuna_core.errors import ConfigError
-from arjuna_core.param import key_of
+from arjuna_core.param import info_of, key_of
 from arjuna_core.plugins import PluginTypes, canonical, names_in
 from bringup.parameters.foreign import nav2
 from bringup.parameters.remarks import Kind, Remark

@@ -29,8 +29,6 @@ from bringup.ros2.verbs.forward import LAUNCHED, arjuna, module_of, remedy
 
 if TYPE_CHECKING:
     from launch import LaunchDescription, LaunchService
-    from launch.actions import ExecuteProcess
-
 _USAGE = "usage: ros2 launch [-h] [-s] [-d] package_name|FILE [launch_file] [NAME:=VALUE ...]"
 _SHOW = ("-s", "--show-args", "--show-arguments")
 _SILENT = ("-n", "--noninteractive", "-a", "--show-all-subprocesses-output")
@@ -158,17 +156,10 @@ def _all(found: list[list[str]]) -> LaunchDescription:
     from launch import LaunchDescription
     from launch.actions import LogInfo
 
+    from bringup.ros2.described import process
+
     lines = (f"$ python -m {module_of(one[0])} {shlex.join(one)}" for one in found)
     return LaunchDescription([*(LogInfo(msg=one) for one in lines), *map(process, found)])
-
-
-def process(command: list[str]) -> ExecuteProcess:
-    """Return the action of a command of ours."""
-    from launch.actions import ExecuteProcess
-
-    words = [sys.executable, "-m", module_of(command[0]), *command]
-    name = command[2] if command[0] == "run" else command[0]
-    return ExecuteProcess(cmd=words, name=name, output="screen")
 
 
 def _show(arguments: Iterable[Any]) -> int:
@@ -222,6 +213,8 @@ def description(package: str, file: str) -> LaunchDescription:
         return _composed(COMPOSED[package, file])
     from launch import LaunchDescription
     from launch.actions import LogInfo, OpaqueFunction
+
+    from bringup.ros2.described import process
 
     one = LAUNCHES[package, file]
 

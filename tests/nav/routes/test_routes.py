@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.errors import InputFileError
+from arjuna_core.se2 import SE2
 from arjuna_nav.routes.graph import Edge, Graph, Node, read_graph
 from arjuna_nav.routes.route import Route, Tracker, find_route, path_along, pruned
 from tests.helpers.nav.routes import SQUARE, square, written
@@ -72,10 +73,25 @@ def test_says_what_is_wrong_with_a_file(tmp_path: Path, change: dict[str, Any], 
         read_graph(written(tmp_path, content), "map")
 
 
+def test_nodes_of_another_frame_are_placed_in_the_graph_s(tmp_path: Path) -> None:
+    content = square()
+    content["features"][0]["properties"]["frame"] = "site"
+    asked = []
+
+    def transform(target: str, source: str) -> SE2:
+        asked.append((target, source))
+        return SE2(10.0, 0.0, math.pi / 2)
+
+    there = read_graph(written(tmp_path, content), "map", transform).nodes[0]
+    x, y = read_graph(written(tmp_path), "map").nodes[0].point
+    assert there.point == pytest.approx((10.0 - y, x))
+    assert asked == [("map", "site")]
+
+
 def test_says_that_there_is_no_file_or_frame(tmp_path: Path) -> None:
     with pytest.raises(InputFileError, match="cannot be read"):
         read_graph(tmp_path / "none.geojson", "map")
-    with pytest.raises(InputFileError, match="node 0 lies in 'map'; valid: 'odom'"):
+    with pytest.raises(InputFileError, match="a node lies in 'map'; valid: 'odom'"):
         read_graph(written(tmp_path), "odom")
     (tmp_path / "text").write_text("{}")
     with pytest.raises(InputFileError, match="'features' is missing"):

@@ -168,6 +168,13 @@ def asking(changes: dict[int, dict[str, Any]]) -> dict[str, Any]:
     return content
 
 
+def test_a_graph_of_another_frame_is_read_once_the_frame_is_known(tmp_path: Path) -> None:
+    robot = serving(tmp_path, asking({k: {"frame": "site"} for k in range(4)}))
+    assert ask(robot, start_id=0, goal_id=2).result.error_code == Code.NO_VALID_GRAPH
+    robot = serving(tmp_path, asking({k: {"frame": "odom"} for k in range(4)}))
+    assert ask(robot, start_id=0, goal_id=2).status == SUCCEEDED
+
+
 def nodes_of(route: Any) -> list[int]:
     return [node.nodeid for node in route.nodes]
 
