@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.costmap.moving.tracker import EXPECTED
+from arjuna_nav.costmap.moving.tracker import HIDDEN
 
 
 class Sight(NamedTuple):
@@ -76,7 +76,7 @@ class Touching:
         speed = float(sight.speeds[within].max(initial=0.0))
         if speed > 0.0:
             self._speed, self._at = speed, now
-        elif now - self._at > EXPECTED:
+        elif now - self._at > HIDDEN:
             return sight
         speeds = np.where(within, np.maximum(sight.speeds, self._speed), sight.speeds)
         return sight._replace(speeds=speeds)

@@ -22,9 +22,8 @@ from arjuna_nav.costmap.moving.sightings import (
 from arjuna_nav.costmap.moving.speeds import KEPT, SPAN, go, latest
 
 REACH = 3.0  # from where somebody may be at a robot before it has stopped [m]
-EXPECTED = 3.0  # for which who has stopped may go on at the same pace [s]
+HIDDEN = 1.5  # for which what moves is expected to move on where it is hidden [s]
 _LOST = 0.5  # after which a track ends [s]
-_LOST_MOVING = 1.5  # and that of what moves: it is hidden, and moves on [s]
 _MOST = 128  # tracks
 _RING = 8  # points that stand for what moves and is hidden
 
@@ -166,7 +165,7 @@ def _follow(
     """Give each thing to the nearest track or a new one, and fill the motions of its beams."""
     now, points = scans.stamps[number], scans.points[number]
     for track in range(_MOST):
-        lost = _LOST_MOVING if going[track, :2].any() else _LOST
+        lost = HIDDEN if going[track, :2].any() else _LOST
         if counts[track] and not 0.0 <= now - seen[track, latest(counts[track]), 0] <= lost:
             counts[track] = 0
     taken = np.zeros(_MOST, np.bool_)
@@ -185,7 +184,8 @@ def _follow(
         counts[track] += 1
         go(seen[track], counts[track], going[track], scans, number)
         motions[first : last + 1, :2] = going[track, :2]
-        if now - going[track, 2] <= EXPECTED:
+        # Who has stopped may go on at the same pace; after 3 s it is not expected any more.
+        if now - going[track, 2] <= 3.0:
             motions[first : last + 1, 2] = going[track, 3]
 
 

@@ -197,7 +197,7 @@ def test_who_came_into_the_outline_moves_for_a_while_though_nothing_is_seen_to()
     stands, touching = Sight.of(points), Touching()
     assert not touching.keep(stands, CIRCLE, 0.0).speeds.any(), "nobody has come"
     assert touching.keep(comes, CIRCLE, 1.0).speeds == pytest.approx((0.6, 0.8))
-    for now, speed in ((1.1, 0.6), (3.9, 0.6), (4.1, 0.0)):
+    for now, speed in ((1.1, 0.6), (2.4, 0.6), (2.6, 0.0)):
         assert touching.keep(stands, CIRCLE, now).speeds == pytest.approx((speed, 0.0))
 
 
