@@ -217,12 +217,16 @@ def _copied(cls: type[Any], depth: int, known: dict[str, Any]) -> list[str]:
 
 
 @cache
-def handed_over(cls: Any, trusted: bool) -> Callable[[Any], Any]:
-    """Return what makes the message that readers share: the same if `trusted`, else a copy."""
+def handed_over(cls: Any, trusted: bool) -> Callable[[Any], Any] | None:
+    """Return what makes the message that readers share: the same if `trusted`, else a copy.
+
+    None for a trusted one without numbers of 32 bits: there is nothing to round.
+    """
     if not trusted:
         return copier(cls)
-    lines = ["def rounded(m):", *_rounded(cls, "m", 1), "    return m"]
-    return compiled("rounded", lines, {"single": _single})  # type: ignore[no-any-return]
+    rounding = _rounded(cls, "m", 1)
+    lines = ["def rounded(m):", *rounding, "    return m"]
+    return compiled("rounded", lines, {"single": _single}) if rounding else None
 
 
 def _single(number: float) -> float:
