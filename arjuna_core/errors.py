@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from functools import lru_cache
 from pathlib import Path
 
 
@@ -123,6 +124,7 @@ def _mistakes(name: str, other: str) -> int:
     return min(edits, 2) if other.startswith(name) else edits
 
 
+@lru_cache(maxsize=4096)
 def _edits(name: str, other: str) -> int:
     """Return how many letters to insert, leave out, replace or swap make one name the other.
 

@@ -84,9 +84,9 @@ class Keys:
 class _Line:
     """A line that is rewritten on a terminal, at most each 0.2 s."""
 
-    def __init__(self, stream: TextIO = sys.stderr, period: float = 0.2) -> None:
-        self._stream, self._period = stream, period
-        self._live = stream.isatty()
+    def __init__(self, stream: TextIO | None = None, period: float = 0.2) -> None:
+        self._stream, self._period = stream or sys.stderr, period
+        self._live = self._stream.isatty()
         self._start = self._last = time.monotonic()
 
     def _rewrite(self, text: str, end: str = "") -> None:

@@ -103,7 +103,7 @@ def _each_plugin() -> Iterator[dict[str, Any]]:
 
 
 def _drive(parameters: dict[str, Any]) -> None:
-    """Drive a robot with parameters to two goals on the shipped map."""
+    """Drive a robot with parameters to a goal on the shipped map, where it turns back."""
     from arjuna_core.files.shipped import shipped_file
     from arjuna_core.se2 import SE2
     from bringup.client.goals import Goals
@@ -119,9 +119,7 @@ def _drive(parameters: dict[str, Any]) -> None:
     robot = LockStep(merged(shipped_parameters(), known, parameters))
     with closing(robot):
         robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)
-        goals = Goals(robot)
-        for goal in (SE2(0.8, 0.8), SE2(0.6, 0.6, 3.0)):
-            goals.navigate(goal, 8.0)
+        Goals(robot).navigate(SE2(0.8, 0.8, 3.0), 6.0)
 
 
 def _drive_demo() -> None:

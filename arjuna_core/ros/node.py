@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from operator import attrgetter
 from typing import Any, ClassVar, TypeVar
 
 from rclpy.exceptions import NameValidationException
@@ -134,10 +135,8 @@ class ManagedNode(Guarded, LifecycleNode):
         if self.configured:  # else `configure` is yet to read it
             self.on_config(config)
 
-    @property
-    def now(self) -> float:
-        """The process's time [s]."""
-        return self.process.now
+    # Asked some 20 times a tick: without a frame of Python (`bench speed`).
+    now: float = property(attrgetter("process.now"), doc="The process's time [s].")  # type: ignore[assignment]
 
     def every(self, period: float, task: Callable[[], None]) -> None:
         """Run a task each `period` [s] of ROS time while the node is active.
@@ -156,7 +155,8 @@ class ManagedNode(Guarded, LifecycleNode):
             for periodic, task in self._tasks:
                 if periodic.due(now):
                     task()
-                due_at = min(due_at, periodic.next)
+                if periodic.next < due_at:
+                    due_at = periodic.next
         self.due_at = due_at
 
     def publisher(self, message_type: Any, topic: str, profile: Any) -> Any:
@@ -179,11 +179,12 @@ class ManagedNode(Guarded, LifecycleNode):
         once, perhaps before activation. What cannot be used is refused and counted.
         """
         process, name = self.process, self.process.absolute(topic)
+        transport = process.transport  # which has judged it: a call less for each message
 
         def deliver(message: Any) -> None:
             if not (self.active or while_inactive):
                 return
-            problem = process.problem_of(message)
+            problem = transport.problem if transport else process.problem_of(message)
             if problem is None:
                 callback(message)
             else:

@@ -5,18 +5,27 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose3_from_transform, se2_from_transform, seconds
 from arjuna_core.ros.health.rules import transform_problem
+from arjuna_core.ros.messages import maker
 from arjuna_core.timing import NANOSECONDS
 from arjuna_core.transforms import TransformBuffer, TransformError
 
 if TYPE_CHECKING:
     from arjuna_core.ros.health.guarded import GuardedNode
 
-__all__ = ["TransformBuffer", "TransformError", "TransformListener"]
+__all__ = ["TransformBuffer", "TransformError", "TransformListener", "transforms_msg"]
+
+_made = maker(TFMessage, "transforms")
+
+
+def transforms_msg(*transforms: TransformStamped) -> TFMessage:
+    """Return transforms as a message of /tf."""
+    return _made(list(transforms))
 
 
 class TransformListener:

@@ -271,7 +271,7 @@ class BtNavigatorNode(ResumingNode):
         if end is not None:
             self._finish(end)
         changes = navigator.take_changes()
-        if changes:
+        if changes and self._log_out.get_subscription_count():
             self._log_out.publish(log_msg(changes, self.now))
         self._give_feedback(state)
 

@@ -14,7 +14,7 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds, transform_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.tf import TransformError
+from arjuna_core.ros.tf import TransformError, transforms_msg
 from arjuna_sim.devices.ekf import FusedOdometry, FusedOdometryConfig
 from arjuna_sim.devices.odometry import OdometryEstimate
 from arjuna_sim.nodes.messages import odometry_msg
@@ -180,5 +180,5 @@ class EkfNode(ManagedNode):
         child = self._wheels.child_frame_id
         if self.config.publish_tf:
             T = transform_msg(estimate.T_odom_base, frame, child, now)
-            self._tf_out.publish(TFMessage(transforms=[T]))
+            self._tf_out.publish(transforms_msg(T))
         self._odom_out.publish(odometry_msg(estimate, frame, child, now))

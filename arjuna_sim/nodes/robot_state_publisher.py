@@ -17,6 +17,7 @@ from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds, transform3_msg
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import transforms_msg
 from arjuna_core.timing import Periodic
 from arjuna_sim.inputs import described, named_robot
 from arjuna_sim.model.optical import sensor_frame
@@ -134,7 +135,7 @@ class RobotStatePublisherNode(ManagedNode):
             if name in positions and joint.has_position:
                 pose = joint.at(positions[name])
                 moving.append(self._transform(pose, joint.parent, joint.child, now))
-        self._moving.publish(TFMessage(transforms=moving))
+        self._moving.publish(transforms_msg(*moving))
 
     def on_time_jump(self) -> None:
         """Take joint states of the time before."""

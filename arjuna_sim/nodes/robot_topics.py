@@ -17,6 +17,7 @@ from arjuna_core.errors import RobotError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, scan_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import transforms_msg
 from arjuna_core.se2 import SE2
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.odometry import OdometryEstimate
@@ -204,7 +205,7 @@ class RobotTopics:
         frame = drive.odometry_frame
         if "odom_tf" in drive.publishes:
             T = transform_msg(estimate.T_odom_base, frame, self._base, now)
-            self._tf_out.publish(TFMessage(transforms=[T]))
+            self._tf_out.publish(transforms_msg(T))
         if "odom" in drive.publishes:
             self._odom_out.publish(odometry_msg(estimate, frame, self._base, now))
 

@@ -11,8 +11,14 @@ from rclpy.parameter import Parameter
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import header, planar_covariance, pose_msg, transform_msg
+from arjuna_core.ros.convert import (
+    header,
+    planar_covariance,
+    pose_msg,
+    transform_msg,
+)
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import transforms_msg
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.estimate import Estimate, Status
 from arjuna_slam.amcl.filter import ParticleFilter
@@ -45,7 +51,7 @@ class AmclOutput:
         self._covered = dates[-1]
         frames = (c.global_frame_id, c.odom_frame_id)
         transforms = [transform_msg(T_map_odom, *frames, date) for date in dates]
-        self._tf.publish(TFMessage(transforms=transforms))
+        self._tf.publish(transforms_msg(*transforms))
 
     def publish(self, estimate: Estimate, belief: ParticleFilter, stamp: float) -> None:
         """Publish an estimate of a time [s], and the particles to those who listen."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping
+from copy import deepcopy
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -183,4 +185,11 @@ def _drop(values: dict[str, Any], prefix: str) -> None:
 
 def shipped_parameters() -> Parameters:
     """Return the parameters of the Arjuna robot that ship in `params/`."""
-    return load_parameters(sorted(shipped_file("params").glob("*.yaml")))
+    paths = sorted(shipped_file("params").glob("*.yaml"))
+    return deepcopy(_read_once(*((path, path.stat().st_mtime_ns) for path in paths)))
+
+
+@lru_cache(maxsize=1)
+def _read_once(*stamped: tuple[Path, int]) -> Parameters:
+    """Read files as of their times: a process that makes many robots reads ours for each."""
+    return load_parameters(path for path, _ in stamped)

@@ -65,6 +65,7 @@ def test_worlds_are_understood(path: Path, capsys: pytest.CaptureFixture[str]) -
     assert "loads" in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("without_sills")
 def test_check_takes_the_robot_and_the_world_that_are_named(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -79,6 +80,7 @@ def test_check_takes_the_robot_and_the_world_that_are_named(
     assert "--check: lacks its file; valid: --check FILE" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("without_sills")
 def test_what_is_left_out_is_listed(tmp_path: Path) -> None:
     path = edited(ROBOT, tmp_path, "<gazebo>", "<gazebo><frill>1</frill>")
     found = check(path, SearchPath.of(), {})
@@ -98,6 +100,7 @@ def test_file_that_does_not_load_is_refused_in_one_line(
     assert said.err.count("\n") == 1
 
 
+@pytest.mark.usefixtures("without_sills")
 def test_path_and_arguments_reach_macros(macro: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = macro.parents[1] / "elsewhere"
     options = ["--package-path", str(folder), "width:=0.4", "colour:=red"]
@@ -108,12 +111,14 @@ def test_path_and_arguments_reach_macros(macro: Path, capsys: pytest.CaptureFixt
     assert os.environ["ROS_PACKAGE_PATH"] == str(folder)
 
 
+@pytest.mark.usefixtures("without_sills")
 def test_missing_package_include_and_macro_are_noted(macro: Path) -> None:
     found = check(macro, SearchPath(), {})
     for part in ("package 'parts' does not exist", "wheel.xacro' does not exist", "<xacro:wheel>"):
         assert any(part in note for note in texts(found.notes))
 
 
+@pytest.mark.usefixtures("without_sills")
 def test_guess_is_saved_and_loads_again(macro: Path, tmp_path: Path) -> None:
     search = SearchPath((macro.parents[1] / "elsewhere",))
     saved = tmp_path / "saved.xacro"

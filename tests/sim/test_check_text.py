@@ -146,6 +146,7 @@ _ROWS = """<gazebo reference="pole"><sensor name="rows" type="gpu_ray"><ray><sca
 <sensor name="sonar" type="sonar"/><sensor name="bump" type="contact"/></gazebo>"""
 
 
+@pytest.mark.usefixtures("without_sills")
 def test_what_stands_fast_has_no_drive_and_maybe_no_sensors(tmp_path: Path) -> None:
     bare = _found(tmp_path, "bare.urdf", _POST.format("")).lines[-4:]
     assert bare[0] == "  joints (1): 1 fixed"
@@ -153,6 +154,7 @@ def test_what_stands_fast_has_no_drive_and_maybe_no_sensors(tmp_path: Path) -> N
     assert bare[3] == "  stands with 'world' 0 m above the ground"
 
 
+@pytest.mark.usefixtures("without_sills")
 def test_every_kind_of_sensor_has_its_name(tmp_path: Path) -> None:
     lines = _found(tmp_path, "post.urdf", _POST.format(_ROWS)).lines
     said = "\n".join(line for line in lines if ": topic " in line or " samples" in line)
@@ -171,6 +173,7 @@ def test_every_kind_of_sensor_has_its_name(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.usefixtures("without_sills")
 def test_a_drive_of_another_kind_says_which(tmp_path: Path) -> None:
     (tmp_path / "mecanum").mkdir()
     car = check(cases.car("gz").write(tmp_path), SearchPath(), {}).lines
@@ -209,6 +212,7 @@ def test_a_world_is_reported_model_by_model(tmp_path: Path) -> None:
     assert noted == "a\nnot simulated, or otherwise than the file says (1):\n  - so"
 
 
+@pytest.mark.usefixtures("without_sills")
 def test_only_a_guess_of_two_sides_is_saved(tmp_path: Path) -> None:
     def save(path: Path) -> None:
         check(path, SearchPath(), {}, tmp_path / "guess.xacro")

@@ -17,6 +17,8 @@ from arjuna_sim.simulation import Simulation
 from scripts import fusion_meshes
 from tests.sim.builders import ROOT, first, run, simulator
 
+pytestmark = pytest.mark.usefixtures("without_sills")
+
 ROBOTS = sorted(
     path
     for path in (ROOT / "urdf").rglob("*")

@@ -24,7 +24,8 @@ from arjuna_core.timing import NANOSECONDS
 
 _SEND = "/_action/send_goal"
 _FEEDBACK = QoSProfile(depth=10)
-_RUNNING = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalStatus.STATUS_CANCELING)
+_CANCELING = GoalStatus.STATUS_CANCELING  # asked each tick, and a function of Python's each time
+_RUNNING = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, _CANCELING)
 _ENDED = (GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED)
 
 
@@ -160,7 +161,7 @@ class LocalGoalHandle:
     @property
     def is_cancel_requested(self) -> bool:
         """True where it is to be cancelled."""
-        return bool(self.status == GoalStatus.STATUS_CANCELING)
+        return self.status == _CANCELING  # type: ignore[no-any-return]
 
     def become(self, status: int) -> None:
         """Take a state and publish it; one that has ended stays as it is."""

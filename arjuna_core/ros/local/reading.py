@@ -172,16 +172,18 @@ def _decoded(data: bytes) -> str:
 
 
 @cache
-def handed_over(cls: Any, trusted: bool) -> Callable[[Any], Any]:
+def handed_over(cls: Any, trusted: bool) -> Callable[[Any], Any] | None:
     """Return what makes the message that readers share: the same if `trusted`, else a copy.
 
-    Either is as the wire would have it; who made a copied one may use it again.
+    Either is as the wire would have it; who made a copied one may use it again. None for a trusted
+    one without numbers of 32 bits: there is nothing to round.
     """
     if not trusted:
         read = _reading(cls)
         return lambda message: read(to_cdr(message))
-    lines = ["def rounded(m):", *_rounded(cls, "m", 1), "    return m"]
-    return compiled("rounded", lines, {"single": _single})  # type: ignore[no-any-return]
+    rounding = _rounded(cls, "m", 1)
+    lines = ["def rounded(m):", *rounding, "    return m"]
+    return compiled("rounded", lines, {"single": _single}) if rounding else None
 
 
 def _single(number: float) -> float:

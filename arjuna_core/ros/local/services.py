@@ -38,7 +38,8 @@ class LocalService:
         self._answer(respond, self.callback(request, self.srv_type.Response()))
 
     def _answer(self, respond: Respond, response: Any) -> None:
-        response = self._sent(response)
+        if self._sent is not None:
+            response = self._sent(response)
         if self._registry.watching:
             self._registry.watch(self.srv_name, response)
         respond(response)
@@ -79,7 +80,8 @@ class LocalClient:
         """
         if not isinstance(request, self.srv_type.Request):
             raise TypeError(f"Expected {self.srv_type.Request}, got {type(request)}")
-        request = self._sent(request)
+        if self._sent is not None:
+            request = self._sent(request)
         if self._registry.watching:
             self._registry.watch(self.srv_name, request)
         future = Future(executor=self._registry.executor)

@@ -89,7 +89,7 @@ class LocalPublisher:
     Attributes:
         readers: The subscriptions that it sends to.
         trusted: Whether its messages need no check, for a node of ours makes them.
-        hand_over: Returns of a message the one that its readers share.
+        hand_over: Returns of a message the one that its readers share; None where it is that one.
     """
 
     def __init__(
@@ -124,7 +124,8 @@ class LocalPublisher:
         if not (self.readers or self._latched):
             return
         trusted, registry = self.trusted, self._registry
-        message = self.hand_over(message)
+        if self.hand_over is not None:
+            message = self.hand_over(message)
         if registry.watching:
             registry.watch(self.topic_name, message)
         judged = message, None if trusted else problem_of(message, registry.now), trusted

@@ -57,6 +57,15 @@ def test_every_option_is_a_parameter_of_the_nodes_that_run(where: list[str]) -> 
     assert "cmd_vel_topic" not in found.get("controller_server", {})
 
 
+def test_shipped_parameters_are_the_caller_s_own() -> None:
+    first, again = shipped_parameters(), shipped_parameters()
+    assert first == again
+    lists = [value for node in first.values() for value in node.values() if type(value) is list]
+    for value in (*lists, first["sim"]):
+        value.clear()
+    assert shipped_parameters() == again
+
+
 def of_line(line: str) -> dict[str, object]:
     """Return the parameters of `sim` that a command line stands for."""
     arguments = parse(["sim", *line.split()])

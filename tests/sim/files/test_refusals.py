@@ -11,6 +11,8 @@ from arjuna_core.errors import InputFileError
 from arjuna_sim.check import check
 from arjuna_sim.files.search_path import SearchPath
 
+pytestmark = pytest.mark.usefixtures("without_sills")
+
 INERTIA = "ixx='0.01' iyy='0.01' izz='0.01' ixy='0' ixz='0' iyz='0'"
 BASE = f"""<link name='base'><inertial><mass value='5'/><inertia {INERTIA}/></inertial>
 <collision><geometry><box size='0.4 0.3 0.1'/></geometry></collision></link>"""

@@ -23,6 +23,8 @@ from arjuna_sim.simulation import Simulation, Start, solo
 from tests.sim.builders import first, texts
 from tests.sim.robot_worlds import BESIDE, DRIVES, FORMS, Held, write
 
+pytestmark = pytest.mark.usefixtures("without_sills")
+
 OTHERS = ("ground_plane", "wall", "crate", "exhibit")
 
 

@@ -107,11 +107,6 @@ def test_the_command_runs_a_robot_for_each(tmp_path: Path) -> None:
     assert (tmp_path / "class" / "map.png").exists()
 
 
-def bringup(*words: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "bringup", *words]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
 def test_a_class_is_graded(tmp_path: Path) -> None:
     for kind in ("right", "wrong"):
         handed_in(tmp_path / "class" / kind, "kinematics", kind)
@@ -119,7 +114,7 @@ def test_a_class_is_graded(tmp_path: Path) -> None:
     (tmp_path / "class" / "twin").symlink_to(tmp_path / "class" / "right")
     words = ["grade", "--students", str(tmp_path / "class"), "--exercise", "kinematics"]
     words += ["--out", str(tmp_path / "one"), "--jobs", "2"]
-    assert bringup(*words).returncode == 0
+    assert run(parse(words)) == 0
     rows = list(csv.DictReader((tmp_path / "one" / "grades.csv").open()))
     assert {row["student"]: row["points"] for row in rows} == {
         "'=evil": "0", "right": "10", "wrong": "2",
@@ -131,7 +126,7 @@ def test_a_class_is_graded(tmp_path: Path) -> None:
     handed_in(tmp_path / "class" / "wrong", "kinematics", "right")
     outcomes = [tmp_path / "one" / name / "outcome.json" for name in ("=evil", "right")]
     kept = [path.stat().st_mtime_ns for path in outcomes]
-    assert bringup(*words).returncode == 0
+    assert run(parse(words)) == 0
     rows = list(csv.DictReader((tmp_path / "one" / "grades.csv").open()))
     assert [row["points"] for row in rows] == ["0", "10", "10"]
     assert [path.stat().st_mtime_ns for path in outcomes] == kept

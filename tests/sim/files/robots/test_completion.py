@@ -26,6 +26,8 @@ from tests.sim import drive_cases as cases
 from tests.sim.builders import texts, urdf_file
 from tests.sim.wheeled import ALONG_Y
 
+pytestmark = pytest.mark.usefixtures("without_sills")
+
 CUBE = Part(Shape(Kind.BOX, (0.2, 0.2, 0.2)))  # of 8 litres
 PLANE = Part(Shape(Kind.PLANE))
 TYRE = Part(Shape(Kind.CYLINDER, (0.1, 0.04)), ALONG_Y)

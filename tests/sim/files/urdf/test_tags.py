@@ -20,6 +20,8 @@ from arjuna_sim.model.urdf import Joint, Mimic
 from tests.sim.builders import texts
 from tests.sim.files.test_robots import TWO, _load, _robot
 
+pytestmark = pytest.mark.usefixtures("without_sills")
+
 LINK = """<robot name="r"><link name="base_link"><inertial>{inside}</inertial><collision>
 <geometry><box size="1.0 2.0 3.0"/></geometry></collision></link></robot>"""
 MASS = "<mass value='{}'/>"
