@@ -24,6 +24,12 @@ from bringup.stack import (
 )
 
 _DESCRIPTION = "robot_description"
+_ALONE = {
+    "controller_server": {"cmd_vel_topic": "cmd_vel"},
+    "behavior_server": {"cmd_vel_topic": "cmd_vel"},
+    "velocity_smoother": {"cmd_vel_in_topic": "cmd_vel"},
+}
+"""The topics of Nav2's nodes before a launch file renames them; our stacks have them renamed."""
 
 
 def start(package: str, program: str, given: RosArguments) -> NoReturn:
@@ -48,6 +54,7 @@ def start(package: str, program: str, given: RosArguments) -> NoReturn:
     parameters: Parameters = {}
     for one in (spec, *program_nodes(usual)[:-1]):
         own = values if one == spec else _values(given, one.name)
+        own = {**(_ALONE.get(usual.name, {}) if one == spec else {}), **own}
         own.pop(SIM_TIME, None)
         source = Source(f"ros2 run {package} {program}", {one.name: own})
         read = checked(source, {}, namespace, only=one)

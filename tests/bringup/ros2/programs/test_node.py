@@ -253,9 +253,18 @@ def test_every_program_has_a_node() -> None:
             ("nav2_controller", "controller_server"),
             ["-p", "controller_frequency:=10.0", "--params-file", "FILE"],
             {
-                "controller_server": {"controller_frequency": 10.0, "use_sim_time": True},
+                "controller_server": {
+                    "controller_frequency": 10.0,
+                    "use_sim_time": True,
+                    "cmd_vel_topic": "cmd_vel",
+                },
                 "local_costmap/local_costmap": {"width": 4, "use_sim_time": True},
             },
+        ),
+        (
+            ("nav2_velocity_smoother", "velocity_smoother"),
+            ["-p", "cmd_vel_out_topic:=smooth"],
+            {"velocity_smoother": {"cmd_vel_in_topic": "cmd_vel", "cmd_vel_out_topic": "smooth"}},
         ),
         (
             ("nav2_lifecycle_manager", "lifecycle_manager"),
