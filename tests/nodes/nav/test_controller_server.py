@@ -166,13 +166,22 @@ def test_an_obstacle_that_goes_in_time_is_tolerated(robot: PlayedRobot) -> None:
     assert goal.status == SUCCEEDED
 
 
-def test_wheels_that_do_not_grip_are_no_progress(robot: PlayedRobot) -> None:
+@pytest.mark.parametrize(
+    ("touch", "seconds", "code"),
+    [
+        (False, 9.5, Result.FAILED_TO_MAKE_PROGRESS),
+        (True, 0.9, Result.PATIENCE_EXCEEDED),  # something is taken to stand ahead
+    ],
+)
+def test_wheels_that_do_not_grip_are_no_progress(touch: bool, seconds: float, code: int) -> None:
+    layer = {COSTMAP: {"contact_layer": {"enabled": touch}}}
+    robot = started(LOCAL_COSTMAP, CONTROLLER_SERVER, settle=0.5, **layer)
     robot.grips = False
     goal = follow(robot, path((2.0, 0.0)))
-    robot.run(9.5)
+    robot.run(seconds)
     assert not goal.done
-    robot.run_until_done(goal, 1.0)
-    assert_failed(goal, Result.FAILED_TO_MAKE_PROGRESS)
+    robot.run_until_done(goal, 5.0)
+    assert_failed(goal, code)
     assert robot.command == STILL
 
 
