@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import Point32, Polygon, PolygonStamped
+from geometry_msgs.msg import Point32, Polygon, PolygonStamped, Twist
 from nav2_msgs.msg import CollisionDetectorState
+from numpy.typing import NDArray
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
@@ -114,12 +115,31 @@ def test_who_stepped_over_the_lidar_is_waited_for() -> None:
     for x in np.arange(1.2, 0.2, -0.08):
         scene.obstacle = (float(x), 0.0)
         scene.drive(0.0, 0.1)
-    for v in (0.0,) * 12 + (0.2,) * 5:  # longer than scans are kept
-        covered = message("scan", None, scene.robot.now)
-        covered.ranges = array.array("f", [0.12] * len(covered.ranges))  # the skin, from within
-        scene.robot.bench.publish(LaserScan, "/it", covered, qos.DEFAULT)
-        drive(scene.robot, v, 0.1)
+    skin = np.full(360, 0.12)  # from within
+    show(scene, skin, 0.0, 1.2)  # longer than scans are kept
+    show(scene, skin, 0.2, 0.5)
     assert scene.robot.command == STILL
+
+
+def test_a_post_on_the_robot_does_not_hold_its_turns() -> None:
+    scene = Monitored("scan", Stop=shipped_zones()["FootprintApproach"])
+    ranges = np.full(360, np.inf)
+    ranges[280:296] = 0.2  # at the left
+    show(scene, ranges, 0.2, 1.0)
+    turn = Twist()
+    turn.angular.z = 0.5
+    scene.robot.bench.publish(Twist, "/cmd_vel_smoothed", turn)
+    scene.robot.run(0.04)
+    assert scene.robot.command.yaw_rate == pytest.approx(0.5)
+
+
+def show(scene: Monitored, ranges: NDArray[np.float64], v: float, duration: float) -> None:
+    """Command a speed, and publish scans of these ranges."""
+    for _ in range(round(duration / 0.1)):
+        scan = message("scan", None, scene.robot.now)
+        scan.ranges = array.array("f", ranges.astype(np.float32).tobytes())
+        scene.robot.bench.publish(LaserScan, "/it", scan, qos.DEFAULT)
+        drive(scene.robot, v, 0.1)
 
 
 @pytest.mark.parametrize("parameter", ["Stop.enabled", "it.enabled"])
