@@ -51,7 +51,8 @@ class GoalServer:
     `preempt_requested` and calls `accept_pending`, which aborts the running goal, or keeps it.
 
     Args:
-        on_goal: Called after a goal became current or pending, to act on it at once.
+        on_goal: Called after a goal became current or pending, to act on it at once; a GoalError
+            that it raises ends the goal, as `fail` does.
         admit: Given a goal, says why it is rejected, or None.
         on_cancel: Called after a cancellation was accepted, to act on it at once.
         unknown: Error code of an unknown failure, where the action itself names none.
@@ -150,8 +151,11 @@ class GoalServer:
             if self._pending is not None:
                 self.abort_pending(self._replaced())
             self._pending = handle
-        if self._on_goal is not None:
-            self._on_goal()
+        try:
+            if self._on_goal is not None:
+                self._on_goal()
+        except GoalError as error:
+            self.fail(error)
 
     def _failed(self, reason: str, *handle: ServerGoalHandle) -> None:
         self.abort_all(f"the node failed: {reason}")
@@ -262,7 +266,7 @@ class GoalNode(ManagedNode):
         """Serve an action; results are kept as the parameter `action_server_result_timeout` says.
 
         Args:
-            on_goal: Called after a goal became current or pending.
+            on_goal: As of `GoalServer`.
         """
         options["result_timeout"] = getattr(self.config, "action_server_result_timeout", 10.0)
         server: GoalServer = self.keep(GoalServer(self, action, name, on_goal, **options))

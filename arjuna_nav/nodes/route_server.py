@@ -100,11 +100,7 @@ class RouteServerNode(RouteHost):
         return response
 
     def _on_goal(self) -> None:
-        try:
-            route, _ = self._find(self._request(self._once.take_newest()))
-        except GoalError as error:
-            self._once.fail(error)
-            return
+        route, _ = self._find(self._request(self._once.take_newest()))
         path, message = self._messages(route)
         self._once.succeed(ComputeRoute.Result(path=path, route=message))
 
@@ -112,11 +108,8 @@ class RouteServerNode(RouteHost):
         goal = self._tracking.take_newest()
         self.halt()
         self._began = self.now
-        try:
-            request = self._request(goal)
-            self._follow(request, *self._find(request))
-        except GoalError as error:
-            self._tracking.fail(error)
+        request = self._request(goal)
+        self._follow(request, *self._find(request))
 
     def _request(self, goal: Any) -> RouteRequest:
         """Return what a goal asks for.

@@ -63,11 +63,7 @@ class SmootherServerNode(GoalNode):
 
     def _on_goal(self) -> None:
         goal: Any = self._server.goal
-        try:
-            smoothed = self._smooth(goal)
-        except GoalError as error:
-            self._server.fail(error)
-            return
+        smoothed = self._smooth(goal)
         result = SmoothPath.Result(error_msg=smoothed.message)
         result.path = path_msg(smoothed.path, goal.path.header.frame_id, self.now)
         result.was_completed = smoothed.status is SmoothStatus.SUCCEEDED

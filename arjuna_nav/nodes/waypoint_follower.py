@@ -91,11 +91,7 @@ class WaypointFollowerNode(ResumingNode):
         """
         server = self._servers[kind]
         goal: Any = server.newest
-        try:
-            poses = self._poses_of(kind, goal)
-        except GoalError as error:
-            server.fail(error)
-            return
+        poses = self._poses_of(kind, goal)
         if kind != self._kind and self._server.goal is not None:
             self._fail(f"replaced by {kind} at {self.now:.2f} s")
         self._kind = kind

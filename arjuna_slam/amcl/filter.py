@@ -37,6 +37,9 @@ _INDIFFERENT = 0.015  # difference of agreement that decides nothing: three beam
 class ParticleFilter:
     """Monte Carlo localization with KLD sampling, refinement by scan matching, and recovery.
 
+    Attributes:
+        belief: The particles and their weights.
+
     Raises:
         LocalizationError: The map has no free or no occupied cell.
 
@@ -47,7 +50,7 @@ class ParticleFilter:
         check_map(grid)
         field = MapField(grid, config.laser_likelihood_max_dist)
         self._config = config
-        self._belief = Belief(config, field, rng)
+        self.belief = Belief(config, field, rng)
         self._sensor = make_sensor(field, config)
         self._matcher = MapMatcher(config, field)
         self._recovery = Recovery(config, self._matcher)
@@ -57,17 +60,7 @@ class ParticleFilter:
     @property
     def initialized(self) -> bool:
         """True once a pose was set or a global localization was requested."""
-        return len(self._belief.particles) > 0
-
-    @property
-    def particles(self) -> Floats:
-        """The particles, `(N, 3) float64` in the map frame [m, m, rad]."""
-        return self._belief.particles
-
-    @property
-    def weights(self) -> Floats:
-        """The particles' weights, `(N,) float64`, which sum to 1."""
-        return self._belief.weights
+        return len(self.belief.particles) > 0
 
     def set_pose(self, pose: SE2, covariance: Floats) -> None:
         """Start again around a pose [m, m, rad] of the base in the map, with a covariance `(3, 3)`.
@@ -77,12 +70,12 @@ class ParticleFilter:
         """
         check_finite(pose, "the pose")
         check_inside(pose, self._matcher.field.frame)
-        self._belief.spread(pose, covariance_root(covariance))
+        self.belief.spread(pose, covariance_root(covariance))
         self._restart(search=False)
 
     def globalize(self) -> None:
         """Start again with no idea of the pose; the next scan is looked for in the whole map."""
-        self._belief.scatter()
+        self.belief.scatter()
         self._restart(search=self._config.relocalize)
 
     def _restart(self, search: bool) -> None:
@@ -132,23 +125,23 @@ class ParticleFilter:
     def _predict(self, T_odom_base: SE2) -> None:
         step = self._track.step(T_odom_base)
         if step is not None:
-            self._belief.move(step)
+            self.belief.move(step)
 
     def _weigh(self, view: ScanView) -> None:
         if not len(view.few.ranges):
             return
-        likelihood = self._sensor.weigh(self._belief.particles, view)
-        self._recovery.averages.add(float(self._belief.weights @ likelihood.levels))
-        self._belief.reweigh(self._belief.level(likelihood.factors))
+        likelihood = self._sensor.weigh(self.belief.particles, view)
+        self._recovery.averages.add(float(self.belief.weights @ likelihood.levels))
+        self.belief.reweigh(self.belief.level(likelihood.factors))
 
     def _resample(self) -> None:
         """Resample the particles, some from anywhere if the scans have become unlikely."""
-        if self._belief.resample(self._recovery.averages.injection):
+        if self.belief.resample(self._recovery.averages.injection):
             self._recovery.averages.reset()
 
     def _verify(self, T_odom_base: SE2, view: ScanView) -> Hypothesis:
         """Match each cluster to the scan, weigh clusters by all beams, return the heaviest."""
-        clusters = self._belief.clusters()
+        clusters = self.belief.clusters()
         matches = self._config.match_scans
         followed = self._followed(T_odom_base, view) if matches else None
         found = [self._match(one, followed, view) for one in clusters]
@@ -156,7 +149,7 @@ class ParticleFilter:
         behind = np.minimum(0.0, view.returned * (scores - scores.max()) + _INDIFFERENT)
         tied = (behind == 0.0) & (scores >= self._config.relocalize_agreement) & matches
         evidence = self._config.relocalize_evidence * behind * matches
-        shares = self._belief.shift(np.exp(evidence), tied)
+        shares = self.belief.shift(np.exp(evidence), tied)
         k = int(np.argmax(shares))
         return Hypothesis(found[k][0], clusters[k].covariance, found[k][1], float(shares[k]))
 
@@ -187,7 +180,7 @@ class ParticleFilter:
     ) -> tuple[SE2, float]:
         """Match from particles of a wide cluster, as after a stretch in the open."""
         starts = 48  # spread over all particles
-        particles = self._belief.particles
+        particles = self.belief.particles
         for start in particles[:: max(1, len(particles) // starts)]:
             if cluster.holds(start):
                 other = self._matcher.refined(SE2.from_array(start), view)
@@ -198,7 +191,7 @@ class ParticleFilter:
 
     def _unseen(self, T_odom_base: SE2) -> Hypothesis:
         """Move the last estimate along; particles that no scan has weighed stray by chance."""
-        cluster, last = self._belief.clusters()[0], self._track.estimate
+        cluster, last = self.belief.clusters()[0], self._track.estimate
         pose = SE2.from_array(cluster.mean)
         if last is not None and self._config.match_scans:
             pose = last.T_map_odom @ T_odom_base
@@ -252,6 +245,6 @@ class ParticleFilter:
         found = self._recovery.search(best, view)
         if not found:
             return best
-        self._belief.seed(found, SEED_COVARIANCE)
+        self.belief.seed(found, SEED_COVARIANCE)
         self._track.updated_at = T_odom_base
         return found[0]

@@ -59,6 +59,7 @@ class BackEnd:
         undone: Loop edges taken back from a graph that this one is what is left of.
 
     Attributes:
+        running: Whether an optimisation runs.
         undone: Loop edges taken back because the rest of the graph disagreed.
     """
 
@@ -67,15 +68,10 @@ class BackEnd:
         self._graph = graph
         self._since = 0
         self._fresh = 0
-        self._running = False
+        self.running = False
         self._looseness = 1.0
         self._poses: Floats | None = None
         self.undone = undone
-
-    @property
-    def running(self) -> bool:
-        """True while an optimisation runs."""
-        return self._running
 
     def add(self, edges: list[Edge]) -> None:
         """Add a keyframe's loop edges."""
@@ -94,19 +90,19 @@ class BackEnd:
         self._fresh += len(edges)
         self._since += 1
         period = self._config.optimize_every + self._config.optimize_growth * len(self._graph)
-        self._running |= urgent or (self._fresh > 0 and self._since >= period)
+        self.running |= urgent or (self._fresh > 0 and self._since >= period)
 
     def advance(self) -> None:
         """Do the next few steps of an optimisation that runs."""
-        if not self._running:
+        if not self.running:
             return
         self._since = self._fresh = 0
-        self._running = not self._optimize(_STEPS, _ONLINE_TOLERANCE)
+        self.running = not self._optimize(_STEPS, _ONLINE_TOLERANCE)
 
     def finish(self) -> None:
         """Optimise to the end."""
         self._since = self._fresh = 0
-        self._running = False
+        self.running = False
         while not self._optimize(30, _FINAL_TOLERANCE):
             continue
 

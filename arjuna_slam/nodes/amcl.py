@@ -199,16 +199,16 @@ class AmclNode(ManagedNode):
             for scan, T_odom_base in self._scans.ready():
                 self._take_in(self._filter, scan, T_odom_base)
 
-    def _take_in(self, belief: ParticleFilter, scan: Scan, T_odom_base: SE2) -> None:
+    def _take_in(self, localizer: ParticleFilter, scan: Scan, T_odom_base: SE2) -> None:
         try:
-            estimate = belief.update(T_odom_base, scan, self._update_wanted)
+            estimate = localizer.update(T_odom_base, scan, self._update_wanted)
         except LocalizationError as error:
             self._refuse(f"scan at {scan.stamp:.3f} s", error)
             return
         self._update_wanted = False
         if estimate is not None:
             self._estimate = estimate
-            self._output.publish(estimate, belief, scan.stamp)
+            self._output.publish(estimate, localizer.belief, scan.stamp)
             if estimate.quality >= self._doubted:
                 self._doubted = 0.0
         last = self._estimate

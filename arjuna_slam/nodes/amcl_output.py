@@ -20,8 +20,8 @@ from arjuna_core.ros.convert import (
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import transforms_msg
 from arjuna_core.se2 import SE2
+from arjuna_slam.amcl.belief import Belief
 from arjuna_slam.amcl.estimate import Estimate, Status
-from arjuna_slam.amcl.filter import ParticleFilter
 
 
 class AmclOutput:
@@ -53,7 +53,7 @@ class AmclOutput:
         transforms = [transform_msg(T_map_odom, *frames, date) for date in dates]
         self._tf.publish(transforms_msg(*transforms))
 
-    def publish(self, estimate: Estimate, belief: ParticleFilter, stamp: float) -> None:
+    def publish(self, estimate: Estimate, belief: Belief, stamp: float) -> None:
         """Publish an estimate of a time [s], and the particles to those who listen."""
         self._log_change(estimate)
         head = header(self._node.config.global_frame_id, stamp)

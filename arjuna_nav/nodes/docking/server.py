@@ -114,10 +114,7 @@ class DockingServerNode(GoalNode):
                 reason = f"replaced by {name} at {self.now:.2f} s"
                 before.server.abort(before.server.explained(reason))
         goal = server.take_newest()
-        try:
-            self._order = (self._dock if name == "dock_robot" else self._undock)(server, goal)
-        except GoalError as error:
-            server.fail(error)
+        self._order = (self._dock if name == "dock_robot" else self._undock)(server, goal)
 
     def _dock(self, server: GoalServer, goal: Any) -> Order:
         dock = self._book.dock(goal, self.config.fixed_frame)

@@ -133,8 +133,8 @@ def test_in_a_symmetric_room_all_poses_are_kept_for_long_and_none_is_sure(seed: 
         pose = T_map_odom @ robot.odometry
         assert min(pose.distance(twin) for twin in twins(robot.pose)) < 0.1
     for twin in twins(robot.pose):
-        near = np.hypot(*(belief.particles[:, :2] - (twin.x, twin.y)).T) < 0.5
-        assert belief.weights[near].sum() > 0.1
+        near = np.hypot(*(belief.belief.particles[:, :2] - (twin.x, twin.y)).T) < 0.5
+        assert belief.belief.weights[near].sum() > 0.1
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -162,16 +162,19 @@ def test_a_robot_that_stands_gets_no_new_estimate() -> None:
 def test_particles_wait_until_the_robot_has_moved_enough_and_the_pose_does_not() -> None:
     run = tracked(1)
     run.feed(run.robot.scan(), force=True)
-    before = run.filter.particles.copy()
+    before = run.filter.belief.particles.copy()
     run.robot.odometry = run.robot.odometry @ SE2(0.0, 0.0, 0.19)
     run.robot.pose = run.robot.pose @ SE2(0.0, 0.0, 0.16)  # the wheels slip
     assert run.feed(run.robot.scan()) is not None
-    np.testing.assert_array_equal(run.filter.particles, before)
+    np.testing.assert_array_equal(run.filter.belief.particles, before)
     assert run.error[1] < 0.01
     run.robot.odometry = run.robot.odometry @ SE2(0.0, 0.0, 0.02)
     run.robot.pose = run.robot.pose @ SE2(0.0, 0.0, 0.02)
     assert run.feed(run.robot.scan()) is not None
-    assert len(run.filter.particles) != len(before) or (run.filter.particles != before).any()
+    assert (
+        len(run.filter.belief.particles) != len(before)
+        or (run.filter.belief.particles != before).any()
+    )
 
 
 def test_small_steps_do_not_add_up_to_an_error() -> None:
@@ -235,9 +238,9 @@ def test_set_pose_spreads_the_particles_by_the_covariance() -> None:
     run = Run(0)
     covariance = np.array([[0.2, 0.05, 0.0], [0.05, 0.1, 0.0], [0.0, 0.0, 0.03]])
     run.filter.set_pose(SE2(1.0, 2.0, 0.5), covariance)
-    np.testing.assert_allclose(run.filter.particles.mean(axis=0), (1.0, 2.0, 0.5), atol=0.05)
-    np.testing.assert_allclose(np.cov(run.filter.particles.T), covariance, atol=0.02)
-    assert run.filter.weights.sum() == pytest.approx(1.0)
+    np.testing.assert_allclose(run.filter.belief.particles.mean(axis=0), (1.0, 2.0, 0.5), atol=0.05)
+    np.testing.assert_allclose(np.cov(run.filter.belief.particles.T), covariance, atol=0.02)
+    assert run.filter.belief.weights.sum() == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
@@ -254,20 +257,20 @@ def test_set_pose_spreads_the_particles_by_the_covariance() -> None:
 )
 def test_a_bad_pose_keeps_the_last_state(pose: SE2, covariance: np.ndarray, match: str) -> None:
     run = tracked(5)
-    before = run.filter.particles.copy()
+    before = run.filter.belief.particles.copy()
     with pytest.raises(LocalizationError, match=match):
         run.filter.set_pose(pose, covariance)
-    np.testing.assert_array_equal(run.filter.particles, before)
+    np.testing.assert_array_equal(run.filter.belief.particles, before)
     run.drive(20)
     assert run.error[0] < 0.06
 
 
 def test_bad_odometry_is_refused_and_the_last_good_state_kept() -> None:
     run = tracked(5)
-    before = run.filter.particles.copy()
+    before = run.filter.belief.particles.copy()
     with pytest.raises(ArjunaError, match="odometry pose must be finite"):
         run.filter.update(SE2(math.nan, 0.0, 0.0), run.robot.scan(), force=True)
-    np.testing.assert_array_equal(run.filter.particles, before)
+    np.testing.assert_array_equal(run.filter.belief.particles, before)
     run.drive(20)
     assert run.error[0] < 0.06
 
@@ -290,7 +293,7 @@ def test_the_same_seed_gives_the_same_bytes() -> None:
         run.robot.pose = random_pose(np.random.default_rng(9))
         run.drive(40)
         assert run.estimate is not None
-        return run.filter.particles.tobytes() + run.estimate.T_map_odom.array().tobytes()
+        return run.filter.belief.particles.tobytes() + run.estimate.T_map_odom.array().tobytes()
 
     assert trace() == trace()
 
@@ -337,14 +340,14 @@ def test_a_robot_that_stands_where_it_was_has_nothing_to_say() -> None:
 @pytest.mark.parametrize("slip", [SE2(), SE2(0.03, -0.02, 0.02)])
 def test_between_updates_the_pose_follows_the_scan_and_the_particles_wait(slip: SE2) -> None:
     some, odometry = started()
-    before = some.particles.copy()
+    before = some.belief.particles.copy()
     step = SE2(0.15, 0.05, 0.1)
     estimate = some.update(odometry @ step @ slip, seen(START @ step, 0.1))
     assert estimate is not None
     assert estimate.T_map_base.distance(START @ step) < 0.02
     found = estimate.T_map_odom @ odometry @ step @ slip
     assert found.array() == pytest.approx(estimate.T_map_base.array())
-    np.testing.assert_array_equal(some.particles, before)
+    np.testing.assert_array_equal(some.belief.particles, before)
     assert (
         ParticleFilter(AmclConfig(), ROOM, np.random.default_rng(1)).update(SE2(), blind(0)) is None
     )
