@@ -67,14 +67,14 @@ def _serve_browser(arguments: argparse.Namespace, stopped: Callable[[], bool]) -
     from bringup.viewing.browser.server import open_server
     from bringup.viewing.browser.viewer import Viewer
     from bringup.viewing.displays.standard import STANDARD
-    from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
+    from bringup.viewing.robot.robot_side import RobotSide
     from bringup.viewing.rviz_file import read_rviz
 
     options.extend_search(arguments)
     config = None if arguments.config is None else read_rviz(arguments.config)
     frame = arguments.frame or (config and config.fixed_frame) or "map"
     server = open_server(arguments.host, _PORT if arguments.port is None else arguments.port)
-    robot = RobotSide(RobotOptions(arguments.namespace, frame, arguments.cmd_vel))
+    robot = RobotSide(None, arguments.namespace, frame, arguments.cmd_vel)
     displays = STANDARD if config is None else config.displays
     viewer = Viewer(server, robot, displays, config, _CpuWatch(robot))
     if config:

@@ -12,7 +12,7 @@ from pathlib import Path
 from arjuna_core.files.whole_file import write_atomically
 from bringup.campaign.comparison import compared
 from bringup.campaign.outcome import Outcome
-from bringup.campaign.plan import Campaign, Level, runs_of
+from bringup.campaign.plan import Level, runs_of
 from bringup.campaign.pool import Ended, Job, Pool
 from bringup.campaign.runner import resumed, run_all, run_jobs
 from bringup.tuning.plan import Tuning, Value
@@ -125,12 +125,10 @@ class Tuner:
         self,
         values: Mapping[str, Value],
         folder: Path,
-        factors: Mapping[str, tuple[Level, ...]] | None = None,
+        factors: Mapping[str, tuple[Level, ...]],
     ) -> list[Outcome] | None:
         """Run some values; None where it was broken off."""
-        campaign: Campaign = self._tuning.trial(values, folder)
-        if factors is not None:
-            campaign = dataclasses.replace(campaign, factors=factors)
+        campaign = dataclasses.replace(self._tuning.trial(values, folder), factors=factors)
         runs = runs_of(campaign)
         outcomes = run_all(campaign, runs, folder, self._pool, lambda outcome: None, self._stop)
         return outcomes if len(outcomes) == len(runs) else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -103,28 +104,26 @@ def _below(frames: Frames, name: str, indent: str) -> Iterator[str]:
         yield from _below(frames, child, indent + ("   " if last else "│  "))
 
 
-def layout(parents: Mapping[str, str]) -> dict[str, tuple[float, float]]:
+def layout(frames: Frames) -> dict[str, tuple[float, float]]:
     """Return the columns and rows of frames in a picture, each parent above its children.
 
     Leaves are side by side; frames in a loop are left out.
     """
-    roots = sorted(set(parents.values()) - parents.keys())
     found: dict[str, tuple[float, float]] = {}
-    leaves = iter(range(len(parents) + len(roots)))
+    leaves = itertools.count()
 
     def locate(frame: str, depth: int) -> float:
-        children = sorted(child for child in parents if parents[child] == frame)
-        columns = [locate(child, depth + 1) for child in children]
+        columns = [locate(child, depth + 1) for child in children(frames, frame)]
         column = sum(columns) / len(columns) if columns else float(next(leaves))
         found[frame] = (column, -float(depth))
         return column
 
-    for root in roots:
+    for root in roots(frames):
         locate(root, 0)
     return found
 
 
-def draw_tree(path: Path, parents: Mapping[str, str], labels: Mapping[str, str]) -> None:
+def draw_tree(path: Path, frames: Frames, labels: Mapping[str, str]) -> None:
     """Write a picture of a tree.
 
     Args:
@@ -133,7 +132,7 @@ def draw_tree(path: Path, parents: Mapping[str, str], labels: Mapping[str, str])
     """
     from matplotlib.figure import Figure
 
-    at = layout(parents)
+    at = layout(frames)
     columns = 1 + max((column for column, _ in at.values()), default=0.0)
     rows = 1 - min((row for _, row in at.values()), default=0.0)
     figure = Figure(figsize=(max(2.6 * columns, 5.0), max(1.4 * rows, 3.0)))  # [inch]
@@ -144,8 +143,8 @@ def draw_tree(path: Path, parents: Mapping[str, str], labels: Mapping[str, str])
     box = {"boxstyle": "round", "facecolor": "white", "edgecolor": "black"}
     edge = {"boxstyle": "round", "facecolor": "white", "edgecolor": "none", "pad": 0.1}
     for child, (x1, y1) in at.items():
-        if child in parents:
-            x0, y0 = at[parents[child]]
+        if child in frames:
+            x0, y0 = at[frames[child].parent]
             axes.plot((x0, x1), (y0, y1), color="0.6", zorder=0)
             middle = ((x0 + x1) / 2, (y0 + y1) / 2)
             axes.text(*middle, labels[child], fontsize=6, ha="center", va="center", bbox=edge)

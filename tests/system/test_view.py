@@ -25,7 +25,7 @@ from bringup.lockstep import LockStep
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
 from bringup.viewing.browser.server import open_server
 from bringup.viewing.browser.viewer import Viewer
-from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
+from bringup.viewing.robot.robot_side import RobotSide
 from tests.helpers.chromium import Page, find
 from tests.helpers.processes import wait_until
 from tests.helpers.robots import ROOM
@@ -46,7 +46,7 @@ class Watched:
     def __init__(self, robot: LockStep, folder: Path) -> None:
         self.robot = robot
         with ExitStack() as opened:
-            self.side = RobotSide(RobotOptions(), robot.process.context)
+            self.side = RobotSide(robot.process.context)
             opened.callback(self.side.close)
             server = self.server = open_server("127.0.0.1", 0)
             opened.callback(server.stop)

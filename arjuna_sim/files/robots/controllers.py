@@ -61,6 +61,14 @@ def parameters_of_controllers(xml: XmlFile, plugin: Element) -> dict[str, dict[s
     }
 
 
+def below(values: Mapping[str, Any], *keys: str) -> Mapping[str, Any]:
+    """Return the parameters below some keys, the first outermost; none where there are none."""
+    for key in keys:
+        inner = values.get(key)
+        values = inner if isinstance(inner, dict) else {}
+    return values
+
+
 def wheels_of_controller(values: Mapping[str, Any]) -> Iterator[str]:
     """Yield the interfaces that a drive's controller claims, as `wheel/velocity`."""
     for side, joints in _joints(values).items():
@@ -199,7 +207,7 @@ def _limits(values: dict[str, Any], kind: str) -> dict[str, float | None]:
     One whose `has_velocity_limits` or `has_acceleration_limits` is false counts for nothing. Those
     of a tricycle are of its wheel [rad/s], and its time-out is in whole ms.
     """
-    linear, angular = _below(values, "linear", "x"), _below(values, "angular", "z")
+    linear, angular = below(values, "linear", "x"), below(values, "angular", "z")
     back = _number(linear, "min_velocity", -1.0) if _has(linear, "velocity") else None
     limits = {
         "max_linear_velocity": _limit(linear, "velocity"),
@@ -212,7 +220,7 @@ def _limits(values: dict[str, Any], kind: str) -> dict[str, float | None]:
     if isinstance(timeout, int | float) and not isinstance(timeout, bool) and timeout >= 0:
         is_in_ms = kind == "tricycle_controller" and isinstance(timeout, int)
         limits["cmd_vel_timeout"] = 1e-3 * timeout if is_in_ms else float(timeout)
-    radius, turning = _number(values, "wheel_radius"), _below(values, "traction")
+    radius, turning = _number(values, "wheel_radius"), below(values, "traction")
     if kind == "tricycle_controller" and radius:
         for tag in ("velocity", "acceleration"):
             most = _number(turning, f"max_{tag}")
@@ -226,7 +234,7 @@ def _unread_limits(values: dict[str, Any]) -> Iterator[str]:
     Such as those of jerk, and of deceleration where it differs.
     """
     for keys in (("linear", "x"), ("linear", "y"), ("angular", "z"), ("traction",), ("steering",)):
-        inner = _below(values, *keys)
+        inner = below(values, *keys)
         for key, value in inner.items():
             is_number = isinstance(value, int | float) and not isinstance(value, bool)
             side, _, kind = key.partition("_")
@@ -241,18 +249,11 @@ def _number_or_nan(value: Any) -> float:
     return float(value) if isinstance(value, int | float) else math.nan
 
 
-def _below(values: dict[str, Any], *keys: str) -> dict[str, Any]:
-    for key in keys:
-        inner = values.get(key)
-        values = inner if isinstance(inner, dict) else {}
-    return values
-
-
-def _has(values: dict[str, Any], kind: str) -> bool:
+def _has(values: Mapping[str, Any], kind: str) -> bool:
     return values.get(f"has_{kind}_limits", True) is not False
 
 
-def _limit(values: dict[str, Any], kind: str) -> float | None:
+def _limit(values: Mapping[str, Any], kind: str) -> float | None:
     return _number(values, f"max_{kind}") if _has(values, kind) else None
 
 
@@ -282,7 +283,7 @@ def _kind(lists: dict[str, list[str]], values: dict[str, Any], named: str) -> tu
     return "steering_controllers_library", "reference", "odometry"
 
 
-def _number(values: dict[str, Any], key: str, sign: float = 1.0) -> float | None:
+def _number(values: Mapping[str, Any], key: str, sign: float = 1.0) -> float | None:
     value = values.get(key)
     if not isinstance(value, int | float) or isinstance(value, bool):
         return None

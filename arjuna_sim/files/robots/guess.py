@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
 from arjuna_sim.files.robots.drive_kinds import omni_drive, trails
-from arjuna_sim.files.robots.plugins import TORQUE, Sides, facing_ahead, torque_of
+from arjuna_sim.files.robots.plugins import NO_DRIVE, Sides, facing_ahead, torque_of
 from arjuna_sim.files.robots.rollers import is_roller
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import DriveSettings
@@ -27,8 +27,6 @@ _RIGHT = re.compile(r"right|(^|_)(r|fr|rr|br|mr|rf|rb)(_|\d|$)", re.I)
 # Tried on the robots of tests/sim/files/test_robots.py and on ten public ones.
 _TOLERANCE = 0.02  # between a left wheel and its partner, along the robot and in height [m]
 _NONE: Set[str] = frozenset()
-NO_DRIVE = DriveSettings((), (), 1.0, 1.0, TORQUE, 1.0, 1.0)
-"""Of a robot that has no wheels."""
 
 _GUESS = """<?xml version="1.0"?>
 <robot name="{name}" xmlns:xacro="http://www.ros.org/wiki/xacro">

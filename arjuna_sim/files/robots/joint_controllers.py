@@ -12,8 +12,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
-from arjuna_sim.files.robots.controllers import parameters_of_controllers, wheels_of_controller
-from arjuna_sim.files.robots.plugins import types_of
+from arjuna_sim.files.robots.controllers import (
+    below,
+    parameters_of_controllers,
+    wheels_of_controller,
+)
+from arjuna_sim.files.robots.plugins import note_unread, types_of
 from arjuna_sim.files.robots.rules import check_mimics
 from arjuna_sim.files.tag_text import plain, text_of, texts, topic
 from arjuna_sim.files.xml_file import XmlFile
@@ -189,10 +193,7 @@ def _of_plugin(
     if type_ == "jointposetrajectory":
         default = usual
     below = text_of(plugin, "subtopic")
-    unread = sorted({child.tag for child in plugin.iter() if plain(child.tag) not in _READ})
-    if unread:
-        tags = ", ".join(f"<{tag}>" for tag in unread)
-        xml.note(f"{label}: not simulated: {tags}", NoteKind.IGNORED)
+    note_unread(xml, plugin, label, _READ)
     return ControllerSettings(
         *(f"{label} of {' '.join(names)}", type_, kind, names, command),
         tuple(f"{name}/{command}" for name in names),
@@ -221,25 +222,25 @@ def _of_parameters(
     command = next((one for one in COMMANDS if one in interfaces), command or POSITION)
     if not names:
         xml.note(f"controller '{name}': names no joints, so it moves none", NoteKind.BROKEN)
-    gains = _below(values, "gains")
+    gains = below(values, "gains")
     for joint in names if command == EFFORT else ():
-        given = _below(gains, joint)
+        given = below(gains, joint)
         if _number(given, "p"):
             clamp = _number(given, "i_clamp") or math.inf
             p, i, d = (_number(given, key) for key in "pid")
             mine = Gains(p, i, d, clamp)
             known = joints.get(joint, DrivenJoint(joint))
             joints[joint] = dataclasses.replace(known, gains=mine)
-    limits = _below(values, "constraints")
+    limits = below(values, "constraints")
     tolerance = _number(values, "goal_tolerance", 0.01)
     is_gripper = kind is ControllerKind.GRIPPER
     return ControllerSettings(
         *(name, type_, kind, names, command),
         tuple(f"{joint}/{one}" for joint in names for one in interfaces or [command]),
         partial=values.get("allow_partial_joints_goal") is True,
-        path_tolerance=tuple(_number(_below(limits, joint), "trajectory") for joint in names),
+        path_tolerance=tuple(_number(below(limits, joint), "trajectory") for joint in names),
         goal_tolerance=tuple(
-            tolerance if is_gripper else _number(_below(limits, joint), "goal") for joint in names
+            tolerance if is_gripper else _number(below(limits, joint), "goal") for joint in names
         ),
         goal_time=_number(limits, "goal_time"),
         stopped_velocity=_number(limits, "stopped_velocity_tolerance", 0.01),
@@ -254,11 +255,6 @@ def _texts(value: Any) -> list[str]:
         for item in (value if isinstance(value, list) else [value])
         if item and isinstance(item, str)
     ]
-
-
-def _below(values: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    inner = values.get(key)
-    return inner if isinstance(inner, dict) else {}
 
 
 def _number(values: Mapping[str, Any], key: str, default: float = 0.0) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Collection
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
@@ -58,6 +59,8 @@ BATTERY = "linearbatteryplugin"
 """Type of gz-sim's plugin that is a battery."""
 TORQUE = 5.0
 """Least torque of a wheel whose file names none, as in Gazebo [N m]."""
+NO_DRIVE = DriveSettings((), (), 1.0, 1.0, TORQUE, 1.0, 1.0)
+"""Of a robot that has no wheels."""
 _ENDS = ("front", "rear", "middle", "back")
 WHEEL = ("wheeljoint", "actuatedwheeljoint")
 STEERING = (
@@ -156,7 +159,7 @@ def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | Non
             return None
     left, right = _sides(xml, label, urdf, left, right)
     left, right = with_followers(urdf, left), with_followers(urdf, right)
-    _note_unread(xml, plugin, label)
+    note_unread(xml, plugin, label, _READ)
     separation, radius, track, rolling = _kinematics(xml, plugin, label, urdf, (left, right))
     steering = tuple(dict.fromkeys(texts(plugin, *STEERING)))
     _check_joints(xml, label, urdf, steering)
@@ -260,7 +263,7 @@ def read_wheelless(xml: XmlFile, plugin: Element, kind: DriveKind) -> DriveSetti
     Raises:
         RobotError: A value is invalid.
     """
-    outputs = with_outputs(xml, plugin, DriveSettings((), (), 1.0, 1.0, TORQUE, 1.0, 1.0))
+    outputs = with_outputs(xml, plugin, NO_DRIVE)
     return dataclasses.replace(outputs, from_world=outputs.from_world or kind is DriveKind.PLANAR)
 
 
@@ -332,13 +335,18 @@ def _kinematics(
     )
 
 
-def _note_unread(xml: XmlFile, plugin: Element, label: str) -> None:
+def note_unread(xml: XmlFile, plugin: Element, label: str, read: Collection[str]) -> None:
+    """Note which tags of a plugin have no effect here.
+
+    Args:
+        read: Plain names of those that have one.
+    """
     given = {plain(child.tag): (child.text or "").strip() for child in plugin.iter()}
     unread = sorted(
         {
             child.tag
             for child in plugin.iter()
-            if plain(child.tag) not in _READ and not _mirrors(given, plain(child.tag))
+            if plain(child.tag) not in read and not _mirrors(given, plain(child.tag))
         }
     )
     if unread:

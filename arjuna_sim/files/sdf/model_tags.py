@@ -29,6 +29,8 @@ _OF_LINK = (
     *("collision", "visual", "pose", "inertial", "gravity", "self_collide", "kinematic", "light"),
     *("velocity_decay", "enable_wind", "audio_source", "must_be_base_link", "sensor"),
 )
+SWINGING = ("revolute", "continuous", "prismatic")
+"""Kinds of joints that let a link move about or along one axis."""
 WORLD = "world"
 """Name of the world as the parent of a joint."""
 

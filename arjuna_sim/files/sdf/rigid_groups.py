@@ -12,13 +12,11 @@ from scipy.sparse.csgraph import connected_components
 
 from arjuna_core.arrays import Ints
 from arjuna_sim.files.sdf.includes import leaving_out
-from arjuna_sim.files.sdf.model_tags import WORLD, SdfJoint, SdfLink
+from arjuna_sim.files.sdf.model_tags import SWINGING, WORLD, SdfJoint, SdfLink
 from arjuna_sim.files.xml_file import UNLIMITED, XmlFile
 from arjuna_sim.model.entities import bounds
 from arjuna_sim.model.geometry.shapes import Kind
 from arjuna_sim.model.urdf import Hinge
-
-SWINGING = ("revolute", "continuous", "prismatic")
 
 
 def read_hinge(joint: SdfJoint, link: SdfLink, own: set[str]) -> Hinge:

@@ -25,7 +25,7 @@ from arjuna_sim.files.robots.rules import (
 )
 from arjuna_sim.files.sdf.frames import raw_pose
 from arjuna_sim.files.sdf.includes import Includes
-from arjuna_sim.files.sdf.model_tags import WORLD, ModelReader, SdfJoint, SdfLink
+from arjuna_sim.files.sdf.model_tags import SWINGING, WORLD, ModelReader, SdfJoint, SdfLink
 from arjuna_sim.files.sdf.robots_in_world import cut_out
 from arjuna_sim.files.sensor_tag import PluginTag, SensorTag, Tags
 from arjuna_sim.files.tag_text import is_true
@@ -40,8 +40,6 @@ from arjuna_sim.model.geometry.shapes import (
 )
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
-
-_MOVING = ("revolute", "continuous", "prismatic")
 
 
 @dataclass
@@ -90,7 +88,7 @@ def read_sdf_robot(xml: XmlFile, name: str = "") -> tuple[Urdf, Tags]:
         raise RobotError(xml.path, "is no robot: <sdf> must hold a <model>")
     reader = ModelReader(includes, is_robot=True)
     links, joints = reader.read(xml, model, ORIGIN, placed=True)
-    turning = {_called(j.child): j.T_world for j in joints if j.kind in _MOVING}
+    turning = {_called(j.child): j.T_world for j in joints if j.kind in SWINGING}
     for link in links:
         _add_link(robot, link, turning.get(_called(link.name)))
     for name, base, pose in reader.frames:
@@ -201,9 +199,9 @@ def _add_joint(robot: _Robot, joint: SdfJoint) -> None:
         return
     if kind == "ball" and _is_ball(robot, child, joint.T_world.position):
         robot.tags.friction[child] = CASTER_FRICTION  # it rolls, whatever its surface
-    elif kind not in (*_MOVING, "fixed"):
+    elif kind not in (*SWINGING, "fixed"):
         xml.note(f"{label}: type '{kind}' is held fast", NoteKind.UNSUPPORTED)
-    if kind not in _MOVING:
+    if kind not in SWINGING:
         robot.connect(name, "fixed", parent, child)
         return
     fixed = robot.connect(name, kind, parent, child)

@@ -54,8 +54,7 @@ def _draw(path: Path, frames: Frames) -> None:
     from arjuna_core.errors import InputFileError
     from bringup.viewing.frame_tree import draw_tree
 
-    parents = {name: frame.parent for name, frame in frames.items()}
     try:
-        draw_tree(path, parents, {name: frame.facts for name, frame in frames.items()})
+        draw_tree(path, frames, {name: frame.facts for name, frame in frames.items()})
     except (OSError, ValueError) as error:
         raise InputFileError(path, f"cannot be written: {error}") from error

@@ -69,7 +69,7 @@ def dot(frames: Frames) -> str:
 
 def draw(frames: Frames, path: Path) -> None:
     """Draw the tree into a PDF."""
-    from bringup.viewing.frame_tree import draw_tree
+    from bringup.viewing.frame_tree import Frame, draw_tree
 
-    parents = {child: str(frame["parent"]) for child, frame in frames.items()}
-    draw_tree(path, parents, {name: "\n".join(label(each)[1:3]) for name, each in frames.items()})
+    tree = {child: Frame(child, (str(frame["parent"]),)) for child, frame in frames.items()}
+    draw_tree(path, tree, {name: "\n".join(label(each)[1:3]) for name, each in frames.items()})

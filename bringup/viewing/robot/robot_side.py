@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -32,45 +31,37 @@ from bringup.viewing.robot.topics import Feed
 _COVARIANCE = np.diag([0.25, 0.25, 0.0685])  # of RViz's pose estimate
 
 
-@dataclass(frozen=True)
-class RobotOptions:
-    """The names by which a robot is found.
-
-    Attributes:
-        fixed_frame: The frame to draw and to command in.
-        command_topic: Of velocities by hand.
-    """
-
-    namespace: str = ""
-    fixed_frame: str = "map"
-    command_topic: str = "cmd_vel"
-
-
 class RobotSide:
     """Listens to displays' topics and publishes commands; all happens in `spin` and `tick`.
 
     Args:
         context: An rclpy context to live in; its own if None.
+        namespace: The robot's.
+        fixed_frame: The frame to draw and to command in.
+        command_topic: Of velocities by hand.
     """
 
-    def __init__(self, options: RobotOptions, context: Context | None = None) -> None:
+    def __init__(
+        self,
+        context: Context | None = None,
+        namespace: str = "",
+        fixed_frame: str = "map",
+        command_topic: str = "cmd_vel",
+    ) -> None:
         self._owned = context is None
         self._context = context or new_context()
         self.node = Node(
-            *("viewer",),
-            context=self._context,
-            namespace=options.namespace,
-            start_parameter_services=False,
+            "viewer", context=self._context, namespace=namespace, start_parameter_services=False
         )
         self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self.node)
         services = Services(self.node)
-        self.frames = Frames(options.fixed_frame)
+        self.frames = Frames(fixed_frame)
         self.navigation = NavigationWatch(self.node, services)
         self.managed = ManagedNodes(services)
         self.entities = EntityWatch(services)
         self._feed = Feed(self.node, services)
-        self._hand = HandDrive(self.node, options.command_topic)
+        self._hand = HandDrive(self.node, command_topic)
         self._pose_out = self.node.create_publisher(
             PoseWithCovarianceStamped, "initialpose", qos.DEFAULT
         )

@@ -59,7 +59,8 @@ def test_a_chain_runs_up_to_the_root() -> None:
 
 
 def test_parents_stand_above_the_middle_of_their_children() -> None:
-    assert layout({"odom": "map", "left": "odom", "right": "odom"}) == {
+    parents = {"odom": "map", "left": "odom", "right": "odom"}
+    assert layout({name: Frame(name, (parent,)) for name, parent in parents.items()}) == {
         "left": (0.0, -2.0),
         "right": (1.0, -2.0),
         "odom": (0.5, -1.0),
@@ -68,10 +69,9 @@ def test_parents_stand_above_the_middle_of_their_children() -> None:
 
 
 def test_every_frame_has_a_point_of_its_own_in_the_picture(tmp_path: Path) -> None:
-    parents = {name: frame.parent for name, frame in TREE.items()}
-    points = layout(parents)
+    points = layout(TREE)
     assert set(points) == {"map", *TREE}
     assert len(set(points.values())) == len(points)
     path = tmp_path / "tree.png"
-    draw_tree(path, parents, {name: frame.facts for name, frame in TREE.items()})
+    draw_tree(path, TREE, {name: frame.facts for name, frame in TREE.items()})
     assert path.read_bytes().startswith(b"\x89PNG")

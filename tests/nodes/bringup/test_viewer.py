@@ -36,7 +36,7 @@ from bringup.viewing.browser.panel import Tool
 from bringup.viewing.browser.server import open_server
 from bringup.viewing.browser.viewer import Viewer
 from bringup.viewing.displays.standard import STANDARD
-from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
+from bringup.viewing.robot.robot_side import RobotSide
 from bringup.viewing.rviz_file import write_rviz
 from tests.bringup.viewing.drives import URDF
 from tests.bringup.viewing.test_rviz_file import NAV2
@@ -51,7 +51,7 @@ class Shown:
 
     def __init__(self, opened: ExitStack) -> None:
         self.ros = opened.enter_context(closing(RosBench(transport="dds")))
-        side = opened.enter_context(closing(RobotSide(RobotOptions(), self.ros.process.context)))
+        side = opened.enter_context(closing(RobotSide(self.ros.process.context)))
         server = open_server("127.0.0.1", 0)
         opened.callback(server.stop)
         self.viewer = Viewer(server, side, [replace(spec, shown=True) for spec in STANDARD])

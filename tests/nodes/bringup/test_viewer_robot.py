@@ -32,7 +32,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg, header, path_msg, transform_msg
 from arjuna_core.se2 import SE2
 from bringup.viewing.displays.base import DisplaySpec
-from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
+from bringup.viewing.robot.robot_side import RobotSide
 from tests.helpers.processes import wait_until
 from tests.helpers.ros import RosBench
 
@@ -45,7 +45,7 @@ class Bench:
 
     def __init__(self, **options: Any) -> None:
         self.ros = RosBench(transport="dds")
-        self.viewer = RobotSide(RobotOptions(**options), self.ros.process.context)
+        self.viewer = RobotSide(self.ros.process.context, **options)
 
     def listen(self, *specs: DisplaySpec) -> None:
         """Listen to displays, each by its name."""
