@@ -37,10 +37,11 @@ _REAL_TIME = {
 _LONG = tuple(
     f"tests/{name}.py"
     for name in (
-        *("nodes/bringup/homework/test_grading", "nodes/bringup/test_notebooks"),
-        *("nav/test_benches", "system/test_kernels", "foreign/nav2/test_system"),
-        *("nodes/bringup/homework/test_classroom", "bringup/scenarios/test_goals"),
-        *("sim/physics/test_placing", "sim/test_drives", "system/test_parameter_extremes"),
+        *("nodes/bringup/test_notebooks", "nodes/bringup/homework/test_grading"),
+        *("sim/test_drives", "system/test_kernels", "nav/test_benches"),
+        *("nodes/bringup/homework/test_classroom", "system/test_parameter_extremes"),
+        *("sim/physics/test_placing", "nodes/bringup/test_python_page", "system/test_faults"),
+        *("fuzz/test_messages", "fuzz/test_attacks", "foreign/nav2/test_system"),
     )
 )
 """Files of 12 s of CPU time and more, the longest first: none must be the last on one core."""
