@@ -10,7 +10,7 @@ from arjuna_core.errors import closest
 from bringup.parameters.files import EVERY_NODE, Parameters, namespace_of, node_of
 from bringup.parameters.foreign import nav2
 from bringup.parameters.remarks import Kind, Remark
-from bringup.stack import NodeSpec, program_of
+from bringup.stack import NAV2_PROGRAMS, NodeSpec, program_of
 
 FILLED = "a launch file fills '{}'; the default holds"
 _NAMESPACE = "<robot_namespace>"
@@ -73,6 +73,12 @@ def _of_other_node(name: str, today: str, nodes: Mapping[str, NodeSpec]) -> Rema
     if (program := program_of(today)) is not None:
         command = f"ros2 run {' '.join(program)} --ros-args --params-file FILE"
         return Remark(Kind.NOT_NEEDED, name, f"a node that '{command}' runs")
+    last = name.rpartition("/")[2]
+    for package, program in NAV2_PROGRAMS:
+        if last.endswith(f"_{program}"):
+            words = f"{package} {program} --ros-args -r __node:={last} --params-file FILE"
+            reason = f"no node of a stack has this name; 'ros2 run {words}' runs one"
+            return Remark(Kind.UNKNOWN, name, reason)
     known = nav2.of_node(name)
     if known is not None:
         kind, reason = known

@@ -55,6 +55,12 @@ def test_another_robot_s_section_is_not_needed() -> None:
     assert "'amcl' of another namespace" in only(found, Kind.NOT_NEEDED)
 
 
+def test_a_node_of_nav2_under_a_name_of_its_own_is_run_beside_the_others() -> None:
+    found = understood({"teleop_velocity_smoother": {"max_velocity": [0.3, 0.0, 0.5]}})
+    command = "ros2 run nav2_velocity_smoother velocity_smoother --ros-args -r __node:=teleop_vel"
+    assert command in only(found, Kind.UNKNOWN)
+
+
 def test_shapes_as_zones_are_a_line_of_safety() -> None:
     remark = only(understood({"vector_object_server": {"shapes": ["a"]}}), Kind.NO_EFFECT)
     assert remark.startswith("no effect yet (SAFETY): vector_object_server: ")
