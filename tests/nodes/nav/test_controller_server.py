@@ -174,7 +174,7 @@ def test_an_obstacle_that_goes_in_time_is_tolerated(robot: PlayedRobot) -> None:
     ],
 )
 def test_wheels_that_do_not_grip_are_no_progress(touch: bool, seconds: float, code: int) -> None:
-    layer = {COSTMAP: {"contact_layer": {"enabled": touch}}}
+    layer: dict[str, Any] = {COSTMAP: {"contact_layer": {"enabled": touch}}}
     robot = started(LOCAL_COSTMAP, CONTROLLER_SERVER, settle=0.5, **layer)
     robot.grips = False
     goal = follow(robot, path((2.0, 0.0)))
