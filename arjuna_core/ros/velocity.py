@@ -10,6 +10,7 @@ from rclpy.node import Node
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, seconds, velocity_from_twist
+from arjuna_core.ros.health.rules import is_drive
 from arjuna_core.ros.messages import maker
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.twist import STILL, Velocity
@@ -19,9 +20,10 @@ _STAMPED = "geometry_msgs/msg/TwistStamped"
 
 
 def listeners(node: Node, topic: str) -> list[str]:
-    """Return the types that a topic's subscriptions take."""
+    """Return the types that the subscriptions of a topic's drives take."""
     name = node.resolve_topic_name(topic)
-    return [info.topic_type for info in node.get_subscriptions_info_by_topic(name)]
+    infos = node.get_subscriptions_info_by_topic(name)
+    return [info.topic_type for info in infos if is_drive(info.node_name)]
 
 
 def subscribe_velocity(

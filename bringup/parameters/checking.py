@@ -25,7 +25,7 @@ from bringup.parameters.foreign.nav2 import section_as_today
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.remarks import Checked, Kind, Remark, lines
 from bringup.parameters.robot_file import contradictions, of_simulated_robot
-from bringup.parameters.sources import as_theirs, of_words
+from bringup.parameters.sources import COSTMAPS, as_theirs, of_words
 from bringup.stack import (
     PROGRAMS,
     SIM,
@@ -191,7 +191,11 @@ def _of_one_type(parameters: Parameters) -> Parameters:
     """Return parameters in which the whole chain of velocities is stamped if one of it is."""
     if not any(parameters.get(name, {}).get(_STAMPED) for name in VELOCITY_CHAIN):
         return parameters
-    return merged({name: {_STAMPED: True} for name in (*VELOCITY_CHAIN, SIM.name)}, parameters)
+    stamped: Parameters = {name: {_STAMPED: True} for name in (*VELOCITY_CHAIN, SIM.name)}
+    for name in COSTMAPS:
+        if "contact_layer" in parameters.get(name, {}).get("plugins", ()):
+            stamped[name] = {f"contact_layer.{_STAMPED}": True}
+    return merged(stamped, parameters)
 
 
 def _without_missing_masks(parameters: Parameters, further: Iterable[NodeSpec]) -> list[Remark]:

@@ -188,3 +188,8 @@ RULES: dict[str, Callable[[Any], str | None]] = {
     "ParameterValue": parameter_problem,
 }
 """The rule of each type that has one, by its name without its package."""
+
+
+def is_drive(node: str) -> bool:
+    """Return whether a node that listens to commands may drive by them: costmaps look on."""
+    return not node.endswith("costmap")

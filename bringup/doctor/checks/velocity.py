@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from arjuna_core.ros.health.rules import is_drive
 from bringup.doctor.snapshot import Finding, Snapshot
 
 RANK = 11
@@ -13,7 +14,7 @@ _TWIST, _STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 def check(snapshot: Snapshot) -> Iterator[Finding]:
     """Yield faults that keep the robot from moving."""
     for topic in sorted({end.topic for end in snapshot.endpoints if "cmd_vel" in end.topic}):
-        listeners = snapshot.subscribers(topic)
+        listeners = [end for end in snapshot.subscribers(topic) if is_drive(end.node)]
         wanted = {end.type for end in listeners}
         for end in snapshot.publishers(topic):
             if wanted and end.type not in wanted and {end.type, *wanted} <= {_TWIST, _STAMPED}:

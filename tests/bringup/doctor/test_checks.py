@@ -61,6 +61,11 @@ def _with(*more: Endpoint) -> Snapshot:
     return replace(HEALTHY, endpoints=(*ENDPOINTS, *more))
 
 
+def _with_listener(node: str) -> Snapshot:
+    without = _without(ENDPOINTS[6])
+    return replace(without, endpoints=(*without.endpoints, _end(node, "/cmd_vel", False, _TWIST)))
+
+
 def _machine(**changes: Any) -> Snapshot:
     return replace(HEALTHY, machine=replace(HEALTHY.machine, **changes))
 
@@ -238,6 +243,11 @@ BROKEN = {
         "/joy sends TwistStamped on /cmd_vel, /sim listens for Twist",
     ),
     "no listener": (_without(ENDPOINTS[6]), "velocity", "/controller_server send /cmd_vel and no"),
+    "only a costmap listens": (
+        _with_listener("/local_costmap/local_costmap"),
+        "velocity",
+        "/controller_server send /cmd_vel and no robot listens",
+    ),
     "a robot in the ground": (_robot(height=-0.2), "body", "sinks into the ground"),
     "a zone that is not kept": (_robot(remarks=("zones are not kept",)), "parameters", "not kept"),
 }

@@ -21,7 +21,7 @@ from bringup.parameters.checking import (
     problems_of,
 )
 from bringup.parameters.files import sim_time_of
-from bringup.parameters.sources import of_words
+from bringup.parameters.sources import COSTMAPS, of_words
 from bringup.stack import VELOCITY_CHAIN, all_nodes
 
 pytestmark = pytest.mark.ros
@@ -142,6 +142,8 @@ def test_a_chain_of_velocities_is_of_one_type(said: str, tmp_path: Path) -> None
     parameters = over_shipped([file])
     for name in VELOCITY_CHAIN:
         assert parameters[name]["enable_stamped_cmd_vel"] is True
+    for name in COSTMAPS:
+        assert parameters[name]["contact_layer.enable_stamped_cmd_vel"] is True
     plain = over_shipped([])
     assert not any("enable_stamped_cmd_vel" in plain.get(name, {}) for name in VELOCITY_CHAIN)
 
