@@ -35,7 +35,7 @@ def traversal_costs(allow_unknown: bool = True) -> Singles:
 
     Source: nav2_navfn_planner, setCostmap.
     """
-    return closed(NEUTRAL + COST_FACTOR * np.arange(256), allow_unknown)
+    return closed(NEUTRAL + COST_FACTOR * np.arange(256, dtype=np.float64), allow_unknown)
 
 
 def closed(costs: NDArray[np.floating[Any]], allow_unknown: bool) -> Singles:
