@@ -36,7 +36,7 @@ _LAYOUT: dict[str, Any] = {
     "max_bagfile_duration": 0,
 }
 """The options of a recording's layout, as `layout_of` takes them."""
-_CHOICE = {each.name: each.default for each in fields(RecordFilter)}
+_CHOICE: dict[str, Any] = {each.name: each.default for each in fields(RecordFilter)}
 _DEFAULTS: dict[str, Any] = {
     "uri": "",
     "start_time_ns": -1,
