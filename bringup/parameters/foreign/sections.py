@@ -74,9 +74,9 @@ def _of_other_node(name: str, today: str, nodes: Mapping[str, NodeSpec]) -> Rema
         command = f"ros2 run {' '.join(program)} --ros-args --params-file FILE"
         return Remark(Kind.NOT_NEEDED, name, f"a node that '{command}' runs")
     last = name.rpartition("/")[2]
-    for package, program in NAV2_PROGRAMS:
-        if last.endswith(f"_{program}"):
-            words = f"{package} {program} --ros-args -r __node:={last} --params-file FILE"
+    for package, executable in NAV2_PROGRAMS:
+        if last.endswith(f"_{executable}"):
+            words = f"{package} {executable} --ros-args -r __node:={last} --params-file FILE"
             reason = f"no node of a stack has this name; 'ros2 run {words}' runs one"
             return Remark(Kind.UNKNOWN, name, reason)
     known = nav2.of_node(name)
