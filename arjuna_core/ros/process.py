@@ -118,6 +118,8 @@ class Process:
         self._make_own_node(name, isolated)
         if self.executor is None:
             self.executor = EventsExecutor(context=self.context)
+        if self.transport is not None:
+            self._run_all = self.guard.guarded(self.node, "executor", self.executor.run_all)
         self.nodes: list[ClockedNode] = []
         self.clock = ROSClock()
         self.clock._set_ros_time_is_active(use_sim_time)
@@ -272,7 +274,7 @@ class Process:
             while self.run_waiting() > 1:
                 pass
         while self.transport is not None and len(self.executor):
-            self.guard.call(self.node, "executor", self.executor.run_all)
+            self._run_all()
 
     def run_waiting(self) -> int:
         """Run everything that waits, but nothing that comes meanwhile; return how much it was."""
