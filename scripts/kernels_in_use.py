@@ -119,7 +119,9 @@ def _drive(parameters: dict[str, Any]) -> None:
     robot = LockStep(merged(shipped_parameters(), known, parameters))
     with closing(robot):
         robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)
-        Goals(robot).navigate(SE2(0.8, 0.8, 3.0), 6.0)
+        goals = Goals(robot)
+        goals.navigate(SE2(0.8, 0.8, 3.0), 6.0)
+        goals.navigate(SE2(0.6, 0.6, 3.0), 1.0)  # as near as a controller is asked for headings
 
 
 def _drive_demo() -> None:

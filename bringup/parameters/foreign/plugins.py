@@ -114,10 +114,14 @@ class ForeignPlugins:
         return bool(ours)
 
     def _note_no_class(self, name: str, listed: PluginList, values: Mapping[str, Any]) -> None:
-        """Remark on a plug-in with which Nav2 would not start, for nothing names its class."""
+        """Remark on a plug-in with which Nav2 would not start, for nothing names its class.
+
+        One without any parameter may have them in an earlier file.
+        """
         kind, whole = listed.kind, listed.prefix + name
         known = {*names_in(listed.default, listed.default), *kind.by_name, *_NAMED_BY_NAV2}
-        if kind.stands_in and name not in known and f"{whole}.{kind.key}" not in values:
+        given = {key for key in values if key.startswith(f"{whole}.")}
+        if kind.stands_in and name not in known and given and f"{whole}.{kind.key}" not in given:
             text = f"{kind.default}, for no '{whole}.{kind.key}' says another class"
             self.remarks.append(Remark(Kind.UNKNOWN, f"{self.node}: {whole}", text))
 

@@ -220,8 +220,10 @@ def test_a_class_of_a_later_nav2_is_said_to_be_one(node: str, listed: str, cls: 
 
 
 def test_a_plug_in_without_a_class_is_said_to_be_of_the_default_one() -> None:
-    found = understood({"planner_server": {"planner_plugins": ["GridBased", "Lattice"]}})
+    listed: dict[str, Any] = {"planner_plugins": ["GridBased", "Lattice"]}
+    found = understood({"planner_server": {**listed, "Lattice.tolerance": 0.2}})
     assert "planner_server: Lattice: nav2_navfn_planner" in only(found, Kind.UNKNOWN)
+    assert not understood({"planner_server": listed}).remarks, "an earlier file may have it"
 
 
 THEIRS = "theirs::Own"
