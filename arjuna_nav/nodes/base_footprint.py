@@ -11,6 +11,7 @@ from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import se2_from_transform, seconds, transform_msg
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import transforms_msg
 
 
 @dataclass(frozen=True)
@@ -42,4 +43,4 @@ class BaseFootprintPublisherNode(ManagedNode):
                 parent, stamp = item.header.frame_id.lstrip("/"), seconds(item.header.stamp)
                 pose = se2_from_transform(item.transform)
                 level = transform_msg(pose, parent, config.base_footprint_frame, stamp)
-                self._publisher.publish(TFMessage(transforms=[level]))
+                self._publisher.publish(transforms_msg(level))

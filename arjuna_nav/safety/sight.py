@@ -72,11 +72,14 @@ class Touching:
 
     def keep(self, sight: Sight, outline: Footprint, now: float) -> Sight:
         """Return what is seen at a time [s], with the speed of who is, or just was, within."""
+        recent = now - self._at <= HIDDEN
+        if not recent and not sight.speeds.any():
+            return sight
         within = outline.holds(sight.points)
         speed = float(sight.speeds[within].max(initial=0.0))
         if speed > 0.0:
             self._speed, self._at = speed, now
-        elif now - self._at > HIDDEN:
+        elif not recent:
             return sight
         speeds = np.where(within, np.maximum(sight.speeds, self._speed), sight.speeds)
         return sight._replace(speeds=speeds)

@@ -86,7 +86,7 @@ class RobotStatePublisherNode(ManagedNode):
             for joint in self._urdf.joints.values()
             if joint.kind == "fixed"
         ]
-        self._static.publish(TFMessage(transforms=fixed + self._of_sensors()))
+        self._static.publish(transforms_msg(*fixed, *self._of_sensors()))
 
     def _of_sensors(self) -> list[TransformStamped]:
         """Return the transforms of sensors' frames that are no links, such as optical ones."""

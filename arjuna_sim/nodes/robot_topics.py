@@ -175,7 +175,7 @@ class RobotTopics:
     def publish_static(self, now: float) -> None:
         """Publish where the world is at a time [s]: a map has the world's coordinates."""
         T = transform_msg(SE2(), WORLD, "map", now)
-        self._static_out.publish(TFMessage(transforms=[T]))
+        self._static_out.publish(transforms_msg(T))
 
     def publish(self, observation: Observation) -> None:
         """Publish what is due of an observation and, if it costs, subscribed to."""

@@ -11,12 +11,7 @@ from rclpy.parameter import Parameter
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import (
-    header,
-    planar_covariance,
-    pose_msg,
-    transform_msg,
-)
+from arjuna_core.ros.convert import header, planar_covariance, pose_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import transforms_msg
 from arjuna_core.se2 import SE2

@@ -20,6 +20,7 @@ from visualization_msgs.srv import GetInteractiveMarkers
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, pose_msg, scan_msg, se2_from_pose, transform_msg
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import transforms_msg
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.nodes.slam_output import NODE_COLOR
@@ -75,7 +76,7 @@ class InteractiveGraph:
         now = self._node.now
         sensor = T_map_base @ scan.T_base_sensor
         frame = transform_msg(sensor, self._node.config.map_frame, SCAN_FRAME, now)
-        self._tf.publish(TFMessage(transforms=[frame]))
+        self._tf.publish(transforms_msg(frame))
         message = scan_msg(scan, SCAN_FRAME, 0.0)
         message.header = header(SCAN_FRAME, now)
         self._scan.publish(message)

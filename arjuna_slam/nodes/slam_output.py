@@ -16,6 +16,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg, header, planar_covariance, pose_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import transforms_msg
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import EdgeKind, PoseGraph
 from arjuna_slam.matching.scan_matcher import MatchStatus
@@ -125,7 +126,7 @@ class SlamOutput:
         c = self._node.config
         dated = (self._node.now if c.restamp_tf else self._stamp) + c.transform_timeout
         transform = transform_msg(self._update.T_map_odom, c.map_frame, c.odom_frame, dated)
-        self._tf.publish(TFMessage(transforms=[transform]))
+        self._tf.publish(transforms_msg(transform))
 
     def map_message(self, most_moved: int | None = None) -> OccupancyGridMsg | None:
         """Return the map, or None before the first scan; `most_moved` as in `PoseTracker.map`."""

@@ -77,6 +77,8 @@ class ContactLayer(Layer):
             points = self._ahead(T_global_base)
             if len(points):
                 self._contacts.append((now, T_fixed_global.apply(points)))
+        if not self._contacts and not len(self._points):
+            return None
         memory, frame = self.config.memory, self.master.frame
         before = frame.to_cells(self._points)
         self._contacts = [one for one in self._contacts if not 0.0 < memory < now - one[0]]

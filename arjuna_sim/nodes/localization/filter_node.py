@@ -26,6 +26,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, pose3_msg, seconds, transform3_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.silence import Silence, SilenceWatch
+from arjuna_core.ros.tf import transforms_msg
 from arjuna_sim.fusion.estimator import Estimator
 from arjuna_sim.fusion.filters import ExtendedFilter, Filter, Measurement, UnscentedFilter
 from arjuna_sim.fusion.kinematics import ACCELERATION, POSE, TWIST, Array
@@ -315,7 +316,7 @@ class EkfFilterNode(ManagedNode):
                 return
             pose, child = pose @ T_odom_base.inverse(), config.odom_frame
         T = transform3_msg(pose, parent, child, stamp)
-        self._tf_out.publish(TFMessage(transforms=[T]))
+        self._tf_out.publish(transforms_msg(T))
 
 
 class UkfFilterNode(EkfFilterNode):

@@ -21,7 +21,7 @@ from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, pose3_msg, seconds, transform3_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.tf import TransformError
+from arjuna_core.ros.tf import TransformError, transforms_msg
 from arjuna_sim.fusion.earth import EarthFrame
 from arjuna_sim.nodes.localization.filter_node import pose_of, unit
 
@@ -140,7 +140,7 @@ class NavsatTransformNode(ManagedNode):
         as_parent = config.broadcast_cartesian_transform_as_parent_frame
         if as_parent or config.broadcast_utm_transform_as_parent_frame:
             T, parent, child = T.inverse(), child, parent
-        message = TFMessage(transforms=[transform3_msg(T, parent, child, self.now)])
+        message = transforms_msg(transform3_msg(T, parent, child, self.now))
         self._tf_out.publish(message)
 
     def _on_odometry(self, message: Any) -> None:

@@ -17,6 +17,7 @@ from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose3_msg, seconds, transform3_msg
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import transforms_msg
 from arjuna_sim.processing.madgwick import UP, MadgwickFilter, orientation, quaternion_of, rotation
 
 _GRAVITY = 9.81  # [m/s^2] as imu_filter_madgwick has it
@@ -137,7 +138,7 @@ class ImuFilterNode(ManagedNode):
             T, parent, child = pose, config.fixed_frame, message.header.frame_id
             if config.reverse_tf:
                 T, parent, child = pose.inverse(), child, parent
-            self._tf_out.publish(TFMessage(transforms=[transform3_msg(T, parent, child, stamp)]))
+            self._tf_out.publish(transforms_msg(transform3_msg(T, parent, child, stamp)))
         for name, out in self._debug.items():
             shown = pose
             if name == "raw" and acceleration.any():

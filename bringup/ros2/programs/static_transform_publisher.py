@@ -10,6 +10,7 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import transform3_msg
+from arjuna_core.ros.tf import transforms_msg
 from bringup.ros2.client import Client
 
 _NUMBERS = ("x", "y", "z", "qx", "qy", "qz", "qw", "roll", "pitch", "yaw")
@@ -66,7 +67,7 @@ def main(words: list[str]) -> None:
         message = transform3_msg(pose, frame, child, 0.0)
         message.header.stamp = client.node.get_clock().now().to_msg()
         publisher = client.node.create_publisher(TFMessage, "/tf_static", qos.LATCHED)
-        publisher.publish(TFMessage(transforms=[message]))
+        publisher.publish(transforms_msg(message))
         client.node.get_logger().info(
             f"Spinning until stopped - publishing transform\ntranslation: {_text(pose.position)}\n"
             f"rotation: {_text((*pose.quaternion[1:], pose.quaternion[0]))}\n"

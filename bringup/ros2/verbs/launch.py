@@ -29,6 +29,7 @@ from bringup.ros2.verbs.forward import LAUNCHED, arjuna, module_of, remedy
 
 if TYPE_CHECKING:
     from launch import LaunchDescription, LaunchService
+
 _USAGE = "usage: ros2 launch [-h] [-s] [-d] package_name|FILE [launch_file] [NAME:=VALUE ...]"
 _SHOW = ("-s", "--show-args", "--show-arguments")
 _SILENT = ("-n", "--noninteractive", "-a", "--show-all-subprocesses-output")
