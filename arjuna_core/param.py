@@ -31,6 +31,7 @@ class ParamInfo:
         read_only: Whether it is fixed once the component runs.
         path: Whether it is a path; those are read only, or clients could move folders.
         plugins: Of plug-ins' names: the `PluginTypes` or `NamedConfigs` that they are of.
+        class_of: Of a class's name: the `PluginTypes` that it is of.
         theirs: The value with the behaviour of Nav2 or slam_toolbox, where another one is the
             default or is shipped.
     """
@@ -43,6 +44,7 @@ class ParamInfo:
     read_only: bool = False
     path: bool = False
     plugins: Any = None
+    class_of: Any = None
     theirs: Any = None
 
     @property
@@ -63,6 +65,7 @@ def param(
     choices: Sequence[Any] = (),
     read_only: bool = False,
     path: bool = False,
+    class_of: Any = None,
     theirs: Any = None,
 ) -> Any:
     """Declare one parameter as a field of a frozen dataclass.
@@ -71,13 +74,13 @@ def param(
         description: One sentence for `--help`, docs and ROS descriptors.
         unit: SI unit.
         path: Whether it is a path of this machine; no client may change it.
+        class_of: The `PluginTypes` of which it names the class.
         theirs: The value with the behaviour of Nav2 or slam_toolbox, which `--as-nav2` and
             `--as-slam-toolbox` set; None where there is no other.
     """
     fixed = read_only or path
-    info = ParamInfo(
-        description, unit, minimum, maximum, tuple(choices), fixed, path=path, theirs=theirs
-    )
+    valid, named = tuple(choices), {"path": path, "class_of": class_of, "theirs": theirs}
+    info = ParamInfo(description, unit, minimum, maximum, valid, fixed, **named)
     return dataclasses.field(default=default, metadata={_KEY: info})
 
 
