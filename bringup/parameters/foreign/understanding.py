@@ -82,7 +82,7 @@ class _Section:
         self.problems: list[str] = []
         self._foreign = ForeignPlugins(spec.name)
         if _is_whole(spec.name, given):
-            robot = keys_of_robot(spec.name)
+            robot = keys_of_robot(spec, below)
             below = {key: value for key, value in below.items() if key in robot}
         values = nav2.as_today(spec.name, given)
         sim_time = values.pop(SIM_TIME, below.get(SIM_TIME))
