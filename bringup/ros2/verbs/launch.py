@@ -23,15 +23,24 @@ from bringup.ros2.verbs.forward import LAUNCHED, arjuna, module_of, remedy
 if TYPE_CHECKING:
     from launch import LaunchDescription, LaunchService
 
-_USAGE = "usage: ros2 launch [-h] [-s] [-d] package_name|FILE [launch_file] [NAME:=VALUE ...]"
-_SHOW = ("-s", "--show-args", "--show-arguments")
+_USAGE = (
+    "usage: ros2 launch [-h] [-s] [-p] [-d] [--launch-prefix WORDS [--launch-prefix-filter REGEX]]"
+    " package_name|FILE [launch_file] [NAME:=VALUE ...]"
+)
+_SHOW = {
+    **dict.fromkeys(("-s", "--show-args", "--show-arguments"), "arguments"),
+    **dict.fromkeys(("-p", "--print", "--print-description"), "description"),
+}
+"""What an option shows instead of launching."""
+_PREFIX = ("--launch-prefix", "--launch-prefix-filter")
 _SILENT = ("-n", "--noninteractive", "-a", "--show-all-subprocesses-output")
 
 
 def run(words: list[str]) -> int:
     """Start what a launch file describes; say which command that is where one of ours does it."""
     debug = bool({"-d", "--debug"} & set(words))
-    shows = bool(set(_SHOW) & set(words))
+    shows = next((_SHOW[word] for word in words if word in _SHOW), "")
+    words = _with_prefix(words)
     first, *rest = [word for word in words if word not in (*_SHOW, *_SILENT)] or ["-h"]
     own = [word for word in rest if word not in ("-d", "--debug")]
     if first in ("-h", "--help"):
@@ -85,8 +94,25 @@ def _of_package(package: str, file: str) -> Path | None:
     return found[0] if found else None
 
 
-def start(path: Path, words: list[str], shows: bool = False, debug: bool = False) -> int:
-    """Launch a file of one's own, or list its arguments."""
+def _with_prefix(words: list[str]) -> list[str]:
+    """Return words with the options of a prefix, behind the others, as what launching reads."""
+    found: list[str] = []
+    behind: list[str] = []
+    option = ""
+    for word in words:
+        name, equals, value = word.partition("=")
+        if option or (name in _PREFIX and equals):
+            behind.append(f"{(option or name).strip('-')}:={word if option else value}")
+            option = ""
+        elif name in _PREFIX:
+            option = name
+        else:
+            found.append(word)
+    return [*found, *behind]
+
+
+def start(path: Path, words: list[str], shows: str = "", debug: bool = False) -> int:
+    """Launch a file of one's own, or show its `arguments` or its `description`."""
     import launch
     from launch.actions import IncludeLaunchDescription
     from launch.launch_description_sources import AnyLaunchDescriptionSource
@@ -107,6 +133,9 @@ def start(path: Path, words: list[str], shows: bool = False, debug: bool = False
         raise Ros2Error(f"'{wrong[0]}' is no argument; valid: NAME:=VALUE")
     if shows:
         found = source.get_launch_description(launch.LaunchContext())
+        if shows == "description":
+            print(launch.LaunchIntrospector().format_launch_description(found))
+            return 0
         return _show(found.get_launch_arguments())
     if not os.environ.get("ROS_LOG_DIR"):
         os.environ["ROS_LOG_DIR"] = launch_config.log_dir

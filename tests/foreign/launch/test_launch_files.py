@@ -679,11 +679,35 @@ def test_a_broken_xml_file_is_named(
 def test_arguments_are_listed(
     started: Callable[..., Started], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert verb.start(FILES / "display.launch.py", [], shows=True) == 0
+    assert verb.start(FILES / "display.launch.py", [], "arguments") == 0
     printed = capsys.readouterr().out
     assert "    'model':\n        Path of the URDF\n" in printed
     assert "        one of: true, false\n        (default: 'true')\n" in printed
     assert " at 0x" not in printed
+
+
+def test_a_description_is_printed_and_programs_are_prefixed(
+    started: Callable[..., Started],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    file = str(FILES / "urdf_display.launch.py")
+    assert verb.run(["-p", file]) == 0
+    assert "IncludeLaunchDescription(...)\n" in capsys.readouterr().out
+    begun: list[list[str]] = []
+    given = ["--launch-prefix", "nice -n 5", "--launch-prefix-filter=joy.*", file, "a:=b"]
+    with monkeypatch.context() as patch:
+        patch.setattr(verb, "start", lambda path, words, *more: begun.append(words) or 0)
+        assert verb.run(given) == 0
+    assert begun == [["a:=b", "launch-prefix:=nice -n 5", "launch-prefix-filter:=joy.*"]]
+    lines = started("urdf_display.launch.py", *begun[0]).lines
+    assert [line.startswith("nice -n 5 joy") for line in lines] == [
+        False,
+        False,
+        False,
+        True,
+        False,
+    ]
 
 
 def test_a_node_that_is_not_to_start_by_itself_is_left_alone(
