@@ -92,29 +92,38 @@ def _of_package(package: str, file: str) -> Path | None:
     return found[0] if found else None
 
 
+def prepare() -> None:
+    """Have launch files find what they refer to: packages, programs and a sourced ROS's names."""
+    from launch import LaunchService
+    from launch_ros.actions import LoadComposableNodes, Missing
+
+    programs = add_prefix() / "bin"
+    LaunchService.explain = staticmethod(_explained)
+    Missing.remedy = staticmethod(remedy)
+    LoadComposableNodes.plugins = PLUGINS
+    folder = str(Path(sys.executable).parent)
+    path_of_user = os.environ.get("PATH", os.defpath)
+    if str(programs) not in path_of_user.split(os.pathsep):
+        os.environ["PATH"] = os.pathsep.join([folder, path_of_user, str(programs)])
+    known = {"ROS_DISTRO": "jazzy", "ROS_VERSION": "2", "GZ_SIM_RESOURCE_PATH": "", LAUNCHED: "1"}
+    for name, value in known.items():
+        os.environ.setdefault(name, value)
+
+
 def start(path: Path, words: list[str], shows: bool = False, debug: bool = False) -> int:
     """Launch a file of one's own, or list its arguments."""
     import launch
     from launch.actions import IncludeLaunchDescription
     from launch.launch_description_sources import AnyLaunchDescriptionSource
     from launch.logging import launch_config
-    from launch_ros.actions import LoadComposableNodes, Missing
 
-    programs = add_prefix() / "bin"
-    Missing.remedy = staticmethod(remedy)
-    LoadComposableNodes.plugins = PLUGINS
-    folder = str(Path(sys.executable).parent)
-    path_of_user = os.environ.get("PATH", os.defpath)
-    os.environ["PATH"] = os.pathsep.join([folder, path_of_user, str(programs)])
-    known = {"ROS_DISTRO": "jazzy", "ROS_VERSION": "2", "GZ_SIM_RESOURCE_PATH": "", LAUNCHED: "1"}
-    for name, value in known.items():
-        os.environ.setdefault(name, value)  # as a sourced ROS has them
+    prepare()
     source = AnyLaunchDescriptionSource(str(path))
     if wrong := [word for word in words if ":=" not in word]:
         raise Ros2Error(f"'{wrong[0]}' is no argument; valid: NAME:=VALUE")
     if shows:
         found = source.get_launch_description(launch.LaunchContext())
-        return _show(found.get_launch_arguments())
+        return show(found.get_launch_arguments())
     if not os.environ.get("ROS_LOG_DIR"):
         os.environ["ROS_LOG_DIR"] = launch_config.log_dir
     log = launch.logging.get_logger("launch")
@@ -133,7 +142,7 @@ def start(path: Path, words: list[str], shows: bool = False, debug: bool = False
 def _service(debug: bool = False) -> LaunchService:
     from launch import LaunchService
 
-    LaunchService.explain = staticmethod(_explained)
+    prepare()
     return LaunchService(debug=debug)
 
 
@@ -163,7 +172,8 @@ def _all(found: list[list[str]]) -> LaunchDescription:
     return LaunchDescription([*(LogInfo(msg=one) for one in lines), *map(process, found)])
 
 
-def _show(arguments: Iterable[Any]) -> int:
+def show(arguments: Iterable[Any]) -> int:
+    """List launch arguments; return 0."""
     print("Arguments (pass arguments as '<name>:=<value>'):\n")
     for one in arguments:
         default = "".join(
