@@ -372,6 +372,7 @@ def test_heavy_steered_wheel_neither_kicks_the_robot_nor_speeds_it_up(tmp_path: 
 _OTHER = {
     "base_footprint": "chassis_foot",
     "<topicName>scan<": "<topicName>/front/scan<",
+    "~/out:=depth/points<": "~/out:=/front/points<",
     "<commandTopic>cmd_vel<": "<commandTopic>drive<",
     "<odometryTopic>odom<": "<odometryTopic>wheels/odom<",
 }
@@ -390,6 +391,7 @@ def test_names_of_its_own_are_returned(tmp_path: Path) -> None:
     path.write_text(text, encoding="utf-8")
     assert names_of(named_robot(str(path), "")) == {
         "scan_topic": "/front/scan",
+        "cloud_topic": "/front/points",
         "cmd_vel_topic": "drive",
         "odom_topic": "wheels/odom",
         "base_frame": "chassis_foot",
