@@ -28,7 +28,7 @@ _AXLE = re.compile(r"(front|rear|back)_(left|right)_(axle|steering)_joint(_name)
 """Parameters of swerve controllers that name steering joints."""
 _WHEELS = ("wheel_names", "traction_joints_names", "traction_joint_name", "rear_wheels_names")
 _STEERING = ("steering_joints_names", "steering_joint_name", "front_wheels_names")
-_READ_LIMITS = ("velocity", "acceleration")
+_READ_LIMITS = ("velocity", "acceleration", "jerk")
 
 
 def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
@@ -204,7 +204,7 @@ def _as_plugin(
 def _limits(values: dict[str, Any], kind: str) -> dict[str, float | None]:
     """Return a controller's limits and time-out, by the tags of a drive plugin.
 
-    One whose `has_velocity_limits` or `has_acceleration_limits` is false counts for nothing. Those
+    One whose `has_velocity_limits` is false, or others' like it, counts for nothing. Those
     of a tricycle are of its wheel [rad/s], and its time-out is in whole ms.
     """
     linear, angular = below(values, "linear", "x"), below(values, "angular", "z")
@@ -215,6 +215,8 @@ def _limits(values: dict[str, Any], kind: str) -> dict[str, float | None]:
         "max_linear_acceleration": _limit(linear, "acceleration"),
         "max_angular_velocity": _limit(angular, "velocity"),
         "max_angular_acceleration": _limit(angular, "acceleration"),
+        "max_linear_jerk": _limit(linear, "jerk"),
+        "max_angular_jerk": _limit(angular, "jerk"),
     }
     timeout = values.get("cmd_vel_timeout", values.get("reference_timeout"))
     if isinstance(timeout, int | float) and not isinstance(timeout, bool) and timeout >= 0:
@@ -231,7 +233,7 @@ def _limits(values: dict[str, Any], kind: str) -> dict[str, float | None]:
 def _unread_limits(values: dict[str, Any]) -> Iterator[str]:
     """Yield the limits that no drive here has; a least one that mirrors the greatest is honoured.
 
-    Such as those of jerk, and of deceleration where it differs.
+    Such as those of deceleration where it differs.
     """
     for keys in (("linear", "x"), ("linear", "y"), ("angular", "z"), ("traction",), ("steering",)):
         inner = below(values, *keys)
