@@ -44,7 +44,7 @@ ROBOT_NAMES: dict[str, dict[str, str]] = {
         "docking_server": "fixed_frame",
     },
     "wheel_odom": {"ekf_filter_node": "odom0"},
-    "imu": {"ekf_filter_node": "imu0"},
+    "imu": {"ekf_filter_node": "imu0", "bt_navigator": "imu_topic"},
 }
 """The parameter of each node that a name of the robot's sets; an option of that name sets all."""
 SEEN = {"scan_topic": "LaserScan", "cloud_topic": "PointCloud2"}
