@@ -189,7 +189,9 @@ def of_names(
     running = {spec.name for group in groups for spec in group.nodes}
     for what, keys in ROBOT_NAMES.items():
         value = names.get(what)
-        for node, key in keys.items() if value is not None else ():
+        if value is None:
+            continue
+        for node, key in keys.items():
             seen = what in SEEN and node in COSTMAPS
             if seen:
                 key = first_source(parameters.get(node, {}), SEEN[what])

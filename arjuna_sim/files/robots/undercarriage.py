@@ -10,6 +10,7 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Iterable
+from typing import Any
 from xml.etree.ElementTree import Element  # a type alone
 
 import numpy as np
@@ -112,11 +113,11 @@ def on_tracks(
 
 def strictest(drive: DriveSettings, *limits: dict[str, float]) -> DriveSettings:
     """Return a drive that changes its speed no faster than it and some limits allow, 0 for any."""
+    strict: dict[str, Any] = {}
     for key in ("max_acceleration", "max_deceleration", "max_jerk"):
         known = [getattr(drive, key), *(each[key] for each in limits)]
-        least = min((each for each in known if each > 0.0), default=0.0)
-        drive = dataclasses.replace(drive, **{key: least})
-    return drive
+        strict[key] = min((each for each in known if each > 0.0), default=0.0)
+    return dataclasses.replace(drive, **strict)
 
 
 def _separation(xml: XmlFile, plugins: Iterable[Element], seen: float) -> float:

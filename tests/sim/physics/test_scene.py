@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -108,8 +109,13 @@ def test_a_model_from_the_cache_is_the_one_that_was_compiled(
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(scenes, "_SLOW", 12)
-    folder, made = tmp_path / "arjuna" / "models", []
-    monkeypatch.setattr(scenes, "_made", lambda *of, make=scenes._made: made.append(1) or make(*of))
+    folder, made, make = tmp_path / "arjuna" / "models", list[object](), scenes._made
+
+    def counted(*of: Any) -> Any:
+        made.append(of)
+        return make(*of)
+
+    monkeypatch.setattr(scenes, "_made", counted)
     half = Part(Shape(Kind.MESH, (0.5, 1.0, 1.0), Mesh(Path("l.stl"), L)), Pose3((4.0, 0.0, 0.0)))
 
     def compiled(part: Part, keep: bool = True, mass: float = 1.0) -> Scene:
