@@ -15,7 +15,7 @@ from xml.etree.ElementTree import Element, SubElement  # nothing is parsed here
 from arjuna_core.errors import InputFileError, RobotError
 from arjuna_core.files.yaml_file import read_yaml
 from arjuna_sim.files.robots.plugins import controller_kind, is_control
-from arjuna_sim.files.tag_text import texts
+from arjuna_sim.files.tag_text import OWN, PATH, texts
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import DriveKind
@@ -82,9 +82,20 @@ def _contents(
     """Yield the files of a plugin's controllers and their sections; broken ones are noted."""
     for path in _files(xml, plugin):
         try:
-            yield path, list(_sections(read_yaml(path, RobotError)))
+            sections = _sections(read_yaml(path, RobotError))
+            yield path, [(name, _in_model(values, plugin)) for name, values in sections]
         except InputFileError as error:
             xml.note(f"controllers of '{path.name}' are left out: {error.problem}", NoteKind.BROKEN)
+
+
+def _in_model(values: Any, plugin: Element) -> Any:
+    """Return parameters with the paths of joints of the nested model that the plugin is of."""
+    if isinstance(values, dict):
+        return {key: _in_model(value, plugin) for key, value in values.items()}
+    if isinstance(values, list):
+        return [_in_model(value, plugin) for value in values]
+    is_own = isinstance(values, str) and values in plugin.get(OWN, "").split("\n")
+    return f"{plugin.get(PATH, '')}{values}" if is_own and values else values
 
 
 def _joints(values: Mapping[str, Any]) -> dict[str, list[str]]:
