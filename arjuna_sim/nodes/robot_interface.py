@@ -41,7 +41,8 @@ class RobotInterface:
         self.topics = RobotTopics(node, robot.model, config)
         sensors = self.topics.settings.sensors
         cameras = [s for s in sensors if isinstance(s, CameraSettings)]
-        self._cameras = [CameraTopics(node, robot, stage, camera) for camera in cameras]
+        rate = config.cloud_rate
+        self._cameras = [CameraTopics(node, robot, stage, camera, rate) for camera in cameras]
         self._further = SensorTopics(node, robot, self.topics.settings.further)
         BatteryCommands(node, robot, self.topics.settings.further)
         self._joints = _joint_control(node, robot, self._rename)

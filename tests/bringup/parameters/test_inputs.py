@@ -137,6 +137,7 @@ def test_costmaps_take_what_a_robots_own_cameras_see_above_its_ground(
     text = text.replace('xyz="0 0 0.08"', f'xyz="0 0 {0.08 + ground:.2f}"')
     file.write_text(text, encoding="utf-8")
     found = gather(parse(["demo", "--robot", str(file)]))
+    assert found["sim"]["cloud_rate"] == 10.0
     for node in COSTMAPS:
         layer = load(CostmapConfig, found[node]).voxel_layer  # type: ignore[attr-defined]
         seen = sources_of(layer)

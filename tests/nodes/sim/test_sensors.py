@@ -149,6 +149,22 @@ def test_each_camera_has_topics_of_its_own(
     assert (x, y, z) == pytest.approx((0.0, 0.0, 2.0), abs=0.01)
 
 
+def test_clouds_are_drawn_as_seldom_as_is_asked_while_nobody_looks_at_pictures(
+    bench: RosBench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    depth = np.ones((480, 640), np.float32)
+    monkeypatch.setattr(Camera, "shoot", lambda *arguments: Shot(None, depth))
+    maker = RobotMaker(tmp_path)
+    maker.add("rgbd_camera", "oakd", "<topic>oakd</topic>")
+    sim = start_sim(bench, robot=str(maker.write()), cloud_rate=4.0)
+    clouds = bench.collect(PointCloud2, "/oakd/points", qos.SENSOR_SUBSCRIPTION)
+    run(bench, sim, 50)
+    assert len(clouds) == 4
+    images = bench.collect(Image, "/oakd/depth_image", qos.SENSOR_SUBSCRIPTION)
+    run(bench, sim, 50)
+    assert (len(images), len(clouds)) == (10, 14)
+
+
 def test_a_camera_publishes_to_listeners(bench: RosBench, monkeypatch: pytest.MonkeyPatch) -> None:
     sim = start_sim(bench)
     drawn: list[float] = []
