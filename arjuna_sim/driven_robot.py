@@ -233,6 +233,10 @@ class DrivenRobot:
         """Return a reading of one of its further sensors at a time [s]."""
         return self._sensors.read(self.staged(sensor), self._stage.data, now)
 
+    def device(self, sensor: SensorSettings) -> Any:
+        """Return what simulates one of its further sensors, to be commanded."""
+        return self._sensors.device(self.staged(sensor))
+
     def surfaces(self) -> NDArray[np.float64]:
         """Return the world's true surfaces at the lidar's height.
 

@@ -31,8 +31,8 @@ from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.nodes.ekf import WHEEL_ODOMETRY
 from arjuna_sim.nodes.messages import WORLD, imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.nodes.sim_config import SimConfig
+from arjuna_sim.physics.contacts import ContactLog
 from arjuna_sim.physics.robot_motion import JointStates, Truth
-from arjuna_sim.physics.scene import ContactLog
 
 TOPIC = "ground_truth/contacts"
 _TOPICS = (LidarSettings.TOPIC, CameraSettings.TOPIC, ImuSettings.TOPIC)

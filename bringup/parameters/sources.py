@@ -22,6 +22,7 @@ ROBOT_NAMES: dict[str, dict[str, str]] = {
         **dict.fromkeys(("slam_toolbox", "amcl", "collision_monitor"), "scan_topic"),
         **dict.fromkeys(COSTMAPS, "obstacle_layer.scan.topic"),
     },
+    "cloud_topic": dict.fromkeys(COSTMAPS, "voxel_layer.cloud.topic"),
     "odom_topic": dict.fromkeys(
         ("ekf_filter_node", "controller_server", "velocity_smoother", "bt_navigator"), "odom_topic"
     ),
@@ -43,9 +44,11 @@ ROBOT_NAMES: dict[str, dict[str, str]] = {
         "docking_server": "fixed_frame",
     },
     "wheel_odom": {"ekf_filter_node": "odom0"},
-    "imu": {"ekf_filter_node": "imu0"},
+    "imu": {"ekf_filter_node": "imu0", "bt_navigator": "imu_topic"},
 }
 """The parameter of each node that a name of the robot's sets; an option of that name sets all."""
+SEEN = {"scan_topic": "LaserScan", "cloud_topic": "PointCloud2"}
+"""The names that a costmap's source of a type has, in whichever of its layers that is."""
 OUTLINE = ("footprint", "robot_radius")
 """The parameters of a costmap that are the robot's outline."""
 _ROBOT_NODES = ("sim", "robot_state_publisher")
@@ -186,20 +189,39 @@ def of_names(
     running = {spec.name for group in groups for spec in group.nodes}
     for what, keys in ROBOT_NAMES.items():
         value = names.get(what)
-        for node, key in keys.items() if value is not None else ():
-            if what == "scan_topic" and node in COSTMAPS:
-                key = _first_scan(parameters.get(node, {}))
+        if value is None:
+            continue
+        for node, key in keys.items():
+            seen = what in SEEN and node in COSTMAPS
+            if seen:
+                key = first_source(parameters.get(node, {}), SEEN[what])
             layer = key.rpartition(".")[0].partition(".")[0]
             has_layer = not layer or layer in parameters.get(node, {}).get("plugins", ())
             if node in running and key and has_layer:
-                found.setdefault(node, {})[key] = value
+                own = _sources(parameters[node], key, value) if seen else {key: value}
+                found.setdefault(node, {}).update(own)
     return found
 
 
-def _first_scan(values: Mapping[str, Any]) -> str:
+def _sources(values: Mapping[str, Any], key: str, topics: str) -> dict[str, Any]:
+    """Return the parameters of a costmap's source, and of others like it for further topics."""
+    first, *others = topics.split() or [""]
+    source, found = key.removesuffix(".topic"), {key: first}
+    listed = f"{source.rpartition('.')[0]}.observation_sources"
+    names = [str(values[listed])]
+    for number, topic in enumerate(others, start=2):
+        name = f"{source}_{number}"
+        own = {k.removeprefix(source): v for k, v in values.items() if k.startswith(f"{source}.")}
+        found |= {f"{name}{k}": v for k, v in {**own, ".topic": topic}.items()}
+        names.append(name.rpartition(".")[2])
+    return {**found, listed: " ".join(names)} if others else found
+
+
+def first_source(values: Mapping[str, Any], data_type: str) -> str:
+    """Return the parameter with the topic of a costmap's first source of a type; "" for none."""
     for layer in values.get("plugins", ()):
         for source in str(values.get(f"{layer}.observation_sources", "")).split():
-            if values.get(f"{layer}.{source}.data_type", "LaserScan") == "LaserScan":
+            if values.get(f"{layer}.{source}.data_type", "LaserScan") == data_type:
                 return f"{layer}.{source}.topic"
     return ""
 

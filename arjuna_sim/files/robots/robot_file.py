@@ -22,7 +22,7 @@ from arjuna_sim.files.robots.guess import guess_drive, guess_sides, is_omni
 from arjuna_sim.files.robots.joint_controllers import joint_control, with_mimics
 from arjuna_sim.files.robots.rollers import on_whole_wheels
 from arjuna_sim.files.robots.stand_up import stand_up
-from arjuna_sim.files.robots.undercarriage import on_rollers, on_tracks
+from arjuna_sim.files.robots.undercarriage import on_rollers, on_tracks, strictest
 from arjuna_sim.files.sdf.robot import read_sdf_robot
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.sensor_tag import Tags
@@ -136,10 +136,7 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     settings = dataclasses.replace(settings, grips={**grips, **settings.grips})
     urdf, drive, settings = _driven(xml, urdf, settings, tags)
     if settings.drive is None and settings.wheelless is not None:
-        of_tracks = drive.max_acceleration
-        drive = with_outputs_of(settings.wheelless, drive)
-        limits = [each for each in (of_tracks, drive.max_acceleration) if each > 0.0]
-        drive = dataclasses.replace(drive, max_acceleration=min(limits, default=0.0))
+        drive = strictest(with_outputs_of(settings.wheelless, drive), vars(drive))
     if drive.from_world:  # what else publishes on its odometry's topic says the same
         own = drive.odometry_topic.lstrip("/")
         others = tuple(s for s in settings.sensors if s.topic.lstrip("/") != own)

@@ -152,8 +152,9 @@ def test_limits_that_no_drive_has_are_noted(tmp_path: Path) -> None:
     content = _file("name", {**_JOINTS, **limits}, dotted=True)
     tag, files = control(yaml.safe_dump(content, sort_keys=False))
     robot = load_robot(Robot(four(), tag, files=files).write(tmp_path, "made.urdf"), SearchPath())
-    expected = "linear.x.max_jerk, linear.x.max_deceleration, angular.z.min_velocity"
+    expected = "linear.x.max_deceleration, angular.z.min_velocity"
     assert f"controller 'name': not simulated: {expected}" in texts(robot.notes)
+    assert (robot.drive.max_jerk, robot.drive.max_turn_jerk) == (5.0, 0.0)
 
 
 _GZ = {
