@@ -39,6 +39,7 @@ _REMEDIES = (
     ("unknown macro name", "<xacro:include> a file that defines it, or correct its name"),
     ("is not defined when evaluating", "<xacro:property> or <xacro:arg> defines it"),
     ("Undefined parameters", "a call of its macro must give it a value, or params a default"),
+    ("Undefined block", "params names it with a star, *NAME, and the call of its macro holds it"),
     ("when evaluating expression", "what stands in ${} is Python"),
 )
 _UNKNOWN = re.compile(r"unknown macro name: (\S+)")
@@ -70,7 +71,11 @@ class Arguments(dict[str, str]):
 
 
 class Expansion:
-    """One file's expansion; what is missing is left out and noted."""
+    """One file's expansion; what is missing is left out and noted.
+
+    Attributes:
+        off: The arguments that are false by default.
+    """
 
     def __init__(self, path: Path, search: SearchPath) -> None:
         self._path = path
@@ -78,6 +83,7 @@ class Expansion:
         self._is_incomplete = False
         self._unknown: set[str] = set()
         self.notes: dict[tuple[str, str], None] = {}
+        self.off: list[str] = []
         index = ModuleType("ament_index_python.packages")
         index.get_package_share_directory = self._package  # type: ignore[attr-defined]
         sys.modules[index.__name__] = index
@@ -102,6 +108,11 @@ class Expansion:
         for name in arguments.missing:
             text = f"argument '{name}' has no value, so it is empty; {name}:=VALUE gives one"
             self._note(text, NoteKind.CHANGED)
+        self.off = [
+            name
+            for name in sorted(arguments.used - set(given))
+            if arguments.get(name, "").lower() in ("false", "0")
+        ]
         for name in sorted(set(given) - arguments.used):
             self._note(f"argument '{name}' is used nowhere", NoteKind.IGNORED)
         text = str(document.toprettyxml(indent="  "))
@@ -184,7 +195,8 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
         remedies = [remedy for text, remedy in _REMEDIES if text in reason][:1]
         notes = (text for _, text in expansion.notes)
         return {"error": "; ".join([reason, *remedies, *notes])}
-    return {"text": text, "notes": list(expansion.notes), "files": list(xacro.all_includes)}
+    files = list(xacro.all_includes)
+    return {"text": text, "notes": list(expansion.notes), "files": files, "off": expansion.off}
 
 
 def _expand(line: bytes, answer: int) -> NoReturn:
