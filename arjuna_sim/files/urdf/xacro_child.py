@@ -43,6 +43,8 @@ _REMEDIES = (
     ("when evaluating expression", "what stands in ${} is Python"),
 )
 _UNKNOWN = re.compile(r"unknown macro name: (\S+)")
+_BARE = re.compile(r"<!--.*?-->|<(macro|property)\s+name=", re.DOTALL)
+"""What xacro read before 2020 without its prefix, outside comments."""
 
 
 class Arguments(dict[str, str]):
@@ -155,6 +157,9 @@ class Expansion:
 
     def _bridged(self, text: str) -> str:
         """Leave out calls of unknown macros, and let conditions that are empty be false."""
+        for tag in filter(None, _BARE.findall(text)):
+            said = f"<{tag}> without its prefix is nothing to xacro; <xacro:{tag}> is what it reads"
+            self._note(said, NoteKind.BROKEN)
         if not any(tag in text for tag in (*_CONDITIONS, *self._unknown)):
             ElementTree.fromstring(text, forbid_dtd=True)
             return text

@@ -112,12 +112,21 @@ def test_what_is_false_by_default_is_named_where_a_drive_or_a_sensor_lacks(tmp_p
         ),
         ('<xacro:macro name="m" params="p"/><xacro:m/>', "params a default"),
         ('<a b="${width}"/>', "<xacro:property> or <xacro:arg> defines it"),
+        ('<macro name="m" params="p"><a b="${p}"/></macro><xacro:m p="1"/>', "<xacro:macro> is"),
     ],
 )
 def test_a_refusal_says_what_is_missing(tmp_path: Path, inside: str, remedy: str) -> None:
     with pytest.raises(RobotError) as refused:
         _expand(tmp_path, inside)
     assert remedy in refused.value.problem
+
+
+def test_bare_tags_of_old_xacro_are_noted_once_unless_in_comments(tmp_path: Path) -> None:
+    commented = '<!-- <macro name="m"/> --><link name="a"/>'
+    assert not _expand(tmp_path, commented).notes
+    bare = '<property name="p" value="1"/><property name="q" value="1"/><link name="a"/>'
+    (note,) = _expand(tmp_path, bare).notes
+    assert (note.kind, "<xacro:property> is" in note.text) == (NoteKind.BROKEN, True)
 
 
 def test_macros_of_a_missing_include_are_left_out_each_with_a_note(tmp_path: Path) -> None:
