@@ -38,7 +38,7 @@ from bringup.stack import (
     with_further,
 )
 
-_OF_SIMULATED_ROBOT = ("demo", "slam", "nav")
+_OF_SIMULATED_ROBOT = ("demo", "sim", "slam", "nav")
 """The commands that take topics, frames and outline from a robot's file."""
 _MAPS_FIRST: Parameters = {"map_server": {"yaml_filename": ""}}
 """The demo loads the map that it has made, not one that a file names."""

@@ -31,6 +31,7 @@ _SCATTER = 6.0
 """By how many standard deviations a point lies above the ground that marks an obstacle."""
 _NEVER_STANDARD = ("base_frame", "cloud_topic")
 """Names that a robot's file gives even where its topics are the standard ones."""
+_WHEELS = "wheel_odom"  # on which a filter of wheels and gyro hears the wheels
 _AXLE_OFF = 0.02  # so far from its axle a base moves along its heading all the same [m]
 
 
@@ -80,7 +81,9 @@ def _of_another_robot(
     from arjuna_sim.inputs import footprint_of, has_gyro, named_robot, names_of, steering_of
 
     robot = named_robot(sim["robot"], sim.get("robot_arguments", ""))
-    names = names_of(robot)
+    names, is_fused = names_of(robot), has_gyro(robot) and sim.get("fused_odometry", True)
+    if is_fused and names.get("odom_topic", "").lstrip("/") == _WHEELS:
+        del names["odom_topic"]  # it is the filter's input then
     if sim.get("standard_topics"):
         names = {key: name for key, name in names.items() if key in _NEVER_STANDARD}
     shipped = shipped_parameters()
@@ -99,7 +102,6 @@ def _of_another_robot(
         if not any(is_set(node, f"{prefix}{key}") for key in OUTLINE):
             outline = footprint_of(robot, frame)
             own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
-    is_fused = has_gyro(robot) and sim.get("fused_odometry", True)
     for node, values in _BY_GYRO.items() if is_fused else ():
         own = merged(own, {node: {k: v for k, v in values.items() if not is_set(node, k)}})
     steering = steering_of(robot, _base_frame(merged(parameters, own)))

@@ -104,13 +104,22 @@ def test_a_robots_file_reaches_the_nodes_beside_the_simulator(
     assert "world" in parameters[node].values()
 
 
-@pytest.mark.parametrize("topic", ["imu", "/robot/imu_data"])
-def test_the_filter_listens_where_a_robots_file_has_its_imu(tmp_path: Path, topic: str) -> None:
+@pytest.mark.parametrize("command", ["demo", "sim"])
+@pytest.mark.parametrize(
+    ("imu", "odometry", "output"),
+    [("imu", "odom", None), ("/bot/imu_data", "/bot/odom", "/bot/odom"), ("i", "wheel_odom", None)],
+)
+def test_the_filter_has_the_topics_of_the_robots_file(
+    tmp_path: Path, command: str, imu: str, odometry: str, output: str | None
+) -> None:
     """As TurtleBot3's, whose `imu` nobody heard: its odometry was the wheels' alone."""
     text = Path("urdf/burger.urdf").read_text(encoding="utf-8")
     file = tmp_path / "burger.urdf"
-    file.write_text(text.replace("~/out:=imu/data", f"~/out:={topic}"), encoding="utf-8")
-    assert gather(parse(["demo", "--robot", str(file)]))["ekf_filter_node"]["imu0"] == topic
+    text = text.replace("~/out:=imu/data", f"~/out:={imu}")
+    renamed = f"<ros><remapping>odom:={odometry}</remapping></ros><left_joint>"
+    file.write_text(text.replace("<left_joint>", renamed, 1), encoding="utf-8")
+    given = gather(parse([command, "--robot", str(file)]))["ekf_filter_node"]
+    assert (given["imu0"], given.get("odom_topic")) == (imu, output)
 
 
 _DEPTH = """<gazebo reference="camera_link"><sensor name="{0}" type="depth">
