@@ -98,6 +98,9 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
     parameters = read.parameters
     if not supervised:
         parameters = merged(_ENOUGH_CLOUDS, parameters, _MAPS_FIRST)
+    for section in [*parameters]:
+        if section.rpartition("/")[2] in (given.get("leave_out") or ()):
+            del parameters[section]
     options = of_options(given, groups, parameters)
     specs = [spec for group in groups for spec in with_further(group, parameters).nodes]
     for spec in specs:

@@ -11,7 +11,7 @@ from arjuna_core.config import load
 from arjuna_core.files.shipped import shipped_file
 from bringup.parameters.files import Parameters, for_node, merged, shipped_parameters
 from bringup.parameters.remarks import Kind, Remark
-from bringup.parameters.sources import COSTMAPS, OUTLINE, SEEN, first_source, of_names
+from bringup.parameters.sources import COSTMAPS, OUTLINE, keys_by_name, of_names
 from bringup.stack import CONTROLLER_SERVER, GLOBAL_COSTMAP, LOCAL_COSTMAP, Group, NodeSpec
 
 _OUTLINES = {**dict.fromkeys(COSTMAPS, ""), "explorer": "costmap."}
@@ -121,8 +121,9 @@ def _heights(robot: Any, parameters: Parameters) -> Parameters:
     from arjuna_sim.inputs import heights_of
 
     at, found, shipped = heights_of(robot), Parameters(), shipped_parameters()
-    for node in COSTMAPS:
-        layer = first_source(parameters.get(node, {}), SEEN["cloud_topic"]).partition(".")[0]
+    for spec in (LOCAL_COSTMAP, GLOBAL_COSTMAP):
+        node, values = spec.name, parameters.get(spec.name, {})
+        layer = next(iter(keys_by_name(spec, values)["cloud_topic"]), "").partition(".")[0]
         keys = [f"{layer}.{key}" for key in ("min_obstacle_height", "max_obstacle_height")]
         low, high, edge = (shipped[node].get(key, 0.0) for key in (*keys, f"{layer}.z_resolution"))
         if not edge or any(parameters[node].get(k) != shipped[node].get(k) for k in keys):

@@ -14,17 +14,10 @@ from typing import TYPE_CHECKING, Any
 from arjuna_core.errors import nearest
 from arjuna_core.files.shipped import shipped_file
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.launches import (
-    COMPOSED,
-    DESCRIBED,
-    LAUNCHES,
-    PLUGINS,
-    arguments_of,
-    known_arguments,
-    translated,
-)
+from bringup.ros2.launches import COMPOSED, DESCRIBED, LAUNCHES, PLUGINS
 from bringup.ros2.prefix import add_prefix
 from bringup.ros2.roslaunch import commands, commands_of, is_ros1
+from bringup.ros2.translation import arguments_of, known_arguments, renamed, translated
 from bringup.ros2.verbs.forward import LAUNCHED, arjuna, module_of, remedy
 
 if TYPE_CHECKING:
@@ -235,7 +228,8 @@ def description(package: str, file: str) -> LaunchDescription:
         if "namespace" in one.options and (outer := known.get("ros_namespace", "")):
             given.setdefault("namespace", outer.strip("/"))
         found = translated(one, [f"{name}:={value}" for name, value in given.items()])
-        return [*(LogInfo(msg=line) for line in found.remarks), process(found.command)]
+        command = [*found.command, *renamed(found.command[0], known.get("ros_remaps", ()))]
+        return [*(LogInfo(msg=line) for line in found.remarks), process(command)]
 
     # arguments are not declared: their defaults would be those of what is included next
     return LaunchDescription([OpaqueFunction(function=started)])

@@ -27,6 +27,7 @@ from bringup.stack import (
     SIM_GROUP,
     SLAM_GROUP,
     WORLD_GROUP,
+    with_further,
 )
 from tests.sim.drive_cases import car
 
@@ -222,6 +223,27 @@ def test_options_are_checked_beside_a_filter_that_a_file_starts(tmp_path: Path) 
     parameters = gather(parse(["demo", "--seed", "3", "--params", str(file)]))
     assert parameters["ekf_filter_node"]["frequency"] == 50.0
     assert parameters["sim"]["seed"] == 3
+
+
+def test_a_node_of_a_file_that_another_runs_is_left_out(tmp_path: Path) -> None:
+    file = tmp_path / "a.yaml"
+    keys = "{filter_info_topic: /lanes, mask_topic: /mask}"
+    file.write_text(f"/r/lanes: {{ros__parameters: {keys}}}\nhalls: {{ros__parameters: {keys}}}")
+    given = gather(
+        parse(
+            [
+                "nav",
+                "--map",
+                str(shipped_file("maps/arjuna_room.yaml")),
+                "--params",
+                str(file),
+                "--leave-out",
+                "lanes",
+            ]
+        )
+    )
+    names = {spec.name for spec in with_further(NAVIGATION_GROUP, given).nodes}
+    assert {"lanes", "halls"} & names == {"halls"}
 
 
 def test_the_demo_has_all_its_groups_with_slam_too() -> None:
