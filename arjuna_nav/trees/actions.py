@@ -79,6 +79,47 @@ class RemovePassedGoals(TreeNode):
         return Status.SUCCESS
 
 
+class GetNextFewGoals(TreeNode):
+    """Takes the first goals, at most so many; fails where there is none."""
+
+    input_goals = Port(POSES)
+    output_goals = Port(POSES, None, output=True)
+    num_goals = Port(WHOLE)
+
+    def _tick(self) -> Status:
+        goals = self.input_goals
+        if not goals:
+            return Status.FAILURE
+        self.output_goals = goals[: self.num_goals]
+        return Status.SUCCESS
+
+
+class AppendGoalPoseToGoals(TreeNode):
+    """Puts a pose behind the goals."""
+
+    goal_pose = Port(POSE)
+    input_goals = Port(POSES, ())
+    output_goals = Port(POSES, None, output=True)
+
+    def _tick(self) -> Status:
+        self.output_goals = (*self.input_goals, self.goal_pose)
+        return Status.SUCCESS
+
+
+class ExtractRouteNodesAsGoals(TreeNode):
+    """Makes goals of a route's nodes; fails where it has none."""
+
+    route = Port(POSES)
+    goals = Port(POSES, None, output=True)
+
+    def _tick(self) -> Status:
+        route = self.route
+        if not route:
+            return Status.FAILURE
+        self.goals = tuple(SE2(node.x, node.y) for node in route)
+        return Status.SUCCESS
+
+
 class _Selector(TreeNode):
     """Writes the plug-in that was chosen on a topic, or a default; an empty one is the server's."""
 
