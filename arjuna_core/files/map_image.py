@@ -95,8 +95,9 @@ def occupancy_of(pixels: Pixels, options: MapOptions) -> NDArray[np.int8]:
     """
     values, white, alpha = pixels
     if options.mode == "trinary" and alpha is not None:
-        return _occupancy_by_shade((values * (3.0 * 255.0 / white) + alpha) / 4.0, options)
-    cells = _occupancy_by_shade(np.arange(white + 1) * (255.0 / white), options)[values]
+        shade = values.astype(np.float64) * (255.0 / white)
+        return _occupancy_by_shade((3.0 * shade + alpha) / 4.0, options)
+    cells: NDArray[np.int8] = _occupancy_by_shade(np.arange(white + 1) * (255.0 / white), options)[values]
     if options.mode == "scale" and alpha is not None:
         cells[alpha < 255] = UNKNOWN
     return cells
