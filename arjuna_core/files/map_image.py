@@ -97,13 +97,15 @@ def occupancy_of(pixels: Pixels, options: MapOptions) -> NDArray[np.int8]:
     if options.mode == "trinary" and alpha is not None:
         shade = values.astype(np.float64) * (255.0 / white)
         return _occupancy_by_shade((3.0 * shade + alpha) / 4.0, options)
-    cells: NDArray[np.int8] = _occupancy_by_shade(np.arange(white + 1) * (255.0 / white), options)[values]
+    cells: NDArray[np.int8] = _occupancy_by_shade(np.arange(white + 1) * (255.0 / white), options)[
+        values
+    ]
     if options.mode == "scale" and alpha is not None:
         cells[alpha < 255] = UNKNOWN
     return cells
 
 
-def _occupancy_by_shade(shade: NDArray[np.float64], options: MapOptions) -> NDArray[np.int8]:
+def _occupancy_by_shade(shade: NDArray[np.floating[Any]], options: MapOptions) -> NDArray[np.int8]:
     if options.mode == "raw":
         rounded = np.floor(shade + 0.5)
         return np.where(rounded <= OCCUPIED, rounded, UNKNOWN).astype(np.int8)
