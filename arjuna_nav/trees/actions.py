@@ -173,7 +173,7 @@ class _OfPaths(TreeNode):
 
 
 class TruncatePath(_OfPaths):
-    """Leaves the end of a path out; a path that is shorter keeps its first pose."""
+    """Leaves out of a path what is near its end, but two poses; the last one faces the end."""
 
     distance = Port(NUMBER, 1.0)
     input_path = Port(PATH)
@@ -181,9 +181,14 @@ class TruncatePath(_OfPaths):
 
     def _tick(self) -> Status:
         path = self.input_path
-        remaining = paths.along(path[::-1])
-        kept = int(np.count_nonzero(remaining >= self.distance))
-        return self._write(path[: max(kept, 1)], path)
+        if not len(path):
+            return self._write(path, path)
+        gaps = path[-1, :2] - path[:, :2]
+        far = np.flatnonzero(np.hypot(*gaps.T) >= self.distance)
+        kept = path[: max(far[-1] + 1 if len(far) else 0, 2)].copy()
+        dx, dy = gaps[len(kept) - 1].tolist()
+        kept[-1, 2] = math.atan2(dy, dx)
+        return self._write(kept, path)
 
 
 class TruncatePathLocal(_OfPaths):

@@ -115,13 +115,15 @@ class RunOnce(_Once):
 
 
 class SingleTrigger(_Once):
-    """Runs the child to its end once, and fails from then on, until it is halted."""
+    """Runs the child to its end once, and fails from then on, until the node is idle again."""
+
+    def _tick(self) -> Status:
+        if self._before in (Status.IDLE, Status.SKIPPED):
+            self._answer = None
+        return super()._tick()
 
     def _later(self, status: Status) -> Status:
         return Status.FAILURE
-
-    def _on_halt(self) -> None:
-        self._answer = None
 
 
 class Timeout(Decorator):

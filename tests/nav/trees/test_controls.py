@@ -174,6 +174,8 @@ def test_a_switch_leaves_a_case_that_is_no_longer_its_variables() -> None:
         (f"<ReactiveFallback>{SKIP}{SKIP}</ReactiveFallback>", SKIPPED),
         (f"<Parallel>{SKIP}{OK}</Parallel>", SUCCESS),
         (f"<Parallel>{SKIP}{SKIP}</Parallel>", SKIPPED),
+        (f"<RoundRobin>{SKIP}{SKIP}</RoundRobin>", SKIPPED),
+        (f"<RoundRobin>{SKIP}{NO}</RoundRobin>", FAILURE),
         (f"<ParallelAll>{SKIP}{OK}</ParallelAll>", SUCCESS),
         (f'<ParallelAll max_failures="2">{NO}{OK}</ParallelAll>', SUCCESS),
         (f'<ParallelAll max_failures="1">{NO}{OK}</ParallelAll>', FAILURE),

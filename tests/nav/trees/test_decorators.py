@@ -29,7 +29,11 @@ PATH = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
         (f'<RunOnce then_skip="false">{OK}</RunOnce>', [SUCCESS, SUCCESS]),
         (f'<DistanceController global_frame="map">{OK}</DistanceController>', [SUCCESS, SUCCESS]),
         (f'<SpeedController goal="{{goal}}">{OK}</SpeedController>', [SUCCESS, SUCCESS]),
-        (f"<Sequence><SingleTrigger>{OK}</SingleTrigger></Sequence>", [SUCCESS, FAILURE]),
+        (f"<Sequence><SingleTrigger>{OK}</SingleTrigger></Sequence>", [SUCCESS, SUCCESS]),
+        (
+            f"<PipelineSequence><SingleTrigger>{OK}</SingleTrigger>{SPIN}</PipelineSequence>",
+            [RUNNING, FAILURE, RUNNING],
+        ),
         ("<Inverter><GlobalUpdatedGoal/></Inverter>", [FAILURE, SUCCESS]),
         ('<Inverter><PathExpiringTimer seconds="0.15"/></Inverter>', [SUCCESS, SUCCESS, FAILURE]),
         ('<IsPathValid path="{path}"/>', [FAILURE]),
