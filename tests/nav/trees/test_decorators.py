@@ -49,6 +49,13 @@ def test_tick_after_tick(xml: str, ticks: list[Status]) -> None:
     assert [play.tick() for _ in ticks] == ticks
 
 
+def test_goals_pass_a_goal_updater() -> None:
+    ports = 'input_goal="{goal}" input_goals="{goals}" output_goals="{out}"'
+    play = Play(f"<GoalUpdater {ports}>{OK}</GoalUpdater>", goal=SE2(), goals=(SE2(1.0),))
+    assert play.tick() is SUCCESS
+    assert play.get("out") == (SE2(1.0),)
+
+
 def test_a_goal_is_moved() -> None:
     play = Play(
         '<GoalUpdater input_goal="{goal}" output_goal="{moved}"><AlwaysSuccess/></GoalUpdater>',
@@ -93,11 +100,13 @@ def test_children_tick_at_a_rate(node: str, speed: float, period: float, share: 
     play = Play(f"<PipelineSequence><{node}>{WAIT}{close}<Spin/></PipelineSequence>")
     play.now, play.velocity = 50.0, Velocity(speed)
     play.tick()
-    play.tick(Wait=True)
-    play.tick(dt=(1.0 - share) * period)
-    assert "Wait" not in play.open
-    play.tick(dt=2.0 * share * period)
-    assert "Wait" in play.open
+    mean = {"R": (), "S": (2.0 / 1.1,)}[node[0]] if node != GIVEN else (0.5,)
+    for each in (*mean, period):  # SpeedController's first period is that of the mean rate
+        play.tick(Wait=True)
+        play.tick(dt=(1.0 - share) * each)
+        assert "Wait" not in play.open
+        play.tick(dt=2.0 * share * each)
+        assert "Wait" in play.open
 
 
 def test_a_path_is_a_detour_from_twice_the_length_and_near_the_goal_only() -> None:
