@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import itertools
 import os
+import re
 import shlex
 import signal
 import sys
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from launch.action import Action, Entities
@@ -112,7 +114,9 @@ class ExecuteProcess(Action):
     def words(self, context: LaunchContext) -> list[str]:
         """Return the program and its arguments."""
         found = [perform_substitutions(context, one) for one in self.cmd]
-        prefix = self._prefix or context.launch_configurations.get("launch-prefix", "")
+        known = context.launch_configurations
+        chosen = re.match(known.get("launch-prefix-filter", ""), Path(found[0]).name)
+        prefix = self._prefix or (known.get("launch-prefix", "") if chosen else "")
         return [*shlex.split(perform_substitutions(context, prefix)), *found]
 
     def execute(self, context: LaunchContext) -> Entities | None:

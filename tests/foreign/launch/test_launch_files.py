@@ -108,7 +108,7 @@ def started(
 
     def run(name: str, *words: str) -> Started:
         recorded.clear()
-        code = verb.start(FILES / name, list(words))
+        code = verb.run([str(FILES / name), *words])
         given = capsys.readouterr()
         lines = [line for line, _ in recorded]
         return Started(code, lines, [values for _, values in recorded], given.out + given.err)
@@ -676,10 +676,23 @@ def test_a_broken_xml_file_is_named(
     assert problem in found.said
 
 
+def test_a_description_is_printed_and_started_below_a_prefix(
+    started: Callable[..., Started],
+) -> None:
+    printed = started("display.launch.py", "--print")
+    assert (printed.code, printed.lines) == (0, [])
+    assert "\n    Node(...)\n" in printed.said
+    options = ("--launch-prefix", "nice -n 5", "--launch-prefix-filter", "joint_.*")
+    prefixed = [
+        line.startswith("nice -n 5 ") for line in started("display.launch.py", *options).lines
+    ]
+    assert sorted(prefixed) == [False, False, True]
+
+
 def test_arguments_are_listed(
     started: Callable[..., Started], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert verb.start(FILES / "display.launch.py", [], shows=True) == 0
+    assert verb.run(["-s", str(FILES / "display.launch.py")]) == 0
     printed = capsys.readouterr().out
     assert "    'model':\n        Path of the URDF\n" in printed
     assert "        one of: true, false\n        (default: 'true')\n" in printed
