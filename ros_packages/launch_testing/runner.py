@@ -6,6 +6,7 @@ import functools
 import importlib.util
 import inspect
 import itertools
+import re
 import sys
 import threading
 import time
@@ -25,6 +26,7 @@ from launch_testing.records import IoHandler, ProcInfoHandler
 READY = 60.0  # [s] in which a description has to come to its ReadyToTest
 _PATIENCE = 2.0  # [s] for tests to notice that all processes have ended
 _NUMBERS = itertools.count(1)
+_MODULE = re.compile(r"\blaunch_test_\d+\.")
 
 
 class LaunchTestError(Exception):
@@ -76,7 +78,7 @@ class _Result(unittest.TestResult):
         super().startTest(test)
 
     def _add(self, test: Any, kind: str, problem: str = "") -> None:
-        name = test.id().partition(".")[2] or test.id()
+        name = _MODULE.sub("", test.id())
         case = Case(name, kind, problem, time.monotonic() - self._begun)
         self._outcome.cases.append(case)
         self._tell(case)
@@ -101,7 +103,8 @@ class _Result(unittest.TestResult):
 
     def addSubTest(self, test: Any, subtest: Any, err: Any) -> None:
         if err is not None:
-            self._add(subtest, "failed", self._text(err, test))
+            kind = "failed" if issubclass(err[0], test.failureException) else "error"
+            self._add(subtest, kind, self._text(err, test))
 
     def _text(self, err: Any, test: Any) -> str:
         text: str = self._exc_info_to_string(err, test)  # type: ignore[attr-defined]
