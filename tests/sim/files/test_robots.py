@@ -212,6 +212,24 @@ def test_joints_whose_states_a_plugin_publishes(tmp_path: Path, given: str) -> N
     assert not any("does not move" in note for note in texts(robot.notes))
 
 
+@pytest.mark.parametrize("flag", ["publish_wheel_tf", "publishWheelJointState", "publish_odom"])
+def test_a_drive_publishes_its_wheels_beside_the_joints_of_another_plugin(
+    tmp_path: Path, flag: str
+) -> None:
+    """As on a robot whose other plugin names the joints of its arm alone."""
+    plugin = "<gazebo><plugin name='j' filename='libgazebo_ros_joint_state_publisher.so'>{}"
+    named = "<joint_name>front_left_wheel_joint</joint_name></plugin></gazebo>"
+    sides = "".join(
+        f"<{side}_joint>{end}_{side}_wheel_joint</{side}_joint>"
+        for end in ("front", "rear")
+        for side in ("left", "right")
+    )
+    drive = f"<plugin name='d' filename='libgazebo_ros_diff_drive.so'>{sides}<{flag}>true</{flag}>"
+    text = FOUR + plugin.format(named) + f"<gazebo>{drive}</plugin></gazebo>"
+    reported = _load(tmp_path, text).settings.reported
+    assert len(set(reported)) == (1 if flag == "publish_odom" else 4)
+
+
 def test_light_robot_on_two_wide_wheels_turns_as_its_wheels_do(tmp_path: Path) -> None:
     sim = simulator(robot=_robot(tmp_path, TWO))
     run(sim, 1.0, Velocity(yaw_rate=0.5))
