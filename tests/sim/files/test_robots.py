@@ -177,10 +177,25 @@ def test_every_lidar_spelling_reads(tmp_path: Path, inside: str, topic: str, fra
     assert (lidar.angle_min, lidar.range_max) == (-1.5, 30.0)
 
 
-def test_imu_of_a_plugin_without_a_sensor_is_read(tmp_path: Path) -> None:
-    imu = _load(tmp_path, FOUR + IMU).settings.first(ImuSettings)
-    assert imu is not None
-    assert (imu.link, imu.frame, imu.rate, imu.topic) == ("base", "imu_frame", 25.0, "imu/raw")
+@pytest.mark.parametrize(
+    ("inside", "topics"),
+    [
+        (None, {"imu/raw"}),
+        ("<always_on>true</always_on>", {"imu/raw"}),
+        ("<topic>own</topic>", {"imu/raw", "own"}),
+    ],
+)
+def test_imu_of_a_plugin_is_one_with_a_silent_sensor_of_its_link(
+    tmp_path: Path, inside: str | None, topics: set[str]
+) -> None:
+    """As old TurtleBot3's, whose bare `<sensor>` says nothing on ROS."""
+    sensor = f"<sensor name='imu' type='imu'>{inside}</sensor>" if inside else ""
+    text = f"<gazebo reference='base'>{sensor}</gazebo>"
+    settings = _load(tmp_path, FOUR + text + IMU).settings
+    found = {imu.topic: imu for imu in settings.sensors if isinstance(imu, ImuSettings)}
+    assert found.keys() == topics
+    imu = found["imu/raw"]
+    assert (imu.link, imu.frame, imu.rate) == ("base", "imu_frame", 25.0)
 
 
 REALSENSE = """<gazebo reference="base">
