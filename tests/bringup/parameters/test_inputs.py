@@ -120,31 +120,6 @@ def test_the_filter_has_the_topics_of_the_robots_file(
     assert (given["imu0"], given.get("odom_topic")) == (imu, output)
 
 
-@pytest.mark.parametrize(
-    ("flag", "given", "is_said"),
-    [
-        ("False", [], True),
-        ("true", [], False),
-        ("False", ["--param", "sim:standard_topics:=true"], False),
-    ],
-)
-def test_a_transform_that_nobody_publishes_is_told(
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    flag: str,
-    given: list[str],
-    is_said: bool,
-) -> None:
-    """The maps stayed empty of a robot whose file leaves it to a filter and has no IMU."""
-    text = Path("urdf/burger.urdf").read_text(encoding="utf-8").replace('type="imu"', 'type="-"')
-    file = tmp_path / "burger.urdf"
-    wheels, own = "<left_joint>", f"<publish_odom_tf>{flag}</publish_odom_tf>"
-    file.write_text(text.replace(wheels, own + wheels, 1), encoding="utf-8")
-    gather(parse(["demo", "--robot", str(file), *given]))
-    said = "publishes no transform odom -> base_footprint" in capsys.readouterr().err
-    assert said is is_said
-
-
 def test_headings_of_wheels_alone_are_believed_less_than_a_gyros(tmp_path: Path) -> None:
     text = Path("urdf/burger.urdf").read_text(encoding="utf-8")
     file, given = tmp_path / "burger.urdf", tmp_path / "given.yaml"
