@@ -71,6 +71,28 @@ def contradictions(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[R
         yield Remark(Kind.UNLIKE, where, reason)
 
 
+def lacking_transform(sim: Mapping[str, Any]) -> Iterator[Remark]:
+    """Yield that nobody publishes a simulated robot's odometry as a transform, where so.
+
+    Its file leaves that to a filter, and without an IMU there is none here.
+
+    Raises:
+        ArjunaError: The robot's file cannot be used.
+    """
+    from arjuna_sim.inputs import has_gyro, named_robot
+
+    robot = named_robot(sim.get("robot", ""), sim.get("robot_arguments", ""))
+    fused = has_gyro(robot) and sim.get("fused_odometry", True)
+    if fused or sim.get("standard_topics") or "odom_tf" in robot.drive.publishes:
+        return
+    frames = f"{robot.drive.odometry_frame} -> {robot.urdf.root}"
+    reason = (
+        f"the robot's file publishes no transform {frames} (publish_odom_tf is false) and has no"
+        " IMU to fuse: a filter of yours must, or --param sim:standard_topics:=true"
+    )
+    yield Remark(Kind.UNLIKE, f"{LOCAL_COSTMAP.name}: global_frame", reason)
+
+
 def _is_shipped(sim: Mapping[str, Any]) -> bool:
     return not sim.get("robot") or Path(sim["robot"]) == shipped_file("urdf/arjuna.urdf")
 

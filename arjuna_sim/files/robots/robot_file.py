@@ -193,6 +193,10 @@ def _driven(
         urdf, made = on_rollers(xml, urdf)
     if made is None:
         drive = settings.drive or guess_drive(xml, urdf, tags.controlled)
-        return urdf, arranged(xml, urdf, drive, settings.kind, settings.grips), settings
+        drive = arranged(xml, urdf, drive, settings.kind, settings.grips)
+        named, wheels = settings.reported, (*drive.wheels, *drive.steering)
+        if named and {"wheel_tf", "joint_states"}.intersection(drive.publishes):
+            named = tuple(dict.fromkeys((*named, *wheels)))
+        return urdf, drive, dataclasses.replace(settings, reported=named)
     # Wheels that no file names are in no message.
     return urdf, made, dataclasses.replace(settings, reported=settings.reported or own)

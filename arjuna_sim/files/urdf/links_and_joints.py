@@ -83,11 +83,11 @@ def _note_unread(xml: XmlFile) -> None:
                     unread.setdefault(f"<{child.tag}><{inner.tag}>", []).append(name)
     for tag, names in unread.items():
         first, where = names[0], ", ".join(dict.fromkeys(names))
-        xml.note(
-            f"link {tag} (at {where}): no tag of a URDF, and left out, as Gazebo does;"
-            f" <gazebo reference='{first}'> holds Gazebo's",
-            NoteKind.IGNORED,
-        )
+        remedy = f"<gazebo reference='{first}'> holds Gazebo's"
+        if tag in ("<origin>", "<pose>"):
+            remedy = "the <origin> of a link's joint places it"
+        text = f"link {tag} (at {where}): no tag of a URDF, and left out, as Gazebo does; {remedy}"
+        xml.note(text, NoteKind.IGNORED)
 
 
 def _set_free(links: dict[str, Link], joints: dict[str, Joint]) -> None:

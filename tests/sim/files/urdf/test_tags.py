@@ -146,10 +146,10 @@ def test_tags_that_no_urdf_has_are_named_once_with_where_they_belong() -> None:
     text = f"<robot name='r'>{links}{joint}</robot>".encode()
     xml = XmlFile(Path("r.urdf"), "robot", RobotError, text)
     read_urdf(xml)
-    gone, where = "no tag of a URDF, and left out, as Gazebo does;", "holds Gazebo's"
+    gone = "no tag of a URDF, and left out, as Gazebo does;"
     assert texts(xml.notes)[:2] == (
-        f"link <collision><surface> (at a, b): {gone} <gazebo reference='a'> {where}",
-        f"link <pose> (at b): {gone} <gazebo reference='b'> {where}",
+        f"link <collision><surface> (at a, b): {gone} <gazebo reference='a'> holds Gazebo's",
+        f"link <pose> (at b): {gone} the <origin> of a link's joint places it",
     )
 
 
