@@ -38,26 +38,29 @@ class Posture:
     """The mean of the forces that the robot has felt lately.
 
     At rest an accelerometer feels 1 g upward; braking and bumps are over in less than a second.
+
+    Attributes:
+        felt_at: When it felt one last [s].
     """
 
     def __init__(self) -> None:
-        self._force, self._felt_at, self._began = np.zeros(3), -math.inf, math.inf
+        self._force, self.felt_at, self._began = np.zeros(3), -math.inf, math.inf
         self._up = np.array([0.0, 0.0, 1.0])
 
     def feel(self, force: Floats, now: float) -> None:
         """Take a specific force in the base's frame `(3,)` [m/s^2] at a time [s]."""
         self._began = min(self._began, now)
-        passed = now - self._felt_at
+        passed = now - self.felt_at
         share = passed / _MEAN if 0.0 <= passed < _MEAN else 1.0
         self._force = self._force + share * (force - self._force)
-        self._felt_at = now
+        self.felt_at = now
 
     def tilt(self, now: float) -> float | None:
         """Return the angle between the robot's z axis and up [rad].
 
         It is None in the first second, and where gravity is not felt.
         """
-        size, felt = float(np.linalg.norm(self._force)), 0.0 <= now - self._felt_at <= 2.0 * _MEAN
+        size, felt = float(np.linalg.norm(self._force)), 0.0 <= now - self.felt_at <= 2.0 * _MEAN
         if not felt or size < _FELT * _GRAVITY or now - self._began < _MEAN:
             return None
         return math.acos(max(-1.0, min(1.0, float(self._force @ self._up) / size)))

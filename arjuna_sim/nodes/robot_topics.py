@@ -124,6 +124,7 @@ class RobotTopics:
         settings: The sensors, with their topics.
         drive: The drive, with its topics.
         is_fused: Whether odometry is left to the filter of wheels and gyro.
+        fused_topic: On which the filter publishes it.
     """
 
     def __init__(self, node: ManagedNode, robot: RobotModel, config: SimConfig) -> None:
@@ -136,6 +137,8 @@ class RobotTopics:
         self._lidar = self.settings.first(LidarSettings)
         self._imu_settings = self.settings.first(ImuSettings)
         self.is_fused = bool(config.fused_odometry and is_wheels and self._imu_settings)
+        own = self.drive.odometry_topic
+        self.fused_topic = "odom" if own.lstrip("/") == WHEEL_ODOMETRY else own
         if self.is_fused:
             self.drive = wheels_alone(self.drive)
         self._base = robot.urdf.root

@@ -141,6 +141,10 @@ class Snapshot:
         """Return the subscriptions of a topic."""
         return [end for end in self.endpoints if end.topic == topic and not end.publishes]
 
+    def published(self, node: str) -> set[str]:
+        """Return the types of what a node publishes."""
+        return {end.type for end in self.endpoints if end.node == node and end.publishes}
+
     def runs(self, *names: str) -> bool:
         """Return whether a node of one of these names, in any namespace, is there."""
         return any(node.rpartition("/")[2] in names for node in self.nodes)

@@ -38,7 +38,7 @@ from bringup.stack import (
     with_further,
 )
 
-_OF_SIMULATED_ROBOT = ("demo", "slam", "nav")
+_OF_SIMULATED_ROBOT = ("demo", "sim", "slam", "nav")
 """The commands that take topics, frames and outline from a robot's file."""
 _MAPS_FIRST: Parameters = {"map_server": {"yaml_filename": ""}}
 """The demo loads the map that it has made, not one that a file names."""
@@ -98,6 +98,9 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
     parameters = read.parameters
     if not supervised:
         parameters = merged(_ENOUGH_CLOUDS, parameters, _MAPS_FIRST)
+    for section in [*parameters]:
+        if section.rpartition("/")[2] in (given.get("leave_out") or ()):
+            del parameters[section]
     options = of_options(given, groups, parameters)
     specs = [spec for group in groups for spec in with_further(group, parameters).nodes]
     for spec in specs:

@@ -11,7 +11,7 @@ from arjuna_core.config import load
 from arjuna_core.files.shipped import shipped_file
 from bringup.parameters.files import Parameters, for_node, merged, shipped_parameters
 from bringup.parameters.remarks import Kind, Remark
-from bringup.parameters.sources import COSTMAPS, OUTLINE, SEEN, first_source, of_names
+from bringup.parameters.sources import COSTMAPS, OUTLINE, keys_by_name, of_names
 from bringup.stack import CONTROLLER_SERVER, GLOBAL_COSTMAP, LOCAL_COSTMAP, Group, NodeSpec
 
 _OUTLINES = {**dict.fromkeys(COSTMAPS, ""), "explorer": "costmap."}
@@ -31,6 +31,7 @@ _SCATTER = 6.0
 """By how many standard deviations a point lies above the ground that marks an obstacle."""
 _NEVER_STANDARD = ("base_frame", "cloud_topic")
 """Names that a robot's file gives even where its topics are the standard ones."""
+_WHEELS = "wheel_odom"  # on which a filter of wheels and gyro hears the wheels
 _AXLE_OFF = 0.02  # so far from its axle a base moves along its heading all the same [m]
 
 
@@ -80,7 +81,9 @@ def _of_another_robot(
     from arjuna_sim.inputs import footprint_of, has_gyro, named_robot, names_of, steering_of
 
     robot = named_robot(sim["robot"], sim.get("robot_arguments", ""))
-    names = names_of(robot)
+    names, is_fused = names_of(robot), has_gyro(robot) and sim.get("fused_odometry", True)
+    if is_fused and names.get("odom_topic", "").lstrip("/") == _WHEELS:
+        del names["odom_topic"]  # it is the filter's input then
     if sim.get("standard_topics"):
         names = {key: name for key, name in names.items() if key in _NEVER_STANDARD}
     shipped = shipped_parameters()
@@ -99,7 +102,6 @@ def _of_another_robot(
         if not any(is_set(node, f"{prefix}{key}") for key in OUTLINE):
             outline = footprint_of(robot, frame)
             own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
-    is_fused = has_gyro(robot) and sim.get("fused_odometry", True)
     for node, values in _BY_GYRO.items() if is_fused else ():
         own = merged(own, {node: {k: v for k, v in values.items() if not is_set(node, k)}})
     steering = steering_of(robot, _base_frame(merged(parameters, own)))
@@ -119,8 +121,9 @@ def _heights(robot: Any, parameters: Parameters) -> Parameters:
     from arjuna_sim.inputs import heights_of
 
     at, found, shipped = heights_of(robot), Parameters(), shipped_parameters()
-    for node in COSTMAPS:
-        layer = first_source(parameters.get(node, {}), SEEN["cloud_topic"]).partition(".")[0]
+    for spec in (LOCAL_COSTMAP, GLOBAL_COSTMAP):
+        node, values = spec.name, parameters.get(spec.name, {})
+        layer = next(iter(keys_by_name(spec, values)["cloud_topic"]), "").partition(".")[0]
         keys = [f"{layer}.{key}" for key in ("min_obstacle_height", "max_obstacle_height")]
         low, high, edge = (shipped[node].get(key, 0.0) for key in (*keys, f"{layer}.z_resolution"))
         if not edge or any(parameters[node].get(k) != shipped[node].get(k) for k in keys):

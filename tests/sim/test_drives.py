@@ -37,6 +37,7 @@ SIDEWAYS = {
     "planar on forks": (cases.planar_on_forks(), DriveKind.MECANUM),
     "planar without wheels": (cases.planar_on(), DriveKind.MECANUM),
     "3 omni wheels": (cases.omni(3), DriveKind.OMNI),
+    "3 omni wheels, classic": (cases.omni(3, classic=True), DriveKind.OMNI),
     "omni wheels of rollers": (cases.on_real_rollers(omni=True), DriveKind.OMNI),
     "mecanum wheels of rollers": (cases.on_real_rollers(omni=False), DriveKind.MECANUM),
     "4 omni wheels, controlled": (cases.omni(4, controlled=True), DriveKind.OMNI),

@@ -28,6 +28,7 @@ _AXLE = re.compile(r"(front|rear|back)_(left|right)_(axle|steering)_joint(_name)
 """Parameters of swerve controllers that name steering joints."""
 _WHEELS = ("wheel_names", "traction_joints_names", "traction_joint_name", "rear_wheels_names")
 _STEERING = ("steering_joints_names", "steering_joint_name", "front_wheels_names")
+_RADII = tuple(f"{part}wheels_radius" for part in ("", "traction_", "rear_", "front_"))
 _READ_LIMITS = ("velocity", "acceleration", "jerk")
 
 
@@ -194,9 +195,10 @@ def _as_plugin(
             SubElement(made, f"{side}_joint").text = joint
     stamped = values.get("use_stamped_vel", True) is not False
     command = f"/{name}/{command}" + ("" if stamped else "_unstamped")
+    radii = (_number(v, key) for v in (values, below(values, "kinematics")) for key in _RADII)
     found = {
         "wheel_separation": _product(values, "wheel_separation"),
-        "wheel_radius": _product(values, "wheel_radius"),
+        "wheel_radius": _product(values, "wheel_radius") or next(filter(None, radii), None),
         "update_rate": _number(values, "publish_rate"),
         "odometry_frame": values.get("odom_frame_id"),
         "robot_base_frame": values.get("base_frame_id"),

@@ -31,7 +31,7 @@ _FILE = re.compile(
 _SPELLINGS = {
     DriveKind.SIDES: ("diffdrive", "diffdrivecontroller", "skidsteerdrive", "skidsteer"),
     DriveKind.MECANUM: ("mecanumdrive", "mecanumdrivecontroller"),
-    DriveKind.OMNI: ("omnidrive", "omniwheeldrivecontroller"),
+    DriveKind.OMNI: ("omnidrive", "omni3wddrive", "omniwheeldrivecontroller"),
     DriveKind.TRACKED: ("trackedvehicle", "simpletrackedvehicleplugin"),
     DriveKind.PLANAR: ("planarmove", "velocitycontrol", "forcebasedmove"),
     DriveKind.STEERED: (
@@ -77,6 +77,7 @@ LEFT, RIGHT = (
     )
     for side in ("left", "right")
 )
+_BACK_WHEEL = "backjoint"  # of three omni wheels
 _ACCELERATION = (
     *("maxwheelacceleration", "wheelacceleration", "maxlinearacceleration", "maxacceleration"),
 )
@@ -88,6 +89,7 @@ _BRAKING = ("minlinearacceleration", "minacceleration")
 _TURN_BRAKING = ("minangularacceleration", "minacceleration")
 _JERK = tuple(f"{side}{part}jerk" for side in ("max", "min") for part in ("", "linear", "angular"))
 _DIAMETER = ("wheeldiameter", "actuatedwheeldiameter")
+_RATE = ("odometryrate", "publishrate", "odompublishfrequency", "updaterate")
 _TIMEOUT = ("cmdveltimeout", "commandtimeout")
 _LIMIT = ("steeringlimit", "maxsteer")
 _OUTPUTS = {
@@ -99,14 +101,15 @@ _OUTPUTS = {
 _READ = {
     *LEFT,
     *RIGHT,
+    _BACK_WHEEL,
     *(name for _, names in _OUTPUTS.values() for name in names),
     *("wheelseparation", "wheelradius", "effectivetrackwidth", *_DIAMETER),
     *(*_ACCELERATION, *_BACK, *_TURN, *_TURN_ACCELERATION, *_TIMEOUT),
     *(*_BRAKING, *_TURN_BRAKING, *_JERK),
     *("effectivewheelradius", "torque", "wheeltorque", "maxwheeltorque"),
     *(*WHEEL, *STEERING, *_LIMIT, "kingpinwidth", "wheelbase", "minsteer", "steeringwheeljoint"),
-    *(*_SPEED, "updaterate", "odometryrate", "tricyclejoint"),
-    *("odompublishfrequency", "commandtopic", "topic", "odometrytopic", "odomtopic"),
+    *(*_SPEED, *_RATE, "tricyclejoint"),
+    *("commandtopic", "topic", "odometrytopic", "odomtopic"),
     *("odometryframe", "frameid", "robotbaseframe", "childframeid", "odometrysource"),
     *("robotnamespace", "namespace", "ros", "remapping", "argument", "numwheelpairs", "plugin"),
     # what changes nothing here
@@ -158,8 +161,9 @@ def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | Non
     """
     left, right = tuple(texts(plugin, *LEFT)), tuple(texts(plugin, *RIGHT))
     label = f"plugin '{_name(plugin)}'"
-    if not left or not right:
-        left, right = tuple(texts(plugin, *WHEEL)), ()
+    back = tuple(texts(plugin, _BACK_WHEEL)) if drive_kind(plugin) is DriveKind.OMNI else ()
+    if back or not left or not right:
+        left, right = (*left, *right, *back) if back else tuple(texts(plugin, *WHEEL)), ()
         if not left:
             return None
     left, right = _sides(xml, label, urdf, left, right)
@@ -213,7 +217,7 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
         plugin=_name(plugin),
         **limits_of(xml, label, linear, angular),
         command_timeout=_timeout(xml, plugin, label),
-        rate=value(xml, plugin, label, 0.0, "updaterate", "odompublishfrequency", "odometryrate"),
+        rate=value(xml, plugin, label, 0.0, *_RATE),
         command_topic=topic(plugin, "cmd_vel", "cmd_vel", "commandtopic", "topic"),
         odometry_topic=topic(plugin, "odom", "odom", "odometrytopic", "odomtopic"),
         odometry_frame=text_of(plugin, "odometryframe", "frameid", default="odom"),

@@ -6,6 +6,8 @@ import argparse
 import importlib
 import os
 import re
+import shlex
+import shutil
 import signal
 import sys
 import time
@@ -126,9 +128,9 @@ def _slam_toolbox(words: list[str], parameter: str = "") -> NoReturn:
     for name, value in given.remapped.items():
         if name in _REMAPPED:
             options += [_REMAPPED[name], value]
-        elif name == "map":
-            set_here.append(f"map_name:={value}")
-        elif (name, value) != ("__node", "slam_toolbox"):
+        elif name != "__node":
+            options += ["--remap", f"{name}:={value}"]
+        elif value != "slam_toolbox":
             unused.append(f"{name}:={value}")
     for item in [*set_here, *filter(None, [parameter])]:
         options += ["--param", item]
@@ -249,11 +251,29 @@ def module_of(command: str) -> str:
     return "bringup.ros2.main" if command == "run" else "bringup"
 
 
+def below(prefix: list[str], words: list[str]) -> None:
+    """Become a program that runs another, as a debugger does; without one, do nothing.
+
+    Raises:
+        Ros2Error: It is not installed.
+    """
+    ours = [sys.executable, "-m", "bringup.ros2.main", "run"]
+    if prefix and not shutil.which(prefix[0]):
+        raise Ros2Error(f"--prefix: there is no program '{prefix[0]}'")
+    if prefix:
+        os.execvp(prefix[0], [*prefix, *ours, *words])  # noqa: S606 - what the user asked for
+
+
 def run(words: list[str]) -> int:
-    """Run a program of a package, or a file of Python."""
+    """Run a program of a package, or a file of Python, below a `--prefix` where one is given."""
+    option, sign, prefix = "".join(words[:1]).partition("=")
+    if option == "--prefix" and len(words) > 2:
+        prefix, words = (prefix, words[1:]) if sign else (words[1], words[2:])
+        below(shlex.split(prefix), words)
     if not words or words[0] in ("-h", "--help"):
         print(
-            "usage: ros2 run [-h] package_name executable_name ...\n       ros2 run FILE.py ...\n"
+            "usage: ros2 run [-h] [--prefix PREFIX] package_name executable_name ...\n"
+            "       ros2 run FILE.py ...\n"
         )
         print("\n".join(f"  {package} {name}" for package, name in sorted(PROGRAMS)))
         return 0 if words else 2

@@ -139,6 +139,8 @@ def test_what_a_plugin_gets_wrong_is_refused(inside: str, problem: str) -> None:
         ("<max_angular_speed>2</max_angular_speed>", {"max_turn": 2.0}),
         ("<update_rate>20</update_rate>", {"rate": 20.0}),
         ("<odom_publish_frequency>20</odom_publish_frequency>", {"rate": 20.0}),
+        ("<updateRate>30</updateRate><odometryRate>50</odometryRate>", {"rate": 50.0}),
+        ("<update_rate>100</update_rate><publish_rate>10</publish_rate>", {"rate": 10.0}),
         ("<commandTopic>go</commandTopic>", {"command_topic": "go"}),
         ("<topic>go</topic>", {"command_topic": "go"}),
         ("<odom_topic>way</odom_topic>", {"odometry_topic": "way"}),
