@@ -44,18 +44,27 @@ class Posture:
     """
 
     def __init__(self) -> None:
-        self._force, self.felt_at = np.zeros(3), -math.inf
+        self._force, self.felt_at, self._began = np.zeros(3), -math.inf, math.inf
+        self._up = np.array([0.0, 0.0, 1.0])
 
     def feel(self, force: Floats, now: float) -> None:
         """Take a specific force in the base's frame `(3,)` [m/s^2] at a time [s]."""
+        self._began = min(self._began, now)
         passed = now - self.felt_at
         share = passed / _MEAN if 0.0 <= passed < _MEAN else 1.0
         self._force = self._force + share * (force - self._force)
         self.felt_at = now
 
     def tilt(self, now: float) -> float | None:
-        """Return the angle between the robot's z axis and up [rad]; None where it is not felt."""
-        size = float(np.linalg.norm(self._force))
-        if not 0.0 <= now - self.felt_at <= 2.0 * _MEAN or size < _FELT * _GRAVITY:
+        """Return the angle between the robot's z axis and up [rad].
+
+        It is None in the first second, and where gravity is not felt.
+        """
+        size, felt = float(np.linalg.norm(self._force)), 0.0 <= now - self.felt_at <= 2.0 * _MEAN
+        if not felt or size < _FELT * _GRAVITY or now - self._began < _MEAN:
             return None
-        return math.acos(max(-1.0, min(1.0, float(self._force[2]) / size)))
+        return math.acos(max(-1.0, min(1.0, float(self._force @ self._up) / size)))
+
+    def take_as_upright(self) -> None:
+        """Take the robot for upright now, whichever way its IMU is said to be mounted."""
+        self._up = self._force / float(np.linalg.norm(self._force))

@@ -33,7 +33,11 @@ def test_up_is_where_the_force_of_rest_points(
 ) -> None:
     posture = Posture()
     now = felt(posture, force, 0.1, 0.0)
+    assert posture.tilt(now) is None
+    now = felt(posture, force, 1.0, now)
     assert posture.tilt(now) == pytest.approx(tilt)
+    posture.take_as_upright()
+    assert posture.tilt(now) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_bumps_and_braking_tilt_nothing_and_a_fall_is_felt_within_two_seconds() -> None:

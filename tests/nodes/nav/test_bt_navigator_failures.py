@@ -46,10 +46,14 @@ def message_of(diagnostics: DiagnosticArray, node: str) -> str:
     )
 
 
-def test_goals_of_a_robot_that_has_overturned_end(robot: PlayedRobot) -> None:
-    """Its IMU is mounted on its side; a bump of a tick is no fall."""
+@pytest.mark.parametrize("says_so", [True, False])
+def test_goals_of_a_robot_that_has_overturned_end(
+    robot: PlayedRobot, says_so: bool, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Its IMU is mounted on its side, whether its frame says so or not; a bump is no fall."""
     mount = transform_msg(SE2(), "base_link", "imu_link", 0.0)
-    mount.transform.rotation = Quaternion(x=math.sqrt(0.5), w=math.sqrt(0.5))
+    if says_so:
+        mount.transform.rotation = Quaternion(x=math.sqrt(0.5), w=math.sqrt(0.5))
     robot.bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[mount]), qos.TF_STATIC)
     array = robot.bench.collect(DiagnosticArray, "/diagnostics")
 
@@ -60,6 +64,8 @@ def test_goals_of_a_robot_that_has_overturned_end(robot: PlayedRobot) -> None:
             robot.bench.publish(Imu, "imu/data", message, qos.SENSOR_PUBLISHER)
             robot.run(0.1)
 
+    feel(0.0, 9.81, 0.0, 1.5)
+    assert ("90 degrees from the start: taken for upright" in capfd.readouterr().err) is not says_so
     goal = go(robot, SE2(3.0, 1.0))
     for side in (9.81, 40.0, 9.81):
         feel(9.81 * (side > 10.0), side, 0.0)
