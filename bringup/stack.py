@@ -292,6 +292,9 @@ PROGRAMS: dict[tuple[str, str], NodeSpec] = {
     ("robot_localization", "navsat_transform_node"): navsat_node("navsat_transform_node"),
     ("robot_localization", "ukf_node"): filter_node("ukf_filter_node", True),
     ("robot_state_publisher", "robot_state_publisher"): ROBOT_STATE_PUBLISHER,
+    ("slam_toolbox", "merge_maps_kinematic"): NodeSpec(
+        "map_merging", "arjuna_slam.nodes.merge_maps", "MergeMapsNode"
+    ),
     ("teleop_twist_joy", "teleop_node"): _processing(
         "teleop_twist_joy_node", "joystick", "TeleopTwistJoy"
     ),

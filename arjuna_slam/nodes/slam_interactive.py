@@ -158,15 +158,14 @@ class InteractiveGraph:
         graph, c = self._node.slam.graph, self._node.config
         head = header(c.map_frame, self._node.now)
         poses = [self._moved.get(k, graph.pose(k)) for k in range(len(graph))]
-        return [_marker(head, str(k), pose) for k, pose in enumerate(poses)]
+        return [handle(head, str(k), pose) for k, pose in enumerate(poses)]
 
 
-def _marker(head: Any, name: str, pose: SE2) -> InteractiveMarker:
-    """Return a keyframe as a ball that can be moved and turned in the plane."""
-    marker = InteractiveMarker(header=head, name=name, description=name, scale=0.5)
+def handle(head: Any, name: str, pose: SE2, diameter: float = 0.2) -> InteractiveMarker:
+    """Return a ball of a diameter [m] that can be moved and turned in the plane."""
+    marker = InteractiveMarker(header=head, name=name, description=name, scale=2.5 * diameter)
     marker.pose = pose_msg(pose)
     ball = Marker(type=Marker.SPHERE, color=NODE_COLOR)
-    diameter = 0.2  # [m]
     ball.scale.x = ball.scale.y = ball.scale.z = diameter
     for mode, control_name in _FACE_UP:
         control = InteractiveMarkerControl(name=control_name, interaction_mode=mode)

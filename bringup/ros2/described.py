@@ -206,6 +206,12 @@ def route_tool() -> LaunchDescription:
     )
 
 
+def merge_maps() -> LaunchDescription:
+    """Put saved graphs together into one map."""
+    program = Node(package="slam_toolbox", executable="merge_maps_kinematic", output="screen")
+    return LaunchDescription([program])
+
+
 def twist_mux() -> LaunchDescription:
     """Pass on the commands of who comes first: `config_topics`, `config_locks`, `cmd_vel_out`."""
     share = FindPackageShare("twist_mux")

@@ -168,6 +168,7 @@ DESCRIBED = {
         for name in ("dual_ekf_navsat_example", "ekf", "navsat_transform", "ukf")
     },
     ("nav2_route", "route_tool.launch.py"): "route_tool",
+    ("slam_toolbox", "merge_maps_kinematic_launch.py"): "merge_maps",
     ("twist_mux", "twist_mux_launch.py"): "twist_mux",
     ("urdf_launch", "description.launch.py"): "robot",
     ("urdf_launch", "display.launch.py"): "display",

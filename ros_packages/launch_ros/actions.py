@@ -132,7 +132,7 @@ class LifecycleNode(Node):
         *,
         name: SomeSubstitutionsType,
         namespace: SomeSubstitutionsType = "",
-        autostart: bool = False,
+        autostart: bool | SomeSubstitutionsType = False,
         **kwargs: Any,
     ) -> None:
         super().__init__(name=name, namespace=namespace, **kwargs)
@@ -146,7 +146,10 @@ class LifecycleNode(Node):
     def execute(self, context: LaunchContext) -> Entities | None:
         found = super().execute(context)
         if self.expanded_node_name:
-            LifecycleTransitions.of(context).follow(self, self._autostart)
+            given = self._autostart
+            if not isinstance(given, bool):
+                given = perform_substitutions(context, given).lower() in ("true", "1")
+            LifecycleTransitions.of(context).follow(self, given)
         return found
 
 

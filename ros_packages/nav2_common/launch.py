@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -53,22 +54,30 @@ class RewrittenYaml(Substitution):
             performed(context, given or {}) for given in (self._params, self._keys, self._values)
         )
 
+        found: set[str] = set()
+
         def rewritten(item: Any, path: str, name: str = "") -> Any:
+            for known in (path, name):
+                if known in params:
+                    found.add(known)
+                    return converted(params[known])
+            if isinstance(item, list):
+                return [rewritten(one, f"{path}.{k}") for k, one in enumerate(item)]
             if isinstance(item, dict):
                 return {
                     keys.get(key, key): rewritten(below, f"{path}.{key}".strip("."), key)
                     for key, below in item.items()
                 }
-            found = params.get(name, params.get(path))
-            if found is None:
-                return values.get(item, item) if isinstance(item, str) else item
-            return converted(found)
+            return values.get(item, item) if isinstance(item, str) else item
 
         def converted(text: str) -> Any:
-            return yaml.safe_load(text) if self._convert or text in _TRUTHS else text
+            with suppress(ValueError):
+                if self._convert:
+                    return float(text) if "." in text else int(text)
+            return {"true": True, "false": False}.get(text.lower(), text)
 
         document = rewritten(read_yaml(Path(perform_substitutions(context, self.source_file))), "")
-        for path in params:
+        for path in params.keys() - found:
             *above, last = path.split(".")
             if "ros__parameters" in above:  # a whole path is there afterwards, in any case
                 node = document
@@ -77,9 +86,6 @@ class RewrittenYaml(Substitution):
                 node[last] = converted(params[path])
         root = perform_substitutions(context, self.root_key or "").strip("/")
         return str(context.new_file(yaml.safe_dump({root: document} if root else document)))
-
-
-_TRUTHS = ("true", "True", "false", "False")
 
 
 class ReplaceString(Substitution):

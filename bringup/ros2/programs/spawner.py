@@ -9,6 +9,7 @@ from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 
 from bringup.ros2.client import Client
+from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.control import Manager
 
 
@@ -38,8 +39,8 @@ def main(words: list[str]) -> None:
     state = "unconfigured" if given.load_only else "inactive" if given.inactive else "active"
     patience = given.controller_manager_timeout or 600.0  # theirs waits for ever
     with Client(given, f"spawner_{given.controller_names[0]}") as client:
+        known = _states(client, given, patience)
         manager = Manager(client, given, patience)
-        known = manager.states()
         for name in given.controller_names:
             _rename(manager, name, shlex.split(" ".join(given.controller_ros_args or ())))
             if known.get(name) == "active" or (state == known.get(name)):
@@ -51,6 +52,19 @@ def main(words: list[str]) -> None:
                 client.spin(lambda: False)
             finally:
                 _unspawn(manager, given.controller_names)
+
+
+def _states(client: Client, given: argparse.Namespace, patience: float) -> dict[str, str]:
+    """Return the states of controllers, within a patience [s]; say what is long waited for."""
+    quiet = min(patience, 10.0)
+    try:
+        return Manager(client, given, quiet).states()
+    except Ros2Error:
+        if quiet == patience:
+            raise
+    where = f"{given.controller_manager}/list_controllers"
+    print(f"waiting for {where}: 'arjuna sim --robot FILE' has it; hardware is ROS's", flush=True)
+    return Manager(client, given, patience).states()
 
 
 def _rename(manager: Manager, controller: str, words: list[str]) -> None:

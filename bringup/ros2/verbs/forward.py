@@ -176,7 +176,8 @@ _RELAYS = f"{_PROGRAMS}.relays"
 # What `ros2 run PACKAGE EXECUTABLE` runs
 PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("controller_manager", "ros2_control_node"): partial(
-        _nothing, why="the simulator drives the joints itself, as the robot's file says"
+        _nothing,
+        why="the simulator drives the joints itself, as the robot's file says; hardware is ROS's",
     ),
     **{
         ("rclcpp_components", f"component_container{kind}"): partial(

@@ -697,3 +697,10 @@ def test_arguments_are_listed(
     assert "    'model':\n        Path of the URDF\n" in printed
     assert "        one of: true, false\n        (default: 'true')\n" in printed
     assert " at 0x" not in printed
+
+
+def test_a_node_that_is_not_to_start_by_itself_is_left_alone(
+    started: Callable[..., Started],
+) -> None:
+    assert "ake transition" in started("lifecycle_slam.launch.py").said
+    assert "ake transition" not in started("lifecycle_slam.launch.py", "autostart:=false").said

@@ -399,6 +399,30 @@ def test_rewritten_parameters_are_there_by_their_whole_path(tmp_path: Path) -> N
     assert written == {"r": {"a": {"ros__parameters": {"b": 1, "c": 3, "d": 0.5}}}}
 
 
+@pytest.mark.parametrize(
+    ("rewrites", "expected"),
+    [
+        ({"b": "true", "c": "2.50", "f": "12"}, {"b": True, "c": 2.5, "f": 12}),
+        ({"b": "", "c": "off", "f": "[[0.1, 0.2]]"}, {"b": "", "c": "off", "f": "[[0.1, 0.2]]"}),
+        ({"b": "1", "n.ros__parameters.b": "2"}, {"b": 2}),
+        (
+            {"n.ros__parameters.f.1": "9", "n.ros__parameters.g.h": "x"},
+            {"f": [1, 9], "g": {"h": "x"}},
+        ),
+    ],
+)
+def test_rewritten_values_are_of_nav2_s_types(
+    rewrites: dict[str, str], expected: dict[str, Any], tmp_path: Path
+) -> None:
+    (tmp_path / "a.yaml").write_text("n: {ros__parameters: {b: 0, c: 0, f: [1, 2]}}")
+    made = RewrittenYaml(str(tmp_path / "a.yaml"), rewrites, convert_types=True)
+    context = LaunchContext()  # its files are there as long as it is
+    written = yaml.safe_load(Path(made.perform(context)).read_text())
+    given = written["n"]["ros__parameters"]
+    assert given == {"b": 0, "c": 0, "f": [1, 2], **expected}
+    assert {key: type(given[key]) for key in expected} == {k: type(v) for k, v in expected.items()}
+
+
 def test_a_file_s_content(tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_text("text")
     assert FileContent([str(tmp_path), "/a.txt"]).perform(LaunchContext()) == "text"

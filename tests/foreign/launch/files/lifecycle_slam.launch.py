@@ -15,7 +15,7 @@ def generate_launch_description():
     node = LifecycleNode(
         parameters=[{'use_lifecycle_manager': manager, 'use_sim_time': True}],
         package='slam_toolbox', executable='async_slam_toolbox_node', name='slam_toolbox',
-        output='screen', namespace='')
+        output='screen', namespace='', autostart=autostart)
     condition = IfCondition(AndSubstitution(autostart, NotSubstitution(manager)))
     configure = EmitEvent(
         event=ChangeState(lifecycle_node_matcher=matches_action(node),

@@ -115,6 +115,27 @@ def test_spawners_bring_controllers_up_and_down(
     )
 
 
+def test_a_spawner_says_what_it_waits_for(
+    bench: RosBench,
+    ros2: Callable[[str], None],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    class Late(BenchClient):
+        def call(self, kind: Any, name: str, request: Any, timeout: float) -> Any:
+            if timeout <= 10.0:
+                raise Ros2Error("timed out")
+            return super().call(kind, name, request, timeout)
+
+    monkeypatch.setattr(spawner, "Client", lambda *given: Late(bench))
+    spawner.main(["gripper"])
+    first, *rest = capsys.readouterr().out.splitlines()
+    assert first.startswith("waiting for controller_manager/list_controllers: 'arjuna sim")
+    assert rest == ["Controller gripper is active already"]
+    with pytest.raises(Ros2Error, match="timed out"):
+        spawner.main(["gripper", "--controller-manager-timeout", "5"])
+
+
 def test_a_spawner_s_remaps_rename_the_drive_s_topics(
     bench: RosBench,
     tmp_path: Path,
