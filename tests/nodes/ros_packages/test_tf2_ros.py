@@ -147,10 +147,11 @@ def test_a_rotation_about_a_point_leaves_it_where_it_is() -> None:
 
 @pytest.mark.parametrize("scale", [(1.0, 2.0, 0.5), (1.0, 1.0, 1.0), (-2.0, -1.0, -3.0)])
 def test_a_matrix_is_made_of_its_parts_and_taken_apart(scale: tuple[float, ...]) -> None:
+    parts: list[tuple[float, ...]]
     parts = [scale, (0.1, 0.2, 0.3), (0.4, -0.5, 0.6), (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0)]
     found = tf_transformations.decompose_matrix(tf_transformations.compose_matrix(*parts))
     for value, part in zip(found, parts, strict=True):
-        assert list(value) == pytest.approx(list(part), abs=1e-9)
+        assert np.asarray(value) == pytest.approx(np.asarray(part), abs=1e-9)
     pose = tf_transformations.compose_matrix(translate=[0.5, 0, 0], angles=[0, 0, math.pi / 2])
     assert pose @ (1.0, 0.0, 0.0, 1.0) == pytest.approx([0.5, 1.0, 0.0, 1.0])
     with pytest.raises(ValueError, match="matrix is singular"):
