@@ -31,6 +31,9 @@ class ParamInfo:
         read_only: Whether it is fixed once the component runs.
         path: Whether it is a path; those are read only, or clients could move folders.
         plugins: Of plug-ins' names: the `PluginTypes` or `NamedConfigs` that they are of.
+        class_of: Of a class's name: the `PluginTypes` that it is of.
+        of_robot: Which of the robot's own names it is, `scan_topic` or `cmd_vel_topic`; "" for
+            none.
         theirs: The value with the behaviour of Nav2 or slam_toolbox, where another one is the
             default or is shipped.
     """
@@ -43,6 +46,8 @@ class ParamInfo:
     read_only: bool = False
     path: bool = False
     plugins: Any = None
+    class_of: Any = None
+    of_robot: str = ""
     theirs: Any = None
 
     @property
@@ -63,6 +68,8 @@ def param(
     choices: Sequence[Any] = (),
     read_only: bool = False,
     path: bool = False,
+    class_of: Any = None,
+    of_robot: str = "",
     theirs: Any = None,
 ) -> Any:
     """Declare one parameter as a field of a frozen dataclass.
@@ -71,13 +78,15 @@ def param(
         description: One sentence for `--help`, docs and ROS descriptors.
         unit: SI unit.
         path: Whether it is a path of this machine; no client may change it.
+        class_of: The `PluginTypes` of which it names the class.
+        of_robot: Which of the robot's own names it is, which an option sets wherever it is.
         theirs: The value with the behaviour of Nav2 or slam_toolbox, which `--as-nav2` and
             `--as-slam-toolbox` set; None where there is no other.
     """
     fixed = read_only or path
-    info = ParamInfo(
-        description, unit, minimum, maximum, tuple(choices), fixed, path=path, theirs=theirs
-    )
+    more = {"class_of": class_of, "of_robot": of_robot, "theirs": theirs}
+    valid = tuple(choices)
+    info = ParamInfo(description, unit, minimum, maximum, valid, fixed, path, **more)
     return dataclasses.field(default=default, metadata={_KEY: info})
 
 

@@ -194,10 +194,11 @@ _UNSCENTED = {"alpha", "kappa", "beta"}
 
 def further_nodes(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
     """Return the nodes that run for their sections of a parameter file alone, in its order."""
-    return [*_beside_navigation(sections), *fusion_nodes(sections)]
+    return [*nodes_beside_navigation(sections), *fusion_nodes(sections)]
 
 
-def _beside_navigation(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
+def nodes_beside_navigation(sections: Mapping[str, Mapping[str, Any]]) -> list[NodeSpec]:
+    """Return the nodes that run beside navigation for their sections of a file alone."""
     usual = {spec.name.rpartition("/")[2] for spec in all_nodes()} | {"**"}
     found: dict[str, NodeSpec] = {}
     for section, values in sections.items():
@@ -241,7 +242,7 @@ def with_further(group: Group, sections: Mapping[str, Mapping[str, Any]]) -> Gro
     robot_localization's run where our odometry does, and in its stead if one estimates in odom.
     """
     if group == NAVIGATION_GROUP:
-        return replace(group, nodes=(*group.nodes, *_beside_navigation(sections)))
+        return replace(group, nodes=(*group.nodes, *nodes_beside_navigation(sections)))
     fused = fusion_nodes(sections)
     if group not in (SIM_GROUP, ODOMETRY_GROUP) or not fused:
         return group

@@ -21,6 +21,7 @@ _OURS = {
 }
 """The profiles, by whether other hosts are reached."""
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+_FOR_ROS = "--ros-args"
 _COLLECT = (100_000, 20, 20)
 """How many new objects, and collections of those, are waited for before a collection of garbage.
 
@@ -52,7 +53,8 @@ def new_context(domain_id: int | None = None, words: list[str] | None = None) ->
 
     Args:
         domain_id: The domain; the environment's if None.
-        words: Those that ROS reads its arguments from; the program's if None.
+        words: Those that ROS reads its arguments from; the program's behind `--ros-args` if None:
+            its own `NAME:=VALUE` are no remappings.
     """
     add_environment_to_ament_index()
     gc.set_threshold(*_COLLECT)
@@ -62,6 +64,8 @@ def new_context(domain_id: int | None = None, words: list[str] | None = None) ->
     if os.environ.get(_PROFILES, "") in ("", *map(str, _OURS.values())):  # a parent's may differ
         os.environ[_PROFILES] = str(_OURS[reaches_other_hosts(os.environ)])
     context = Context()
+    if words is None:
+        words = sys.argv[sys.argv.index(_FOR_ROS) :] if _FOR_ROS in sys.argv else []
     rclpy.init(args=words, context=context, domain_id=domain_id)
     return context
 

@@ -23,7 +23,16 @@ def listeners(node: Node, topic: str) -> list[str]:
     """Return the types that the subscriptions of a topic's drives take."""
     name = node.resolve_topic_name(topic)
     infos = node.get_subscriptions_info_by_topic(name)
-    return [info.topic_type for info in infos if is_drive(info.node_name)]
+    return [info.topic_type for info in infos if is_drive(_published(node, info))]
+
+
+def _published(node: Node, info: Any) -> set[str]:
+    """Return the types of what the node of a subscription publishes, as far as it is known."""
+    try:
+        found = node.get_publisher_names_and_types_by_node(info.node_name, info.node_namespace)
+    except RuntimeError:  # its name is not known yet, or it has gone
+        return set()
+    return {kind for _, kinds in found for kind in kinds}
 
 
 def subscribe_velocity(

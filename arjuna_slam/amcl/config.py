@@ -20,6 +20,7 @@ MOTION_MODELS = PluginTypes(
         SKID_STEER: "arjuna_slam.amcl.motion:skid_steer",
     },
     DIFFERENTIAL,
+    stands_in=True,
 )
 PARTICLES_MAX = 100_000  # an update of as many takes a second
 SENSOR_MODELS = ("likelihood_field", "likelihood_field_prob", "beam")
@@ -42,7 +43,9 @@ class AmclConfig:
         0.2, "Sideways noise, from translation (omni) or turning (skid-steer).", minimum=0.0
     )
     robot_model_type: str = param(
-        DIFFERENTIAL, f"Motion model: {', '.join(MOTION_MODELS.types)}, or module:function."
+        DIFFERENTIAL,
+        f"Motion model: {', '.join(MOTION_MODELS.types)}, or module:function.",
+        class_of=MOTION_MODELS,
     )
     min_particles: int = param(500, "Least number of particles.", minimum=1, maximum=PARTICLES_MAX)
     max_particles: int = param(

@@ -79,7 +79,7 @@ def _serve_browser(arguments: argparse.Namespace, stopped: Callable[[], bool]) -
     viewer = Viewer(server, robot, displays, config, _CpuWatch(robot))
     if config:
         shown = ", ".join(spec.name for spec in config.displays if spec.shown)
-        show(f"{arguments.config}: {shown}, drawn in {frame}")
+        show(f"{arguments.config}: {shown or 'no display'}, drawn in {frame}")
         if config.unsupported:
             show(f"not shown here, but kept: {', '.join(config.unsupported)}")
     show(f"open http://{arguments.host}:{server.get_port()} in a browser; Ctrl-C ends it")

@@ -93,6 +93,7 @@ class Robot:
         height: Height of the base's true pose [m].
         log: The last warnings and errors, `(node, text)`, oldest first.
         remarks: On parameters without an effect that its safety needs.
+        troubles: What nodes report as an error, `(node, text)`.
     """
 
     scan: ScanFacts | None = None
@@ -101,6 +102,7 @@ class Robot:
     height: float | None = None
     log: tuple[tuple[str, str], ...] = ()
     remarks: tuple[str, ...] = ()
+    troubles: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -138,6 +140,10 @@ class Snapshot:
     def subscribers(self, topic: str) -> list[Endpoint]:
         """Return the subscriptions of a topic."""
         return [end for end in self.endpoints if end.topic == topic and not end.publishes]
+
+    def published(self, node: str) -> set[str]:
+        """Return the types of what a node publishes."""
+        return {end.type for end in self.endpoints if end.node == node and end.publishes}
 
     def runs(self, *names: str) -> bool:
         """Return whether a node of one of these names, in any namespace, is there."""

@@ -25,8 +25,10 @@ from bringup.parameters.foreign.nav2 import section_as_today
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.remarks import Checked, Kind, Remark, lines
 from bringup.parameters.robot_file import contradictions, of_simulated_robot
-from bringup.parameters.sources import COSTMAPS, as_theirs, of_words
+from bringup.parameters.sources import as_theirs, known_keys, of_words
 from bringup.stack import (
+    GLOBAL_COSTMAP,
+    LOCAL_COSTMAP,
     PROGRAMS,
     SIM,
     STACKS,
@@ -192,9 +194,9 @@ def _of_one_type(parameters: Parameters) -> Parameters:
     if not any(parameters.get(name, {}).get(_STAMPED) for name in VELOCITY_CHAIN):
         return parameters
     stamped: Parameters = {name: {_STAMPED: True} for name in (*VELOCITY_CHAIN, SIM.name)}
-    for name in COSTMAPS:
-        if "contact_layer" in parameters.get(name, {}).get("plugins", ()):
-            stamped[name] = {f"contact_layer.{_STAMPED}": True}
+    for spec in (LOCAL_COSTMAP, GLOBAL_COSTMAP):
+        known = known_keys(spec, parameters.get(spec.name, {}))
+        stamped[spec.name] = {key: True for key in known if key.endswith(f".{_STAMPED}")}
     return merged(stamped, parameters)
 
 

@@ -38,10 +38,12 @@ from bringup.stack import (
     with_further,
 )
 
-_OF_SIMULATED_ROBOT = ("demo", "slam", "nav")
+_OF_SIMULATED_ROBOT = ("demo", "sim", "slam", "nav")
 """The commands that take topics, frames and outline from a robot's file."""
 _MAPS_FIRST: Parameters = {"map_server": {"yaml_filename": ""}}
 """The demo loads the map that it has made, not one that a file names."""
+_ENOUGH_CLOUDS: Parameters = {"sim": {"cloud_rate": 10.0}}
+"""In the demo nobody but the costmaps looks, the faster of which is updated so often [Hz]."""
 _PATHS = {"robot", "world", "yaml_filename", "maps_folder"}
 """Parameters that are checked by reading what they name: the nodes need not be imported for it."""
 _PATIENCE = 1.0  # [s] for what runs to be discovered
@@ -93,7 +95,12 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
         given.get("strict", False),
         originals_of(given),
     )
-    parameters = read.parameters if supervised else merged(read.parameters, _MAPS_FIRST)
+    parameters = read.parameters
+    if not supervised:
+        parameters = merged(_ENOUGH_CLOUDS, parameters, _MAPS_FIRST)
+    for section in [*parameters]:
+        if section.rpartition("/")[2] in (given.get("leave_out") or ()):
+            del parameters[section]
     options = of_options(given, groups, parameters)
     specs = [spec for group in groups for spec in with_further(group, parameters).nodes]
     for spec in specs:

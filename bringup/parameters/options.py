@@ -16,6 +16,7 @@ from arjuna_core.files.shipped import found_or_shipped
 _DOMAIN_MAX = 232  # ports above do not exist (OMG DDSI-RTPS 2.5, 9.6.2.3)
 _NAMESPACE = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?", re.ASCII)
 _ARGUMENT = re.compile(r"[A-Za-z_]\w*:=")
+_RULE = re.compile(r"[\w/~]+:=[\w/~]+$")
 _SEARCHED = {
     "package_path": "ROS_PACKAGE_PATH",
     "model_path": "GAZEBO_MODEL_PATH",
@@ -115,6 +116,12 @@ def _argument(text: str) -> str:
     return text
 
 
+def _rule(text: str) -> str:
+    if not _RULE.match(text):
+        raise argparse.ArgumentTypeError(f"{text!r} is no remapping; valid: OLD:=NEW")
+    return text
+
+
 NODES = (
     *("--params", "--param", "--strict", "--as-nav2", "--as-slam-toolbox", "--log-level"),
     "--plugin-path",
@@ -199,10 +206,17 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "--maps-folder": _path(
         "folder of relative paths that clients save and load maps by (the working folder)", "DIR"
     ),
+    "--leave-out": _paths(
+        "a node that only its section of a file starts, where another runs it", metavar="NODE"
+    ),
     "--seed": _value(seed, "N", "seed of every random choice, 0 or more (0)"),
     "--scan-topic": _value(str, "TOPIC", "of the lidar (scan)"),
+    "--cloud-topic": _value(str, "TOPIC", "of the depth camera's points (depth/points)"),
     "--odom-topic": _value(str, "TOPIC", "of the odometry (odom)"),
     "--cmd-vel-topic": _value(str, "TOPIC", "it is driven by (cmd_vel)"),
+    "--remap": _paths(
+        "a topic's or service's name, and that in its place", metavar="OLD:=NEW", type=_rule
+    ),
     "--base-frame": _value(str, "FRAME", "of the robot (base_footprint)"),
     "--odom-frame": _value(str, "FRAME", "of its odometry (odom)"),
     "--robot": _path(
@@ -292,7 +306,7 @@ def add_parts(parser: argparse.ArgumentParser) -> None:
     """Add where the robot's pose comes from, and which half of the stack is left out."""
     where = parser.add_mutually_exclusive_group(required=True)
     add(where, "--map", "--slam", "--without-localization")
-    add(parser, "--without-navigation")
+    add(parser, "--without-navigation", "--leave-out")
 
 
 def add_log_options(
@@ -308,7 +322,8 @@ def add_log_options(
 def add_robot_names(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
     """Add the robot's names of topics and frames; each reaches every node that needs it."""
     group = parser.add_argument_group("what the robot, or a recording, calls its own")
-    add(group, "--scan-topic", "--odom-topic", "--cmd-vel-topic", "--base-frame", "--odom-frame")
+    add(group, "--scan-topic", "--cloud-topic", "--odom-topic", "--cmd-vel-topic")
+    add(group, "--base-frame", "--odom-frame", "--remap")
     return group
 
 

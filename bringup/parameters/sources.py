@@ -12,23 +12,21 @@ import yaml
 from arjuna_core.config import infos
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.yaml_file import plain
+from arjuna_core.param import ParamInfo
 from arjuna_core.plugins import config_class_for
 from bringup.parameters.files import EVERY_NODE, Parameters, Source, for_node, merged
 from bringup.stack import ORIGINALS, Group, NodeSpec
 
 COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
 ROBOT_NAMES: dict[str, dict[str, str]] = {
-    "scan_topic": {
-        **dict.fromkeys(("slam_toolbox", "amcl", "collision_monitor"), "scan_topic"),
-        **dict.fromkeys(COSTMAPS, "obstacle_layer.scan.topic"),
-    },
+    "scan_topic": dict.fromkeys(("slam_toolbox", "amcl", "collision_monitor"), "scan_topic"),
+    "cloud_topic": {},
     "odom_topic": dict.fromkeys(
         ("ekf_filter_node", "controller_server", "velocity_smoother", "bt_navigator"), "odom_topic"
     ),
     "cmd_vel_topic": {
         "collision_monitor": "cmd_vel_out_topic",
         "docking_server": "cmd_vel_topic",
-        **dict.fromkeys(COSTMAPS, "contact_layer.topic"),
     },
     "base_frame": {
         "slam_toolbox": "base_frame",
@@ -43,9 +41,13 @@ ROBOT_NAMES: dict[str, dict[str, str]] = {
         "docking_server": "fixed_frame",
     },
     "wheel_odom": {"ekf_filter_node": "odom0"},
-    "imu": {"ekf_filter_node": "imu0"},
+    "imu": {"ekf_filter_node": "imu0", "bt_navigator": "imu_topic"},
 }
-"""The parameter of each node that a name of the robot's sets; an option of that name sets all."""
+"""The parameter of each node that a name of the robot's sets; an option of that name sets all.
+
+Plug-ins' own say so where they are declared (`of_robot`)."""
+_SEEN = {"LaserScan": "scan_topic", "PointCloud2": "cloud_topic"}
+"""The robot's name that a costmap's source of a type has."""
 OUTLINE = ("footprint", "robot_radius")
 """The parameters of a costmap that are the robot's outline."""
 _ROBOT_NODES = ("sim", "robot_state_publisher")
@@ -100,7 +102,7 @@ def as_theirs(parameters: Parameters, nodes: Iterable[NodeSpec], replaces: bool)
     found: Parameters = {}
     for spec in nodes:
         values = for_node(parameters, spec.name)
-        known = infos(config_class_for(spec.config, values, "", []))
+        known = known_keys(spec, values)
         found[spec.name] = {
             key: list(info.theirs) if isinstance(info.theirs, tuple) else info.theirs
             for key, info in known.items()
@@ -183,31 +185,61 @@ def of_names(
         parameters: Of all nodes; which layers a costmap has, and which sources they have.
     """
     found: Parameters = {}
-    running = {spec.name for group in groups for spec in group.nodes}
-    for what, keys in ROBOT_NAMES.items():
-        value = names.get(what)
-        for node, key in keys.items() if value is not None else ():
-            if what == "scan_topic" and node in COSTMAPS:
-                key = _first_scan(parameters.get(node, {}))
-            layer = key.rpartition(".")[0].partition(".")[0]
-            has_layer = not layer or layer in parameters.get(node, {}).get("plugins", ())
-            if node in running and key and has_layer:
-                found.setdefault(node, {})[key] = value
+    given = {what: names[what] for what in ROBOT_NAMES if names.get(what) is not None}
+    for spec in (spec for group in groups for spec in group.nodes if given):
+        own = parameters.get(spec.name, {})
+        keys, values = keys_by_name(spec, own), dict[str, Any]()
+        for what, value in given.items():
+            for key in keys[what]:
+                values |= _sources(own, key, value) if what == "cloud_topic" else {key: value}
+        if values:
+            found[spec.name] = values
     return found
 
 
-def _first_scan(values: Mapping[str, Any]) -> str:
-    for layer in values.get("plugins", ()):
-        for source in str(values.get(f"{layer}.observation_sources", "")).split():
-            if values.get(f"{layer}.{source}.data_type", "LaserScan") == "LaserScan":
-                return f"{layer}.{source}.topic"
-    return ""
+def _sources(values: Mapping[str, Any], key: str, topics: str) -> dict[str, Any]:
+    """Return the parameters of a costmap's source, and of others like it for further topics."""
+    first, *others = topics.split() or [""]
+    source, found = key.removesuffix(".topic"), {key: first}
+    listed = f"{source.rpartition('.')[0]}.observation_sources"
+    names = [str(values[listed])]
+    for number, topic in enumerate(others, start=2):
+        name = f"{source}_{number}"
+        own = {k.removeprefix(source): v for k, v in values.items() if k.startswith(f"{source}.")}
+        found |= {f"{name}{k}": v for k, v in {**own, ".topic": topic}.items()}
+        names.append(name.rpartition(".")[2])
+    return {**found, listed: " ".join(names)} if others else found
 
 
-def keys_of_robot(node: str) -> frozenset[str]:
+def known_keys(spec: NodeSpec, values: Mapping[str, Any]) -> dict[str, ParamInfo]:
+    """Return what is known of each parameter of a node, those of its plug-ins too."""
+    return infos(config_class_for(spec.config, dict(values), "", []))
+
+
+def keys_by_name(spec: NodeSpec, values: Mapping[str, Any]) -> dict[str, list[str]]:
+    """Return the parameters of a node, and of its plug-ins, that are each of the robot's names.
+
+    Of several sources of plug-ins the first of each type is the robot's.
+    """
+    named = {what: [keys[spec.name]] for what, keys in ROBOT_NAMES.items() if spec.name in keys}
+    found: dict[str, list[str]] = {what: named.get(what, []) for what in ROBOT_NAMES}
+    taken = set()
+    for key, info in known_keys(spec, values).items():
+        what = info.of_robot
+        if what == "scan_topic":
+            what = _SEEN.get(values.get(f"{key.rpartition('.')[0]}.data_type", "LaserScan"), "")
+            if what in taken:
+                continue
+            taken.add(what)
+        if what:
+            found[what].append(key)
+    return found
+
+
+def keys_of_robot(spec: NodeSpec, values: Mapping[str, Any]) -> frozenset[str]:
     """Return the parameters of a node that are the robot's own: topics, frames and outline."""
-    names = {keys[node] for keys in ROBOT_NAMES.values() if node in keys}
-    return frozenset({*names, "robot_base_frame", *OUTLINE})
+    named = (key for keys in keys_by_name(spec, values).values() for key in keys)
+    return frozenset({*named, "robot_base_frame", *OUTLINE})
 
 
 def with_base_frame(given: Parameters, below: Parameters) -> Parameters:

@@ -134,4 +134,6 @@ def host_command(
     if domain is not None:
         host += ["--domain-id", f"{domain}"]
     ros = ["--ros-args", "--disable-external-lib-logs", "--log-level", arguments.log_level]
-    return [*host, *ros]
+    given = vars(arguments)
+    renamed = (word for rule in given.get("remap", ()) for word in ("--remap", rule))
+    return [*host, *ros, *renamed]

@@ -151,6 +151,85 @@ def _poses(text: str) -> dict[str, Mapping[str, Any]]:
     return found
 
 
+def ekf() -> LaunchDescription:
+    """Fuse what the package's `ekf.yaml` names."""
+    return LaunchDescription([_fusing("ekf", "ekf", "ekf_filter_node")])
+
+
+def ukf() -> LaunchDescription:
+    """Fuse what the package's `ukf.yaml` names."""
+    return LaunchDescription([_fusing("ukf", "ukf", "ukf_filter_node")])
+
+
+def navsat_transform() -> LaunchDescription:
+    """Convert GPS as the package's `navsat_transform.yaml` says."""
+    return LaunchDescription(
+        [_fusing("navsat_transform", "navsat_transform", "navsat_transform_node")]
+    )
+
+
+def dual_ekf_navsat_example() -> LaunchDescription:
+    """Fuse wheels and IMU in odom, with GPS in map."""
+    file, filtered = "dual_ekf_navsat_example", "odometry/filtered"
+    return LaunchDescription(
+        [
+            _fusing(file, "ekf", "ekf_filter_node_odom", (filtered, "odometry/local")),
+            _fusing(file, "ekf", "ekf_filter_node_map", (filtered, "odometry/global")),
+            _fusing(file, "navsat_transform", "navsat_transform", (filtered, "odometry/global")),
+        ]
+    )
+
+
+def _fusing(file: str, program: str, name: str, *remappings: tuple[str, str]) -> Node:
+    package = "robot_localization"
+    path = PathJoinSubstitution([FindPackageShare(package), "params", f"{file}.yaml"])
+    return Node(
+        package=package,
+        executable=f"{program}_node",
+        name=name,
+        output="screen",
+        parameters=[path],
+        remappings=remappings,
+    )
+
+
+def route_tool() -> LaunchDescription:
+    """Show the map of `yaml_filename`, to draw a graph of routes on."""
+    view = PathJoinSubstitution([FindPackageShare("nav2_route"), "rviz", "route_tool.rviz"])
+    map_file = {"yaml_filename": LaunchConfiguration("yaml_filename")}
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument("yaml_filename", default_value=""),
+            Node(package="rviz2", executable="rviz2", arguments=["-d", view], output="screen"),
+            Node(package="nav2_map_server", executable="map_server", parameters=[map_file]),
+        ]
+    )
+
+
+def twist_mux() -> LaunchDescription:
+    """Pass on the commands of who comes first: `config_topics`, `config_locks`, `cmd_vel_out`."""
+    share = FindPackageShare("twist_mux")
+    usual: dict[str, Any] = {
+        f"config_{kind}": PathJoinSubstitution([share, "config", f"twist_mux_{kind}.yaml"])
+        for kind in ("locks", "topics")
+    }
+    files = [LaunchConfiguration(name) for name in usual]
+    usual |= {"cmd_vel_out": "twist_mux/cmd_vel", "use_sim_time": "False"}
+    sim_time = {"use_sim_time": LaunchConfiguration("use_sim_time")}
+    return LaunchDescription(
+        [
+            *(DeclareLaunchArgument(name, default_value=value) for name, value in usual.items()),
+            Node(
+                package="twist_mux",
+                executable="twist_mux",
+                output="screen",
+                parameters=[sim_time, *files],
+                remappings=[("/cmd_vel_out", LaunchConfiguration("cmd_vel_out"))],
+            ),
+        ]
+    )
+
+
 def teleop() -> LaunchDescription:
     """Drive by a joystick: `config_filepath`, `joy_dev`, `joy_vel`, `publish_stamped_twist`."""
     usual = {"joy_config": "ps3", "joy_dev": "0", "joy_vel": "cmd_vel", "config_filepath": ""}

@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 
-from arjuna_core.errors import nearest
 from arjuna_core.files.shipped import shipped_file
-from bringup.parameters.files import load_parameters
 from bringup.stack import NAV2_PROGRAMS
 
-_STARTS = "nodes start at once"
-_IDLE = {
-    "autostart": ("true", _STARTS),
-    "use_lifecycle_manager": ("", _STARTS),
-    "use_composition": ("", "each group of nodes is one process"),
-    "container_name": ("", "there are no containers"),
-    "use_respawn": ("true", "what dies is started again"),
-    "log_settings": ("", "log_level:=LEVEL counts"),
-    "gui": ("false", "the simulator has no window; 'arjuna view' shows it"),
-    "pause": ("false", "'arjuna world pause' pauses it"),
-}
-"""Arguments without an effect: the value that says what happens anyhow (none: no matter), why."""
 _NAV2 = {"params_file": "--params", "namespace": "--namespace", "log_level": "--log-level"}
 _MAP = {"map": "--map", **_NAV2}
+_GRAPH = {"graph": "--param route_server:graph_filepath:={}"}
+_MASKS = {
+    f"{kind}_mask": f"--param {kind}_filter_mask_server:yaml_filename:={{}}"
+    for kind in ("keepout", "speed")
+}
 _SLAM = {"slam_params_file": "--params", **_NAV2}
 _BURGER = ("--robot", str(shipped_file("urdf/burger.urdf")))
 _AT = {"x_pose": "", "y_pose": "", "namespace": "--namespace"}
@@ -69,10 +58,12 @@ def _mapper(*parameters: str) -> Launch:
 
 LAUNCHES: dict[tuple[str, str], Launch] = {
     ("nav2_bringup", "bringup_launch.py"): Launch(
-        ("nav",), _MAP, instead=("slam", "use_localization")
+        ("nav",), {**_MAP, **_GRAPH, **_MASKS}, instead=("slam", "use_localization")
     ),
     ("nav2_bringup", "localization_launch.py"): Launch(("nav", "--without-navigation"), _MAP),
-    ("nav2_bringup", "navigation_launch.py"): Launch(("nav", "--without-localization"), _NAV2),
+    ("nav2_bringup", "navigation_launch.py"): Launch(
+        ("nav", "--without-localization"), {**_NAV2, **_GRAPH}
+    ),
     ("nav2_bringup", "rviz_launch.py"): Launch(
         ("view",), {"namespace": "--namespace", "rviz_config": "--config"}, ()
     ),
@@ -172,6 +163,12 @@ DESCRIBED = {
         ),
         "unique_robots",
     ),
+    **{
+        ("robot_localization", f"{name}.launch.py"): name
+        for name in ("dual_ekf_navsat_example", "ekf", "navsat_transform", "ukf")
+    },
+    ("nav2_route", "route_tool.launch.py"): "route_tool",
+    ("twist_mux", "twist_mux_launch.py"): "twist_mux",
     ("urdf_launch", "description.launch.py"): "robot",
     ("urdf_launch", "display.launch.py"): "display",
 }
@@ -200,86 +197,3 @@ PLUGINS = {
     ),
 }
 """Package and executable of nodes that containers load, by their plug-ins."""
-
-
-@dataclass
-class Translation:
-    """A launch file with arguments, as a command of ours, and remarks on those without effect."""
-
-    command: list[str] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)
-
-
-def arguments_of(launch: Launch) -> str:
-    """Return the arguments of a launch file, those without an effect apart."""
-    known = sorted(known_arguments(launch) - set(launch.idle))
-    lines = [f"Arguments (NAME:=VALUE): {', '.join(known)}"]
-    return "\n".join([*lines, f"Without an effect here: {', '.join(sorted(launch.idle))}"])
-
-
-def translated(launch: Launch, words: list[str]) -> Translation:
-    """Return our command for a launch file with arguments, and what of them has no effect."""
-    found = Translation()
-    known = known_arguments(launch)
-    given: dict[str, str] = {}
-    for word in words:
-        name, sign, value = word.partition(":=")
-        if sign and name in known:
-            given[name] = value
-        else:
-            what = "argument" if sign else "option"
-            found.remarks.append(f"no effect: {word} (unknown {what}; {nearest(name, known)})")
-    found.remarks += _idle(launch, given)
-    if given.get("use_namespace", "true").lower() == "false" and given.pop("namespace", ""):
-        found.remarks.append("no effect: namespace (use_namespace is false)")
-    if "x_pose" in launch.options and {"x_pose", "y_pose"} & given.keys():
-        at = [given.pop(name, "0") for name in ("x_pose", "y_pose")]
-        given["at"] = " ".join(at)
-    found.command = _command(launch, given)
-    return found
-
-
-def known_arguments(launch: Launch) -> set[str]:
-    """Return the arguments that a launch file has."""
-    return {*launch.options, *launch.idle, *launch.instead, "use_namespace", "use_sim_time"}
-
-
-def _idle(launch: Launch, given: Mapping[str, str]) -> list[str]:
-    lines = []
-    for name in (name for name in launch.idle if name in given):
-        anyhow, reason = _IDLE[name]
-        if given[name].lower() != anyhow:
-            lines.append(f"no effect: {name}:={given[name]} ({reason})")
-    return lines
-
-
-def _command(launch: Launch, given: dict[str, str]) -> list[str]:
-    first, *rest = launch.words
-    if given.get("use_sim_time", "true").lower() == "false":
-        if first == "slam":
-            rest += ["--use-sim-time", "false"]
-        first = "robot" if first == "nav" else first
-    if "map" in launch.options:
-        rest += _located(given)
-    if "at" in given:
-        rest[-3:] = ["--at", *shlex.split(given["at"])]
-    for name, option in launch.options.items():
-        if value := given.get(name, ""):
-            words = option.replace("/{}", f"/{value.lstrip('/')}").split()
-            inside = [word.replace("{}", value) for word in words]
-            rest += inside if "{}" in option else [option, value] if option else shlex.split(value)
-    return [first, *rest]
-
-
-def _located(given: dict[str, str]) -> list[str]:
-    if given.get("slam", "false").lower() == "true":
-        given.pop("map", None)
-        return ["--slam"]
-    if given.get("use_localization", "true").lower() == "false":
-        given.pop("map", None)
-        return ["--without-localization"]
-    if not given.get("map") and given.get("params_file"):
-        nodes = load_parameters([Path(given["params_file"])])
-        named = (values.get("yaml_filename") for values in nodes.values())
-        given["map"] = next((name for name in named if isinstance(name, str) and name), "")
-    return []

@@ -18,6 +18,7 @@ from arjuna_core.files.array_cache import cache_folder
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.context import add_environment_to_ament_index
 from bringup.ros2.launches import COMPOSED, DESCRIBED, LAUNCHES
+from bringup.ros2.stock import STOCK_FILES
 from bringup.ros2.verbs.forward import GENERATED, PROGRAMS
 
 _VARIABLE = "AMENT_PREFIX_PATH"
@@ -61,6 +62,7 @@ _RVIZ = """Visualization Manager:
 _VIEWS = (
     "nav2_bringup/rviz/nav2_default_view.rviz",
     "nav2_bringup/rviz/nav2_namespaced_view.rviz",
+    "nav2_route/rviz/route_tool.rviz",
     "slam_toolbox/config/slam_toolbox_default.rviz",
     "turtlebot3_bringup/rviz/model.rviz",
     "turtlebot3_navigation2/rviz/tb3_navigation2.rviz",
@@ -147,6 +149,7 @@ def _texts() -> dict[str, str]:
     for name, of in _GAZEBO.items():
         found[f"bin/{name}"] = _PROGRAM.format(python=sys.executable, package="gazebo_ros", name=of)
     found |= {f"share/{name}": _RVIZ for name in _VIEWS}
+    found |= {f"share/{name}": text for name, text in STOCK_FILES.items()}
     found["share/turtlebot3_gazebo/params/turtlebot3_burger_bridge.yaml"] = "[]\n"
     for package, file in (*LAUNCHES, *COMPOSED, *DESCRIBED):
         text = _FOXGLOVE if file.endswith(".xml") else _LAUNCH.format(package=package, file=file)

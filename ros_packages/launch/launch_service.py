@@ -15,6 +15,8 @@ from launch.events import Shutdown
 from launch.launch_context import LaunchContext
 from launch.logging import get_logger
 
+_AGAIN = 1.0  # [s] from a signal to the next that is meant: `timeout` and terminals send one twice
+
 
 class LaunchService:
     """Launches descriptions; one after the other has `run`.
@@ -36,11 +38,13 @@ class LaunchService:
         self.context = LaunchContext(argv=argv, noninteractive=noninteractive)
         self.context.visit_all, self.context.explain = self._visit_all, self.explain
         self._descriptions: list[LaunchDescriptionEntity] = []
-        self._failed, self._debug, self._interrupts = False, debug, 0
+        self._failed, self._debug = False, debug
+        self._interrupted: float | None = None
 
     def include_launch_description(self, launch_description: LaunchDescriptionEntity) -> None:
-        """Launch a description too."""
+        """Launch a description too; from any thread, also while it runs."""
         self._descriptions.append(launch_description)
+        self.context.wake()
 
     def emit_event(self, event: Event) -> None:
         """Let an event happen."""
@@ -57,7 +61,8 @@ class LaunchService:
     async def run_async(self, *, shutdown_when_idle: bool = True) -> int:
         """Launch until nothing runs; return 0, or 1 where something could not be launched."""
         context = self.context
-        context.asyncio_loop = loop = asyncio.get_running_loop()
+        loop = asyncio.get_running_loop()
+        context.runs_in(loop)
         numbers = (signal.SIGINT, signal.SIGTERM)
         if threading.current_thread() is threading.main_thread():
             for number in numbers:
@@ -65,6 +70,7 @@ class LaunchService:
         try:
             await self._run(shutdown_when_idle)
         finally:
+            context.runs_in(None)
             context.remove_files()
             for number in numbers:
                 with suppress(ValueError, RuntimeError):
@@ -86,18 +92,22 @@ class LaunchService:
             await context.wait()
 
     def _on_signal(self, number: int) -> None:
-        name = signal.Signals(number).name
-        self._interrupts += 1
-        if number == signal.SIGINT and self._interrupts == 1:
+        now = asyncio.get_running_loop().time()
+        if self._interrupted is not None:
+            if now - self._interrupted >= _AGAIN:  # what still runs ends by force
+                for end in self.context.on_kill:
+                    end()
+            return
+        self._interrupted = now
+        if number == signal.SIGINT:
             get_logger("launch").warning("user interrupted with ctrl-c (SIGINT)")
+        name = signal.Signals(number).name
         self.emit_event(Shutdown(reason=f"signal {name}", due_to_sigint=number == signal.SIGINT))
 
     def _handle(self, event: Event) -> None:
         context = self.context
         if isinstance(event, Shutdown):
-            if context.is_shutdown:  # asked again: what still runs ends by force
-                for end in context.on_kill:
-                    end()
+            if context.is_shutdown:  # as where the end of one process asks for that of all
                 return
             context.is_shutdown = True
         for handler in context.handlers(event):

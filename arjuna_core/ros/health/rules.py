@@ -6,7 +6,7 @@ The limits are far more than any robot needs and far less than hurts.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ FINEST, COARSEST = 0.004, 100.0  # edge of a map's cell [m]
 POSES = 15_000  # of a path: 750 m, one each five centimetres
 CORNERS = 1000  # of a polygon
 CALLS = 1000  # parameters of one request to a node, and names of any list
+_COSTMAP = "nav2_msgs/msg/Costmap"
 ITEMS = 10_000  # of a list of a type that LONGEST does not name
 LONGEST = {  # items of a list, by their type
     **dict.fromkeys(("geometry_msgs/PoseStamped", "geometry_msgs/Pose"), POSES),
@@ -190,6 +191,10 @@ RULES: dict[str, Callable[[Any], str | None]] = {
 """The rule of each type that has one, by its name without its package."""
 
 
-def is_drive(node: str) -> bool:
-    """Return whether a node that listens to commands may drive by them: costmaps look on."""
-    return not node.endswith("costmap")
+def is_drive(published: Iterable[str]) -> bool:
+    """Return whether a node that listens to commands may drive by them: costmaps look on.
+
+    Args:
+        published: The types of what it publishes.
+    """
+    return _COSTMAP not in published

@@ -169,6 +169,18 @@ class Doors:
         return [_info(end, TopicEndpointTypeEnum.PUBLISHER) for end in ends]
 
     @_local
+    def get_publisher_names_and_types_by_node(
+        self, node_name: str, node_namespace: str, no_demangle: bool = False
+    ) -> list[tuple[str, list[str]]]:
+        """Return what a node publishes, with the types."""
+        asked = node_name, node_namespace
+        found = {
+            name: {_type_name(end.msg_type) for end in ends if _owner(end) == asked}
+            for name, ends in self.transport.publishers.items()
+        }
+        return [(name, sorted(types)) for name, types in sorted(found.items()) if types]
+
+    @_local
     def get_subscriptions_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[Any]:
@@ -194,10 +206,15 @@ def _type_name(cls: Any) -> str:
     return f"{package}/{kind}/{cls.__name__}"
 
 
+def _owner(end: Any) -> tuple[str, str]:
+    return end.node.get_name(), end.node.get_namespace()
+
+
 def _info(end: Any, kind: TopicEndpointTypeEnum) -> TopicEndpointInfo:
+    name, namespace = _owner(end)
     return TopicEndpointInfo(
-        node_name=end.node.get_name(),
-        node_namespace=end.node.get_namespace(),
+        node_name=name,
+        node_namespace=namespace,
         topic_type=_type_name(end.msg_type),
         endpoint_type=kind,
         qos_profile=end.qos_profile,

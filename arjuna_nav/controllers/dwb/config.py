@@ -17,6 +17,13 @@ CRITICS = PluginTypes(
     "critic", {}, "", {name: f"dwb_critics::{name}Critic" for name in NAV2_CRITICS}, "class"
 )
 """A user's own; Nav2's need no class, for their names say it."""
+_STANDARD, _LIMITED = (
+    f"dwb_plugins::{name}Generator" for name in ("StandardTrajectory", "LimitedAccel")
+)
+_FAN = "arjuna_nav.controllers.dwb.trajectories:"
+GENERATORS = PluginTypes(
+    "trajectory generator", dict.fromkeys((_STANDARD, _LIMITED), _FAN), _STANDARD, stands_in=True
+)
 _STOCK = (
     *("RotateToGoal", "Oscillation", "BaseObstacle", "GoalAlign", "PathAlign", "PathDist"),
     "GoalDist",
@@ -126,13 +133,11 @@ class DwbConfig(PluginConfig):
     vtheta_samples: int = param(20, "Yaw rates tried, two at least.", minimum=0, maximum=10_000)
     sim_time: float = param(1.7, "Time simulated.", unit="s", minimum=0.01)
     trajectory_generator_name: str = param(
-        "dwb_plugins::StandardTrajectoryGenerator",
+        _STANDARD,
         "How velocities are sampled: those within reach of sim_time, driven by accelerating; or"
         " those of one command's period, driven at once.",
-        choices=(
-            "dwb_plugins::StandardTrajectoryGenerator",
-            "dwb_plugins::LimitedAccelGenerator",
-        ),
+        choices=tuple(GENERATORS.types),
+        class_of=GENERATORS,
     )
     sim_period: float | None = param(
         None, "Period of LimitedAccelGenerator; that of the controller if none.", unit="s"

@@ -19,7 +19,12 @@ from arjuna_core.se2 import SE2
 class SensorSource:
     """Parameters of one source of a layer, of whatever marks and clears."""
 
-    topic: str = param("", "Topic of the data; by default the source's name.", read_only=True)
+    topic: str = param(
+        "",
+        "Topic of the data; by default the source's name.",
+        read_only=True,
+        of_robot="scan_topic",
+    )
     sensor_frame: str = param(
         "", "Where its rays start; empty for the frame of its messages.", read_only=True
     )

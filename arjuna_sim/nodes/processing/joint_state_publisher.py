@@ -114,8 +114,6 @@ class JointStatePublisherNode(ManagedNode):
             for name, value in zip(message.name, getattr(message, part), strict=False):
                 if name in self._states:
                     self._states[name][part] = value
-        if not self.config.delta:
-            self._publish()
 
     def _follows(self, name: str) -> Mimic | None:
         """Return what a joint follows, if anything."""

@@ -14,7 +14,8 @@ _TWIST, _STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 def check(snapshot: Snapshot) -> Iterator[Finding]:
     """Yield faults that keep the robot from moving."""
     for topic in sorted({end.topic for end in snapshot.endpoints if "cmd_vel" in end.topic}):
-        listeners = [end for end in snapshot.subscribers(topic) if is_drive(end.node)]
+        found = snapshot.subscribers(topic)
+        listeners = [end for end in found if is_drive(snapshot.published(end.node))]
         wanted = {end.type for end in listeners}
         for end in snapshot.publishers(topic):
             if wanted and end.type not in wanted and {end.type, *wanted} <= {_TWIST, _STAMPED}:

@@ -21,16 +21,18 @@ _OURS = "in Python: docs/plugins.md"
 
 
 class PluginList(NamedTuple):
-    """A parameter that lists plug-ins.
+    """A parameter that lists plug-ins, or is one's class.
 
     Attributes:
         key: Its name, with those of the plug-ins that it is below.
         default: Its default names, in a list or in a text.
+        is_class: Whether its value is a class's name.
     """
 
     key: str
     default: tuple[str, ...] | str
     kind: PluginTypes
+    is_class: bool = False
 
     @property
     def prefix(self) -> str:
@@ -43,16 +45,21 @@ def plugin_lists(
 ) -> Iterator[PluginList]:
     """Yield the lists of plug-ins of a node, and those of each plug-in after the list it is in.
 
+    A parameter that is the class of the one plug-in is one of them.
+
     Args:
         values: The node's; those of a list that are changed before the next is taken count.
     """
     for item in dataclasses.fields(config):
-        kind = info_of(item).plugins if item.metadata else None
-        if not isinstance(kind, PluginTypes):
+        info = info_of(item) if item.metadata else None
+        kind = info and (info.plugins or info.class_of)
+        if info is None or not isinstance(kind, PluginTypes):
             continue
         default: Any = item.default
-        found = PluginList(prefix + key_of(item), default, kind)
+        found = PluginList(prefix + key_of(item), default, kind, info.class_of is kind)
         yield found
+        if found.is_class:
+            continue
         for name in names_in(values.get(found.key, default), default):
             own = f"{prefix}{name}."
             below = {k.removeprefix(own): v for k, v in values.items() if k.startswith(own)}
@@ -87,6 +94,11 @@ class ForeignPlugins:
         for one in plugin_lists(config, values):
             given = values.get(one.key, one.default)
             if not isinstance(given, str if isinstance(one.default, str) else (list, tuple)):
+                continue
+            if one.is_class:
+                cls = canonical(str(given))
+                if one.kind.stands_in and _is_foreign(cls, one.kind):
+                    self._replace(one.key, one.key, cls, one.kind.default, values)
                 continue
             names = names_in(given, one.default)
             kept = [name for name in names if self._is_kept(name, one, values)]

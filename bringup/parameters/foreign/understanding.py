@@ -82,7 +82,7 @@ class _Section:
         self.problems: list[str] = []
         self._foreign = ForeignPlugins(spec.name)
         if _is_whole(spec.name, given):
-            robot = keys_of_robot(spec.name)
+            robot = keys_of_robot(spec, below)
             below = {key: value for key, value in below.items() if key in robot}
         values = nav2.as_today(spec.name, given)
         sim_time = values.pop(SIM_TIME, below.get(SIM_TIME))
@@ -153,7 +153,7 @@ class _Section:
             return Kind.NOT_NEEDED, f"'{source}' is not in '{sources}'"
         if not dot:
             return None
-        if not any(plugin_lists(self._config, {})):
+        if all(one.is_class for one in plugin_lists(self._config, {})):
             return None
         return Kind.NOT_NEEDED, f"'{plugin}' is in no list of plug-ins"
 
@@ -161,7 +161,7 @@ class _Section:
         """Return why a name has no effect that is left over of another plug-in."""
         plugin, dot, rest = key.partition(".")
         for listed in plugin_lists(self._config, {}) if dot else ():
-            for cls in listed.kind.types:
+            for cls in () if listed.is_class else listed.kind.types:
                 if rest in _keys_of(listed.kind, cls):
                     return Kind.NOT_NEEDED, f"a parameter of {cls}, which '{plugin}' is not"
         return None

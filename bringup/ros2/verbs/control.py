@@ -145,11 +145,11 @@ def _print_interfaces(holder: Any, indent: str, states: bool = True) -> None:
 
 @_managed
 def load_controller(manager: Manager, arguments: argparse.Namespace) -> None:
-    """Load a controller; bring it to a state where one is named."""
-    name = arguments.controller_name
-    manager.step("load", name, "loaded")
+    """Load a controller; bring it to a state where one is named, which the robot's start may do."""
     if arguments.set_state:
-        manager.bring_to(name, arguments.set_state)
+        manager.bring_to(arguments.controller_name, arguments.set_state)
+    else:
+        manager.step("load", arguments.controller_name, "loaded")
 
 
 @_managed

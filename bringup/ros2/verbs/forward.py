@@ -128,9 +128,9 @@ def _slam_toolbox(words: list[str], parameter: str = "") -> NoReturn:
     for name, value in given.remapped.items():
         if name in _REMAPPED:
             options += [_REMAPPED[name], value]
-        elif name == "map":
-            set_here.append(f"map_name:={value}")
-        elif (name, value) != ("__node", "slam_toolbox"):
+        elif name != "__node":
+            options += ["--remap", f"{name}:={value}"]
+        elif value != "slam_toolbox":
             unused.append(f"{name}:={value}")
     for item in [*set_here, *filter(None, [parameter])]:
         options += ["--param", item]

@@ -15,18 +15,10 @@ from typing import TYPE_CHECKING, Any
 from arjuna_core.errors import nearest
 from arjuna_core.files.shipped import shipped_file
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.launches import (
-    COMPOSED,
-    DESCRIBED,
-    LAUNCHES,
-    PLUGINS,
-    Launch,
-    arguments_of,
-    known_arguments,
-    translated,
-)
+from bringup.ros2.launches import COMPOSED, DESCRIBED, LAUNCHES, PLUGINS, Launch
 from bringup.ros2.prefix import add_prefix
 from bringup.ros2.roslaunch import commands, commands_of, is_ros1
+from bringup.ros2.translation import arguments_of, known_arguments, renamed, translated
 from bringup.ros2.verbs.forward import LAUNCHED, arjuna, module_of, remedy
 
 if TYPE_CHECKING:
@@ -113,29 +105,38 @@ def _of_package(package: str, file: str) -> Path | None:
     return found[0] if found else None
 
 
+def prepare() -> None:
+    """Have launch files find what they refer to: packages, programs and a sourced ROS's names."""
+    from launch import LaunchService
+    from launch_ros.actions import LoadComposableNodes, Missing
+
+    programs = add_prefix() / "bin"
+    LaunchService.explain = staticmethod(_explained)
+    Missing.remedy = staticmethod(remedy)
+    LoadComposableNodes.plugins = PLUGINS
+    folder = str(Path(sys.executable).parent)
+    path_of_user = os.environ.get("PATH", os.defpath)
+    if str(programs) not in path_of_user.split(os.pathsep):
+        os.environ["PATH"] = os.pathsep.join([folder, path_of_user, str(programs)])
+    known = {"ROS_DISTRO": "jazzy", "ROS_VERSION": "2", "GZ_SIM_RESOURCE_PATH": "", LAUNCHED: "1"}
+    for name, value in known.items():
+        os.environ.setdefault(name, value)
+
+
 def start(path: Path, words: list[str], options: argparse.Namespace) -> int:
     """Launch a file of one's own, or list its arguments, or print what it describes."""
     import launch
     from launch.actions import IncludeLaunchDescription
     from launch.launch_description_sources import AnyLaunchDescriptionSource
     from launch.logging import launch_config
-    from launch_ros.actions import LoadComposableNodes, Missing
 
-    programs = add_prefix() / "bin"
-    Missing.remedy = staticmethod(remedy)
-    LoadComposableNodes.plugins = PLUGINS
-    folder = str(Path(sys.executable).parent)
-    path_of_user = os.environ.get("PATH", os.defpath)
-    os.environ["PATH"] = os.pathsep.join([folder, path_of_user, str(programs)])
-    known = {"ROS_DISTRO": "jazzy", "ROS_VERSION": "2", "GZ_SIM_RESOURCE_PATH": "", LAUNCHED: "1"}
-    for name, value in known.items():
-        os.environ.setdefault(name, value)  # as a sourced ROS has them
+    prepare()
     source = AnyLaunchDescriptionSource(str(path))
     if wrong := [word for word in words if ":=" not in word]:
         raise Ros2Error(f"'{wrong[0]}' is no argument; valid: NAME:=VALUE")
     if options.show_args:
         found = source.get_launch_description(launch.LaunchContext())
-        return _show(found.get_launch_arguments())
+        return show(found.get_launch_arguments())
     if options.print and not is_ros1(path):
         return _launched(source.get_launch_description(launch.LaunchContext()), options)
     if not os.environ.get("ROS_LOG_DIR"):
@@ -156,7 +157,7 @@ def start(path: Path, words: list[str], options: argparse.Namespace) -> int:
 def _service(options: argparse.Namespace) -> LaunchService:
     from launch import LaunchService
 
-    LaunchService.explain = staticmethod(_explained)
+    prepare()
     service = LaunchService(debug=options.debug)
     for name in ("launch-prefix", "launch-prefix-filter"):
         if value := getattr(options, name.replace("-", "_")):
@@ -200,7 +201,8 @@ def _all(found: list[list[str]]) -> LaunchDescription:
     return LaunchDescription([*(LogInfo(msg=one) for one in lines), *map(process, found)])
 
 
-def _show(arguments: Iterable[Any]) -> int:
+def show(arguments: Iterable[Any]) -> int:
+    """List launch arguments; return 0."""
     print("Arguments (pass arguments as '<name>:=<value>'):\n")
     for one in arguments:
         default = "".join(
@@ -262,7 +264,8 @@ def description(package: str, file: str) -> LaunchDescription:
         if "namespace" in one.options and (outer := known.get("ros_namespace", "")):
             given.setdefault("namespace", outer.strip("/"))
         found = translated(one, [f"{name}:={value}" for name, value in given.items()])
-        return [*(LogInfo(msg=line) for line in found.remarks), process(found.command)]
+        command = [*found.command, *renamed(found.command[0], known.get("ros_remaps", ()))]
+        return [*(LogInfo(msg=line) for line in found.remarks), process(command)]
 
     # arguments are not declared: their defaults would be those of what is included next
     return LaunchDescription([OpaqueFunction(function=started)])

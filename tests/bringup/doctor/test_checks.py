@@ -61,9 +61,10 @@ def _with(*more: Endpoint) -> Snapshot:
     return replace(HEALTHY, endpoints=(*ENDPOINTS, *more))
 
 
-def _with_listener(node: str) -> Snapshot:
+def _with_listener(node: str, *also: Endpoint) -> Snapshot:
     without = _without(ENDPOINTS[6])
-    return replace(without, endpoints=(*without.endpoints, _end(node, "/cmd_vel", False, _TWIST)))
+    ends = (*without.endpoints, _end(node, "/cmd_vel", False, _TWIST), *also)
+    return replace(without, endpoints=ends)
 
 
 def _machine(**changes: Any) -> Snapshot:
@@ -244,11 +245,16 @@ BROKEN = {
     ),
     "no listener": (_without(ENDPOINTS[6]), "velocity", "/controller_server send /cmd_vel and no"),
     "only a costmap listens": (
-        _with_listener("/local_costmap/local_costmap"),
+        _with_listener("/near", _end("/near", "/near/costmap_raw", True, "nav2_msgs/msg/Costmap")),
         "velocity",
         "/controller_server send /cmd_vel and no robot listens",
     ),
     "a robot in the ground": (_robot(height=-0.2), "body", "sinks into the ground"),
+    "an overturned robot": (
+        _robot(troubles=(("/bt_navigator", "the robot has overturned"),)),
+        "troubles",
+        "/bt_navigator: the robot has overturned",
+    ),
     "a zone that is not kept": (_robot(remarks=("zones are not kept",)), "parameters", "not kept"),
 }
 
@@ -263,7 +269,9 @@ def test_a_set_up_broken_on_purpose_is_named_by_its_check(case: str) -> None:
     assert len(elsewhere) <= 1, f"{case} also shows in {elsewhere}"
 
 
-def test_a_healthy_robot_has_no_findings() -> None:
+@pytest.mark.parametrize("snapshot", [HEALTHY, _with_listener("/wheels_of_costmap")])
+def test_a_healthy_robot_has_no_findings(snapshot: Snapshot) -> None:
+    assert not [str(one) for one in diagnose(snapshot)["velocity"]]
     assert {name: found for name, found in diagnose(HEALTHY).items() if found} == {}
 
 

@@ -144,6 +144,13 @@ def test_a_chain_of_velocities_is_of_one_type(said: str, tmp_path: Path) -> None
         assert parameters[name]["enable_stamped_cmd_vel"] is True
     for name in COSTMAPS:
         assert parameters[name]["contact_layer.enable_stamped_cmd_vel"] is True
+    renamed = tmp_path / "renamed.yaml"
+    renamed.write_text(
+        "local_costmap: {local_costmap: {ros__parameters: {plugins: [touch],"
+        " touch: {plugin: 'arjuna_nav::ContactLayer'}}}}"
+    )
+    of_another_name = over_shipped([renamed, file])[COSTMAPS[0]]
+    assert of_another_name["touch.enable_stamped_cmd_vel"] is True
     plain = over_shipped([])
     assert not any("enable_stamped_cmd_vel" in plain.get(name, {}) for name in VELOCITY_CHAIN)
 

@@ -15,6 +15,7 @@ from bringup.parameters.checking import problems_of
 from bringup.parameters.files import merged, shipped_parameters
 from bringup.parameters.inputs import groups_of
 from bringup.parameters.sources import ROBOT_NAMES, of_names, of_options, of_words
+from bringup.stack import LOCAL_COSTMAP, NAVIGATION_GROUP
 
 pytestmark = pytest.mark.ros
 OPTIONS = {name: f"--{name.replace('_', '-')}" for name in ROBOT_NAMES}
@@ -57,6 +58,23 @@ def test_every_option_is_a_parameter_of_the_nodes_that_run(where: list[str]) -> 
     assert found["collision_monitor"]["base_frame_id"] == "other"
     assert found["collision_monitor"]["cmd_vel_out_topic"] == "other"
     assert "cmd_vel_topic" not in found.get("controller_server", {})
+
+
+def test_plug_ins_say_which_of_their_topics_are_the_robot_s() -> None:
+    layers = {
+        "plugins": ["cloudy", "all"],
+        "cloudy.plugin": "nav2_costmap_2d::VoxelLayer",
+        "cloudy.observation_sources": "camera front rear",
+        "cloudy.camera.data_type": "PointCloud2",
+        "all.plugin": "nav2_costmap_2d::PluginContainerLayer",
+        "all.plugins": ["touch"],
+        "all.touch.plugin": "arjuna_nav::ContactLayer",
+    }
+    names = {"scan_topic": "/s", "cmd_vel_topic": "/c", "odom_topic": None}
+    found = of_names(names, [NAVIGATION_GROUP], {LOCAL_COSTMAP.name: layers})
+    expected = {"cloudy.front.topic": "/s", "all.touch.topic": "/c"}
+    assert found[LOCAL_COSTMAP.name] == expected
+    assert found["docking_server"] == {"cmd_vel_topic": "/c"}
 
 
 def test_shipped_parameters_are_the_caller_s_own() -> None:

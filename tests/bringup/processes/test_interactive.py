@@ -10,7 +10,8 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.errors import InputFileError
-from bringup.processes.interactive import record_command
+from bringup.cli import parse
+from bringup.processes.interactive import host_command, record_command
 
 pytestmark = pytest.mark.ros
 
@@ -20,6 +21,19 @@ def test_a_robot_s_recorder_leaves_other_robots_alone() -> None:
     assert option == "--topics"
     assert re.fullmatch(pattern, "/one/scan")
     assert not re.fullmatch(pattern, "/one_more/scan")
+
+
+def test_remappings_reach_the_processes() -> None:
+    arguments = parse(["nav", "--slam", "--remap", "/scan:=/front", "--remap", "tf:=/tf"])
+    words = host_command("navigation", Path("p"), arguments)
+    assert words[words.index("--remap") :] == ["--remap", "/scan:=/front", "--remap", "tf:=/tf"]
+    assert "--remap" not in host_command("sim", Path("p"), parse(["sim"]))
+
+
+def test_a_remapping_is_checked(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        parse(["nav", "--slam", "--remap", "scan=/front"])
+    assert "'scan=/front' is no remapping; valid: OLD:=NEW" in capsys.readouterr().err
 
 
 def test_a_robot_without_a_namespace_records_everything() -> None:

@@ -200,7 +200,7 @@ def test_ros_arguments_are_parted_from_a_program_s_own() -> None:
             "slam_toolbox sync_slam_toolbox_node --ros-args --params-file s.yaml"
             " -p use_sim_time:=false -r scan:=/front -r __ns:=/a -r map:=/m --log-level debug",
             "slam --params s.yaml --use-sim-time false --scan-topic /front --namespace /a"
-            " --param map_name:=/m --param synchronous:=true --log-level debug",
+            " --remap map:=/m --param synchronous:=true --log-level debug",
         ),
         (
             "slam_toolbox localization_slam_toolbox_node --ros-args -p map_file_name:=room",

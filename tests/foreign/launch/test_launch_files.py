@@ -28,6 +28,10 @@ from bringup.ros2.verbs import launch as verb
 pytestmark = pytest.mark.ros
 FILES = Path(__file__).parent / "files"
 URDF = '<robot name="r"><link name="base_link"/></robot>'
+_FILTERS = """
+lanes_filter_info_server: {ros__parameters: {filter_info_topic: /lanes, mask_topic: /mask}}
+keepout_filter_mask_server: {ros__parameters: {yaml_filename: "", topic_name: /keepout_mask}}
+"""
 _EMPTY = "{Visualization Manager: {Displays: []}}"
 
 
@@ -53,6 +57,7 @@ def _workspace(prefix: Path) -> None:
             share / "launch" / "rsp.launch.py": (FILES / "rsp.launch.py").read_text(),
             share / "config" / "twist_mux.yaml": "twist_mux: {ros__parameters: {a: 1}}",
             share / "config" / "ekf.yaml": "ekf_filter_node: {ros__parameters: {frequency: 30.0}}",
+            share / "config" / "filters.yaml": _FILTERS,
             share / "config" / "slam.yaml": "slam_toolbox: {ros__parameters: {mode: mapping}}",
             share / "config" / "slam_params.yaml": "slam_toolbox: {ros__parameters: {}}",
             share / "config" / "nav2_params.yaml": "bt_navigator: {ros__parameters: {}}",
@@ -234,11 +239,13 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
         [],
     ),
     "drivers.launch.py": (
-        ["my_robot/talker --ros-args -r __node:=rf2o_False"],
+        [
+            "robot_localization/ekf_node --ros-args -r __node:=ekf_filter_node",
+            "my_robot/talker --ros-args -r __node:=rf2o_False",
+        ],
         [
             "rplidar_ros rplidar_a1_launch.py is not included; its driver is ROS's",
             "a launch file is not included: package 'realsense2_camera' not found",
-            "robot_localization ekf.launch.py is not included; of it there is 'ros2 run robot_loc",
             "usb_cam camera.launch.py is not included",
             "my_robot talker is not started: there is no parameter file /not/installed/share/usb",
             "[INFO] [user]: container started",
@@ -361,6 +368,22 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
             "teleop_twist_joy/teleop_node --ros-args -r __node:=teleop_twist_joy_node"
             " -r /cmd_vel:=cmd_vel",
             "ros2 bag record -a",
+        ],
+        [],
+    ),
+    "remapped_navigation.launch.py": (
+        [
+            "nav2_map_server/costmap_filter_info_server"
+            " --ros-args -r __node:=lanes_filter_info_server",
+            "arjuna robot --leave-out lanes_filter_info_server --map my_map.yaml"
+            " --params my_robot/config/filters.yaml"
+            " --param route_server:graph_filepath:=halls.geojson"
+            " --param keepout_filter_mask_server:yaml_filename:=no.yaml"
+            " --cmd-vel-topic /cmd_vel_nav_out --remap /scan:=/scan_filtered",
+            "twist_mux/twist_mux --ros-args -r /cmd_vel_out:=cmd_vel",
+            "robot_localization/ekf_node --ros-args -r __node:=ekf_filter_node",
+            "rviz2/rviz2 -d nav2_route/rviz/route_tool.rviz",
+            "nav2_map_server/map_server",
         ],
         [],
     ),

@@ -298,3 +298,10 @@ def test_nodes_and_clients_of_the_middleware_are_refused_with_the_remedy(bench: 
     other.destroy_node()
     with pytest.raises(TransportError, match=r"ActionClient goes .* use action_client"):
         ActionClient(bench.node, Wait, "wait")
+
+
+def test_a_node_s_publishers_are_listed_with_their_types(bench: RosBench) -> None:
+    bench.node.create_publisher(String, "said", 1)
+    node, own = bench.node, (bench.node.get_name(), bench.node.get_namespace())
+    bench.process.drain()
+    assert ("/said", ["std_msgs/msg/String"]) in node.get_publisher_names_and_types_by_node(*own)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import rclpy
 from defusedxml import ElementTree
 from nav2_msgs.action import Wait
 from rosgraph_msgs.msg import Clock
@@ -256,6 +257,25 @@ def test_environment_comes_first(
     new_context().shutdown()
     assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "OFF"
     assert Path(os.environ[name]).name == (own or "fastdds.xml")
+
+
+@pytest.mark.parametrize(
+    ("words", "remapped"),
+    [(["slam", "/a:=/b"], False), (["--ros-args", "-r", "/a:=/b"], True), (["slam"], False)],
+)
+def test_a_program_s_own_arguments_are_no_remappings(
+    words: list[str],
+    remapped: bool,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["arjuna", *words])
+    with discovery(isolated=True):
+        context = new_context()
+        node = rclpy.create_node("asked", context=context)
+        assert node.resolve_topic_name("/a") == ("/b" if remapped else "/a")
+        context.shutdown()
+    assert "deprecated" not in capfd.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg, header, transform_msg
+from arjuna_core.ros.velocity import listeners
 from arjuna_core.se2 import SE2
 from bringup.stack import LOCAL_COSTMAP
 from tests.helpers.nav.costmaps import FREE, LETHAL, LOCAL, cost, costmap_from_msg
@@ -172,6 +173,7 @@ def test_what_stops_the_robot_is_marked_by_its_commands(stamped: bool) -> None:
     robot = costmap(plugins=["contact_layer"], contact_layer=values)
     robot.grips = False
     robot.run(0.3)
+    assert len(listeners(robot.bench.node, "/cmd_vel")) == 1, "the bench drives, a costmap looks on"
     ahead = Twist(linear=Vector3(x=0.4))
     for _ in range(20):
         message = TwistStamped(twist=ahead) if stamped else ahead

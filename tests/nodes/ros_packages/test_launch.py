@@ -132,6 +132,17 @@ def test_an_end_that_no_process_s_end_asks_for_blames_none(
     assert (code, "done" in printed, "was required" in printed) == (0, True, False)
 
 
+def test_an_end_that_asks_for_all_to_end_hurries_none(
+    launched: Callable[..., tuple[int, str]],
+) -> None:
+    loop = "trap 'sleep 0.5; exit 0' INT; echo up; while :; do sleep 0.1; done"
+    slow = ExecuteProcess(cmd=["bash", "-c", loop])
+    both = [ExecuteProcess(cmd=_FOREVER, on_exit=Shutdown()) for _ in range(2)]
+    end = OnProcessIO(target_action=slow, on_stdout=lambda event: Shutdown())
+    launched(RegisterEventHandler(end), *both, slow)
+    assert slow.return_code == 0
+
+
 def test_a_process_that_stays_is_ended_by_force(launched: Callable[..., tuple[int, str]]) -> None:
     deaf = ExecuteProcess(
         cmd=["bash", "-c", "trap '' INT TERM; echo deaf; sleep 30 & wait; wait"],
@@ -241,7 +252,8 @@ def test_ctrl_c_ends_all_and_leaves_nothing(tmp_path: Path) -> None:
         "from launch import *\nfrom launch.actions import *\ns = LaunchService()\n"
         "from nav2_common.launch import RewrittenYaml\n"
         "s.include_launch_description(LaunchDescription([ExecuteProcess(cmd=['bash', '-c',"
-        f" 'sleep 60 & echo $! > {tmp_path}/pid; cat $0; echo up; wait',"
+        f' \'trap "sleep 0.3; echo down; kill $!" INT; sleep 60 & echo $! > {tmp_path}/pid;'
+        " cat $0; echo up; wait',"
         f" RewrittenYaml('{tmp_path}/a.yaml', {{'a': 'x'}})], output='screen')]))\n"
         "import os, sys\ncode = s.run()\nsys.stdout.flush()\nos._exit(code)"  # as `ros2` ends
     )
@@ -253,14 +265,15 @@ def test_ctrl_c_ends_all_and_leaves_nothing(tmp_path: Path) -> None:
     ) as process:
         assert process.stdout is not None
         read = ""
-        while "] up" not in read:
-            line = process.stdout.readline()
-            assert line, read
-            read += line
-        process.send_signal(signal.SIGINT)
+        for awaited in ("] up", "user interrupted with ctrl-c (SIGINT)"):
+            while awaited not in read:
+                line = process.stdout.readline()
+                assert line, read
+                read += line
+            process.send_signal(signal.SIGINT)  # twice, as `timeout` does: its group has it too
         read += process.communicate(timeout=30)[0]
     assert "] a: x" in read
-    assert "user interrupted with ctrl-c (SIGINT)" in read
+    assert "] down" in read
     assert list(kept.iterdir()) == []
     assert process.returncode == 0
     status = Path(f"/proc/{(tmp_path / 'pid').read_text().strip()}/stat")

@@ -275,6 +275,18 @@ def test_a_class_of_someone_s_c_is_left_out_or_one_of_ours_stands_in_for_it(
             RPP,
         ),
         (
+            "controller_server",
+            {**DWB, "FollowPath.trajectory_generator_name": "theirs::Arcs"},
+            "FollowPath.trajectory_generator_name",
+            "dwb_plugins::StandardTrajectoryGenerator",
+        ),
+        (
+            "amcl",
+            {"robot_model_type": "theirs/Ackermann"},
+            "robot_model_type",
+            "nav2_amcl::DifferentialMotionModel",
+        ),
+        (
             LOCAL,
             {"plugins": ["voxel_layer"], "voxel_layer.plugin": THEIRS, "voxel_layer.z_voxels": 9},
             "voxel_layer.z_voxels",

@@ -210,6 +210,8 @@ def test_every_moving_joint_has_a_state(bench: RosBench) -> None:
     assert _positions(out[-1]) == pytest.approx({"shoulder": 2.0, "elbow": 0.0, "finger": 0.5})
     assert not out[-1].velocity
     bench.publish(JointState, "arm_states", JointState(name=["elbow", "x"], position=[0.2, 9.0]))
+    assert _positions(out[-1])["elbow"] == 0.0  # a source that is its own output does not run wild
+    bench.advance(0.1)
     assert _positions(out[-1]) == pytest.approx({"shoulder": 2.0, "elbow": 0.2, "finger": 0.1})
 
 

@@ -1,0 +1,133 @@
+"""Launch files of other packages with arguments, as commands of ours."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from arjuna_core.errors import nearest
+from bringup.parameters.files import load_parameters
+from bringup.ros2.launches import Launch
+from bringup.stack import nodes_beside_navigation
+
+_STARTS = "nodes start at once"
+_IDLE = {
+    "autostart": ("true", _STARTS),
+    "use_lifecycle_manager": ("", _STARTS),
+    "use_composition": ("", "each group of nodes is one process"),
+    "container_name": ("", "there are no containers"),
+    "use_respawn": ("true", "what dies is started again"),
+    "log_settings": ("", "log_level:=LEVEL counts"),
+    "gui": ("false", "the simulator has no window; 'arjuna view' shows it"),
+    "pause": ("false", "'arjuna world pause' pauses it"),
+}
+"""Arguments without an effect: the value that says what happens anyhow (none: no matter), why."""
+_STACK_COMMANDS = ("nav", "robot", "slam")
+_ZONES = {
+    f"{kind}_{name}"
+    for kind in ("keepout", "speed")
+    for name in ("filter_mask_server", "costmap_filter_info_server")
+}
+"""The nodes of filters that Nav2's launch files start; others have launch files of their own."""
+
+
+@dataclass
+class Translation:
+    """A launch file with arguments, as a command of ours, and remarks on those without effect."""
+
+    command: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+
+
+def arguments_of(launch: Launch) -> str:
+    """Return the arguments of a launch file, those without an effect apart."""
+    known = sorted(known_arguments(launch) - set(launch.idle))
+    lines = [f"Arguments (NAME:=VALUE): {', '.join(known)}"]
+    return "\n".join([*lines, f"Without an effect here: {', '.join(sorted(launch.idle))}"])
+
+
+def translated(launch: Launch, words: list[str]) -> Translation:
+    """Return our command for a launch file with arguments, and what of them has no effect."""
+    found = Translation()
+    known = known_arguments(launch)
+    given: dict[str, str] = {}
+    for word in words:
+        name, sign, value = word.partition(":=")
+        if sign and name in known:
+            given[name] = value
+        else:
+            what = "argument" if sign else "option"
+            found.remarks.append(f"no effect: {word} (unknown {what}; {nearest(name, known)})")
+    found.remarks += _idle(launch, given)
+    if given.get("use_namespace", "true").lower() == "false" and given.pop("namespace", ""):
+        found.remarks.append("no effect: namespace (use_namespace is false)")
+    if "x_pose" in launch.options and {"x_pose", "y_pose"} & given.keys():
+        at = [given.pop(name, "0") for name in ("x_pose", "y_pose")]
+        given["at"] = " ".join(at)
+    found.command = _command(launch, given)
+    return found
+
+
+def known_arguments(launch: Launch) -> set[str]:
+    """Return the arguments that a launch file has."""
+    return {*launch.options, *launch.idle, *launch.instead, "use_namespace", "use_sim_time"}
+
+
+def _idle(launch: Launch, given: Mapping[str, str]) -> list[str]:
+    lines = []
+    for name in (name for name in launch.idle if name in given):
+        anyhow, reason = _IDLE[name]
+        if given[name].lower() != anyhow:
+            lines.append(f"no effect: {name}:={given[name]} ({reason})")
+    return lines
+
+
+def _command(launch: Launch, given: dict[str, str]) -> list[str]:
+    first, *rest = launch.words
+    if given.get("use_sim_time", "true").lower() == "false":
+        if first == "slam":
+            rest += ["--use-sim-time", "false"]
+        first = "robot" if first == "nav" else first
+    if "map" in launch.options:
+        rest += _located(given)
+    if first in _STACK_COMMANDS and Path(given.get("params_file", "")).is_file():
+        beside = nodes_beside_navigation(load_parameters([Path(given["params_file"])]))
+        others = (spec.name for spec in beside if spec.name not in _ZONES)
+        rest += [word for name in others for word in ("--leave-out", name)]
+    if "at" in given:
+        rest[-3:] = ["--at", *shlex.split(given["at"])]
+    for name, option in launch.options.items():
+        if value := given.get(name, ""):
+            words = option.replace("/{}", f"/{value.lstrip('/')}").split()
+            inside = [word.replace("{}", value) for word in words]
+            rest += inside if "{}" in option else [option, value] if option else shlex.split(value)
+    return [first, *rest]
+
+
+def renamed(command: str, rules: Iterable[tuple[str, str]]) -> list[str]:
+    """Return the options of a stack's command for what a launch file remaps in all its nodes.
+
+    A remapped `cmd_vel` is that of the wheels: of Nav2's own files the whole chain that ends in it
+    would have one name, and answer itself.
+    """
+    words: list[str] = []
+    for old, new in rules if command in _STACK_COMMANDS else ():
+        wheels = old.lstrip("/") == "cmd_vel"
+        words += ["--cmd-vel-topic", new] if wheels else ["--remap", f"{old}:={new}"]
+    return words
+
+
+def _located(given: dict[str, str]) -> list[str]:
+    if given.get("slam", "false").lower() == "true":
+        given.pop("map", None)
+        return ["--slam"]
+    if given.get("use_localization", "true").lower() == "false":
+        given.pop("map", None)
+        return ["--without-localization"]
+    if not given.get("map") and given.get("params_file"):
+        nodes = load_parameters([Path(given["params_file"])])
+        named = (values.get("yaml_filename") for values in nodes.values())
+        given["map"] = next((name for name in named if isinstance(name, str) and name), "")
+    return []
