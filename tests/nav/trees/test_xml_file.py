@@ -131,6 +131,13 @@ def test_included_files_are_bounded(tmp_path: Path) -> None:
         read_tree(tmp_path / "0.xml")
 
 
+@pytest.mark.parametrize("code", ["c := 1 < 2 && true", "c := 1 &lt; 2 &amp;&amp; true"])
+def test_scripts_hold_their_operators_as_they_are(code: str) -> None:
+    tree = build_tree(root(f"<Script code='{code}'/>"), "test.xml")
+    assert tree.tick(TreeState(0.0))[0] is Status.SUCCESS
+    assert tree.blackboard.get("c") is True
+
+
 @pytest.mark.parametrize("sharing", ["_autoremap", "__autoremap", "__shared_blackboard"])
 def test_a_subtree_has_entries_of_its_own(sharing: str) -> None:
     text = (

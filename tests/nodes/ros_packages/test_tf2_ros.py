@@ -147,6 +147,7 @@ def test_a_rotation_about_a_point_leaves_it_where_it_is() -> None:
 
 @pytest.mark.parametrize("scale", [(1.0, 2.0, 0.5), (1.0, 1.0, 1.0), (-2.0, -1.0, -3.0)])
 def test_a_matrix_is_made_of_its_parts_and_taken_apart(scale: tuple[float, ...]) -> None:
+    parts: list[tuple[float, ...]]
     parts = [scale, (0.1, 0.2, 0.3), (0.4, -0.5, 0.6), (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0)]
     found = tf_transformations.decompose_matrix(tf_transformations.compose_matrix(*parts))
     for value, part in zip(found, parts, strict=True):
