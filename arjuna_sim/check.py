@@ -25,8 +25,10 @@ from arjuna_sim.files.xml_file import BYTES_MAX, root_tag
 from arjuna_sim.model.geometry.shapes import Part
 from arjuna_sim.model.joints import ControllerKind
 from arjuna_sim.model.notes import Note, NoteKind
+from arjuna_sim.model.optical import sensor_frame
 from arjuna_sim.model.robot import SOLO, RobotModel, footprint
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
+from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.scene import build_scene
 from arjuna_sim.physics.wheels.servo import ServoConfig
@@ -119,7 +121,8 @@ def _check_robot(
     empty = load_world(shipped_file("worlds/empty.world"))
     support = build_scene({SOLO: robot}, empty, ServoConfig(), _TIMESTEP).robots[SOLO].support
     lines = [f"{path}: loads", *_robot_lines(robot)]
-    lines.append(f"  stands with '{robot.urdf.root}' {support.ride_height:.4g} m above the ground")
+    height = round(support.ride_height, 6) + 0.0  # which is never -0
+    lines.append(f"  stands with '{robot.urdf.root}' {height:.4g} m above the ground")
     if math.isfinite(support.steady):
         lines.append(f"  neither slips nor tips up to {support.steady:.3g} m/s^2")
     sill = crossed_sill(robot, empty)
@@ -174,7 +177,7 @@ def _robot_lines(robot: RobotModel) -> Iterator[str]:
         yield f"  outline from above, a costmap's footprint: {outline.tolist()}"
     yield from _drive_lines(robot.drive, urdf.root, bool(robot.anchored))
     yield from _joint_lines(robot.settings)
-    yield from _sensor_lines(robot.settings)
+    yield from _sensor_lines(robot.settings, urdf)
     for name, mu in robot.settings.friction.items():
         yield f"  friction of {name}: {mu:g}"
     for name, values in robot.settings.stiffness.items():
@@ -206,10 +209,9 @@ def _drive_lines(drive: DriveSettings, root: str, anchored: bool) -> Iterator[st
         limit = math.degrees(drive.steering_limit)
         yield f"    steers by {', '.join(drive.steering)}, up to {limit:.3g} deg"
     yield f"    wheel separation {drive.separation:.4g} m, diameter {drive.diameter:.4g} m"
-    yield (
-        f"    turns as a track of {drive.effective_track:.4g} m, rolls as a radius of"
-        f" {drive.effective_radius:.4g} m"
-    )
+    turns = f"turns as a track of {drive.effective_track:.4g} m, "
+    turns = turns if drive.kind in (DriveKind.SIDES, DriveKind.TRACKED) else ""
+    yield f"    {turns}rolls as a radius of {drive.effective_radius:.4g} m"
     acceleration, turning = map(_or_none, (drive.max_acceleration, drive.max_turn_acceleration))
     yield f"    torque {drive.torque:.4g} N m, acceleration {acceleration} m/s^2, {turning} rad/s^2"
     back = f" (back {drive.max_reverse:.4g} m/s)" if drive.max_reverse else ""
@@ -245,12 +247,14 @@ def _joint_lines(settings: GazeboSettings) -> Iterator[str]:
             yield f"    {one.kind.value} for {', '.join(one.joints)}: {where}"
 
 
-def _sensor_lines(settings: GazeboSettings) -> Iterator[str]:
+def _sensor_lines(settings: GazeboSettings, urdf: Urdf) -> Iterator[str]:
     for sensor in settings.sensors:
+        frame = sensor_frame(urdf, sensor).name
+        said = "" if frame == sensor.frame else f" ({sensor.frame} in the file)"
         x, y, z = sensor.pose.position
         offset = "" if sensor.pose == ORIGIN else f" + ({x:.4g}, {y:.4g}, {z:.4g})"
         yield (
-            f"  {sensor.title}: topic {sensor.topic}, frame {sensor.frame}, {sensor.rate:g} Hz,"
+            f"  {sensor.title}: topic {sensor.topic}, frame {frame}{said}, {sensor.rate:g} Hz,"
             f" on {sensor.link}{offset}"
         )
         if details := sensor.details():

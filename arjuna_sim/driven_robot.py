@@ -233,6 +233,10 @@ class DrivenRobot:
         """Return a reading of one of its further sensors at a time [s]."""
         return self._sensors.read(self.staged(sensor), self._stage.data, now)
 
+    def device(self, sensor: SensorSettings) -> Any:
+        """Return what simulates one of its further sensors, to be commanded."""
+        return self._sensors.device(self.staged(sensor))
+
     def surfaces(self) -> NDArray[np.float64]:
         """Return the world's true surfaces at the lidar's height.
 
@@ -280,8 +284,7 @@ class DrivenRobot:
             touched = self._placer.touched(wanted)
             where = f"at {EDGE}" if touched == (EDGE,) else f"inside {', '.join(touched)}"
             self._spawn_notes = (
-                f"the start ({wanted.x:.4g}, {wanted.y:.4g}) is {where}: the robot starts"
-                f" at ({self.spawn.x:.4g}, {self.spawn.y:.4g})",
+                f"the start {_place(wanted)} is {where}: the robot starts at {_place(self.spawn)}",
             )
         self._spawn_notes += self._if_outside()
 
@@ -295,14 +298,18 @@ class DrivenRobot:
         fine = ((x, y) for x, y in inside if not self._placer.touched(SE2(x, y, spawn.theta)))
         hint = next((f"; inside is ({x:.2f}, {y:.2f})" for x, y in fine), "")
         return (
-            f"the start ({spawn.x:.4g}, {spawn.y:.4g}) is outside the world's walls: nothing inside"
-            f" can be reached from there{hint}",
+            f"the start {_place(spawn)} is outside the world's walls: nothing inside can be reached"
+            f" from there{hint}",
         )
 
     def close(self) -> None:
         """Free what the cameras hold."""
         for camera in self._cameras.values():
             camera.close()
+
+
+def _place(pose: SE2) -> str:
+    return f"({round(pose.x, 3) + 0.0:g}, {round(pose.y, 3) + 0.0:g})"
 
 
 def _key(sensor: SensorSettings) -> tuple[str, str, str]:

@@ -9,14 +9,15 @@ from typing import NamedTuple
 from arjuna_core.errors import RobotError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_sim.devices.driving.steered import SteeredBase
+from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings
-from arjuna_sim.devices.sensors.lidar import LidarSettings
+from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarSettings
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.xacro_file import split
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.robot import RobotModel, footprint
+from arjuna_sim.model.robot import RobotModel, extent, footprint
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.world import World
@@ -54,6 +55,7 @@ def names_of(robot: RobotModel) -> dict[str, str]:
     imu = robot.settings.first(ImuSettings)
     names = {
         ("scan_topic", "scan"): lidar.topic if lidar is not None else "scan",
+        ("cloud_topic", "depth/points"): " ".join(_clouds(robot)) or "depth/points",
         ("imu", ImuSettings.TOPIC): imu.topic if imu is not None else ImuSettings.TOPIC,
         ("odom_topic", "odom"): drive.odometry_topic,
         ("cmd_vel_topic", "cmd_vel"): drive.command_topic,
@@ -63,6 +65,40 @@ def names_of(robot: RobotModel) -> dict[str, str]:
     if not robot.urdf.links.keys() >= _BASES:
         found["base_frame"] = robot.urdf.root
     return found
+
+
+def _clouds(robot: RobotModel) -> dict[str, float]:
+    """Return the topics of a robot's clouds, and how their points scatter [m].
+
+    They are those of its depth cameras, else of its lidars of several rows.
+    """
+    sensors = robot.settings.sensors
+    cameras = [s.cloud_topic for s in sensors if isinstance(s, CameraSettings) and s.cloud_topic]
+    rows = {s.topic: s.noise for s in sensors if type(s) is CloudSettings}
+    return dict.fromkeys(cameras, 0.0) or rows
+
+
+class Heights(NamedTuple):
+    """Heights in the frame of a robot's root.
+
+    Attributes:
+        ground: Of the ground that its wheels stand on [m].
+        top: Of its body's highest point [m].
+        scatter: Standard deviation of the points that its clouds show, at most [m].
+    """
+
+    ground: float
+    top: float
+    scatter: float
+
+
+def heights_of(robot: RobotModel) -> Heights:
+    """Return the heights between which a robot can touch things, and how sharply it sees them."""
+    urdf = robot.urdf
+    wheels = [urdf.T_root(urdf.joints[name].child).position[2] for name in robot.drive.rolling]
+    ground = min(wheels, default=robot.drive.radius) - robot.drive.radius
+    top = float(extent(robot, urdf.root)[:, 2].max(initial=ground))
+    return Heights(ground, top, max(_clouds(robot).values(), default=0.0))
 
 
 def has_gyro(robot: RobotModel) -> bool:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import hashlib
 import io
 import os
 import zipfile
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from enum import Enum
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -22,7 +24,7 @@ from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.whole_file import write_atomically
 
 _BYTES_MAX = 500_000_000  # of all that is kept; what was not used for longest goes first
-_FILE_BYTES_MAX = 100_000_000
+_FILE_BYTES_MAX = 200_000_000
 _DAMAGED = (OSError, EOFError, ValueError, LookupError, zipfile.BadZipFile, zlib.error)
 Arrays = tuple[NDArray[Any], ...]
 """Which depend on nothing but what they are made of."""
@@ -38,6 +40,44 @@ def made_by(*modules: str) -> bytes:
     """Return the code of modules, by their files, and the versions of what they compute with."""
     versions = f"{np.__version__} {scipy.__version__}".encode()
     return versions + b"".join(Path(name).read_bytes() for name in modules)
+
+
+def content_of(value: Any) -> bytes:
+    """Return a digest of data classes, containers, arrays and plain values in one another.
+
+    Fields whose names begin with an underscore hold what was computed of the others.
+
+    Raises:
+        TypeError: It holds anything else.
+    """
+    digest = hashlib.sha256()
+    for part in _parts(value):
+        digest.update(len(part).to_bytes(8, "little") + part)
+    return digest.digest()
+
+
+def _parts(value: Any) -> Iterator[bytes]:
+    yield type(value).__name__.encode()
+    inside: Sequence[Any] = ()
+    if isinstance(value, np.ndarray | np.generic):
+        yield f"{value.dtype.str} {value.shape}".encode()
+        yield np.ascontiguousarray(value).tobytes()
+    elif dataclasses.is_dataclass(value):
+        names = (field.name for field in dataclasses.fields(value))
+        inside = [getattr(value, name) for name in names if not name.startswith("_")]
+    elif isinstance(value, Mapping):
+        inside = [each for pair in value.items() for each in pair]
+    elif isinstance(value, Set):
+        inside = sorted(value)
+    elif isinstance(value, list | tuple):
+        inside = value
+    elif value is None or isinstance(value, bool | int | float | str | bytes | Path | Enum):
+        yield repr(value).encode()
+    else:
+        raise TypeError(f"{type(value).__name__} is neither data nor plain")
+    yield str(len(inside)).encode()
+    for each in inside:
+        yield from _parts(each)
 
 
 def cached(kind: str, made_of: Sequence[bytes], make: Callable[[], Arrays]) -> Arrays:
@@ -70,7 +110,7 @@ def _keep(path: Path, arrays: Arrays) -> None:
     if out.tell() > _FILE_BYTES_MAX:
         return
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, out.getvalue())
+    write_atomically(path, out.getbuffer())
     kept = sorted((each.stat().st_mtime, each) for each in path.parent.glob("*.npz"))
     total = sum(each.stat().st_size for _, each in kept)
     for _, each in kept:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,10 +46,22 @@ class MapOptions:
 MAP_SAVER = MapOptions()
 
 
-def read_image(path: Path) -> tuple[NDArray[np.uint8], Any]:
-    """Return shade and alpha of an image's pixels, `(height, width) uint8`, top row first.
+class Pixels(NamedTuple):
+    """An image's pixels, top row first.
 
-    Alpha is None where the image has none.
+    Attributes:
+        values: `(height, width)`, 0 for black.
+        white: The value of white.
+        alpha: `(height, width) uint8`, None where the image has none.
+    """
+
+    values: NDArray[np.unsignedinteger[Any]]
+    white: int
+    alpha: Any
+
+
+def read_image(path: Path) -> Pixels:
+    """Return the pixels of an image.
 
     Raises:
         MapError: It is missing, no image, or too large.
@@ -58,34 +70,49 @@ def read_image(path: Path) -> tuple[NDArray[np.uint8], Any]:
         with open_file(path, MapError, 1 << 29) as file, Image.open(file, formats=_KINDS) as image:
             if image.width * image.height > _CELLS_MAX:
                 raise MapError(path, f"has over {_CELLS_MAX} pixels")
-            has_alpha = "A" in image.getbands()
-            pixels = np.asarray(image.convert("LA" if has_alpha else "L"))
+            return _pixels(image)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise MapError(path, f"is no readable PGM or PNG image: {error}") from error
-    return (pixels[..., 0], pixels[..., 1]) if has_alpha else (pixels, None)
 
 
-def occupancy_of(shade: NDArray[np.uint8], alpha: Any, options: MapOptions) -> NDArray[np.int8]:
-    """Return the occupancy that shades stand for, `(height, width) int8`.
+def _pixels(image: Image.Image) -> Pixels:
+    """Return an image's greys of 8 or 16 bits, or the sums of its red, green and blue."""
+    has_alpha = "A" in image.getbands() or "transparency" in image.info
+    if image.mode.startswith("I"):
+        return Pixels(np.clip(np.asarray(image), 0, 65535).astype(np.uint16), 65535, None)
+    if image.mode in ("1", "L", "F") and not has_alpha:
+        return Pixels(np.asarray(image.convert("L")), 255, None)
+    colours = np.asarray(image.convert("RGBA" if has_alpha else "RGB"))
+    alpha = colours[..., 3] if has_alpha else None
+    return Pixels(colours[..., :3].sum(axis=-1, dtype=np.uint16), 765, alpha)
 
-    Source: map_server: raw keeps the value, the others compare the darkness with thresholds;
-        trinary takes alpha for a fourth colour.
+
+def occupancy_of(pixels: Pixels, options: MapOptions) -> NDArray[np.int8]:
+    """Return the occupancy that pixels stand for, `(height, width) int8`.
+
+    Source: map_server: raw keeps the value of 0 to 255, the others compare the darkness with
+        thresholds; red, green and blue are averaged, and trinary takes alpha for a fourth colour.
     """
+    values, white, alpha = pixels
     if options.mode == "trinary" and alpha is not None:
+        shade = values.astype(np.float64) * (255.0 / white)
         return _occupancy_by_shade((3.0 * shade + alpha) / 4.0, options)
-    cells = _occupancy_by_shade(np.arange(256.0), options)[shade]
+    cells: NDArray[np.int8] = _occupancy_by_shade(np.arange(white + 1) * (255.0 / white), options)[
+        values
+    ]
     if options.mode == "scale" and alpha is not None:
         cells[alpha < 255] = UNKNOWN
     return cells
 
 
-def _occupancy_by_shade(shade: NDArray[np.float64], options: MapOptions) -> NDArray[np.int8]:
+def _occupancy_by_shade(shade: NDArray[np.floating[Any]], options: MapOptions) -> NDArray[np.int8]:
     if options.mode == "raw":
-        return np.where(shade <= OCCUPIED, shade, UNKNOWN).astype(np.int8)
+        rounded = np.floor(shade + 0.5)
+        return np.where(rounded <= OCCUPIED, rounded, UNKNOWN).astype(np.int8)
     occupancy = shade / 255.0 if options.negate else 1.0 - shade / 255.0
     between = np.full(shade.shape, float(UNKNOWN))
     if options.mode == "scale":
-        span = options.occupied_thresh - options.free_thresh
+        span = (options.occupied_thresh - options.free_thresh) or 1.0
         between = np.rint((occupancy - options.free_thresh) / span * OCCUPIED)
     occupied, free = occupancy > options.occupied_thresh, occupancy < options.free_thresh
     return np.select([occupied, free], [OCCUPIED, FREE], between).astype(np.int8)

@@ -55,12 +55,13 @@ def load_map(
         beside = path.parent / PureWindowsPath(image).name  # written on another machine
         hint = f"; beside the YAML lies '{beside.name}'" if os.path.exists(beside) else ""  # noqa: PTH110
         raise MapError(path, f"image {image} does not exist{hint}", "image")
-    shade, alpha = read_image(image)
+    pixels = read_image(image)
     resolution = _number(path, "resolution", header["resolution"])
     if resolution <= 0.0:
         raise MapError(path, f"must be positive, got {resolution}", "resolution")
-    frame = GridFrame(resolution, shade.shape[1], shade.shape[0], _origin(path, header))
-    return OccupancyGrid(frame, occupancy_of(shade, alpha, options)[::-1].copy())
+    height, width = pixels.values.shape
+    frame = GridFrame(resolution, width, height, _origin(path, header))
+    return OccupancyGrid(frame, occupancy_of(pixels, options)[::-1].copy())
 
 
 def _read_header(path: Path, warn: Callable[[str], None]) -> dict[str, Any]:
@@ -77,9 +78,9 @@ def _read_header(path: Path, warn: Callable[[str], None]) -> dict[str, Any]:
 
 
 def _options(path: Path, header: dict[str, Any]) -> MapOptions:
-    mode = header.get("mode", "trinary")
+    mode = str(header.get("mode", "trinary")).lower()
     if mode not in MODES:
-        raise MapError(path, f"is {mode!r}; valid: {', '.join(MODES)}", "mode")
+        raise MapError(path, f"is '{mode}'; valid: {', '.join(MODES)}", "mode")
     negate = header.get("negate", 0)
     if negate not in (0, 1):
         raise MapError(path, f"is {negate!r}; valid: 0, 1", "negate")
@@ -87,16 +88,21 @@ def _options(path: Path, header: dict[str, Any]) -> MapOptions:
         _number(path, name, header.get(name, getattr(MapOptions, name)))
         for name in ("occupied_thresh", "free_thresh")
     ]
-    if not 0.0 <= thresholds[1] < thresholds[0] <= 1.0:
-        problem = "must be 0 <= free_thresh < occupied_thresh <= 1"
+    if not 0.0 <= thresholds[1] <= thresholds[0] <= 1.0:
+        problem = "must be 0 <= free_thresh <= occupied_thresh <= 1"
         raise MapError(path, problem, "occupied_thresh, free_thresh")
     return MapOptions(mode, bool(negate), *thresholds)
 
 
 def _number(path: Path, name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    """Return a number of the header, in quotes or not, as yaml-cpp reads them."""
+    try:
+        number = math.nan if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not math.isfinite(number):
         raise MapError(path, f"must be a finite number, got {value!r}", name)
-    return float(value)
+    return number
 
 
 def _origin(path: Path, header: dict[str, Any]) -> SE2:

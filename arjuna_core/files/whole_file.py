@@ -33,7 +33,7 @@ def emptied_folder(folder: Path, *patterns: str) -> Path:
 
 
 def write_atomically(
-    path: Path, data: bytes, check: Callable[[Path], None] = lambda part: None
+    path: Path, data: bytes | memoryview, check: Callable[[Path], None] = lambda part: None
 ) -> None:
     """Write a file so that its path holds the old content or the new, never half of it.
 
@@ -51,7 +51,7 @@ def write_atomically(
     _force_folder(path.parent)
 
 
-def _write_part(path: Path, data: bytes) -> Path:
+def _write_part(path: Path, data: bytes | memoryview) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.part")
     part.unlink(missing_ok=True)  # a link there would lead the data elsewhere

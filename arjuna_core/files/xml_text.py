@@ -23,6 +23,8 @@ _CUT_OFF = (
     errors.codes[errors.XML_ERROR_NO_ELEMENTS],
     errors.codes[errors.XML_ERROR_UNCLOSED_TOKEN],
 )
+_VALUE = re.compile(rb"""=\s*("[^"]*"|'[^']*')""")
+_BARE = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#\w+);)")
 _OPENS, _CLOSES = b"<!--", b"-->"
 _WESTERN = "cp1252"  # in which files are written that are not in UTF-8 and do not say so
 
@@ -50,8 +52,9 @@ def parse_xml(
 ) -> Element:
     """Parse plain XML: no DTD, no entities, no more elements than any robot or world has.
 
-    As for Gazebo's own parser a prefix that nobody declares stands for itself, blanks may stand
-    before the declaration, a comment may hold two dashes, and letters need not be UTF-8.
+    As for the parser of Gazebo and BehaviorTree.CPP, a prefix that nobody declares stands for
+    itself, blanks may stand before the declaration, a comment may hold two dashes, an attribute
+    "<" and "&" as they are (in scripts of trees), and letters need not be UTF-8.
 
     Args:
         path: Where the text is from, for messages.
@@ -68,7 +71,7 @@ def parse_xml(
         try:
             return _parse(text)
         except ParseError:
-            mended = _declared(_in_utf8(_without_comments(text)))
+            mended = _declared(_escaped(_in_utf8(_without_comments(text))))
         return _parse(mended)
     except ParseError as reason:
         is_cut_off = reason.code in _CUT_OFF
@@ -109,6 +112,13 @@ def _in_utf8(text: bytes) -> bytes:
     except UnicodeDecodeError:
         return text.decode(_WESTERN, "replace").encode("utf-8")
     return text
+
+
+def _escaped(text: bytes) -> bytes:
+    def escape(value: re.Match[bytes]) -> bytes:
+        return _BARE.sub(b"&amp;", value.group()).replace(b"<", b"&lt;")
+
+    return _VALUE.sub(escape, text)
 
 
 def _declared(text: bytes) -> bytes:

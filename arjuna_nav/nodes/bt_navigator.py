@@ -28,9 +28,11 @@ from arjuna_nav.nodes.goals.admission import (
     error_code,
 )
 from arjuna_nav.nodes.goals.memory import GoalMemory, ResumingNode
+from arjuna_nav.nodes.safety.posture import PostureWatch
 from arjuna_nav.nodes.trees.clients import TreeClients
 from arjuna_nav.nodes.trees.loading import TreeChoice, log_msg
 from arjuna_nav.nodes.trees.messages import filled
+from arjuna_nav.safety.posture import PostureConfig
 from arjuna_nav.trees.exchange import TreeState
 from arjuna_nav.trees.xml_file import with_own_nodes
 
@@ -39,7 +41,7 @@ _INVALID = ComputePathToPose.Result.TF_ERROR
 
 
 @dataclass(frozen=True)
-class BtNavigatorConfig(NavigatorConfig):
+class BtNavigatorConfig(NavigatorConfig, PostureConfig):
     """Parameters of bt_navigator."""
 
     global_frame: str = param("map", "Frame to navigate in.", read_only=True)
@@ -163,6 +165,7 @@ class BtNavigatorNode(ResumingNode):
         self.memory = GoalMemory(
             self, config.resume_file, {name: kind.action for name, kind in self._kinds.items()}
         )
+        self._posture = PostureWatch(self)
         self._own = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
         for topic in ("goal_pose", "/move_base_simple/goal"):
             self.subscribe(PoseStamped, topic, self._on_goal_pose, qos.DEFAULT)
@@ -180,7 +183,9 @@ class BtNavigatorNode(ResumingNode):
         self._navigator = None
 
     def trouble(self) -> str:
-        """Return why the robot stands and waits, where it does."""
+        """Return that the robot has overturned, or why it stands and waits."""
+        if overturned := self._posture.problem():
+            return overturned
         problem = ""
         if self._navigator is not None:
             problem = self._navigator.trouble()
@@ -251,8 +256,18 @@ class BtNavigatorNode(ResumingNode):
 
     def _work(self) -> None:
         self.memory.resume()
+        if overturned := self._posture.problem():
+            self._give_up(overturned)
         self._consider()
         self._tick()
+
+    def _give_up(self, reason: str) -> None:
+        """End the goal that runs, or that waits, for a reason."""
+        name = self._busy_with()
+        if self._navigator is not None:
+            self._finish(Finish(Ending.ABORTED, 0, reason))
+        elif name is not None:
+            self._servers[name].fail(GoalError(0, reason))
 
     def _tick(self) -> None:
         navigator = self._navigator

@@ -79,6 +79,47 @@ class RemovePassedGoals(TreeNode):
         return Status.SUCCESS
 
 
+class GetNextFewGoals(TreeNode):
+    """Takes the first goals, at most so many; fails where there is none."""
+
+    input_goals = Port(POSES)
+    output_goals = Port(POSES, None, output=True)
+    num_goals = Port(WHOLE)
+
+    def _tick(self) -> Status:
+        goals = self.input_goals
+        if not goals:
+            return Status.FAILURE
+        self.output_goals = goals[: self.num_goals]
+        return Status.SUCCESS
+
+
+class AppendGoalPoseToGoals(TreeNode):
+    """Puts a pose behind the goals."""
+
+    goal_pose = Port(POSE)
+    input_goals = Port(POSES, ())
+    output_goals = Port(POSES, None, output=True)
+
+    def _tick(self) -> Status:
+        self.output_goals = (*self.input_goals, self.goal_pose)
+        return Status.SUCCESS
+
+
+class ExtractRouteNodesAsGoals(TreeNode):
+    """Makes goals of a route's nodes; fails where it has none."""
+
+    route = Port(POSES)
+    goals = Port(POSES, None, output=True)
+
+    def _tick(self) -> Status:
+        route = self.route
+        if not route:
+            return Status.FAILURE
+        self.goals = tuple(SE2(node.x, node.y) for node in route)
+        return Status.SUCCESS
+
+
 class _Selector(TreeNode):
     """Writes the plug-in that was chosen on a topic, or a default; an empty one is the server's."""
 
@@ -132,7 +173,7 @@ class _OfPaths(TreeNode):
 
 
 class TruncatePath(_OfPaths):
-    """Leaves the end of a path out; a path that is shorter keeps its first pose."""
+    """Leaves out of a path what is near its end, but two poses; the last one faces the end."""
 
     distance = Port(NUMBER, 1.0)
     input_path = Port(PATH)
@@ -140,9 +181,14 @@ class TruncatePath(_OfPaths):
 
     def _tick(self) -> Status:
         path = self.input_path
-        remaining = paths.along(path[::-1])
-        kept = int(np.count_nonzero(remaining >= self.distance))
-        return self._write(path[: max(kept, 1)], path)
+        if not len(path):
+            return self._write(path, path)
+        gaps = path[-1, :2] - path[:, :2]
+        far = np.flatnonzero(np.hypot(*gaps.T) >= self.distance)
+        kept = path[: max(far[-1] + 1 if len(far) else 0, 2)].copy()
+        dx, dy = gaps[len(kept) - 1].tolist()
+        kept[-1, 2] = math.atan2(dy, dx)
+        return self._write(kept, path)
 
 
 class TruncatePathLocal(_OfPaths):

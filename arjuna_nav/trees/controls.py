@@ -254,7 +254,8 @@ class RoundRobin(Control):
     _failed = 0
 
     def _tick(self) -> Status:
-        while self._failed < len(self.children):
+        skipped = 0
+        while self._failed + skipped < len(self.children):
             status = self.children[self._index].execute()
             if status is Status.RUNNING:
                 return status
@@ -263,8 +264,9 @@ class RoundRobin(Control):
                 self._failed = 0
                 self.reset_children()
                 return status
-            self._failed += 1
-        return self._end(Status.FAILURE)
+            self._failed += status is Status.FAILURE
+            skipped += status is Status.SKIPPED
+        return self._end(Status.SKIPPED if skipped == len(self.children) else Status.FAILURE)
 
     def _on_halt(self) -> None:
         self._index = self._failed = 0

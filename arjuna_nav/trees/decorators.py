@@ -115,13 +115,15 @@ class RunOnce(_Once):
 
 
 class SingleTrigger(_Once):
-    """Runs the child to its end once, and fails from then on, until it is halted."""
+    """Runs the child to its end once, and fails from then on, until the node is idle again."""
+
+    def _tick(self) -> Status:
+        if self._before in (Status.IDLE, Status.SKIPPED):
+            self._answer = None
+        return super()._tick()
 
     def _later(self, status: Status) -> Status:
         return Status.FAILURE
-
-    def _on_halt(self) -> None:
-        self._answer = None
 
 
 class Timeout(Decorator):
@@ -251,7 +253,7 @@ class RateController(_Gate):
 
 
 class SpeedController(RateController):
-    """Ticks the child the more often the faster the robot drives."""
+    """Ticks the child the more often the faster the robot drives, judged at the end of a period."""
 
     min_rate = Port(NUMBER, 0.1)
     max_rate = Port(NUMBER, 1.0)
@@ -259,8 +261,23 @@ class SpeedController(RateController):
     max_speed = Port(NUMBER, 0.5)
     goal = Port(POSE, None)
     goals = Port(POSES, None)
+    _now = 0.0
+
+    def _tick(self) -> Status:
+        if self._before in (Status.IDLE, Status.SKIPPED):
+            self._now = (self.min_rate + self.max_rate) / 2.0
+        return super()._tick()
+
+    def _is_due(self) -> bool:
+        due = super()._is_due()
+        if due:
+            self._now = self._rate_by_speed()
+        return due
 
     def _rate(self) -> float:
+        return self._now
+
+    def _rate_by_speed(self) -> float:
         low, high = self.min_speed, self.max_speed
         share = (self.tree.state.mean_velocity().speed - low) / max(high - low, 1e-9)
         slow, fast = self.min_rate, self.max_rate
@@ -305,6 +322,8 @@ class GoalUpdater(Decorator):
 
     input_goal = Port(POSE)
     output_goal = Port(POSE, None, output=True)
+    input_goals = Port(POSES, None)
+    output_goals = Port(POSES, None, output=True)
 
     def topics(self) -> set[Topic]:
         """Return the topics that the node and those below it listen to."""
@@ -313,6 +332,8 @@ class GoalUpdater(Decorator):
     def _tick(self) -> Status:
         moved = self.tree.state.moved_goal
         self.output_goal = self.input_goal if moved is None else moved
+        if (goals := self.input_goals) is not None:
+            self.output_goals = goals
         return self.child.execute()
 
 

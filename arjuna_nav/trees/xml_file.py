@@ -44,11 +44,18 @@ NODES: Mapping[str, type[TreeNode]] = {
     "AsyncSequence": controls.Sequence,
     "AsyncFallback": controls.Fallback,
     "SequenceStar": controls.SequenceWithMemory,
+    "RetryUntilSuccesful": decorators.COUNTED["RetryUntilSuccessful"],
 }
 """The nodes that a tree may have, by the names of BehaviorTree.CPP and Nav2."""
+_OF_FORMAT_3 = {
+    ("Parallel", "success_threshold"): "success_count",
+    ("Parallel", "failure_threshold"): "failure_count",
+}
+"""Ports that format 3 calls otherwise: node and port, and the name today."""
 _MAX_SIZE, _MAX_NODES, _MAX_DEPTH, _MAX_FILES = 1_000_000, 2000, 100, 20
 _BY_ID = ("Action", "Condition", "Control", "Decorator")
 _SUBTREES = ("SubTree", "SubTreePlus")
+_SHARING = ("_autoremap", "__autoremap", "__shared_blackboard")
 _IGNORED = ("_description", "_fullpath", "_uid")
 
 
@@ -227,8 +234,13 @@ class _Builder:
             raise self._error(f"over {_MAX_NODES} nodes, or deeper than {_MAX_DEPTH}")
         uid, texts = self._count, dict(element.attrib)
         is_subtree = element.tag in _SUBTREES
-        kind = texts.pop("ID", "") if is_subtree or element.tag in _BY_ID else element.tag
+        kind = element.tag
+        if is_subtree or kind in _BY_ID:
+            kind = texts.get("ID", "")
+            if not kind:
+                raise self._error(f"<{element.tag}> has no ID; valid: <{element.tag} ID='...'>")
         texts.pop("ID", None)
+        texts = {_OF_FORMAT_3.get((kind, key), key): text for key, text in texts.items()}
         name = texts.pop("name", "") or kind
         shown = f"<{kind} name='{name}'>"
         scripts = {
@@ -279,9 +291,7 @@ class _Builder:
             raise self._error(f"there is no tree '{called}'; {nearest(called, self._trees)}")
         if called in inside:
             raise self._error(f"tree '{called}' holds itself: {' > '.join((*inside, called))}")
-        shared = any(
-            texts.get(key, "").lower() in ("true", "1") for key in ("_autoremap", "__autoremap")
-        )
+        shared = any(texts.get(key, "").lower() in ("true", "1") for key in _SHARING)
         passed = {key: text for key, text in texts.items() if not key.startswith("_")}
         renamed = {key: entry(text) or "" for key, text in passed.items() if entry(text)}
         literals = {key: text for key, text in passed.items() if key not in renamed}

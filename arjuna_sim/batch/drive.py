@@ -19,6 +19,7 @@ class BatchDrive:
 
     Args:
         base: One whose wheels' speeds are linear in its velocity.
+        limits: Of commands; jerk is not limited.
         most: The greatest speed of each wheel's joint, infinity for none, `(W,)` [rad/s].
         tick: [s].
         tick_angle: Of the encoders [rad].
@@ -31,8 +32,8 @@ class BatchDrive:
         forward, turn = limits.forward.value, limits.turn.value
         self._low = np.array([-limits.reverse.value, -forward, -turn])
         self._high = np.array([forward, forward, turn])
-        linear, angular = limits.linear_acceleration, limits.angular_acceleration
-        self._step = tick * np.array([linear, linear, angular])
+        ramps = limits.linear, limits.linear, limits.angular
+        self._step = tick * np.array([[-ramp.down, ramp.up] for ramp in ramps]).T
         units = [Velocity(1.0), Velocity(y=1.0), Velocity(yaw_rate=1.0)]
         self._turning = np.array([base.speeds(base.reachable(unit)) for unit in units])
         encoders = len(base.encoders(np.zeros(len(most))))
@@ -56,7 +57,7 @@ class BatchDrive:
             wrong = np.flatnonzero(~np.isfinite(commands).all(axis=1)).tolist()
             raise CommandError(f"commands of robots {wrong} must be finite")
         wanted = np.clip(commands, self._low, self._high)
-        self._current += np.clip(wanted - self._current, -self._step, self._step)
+        self._current += np.clip(wanted - self._current, *self._step)
         speeds: Floats = self._current @ self._turning
         over = (np.abs(speeds) / self._most).max(axis=1)
         return np.asarray(speeds / np.maximum(over, 1.0)[:, None])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from arjuna_sim.physics.scene import GRAZED, LEVEL, SUNK
+from arjuna_sim.physics.contacts import GRAZED, LEVEL, SUNK
 
 wp.config.log_level = wp.LOG_WARNING  # else a line for each of a hundred kernels
 

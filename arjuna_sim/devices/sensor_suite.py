@@ -92,10 +92,14 @@ class SensorSuite:
 
     def read(self, sensor: SensorSettings, data: Any, now: float) -> Any:
         """Return a reading of a further sensor; one that nobody asks for costs nothing."""
+        return self.device(sensor).read(data, now)
+
+    def device(self, sensor: SensorSettings) -> Device:
+        """Return a further sensor's device, made where it was not asked for yet."""
         if sensor.name not in self._further:
             rng = np.random.default_rng([self._seed, zlib.crc32(sensor.name.encode())])
             self._further[sensor.name] = device_of(sensor, self._mount(sensor, rng))
-        return self._further[sensor.name].read(data, now)
+        return self._further[sensor.name]
 
 
 def _whole_nanoseconds(time: float) -> float:

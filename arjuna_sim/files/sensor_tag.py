@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import re
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -70,6 +71,14 @@ class SensorTag:
         numbers = (*self.pose.position, *self.pose.rpy())
         SubElement(placed, "pose").text = " ".join(repr(float(number)) for number in numbers)
         return placed
+
+    def with_plugin(self, plugin: Element) -> SensorTag:
+        """Return the tag with one of its plugins alone."""
+        alone = copy.copy(self.element)
+        for other in alone.findall("plugin"):
+            if other is not plugin:
+                alone.remove(other)
+        return dataclasses.replace(self, element=alone)
 
     def mount(self, rate: float, topic_name: str) -> dict[str, Any]:
         """Return the settings that all sensors have, as keywords.

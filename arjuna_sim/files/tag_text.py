@@ -25,6 +25,8 @@ _COLOURS = {
     "road": (0.2, 0.2, 0.2, 1.0),
     "wood": (0.65, 0.45, 0.25, 1.0),
 }
+PATH, OWN = "path-of-nested-model", "names-of-nested-model"
+"""Attributes of a plugin of a nested model: the path before its names, and those names in lines."""
 _VARIANTS = ("dark", "light", "flat", "bright")
 _SUFFIXES = ("transparent", "glow")
 

@@ -109,25 +109,31 @@ def _drive_below(prefix: str, drive: DriveSettings) -> DriveSettings:
 def footprint(robot: RobotModel, frame: str) -> NDArray[np.float64]:
     """Return the convex outline of all that can touch something, every joint at zero.
 
-    A driven wheel touches with its looks where it has no collision shape.
-
     Returns:
         `(N, 2) float64` [m], counter-clockwise; none where no shape has an area.
     """
-    urdf = robot.urdf
-    wheels = {urdf.joints[joint].child for joint in robot.drive.wheels}
-    T_frame_root = urdf.T_root(frame).inverse()
-    points = [np.zeros((0, 2))]
-    for link in urdf.links.values():
-        T_frame_link = T_frame_root @ urdf.T_root(link.name)
-        for part in link.collisions or (link.visuals if link.name in wheels else ()):
-            points.append((T_frame_link @ part.pose).apply(corners(part.shape))[:, :2])
-    every = np.vstack(points)
+    every = extent(robot, frame)[:, :2]
     try:
         outline = every[ConvexHull(every).vertices]
     except (QhullError, ValueError):
         return np.zeros((0, 2))
     return np.round(_without_fine_corners(outline), 3)
+
+
+def extent(robot: RobotModel, frame: str) -> NDArray[np.float64]:
+    """Return the corners of all that can touch something, every joint at zero, `(N, 3)` [m].
+
+    A driven wheel touches with its looks where it has no collision shape.
+    """
+    urdf = robot.urdf
+    wheels = {urdf.joints[joint].child for joint in robot.drive.wheels}
+    T_frame_root = urdf.T_root(frame).inverse()
+    points = [np.zeros((0, 3))]
+    for link in urdf.links.values():
+        T_frame_link = T_frame_root @ urdf.T_root(link.name)
+        for part in link.collisions or (link.visuals if link.name in wheels else ()):
+            points.append((T_frame_link @ part.pose).apply(corners(part.shape)))
+    return np.vstack(points)
 
 
 def inscribed_radius(robot: RobotModel) -> float:

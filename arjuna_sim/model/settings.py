@@ -16,6 +16,7 @@ from arjuna_sim.model.urdf import Urdf
 
 OUTPUTS = (
     *("plugin", "max_acceleration", "max_velocity", "max_reverse", "max_turn"),
+    *("max_deceleration", "max_jerk", "max_turn_deceleration", "max_turn_jerk"),
     *("max_turn_acceleration", "command_timeout", "rate", "command_topic", "odometry_topic"),
     *("odometry_frame", "base_frame", "from_world", "stamped", "publishes"),
 )
@@ -50,10 +51,14 @@ class DriveSettings:
         effective_radius: Radius that makes wheel turns into distance [m].
         plugin: Name of the plugin that was read; "" for a guess.
         max_acceleration: Greatest change of the wheels' speed at the ground, 0 for none [m/s^2].
+        max_deceleration: The same of a change backwards, 0 for `max_acceleration` [m/s^2].
+        max_jerk: Greatest change of the acceleration, 0 for none [m/s^3].
         max_velocity: Greatest speed, 0 for none [m/s].
         max_reverse: Greatest speed backwards, 0 for `max_velocity` [m/s].
         max_turn: Greatest turn rate, 0 for none [rad/s].
         max_turn_acceleration: Greatest change of the turn rate, 0 for none [rad/s^2].
+        max_turn_deceleration: The same clockwise, 0 for `max_turn_acceleration` [rad/s^2].
+        max_turn_jerk: Greatest change of the turn's acceleration, 0 for none [rad/s^3].
         command_timeout: A command holds so long, 0 for ever; None where the file says none [s].
         rate: Rate of the odometry, 0 for each tick [Hz].
         base_frame: Its child frame; "" for the root link.
@@ -81,6 +86,10 @@ class DriveSettings:
     max_reverse: float = 0.0
     max_turn: float = 0.0
     max_turn_acceleration: float = 0.0
+    max_deceleration: float = 0.0
+    max_jerk: float = 0.0
+    max_turn_deceleration: float = 0.0
+    max_turn_jerk: float = 0.0
     command_timeout: float | None = None
     rate: float = 0.0
     command_topic: str = "cmd_vel"

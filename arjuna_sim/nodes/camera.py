@@ -73,6 +73,9 @@ class CameraTopics:
 
     In lock-step a picture is drawn at its tick, the same each time; in real time it is drawn
     beside the physics, published when it is done, and left out where drawing is too slow.
+
+    Args:
+        cloud_rate: Most clouds a second while nobody looks at pictures, 0 for all [Hz].
     """
 
     def __init__(
@@ -81,6 +84,7 @@ class CameraTopics:
         robot: DrivenRobot | WorldSensors,
         stage: Stage,
         settings: CameraSettings,
+        cloud_rate: float = 0.0,
     ) -> None:
         self._log = node.get_logger()
         self._robot, self._stage = robot, stage
@@ -100,6 +104,8 @@ class CameraTopics:
             cloud = settings.cloud_topic
             self._cloud_out = node.publisher(PointCloud2, cloud, qos.SENSOR_PUBLISHER)
         self._due = Periodic(1.0 / settings.rate, phase=1.0 / settings.rate)
+        period = 1.0 / min(settings.rate, cloud_rate or settings.rate)
+        self._cloud_due = Periodic(period, phase=period)
         self._works = True
         self._thread: CameraThread | None = None
 
@@ -113,7 +119,8 @@ class CameraTopics:
             if out.get_subscription_count() > 0:
                 out.publish(camera_info(self._settings, now))
         color = self._image_out.get_subscription_count() > 0
-        depth = self._depth_out.get_subscription_count() > 0 or self._gives_points()
+        depth = self._depth_out.get_subscription_count() > 0
+        depth = (self._gives_points() and self._cloud_due.due(now)) or depth
         if self._works and (color or depth):
             if interactive:
                 self._ask(now, color, depth)

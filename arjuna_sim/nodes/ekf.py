@@ -108,8 +108,7 @@ class EkfNode(ManagedNode):
 
     def on_config(self, config: Any) -> None:
         """Trust wheels and gyro otherwise."""
-        if hasattr(self, "_filter"):
-            self._filter.config = config
+        self._filter.config = config
 
     def _begin(self) -> None:
         self._filter = FusedOdometry(self.config)

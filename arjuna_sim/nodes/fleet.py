@@ -88,7 +88,8 @@ class RobotNodes:
         topics = self.interface.topics
         imu = topics.settings.first(ImuSettings)
         if topics.is_fused and imu is not None:
-            self._nodes.append(EkfNode(self._process, {"imu0": imu.topic}))
+            given = {"imu0": imu.topic, "odom_topic": topics.fused_topic}
+            self._nodes.append(EkfNode(self._process, given))
             self._run("configure", self._nodes[-1:])
 
     @property

@@ -13,6 +13,7 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.driven_robot import DrivenRobot, Observation
+from arjuna_sim.nodes.batteries import BatteryCommands
 from arjuna_sim.nodes.camera import CameraTopics
 from arjuna_sim.nodes.robot_topics import ContactTopic, RobotTopics
 from arjuna_sim.nodes.sensor_topics import SensorTopics
@@ -40,8 +41,10 @@ class RobotInterface:
         self.topics = RobotTopics(node, robot.model, config)
         sensors = self.topics.settings.sensors
         cameras = [s for s in sensors if isinstance(s, CameraSettings)]
-        self._cameras = [CameraTopics(node, robot, stage, camera) for camera in cameras]
+        rate = config.cloud_rate
+        self._cameras = [CameraTopics(node, robot, stage, camera, rate) for camera in cameras]
         self._further = SensorTopics(node, robot, self.topics.settings.further)
+        BatteryCommands(node, robot, self.topics.settings.further)
         self._joints = _joint_control(node, robot, self._rename)
         self.contacts = ContactTopic(node, robot.model.urdf.name)
         self._topic = self.topics.drive.command_topic

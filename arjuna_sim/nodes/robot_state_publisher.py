@@ -107,8 +107,6 @@ class RobotStatePublisherNode(ManagedNode):
         Raises:
             ConfigError: The description is none.
         """
-        if not hasattr(self, "_due"):
-            return
         self._due = Periodic(1.0 / config.publish_frequency)
         if self._shown == (config.robot_description, config.frame_prefix):
             return

@@ -31,8 +31,8 @@ from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.nodes.ekf import WHEEL_ODOMETRY
 from arjuna_sim.nodes.messages import WORLD, imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.nodes.sim_config import SimConfig
+from arjuna_sim.physics.contacts import ContactLog
 from arjuna_sim.physics.robot_motion import JointStates, Truth
-from arjuna_sim.physics.scene import ContactLog
 
 TOPIC = "ground_truth/contacts"
 _TOPICS = (LidarSettings.TOPIC, CameraSettings.TOPIC, ImuSettings.TOPIC)
@@ -124,6 +124,7 @@ class RobotTopics:
         settings: The sensors, with their topics.
         drive: The drive, with its topics.
         is_fused: Whether odometry is left to the filter of wheels and gyro.
+        fused_topic: On which the filter publishes it.
     """
 
     def __init__(self, node: ManagedNode, robot: RobotModel, config: SimConfig) -> None:
@@ -136,6 +137,8 @@ class RobotTopics:
         self._lidar = self.settings.first(LidarSettings)
         self._imu_settings = self.settings.first(ImuSettings)
         self.is_fused = bool(config.fused_odometry and is_wheels and self._imu_settings)
+        own = self.drive.odometry_topic
+        self.fused_topic = "odom" if own.lstrip("/") == WHEEL_ODOMETRY else own
         if self.is_fused:
             self.drive = wheels_alone(self.drive)
         self._base = robot.urdf.root

@@ -137,8 +137,7 @@ class SimNode(ManagedNode):
     def on_config(self, config: Any) -> None:
         """Take a new real-time factor, new limits of the drive and noises of the odometry."""
         self._pacer = Pacer(config.real_time_factor, lambda: self._wall)
-        if hasattr(self, "simulator"):
-            self.simulator.adjust(config)
+        self.simulator.adjust(config)
 
     def tick(self) -> None:
         """Advance one tick, unless inactive or paused, and publish what it brought."""

@@ -75,6 +75,14 @@ class SimConfig(SimulatorConfig):
         " ones where they are: for a robot_state_publisher of yours, which knows no others.",
         read_only=True,
     )
+    cloud_rate: float = param(
+        0.0,
+        "Most clouds a second of each depth camera, while nobody looks at its pictures; 0 for as"
+        " many as its file says. Each takes some 20 ms without a GPU.",
+        unit="Hz",
+        minimum=0.0,
+        read_only=True,
+    )
     initial_pose: InitialPose = field(default_factory=InitialPose)
     viewer: bool = param(
         False,

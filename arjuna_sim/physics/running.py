@@ -9,11 +9,25 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from arjuna_core.arrays import Bytes
+
 # Numbers that a joint has in qpos and in qvel, where it is not one each.
 _SIZES = {
     int(mujoco.mjtJoint.mjJNT_FREE): (7, 6),
     int(mujoco.mjtJoint.mjJNT_BALL): (4, 3),
 }
+
+
+def saved(model: Any) -> Bytes:
+    """Return a compiled model as MuJoCo saves it, `(N,) uint8`."""
+    content = np.zeros(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, content)
+    return content
+
+
+def loaded(content: Bytes) -> Any:
+    """Return the model that was `saved`."""
+    return mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": content.tobytes()})
 
 
 def let_sleep(model: Any, robots: Iterable[int]) -> None:

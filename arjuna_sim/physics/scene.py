@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core import pose3
 from arjuna_core.arrays import Bools, Ints
 from arjuna_core.errors import RobotError, WorldError
+from arjuna_core.files.array_cache import Arrays, cached, content_of, made_by
 from arjuna_sim.devices.camera import add_camera
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.model.entities import Entity
@@ -24,15 +26,12 @@ from arjuna_sim.physics.geoms import add_world, rank_friction
 from arjuna_sim.physics.joint_servos import JointServos, tune_joint_servos
 from arjuna_sim.physics.lights import set_fog
 from arjuna_sim.physics.robot_body import FAST, add_mounts, add_robot, free_joint, let_meet
-from arjuna_sim.physics.running import let_sleep
+from arjuna_sim.physics.running import let_sleep, loaded, saved
 from arjuna_sim.physics.wheels.servo import ServoConfig, Servos, roller_addresses, tune_servos
 from arjuna_sim.physics.wheels.tyres import STICTION, WheelSupport, sag_of, tune_tyres
 
+_SLOW = 10_000  # faces of a world that take a second to compile
 _ARENA = (64_000_000, 1_000_000_000)  # least and most memory for contacts [bytes]
-LEVEL, SUNK = 0.7, 0.02
-"""A robot stands on what has a normal of so large a z (45 degrees), sunk in by at most [m]."""
-GRAZED = 1e-9
-"""A contact sunk in by less only grazes: it has no direction [m]."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +88,7 @@ def build_scene(
     servo: ServoConfig,
     timestep: float,
     entities: tuple[Entity, ...] = (),
+    keep: bool = False,
 ) -> Scene:
     """Compile robots in a world, each at the origin.
 
@@ -96,11 +96,50 @@ def build_scene(
         robots: The robots by name; links, joints and sensors of no two have the same name.
         timestep: Of the physics [s].
         entities: What moves by itself, was moved or was spawned.
+        keep: Whether a model that takes long is read from the user's cache, and kept there.
 
     Raises:
         RobotError: MuJoCo refuses a robot, with its reason, or there are too many.
         WorldError: It refuses the world.
     """
+    made_of = robots, world, servo, timestep, entities
+    make = _kept if keep and _faces(world) >= _SLOW else _made
+    model, models, owners = make(*made_of)
+    _set_scale(model)
+    set_fog(model, world.look)
+    let_sleep(model, [_root(model, robot) for robot in robots.values()])
+    return _scene(model, _tuned(model, robots, servo, timestep), models, owners)
+
+
+def _faces(world: World) -> int:
+    """Return how many faces the meshes of a world have, each as often as it stands there."""
+    meshes = (body.part.shape.mesh for body in world.bodies if body.collides)
+    return sum(len(mesh.triangles) for mesh in meshes if mesh is not None)
+
+
+def _kept(*made_of: Any) -> tuple[Any, list[str], list[str]]:
+    """Return what `_made` returns, from the user's cache where that was made before."""
+    built: list[Any] = []
+
+    def make() -> Arrays:
+        model, *names = _made(*made_of)
+        built.append(model)
+        return saved(model), *map(np.array, names)
+
+    code = sorted(str(path) for path in Path(__file__).parents[1].rglob("*.py"))
+    by = made_by(pose3.__file__, *code), f"{mujoco.__version__} {platform.machine()}".encode()
+    content, models, owners = cached("models", (*by, content_of(made_of)), make)
+    return built[0] if built else loaded(content), models.tolist(), owners.tolist()
+
+
+def _made(
+    robots: Mapping[str, RobotModel],
+    world: World,
+    servo: ServoConfig,
+    timestep: float,
+    entities: tuple[Entity, ...],
+) -> tuple[Any, list[str], list[str]]:
+    """Return a compiled model, and what its geoms of the world and of the entities are of."""
     spec = mujoco.MjSpec()
     _set_physics(spec, timestep)
     spec.option.gravity = world.gravity
@@ -119,11 +158,7 @@ def build_scene(
             add_camera(spec, fixture.settings)
     moving = {entity.name for entity in entities if entity.mass > 0.0}
     spec.memory = _memory(sum(owner in moving for owner in owners))
-    model = _compiled(spec, robots, world)
-    _set_scale(model)
-    set_fog(model, world.look)
-    let_sleep(model, [_root(model, robot) for robot in robots.values()])
-    return _scene(model, _tuned(model, robots, servo, timestep), models, owners)
+    return _compiled(spec, robots, world), models, owners
 
 
 def _set_scale(model: Any) -> None:
@@ -242,58 +277,3 @@ def _scene(
         np.array([name != "" for name in names]),
         np.concatenate([np.zeros(0, np.int64), *rollers]),
     )
-
-
-def touched(scene: Scene, data: Any, robot: str) -> tuple[str, ...]:
-    """Return the names of what a robot touches, sorted; never what it stands on."""
-    pairs = data.contact.geom
-    if not any_of(pairs, scene.is_obstacle):
-        return ()
-    rows, side = np.nonzero(scene.robots[robot].is_solid[pairs])
-    others = pairs[rows, 1 - side]
-    is_hit = scene.is_obstacle[others]
-    if not is_hit.any():
-        return ()
-    distance = data.contact.dist[rows]
-    stands = (np.abs(data.contact.frame[rows, 2]) > LEVEL) & (distance > -SUNK)
-    stands |= distance > -GRAZED
-    return tuple(sorted({scene.names[geom] for geom in others[is_hit & ~stands]}))
-
-
-@njit(cache=True)
-def any_of(pairs: NDArray[np.int32], is_meant: Bools) -> bool:
-    """Return whether any geom of pairs `(N, 2)` is meant, `(geoms,) bool`.
-
-    `bench sim`: 1.5 us of a tick in NumPy.
-    """
-    found = False
-    for i in range(len(pairs)):
-        found |= is_meant[pairs[i, 0]] or is_meant[pairs[i, 1]]
-    return found
-
-
-class ContactLog:
-    """Counts contacts by name: one begins when the robot touches what it did not touch before."""
-
-    def __init__(self) -> None:
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget all."""
-        self.touched: tuple[str, ...] = ()
-        self.counts: dict[str, int] = {}
-
-    def update(self, touched: tuple[str, ...]) -> bool:
-        """Take the names of what the robot touches now; return whether they have changed."""
-        if touched == self.touched:
-            return False
-        for name in touched:
-            if name not in self.touched:
-                self.counts[name] = self.counts.get(name, 0) + 1
-        self.touched = touched
-        return True
-
-    @property
-    def total(self) -> int:
-        """The number of contacts since the start or the last reset."""
-        return sum(self.counts.values())

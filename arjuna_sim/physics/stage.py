@@ -25,11 +25,12 @@ from arjuna_sim.model.entities import (
 )
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
+from arjuna_sim.physics.contacts import touched
 from arjuna_sim.physics.entity_body import addresses_of, motion_of
 from arjuna_sim.physics.ground import Ground
 from arjuna_sim.physics.movers import Movers
 from arjuna_sim.physics.running import Stepper, carry_over
-from arjuna_sim.physics.scene import Scene, build_scene, touched
+from arjuna_sim.physics.scene import Scene, build_scene
 from arjuna_sim.physics.walkers import Manners, Walkers
 from arjuna_sim.physics.wheels.servo import ServoConfig
 
@@ -65,7 +66,8 @@ class Stage:
     def _set_up(self, world: World) -> None:
         entities, taken = moving_entities(world), frozenset(world.movable)
         self.movers = Movers(world.movers)
-        self._install(world, entities, taken, *self._compile(world, entities, taken))
+        compiled = self._compile(world, entities, taken, keep=True)
+        self._install(world, entities, taken, *compiled)
         self._stand_people_up()
         self._steps = 0
         self._began: Counter[str] = Counter()
@@ -249,13 +251,16 @@ class Stage:
             raise
 
     def _compile(
-        self, world: World, entities: dict[str, Entity], taken: frozenset[str]
+        self,
+        world: World,
+        entities: dict[str, Entity],
+        taken: frozenset[str],
+        keep: bool = False,
     ) -> tuple[Scene, Any]:
         bodies = tuple(body for body in world.bodies if body.model not in taken)
         rest = dataclasses.replace(world, bodies=bodies)
-        scene = build_scene(
-            self.robots, rest, self._servo, self._timestep, tuple(entities.values())
-        )
+        moving = tuple(entities.values())
+        scene = build_scene(self.robots, rest, self._servo, self._timestep, moving, keep)
         return scene, mujoco.MjData(scene.model)
 
     def _change(

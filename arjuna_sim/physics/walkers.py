@@ -11,8 +11,8 @@ from numba import njit
 
 from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_sim.model.world import Trajectory
+from arjuna_sim.physics.contacts import any_of
 from arjuna_sim.physics.ground import Ground
-from arjuna_sim.physics.scene import any_of
 
 
 class Walkers:

@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry
@@ -48,6 +48,7 @@ class Observer:
         self._log: list[tuple[str, str]] = []
         self._times: list[float] = []
         self._remarks: dict[str, None] = {}
+        self._troubles: dict[str, str] = {}
         self._keep(PoseWithCovarianceStamped, "amcl_pose", qos.LATCHED)
         self._keep(OccupancyGridMsg, "map", qos.LATCHED)
         self._keep(LaserScan, "scan", qos.SENSOR_SUBSCRIPTION)
@@ -69,6 +70,10 @@ class Observer:
     def _on_diagnostics(self, message: Any) -> None:
         remarks = (one.message for one in message.status if one.name.endswith(": parameters"))
         self._remarks.update(dict.fromkeys(remarks))
+        for one in message.status:
+            node, _, about = one.name.partition(": ")
+            if about == "messages":
+                self._troubles[node] = one.message if one.level == DiagnosticStatus.ERROR else ""
 
     def _on_clock(self, message: Any) -> None:
         self._times.append(seconds(message.clock))
@@ -123,6 +128,7 @@ class Observer:
             height=None if truth is None else truth.pose.pose.position.z,
             log=tuple(self._log[-5:]),
             remarks=tuple(self._remarks),
+            troubles=tuple((node, text) for node, text in self._troubles.items() if text),
         )
 
     def _scan(self, grid: OccupancyGrid | None) -> ScanFacts | None:

@@ -93,6 +93,7 @@ class Robot:
         height: Height of the base's true pose [m].
         log: The last warnings and errors, `(node, text)`, oldest first.
         remarks: On parameters without an effect that its safety needs.
+        troubles: What nodes report as an error, `(node, text)`.
     """
 
     scan: ScanFacts | None = None
@@ -101,6 +102,7 @@ class Robot:
     height: float | None = None
     log: tuple[tuple[str, str], ...] = ()
     remarks: tuple[str, ...] = ()
+    troubles: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from bringup.parameters.files import (
     sim_time_of,
 )
 from bringup.parameters.remarks import Remark
-from bringup.parameters.robot_file import contradictions, of_simulated_robot
+from bringup.parameters.robot_file import contradictions, lacking_transform, of_simulated_robot
 from bringup.parameters.sources import is_fleet, of_options, originals_of
 from bringup.parameters.world_robots import take_robots_of_world
 from bringup.stack import (
@@ -38,10 +38,12 @@ from bringup.stack import (
     with_further,
 )
 
-_OF_SIMULATED_ROBOT = ("demo", "slam", "nav")
+_OF_SIMULATED_ROBOT = ("demo", "sim", "slam", "nav")
 """The commands that take topics, frames and outline from a robot's file."""
 _MAPS_FIRST: Parameters = {"map_server": {"yaml_filename": ""}}
 """The demo loads the map that it has made, not one that a file names."""
+_ENOUGH_CLOUDS: Parameters = {"sim": {"cloud_rate": 10.0}}
+"""In the demo nobody but the costmaps looks, the faster of which is updated so often [Hz]."""
 _PATHS = {"robot", "world", "yaml_filename", "maps_folder"}
 """Parameters that are checked by reading what they name: the nodes need not be imported for it."""
 _PATIENCE = 1.0  # [s] for what runs to be discovered
@@ -93,7 +95,9 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
         given.get("strict", False),
         originals_of(given),
     )
-    parameters = read.parameters if supervised else merged(read.parameters, _MAPS_FIRST)
+    parameters = read.parameters
+    if not supervised:
+        parameters = merged(_ENOUGH_CLOUDS, parameters, _MAPS_FIRST)
     for section in [*parameters]:
         if section.rpartition("/")[2] in (given.get("leave_out") or ()):
             del parameters[section]
@@ -137,7 +141,8 @@ def _of_robot(
     if simulated:
         parameters = merged(parameters, of_simulated_robot(parameters, robot, groups))
     known = NAVIGATION_GROUP in groups and (simulated or "robot" in robot)
-    return parameters, list(contradictions(parameters, robot)) if known else []
+    remarks = list(contradictions(parameters, robot)) if known else []
+    return parameters, [*remarks, *(lacking_transform(robot) if known and simulated else ())]
 
 
 def _safety_lines(remarks: Iterable[Remark], groups: Sequence[Group]) -> dict[str, Any]:

@@ -211,6 +211,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     ),
     "--seed": _value(seed, "N", "seed of every random choice, 0 or more (0)"),
     "--scan-topic": _value(str, "TOPIC", "of the lidar (scan)"),
+    "--cloud-topic": _value(str, "TOPIC", "of the depth camera's points (depth/points)"),
     "--odom-topic": _value(str, "TOPIC", "of the odometry (odom)"),
     "--cmd-vel-topic": _value(str, "TOPIC", "it is driven by (cmd_vel)"),
     "--remap": _paths(
@@ -321,8 +322,8 @@ def add_log_options(
 def add_robot_names(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
     """Add the robot's names of topics and frames; each reaches every node that needs it."""
     group = parser.add_argument_group("what the robot, or a recording, calls its own")
-    add(group, "--scan-topic", "--odom-topic", "--cmd-vel-topic", "--base-frame", "--odom-frame")
-    add(group, "--remap")
+    add(group, "--scan-topic", "--cloud-topic", "--odom-topic", "--cmd-vel-topic")
+    add(group, "--base-frame", "--odom-frame", "--remap")
     return group
 
 

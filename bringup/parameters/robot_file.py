@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from arjuna_core.config import load
 from arjuna_core.files.shipped import shipped_file
 from bringup.parameters.files import Parameters, for_node, merged, shipped_parameters
 from bringup.parameters.remarks import Kind, Remark
-from bringup.parameters.sources import COSTMAPS, OUTLINE, of_names
+from bringup.parameters.sources import COSTMAPS, OUTLINE, keys_by_name, of_names
 from bringup.stack import CONTROLLER_SERVER, GLOBAL_COSTMAP, LOCAL_COSTMAP, Group, NodeSpec
 
 _OUTLINES = {**dict.fromkeys(COSTMAPS, ""), "explorer": "costmap."}
@@ -26,6 +27,11 @@ _BY_GYRO = {
 }
 """How far off the headings are that the filter of wheels and gyro gives; what is shipped holds for
 odometry of any kind, wheels that skid among them."""
+_SCATTER = 6.0
+"""By how many standard deviations a point lies above the ground that marks an obstacle."""
+_NEVER_STANDARD = ("base_frame", "cloud_topic")
+"""Names that a robot's file gives even where its topics are the standard ones."""
+_WHEELS = "wheel_odom"  # on which a filter of wheels and gyro hears the wheels
 _AXLE_OFF = 0.02  # so far from its axle a base moves along its heading all the same [m]
 
 
@@ -65,6 +71,28 @@ def contradictions(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[R
         yield Remark(Kind.UNLIKE, where, reason)
 
 
+def lacking_transform(sim: Mapping[str, Any]) -> Iterator[Remark]:
+    """Yield that nobody publishes a simulated robot's odometry as a transform, where so.
+
+    Its file leaves that to a filter, and without an IMU there is none here.
+
+    Raises:
+        ArjunaError: The robot's file cannot be used.
+    """
+    from arjuna_sim.inputs import has_gyro, named_robot
+
+    robot = named_robot(sim.get("robot", ""), sim.get("robot_arguments", ""))
+    fused = has_gyro(robot) and sim.get("fused_odometry", True)
+    if fused or sim.get("standard_topics") or "odom_tf" in robot.drive.publishes:
+        return
+    frames = f"{robot.drive.odometry_frame} -> {robot.urdf.root}"
+    reason = (
+        f"the robot's file publishes no transform {frames} (publish_odom_tf is false) and has no"
+        " IMU to fuse: a filter of yours must, or --param sim:standard_topics:=true"
+    )
+    yield Remark(Kind.UNLIKE, f"{LOCAL_COSTMAP.name}: global_frame", reason)
+
+
 def _is_shipped(sim: Mapping[str, Any]) -> bool:
     return not sim.get("robot") or Path(sim["robot"]) == shipped_file("urdf/arjuna.urdf")
 
@@ -75,25 +103,27 @@ def _of_another_robot(
     from arjuna_sim.inputs import footprint_of, has_gyro, named_robot, names_of, steering_of
 
     robot = named_robot(sim["robot"], sim.get("robot_arguments", ""))
-    names = names_of(robot)
+    names, is_fused = names_of(robot), has_gyro(robot) and sim.get("fused_odometry", True)
+    if is_fused and names.get("odom_topic", "").lstrip("/") == _WHEELS:
+        del names["odom_topic"]  # it is the filter's input then
     if sim.get("standard_topics"):
-        names = {key: name for key, name in names.items() if key == "base_frame"}
+        names = {key: name for key, name in names.items() if key in _NEVER_STANDARD}
     shipped = shipped_parameters()
 
     def is_set(node: str, key: str) -> bool:
         """Return whether a file gives a value that is not the shipped one."""
         return bool(parameters.get(node, {}).get(key) != shipped.get(node, {}).get(key))
 
+    named = merged(of_names(names, groups, parameters), _heights(robot, parameters))
     own = {
         node: {key: value for key, value in values.items() if not is_set(node, key)}
-        for node, values in of_names(names, groups, parameters).items()
+        for node, values in named.items()
     }
     for node, prefix in _OUTLINES.items():
         frame = _base_frame(merged(parameters, own), node, prefix)
         if not any(is_set(node, f"{prefix}{key}") for key in OUTLINE):
             outline = footprint_of(robot, frame)
             own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
-    is_fused = has_gyro(robot) and sim.get("fused_odometry", True)
     for node, values in _BY_GYRO.items() if is_fused else ():
         own = merged(own, {node: {k: v for k, v in values.items() if not is_set(node, k)}})
     steering = steering_of(robot, _base_frame(merged(parameters, own)))
@@ -102,6 +132,31 @@ def _of_another_robot(
         if radius and not is_set(node, _RADIUS):
             own = merged(own, {node: {_RADIUS: radius}})
     return own
+
+
+def _heights(robot: Any, parameters: Parameters) -> Parameters:
+    """Return between which heights clouds mark in the costmaps: from the ground to the robot's top.
+
+    Heights are those of its root, which may be a wheel's radius above the ground. Of a layer with
+    other heights than the shipped ones they stay as they are.
+    """
+    from arjuna_sim.inputs import heights_of
+
+    at, found, shipped = heights_of(robot), Parameters(), shipped_parameters()
+    for spec in (LOCAL_COSTMAP, GLOBAL_COSTMAP):
+        node, values = spec.name, parameters.get(spec.name, {})
+        layer = next(iter(keys_by_name(spec, values)["cloud_topic"]), "").partition(".")[0]
+        keys = [f"{layer}.{key}" for key in ("min_obstacle_height", "max_obstacle_height")]
+        low, high, edge = (shipped[node].get(key, 0.0) for key in (*keys, f"{layer}.z_resolution"))
+        if not edge or any(parameters[node].get(k) != shipped[node].get(k) for k in keys):
+            continue
+        low, high = max(low, _SCATTER * at.scatter), max(high, at.top - at.ground)
+        found[node] = {
+            key: round(z + at.ground, 3) for key, z in zip(keys, (low, high), strict=True)
+        }
+        found[node][f"{layer}.origin_z"] = round(at.ground, 3)
+        found[node][f"{layer}.z_voxels"] = max(10, math.ceil(high / edge))
+    return found
 
 
 def _base_frame(parameters: Parameters, node: str = LOCAL_COSTMAP.name, prefix: str = "") -> str:

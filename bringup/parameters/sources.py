@@ -20,6 +20,7 @@ from bringup.stack import ORIGINALS, Group, NodeSpec
 COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
 ROBOT_NAMES: dict[str, dict[str, str]] = {
     "scan_topic": dict.fromkeys(("slam_toolbox", "amcl", "collision_monitor"), "scan_topic"),
+    "cloud_topic": {},
     "odom_topic": dict.fromkeys(
         ("ekf_filter_node", "controller_server", "velocity_smoother", "bt_navigator"), "odom_topic"
     ),
@@ -40,14 +41,15 @@ ROBOT_NAMES: dict[str, dict[str, str]] = {
         "docking_server": "fixed_frame",
     },
     "wheel_odom": {"ekf_filter_node": "odom0"},
-    "imu": {"ekf_filter_node": "imu0"},
+    "imu": {"ekf_filter_node": "imu0", "bt_navigator": "imu_topic"},
 }
 """The parameter of each node that a name of the robot's sets; an option of that name sets all.
 
 Plug-ins' own say so where they are declared (`of_robot`)."""
+_SEEN = {"LaserScan": "scan_topic", "PointCloud2": "cloud_topic"}
+"""The robot's name that a costmap's source of a type has."""
 OUTLINE = ("footprint", "robot_radius")
 """The parameters of a costmap that are the robot's outline."""
-_SCAN = "LaserScan"
 _ROBOT_NODES = ("sim", "robot_state_publisher")
 _OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
     "world": (("sim",), "world"),
@@ -185,11 +187,28 @@ def of_names(
     found: Parameters = {}
     given = {what: names[what] for what in ROBOT_NAMES if names.get(what) is not None}
     for spec in (spec for group in groups for spec in group.nodes if given):
-        keys = _keys_by_name(spec, parameters.get(spec.name, {}))
-        values = {key: value for what, value in given.items() for key in keys[what]}
+        own = parameters.get(spec.name, {})
+        keys, values = keys_by_name(spec, own), dict[str, Any]()
+        for what, value in given.items():
+            for key in keys[what]:
+                values |= _sources(own, key, value) if what == "cloud_topic" else {key: value}
         if values:
             found[spec.name] = values
     return found
+
+
+def _sources(values: Mapping[str, Any], key: str, topics: str) -> dict[str, Any]:
+    """Return the parameters of a costmap's source, and of others like it for further topics."""
+    first, *others = topics.split() or [""]
+    source, found = key.removesuffix(".topic"), {key: first}
+    listed = f"{source.rpartition('.')[0]}.observation_sources"
+    names = [str(values[listed])]
+    for number, topic in enumerate(others, start=2):
+        name = f"{source}_{number}"
+        own = {k.removeprefix(source): v for k, v in values.items() if k.startswith(f"{source}.")}
+        found |= {f"{name}{k}": v for k, v in {**own, ".topic": topic}.items()}
+        names.append(name.rpartition(".")[2])
+    return {**found, listed: " ".join(names)} if others else found
 
 
 def known_keys(spec: NodeSpec, values: Mapping[str, Any]) -> dict[str, ParamInfo]:
@@ -197,28 +216,29 @@ def known_keys(spec: NodeSpec, values: Mapping[str, Any]) -> dict[str, ParamInfo
     return infos(config_class_for(spec.config, dict(values), "", []))
 
 
-def _keys_by_name(spec: NodeSpec, values: Mapping[str, Any]) -> dict[str, list[str]]:
+def keys_by_name(spec: NodeSpec, values: Mapping[str, Any]) -> dict[str, list[str]]:
     """Return the parameters of a node, and of its plug-ins, that are each of the robot's names.
 
-    It has one scan: of several sources of plug-ins the first.
+    Of several sources of plug-ins the first of each type is the robot's.
     """
     named = {what: [keys[spec.name]] for what, keys in ROBOT_NAMES.items() if spec.name in keys}
     found: dict[str, list[str]] = {what: named.get(what, []) for what in ROBOT_NAMES}
-    scans = 0
+    taken = set()
     for key, info in known_keys(spec, values).items():
-        if info.of_robot == "scan_topic":
-            is_scan = values.get(f"{key.rpartition('.')[0]}.data_type", _SCAN) == _SCAN
-            scans += is_scan
-            if not is_scan or scans > 1:
+        what = info.of_robot
+        if what == "scan_topic":
+            what = _SEEN.get(values.get(f"{key.rpartition('.')[0]}.data_type", "LaserScan"), "")
+            if what in taken:
                 continue
-        if info.of_robot:
-            found[info.of_robot].append(key)
+            taken.add(what)
+        if what:
+            found[what].append(key)
     return found
 
 
 def keys_of_robot(spec: NodeSpec, values: Mapping[str, Any]) -> frozenset[str]:
     """Return the parameters of a node that are the robot's own: topics, frames and outline."""
-    named = (key for keys in _keys_by_name(spec, values).values() for key in keys)
+    named = (key for keys in keys_by_name(spec, values).values() for key in keys)
     return frozenset({*named, "robot_base_frame", *OUTLINE})
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import selectors
 import signal
@@ -31,6 +32,7 @@ class StopTimes:
         last_words: For a process that is stuck to print its stack.
         absence: Between two looks, after which the supervisor itself was stopped, or slept.
         tick: From one look to the next.
+        again: From one signal to another that skips ahead; `timeout` sends one twice.
     """
 
     interrupt: float = 5.0
@@ -38,6 +40,7 @@ class StopTimes:
     last_words: float = 1.0
     absence: float = 1.0
     tick: float = 0.2
+    again: float = 0.3
 
 
 LIMITS = RestartLimits()
@@ -70,7 +73,7 @@ class Supervisor:
         self._output = output
         self._times = times
         self._selector = selectors.DefaultSelector()
-        self._signals = 0
+        self._signals, self._signalled_at = 0, -math.inf
         self._failed = False
         self._looked = time.monotonic()
 
@@ -107,7 +110,10 @@ class Supervisor:
             os.close(writer)
 
     def _on_signal(self, number: int, frame: object) -> None:
-        self._signals += 1
+        now = time.monotonic()
+        if now - self._signalled_at > self._times.again:
+            self._signals += 1
+        self._signalled_at = now
 
     def _start_due(self) -> None:
         now = time.monotonic()

@@ -159,7 +159,7 @@ def play(
         ArjunaError: No topic is left to play, or it begins behind the recording's end.
     """
     stop = stop or stopped_by_signals()
-    context = new_context()
+    context = new_context(words=[])  # the command line's `--remap` is for the recording's topics
     node = Node(options.node_name, context=context, **BARE_NODE)
     try:
         playing = Playing(bags, node, options, show)

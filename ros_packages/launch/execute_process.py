@@ -75,9 +75,10 @@ class ExecuteProcess(Action):
         respawn_max_retries: int = -1,
         on_exit: Any = None,
         condition: Any = None,
+        cached_output: bool = False,
         **unused: Any,
     ) -> None:
-        known = {"emulate_tty", "log_cmd", "cached_output", "output_format"}
+        known = {"emulate_tty", "log_cmd", "output_format"}
         if unused.keys() - known:
             raise TypeError(f"{type(self).__name__}: no {', '.join(sorted(unused.keys() - known))}")
         super().__init__(condition=condition)
@@ -85,8 +86,10 @@ class ExecuteProcess(Action):
         self._name, self._prefix, self._cwd, self._shell = name, prefix, cwd, shell
         self._env, self._additional, self._output = env, dict(additional_env or {}), output
         self._respawn, self._delay, self._retries = respawn, respawn_delay, respawn_max_retries
+        self._cached = cached_output
         self._on_exit, self._patience = on_exit, (sigterm_timeout, sigkill_timeout)
         self.process_details: dict[str, Any] = {}
+        self._written = {1: bytearray(), 2: bytearray()}
         self._process: asyncio.subprocess.Process | None = None
         self._ending, self._over = False, asyncio.Event()
 
@@ -100,12 +103,20 @@ class ExecuteProcess(Action):
         """Its exit code, once it has ended."""
         return None if self._process is None else self._process.returncode
 
+    def get_stdout(self) -> str:
+        """Return what it has written to standard output; with `cached_output` alone."""
+        return self._written[1].decode("utf-8", "replace")
+
+    def get_stderr(self) -> str:
+        """Return what it has written to standard error; with `cached_output` alone."""
+        return self._written[2].decode("utf-8", "replace")
+
     def words(self, context: LaunchContext) -> list[str]:
         """Return the program and its arguments."""
         found = [perform_substitutions(context, one) for one in self.cmd]
         known = context.launch_configurations
-        meant = re.match(known.get("launch-prefix-filter", ""), Path(found[0]).name)
-        prefix = self._prefix or (known.get("launch-prefix", "") if meant else "")
+        chosen = re.match(known.get("launch-prefix-filter", ""), Path(found[0]).name)
+        prefix = self._prefix or (known.get("launch-prefix", "") if chosen else "")
         return [*shlex.split(perform_substitutions(context, prefix)), *found]
 
     def execute(self, context: LaunchContext) -> Entities | None:
@@ -169,6 +180,8 @@ class ExecuteProcess(Action):
             self.process_details["pid"] = process.pid
             log.info(f"process started with pid [{process.pid}]")
             context.emit_event_sync(ProcessStarted(**details))
+            if context.is_shutdown:  # asked for while it was started
+                self.end(context)
             pipes = (process.stdout, process.stderr)
             await asyncio.gather(
                 *(
@@ -226,6 +239,8 @@ class ExecuteProcess(Action):
             if shown:
                 print(text, file=out, flush=True)
             write_to_file(text)
+            if self._cached:
+                self._written[number] += line
             context.emit_event_sync(kind(text=line, fd=number, **details))
 
     def _say_end(self, pid: int, code: int) -> None:

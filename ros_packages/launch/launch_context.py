@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import threading
 from collections.abc import Callable, Coroutine, Iterable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -84,6 +85,7 @@ class LaunchContext:
         self.visit_all: Callable[[Iterable[Any]], None] = lambda entities: None
         self.explain: Callable[[Exception], str] = lambda error: ""
         self.asyncio_loop: asyncio.AbstractEventLoop | None = None
+        self._thread = 0
         self.is_shutdown = False
         self._saved_configurations: list[dict[str, Any]] = []
         self._saved_environments: list[dict[str, str]] = []
@@ -151,9 +153,21 @@ class LaunchContext:
         return [one for one in self._handlers if one.matches(event)]
 
     def emit_event_sync(self, event: Event) -> None:
-        """Let an event be handled next."""
+        """Let an event be handled next; from any thread."""
         self._events.append(event)
-        self._woken.set()
+        self.wake()
+
+    def wake(self) -> None:
+        """Have the service look for what there is to do; from any thread."""
+        loop = self.asyncio_loop
+        if loop is None or threading.get_ident() == self._thread:
+            self._woken.set()
+        else:
+            loop.call_soon_threadsafe(self._woken.set)
+
+    def runs_in(self, loop: asyncio.AbstractEventLoop | None) -> None:
+        """Note the loop, of this thread, that launching runs in; None when it has ended."""
+        self.asyncio_loop, self._thread = loop, threading.get_ident()
 
     async def emit_event(self, event: Event) -> None:
         """Let an event be handled next."""

@@ -42,8 +42,9 @@ class LaunchService:
         self._interrupted: float | None = None
 
     def include_launch_description(self, launch_description: LaunchDescriptionEntity) -> None:
-        """Launch a description too."""
+        """Launch a description too; from any thread, also while it runs."""
         self._descriptions.append(launch_description)
+        self.context.wake()
 
     def emit_event(self, event: Event) -> None:
         """Let an event happen."""
@@ -60,7 +61,8 @@ class LaunchService:
     async def run_async(self, *, shutdown_when_idle: bool = True) -> int:
         """Launch until nothing runs; return 0, or 1 where something could not be launched."""
         context = self.context
-        context.asyncio_loop = loop = asyncio.get_running_loop()
+        loop = asyncio.get_running_loop()
+        context.runs_in(loop)
         numbers = (signal.SIGINT, signal.SIGTERM)
         if threading.current_thread() is threading.main_thread():
             for number in numbers:
@@ -68,6 +70,7 @@ class LaunchService:
         try:
             await self._run(shutdown_when_idle)
         finally:
+            context.runs_in(None)
             context.remove_files()
             for number in numbers:
                 with suppress(ValueError, RuntimeError):

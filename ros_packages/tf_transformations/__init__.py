@@ -26,6 +26,12 @@ def _sequence(axes: str) -> str:
     return order if frame == "s" else order.upper()
 
 
+def _rotation(quaternion: ArrayLike) -> Rotation:
+    """Return the rotation of a quaternion; one without length turns by nothing."""
+    values = _array(quaternion)
+    return Rotation.from_quat(values) if values.any() else Rotation.identity()
+
+
 def _as_matrix(rotation: Rotation) -> Array:
     matrix = np.identity(4)
     matrix[:3, :3] = rotation.as_matrix()
@@ -39,7 +45,7 @@ def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = "sxyz") -
 
 def euler_from_quaternion(quaternion: ArrayLike, axes: str = "sxyz") -> tuple[float, float, float]:
     """Return the three angles of a quaternion [rad]."""
-    a, b, c = Rotation.from_quat(quaternion).as_euler(_sequence(axes))
+    a, b, c = _rotation(quaternion).as_euler(_sequence(axes))
     return float(a), float(b), float(c)
 
 
@@ -55,7 +61,7 @@ def euler_from_matrix(matrix: ArrayLike, axes: str = "sxyz") -> tuple[float, flo
 
 def quaternion_matrix(quaternion: ArrayLike) -> Array:
     """Return the 4 x 4 matrix of a quaternion."""
-    return _as_matrix(Rotation.from_quat(quaternion))
+    return _as_matrix(_rotation(quaternion))
 
 
 def quaternion_from_matrix(matrix: ArrayLike) -> Array:
@@ -88,6 +94,16 @@ def quaternion_inverse(quaternion: ArrayLike) -> Array:
     return _array(quaternion_conjugate(q) / float(q @ q))
 
 
+def quaternion_real(quaternion: ArrayLike) -> float:
+    """Return w of a quaternion."""
+    return float(_array(quaternion)[3])
+
+
+def quaternion_imag(quaternion: ArrayLike) -> Array:
+    """Return x, y, z of a quaternion."""
+    return _array(_array(quaternion)[:3].copy())
+
+
 def quaternion_about_axis(angle: float, axis: ArrayLike) -> Array:
     """Return the quaternion of a rotation [rad] about an axis."""
     return _array(Rotation.from_rotvec(angle * unit_vector(axis)).as_quat())
@@ -104,6 +120,16 @@ def random_quaternion(rand: ArrayLike | None = None) -> Array:
     a, b = np.sqrt(1.0 - u[0]), np.sqrt(u[0])
     s, t = 2.0 * np.pi * u[1], 2.0 * np.pi * u[2]
     return np.array([np.sin(s) * a, np.cos(s) * a, np.sin(t) * b, np.cos(t) * b])
+
+
+def random_rotation_matrix(rand: ArrayLike | None = None) -> Array:
+    """Return the 4 x 4 matrix of a random quaternion."""
+    return quaternion_matrix(random_quaternion(rand))
+
+
+def random_vector(size: int) -> Array:
+    """Return numbers drawn evenly from 0..1."""
+    return np.random.default_rng().random(size)
 
 
 def identity_matrix() -> Array:
@@ -130,6 +156,69 @@ def rotation_matrix(angle: float, direction: ArrayLike, point: ArrayLike | None 
         p = _array(point)[:3]
         matrix[:3, 3] = p - matrix[:3, :3] @ p
     return matrix
+
+
+def scale_matrix(factor: float, origin: ArrayLike | None = None) -> Array:
+    """Return the 4 x 4 matrix of a scaling about an origin."""
+    matrix = np.diag([factor, factor, factor, 1.0])
+    if origin is not None:
+        matrix[:3, 3] = (1.0 - factor) * _array(origin)[:3]
+    return _array(matrix)
+
+
+def compose_matrix(
+    scale: ArrayLike | None = None,
+    shear: ArrayLike | None = None,
+    angles: ArrayLike | None = None,
+    translate: ArrayLike | None = None,
+    perspective: ArrayLike | None = None,
+) -> Array:
+    """Return the 4 x 4 matrix that scales, shears, rotates (`sxyz`) and translates, in this order.
+
+    Args:
+        shear: Of x along y, of x along z, of y along z.
+        perspective: The last row, which is applied at the end.
+    """
+    shearing, projecting = np.identity(4), np.identity(4)
+    if shear is not None:
+        shearing[0, 1], shearing[0, 2], shearing[1, 2] = _array(shear)
+    if perspective is not None:
+        projecting[3] = _array(perspective)[:4]
+    matrix = concatenate_matrices(
+        projecting,
+        translation_matrix((0.0, 0.0, 0.0) if translate is None else translate),
+        euler_matrix(*((0.0, 0.0, 0.0) if angles is None else _array(angles))),
+        shearing,
+        np.diag([*((1.0, 1.0, 1.0) if scale is None else _array(scale)), 1.0]),
+    )
+    return _array(matrix / matrix[3, 3])
+
+
+def decompose_matrix(
+    matrix: ArrayLike,
+) -> tuple[Array, list[float], list[float], Array, Array]:
+    """Return scale, shear, angles, translation and perspective, as `compose_matrix` takes them.
+
+    Raises:
+        ValueError: The matrix has no inverse.
+    """
+    whole = _array(matrix)
+    if not whole[3, 3]:
+        raise ValueError("M[3, 3] is zero")
+    whole = whole / whole[3, 3]
+    affine = np.vstack((whole[:3], (0.0, 0.0, 0.0, 1.0)))
+    if not np.linalg.det(affine):
+        raise ValueError("matrix is singular")
+    rotation, upper = np.linalg.qr(affine[:3, :3])
+    signs = np.sign(np.diag(upper))
+    rotation, upper = rotation * signs, upper * signs[:, None]
+    scale = np.diag(upper).copy()
+    shear = [upper[0, 1] / scale[1], upper[0, 2] / scale[2], upper[1, 2] / scale[2]]
+    if np.linalg.det(rotation) < 0.0:
+        rotation, scale = -rotation, -scale
+    angles = list(euler_from_matrix(rotation))
+    perspective = whole[3] @ np.linalg.inv(affine)
+    return scale, [float(each) for each in shear], angles, affine[:3, 3].copy(), perspective
 
 
 def concatenate_matrices(*matrices: ArrayLike) -> Array:

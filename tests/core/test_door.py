@@ -49,8 +49,8 @@ KNOWN = {
     "bringup/tuning/study.py: JournalFileBackend": "checked before",
     "bringup/homework/student.py: runpy.run_path": "runs a submission, in its sandbox",
     "bringup/ros2/programs/python_file.py: runpy.run_path": "runs what the user names as a program",
-    "bringup/ros2/colcon.py: shutil.copy2": "installs what the user's package names",
-    "bringup/ros2/colcon.py: shutil.copytree": "installs what the user's package names",
+    "bringup/ros2/workspace/colcon.py: shutil.copy2": "installs what the user's package names",
+    "bringup/ros2/workspace/colcon.py: shutil.copytree": "installs what the user's package names",
     "ros_packages/launch/launch_description_source.py: runpy.run_path": "as `python_file.py`",
     "arjuna_sim/files/urdf/xacro_child.py: xacro.open": "takes the place of xacro's own",
     # Folders, for their names to be forced to disk.

@@ -15,7 +15,7 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.config import load
-from arjuna_core.files.map_image import MapOptions, occupancy_of
+from arjuna_core.files.map_image import MapOptions, Pixels, occupancy_of
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -633,4 +633,5 @@ def test_amcl_rests_between_updates_and_does_not_match() -> None:
 def test_map_server(mode: str, negate: bool, shade: int, alpha: int | None, value: int) -> None:
     options = MapOptions(mode, negate)
     given = None if alpha is None else np.array([[alpha]], np.uint8)
-    assert occupancy_of(np.array([[shade]], np.uint8), given, options)[0, 0] == value
+    pixels = Pixels(np.array([[shade]], np.uint8), 255, given)
+    assert occupancy_of(pixels, options)[0, 0] == value

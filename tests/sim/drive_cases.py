@@ -256,14 +256,26 @@ def tracked(
     return Robot((), extra + plugin("gz-sim-tracked-vehicle-system", "".join(tags)))
 
 
-def omni(count: int, controlled: bool = False) -> Robot:
-    """Return a robot on omni wheels about its middle."""
+def omni(count: int, controlled: bool = False, classic: bool = False) -> Robot:
+    """Return a robot on omni wheels about its middle.
+
+    Args:
+        count: Its wheels.
+        controlled: Whether ros2_control's controller drives it.
+        classic: Whether Gazebo Classic's plugin for three wheels does.
+    """
     first = math.pi / 4 if count == 4 else 0.0
     turns = [first + 2.0 * math.pi * i / count for i in range(count)]
     wheels = tuple(
         Wheel(f"w{i}_wheel", 0.16 * math.cos(a), 0.16 * math.sin(a), a + math.pi / 2)
         for i, a in enumerate(turns)
     )
+    if classic:
+        joints = "".join(
+            f"<{side}_joint>w{i}_wheel_joint</{side}_joint>"
+            for side, i in (("left", 1), ("right", 2), ("back", 0))
+        )
+        return Robot(wheels, plugin("libgazebo_ros_omni_3wd_drive.so", joints))
     if not controlled:
         return Robot(wheels)
     names = ", ".join(f"w{i}_wheel_joint" for i in range(count))

@@ -70,9 +70,9 @@ robot 'r', root link 'base'
     grip: revolute -1 to 1, arm -> jaw, follows lift
   outline from above, a costmap's footprint: {outline}
 {drive}
-  lidar: topic scan, frame eye, 5 Hz, on eye + (0.1, 0, 0.05)
+  lidar: topic scan, frame eye_front (eye in the file), 5 Hz, on eye + (0.1, 0, 0.05)
     180 samples, -90.0 to 90.0 deg, 0.1 to 8 m, noise 0 m
-  camera: topic camera/image_raw, frame eye, 15 Hz, on eye
+  camera: topic camera/image_raw, frame eye_optical_frame (eye in the file), 15 Hz, on eye
     320 x 240, 60.0 deg, 0.1 to 20 m
   imu: topic imu/data, frame eye, 100 Hz, on eye
   friction of base: 0.7
@@ -161,7 +161,8 @@ def test_every_kind_of_sensor_has_its_name(tmp_path: Path) -> None:
     assert said == (
         "  lidar: topic scan, frame pole, 10 Hz, on pole\n"
         "    32 samples, -57.3 to 57.3 deg, 0.5 to 30 m, noise 0.02 m\n"
-        "  depth camera: topic camera/image_raw, frame pole, 30 Hz, on pole\n"
+        "  depth camera: topic camera/image_raw, frame pole_optical_frame (pole in the file),"
+        " 30 Hz, on pole\n"
         "  lidar of several rows: topic scan/points, frame pole, 10 Hz, on pole\n"
         "    32 x 4 samples, -57.3 to 57.3 deg, 0.5 to 30 m, noise 0.02 m\n"
         "  GPS: topic gps/fix, frame pole, 5 Hz, on pole\n"
@@ -181,6 +182,7 @@ def test_a_drive_of_another_kind_says_which(tmp_path: Path) -> None:
     assert any(line.startswith("    steers by ") and line.endswith(" deg") for line in car)
     rolling = check(cases.mecanum().write(tmp_path / "mecanum"), SearchPath(), {}).lines
     assert any(line.startswith("    by mecanum") for line in rolling)
+    assert "    rolls as a radius of 0.06 m" in rolling
     assert not any("steers by" in line for line in rolling)
 
 

@@ -37,6 +37,7 @@ SIDEWAYS = {
     "planar on forks": (cases.planar_on_forks(), DriveKind.MECANUM),
     "planar without wheels": (cases.planar_on(), DriveKind.MECANUM),
     "3 omni wheels": (cases.omni(3), DriveKind.OMNI),
+    "3 omni wheels, classic": (cases.omni(3, classic=True), DriveKind.OMNI),
     "omni wheels of rollers": (cases.on_real_rollers(omni=True), DriveKind.OMNI),
     "mecanum wheels of rollers": (cases.on_real_rollers(omni=False), DriveKind.MECANUM),
     "4 omni wheels, controlled": (cases.omni(4, controlled=True), DriveKind.OMNI),
@@ -239,6 +240,18 @@ def test_wheels_that_no_file_names_are_in_no_message(tmp_path: Path) -> None:
     assert robot.urdf.links["left_flipper"].collisions
 
 
+@pytest.mark.parametrize(("said", "notes"), [(0.3, 0), (0.31, 0), (0.5, 1)])
+def test_tracks_are_as_far_apart_as_the_file_says(tmp_path: Path, said: float, notes: int) -> None:
+    robot = cases.tracked()
+    tag = f"<tracks_separation>{said}</tracks_separation><left_track>"
+    text = robot.extra.replace("<left_track>", tag, 1)
+    found = load_robot(replace(robot, extra=text).write(tmp_path), SearchPath())
+    plain = load_robot(robot.write(tmp_path), SearchPath())
+    assert found.drive == replace(plain.drive, separation=said)
+    noted = "tracks_separation is 0.5, but the tracks are 0.3 apart: it drives by that"
+    assert [noted in note for note in texts(found.notes)] == [True] * notes
+
+
 def test_tracks_of_uneven_ends_run_at_one_speed(tmp_path: Path) -> None:
     """What is off the ground stays solid; wheels are as small as the smallest that meets it."""
     robot = load_robot(cases.tracked(low=True).write(tmp_path), SearchPath())
@@ -315,9 +328,11 @@ def test_limits_of_tracks_and_of_a_tracked_vehicle_hold(tmp_path: Path) -> None:
     extra = robot.extra.replace("</plugin>", "<max_velocity>0.2</max_velocity></plugin>", 1)
     driven = _driven(replace(robot, extra=extra), tmp_path, Velocity(0.8), 2.0)
     assert driven.truth.pose.x == pytest.approx(0.4, abs=0.03)
-    slow = robot.extra.replace("</plugin>", "<max_acceleration>0.2</max_acceleration></plugin>", 1)
-    driven = _driven(replace(robot, extra=slow), tmp_path, Velocity(0.8), 2.0)
-    assert driven.truth.pose.x == pytest.approx(0.4 + 0.3, abs=0.05)  # and 1 s of braking
+    for limits, way in (("", 0.4 + 0.3), ("<min_acceleration>-0.1</min_acceleration>", 0.4 + 0.35)):
+        slow = f"<max_acceleration>0.2</max_acceleration>{limits}</plugin>"
+        slower = replace(robot, extra=robot.extra.replace("</plugin>", slow, 1))
+        driven = _driven(slower, tmp_path, Velocity(0.8), 2.0)
+        assert driven.truth.pose.x == pytest.approx(way, abs=0.05)  # and 1 s of braking
     extra = robot.extra.replace("<left_track>", f"{of_vehicle}<left_track>")
     driven = _driven(replace(robot, extra=extra), tmp_path, Velocity(0.8), 2.0)
     assert driven.truth.pose.x == pytest.approx(0.6, abs=0.04)
@@ -372,6 +387,7 @@ def test_heavy_steered_wheel_neither_kicks_the_robot_nor_speeds_it_up(tmp_path: 
 _OTHER = {
     "base_footprint": "chassis_foot",
     "<topicName>scan<": "<topicName>/front/scan<",
+    "~/out:=depth/points<": "~/out:=/front/points<",
     "<commandTopic>cmd_vel<": "<commandTopic>drive<",
     "<odometryTopic>odom<": "<odometryTopic>wheels/odom<",
 }
@@ -390,6 +406,7 @@ def test_names_of_its_own_are_returned(tmp_path: Path) -> None:
     path.write_text(text, encoding="utf-8")
     assert names_of(named_robot(str(path), "")) == {
         "scan_topic": "/front/scan",
+        "cloud_topic": "/front/points",
         "cmd_vel_topic": "drive",
         "odom_topic": "wheels/odom",
         "base_frame": "chassis_foot",

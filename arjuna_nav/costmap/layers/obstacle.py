@@ -63,10 +63,10 @@ class ObstacleLayer(SensedLayer):
     """Marks what its sources hit and clears what their rays cross; marks stay until a ray clears.
 
     Of what has come since the last update, the latest of each source clears, then marks, all
-    sources together; what came before it counts too, one by one, for what moves is followed from
-    scan to scan. What is known to move is marked near the robot alone, for where it is far it will
-    have gone before the robot comes; and where it has been is free, seen or not. On a grid that
-    does not follow the robot it is not marked at all: plans are made for long.
+    sources together; scans that came before it count too, one by one, for what moves is followed
+    from scan to scan. What is known to move is marked near the robot alone, for where it is far it
+    will have gone before the robot comes; and where it has been is free, seen or not. On a grid
+    that does not follow the robot it is not marked at all: plans are made for long.
 
     Source: nav2_costmap_2d, obstacle layer.
     """
@@ -154,7 +154,8 @@ class ObstacleLayer(SensedLayer):
             known += [(name, one, True) for one in values]
             kept = [one for one in known if kept_for and one[1].stamp >= now - kept_for]
             if self.config.moving_time > 0.0 and not kept:
-                older += [(name, one, True) for one in values[:-1]]
+                scans = (one for one in values[:-1] if isinstance(one, PlacedScan))
+                older += [(name, one, True) for one in scans]
             kept = kept or [one for one in known[-1:] if one[2] or not kept_for]
             self._kept[name] = [one for _, one, _ in kept]
             latest += kept

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.twist import Velocity
@@ -103,6 +103,50 @@ class Bound:
 
 
 @dataclass(frozen=True)
+class Ramp:
+    """Greatest changes of a speed or turn rate, infinity for none [m/s^2 or rad/s^2].
+
+    Attributes:
+        up: Forward, or counter-clockwise.
+        down: Backwards, or clockwise.
+        jerk: Of the change itself [m/s^3 or rad/s^3].
+    """
+
+    up: float
+    down: float
+    jerk: float = math.inf
+
+    def within(self, limit: float) -> Ramp:
+        """Return it, no steeper than a limit."""
+        return replace(self, up=min(self.up, limit), down=min(self.down, limit))
+
+    def step(self, current: float, target: float, rate: float, dt: float) -> tuple[float, float]:
+        """Return the speed after a step of time towards a target, and the change that led there.
+
+        Args:
+            rate: The change before.
+        """
+        if math.isinf(self.jerk):
+            return current + max(-self.down * dt, min(self.up * dt, target - current)), 0.0
+        gap, jolt = target - current, self.jerk * dt
+        if abs(gap) <= jolt * dt and abs(rate) <= jolt:
+            return target, 0.0
+        # So steep that it is level again at the target, each step by one jolt.
+        steep = math.sqrt(jolt * jolt / 4.0 + 2.0 * self.jerk * abs(gap)) - jolt / 2.0
+        wanted = math.copysign(min(steep, abs(gap) / dt, self.up if gap > 0.0 else self.down), gap)
+        rate = max(rate - jolt, min(rate + jolt, wanted))
+        return current + rate * dt, rate
+
+    def braking(self, speed: float) -> float:
+        """Return how long it takes to stand [s]."""
+        limit, size = self.down if speed > 0.0 else self.up, abs(speed)
+        if math.isinf(self.jerk) or not size:
+            return size / limit
+        limit = min(limit, math.sqrt(size * self.jerk))
+        return size / limit + limit / self.jerk
+
+
+@dataclass(frozen=True)
 class Limits:
     """Limits of a robot's commands, and of the time for which they hold.
 
@@ -110,16 +154,16 @@ class Limits:
         forward: Greatest speed forward, and to the sides [m/s].
         reverse: Greatest speed backwards [m/s].
         turn: Greatest turn rate [rad/s].
-        linear_acceleration: Greatest change of speed, infinity for none [m/s^2].
-        angular_acceleration: Greatest change of turn rate, infinity for none [rad/s^2].
+        linear: Greatest changes of speed.
+        angular: Greatest changes of turn rate.
         hold: How long commands hold.
     """
 
     forward: Bound
     reverse: Bound
     turn: Bound
-    linear_acceleration: float
-    angular_acceleration: float
+    linear: Ramp
+    angular: Ramp
     hold: HoldLimits
 
 
@@ -135,8 +179,10 @@ def limited(config: DriveConfig, settings: DriveSettings, steady: float = math.i
     # A steered robot turns as it rolls: its turn rate has no traction of its own.
     skids = settings.separation > 0.0 and not settings.steering
     turn = 2.0 / settings.separation if skids else math.inf
-    linear, angular = config.max_linear_acceleration, config.max_angular_acceleration
-    linear = min(linear or settings.max_acceleration or math.inf, steady)
+    up, down = settings.max_acceleration, settings.max_deceleration
+    linear = _ramp(config.max_linear_acceleration, up, down, settings.max_jerk).within(steady)
+    up, down = settings.max_turn_acceleration, settings.max_turn_deceleration
+    angular = _ramp(config.max_angular_acceleration, up, down, settings.max_turn_jerk)
     own = f"plugin '{settings.plugin}' of the robot's file"
     speed, rate = config.max_linear_velocity, config.max_angular_velocity
     backwards = settings.max_reverse or settings.max_velocity
@@ -145,9 +191,15 @@ def limited(config: DriveConfig, settings: DriveSettings, steady: float = math.i
         _bound("m/s", speed, "linear", backwards, own),
         _bound("rad/s", rate, "angular", settings.max_turn, own),
         linear,
-        min(angular or settings.max_turn_acceleration or math.inf, linear * turn),
+        angular.within(min(linear.up, linear.down) * turn),
         _hold(config, settings),
     )
+
+
+def _ramp(parameter: float | None, up: float, down: float, jerk: float) -> Ramp:
+    """Return what a parameter names, else what the file does; 0 in the file is none."""
+    most, jerk = parameter or up or math.inf, jerk or math.inf
+    return Ramp(most, parameter or down or most, jerk)
 
 
 def _bound(unit: str, parameter: float | None, kind: str, in_file: float, plugin: str) -> Bound:
@@ -193,6 +245,7 @@ class Drive:
         """Stand still, with no command."""
         self._target = Velocity()
         self._current = Velocity()
+        self._rates = [0.0, 0.0, 0.0]
         self._bend = 0.0
         self._hold.reset()
 
@@ -232,24 +285,19 @@ class Drive:
         # [s] Rounding of the times must not hold a command for one more tick.
         expired = now >= self._hold.ends(self._braking()) - 1e-9
         target = _STILL if expired else self._target
-        speed = _ramp(self._current.x, target.x, limits.linear_acceleration * dt)
+        was, (along, across, turning) = self._current, self._rates
+        x, along = limits.linear.step(was.x, target.x, along, dt)
+        y, across = limits.linear.step(was.y, target.y, across, dt)
         rate = target.yaw_rate
         if self._steers:
             self._bend = target.yaw_rate / target.x if target.x != 0.0 else self._bend
-            rate = speed * self._bend
-        self._current = Velocity(
-            speed,
-            y=_ramp(self._current.y, target.y, limits.linear_acceleration * dt),
-            yaw_rate=_ramp(self._current.yaw_rate, rate, limits.angular_acceleration * dt),
-        )
+            rate = x * self._bend
+        rate, turning = limits.angular.step(was.yaw_rate, rate, turning, dt)
+        self._current, self._rates = Velocity(x, y=y, yaw_rate=rate), [along, across, turning]
         return self._current
 
     def _braking(self) -> float:
         """Return how long the robot brakes to stand [s]."""
         limits, now = self.limits, self._current
-        speed = max(abs(now.x), abs(now.y)) / limits.linear_acceleration
-        return max(speed, abs(now.yaw_rate) / limits.angular_acceleration)
-
-
-def _ramp(current: float, target: float, step: float) -> float:
-    return current + max(-step, min(step, target - current))
+        speed = max(limits.linear.braking(now.x), limits.linear.braking(now.y))
+        return max(speed, limits.angular.braking(now.yaw_rate))

@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any, ClassVar, NamedTuple
 
 from arjuna_sim.devices.device import Mount, simulates
 from arjuna_sim.files.sensor_tag import SensorTag
-from arjuna_sim.files.tag_text import flag
+from arjuna_sim.files.tag_text import flag, texts
 from arjuna_sim.model.settings import SensorSettings, reads
 
 _STEP = 1.0  # of the sum over time, at most [s]
 _MOVES = 0.02  # speed from which a robot moves, or turns [m/s or rad/s]
+_FULL = 0.9  # of its capacity: gz-sim charges no more from there on
+
+
+class Supply(Enum):
+    """The state of a battery's charge."""
+
+    CHARGES = "charges"
+    DRAINS = "drains"
+    FULL = "full"
+    RESTS = "rests"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +39,10 @@ class BatterySettings(SensorSettings):
         tau: In which the current follows the load [s].
         load: Power that is drawn [W].
         waits: Whether that is drawn from the robot's first motion on, else from the start on.
+        charging_time: In which it is filled, 0 where it cannot be [h].
+        charged_by_topic: Whether topics start and stop that too, beside services.
+        draining_topics: On whose messages it drains from then on.
+        resting_topics: On whose messages it drains no more.
     """
 
     TITLE: ClassVar[str] = "battery"
@@ -40,6 +55,15 @@ class BatterySettings(SensorSettings):
     tau: float
     load: float
     waits: bool
+    charging_time: float = 0.0
+    charged_by_topic: bool = False
+    draining_topics: tuple[str, ...] = ()
+    resting_topics: tuple[str, ...] = ()
+
+    @property
+    def base(self) -> str:
+        """The name below which its topics and services are."""
+        return self.topic.rpartition("/")[0]
 
     def details(self) -> str:
         """Return charge, voltage and load."""
@@ -58,10 +82,16 @@ def read(tag: SensorTag) -> list[BatterySettings]:
     if not (voltage > 0.0 and capacity > 0.0):
         raise tag.fail(f"<voltage> {voltage}, <capacity> {capacity}: both must be above 0")
     waits = flag(tag.element, False, "startonmotion")
-    if not waits and not flag(tag.element, True, "startdraining"):
-        tag.note("drains from the start on, not from when a topic says so")
+    draining, resting = (
+        tuple(texts(tag.element, f"{word}powerdrainingtopic")) for word in ("", "stop")
+    )
+    if not (waits or draining or flag(tag.element, True, "startdraining")):
+        tag.note("drains from the start on: no <power_draining_topic> says when else")
+    charging_time = 0.0
     if flag(tag.element, False, "enablerecharge"):
-        tag.note("is not recharged")
+        charging_time = tag.number("charging_time", tag.number("recharging_time", 0.0))
+        if not charging_time > 0.0:
+            tag.note("is not recharged: <charging_time> must be above 0")
     return [
         BatterySettings(
             link=tag.link,
@@ -77,23 +107,35 @@ def read(tag: SensorTag) -> list[BatterySettings]:
             resistance=tag.number("resistance", 0.0),
             tau=max(tag.number("smooth_current_tau", 1.0), 1e-3),
             load=tag.number("power_load", 0.0),
-            waits=waits and not flag(tag.element, False, "startdraining"),
+            waits=(waits or bool(draining)) and not flag(tag.element, False, "startdraining"),
+            charging_time=charging_time,
+            charged_by_topic=flag(tag.element, False, "rechargebytopic"),
+            draining_topics=draining,
+            resting_topics=resting,
         )
     ]
 
 
 class Charge(NamedTuple):
-    """The state of a battery: voltage [V], current drawn [A], charge [Ah], of 1."""
+    """The state of a battery: voltage [V], current drawn [A], charge [Ah], of 1, and supply."""
 
     voltage: float
     current: float
     charge: float
     percentage: float
+    supply: Supply
 
 
 @simulates(BatterySettings)
 class Battery:
-    """Sums up what is drawn from the simulation's start or the robot's first motion on."""
+    """Sums up what is drawn from the simulation's start or the robot's first motion on.
+
+    Attributes:
+        charges: Whether it is being filled.
+        drains: Whether its load is drawn; until it is, a robot that moves begins it.
+
+    Source: gz-sim, LinearBatteryPlugin.
+    """
 
     def __init__(self, settings: BatterySettings, mount: Mount) -> None:
         self._settings = settings
@@ -101,7 +143,8 @@ class Battery:
         self._restart()
 
     def _restart(self) -> None:
-        self._now, self._current, self._waits = 0.0, 0.0, self._settings.waits
+        self._now, self._current, self.charges = 0.0, 0.0, False
+        self.drains = not self._settings.waits
         self._voltage, self._charge = self._settings.voltage, self._settings.charge
 
     def rebind(self, model: Any) -> None:
@@ -115,17 +158,27 @@ class Battery:
         """Return its state at a time [s]."""
         if now < self._now:
             self._restart()
-        if self._waits:
-            self._now, self._waits = now, float(abs(data.cvel[self._body]).max()) < _MOVES
+        self.drains = self.drains or float(abs(data.cvel[self._body]).max()) >= _MOVES
+        if not (self.drains or self.charges):
+            self._now = now
         while now - self._now > 1e-9:
             self._draw(min(now - self._now, _STEP))
         percentage = self._charge / self._settings.capacity
-        return Charge(self._voltage, self._current, self._charge, percentage)
+        return Charge(self._voltage, self._current, self._charge, percentage, self._supply())
+
+    def _supply(self) -> Supply:
+        if self.charges or self.drains:
+            return Supply.CHARGES if self.charges else Supply.DRAINS
+        is_full = self._charge > _FULL * self._settings.capacity
+        return Supply.FULL if is_full else Supply.RESTS
 
     def _draw(self, dt: float) -> None:
         own = self._settings
         self._now += dt
-        wanted = own.load / max(self._voltage, 1e-3) if self._charge > 0.0 else 0.0
+        draws = self.drains and self._charge > 0.0
+        wanted = own.load / max(self._voltage, 1e-3) if draws else 0.0
+        if self.charges and self._charge < _FULL * own.capacity:
+            wanted -= own.capacity / own.charging_time
         self._current += min(dt / own.tau, 1.0) * (wanted - self._current)
         self._charge = max(0.0, self._charge - self._current * dt / 3600.0)
         empty = 1.0 - self._charge / own.capacity

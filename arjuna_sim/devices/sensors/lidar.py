@@ -103,11 +103,14 @@ class RangeSettings(CloudSettings):
 
 @reads("ray", "gpu_ray", "lidar", "gpu_lidar")
 def read_lidar(tag: SensorTag) -> list[SensorSettings]:
-    """Read the outputs of a lidar: a scan, a cloud of points, a range, or two of them.
+    """Read the outputs of a lidar: a scan, a cloud of points, a range, or several of them.
 
     Raises:
         RobotError: A value is invalid.
     """
+    named = [p for p in tag.element.findall("plugin") if p.find("output_type") is not None]
+    if len(named) > 1:  # each publishes what it names
+        return [sensor for plugin in named for sensor in read_lidar(tag.with_plugin(plugin))]
     beams, rows, output = _beams_of(tag), _rows_of(tag), _output(tag)
     if beams["samples"] * rows["rows"] > _BEAMS_MAX:
         problem = f"has {beams['samples']} x {rows['rows']} samples"
@@ -117,6 +120,8 @@ def read_lidar(tag: SensorTag) -> list[SensorSettings]:
         return [RangeSettings(**mount, **beams, **rows, infrared=_is_infrared(tag, output))]
     beams |= tag.mount(10.0, LidarSettings.TOPIC)
     if any(word in output for word in _CLOUD):
+        if tag.text("outputtype").endswith("/PointCloud"):
+            tag.note("publishes sensor_msgs/PointCloud2 in place of PointCloud")
         return [CloudSettings(**beams, **rows)]
     level = LidarSettings(**beams)
     if rows["rows"] == 1:

@@ -32,6 +32,8 @@ _LEAST = 0.01  # mass of a moving part without mass or shape [kg]
 _MARK = 0.002  # a shape that is nowhere larger only marks a frame [m]
 _CASTER = re.compile(r"cast[eo]r", re.I)
 _GRIP = 0.8  # of rubber on dry concrete (Wong, Theory of Ground Vehicles: 0.8 to 0.9)
+_GROUND = 1.0  # friction of a ground that names none, in SDF: the lower of two holds
+_PULLED = 2.0  # the weight that motors without a torque pull, `torque_of`: more friction holds them
 
 
 def complete_shapes(xml: XmlFile, urdf: Urdf) -> Urdf:
@@ -179,6 +181,13 @@ def friction_of(
             friction[name] = _GRIP
     if not wheels:
         return friction
+    held = sorted(name for name in wheels if friction.get(name, 0.0) > _PULLED)
+    if held and drive.kind is DriveKind.SIDES and _turns_by_sliding(urdf, drive):
+        xml.note(
+            f"links {', '.join(held)}: friction {friction[held[0]]:g} is taken to be {_GROUND:g},"
+            " as of Gazebo's ground: wheels that slide in a turn would hold the robot"
+        )
+        friction |= dict.fromkeys(held, _GROUND)
     lowest = {n: found for n in urdf.links if (found := _lowest(urdf, n)) is not None}
     ground = _ground(urdf, drive)
     carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g}
@@ -197,6 +206,12 @@ def friction_of(
             if not is_ball:
                 xml.note(f"link '{name}': slides along on the ground, as a caster")
     return friction
+
+
+def _turns_by_sliding(urdf: Urdf, drive: DriveSettings) -> bool:
+    """Return whether wheels of one side stand one behind the other."""
+    along = [float(center(urdf, name)[0]) for name in drive.left]
+    return max(along) - min(along) > 0.1 * drive.radius
 
 
 def _ground(urdf: Urdf, drive: DriveSettings) -> float:

@@ -15,7 +15,7 @@ from xml.etree.ElementTree import Element, SubElement  # nothing is parsed here
 from arjuna_core.errors import InputFileError, RobotError
 from arjuna_core.files.yaml_file import read_yaml
 from arjuna_sim.files.robots.plugins import controller_kind, is_control
-from arjuna_sim.files.tag_text import texts
+from arjuna_sim.files.tag_text import OWN, PATH, texts
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import DriveKind
@@ -28,7 +28,8 @@ _AXLE = re.compile(r"(front|rear|back)_(left|right)_(axle|steering)_joint(_name)
 """Parameters of swerve controllers that name steering joints."""
 _WHEELS = ("wheel_names", "traction_joints_names", "traction_joint_name", "rear_wheels_names")
 _STEERING = ("steering_joints_names", "steering_joint_name", "front_wheels_names")
-_READ_LIMITS = ("velocity", "acceleration")
+_RADII = tuple(f"{part}wheels_radius" for part in ("", "traction_", "rear_", "front_"))
+_READ_LIMITS = ("velocity", "acceleration", "jerk")
 
 
 def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
@@ -82,9 +83,20 @@ def _contents(
     """Yield the files of a plugin's controllers and their sections; broken ones are noted."""
     for path in _files(xml, plugin):
         try:
-            yield path, list(_sections(read_yaml(path, RobotError)))
+            sections = _sections(read_yaml(path, RobotError))
+            yield path, [(name, _in_model(values, plugin)) for name, values in sections]
         except InputFileError as error:
             xml.note(f"controllers of '{path.name}' are left out: {error.problem}", NoteKind.BROKEN)
+
+
+def _in_model(values: Any, plugin: Element) -> Any:
+    """Return parameters with the paths of joints of the nested model that the plugin is of."""
+    if isinstance(values, dict):
+        return {key: _in_model(value, plugin) for key, value in values.items()}
+    if isinstance(values, list):
+        return [_in_model(value, plugin) for value in values]
+    is_own = isinstance(values, str) and values in plugin.get(OWN, "").split("\n")
+    return f"{plugin.get(PATH, '')}{values}" if is_own and values else values
 
 
 def _joints(values: Mapping[str, Any]) -> dict[str, list[str]]:
@@ -183,9 +195,10 @@ def _as_plugin(
             SubElement(made, f"{side}_joint").text = joint
     stamped = values.get("use_stamped_vel", True) is not False
     command = f"/{name}/{command}" + ("" if stamped else "_unstamped")
+    radii = (_number(v, key) for v in (values, below(values, "kinematics")) for key in _RADII)
     found = {
         "wheel_separation": _product(values, "wheel_separation"),
-        "wheel_radius": _product(values, "wheel_radius"),
+        "wheel_radius": _product(values, "wheel_radius") or next(filter(None, radii), None),
         "update_rate": _number(values, "publish_rate"),
         "odometry_frame": values.get("odom_frame_id"),
         "robot_base_frame": values.get("base_frame_id"),
@@ -204,7 +217,7 @@ def _as_plugin(
 def _limits(values: dict[str, Any], kind: str) -> dict[str, float | None]:
     """Return a controller's limits and time-out, by the tags of a drive plugin.
 
-    One whose `has_velocity_limits` or `has_acceleration_limits` is false counts for nothing. Those
+    One whose `has_velocity_limits` is false, or others' like it, counts for nothing. Those
     of a tricycle are of its wheel [rad/s], and its time-out is in whole ms.
     """
     linear, angular = below(values, "linear", "x"), below(values, "angular", "z")
@@ -215,6 +228,8 @@ def _limits(values: dict[str, Any], kind: str) -> dict[str, float | None]:
         "max_linear_acceleration": _limit(linear, "acceleration"),
         "max_angular_velocity": _limit(angular, "velocity"),
         "max_angular_acceleration": _limit(angular, "acceleration"),
+        "max_linear_jerk": _limit(linear, "jerk"),
+        "max_angular_jerk": _limit(angular, "jerk"),
     }
     timeout = values.get("cmd_vel_timeout", values.get("reference_timeout"))
     if isinstance(timeout, int | float) and not isinstance(timeout, bool) and timeout >= 0:
@@ -231,7 +246,7 @@ def _limits(values: dict[str, Any], kind: str) -> dict[str, float | None]:
 def _unread_limits(values: dict[str, Any]) -> Iterator[str]:
     """Yield the limits that no drive here has; a least one that mirrors the greatest is honoured.
 
-    Such as those of jerk, and of deceleration where it differs.
+    Such as those of deceleration where it differs.
     """
     for keys in (("linear", "x"), ("linear", "y"), ("angular", "z"), ("traction",), ("steering",)):
         inner = below(values, *keys)

@@ -48,10 +48,11 @@ def settings_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> GazeboSettings:
         RobotError: A plugin names a joint or link that does not exist, or a value is invalid.
     """
     reader = _Reader(xml, urdf)
+    published = {text_of(p, "bodyname") for p in tags.plugins if "imu" in _type(p)}
     for item in tags.items:
         if isinstance(item, PluginTag):
             reader.plugin(item.element, item.link)
-        else:
+        elif not (item.link in published and _is_silent_imu(item.element)):
             reader.sensor(item)
     sensors = [
         dataclasses.replace(sensor, **reader.renamed.get(sensor.name, {}))
@@ -160,6 +161,11 @@ class _Reader:
             self._xml.note(f"{tag.label}: {problem}", NoteKind.IGNORED)
         else:
             self.sensors += readers[kind](tag)
+
+
+def _is_silent_imu(sensor: Element) -> bool:
+    """Return whether a `<sensor>` is an IMU that names neither a topic nor who publishes it."""
+    return sensor.get("type") == "imu" and not [*sensor.iter("plugin"), *sensor.iter("topic")]
 
 
 def _type(plugin: Element) -> str:

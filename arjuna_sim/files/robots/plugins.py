@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Collection
+from typing import Any
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
@@ -30,7 +31,7 @@ _FILE = re.compile(
 _SPELLINGS = {
     DriveKind.SIDES: ("diffdrive", "diffdrivecontroller", "skidsteerdrive", "skidsteer"),
     DriveKind.MECANUM: ("mecanumdrive", "mecanumdrivecontroller"),
-    DriveKind.OMNI: ("omnidrive", "omniwheeldrivecontroller"),
+    DriveKind.OMNI: ("omnidrive", "omni3wddrive", "omniwheeldrivecontroller"),
     DriveKind.TRACKED: ("trackedvehicle", "simpletrackedvehicleplugin"),
     DriveKind.PLANAR: ("planarmove", "velocitycontrol", "forcebasedmove"),
     DriveKind.STEERED: (
@@ -76,6 +77,7 @@ LEFT, RIGHT = (
     )
     for side in ("left", "right")
 )
+_BACK_WHEEL = "backjoint"  # of three omni wheels
 _ACCELERATION = (
     *("maxwheelacceleration", "wheelacceleration", "maxlinearacceleration", "maxacceleration"),
 )
@@ -83,7 +85,11 @@ _SPEED = ("maxlinearvelocity", "maxvelocity", "maxlinearspeed", "maxspeed")
 _BACK = ("minlinearvelocity", "minvelocity")
 _TURN = ("maxangularvelocity", "maxvelocity", "maxangularspeed")
 _TURN_ACCELERATION = ("maxangularacceleration", "maxacceleration")
+_BRAKING = ("minlinearacceleration", "minacceleration")
+_TURN_BRAKING = ("minangularacceleration", "minacceleration")
+_JERK = tuple(f"{side}{part}jerk" for side in ("max", "min") for part in ("", "linear", "angular"))
 _DIAMETER = ("wheeldiameter", "actuatedwheeldiameter")
+_RATE = ("odometryrate", "publishrate", "odompublishfrequency", "updaterate")
 _TIMEOUT = ("cmdveltimeout", "commandtimeout")
 _LIMIT = ("steeringlimit", "maxsteer")
 _OUTPUTS = {
@@ -95,13 +101,15 @@ _OUTPUTS = {
 _READ = {
     *LEFT,
     *RIGHT,
+    _BACK_WHEEL,
     *(name for _, names in _OUTPUTS.values() for name in names),
     *("wheelseparation", "wheelradius", "effectivetrackwidth", *_DIAMETER),
     *(*_ACCELERATION, *_BACK, *_TURN, *_TURN_ACCELERATION, *_TIMEOUT),
+    *(*_BRAKING, *_TURN_BRAKING, *_JERK),
     *("effectivewheelradius", "torque", "wheeltorque", "maxwheeltorque"),
     *(*WHEEL, *STEERING, *_LIMIT, "kingpinwidth", "wheelbase", "minsteer", "steeringwheeljoint"),
-    *(*_SPEED, "updaterate", "odometryrate", "tricyclejoint"),
-    *("odompublishfrequency", "commandtopic", "topic", "odometrytopic", "odomtopic"),
+    *(*_SPEED, *_RATE, "tricyclejoint"),
+    *("commandtopic", "topic", "odometrytopic", "odomtopic"),
     *("odometryframe", "frameid", "robotbaseframe", "childframeid", "odometrysource"),
     *("robotnamespace", "namespace", "ros", "remapping", "argument", "numwheelpairs", "plugin"),
     # what changes nothing here
@@ -153,8 +161,9 @@ def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | Non
     """
     left, right = tuple(texts(plugin, *LEFT)), tuple(texts(plugin, *RIGHT))
     label = f"plugin '{_name(plugin)}'"
-    if not left or not right:
-        left, right = tuple(texts(plugin, *WHEEL)), ()
+    back = tuple(texts(plugin, _BACK_WHEEL)) if drive_kind(plugin) is DriveKind.OMNI else ()
+    if back or not left or not right:
+        left, right = (*left, *right, *back) if back else tuple(texts(plugin, *WHEEL)), ()
         if not left:
             return None
     left, right = _sides(xml, label, urdf, left, right)
@@ -203,19 +212,12 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
     if linear is None and angular is None:  # else TrackedVehicle's, which limits no part unnamed
         linear = angular = plugin
 
-    def number(*names: str, of: Element | None = plugin) -> float:
-        return 0.0 if of is None else value(xml, of, label, 0.0, *names)
-
     return dataclasses.replace(
         drive,
         plugin=_name(plugin),
-        max_acceleration=number(*_ACCELERATION, of=linear),
-        max_velocity=number(*_SPEED, of=linear),
-        max_reverse=_reverse(xml, linear, label),
-        max_turn=number(*_TURN, of=angular),
-        max_turn_acceleration=number(*_TURN_ACCELERATION, of=angular),
+        **limits_of(xml, label, linear, angular),
         command_timeout=_timeout(xml, plugin, label),
-        rate=number("updaterate", "odompublishfrequency", "odometryrate"),
+        rate=value(xml, plugin, label, 0.0, *_RATE),
         command_topic=topic(plugin, "cmd_vel", "cmd_vel", "commandtopic", "topic"),
         odometry_topic=topic(plugin, "odom", "odom", "odometrytopic", "odomtopic"),
         odometry_frame=text_of(plugin, "odometryframe", "frameid", default="odom"),
@@ -226,10 +228,38 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
     )
 
 
-def _reverse(xml: XmlFile, plugin: Element | None, label: str) -> float:
-    """Return the greatest speed backwards, which files write as a least speed below 0 [m/s]."""
-    text = "" if plugin is None else text_of(plugin, *_BACK)
-    return max(0.0, -xml.numbers(text, 1, f"{label} <{_BACK[0]}>")[0]) if text else 0.0
+def limits_of(
+    xml: XmlFile, label: str, linear: Element | None, angular: Element | None = None
+) -> dict[str, Any]:
+    """Return the fields of a drive that are limits, from the tags of its speed and its turn rate.
+
+    Raises:
+        RobotError: A value is invalid.
+    """
+
+    def most(tag: Element | None, *names: str) -> float:
+        return 0.0 if tag is None else value(xml, tag, label, 0.0, *names)
+
+    def least(tag: Element | None, *names: str) -> float:
+        """Return a limit backwards, which files write as a least value below 0."""
+        text = "" if tag is None else text_of(tag, *names)
+        return max(0.0, -xml.numbers(text, 1, f"{label} <{names[0]}>")[0]) if text else 0.0
+
+    def jerk(tag: Element | None, part: str) -> float:
+        found = most(tag, f"max{part}jerk", "maxjerk"), least(tag, f"min{part}jerk", "minjerk")
+        return min((each for each in found if each > 0.0), default=0.0)
+
+    return {
+        "max_velocity": most(linear, *_SPEED),
+        "max_reverse": least(linear, *_BACK),
+        "max_acceleration": most(linear, *_ACCELERATION),
+        "max_deceleration": least(linear, *_BRAKING),
+        "max_jerk": jerk(linear, "linear"),
+        "max_turn": most(angular, *_TURN),
+        "max_turn_acceleration": most(angular, *_TURN_ACCELERATION),
+        "max_turn_deceleration": least(angular, *_TURN_BRAKING),
+        "max_turn_jerk": jerk(angular, "angular"),
+    }
 
 
 def _timeout(xml: XmlFile, plugin: Element, label: str) -> float | None:

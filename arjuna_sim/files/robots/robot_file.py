@@ -22,7 +22,7 @@ from arjuna_sim.files.robots.guess import guess_drive, guess_sides, is_omni
 from arjuna_sim.files.robots.joint_controllers import joint_control, with_mimics
 from arjuna_sim.files.robots.rollers import on_whole_wheels
 from arjuna_sim.files.robots.stand_up import stand_up
-from arjuna_sim.files.robots.undercarriage import on_rollers, on_tracks
+from arjuna_sim.files.robots.undercarriage import on_rollers, on_tracks, strictest
 from arjuna_sim.files.sdf.robot import read_sdf_robot
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.sensor_tag import Tags
@@ -31,13 +31,14 @@ from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.written import urdf_text
 from arjuna_sim.files.urdf.xacro_file import Expanded, expand, has_macros
 from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile, root_tag
-from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.notes import Note, NoteKind
 from arjuna_sim.model.robot import ANCHOR, RobotModel
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import eccentricity, freed, is_round, wheel_sign
 
 _MACRO = re.compile(rb"<xacro:macro\s[^>]*?name\s*=\s*[\"']([\w.-]+)")
+_SIMULATES = re.compile(r"sim|gazebo|gz|ign", re.IGNORECASE)
 _DRIVES = re.compile(
     rb"<plugin[^>]*(drive|control|planar|ackermann|steering|tracked)", re.IGNORECASE
 )
@@ -103,7 +104,17 @@ def robot_of_text(
     if tag == "sdf":
         return robot_of(xml, *read_sdf_robot(xml, model))
     urdf = read_urdf(xml)
-    return robot_of(xml, urdf, read_tags(xml, urdf))
+    robot = robot_of(xml, urdf, read_tags(xml, urdf))
+    lacks = [
+        *([] if robot.drive.plugin else ["drive plugin"]),
+        *([] if robot.settings.sensors else ["sensors"]),
+    ]
+    if lacks and expanded.off:
+        off = sorted(expanded.off, key=lambda name: _SIMULATES.search(name) is None)[:4]
+        text = f"no {' and no '.join(lacks)}: {off[0]}:=true may bring what is missing"
+        note = Note(NoteKind.CHANGED, f"{text}; false by default are {', '.join(off)}")
+        robot = dataclasses.replace(robot, notes=(*robot.notes, note))
+    return robot
 
 
 def names_drive(text: bytes) -> bool:
@@ -136,10 +147,7 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     settings = dataclasses.replace(settings, grips={**grips, **settings.grips})
     urdf, drive, settings = _driven(xml, urdf, settings, tags)
     if settings.drive is None and settings.wheelless is not None:
-        of_tracks = drive.max_acceleration
-        drive = with_outputs_of(settings.wheelless, drive)
-        limits = [each for each in (of_tracks, drive.max_acceleration) if each > 0.0]
-        drive = dataclasses.replace(drive, max_acceleration=min(limits, default=0.0))
+        drive = strictest(with_outputs_of(settings.wheelless, drive), vars(drive))
     if drive.from_world:  # what else publishes on its odometry's topic says the same
         own = drive.odometry_topic.lstrip("/")
         others = tuple(s for s in settings.sensors if s.topic.lstrip("/") != own)
@@ -185,6 +193,10 @@ def _driven(
         urdf, made = on_rollers(xml, urdf)
     if made is None:
         drive = settings.drive or guess_drive(xml, urdf, tags.controlled)
-        return urdf, arranged(xml, urdf, drive, settings.kind, settings.grips), settings
+        drive = arranged(xml, urdf, drive, settings.kind, settings.grips)
+        named, wheels = settings.reported, (*drive.wheels, *drive.steering)
+        if named and {"wheel_tf", "joint_states"}.intersection(drive.publishes):
+            named = tuple(dict.fromkeys((*named, *wheels)))
+        return urdf, drive, dataclasses.replace(settings, reported=named)
     # Wheels that no file names are in no message.
     return urdf, made, dataclasses.replace(settings, reported=settings.reported or own)

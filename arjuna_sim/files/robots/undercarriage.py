@@ -10,6 +10,7 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Iterable
+from typing import Any
 from xml.etree.ElementTree import Element  # a type alone
 
 import numpy as np
@@ -17,17 +18,18 @@ from numpy.typing import NDArray
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.robots.drive_kinds import with_mecanum
-from arjuna_sim.files.robots.plugins import torque_of, types_of
+from arjuna_sim.files.robots.plugins import drive_kind, limits_of, torque_of, types_of
 from arjuna_sim.files.tag_text import text_of, value
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape, corners, inertial_of_parts
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.settings import DriveSettings, GazeboSettings
+from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Joint, Link, Urdf
 from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, effective_track, wheel_separation
 
 _LEVEL = 0.01  # wheels that are higher than the lowest one by more meet no ground [m]
 _TOUCH = 0.001  # of those, the ones that bear it on level ground [m]
+_UNLIKE = 0.05  # part of the tracks' separation from which on the file contradicts the links
 _WHEELS_MAX = 8  # of a track
 _MASS = 0.01  # of each wheel, of the robot's
 _ACROSS = Pose3.from_rpy((0.0, 0.0, 0.0), (math.pi / 2, 0.0, 0.0))  # a cylinder's axis along y
@@ -60,13 +62,14 @@ def on_tracks(
     Tracks that are off the ground, as flippers are, do not turn.
 
     Args:
-        plugins: Of the robot; a TrackController limits how fast its track runs.
+        plugins: Of the robot; a TrackController limits how its track runs.
 
     Raises:
         RobotError: A side has no track on the ground.
     """
     plugins = tuple(plugins)
-    speeds, slow = (_limits(xml, plugins, f"max{part}") for part in ("velocity", "acceleration"))
+    controllers = [p for p in plugins if "trackcontroller" in types_of(p)]
+    limits = {text_of(p, "link"): limits_of(xml, "TrackController", p) for p in controllers}
     rows = {link: _row(urdf, link) for side in settings.tracks for link in side}
     ground = min((wheel.lowest for row in rows.values() for wheel in row), default=0.0)
     rows = {
@@ -89,7 +92,8 @@ def on_tracks(
                 if _points_of(urdf, link, part)[:, 2].min() >= ground + _LEVEL
             )
             wheels = [wheel.shrunk(radius) for wheel in rows[link]]
-            urdf, added = _with_wheels(urdf, link, wheels, speeds.get(link, 0.0) / radius)
+            most = limits.get(link, {}).get("max_velocity", 0.0)
+            urdf, added = _with_wheels(urdf, link, wheels, most / radius)
             bare = dataclasses.replace(urdf.links[link], collisions=raised)
             urdf = dataclasses.replace(urdf, links={**urdf.links, link: bare})
             own = friction.get(link)
@@ -101,17 +105,32 @@ def on_tracks(
         raise xml.fail("tracks", "a side has no track with a <collision> on the ground")
     bearing = _bearing(urdf, left), _bearing(urdf, right)
     drive = DriveSettings(
-        *(left, right, wheel_separation(urdf, *bearing), radius),
+        *(left, right, _separation(xml, plugins, wheel_separation(urdf, *bearing)), radius),
         *(torque_of(urdf, radius, len(left + right)), effective_track(urdf, *bearing), radius),
-        max_acceleration=min((each for each in slow.values() if each > 0.0), default=0.0),
     )
-    return urdf, drive, friction
+    return urdf, strictest(drive, *limits.values()), friction
 
 
-def _limits(xml: XmlFile, plugins: Iterable[Element], tag: str) -> dict[str, float]:
-    """Return a limit of each track by its link, 0 for none, as its controller has it."""
-    found = (plugin for plugin in plugins if "trackcontroller" in types_of(plugin))
-    return {text_of(p, "link"): value(xml, p, "TrackController", 0.0, tag) for p in found}
+def strictest(drive: DriveSettings, *limits: dict[str, float]) -> DriveSettings:
+    """Return a drive that changes its speed no faster than it and some limits allow, 0 for any."""
+    strict: dict[str, Any] = {}
+    for key in ("max_acceleration", "max_deceleration", "max_jerk"):
+        known = [getattr(drive, key), *(each[key] for each in limits)]
+        strict[key] = min((each for each in known if each > 0.0), default=0.0)
+    return dataclasses.replace(drive, **strict)
+
+
+def _separation(xml: XmlFile, plugins: Iterable[Element], seen: float) -> float:
+    """Return the distance between tracks as the file says; by default that of the links [m]."""
+    said = seen
+    for plugin in plugins:
+        if drive_kind(plugin) is DriveKind.TRACKED:
+            label = f"plugin '{plugin.get('name')}'"
+            said = value(xml, plugin, label, seen, "tracksseparation")
+            if abs(said - seen) > _UNLIKE * seen:
+                tracks = f"tracks_separation is {said:g}, but the tracks are {seen:g} apart"
+                xml.note(f"{label}: {tracks}: it drives by that")
+    return said
 
 
 def _bearing(urdf: Urdf, side: tuple[str, ...]) -> tuple[str, ...]:

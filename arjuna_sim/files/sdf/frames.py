@@ -14,7 +14,10 @@ from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
 
-_NAMED = ("link", "frame", "joint", "model", "include")
+_NAMED = ("link", "model", "include", "joint", "frame")
+"""Tags of what a pose can be relative to; of two that share a name the first is meant, as a joint
+may be called as its link is before SDF 1.7.
+"""
 _CHAIN_MAX = 100
 MERGE = "merge"
 """Attribute of an included model whose links and frames are those of the model around it."""
@@ -68,7 +71,9 @@ class Scope:
     def __init__(self, xml: XmlFile, element: Element, label: str) -> None:
         self._xml = xml
         self._label = label
-        self._items = {_name(child): child for child in element if child.tag in _NAMED}
+        self._items: dict[str, Element] = {}
+        for child in (child for tag in _NAMED for child in element.findall(tag)):
+            self._items.setdefault(_name(child), child)
         self._is_old = _VERSION.fullmatch(xml.root.get("version", "")) is not None
         merged = [child for child in element if child.get(MERGE) == "true"]
         self._merged = {

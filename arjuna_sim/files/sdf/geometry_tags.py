@@ -35,6 +35,7 @@ Placed = tuple[Shape, Pose3]
 """A shape, and its pose in the frame of its `<collision>` or `<visual>`."""
 _FRICTION = "surface/friction"
 _ODE = f"{_FRICTION}/ode"
+_BOUNCE = "surface/bounce/restitution_coefficient"
 _PULL_MAX = 100.0  # [m/s^2] Jupiter's gravity is 24.8
 
 
@@ -141,8 +142,11 @@ def read_friction(xml: XmlFile, element: Element, label: str) -> float | None:
     """Return the friction of a `<collision>`; None where it names none.
 
     Rubber is the same all around here: what the file says of a second direction, of slip or of
-    twisting becomes a note.
+    twisting becomes a note, and so does that it bounces.
     """
+    with leaving_out(xml, f"{label} <bounce>"):
+        if xml.number(element, _BOUNCE, 0.0, label) > 0.0:
+            xml.note(f"{label}: <restitution_coefficient>: not simulated", NoteKind.IGNORED)
     mu = element.findtext(f"{_ODE}/mu") or element.findtext(f"{_FRICTION}/bullet/friction")
     if mu is None:
         return None

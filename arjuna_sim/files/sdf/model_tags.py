@@ -14,7 +14,7 @@ from arjuna_sim.files.sdf.frames import MERGE, Scope
 from arjuna_sim.files.sdf.geometry_tags import read_colour, read_friction, read_shape
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
 from arjuna_sim.files.sdf.look_tags import read_light
-from arjuna_sim.files.tag_text import is_true
+from arjuna_sim.files.tag_text import OWN, PATH, is_true
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Part, volume_of
 from arjuna_sim.model.look import Light
@@ -23,6 +23,7 @@ from arjuna_sim.model.notes import NoteKind
 PARTS_MAX = 60_000
 _OF_MODEL = (
     *("link", "model", "include", "pose", "static", "frame", "joint", "plugin", "self_collide"),
+    "ros2_control",
     *("allow_auto_disable", "enable_wind", "placement_frame"),
 )
 _OF_LINK = (
@@ -170,11 +171,16 @@ class ModelReader:
             name, base = frame.get("name", "?"), frame.get("attached_to") or ""
             self.frames.append((prefix + name, prefix + base, T_world @ scope.find(name)))
         own = {part.get("name", "") for part in model if part.tag in ("joint", "link")}
+        path = prefix.replace("::", "/")
         for plugin in model.findall("plugin"):
             for tag in plugin.iter() if prefix else ():
                 if (tag.text or "").strip() in own:
-                    tag.text = f"{prefix}{(tag.text or '').strip()}".replace("::", "/")
+                    tag.text = f"{path}{(tag.text or '').strip()}"
+            plugin.attrib |= {PATH: path, OWN: "\n".join(own)} if prefix else {}
             self.plugins.append(plugin)
+        for joint in model.iterfind("ros2_control/joint") if prefix else ():
+            name = joint.get("name", "")
+            joint.set("name", f"{path}{name}" if name in own else name)
 
     def _link(
         self, xml: XmlFile, link: Element, scope: Scope, T_model: Pose3, of: tuple[str, str, bool]

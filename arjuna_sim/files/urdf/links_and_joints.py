@@ -30,6 +30,7 @@ from arjuna_sim.model.urdf import JOINT_KINDS, Joint, Link, Mimic, Urdf
 
 _READ = ("link", "joint", "material", "gazebo", "transmission", "ros2_control")
 _READ_OF_JOINT = ("origin", "parent", "child", "axis", "limit", "mimic", "dynamics")
+_READ_OF_PART = ("origin", "geometry", "material", "verbose")
 _LINKS_MAX = 2000
 _SHAPES = {
     "box": ("size",),
@@ -51,6 +52,7 @@ def read_urdf(xml: XmlFile) -> Urdf:
         xml.note(f"<{tag}>: not simulated", NoteKind.IGNORED)
     if len(xml.root) > _LINKS_MAX * 4 or len(xml.root.findall("link")) > _LINKS_MAX:
         raise RobotError(xml.path, f"has too many parts; valid: up to {_LINKS_MAX} links")
+    _note_unread(xml)
     for element in xml.root.findall("link"):
         link = _link(xml, element, colours)
         if link.name in links:
@@ -66,6 +68,26 @@ def read_urdf(xml: XmlFile) -> Urdf:
     _set_free(links, joints)
     root, name = root_of(xml, links, joints), xml.root.get("name", "robot")
     return Urdf(xml.path, name, xml.text.decode("utf-8", "replace"), root, links, joints)
+
+
+def _note_unread(xml: XmlFile) -> None:
+    """Note tags of links and of their shapes that no URDF has, as those of SDF."""
+    unread: dict[str, list[str]] = {}
+    for link in xml.root.findall("link"):
+        name = link.get("name", "?")
+        for child in link:
+            if child.tag not in ("inertial", "visual", "collision"):
+                unread.setdefault(f"<{child.tag}>", []).append(name)
+            for inner in child if child.tag != "inertial" else ():
+                if inner.tag not in _READ_OF_PART:
+                    unread.setdefault(f"<{child.tag}><{inner.tag}>", []).append(name)
+    for tag, names in unread.items():
+        first, where = names[0], ", ".join(dict.fromkeys(names))
+        remedy = f"<gazebo reference='{first}'> holds Gazebo's"
+        if tag in ("<origin>", "<pose>"):
+            remedy = "the <origin> of a link's joint places it"
+        text = f"link {tag} (at {where}): no tag of a URDF, and left out, as Gazebo does; {remedy}"
+        xml.note(text, NoteKind.IGNORED)
 
 
 def _set_free(links: dict[str, Link], joints: dict[str, Joint]) -> None:

@@ -39,9 +39,12 @@ _REMEDIES = (
     ("unknown macro name", "<xacro:include> a file that defines it, or correct its name"),
     ("is not defined when evaluating", "<xacro:property> or <xacro:arg> defines it"),
     ("Undefined parameters", "a call of its macro must give it a value, or params a default"),
+    ("Undefined block", "params names it with a star, *NAME, and the call of its macro holds it"),
     ("when evaluating expression", "what stands in ${} is Python"),
 )
 _UNKNOWN = re.compile(r"unknown macro name: (\S+)")
+_BARE = re.compile(r"<!--.*?-->|<(macro|property)\s+name=", re.DOTALL)
+"""What xacro read before 2020 without its prefix, outside comments."""
 
 
 class Arguments(dict[str, str]):
@@ -70,7 +73,11 @@ class Arguments(dict[str, str]):
 
 
 class Expansion:
-    """One file's expansion; what is missing is left out and noted."""
+    """One file's expansion; what is missing is left out and noted.
+
+    Attributes:
+        off: The arguments that are false by default.
+    """
 
     def __init__(self, path: Path, search: SearchPath) -> None:
         self._path = path
@@ -78,6 +85,7 @@ class Expansion:
         self._is_incomplete = False
         self._unknown: set[str] = set()
         self.notes: dict[tuple[str, str], None] = {}
+        self.off: list[str] = []
         index = ModuleType("ament_index_python.packages")
         index.get_package_share_directory = self._package  # type: ignore[attr-defined]
         sys.modules[index.__name__] = index
@@ -102,6 +110,11 @@ class Expansion:
         for name in arguments.missing:
             text = f"argument '{name}' has no value, so it is empty; {name}:=VALUE gives one"
             self._note(text, NoteKind.CHANGED)
+        self.off = [
+            name
+            for name in sorted(arguments.used - set(given))
+            if arguments.get(name, "").lower() in ("false", "0")
+        ]
         for name in sorted(set(given) - arguments.used):
             self._note(f"argument '{name}' is used nowhere", NoteKind.IGNORED)
         text = str(document.toprettyxml(indent="  "))
@@ -144,6 +157,9 @@ class Expansion:
 
     def _bridged(self, text: str) -> str:
         """Leave out calls of unknown macros, and let conditions that are empty be false."""
+        for tag in filter(None, _BARE.findall(text)):
+            said = f"<{tag}> without its prefix is nothing to xacro; <xacro:{tag}> is what it reads"
+            self._note(said, NoteKind.BROKEN)
         if not any(tag in text for tag in (*_CONDITIONS, *self._unknown)):
             ElementTree.fromstring(text, forbid_dtd=True)
             return text
@@ -184,7 +200,8 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
         remedies = [remedy for text, remedy in _REMEDIES if text in reason][:1]
         notes = (text for _, text in expansion.notes)
         return {"error": "; ".join([reason, *remedies, *notes])}
-    return {"text": text, "notes": list(expansion.notes), "files": list(xacro.all_includes)}
+    files = list(xacro.all_includes)
+    return {"text": text, "notes": list(expansion.notes), "files": files, "off": expansion.off}
 
 
 def _expand(line: bytes, answer: int) -> NoReturn:

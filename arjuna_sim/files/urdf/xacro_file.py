@@ -34,11 +34,13 @@ class Expanded:
     Attributes:
         notes: What was missing, and what stands for it.
         files: The files that it includes.
+        off: Its arguments that are false by default, and were not given.
     """
 
     text: bytes
     notes: tuple[Note, ...] = ()
     files: tuple[Path, ...] = ()
+    off: tuple[str, ...] = ()
 
 
 def has_macros(path: Path, text: bytes) -> bool:
@@ -92,7 +94,7 @@ def expand(path: Path, search: SearchPath, arguments: Mapping[str, str]) -> Expa
         raise RobotError(path, f"xacro cannot expand it: {answer['error']}")
     files = tuple(Path(name) for name in answer["files"])
     notes = tuple(Note(NoteKind(kind), note) for kind, note in answer["notes"])
-    return Expanded(answer["text"].encode(), notes, files)
+    return Expanded(answer["text"].encode(), notes, files, tuple(answer["off"]))
 
 
 def _ask(path: Path, request: dict[str, Any]) -> dict[str, Any]:

@@ -265,7 +265,7 @@ class EkfFilterNode(ManagedNode):
 
     def on_time_jump(self) -> None:
         """Forget everything, if so asked."""
-        if self.config.reset_on_time_jump and hasattr(self, "_estimator"):
+        if self.config.reset_on_time_jump and self.configured:
             self._reset()
 
     def _update(self) -> None:

@@ -57,8 +57,7 @@ class JoyNode(ManagedNode):
 
     def on_config(self, config: JoyConfig) -> None:
         """Take a new dead zone."""
-        if hasattr(self, "_pad"):
-            self._pad.deadzone = config.deadzone
+        self._pad.deadzone = config.deadzone
 
     def cleanup(self) -> None:
         """Close the device."""

@@ -6,6 +6,8 @@ import argparse
 import importlib
 import os
 import re
+import shlex
+import shutil
 import signal
 import sys
 import time
@@ -218,7 +220,7 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ),
     ("rviz2", "rviz2"): f"{_PROGRAMS}.rviz2",
     ("tf2_ros", "static_transform_publisher"): f"{_PROGRAMS}.static_transform_publisher",
-    ("tf2_ros", "tf2_echo"): f"{_PROGRAMS}.tf2_echo",
+    **{("tf2_ros", name): f"{_PROGRAMS}.{name}" for name in ("tf2_echo", "tf2_monitor")},
     ("tf2_tools", "view_frames"): f"{_PROGRAMS}.view_frames",
     **{("topic_tools", name): f"{_RELAYS}:{name}" for name in ("drop", "relay", "throttle")},
     **{
@@ -250,11 +252,29 @@ def module_of(command: str) -> str:
     return "bringup.ros2.main" if command == "run" else "bringup"
 
 
+def below(prefix: list[str], words: list[str]) -> None:
+    """Become a program that runs another, as a debugger does; without one, do nothing.
+
+    Raises:
+        Ros2Error: It is not installed.
+    """
+    ours = [sys.executable, "-m", "bringup.ros2.main", "run"]
+    if prefix and not shutil.which(prefix[0]):
+        raise Ros2Error(f"--prefix: there is no program '{prefix[0]}'")
+    if prefix:
+        os.execvp(prefix[0], [*prefix, *ours, *words])  # noqa: S606 - what the user asked for
+
+
 def run(words: list[str]) -> int:
-    """Run a program of a package, or a file of Python."""
+    """Run a program of a package, or a file of Python, below a `--prefix` where one is given."""
+    option, sign, prefix = "".join(words[:1]).partition("=")
+    if option == "--prefix" and len(words) > 2:
+        prefix, words = (prefix, words[1:]) if sign else (words[1], words[2:])
+        below(shlex.split(prefix), words)
     if not words or words[0] in ("-h", "--help"):
         print(
-            "usage: ros2 run [-h] package_name executable_name ...\n       ros2 run FILE.py ...\n"
+            "usage: ros2 run [-h] [--prefix PREFIX] package_name executable_name ...\n"
+            "       ros2 run FILE.py ...\n"
         )
         print("\n".join(f"  {package} {name}" for package, name in sorted(PROGRAMS)))
         return 0 if words else 2

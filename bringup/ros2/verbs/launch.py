@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import re
 import shlex
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from arjuna_core.errors import nearest
 from arjuna_core.files.shipped import shipped_file
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.launches import COMPOSED, DESCRIBED, LAUNCHES, PLUGINS
+from bringup.ros2.launches import COMPOSED, DESCRIBED, LAUNCHES, PLUGINS, Launch
 from bringup.ros2.prefix import add_prefix
 from bringup.ros2.roslaunch import commands, commands_of, is_ros1
 from bringup.ros2.translation import arguments_of, known_arguments, renamed, translated
@@ -23,58 +24,68 @@ from bringup.ros2.verbs.forward import LAUNCHED, arjuna, module_of, remedy
 if TYPE_CHECKING:
     from launch import LaunchDescription, LaunchService
 
-_USAGE = (
-    "usage: ros2 launch [-h] [-s] [-p] [-d] [--launch-prefix WORDS [--launch-prefix-filter REGEX]]"
-    " package_name|FILE [launch_file] [NAME:=VALUE ...]"
-)
-_SHOW = {
-    **dict.fromkeys(("-s", "--show-args", "--show-arguments"), "arguments"),
-    **dict.fromkeys(("-p", "--print", "--print-description"), "description"),
-}
-"""What an option shows instead of launching."""
-_PREFIX = ("--launch-prefix", "--launch-prefix-filter")
-_SILENT = ("-n", "--noninteractive", "-a", "--show-all-subprocesses-output")
+_USAGE = "usage: ros2 launch [-h] [-n] [-d] [-p | -s] [-a] [--launch-prefix PREFIX] \\\n"
+_USAGE += "    [--launch-prefix-filter REGEX] package_name|FILE [launch_file] [NAME:=VALUE ...]"
+
+
+def _parsed(words: list[str]) -> tuple[argparse.Namespace, list[str]]:
+    """Return the options of `ros2 launch`, wherever they stand, and the other words."""
+    parser = argparse.ArgumentParser("ros2 launch", add_help=False, allow_abbrev=False)
+    for name, *others in (
+        ("-h", "--help"),
+        ("-n", "--noninteractive"),
+        ("-d", "--debug"),
+        ("-p", "--print", "--print-description"),
+        ("-s", "--show-args", "--show-arguments"),
+        ("-a", "--show-all-subprocesses-output"),
+    ):
+        parser.add_argument(name, *others, action="store_true")
+    parser.add_argument("--launch-prefix", default="")
+    parser.add_argument("--launch-prefix-filter", default="")
+    return parser.parse_known_args(words)
 
 
 def run(words: list[str]) -> int:
     """Start what a launch file describes; say which command that is where one of ours does it."""
-    debug = bool({"-d", "--debug"} & set(words))
-    shows = next((_SHOW[word] for word in words if word in _SHOW), "")
-    words = _with_prefix(words)
-    first, *rest = [word for word in words if word not in (*_SHOW, *_SILENT)] or ["-h"]
-    own = [word for word in rest if word not in ("-d", "--debug")]
-    if first in ("-h", "--help"):
+    options, rest = _parsed(words)
+    if options.help or not rest:
         listed = "\n".join(
             f"  {package} {file}" for package, file in (*COMPOSED, *DESCRIBED, *LAUNCHES)
         )
         print(f"{_USAGE}\n\nof ours, beside those of your own packages:\n{listed}")
-        return 0 if words else 2
+        return 0 if options.help else 2
+    first, *rest = rest
     if Path(first).is_file():
-        return start(Path(first), own, shows, debug)
+        return start(Path(first), rest, options)
     if not rest or ":=" in rest[0]:
         raise Ros2Error(f"there is no launch file {first}\n{_USAGE}")
     package, file, *rest = (first, *rest)
     path = _of_package(package, file)
     if path is not None:
-        return start(path, own[1:], shows, debug)
-    if of_ros1 := commands_of(package, file, own[1:]) if file.endswith(".launch") else []:
-        return _launched(_service(), _all(of_ros1))
+        return start(path, rest, options)
+    if of_ros1 := commands_of(package, file, rest) if file.endswith(".launch") else []:
+        return _launched(_all(of_ros1), options)
     if (package, file) in (*COMPOSED, *DESCRIBED):
-        return start(add_prefix() / "share" / package / "launch" / file, own[1:], shows, debug)
+        return start(add_prefix() / "share" / package / "launch" / file, rest, options)
     if (package, file) not in LAUNCHES:
         near = nearest(f"{package} {file}", [" ".join(known) for known in LAUNCHES])
         raise Ros2Error(
             f"no launch file '{file}' of '{package}'; {near}\n{remedy(package)}\n"
             "What others start has a command here: 'python -m bringup' lists them all"
         )
-    if shows:
-        print(arguments_of(LAUNCHES[package, file]))
+    return _known(LAUNCHES[package, file], rest, options)
+
+
+def _known(found: Launch, words: list[str], options: argparse.Namespace) -> int:
+    """Become the command that does the same as a known launch file, or say what it is."""
+    if options.show_args:
+        print(arguments_of(found))
         return 0
-    translation = translated(LAUNCHES[package, file], rest)
+    translation = translated(found, [*words, *["--debug"] * options.debug])
     print("".join(f"{line}\n" for line in translation.remarks), end="")
     command = translation.command
     print(f"$ python -m {module_of(command[0])} {shlex.join(command)}", flush=True)
-    return arjuna(command[0], command[1:])
+    return 0 if options.print else arjuna(command[0], command[1:])
 
 
 def _of_package(package: str, file: str) -> Path | None:
@@ -94,72 +105,77 @@ def _of_package(package: str, file: str) -> Path | None:
     return found[0] if found else None
 
 
-def _with_prefix(words: list[str]) -> list[str]:
-    """Return words with the options of a prefix, behind the others, as what launching reads."""
-    found: list[str] = []
-    behind: list[str] = []
-    option = ""
-    for word in words:
-        name, equals, value = word.partition("=")
-        if option or (name in _PREFIX and equals):
-            behind.append(f"{(option or name).strip('-')}:={word if option else value}")
-            option = ""
-        elif name in _PREFIX:
-            option = name
-        else:
-            found.append(word)
-    return [*found, *behind]
-
-
-def start(path: Path, words: list[str], shows: str = "", debug: bool = False) -> int:
-    """Launch a file of one's own, or show its `arguments` or its `description`."""
-    import launch
-    from launch.actions import IncludeLaunchDescription
-    from launch.launch_description_sources import AnyLaunchDescriptionSource
-    from launch.logging import launch_config
+def prepare() -> None:
+    """Have launch files find what they refer to: packages, programs and a sourced ROS's names."""
+    from launch import LaunchService
     from launch_ros.actions import LoadComposableNodes, Missing
 
     programs = add_prefix() / "bin"
+    LaunchService.explain = staticmethod(_explained)
     Missing.remedy = staticmethod(remedy)
     LoadComposableNodes.plugins = PLUGINS
     folder = str(Path(sys.executable).parent)
     path_of_user = os.environ.get("PATH", os.defpath)
-    os.environ["PATH"] = os.pathsep.join([folder, path_of_user, str(programs)])
+    if str(programs) not in path_of_user.split(os.pathsep):
+        os.environ["PATH"] = os.pathsep.join([folder, path_of_user, str(programs)])
     known = {"ROS_DISTRO": "jazzy", "ROS_VERSION": "2", "GZ_SIM_RESOURCE_PATH": "", LAUNCHED: "1"}
     for name, value in known.items():
-        os.environ.setdefault(name, value)  # as a sourced ROS has them
+        os.environ.setdefault(name, value)
+
+
+def start(path: Path, words: list[str], options: argparse.Namespace) -> int:
+    """Launch a file of one's own, or list its arguments, or print what it describes."""
+    import launch
+    from launch.actions import IncludeLaunchDescription
+    from launch.launch_description_sources import AnyLaunchDescriptionSource
+    from launch.logging import launch_config
+
+    prepare()
     source = AnyLaunchDescriptionSource(str(path))
     if wrong := [word for word in words if ":=" not in word]:
         raise Ros2Error(f"'{wrong[0]}' is no argument; valid: NAME:=VALUE")
-    if shows:
+    if options.show_args:
         found = source.get_launch_description(launch.LaunchContext())
-        if shows == "description":
-            print(launch.LaunchIntrospector().format_launch_description(found))
-            return 0
-        return _show(found.get_launch_arguments())
+        return show(found.get_launch_arguments())
+    if options.print and not is_ros1(path):
+        return _launched(source.get_launch_description(launch.LaunchContext()), options)
     if not os.environ.get("ROS_LOG_DIR"):
         os.environ["ROS_LOG_DIR"] = launch_config.log_dir
     log = launch.logging.get_logger("launch")
     log.info(f"All log files can be found below {launch_config.log_dir}")
-    service = _service(debug)
     if is_ros1(path):
+        service = _service(options)
         words_of, problems = commands(path, service.context.new_file)
         for line in problems:
             log.error(line)
-        return _launched(service, _all(words_of))
+        return _launched(_all(words_of), options, service)
     pairs = [(name, value) for name, _, value in (word.partition(":=") for word in words)]
     included = IncludeLaunchDescription(source, launch_arguments=pairs)
-    return _launched(service, launch.LaunchDescription([included]))
+    return _launched(launch.LaunchDescription([included]), options)
 
 
-def _service(debug: bool = False) -> LaunchService:
+def _service(options: argparse.Namespace) -> LaunchService:
     from launch import LaunchService
 
-    LaunchService.explain = staticmethod(_explained)
-    return LaunchService(debug=debug)
+    prepare()
+    service = LaunchService(debug=options.debug)
+    for name in ("launch-prefix", "launch-prefix-filter"):
+        if value := getattr(options, name.replace("-", "_")):
+            service.context.launch_configurations[name] = value
+    return service
 
 
-def _launched(service: LaunchService, description: LaunchDescription) -> int:
+def _launched(
+    description: LaunchDescription,
+    options: argparse.Namespace,
+    service: LaunchService | None = None,
+) -> int:
+    if options.print:
+        from launch import LaunchIntrospector
+
+        print(LaunchIntrospector().format_launch_description(description))
+        return 0
+    service = service or _service(options)
     service.include_launch_description(description)
     return service.run()
 
@@ -185,7 +201,8 @@ def _all(found: list[list[str]]) -> LaunchDescription:
     return LaunchDescription([*(LogInfo(msg=one) for one in lines), *map(process, found)])
 
 
-def _show(arguments: Iterable[Any]) -> int:
+def show(arguments: Iterable[Any]) -> int:
+    """List launch arguments; return 0."""
     print("Arguments (pass arguments as '<name>:=<value>'):\n")
     for one in arguments:
         default = "".join(

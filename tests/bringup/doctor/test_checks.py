@@ -250,6 +250,11 @@ BROKEN = {
         "/controller_server send /cmd_vel and no robot listens",
     ),
     "a robot in the ground": (_robot(height=-0.2), "body", "sinks into the ground"),
+    "an overturned robot": (
+        _robot(troubles=(("/bt_navigator", "the robot has overturned"),)),
+        "troubles",
+        "/bt_navigator: the robot has overturned",
+    ),
     "a zone that is not kept": (_robot(remarks=("zones are not kept",)), "parameters", "not kept"),
 }
 

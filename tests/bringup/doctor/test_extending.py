@@ -28,7 +28,7 @@ def flying(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("flying")
 def test_a_new_check_is_made_in_its_order() -> None:
-    assert list(checks.find())[-3:-1] == ["body", "flying"]
+    assert list(checks.find())[-4:-2] == ["body", "flying"]
     found = report.diagnose(replace(Snapshot(), robot=Robot(height=2.0)))
     assert [each.what for each in found["flying"]] == ["the robot is above the ground (2.00 m)"]
     assert found["body"] == []

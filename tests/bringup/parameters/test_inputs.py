@@ -12,11 +12,13 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from arjuna_core.config import flatten, load
 from arjuna_core.errors import ArjunaError
 from arjuna_core.files.shipped import shipped_file
+from arjuna_nav.costmap.config import CostmapConfig
+from arjuna_nav.costmap.layers.observations import sources_of
 from arjuna_slam.config import SlamConfig
 from bringup.cli import parse
 from bringup.parameters.files import for_node
 from bringup.parameters.inputs import gather, groups_of
-from bringup.parameters.sources import ROBOT_NAMES
+from bringup.parameters.sources import COSTMAPS, ROBOT_NAMES
 from bringup.stack import (
     DEMO_GROUPS,
     LOCALIZATION_GROUP,
@@ -103,13 +105,56 @@ def test_a_robots_file_reaches_the_nodes_beside_the_simulator(
     assert "world" in parameters[node].values()
 
 
-@pytest.mark.parametrize("topic", ["imu", "/robot/imu_data"])
-def test_the_filter_listens_where_a_robots_file_has_its_imu(tmp_path: Path, topic: str) -> None:
+@pytest.mark.parametrize("command", ["demo", "sim"])
+@pytest.mark.parametrize(
+    ("imu", "odometry", "output"),
+    [("imu", "odom", None), ("/bot/imu_data", "/bot/odom", "/bot/odom"), ("i", "wheel_odom", None)],
+)
+def test_the_filter_has_the_topics_of_the_robots_file(
+    tmp_path: Path, command: str, imu: str, odometry: str, output: str | None
+) -> None:
     """As TurtleBot3's, whose `imu` nobody heard: its odometry was the wheels' alone."""
     text = Path("urdf/burger.urdf").read_text(encoding="utf-8")
     file = tmp_path / "burger.urdf"
-    file.write_text(text.replace("~/out:=imu/data", f"~/out:={topic}"), encoding="utf-8")
-    assert gather(parse(["demo", "--robot", str(file)]))["ekf_filter_node"]["imu0"] == topic
+    text = text.replace("~/out:=imu/data", f"~/out:={imu}")
+    renamed = f"<ros><remapping>odom:={odometry}</remapping></ros><left_joint>"
+    file.write_text(text.replace("<left_joint>", renamed, 1), encoding="utf-8")
+    given = gather(parse([command, "--robot", str(file)]))["ekf_filter_node"]
+    assert (given["imu0"], given.get("odom_topic")) == (imu, output)
+
+
+_DEPTH = """<gazebo reference="camera_link"><sensor name="{0}" type="depth">
+<camera><image><width>64</width><height>48</height></image></camera>
+<plugin filename="libgazebo_ros_camera.so" name="{0}_controller"/></sensor></gazebo></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("cameras", "sources", "lowest"),
+    [
+        ((), {"cloud": "/points"}, 0.03),
+        (("eye",), {"cloud": "eye/points"}, 0.025),
+        (("l", "r"), {"cloud": "l/points", "cloud_2": "r/points"}, 0.025),
+    ],
+)
+@pytest.mark.parametrize("ground", [0.0, -0.1])
+def test_costmaps_take_what_a_robots_own_cameras_see_above_its_ground(
+    tmp_path: Path, cameras: tuple[str, ...], sources: dict[str, str], lowest: float, ground: float
+) -> None:
+    text = Path("urdf/arjuna.urdf").read_text(encoding="utf-8").replace(":=depth/", ":=/")
+    for camera in cameras:
+        text = text.replace("</robot>", _DEPTH.format(camera))
+    file = tmp_path / "other.urdf"
+    text = text.replace('xyz="0 0 0.08"', f'xyz="0 0 {0.08 + ground:.2f}"')
+    file.write_text(text, encoding="utf-8")
+    found = gather(parse(["demo", "--robot", str(file)]))
+    assert found["sim"]["cloud_rate"] == 10.0
+    for node in COSTMAPS:
+        layer = load(CostmapConfig, found[node]).voxel_layer  # type: ignore[attr-defined]
+        seen = sources_of(layer)
+        assert {name: one.topic for name, one in seen.items()} == sources
+        assert {(one.data_type, one.clearing) for one in seen.values()} == {("PointCloud2", True)}
+        heights = layer.min_obstacle_height, layer.max_obstacle_height, layer.origin_z
+        assert heights == pytest.approx((ground + lowest, ground + 0.4, ground))
 
 
 def test_headings_of_wheels_alone_are_believed_less_than_a_gyros(tmp_path: Path) -> None:

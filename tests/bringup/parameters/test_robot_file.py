@@ -119,3 +119,28 @@ def test_a_controller_that_drives_sideways_is_held_against_the_drive(
     file.write_text(f"controller_server: {{ros__parameters: {{{controller}}}}}", encoding="utf-8")
     assert said in "".join(str(each) for each in check_file(file).remarks)
     assert check_file(file, str(mecanum().write(tmp_path))).remarks == []
+
+
+@pytest.mark.parametrize(
+    ("flag", "given", "is_said"),
+    [
+        ("False", [], True),
+        ("true", [], False),
+        ("False", ["--param", "sim:standard_topics:=true"], False),
+    ],
+)
+def test_a_transform_that_nobody_publishes_is_told(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    flag: str,
+    given: list[str],
+    is_said: bool,
+) -> None:
+    """The maps stayed empty of a robot whose file leaves it to a filter and has no IMU."""
+    text = Path("urdf/burger.urdf").read_text(encoding="utf-8").replace('type="imu"', 'type="-"')
+    file = tmp_path / "burger.urdf"
+    wheels, own = "<left_joint>", f"<publish_odom_tf>{flag}</publish_odom_tf>"
+    file.write_text(text.replace(wheels, own + wheels, 1), encoding="utf-8")
+    gather(parse(["demo", "--robot", str(file), *given]))
+    said = "publishes no transform odom -> base_footprint" in capsys.readouterr().err
+    assert said is is_said

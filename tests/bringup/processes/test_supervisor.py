@@ -26,12 +26,18 @@ specs = [
 limits = RestartLimits(first_delay=0.01, deaths=3)
 log = RunLog("test", datetime.now(), Path("/dev/null"))  # where none can be written
 output = TextOutput(StartUp([], time.monotonic()), log)
-sys.exit(Supervisor(specs, output, limits, StopTimes(0.3, 0.3)).run())
+sys.exit(Supervisor(specs, output, limits, StopTimes(1.0, 0.3)).run())
 """
 READY = "import os, signal, threading; {0}; print('pid', os.getpid()); threading.Event().wait()"
 OBEDIENT = READY.format("signal.signal(signal.SIGTERM, signal.SIG_DFL)")
 STUBBORN = READY.format(
     "[signal.signal(s, signal.SIG_IGN) for s in (signal.SIGINT, signal.SIGTERM)]"
+)
+SLOW = (
+    "import os, signal, sys, threading\n"
+    "def end(*_):\n"
+    " print('ending', flush=True); threading.Event().wait(0.2); sys.exit('ended well')\n"
+    "signal.signal(signal.SIGINT, end); print('pid', os.getpid(), flush=True); signal.pause()"
 )
 ALIVE = "from bringup.processes.output import event_line; print(event_line(alive={0}));"
 STOPPED = (
@@ -64,6 +70,17 @@ def test_a_signal_ends_all_processes_and_the_exit_code_is_0(number: signal.Signa
         orchestrator.process.send_signal(number)
         assert orchestrator.read_to_end() == 0
         assert all(ended(pid) for pid in children)
+
+
+def test_a_signal_that_comes_twice_at_once_skips_nothing() -> None:
+    with supervise(SLOW) as orchestrator:
+        pids(orchestrator, 1)
+        orchestrator.process.send_signal(signal.SIGTERM)
+        orchestrator.wait_for("ending")
+        orchestrator.process.send_signal(signal.SIGTERM)
+        assert orchestrator.read_to_end() == 0
+        assert orchestrator.matching("ended well")
+        assert not orchestrator.matching("did not end on")
 
 
 def test_a_process_that_ignores_sigint_and_sigterm_is_killed() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import shlex
 import subprocess
@@ -219,6 +220,24 @@ def test_run_becomes_a_command_of_arjuna(
     parse(started[0])
 
 
+@pytest.mark.parametrize("option", [["--prefix", "env A=1 nice"], ["--prefix=env A=1 nice"]])
+def test_a_program_runs_below_a_prefix(
+    option: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    started: list[list[str]] = []
+
+    def execvp(program: str, words: list[str]) -> None:
+        started.append(words)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "execvp", execvp)
+    assert main(["run", *option, "tf2_ros", "tf2_echo", "a", "b"]) == 0
+    assert started[0][:3] == ["env", "A=1", "nice"]
+    assert started[0][-5:] == ["run", "tf2_ros", "tf2_echo", "a", "b"]
+    assert main(["run", "--prefix", "no_debugger -x", "tf2_ros", "tf2_echo"]) == 1
+    assert capsys.readouterr().err == "--prefix: there is no program 'no_debugger'\n"
+
+
 def test_the_doctor_takes_switches_of_ros2cli(monkeypatch: pytest.MonkeyPatch) -> None:
     started: list[list[str]] = []
     monkeypatch.setattr(forward, "arjuna", lambda command, rest: started.append([command, *rest]))
@@ -389,6 +408,21 @@ def test_every_launch_file_lists_its_arguments(
     printed = capsys.readouterr().out
     assert "use_sim_time" in printed
     assert "Without an effect here: " in printed
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "-p nav2_bringup navigation_launch.py",
+        "nav2_bringup navigation_launch.py --print-description",
+        "-n nav2_bringup navigation_launch.py use_sim_time:=true --print",
+    ],
+)
+def test_a_launch_file_is_printed_instead_of_started(
+    words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["launch", *words.split()]) == 0
+    assert capsys.readouterr().out == "$ python -m bringup nav --without-localization\n"
 
 
 def test_an_unknown_launch_file_names_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import signal
 import subprocess
 import sys
@@ -12,7 +13,7 @@ import pytest
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.files import array_cache
-from arjuna_core.files.array_cache import Arrays, cached
+from arjuna_core.files.array_cache import Arrays, cached, content_of
 from arjuna_core.files.maps import load_map, save_map
 from arjuna_core.files.whole_file import emptied_folder, write_atomically
 from arjuna_core.grid import GridFrame, OccupancyGrid
@@ -50,6 +51,25 @@ def test_it_is_made_again_of_other_content(kind: str, made_of: tuple[bytes, ...]
     maker = Maker()
     cached("kind", (b"a", b"b"), maker.make)
     assert cached(kind, made_of, maker.make)[1] == 2
+
+
+@dataclasses.dataclass
+class Thing:
+    size: float
+    values: object = ()
+    _known: dict[str, int] = dataclasses.field(default_factory=dict)
+
+
+def test_a_digest_is_of_all_that_values_hold() -> None:
+    values = [
+        *(Thing(1.0), Thing(1), Thing(2.0), Thing(1.0, "a"), Thing(1.0, ("a",)), Thing(1.0, ["a"])),
+        *(Thing(1.0, np.arange(2)), Thing(1.0, np.arange(2.0)), Thing(1.0, {"a": Thing(1.0)})),
+        *(["a", "b"], ["ab"], [["a"], "b"], ["a", ["b"]], {"a"}, Path("a"), b"a", None, True),
+    ]
+    assert len({content_of(value) for value in values}) == len(values)
+    assert content_of(Thing(1.0, _known={"a": 1})) == content_of(Thing(1.0))
+    with pytest.raises(TypeError, match="function is neither data nor plain"):
+        content_of([Thing(1.0, content_of)])
 
 
 @pytest.mark.parametrize("damage", [b"", b"PK\3\4", b"\x93NUMPY", None])

@@ -121,8 +121,8 @@ Edit = Callable[[dict[str, Any]], Any]
         (lambda h: h.update(origin=[0, 0, float("nan")]), "origin: must be a finite number"),
         (lambda h: h.update(mode="grey"), "mode: is 'grey'; valid: trinary, scale, raw"),
         (lambda h: h.update(negate=2), "negate: is 2; valid: 0, 1"),
-        (lambda h: h.update(free_thresh=0.8), "must be 0 <= free_thresh < occupied_thresh <= 1"),
-        (lambda h: h.update(occupied_thresh=1.5), "must be 0 <= free_thresh < occupied_thresh"),
+        (lambda h: h.update(free_thresh=0.8), "must be 0 <= free_thresh <= occupied_thresh <= 1"),
+        (lambda h: h.update(occupied_thresh=1.5), "must be 0 <= free_thresh <= occupied_"),
         (lambda h: h.update(occupied_thresh="a"), "occupied_thresh: must be a finite number"),
         (lambda h: h.update(image=""), "image: must be a file name, got ''"),
         (lambda h: h.update(image="no.pgm"), "no.pgm does not exist"),
@@ -181,13 +181,40 @@ def test_a_truncated_image_is_refused(tmp_path: Path, keep: int) -> None:
         load_map(path)
 
 
-def test_colours_are_averaged_to_shades(tmp_path: Path) -> None:
-    pixels: NDArray[np.uint8] = np.zeros((1, 2, 3), np.uint8)
-    pixels[0, 1] = 255
+GREYS = np.array([[0, 100, 180, 210, 255]])
+COLOURS = np.array([[[0, 0, 0], [0, 255, 0], [255, 255, 0], [250, 200, 180], [255, 255, 255]]])
+
+
+@pytest.mark.parametrize(
+    ("pixels", "mode", "cells"),
+    [
+        (GREYS.astype(np.uint8), "trinary", [100, -1, -1, 0, 0]),
+        ((GREYS * 257).astype(np.uint16), "trinary", [100, -1, -1, 0, 0]),
+        ((GREYS * 257).astype(np.uint16), "scale", [100, 91, 22, 0, 0]),
+        ((GREYS * 257).astype(np.uint16), "raw", [0, 100, -1, -1, -1]),
+        (COLOURS.astype(np.uint8), "trinary", [100, 100, -1, 0, 0]),
+        (COLOURS.astype(np.uint8), "Scale", [100, 100, 30, 0, 0]),
+        (COLOURS.astype(np.uint8), "raw", [0, 85, -1, -1, -1]),
+    ],
+)
+def test_greys_of_16_bits_and_colours_read_as_map_server_reads_them(
+    pixels: NDArray[np.uint8], mode: str, cells: list[int], tmp_path: Path
+) -> None:
     Image.fromarray(pixels).save(tmp_path / "m.png")
-    header = {"image": "m.png", "resolution": 0.05, "origin": [0, 0, 0]}
+    header = {"image": "m.png", "resolution": "0.05", "origin": [0, 0, "0"], "mode": mode}
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump({**header, "free_thresh": 0.196}))
+    assert load_map(tmp_path / "m.yaml").data.tolist() == [cells]
+
+
+def test_a_palette_with_transparency_has_alpha_and_thresholds_may_be_one(tmp_path: Path) -> None:
+    image = Image.new("P", (2, 1), 1)
+    image.putpalette([0, 0, 0, 255, 255, 255])
+    image.putpixel((0, 0), 0)
+    image.save(tmp_path / "m.png", transparency=1)
+    header = {"image": "m.png", "resolution": 0.05, "origin": [0, 0, 0], "mode": "scale"}
+    header |= {"free_thresh": 0.5, "occupied_thresh": 0.5}
     (tmp_path / "m.yaml").write_text(yaml.safe_dump(header))
-    assert load_map(tmp_path / "m.yaml").data.tolist() == [[100, 0]]
+    assert load_map(tmp_path / "m.yaml").data.tolist() == [[100, -1]]
 
 
 @pytest.mark.parametrize("ending", ["yaml", "png"])

@@ -108,7 +108,7 @@ def started(
 
     def run(name: str, *words: str) -> Started:
         recorded.clear()
-        code = verb.start(FILES / name, list(words))
+        code = verb.run([str(FILES / name), *words])
         given = capsys.readouterr()
         lines = [line for line, _ in recorded]
         return Started(code, lines, [values for _, values in recorded], given.out + given.err)
@@ -676,38 +676,27 @@ def test_a_broken_xml_file_is_named(
     assert problem in found.said
 
 
+def test_a_description_is_printed_and_started_below_a_prefix(
+    started: Callable[..., Started],
+) -> None:
+    printed = started("display.launch.py", "--print")
+    assert (printed.code, printed.lines) == (0, [])
+    assert "\n    Node(...)\n" in printed.said
+    options = ("--launch-prefix", "nice -n 5", "--launch-prefix-filter", "joint_.*")
+    prefixed = [
+        line.startswith("nice -n 5 ") for line in started("display.launch.py", *options).lines
+    ]
+    assert sorted(prefixed) == [False, False, True]
+
+
 def test_arguments_are_listed(
     started: Callable[..., Started], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert verb.start(FILES / "display.launch.py", [], "arguments") == 0
+    assert verb.run(["-s", str(FILES / "display.launch.py")]) == 0
     printed = capsys.readouterr().out
     assert "    'model':\n        Path of the URDF\n" in printed
     assert "        one of: true, false\n        (default: 'true')\n" in printed
     assert " at 0x" not in printed
-
-
-def test_a_description_is_printed_and_programs_are_prefixed(
-    started: Callable[..., Started],
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    file = str(FILES / "urdf_display.launch.py")
-    assert verb.run(["-p", file]) == 0
-    assert "IncludeLaunchDescription(...)\n" in capsys.readouterr().out
-    begun: list[list[str]] = []
-    given = ["--launch-prefix", "nice -n 5", "--launch-prefix-filter=joy.*", file, "a:=b"]
-    with monkeypatch.context() as patch:
-        patch.setattr(verb, "start", lambda path, words, *more: begun.append(words))
-        verb.run(given)
-    assert begun == [["a:=b", "launch-prefix:=nice -n 5", "launch-prefix-filter:=joy.*"]]
-    lines = started("urdf_display.launch.py", *begun[0]).lines
-    assert [line.startswith("nice -n 5 joy") for line in lines] == [
-        False,
-        False,
-        False,
-        True,
-        False,
-    ]
 
 
 def test_a_node_that_is_not_to_start_by_itself_is_left_alone(

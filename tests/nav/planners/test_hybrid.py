@@ -31,6 +31,7 @@ KNOWN = [
     ((0.0, 0.0, math.pi), True, math.pi),  # three cusps round a third of a circle each
     ((1.0, 1.0, math.pi / 2), True, math.pi / 2),
 ]
+WORDS = ((1, 0, 1), (1, 0, -1), (1, -1, 1), (1, -1, 0, 1), (1, -1, 0, -1), (1, -1, 0, 1, -1))
 
 
 def length(pose: NDArray[np.float64] | tuple[float, ...], reverse: bool) -> float:
@@ -53,6 +54,21 @@ def test_a_curve_is_as_long_backwards_and_shorter_with_reverse() -> None:
         assert length(back, True) == pytest.approx(length(pose, True), abs=1e-6)
         assert length(pose, True) <= length(pose, False) + 1e-9
         assert length(pose, True) >= math.hypot(pose[0], pose[1]) - 1e-9
+
+
+def test_no_curve_is_shorter_than_the_shortest() -> None:
+    rng, tight = np.random.default_rng(5), 0
+    for word in (*WORDS, *(word[::-1] for word in WORDS)):
+        for _ in range(150):
+            kinds = np.array(word) * rng.choice([-1.0, 1.0])
+            lengths = rng.uniform(-1.6, 1.6, len(word)) + (rng.normal(0.0, 4.0) * (kinds == 0.0))
+            if len(word) > 3:  # an arc beside a straight that is not the first or last
+                lengths[1] = 0.5 * math.pi * rng.choice([-1.0, 1.0])
+            x, y, phi = along(np.zeros(3), np.array([kinds, lengths]), 1.0, 0.3)[-1]
+            found, driven = length((x, y, phi), True), float(np.abs(lengths).sum())
+            assert found <= driven + 1e-6
+            tight += found > driven - 1e-6
+    assert tight > 100
 
 
 @pytest.mark.parametrize(("pose", "reverse", "known"), KNOWN)

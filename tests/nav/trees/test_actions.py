@@ -56,9 +56,33 @@ def test_goals_that_were_passed_go_but_for_the_last(pose: SE2, radius: str, left
     assert play.get("goals") == goals[3 - left :]
 
 
+GOALS = (SE2(0.0, 1.0, 0.5), SE2(1.0), SE2(2.0))
+
+
+@pytest.mark.parametrize(
+    ("node", "made"),
+    [
+        ('<GetNextFewGoals input_goals="{goals}" output_goals="{out}" num_goals="2"/>', GOALS[:2]),
+        ('<GetNextFewGoals input_goals="{goals}" output_goals="{out}" num_goals="9"/>', GOALS),
+        ('<GetNextFewGoals input_goals="{no}" output_goals="{out}" num_goals="9"/>', None),
+        (
+            '<AppendGoalPoseToGoals input_goals="{goals}" goal_pose="{end}" output_goals="{out}"/>',
+            (*GOALS, SE2(7.0)),
+        ),
+        ('<AppendGoalPoseToGoals goal_pose="{end}" output_goals="{out}"/>', (SE2(7.0),)),
+        ('<ExtractRouteNodesAsGoals route="{goals}" goals="{out}"/>', (SE2(0.0, 1.0), *GOALS[1:])),
+        ('<ExtractRouteNodesAsGoals route="{no}" goals="{out}"/>', None),
+    ],
+)
+def test_goals_are_made_of_others(node: str, made: tuple[SE2, ...] | None) -> None:
+    play = Play(node, goals=GOALS, no=(), end=SE2(7.0))
+    assert play.tick() is (FAILURE if made is None else SUCCESS)
+    assert play.get("out") == made
+
+
 @pytest.mark.parametrize(
     ("given", "last"),
-    [("", 1.5), ('distance="0.9"', 1.5), ('distance="0.1"', 2.0), ('distance="7"', 0.0)],
+    [("", 1.5), ('distance="0.9"', 1.5), ('distance="0.1"', 2.0), ('distance="7"', 0.5)],
 )
 def test_the_end_of_a_path_is_left_out(given: str, last: float) -> None:
     path = np.array([[0.5 * i, 0.0, 0.0] for i in range(6)])
@@ -68,6 +92,18 @@ def test_the_end_of_a_path_is_left_out(given: str, last: float) -> None:
     assert isinstance(short, np.ndarray)
     assert short[-1, 0] == last
     np.testing.assert_array_equal(short, path[: len(short)])
+
+
+def test_the_last_pose_of_a_cut_path_faces_the_end_as_the_crow_flies() -> None:
+    path = np.array([[0.0, 0.0, 0.1], [0.0, 2.0, 0.2], [0.0, 3.0, 0.3], [0.5, 2.0, 0.4]])
+    play = Play('<TruncatePath input_path="{path}" output_path="{out}" distance="1.1"/>', path=path)
+    assert play.tick() is SUCCESS
+    assert play.get("out") == pytest.approx(
+        np.array([*path[:2], [0.0, 3.0, math.atan2(-1.0, 0.5)]])
+    )
+    play.tree.blackboard.set("path", path[-1:])
+    assert play.tick() is SUCCESS
+    assert play.get("out") == pytest.approx(np.array([[0.5, 2.0, 0.0]]))
 
 
 def cut(ports: str, path: object = STRAIGHT, **entries: object) -> Play:

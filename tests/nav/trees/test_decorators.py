@@ -29,7 +29,11 @@ PATH = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
         (f'<RunOnce then_skip="false">{OK}</RunOnce>', [SUCCESS, SUCCESS]),
         (f'<DistanceController global_frame="map">{OK}</DistanceController>', [SUCCESS, SUCCESS]),
         (f'<SpeedController goal="{{goal}}">{OK}</SpeedController>', [SUCCESS, SUCCESS]),
-        (f"<Sequence><SingleTrigger>{OK}</SingleTrigger></Sequence>", [SUCCESS, FAILURE]),
+        (f"<Sequence><SingleTrigger>{OK}</SingleTrigger></Sequence>", [SUCCESS, SUCCESS]),
+        (
+            f"<PipelineSequence><SingleTrigger>{OK}</SingleTrigger>{SPIN}</PipelineSequence>",
+            [RUNNING, FAILURE, RUNNING],
+        ),
         ("<Inverter><GlobalUpdatedGoal/></Inverter>", [FAILURE, SUCCESS]),
         ('<Inverter><PathExpiringTimer seconds="0.15"/></Inverter>', [SUCCESS, SUCCESS, FAILURE]),
         ('<IsPathValid path="{path}"/>', [FAILURE]),
@@ -43,6 +47,13 @@ PATH = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
 def test_tick_after_tick(xml: str, ticks: list[Status]) -> None:
     play = Play(xml, goal=SE2())
     assert [play.tick() for _ in ticks] == ticks
+
+
+def test_goals_pass_a_goal_updater() -> None:
+    ports = 'input_goal="{goal}" input_goals="{goals}" output_goals="{out}"'
+    play = Play(f"<GoalUpdater {ports}>{OK}</GoalUpdater>", goal=SE2(), goals=(SE2(1.0),))
+    assert play.tick() is SUCCESS
+    assert play.get("out") == (SE2(1.0),)
 
 
 def test_a_goal_is_moved() -> None:
@@ -89,11 +100,13 @@ def test_children_tick_at_a_rate(node: str, speed: float, period: float, share: 
     play = Play(f"<PipelineSequence><{node}>{WAIT}{close}<Spin/></PipelineSequence>")
     play.now, play.velocity = 50.0, Velocity(speed)
     play.tick()
-    play.tick(Wait=True)
-    play.tick(dt=(1.0 - share) * period)
-    assert "Wait" not in play.open
-    play.tick(dt=2.0 * share * period)
-    assert "Wait" in play.open
+    mean = {"R": (), "S": (2.0 / 1.1,)}[node[0]] if node != GIVEN else (0.5,)
+    for each in (*mean, period):  # SpeedController's first period is that of the mean rate
+        play.tick(Wait=True)
+        play.tick(dt=(1.0 - share) * each)
+        assert "Wait" not in play.open
+        play.tick(dt=2.0 * share * each)
+        assert "Wait" in play.open
 
 
 def test_a_path_is_a_detour_from_twice_the_length_and_near_the_goal_only() -> None:

@@ -45,6 +45,7 @@ def test_there_are_shipped_trees() -> None:
         (root("<AlwaysSuccess/><AlwaysSuccess/>"), "has 2 children; valid: 1"),
         (root("<ComputePathToPos goal='{g}'/>"), "did you mean 'ComputePathToPose'?"),
         (root("<Action ID='Spinn'/>"), "no node 'Spinn'; did you mean 'Spin'?"),
+        (root("<Action action_name='Wait'/>"), "<Action> has no ID; valid: <Action ID='...'>"),
         (root("<Spin spin_distance='1'/>"), "no port 'spin_distance'; did you mean 'spin_dist'?"),
         (root("<Spin spin_dist='far'/>"), "port 'spin_dist' is 'far'; valid: a number"),
         (root("<Spin spin_dist='nan'/>"), "valid: a number"),
@@ -130,11 +131,19 @@ def test_included_files_are_bounded(tmp_path: Path) -> None:
         read_tree(tmp_path / "0.xml")
 
 
-def test_a_subtree_has_entries_of_its_own() -> None:
+@pytest.mark.parametrize("code", ["c := 1 < 2 && true", "c := 1 &lt; 2 &amp;&amp; true"])
+def test_scripts_hold_their_operators_as_they_are(code: str) -> None:
+    tree = build_tree(root(f"<Script code='{code}'/>"), "test.xml")
+    assert tree.tick(TreeState(0.0))[0] is Status.SUCCESS
+    assert tree.blackboard.get("c") is True
+
+
+@pytest.mark.parametrize("sharing", ["_autoremap", "__autoremap", "__shared_blackboard"])
+def test_a_subtree_has_entries_of_its_own(sharing: str) -> None:
     text = (
         '<root BTCPP_format="4" main_tree_to_execute="Main">'
         '<BehaviorTree ID="Main"><Sequence><SubTree ID="Sub" goal="{aim}" speed="0.2"/>'
-        '<SubTree ID="Share" _autoremap="true"/></Sequence></BehaviorTree>'
+        f'<SubTree ID="Share" {sharing}="true"/></Sequence></BehaviorTree>'
         '<BehaviorTree ID="Sub"><Sequence><GoalReached goal="{goal}"/>'
         '<SetBlackboard value="{speed}" output_key="hidden"/>'
         '<SetBlackboard value="{speed}" output_key="@seen"/></Sequence></BehaviorTree>'

@@ -63,7 +63,8 @@ def test_each_node_goes_round_twice_and_leaves_nothing(bench: RosBench, group: G
                 if transition == "configure":
                     configured.append(entities(node))
                 if transitions is not CYCLE:
-                    node.on_config(node.config)
+                    if node.configured:
+                        node.on_config(node.config)
                     bench.advance(1.0, 10)
                     bench.set_back()
                     bench.advance(1.0, 10)

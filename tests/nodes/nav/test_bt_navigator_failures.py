@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, Quaternion, Vector3
+from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros import qos
@@ -42,6 +44,46 @@ def message_of(diagnostics: DiagnosticArray, node: str) -> str:
     return next(
         str(each.message) for each in diagnostics.status if each.name.startswith(f"{node}:")
     )
+
+
+@pytest.mark.parametrize("says_so", [True, False])
+def test_goals_of_a_robot_that_has_overturned_end(
+    robot: PlayedRobot, says_so: bool, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Its IMU is mounted on its side, whether its frame says so or not; a bump is no fall."""
+    mount = transform_msg(SE2(), "base_link", "imu_link", 0.0)
+    if says_so:
+        mount.transform.rotation = Quaternion(x=math.sqrt(0.5), w=math.sqrt(0.5))
+    robot.bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[mount]), qos.TF_STATIC)
+    array = robot.bench.collect(DiagnosticArray, "/diagnostics")
+
+    def feel(x: float, y: float, z: float, seconds: float = 0.1) -> None:
+        for _ in range(round(10 * seconds)):
+            message = Imu(linear_acceleration=Vector3(x=x, y=y, z=z))
+            message.header.frame_id = "imu_link"
+            robot.bench.publish(Imu, "imu/data", message, qos.SENSOR_PUBLISHER)
+            robot.run(0.1)
+
+    feel(0.0, 9.81, 0.0, 1.5)
+    assert ("90 degrees from the start: taken for upright" in capfd.readouterr().err) is not says_so
+    goal = go(robot, SE2(3.0, 1.0))
+    for side in (9.81, 40.0, 9.81):
+        feel(9.81 * (side > 10.0), side, 0.0)
+    drive(robot)
+    assert message_of(array[-1], "/bt_navigator") == "all could be used"
+    feel(-9.81, 0.0, 0.0, 2.0)
+    assert_failed(goal, 0)
+    said = r"the robot has overturned: 'imu/data' feels it tilted by [89]\d degrees; set it on its"
+    assert re.match(said, goal.result.error_msg)
+    assert_stopped_for_good(robot)
+    again = go(robot, SE2(3.0, 1.0))
+    feel(-9.81, 0.0, 0.0)
+    assert_failed(again, 0)
+    robot.run(1.0)
+    assert re.match(said, message_of(array[-1], "/bt_navigator"))
+    feel(0.0, 9.81, 0.0, 2.0)
+    robot.run_until_done(good := go(robot, GOAL), 30.0)
+    assert good.status == SUCCEEDED
 
 
 def test_what_no_recovery_mends_fails_at_once(robot: PlayedRobot) -> None:

@@ -145,6 +145,35 @@ def test_a_rotation_about_a_point_leaves_it_where_it_is() -> None:
     assert matrix @ (2.0, 3.0, 0.0, 1.0) == pytest.approx([2.0, 3.0, 0.0, 1.0])
 
 
+@pytest.mark.parametrize("scale", [(1.0, 2.0, 0.5), (1.0, 1.0, 1.0), (-2.0, -1.0, -3.0)])
+def test_a_matrix_is_made_of_its_parts_and_taken_apart(scale: tuple[float, ...]) -> None:
+    parts: list[tuple[float, ...]]
+    parts = [scale, (0.1, 0.2, 0.3), (0.4, -0.5, 0.6), (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0)]
+    found = tf_transformations.decompose_matrix(tf_transformations.compose_matrix(*parts))
+    for value, part in zip(found, parts, strict=True):
+        assert np.asarray(value) == pytest.approx(np.asarray(part), abs=1e-9)
+    pose = tf_transformations.compose_matrix(translate=[0.5, 0, 0], angles=[0, 0, math.pi / 2])
+    assert pose @ (1.0, 0.0, 0.0, 1.0) == pytest.approx([0.5, 1.0, 0.0, 1.0])
+    with pytest.raises(ValueError, match="matrix is singular"):
+        tf_transformations.decompose_matrix(tf_transformations.scale_matrix(0.0))
+
+
+def test_a_quaternion_without_length_turns_by_nothing() -> None:
+    assert tf_transformations.euler_from_quaternion((0, 0, 0, 0)) == (0.0, 0.0, 0.0)
+    assert tf_transformations.quaternion_matrix((0, 0, 0, 0)) == pytest.approx(np.identity(4))
+    assert tf_transformations.quaternion_real((1, 2, 3, 4)) == 4.0
+    assert tf_transformations.quaternion_imag((1, 2, 3, 4)) == pytest.approx([1, 2, 3])
+
+
+def test_random_rotations_and_vectors_are_drawn() -> None:
+    turned = tf_transformations.random_rotation_matrix((0.5, 0.0, 0.0))[:3, :3]
+    assert turned @ turned.T == pytest.approx(np.identity(3))
+    assert all(0.0 <= each <= 1.0 for each in tf_transformations.random_vector(4))
+    assert tf_transformations.scale_matrix(2.0, (1.0, 0.0, 0.0)) @ (1.0, 0.0, 0.0, 1.0) == (
+        pytest.approx([1.0, 0.0, 0.0, 1.0])
+    )
+
+
 def test_invalid_axes_are_refused() -> None:
     with pytest.raises(ValueError, match="no axes: 'xyz'; valid"):
         tf_transformations.quaternion_from_euler(0.0, 0.0, 0.0, "xyz")

@@ -104,6 +104,20 @@ def test_fused_odometry_is_each_robots_own(bench: RosBench) -> None:
     assert (odom[-1].header.frame_id, odom[-1].child_frame_id) == ("odom", "base_footprint")
 
 
+@pytest.mark.parametrize(("own", "fused"), [("way", "way"), ("wheel_odom", "odom")])
+def test_fused_odometry_has_the_topic_of_the_robots_file(
+    bench: RosBench, own: str, fused: str
+) -> None:
+    sim = start_sim(bench, world=WORLD, fused_odometry=True)
+    renamed = f"<ros><remapping>odom:={own}</remapping></ros><left_joint>"
+    text = BURGER.replace("<left_joint>", renamed, 1)
+    assert spawn(bench, "bob", uri="", text=text, entity_namespace="/bob").result.result == OK
+    odom = bench.collect(Odometry, f"/bob/{fused}")
+    run(bench, sim, 10)
+    assert "/bob/wheel_odom" in topics(bench)
+    assert len(odom) > 5
+
+
 def test_a_driving_robot_that_is_spawned_has_topics_until_it_is_deleted(bench: RosBench) -> None:
     sim = start_sim(bench, world=WORLD)
     before = topics(bench)

@@ -11,6 +11,7 @@ import pytest
 from gazebo_msgs.msg import ContactsState
 from ros_gz_interfaces.msg import Altimeter, Contacts
 from sensor_msgs.msg import (
+    BatteryState,
     CameraInfo,
     Image,
     Imu,
@@ -20,6 +21,8 @@ from sensor_msgs.msg import (
     PointCloud2,
     Range,
 )
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.files.shipped import shipped_file
@@ -146,6 +149,22 @@ def test_each_camera_has_topics_of_its_own(
     assert (x, y, z) == pytest.approx((0.0, 0.0, 2.0), abs=0.01)
 
 
+def test_clouds_are_drawn_as_seldom_as_is_asked_while_nobody_looks_at_pictures(
+    bench: RosBench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    depth = np.ones((480, 640), np.float32)
+    monkeypatch.setattr(Camera, "shoot", lambda *arguments: Shot(None, depth))
+    maker = RobotMaker(tmp_path)
+    maker.add("rgbd_camera", "oakd", "<topic>oakd</topic>")
+    sim = start_sim(bench, robot=str(maker.write()), cloud_rate=4.0)
+    clouds = bench.collect(PointCloud2, "/oakd/points", qos.SENSOR_SUBSCRIPTION)
+    run(bench, sim, 50)
+    assert len(clouds) == 4
+    images = bench.collect(Image, "/oakd/depth_image", qos.SENSOR_SUBSCRIPTION)
+    run(bench, sim, 50)
+    assert (len(images), len(clouds)) == (10, 14)
+
+
 def test_a_camera_publishes_to_listeners(bench: RosBench, monkeypatch: pytest.MonkeyPatch) -> None:
     sim = start_sim(bench)
     drawn: list[float] = []
@@ -216,3 +235,41 @@ def test_pictures_do_not_delay_real_time(bench: RosBench, monkeypatch: pytest.Mo
     sim.trigger_deactivate()
     sim.trigger_cleanup()
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("camera")]
+
+
+_BATTERY = """<gazebo><plugin filename="gz-sim-linearbatteryplugin-system"
+name="gz::sim::systems::LinearBatteryPlugin"><battery_name>pack</battery_name><voltage>12</voltage>
+<initial_charge>0.5</initial_charge><capacity>1</capacity><power_load>12</power_load>
+<smooth_current_tau>0.01</smooth_current_tau><enable_recharge>true</enable_recharge>
+<charging_time>0.1</charging_time><recharge_by_topic>true</recharge_by_topic>
+<power_draining_topic>/work</power_draining_topic>
+<stop_power_draining_topic>/rest</stop_power_draining_topic></plugin></gazebo></robot>"""
+
+
+def test_batteries_are_filled_and_drained_by_services_and_topics(
+    bench: RosBench, tmp_path: Path
+) -> None:
+    path = RobotMaker(tmp_path).write()
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("</robot>", _BATTERY), encoding="utf-8")
+    sim = start_sim(bench, robot=str(path))
+    base = "/model/arjuna/battery/pack"
+    states = bench.collect(BatteryState, f"{base}/state", qos.SENSOR_SUBSCRIPTION)
+
+    def status() -> tuple[int, float]:
+        run(bench, sim, 10)
+        return states[-1].power_supply_status, round(states[-1].current, 1)
+
+    charging, draining = (
+        getattr(BatteryState, f"POWER_SUPPLY_STATUS_{word}") for word in ("CHARGING", "DISCHARGING")
+    )
+    resting = BatteryState.POWER_SUPPLY_STATUS_NOT_CHARGING, 0.0
+    assert status() == resting
+    bench.publish(Bool, "/work", Bool(), qos.DEFAULT)
+    assert status() == (draining, -1.0)
+    assert bench.call(Trigger, f"{base}/recharge/start", Trigger.Request()).success
+    assert status() == (charging, 9.0)
+    bench.publish(Bool, "/rest", Bool(), qos.DEFAULT)
+    assert status() == (charging, 10.0)
+    bench.publish(Bool, f"{base}/recharge/stop", Bool(), qos.DEFAULT)
+    assert status()[0] == resting[0]

@@ -15,6 +15,7 @@ from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.lidar import Cloud
+from arjuna_sim.devices.sensors.battery import BatterySettings, Supply
 from arjuna_sim.devices.sensors.bumper import BumperSettings
 from arjuna_sim.devices.sensors.imu import ImuConfig
 from arjuna_sim.devices.sensors.lidar import (
@@ -258,7 +259,7 @@ def test_a_battery_drains_as_its_load_draws(tmp_path: Path, more: str) -> None:
     assert sensor.topic == "/model/arjuna/battery/pack/state"
     assert not [note for note in sim.notes if "attery" in note]
     read = [sim.robot.sense(sensor, now) for now in (0.0, 60.0, 120.0)]
-    assert read[0] == (12.0, 0.0, 1.0, 0.5)
+    assert read[0] == (12.0, 0.0, 1.0, 0.5, Supply.DRAINS)
     # Some 11 V without and 10 V with the load: 11 A for 2 min take a third of an Ah.
     assert read[2].current == pytest.approx(110.0 / read[2].voltage, rel=0.01)
     assert read[2].charge == pytest.approx(1.0 - 2.0 / 60.0 * read[1].current, abs=0.02)
@@ -273,7 +274,7 @@ def test_a_robot_stops_when_its_battery_is_empty(tmp_path: Path) -> None:
     more = "<enable_recharge>true</enable_recharge>"
     sim = simulator(EMPTY, robot=_with_battery(tmp_path, 0.002, more))
     notes = [note.partition(": ")[2] for note in sim.notes if "attery" in note]
-    assert notes == ["is not recharged"]
+    assert notes == ["is not recharged: <charging_time> must be above 0"]
     assert run(sim, 1.0, Velocity(0.3)).truth.v == pytest.approx(0.3, rel=0.1)
     seen = run(sim, 3.0, Velocity(0.3))
     assert seen.truth.v == pytest.approx(0.0, abs=1e-3)
@@ -294,6 +295,45 @@ def test_a_battery_may_wait_for_the_first_motion(tmp_path: Path, waits: bool) ->
     assert drained < 1.0
     run(sim, 2.0, Velocity())  # and goes on at rest
     assert sim.robot.sense(_further(sim, "pack"), sim.time).charge < drained - 1e-3
+
+
+def test_a_battery_is_filled_to_nine_tenths_within_its_charging_time(tmp_path: Path) -> None:
+    more = "<enable_recharge>true</enable_recharge><charging_time>0.05</charging_time>"
+    path = _with_battery(tmp_path, 0.002, more)
+    sim = simulator(EMPTY, robot=path)
+    sensor = _further(sim, "pack")
+    assert not [note for note in sim.notes if "attery" in note]
+    assert run(sim, 4.0, Velocity(0.3)).truth.v == pytest.approx(0.0, abs=1e-3)
+    battery = sim.robot.device(sensor)
+    battery.charges = True
+    seen = run(sim, 10.0, Velocity(0.3))
+    assert seen.truth.v == pytest.approx(0.3, rel=0.1), "40 A fill it, 9 A are drawn"
+    reading = sim.robot.sense(sensor, sim.time)
+    assert (reading.supply, reading.current) == (Supply.CHARGES, pytest.approx(-31.0, abs=0.5))
+    battery.drains = False
+    for now in np.arange(sim.time, sim.time + 250.0, 1.0):
+        reading = sim.robot.sense(sensor, now)
+    assert reading.percentage == pytest.approx(0.9, abs=0.03)
+    battery.charges = False
+    assert sim.robot.sense(sensor, now + 1.0).supply in (Supply.FULL, Supply.DRAINS)
+
+
+def test_a_battery_drains_when_topics_say_so(tmp_path: Path) -> None:
+    more = "<power_draining_topic>/go</power_draining_topic><power_draining_topic>/on"
+    more += "</power_draining_topic><stop_power_draining_topic>/stop</stop_power_draining_topic>"
+    sim = simulator(EMPTY, robot=_with_battery(tmp_path, 1.0, more))
+    sensor = _further(sim, "pack")
+    assert isinstance(sensor, BatterySettings)
+    assert (sensor.draining_topics, sensor.resting_topics) == (("/go", "/on"), ("/stop",))
+    run(sim, 1.0)
+    assert sim.robot.sense(sensor, sim.time).supply is Supply.RESTS
+    sim.robot.device(sensor).drains = True
+    run(sim, 1.0)
+    drained = sim.robot.sense(sensor, sim.time)
+    assert (drained.supply, drained.charge < 1.0) == (Supply.DRAINS, True)
+    sim.robot.device(sensor).drains = False
+    run(sim, 1.0)
+    assert sim.robot.sense(sensor, sim.time).charge == drained.charge
 
 
 def test_readings_are_the_same_each_time_whatever_else_is_read(tmp_path: Path) -> None:

@@ -177,10 +177,25 @@ def test_every_lidar_spelling_reads(tmp_path: Path, inside: str, topic: str, fra
     assert (lidar.angle_min, lidar.range_max) == (-1.5, 30.0)
 
 
-def test_imu_of_a_plugin_without_a_sensor_is_read(tmp_path: Path) -> None:
-    imu = _load(tmp_path, FOUR + IMU).settings.first(ImuSettings)
-    assert imu is not None
-    assert (imu.link, imu.frame, imu.rate, imu.topic) == ("base", "imu_frame", 25.0, "imu/raw")
+@pytest.mark.parametrize(
+    ("inside", "topics"),
+    [
+        (None, {"imu/raw"}),
+        ("<always_on>true</always_on>", {"imu/raw"}),
+        ("<topic>own</topic>", {"imu/raw", "own"}),
+    ],
+)
+def test_imu_of_a_plugin_is_one_with_a_silent_sensor_of_its_link(
+    tmp_path: Path, inside: str | None, topics: set[str]
+) -> None:
+    """As old TurtleBot3's, whose bare `<sensor>` says nothing on ROS."""
+    sensor = f"<sensor name='imu' type='imu'>{inside}</sensor>" if inside else ""
+    text = f"<gazebo reference='base'>{sensor}</gazebo>"
+    settings = _load(tmp_path, FOUR + text + IMU).settings
+    found = {imu.topic: imu for imu in settings.sensors if isinstance(imu, ImuSettings)}
+    assert found.keys() == topics
+    imu = found["imu/raw"]
+    assert (imu.link, imu.frame, imu.rate) == ("base", "imu_frame", 25.0)
 
 
 REALSENSE = """<gazebo reference="base">
@@ -210,6 +225,24 @@ def test_joints_whose_states_a_plugin_publishes(tmp_path: Path, given: str) -> N
     robot = _load(tmp_path, FOUR + plugin)
     assert robot.settings.reported == named
     assert not any("does not move" in note for note in texts(robot.notes))
+
+
+@pytest.mark.parametrize("flag", ["publish_wheel_tf", "publishWheelJointState", "publish_odom"])
+def test_a_drive_publishes_its_wheels_beside_the_joints_of_another_plugin(
+    tmp_path: Path, flag: str
+) -> None:
+    """As on a robot whose other plugin names the joints of its arm alone."""
+    plugin = "<gazebo><plugin name='j' filename='libgazebo_ros_joint_state_publisher.so'>{}"
+    named = "<joint_name>front_left_wheel_joint</joint_name></plugin></gazebo>"
+    sides = "".join(
+        f"<{side}_joint>{end}_{side}_wheel_joint</{side}_joint>"
+        for end in ("front", "rear")
+        for side in ("left", "right")
+    )
+    drive = f"<plugin name='d' filename='libgazebo_ros_diff_drive.so'>{sides}<{flag}>true</{flag}>"
+    text = FOUR + plugin.format(named) + f"<gazebo>{drive}</plugin></gazebo>"
+    reported = _load(tmp_path, text).settings.reported
+    assert len(set(reported)) == (1 if flag == "publish_odom" else 4)
 
 
 def test_light_robot_on_two_wide_wheels_turns_as_its_wheels_do(tmp_path: Path) -> None:

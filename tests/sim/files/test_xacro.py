@@ -30,6 +30,7 @@ from tests.sim.robot_files.package import write
 
 pytest.importorskip("xacro")
 SEED = Path(__file__).parents[2] / "fuzz" / "corpus" / "macros.xacro"
+ALL = {"arm": "true", "use_sim": "true"}
 ROBOT = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
 
 
@@ -78,6 +79,54 @@ def test_argument_without_a_value_is_empty_and_one_without_a_use_is_noted(tmp_pa
         NoteKind.CHANGED: "argument 'prefix' has no value, so it is empty",
         NoteKind.IGNORED: "argument 'colour' is used nowhere",
     }
+
+
+def test_what_is_false_by_default_is_named_where_a_drive_or_a_sensor_lacks(tmp_path: Path) -> None:
+    arguments = "".join(
+        f'<xacro:arg name="{name}" default="{value}"/>'
+        for name, value in (("arm", "False"), ("use_sim", "false"), ("rate", "9"), ("idle", "0"))
+    )
+    sensor = '<gazebo reference="a"><sensor type="imu" name="i"/></gazebo>'
+    inside = arguments + (
+        '<link name="a"/><xacro:if value="$(arg arm)"/>'
+        f'<xacro:if value="$(arg use_sim)">{sensor}</xacro:if><!-- $(arg rate) -->'
+    )
+    expanded = _expand(tmp_path, inside)
+    assert expanded.off == ("arm", "use_sim")
+    assert _expand(tmp_path, inside, arm="false").off == ("use_sim",)
+    path = tmp_path / "package" / "urdf" / "r.xacro"
+    (said,) = [note for note in texts(load_robot(path).notes) if "false by default" in note]
+    assert said.startswith("no drive plugin and no sensors: use_sim:=true may bring ")
+    assert said.endswith("; false by default are use_sim, arm")
+    on = load_robot(path, arguments={"use_sim": "true"})
+    assert "no drive plugin: arm:=true may bring" in " ".join(texts(on.notes))
+    assert not any("by default" in n for n in texts(load_robot(path, arguments=ALL).notes))
+
+
+@pytest.mark.parametrize(
+    ("inside", "remedy"),
+    [
+        (
+            '<xacro:macro name="m"><xacro:insert_block name="b"/></xacro:macro><xacro:m/>',
+            "params names it with a star, *NAME",
+        ),
+        ('<xacro:macro name="m" params="p"/><xacro:m/>', "params a default"),
+        ('<a b="${width}"/>', "<xacro:property> or <xacro:arg> defines it"),
+        ('<macro name="m" params="p"><a b="${p}"/></macro><xacro:m p="1"/>', "<xacro:macro> is"),
+    ],
+)
+def test_a_refusal_says_what_is_missing(tmp_path: Path, inside: str, remedy: str) -> None:
+    with pytest.raises(RobotError) as refused:
+        _expand(tmp_path, inside)
+    assert remedy in refused.value.problem
+
+
+def test_bare_tags_of_old_xacro_are_noted_once_unless_in_comments(tmp_path: Path) -> None:
+    commented = '<!-- <macro name="m"/> --><link name="a"/>'
+    assert not _expand(tmp_path, commented).notes
+    bare = '<property name="p" value="1"/><property name="q" value="1"/><link name="a"/>'
+    (note,) = _expand(tmp_path, bare).notes
+    assert (note.kind, "<xacro:property> is" in note.text) == (NoteKind.BROKEN, True)
 
 
 def test_macros_of_a_missing_include_are_left_out_each_with_a_note(tmp_path: Path) -> None:

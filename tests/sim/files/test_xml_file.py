@@ -120,3 +120,8 @@ def test_elements_are_nested_so_deep_and_no_deeper() -> None:
     assert len(parse_xml("f", side_by_side)) == 2
     with pytest.raises(InputFileError, match=f"or more than {_DEPTH_MAX} nested"):
         parse_xml("f", nested(_DEPTH_MAX + 1))
+
+
+def test_attributes_hold_signs_that_xml_would_have_escaped() -> None:
+    part = parse_xml("f", b"<a><b c = 'x < 1 && &y;' d=\"&lt;&#38;it's\"/>1 = 'p'</a>")[0]
+    assert part.attrib == {"c": "x < 1 && &y;", "d": "<&it's"}

@@ -62,6 +62,20 @@ def test_robot_pulls_away_as_hard_as_it_grips(friction: float) -> None:
     assert run(sim, 1.5, Velocity()).truth.pose.x == pytest.approx(1.0, rel=0.03)
 
 
+@pytest.mark.parametrize("axles", [1, 2, 3])
+@pytest.mark.parametrize("friction", [1.5, 2.5, 200.0, 1e9])
+def test_robot_turns_on_the_spot_however_much_its_wheels_grip(friction: float, axles: int) -> None:
+    """Files copy 100 or 200 from each other; wheels that held as hard would not slide at all."""
+    chassis = dataclasses.replace(FOUR_WHEELS, friction=friction, axles=axles, casters=2)
+    sim = _simulator(chassis, level())
+    turned = run(sim, 3.0, Velocity(yaw_rate=0.5)).truth.pose.theta
+    assert turned == pytest.approx(1.5, rel=0.06)
+    is_taken_down = friction > 2.0 and axles > 1
+    assert sim.robot.model.settings.friction["wheel_l0"] == (1.0 if is_taken_down else friction)
+    notes = [note for note in texts(sim.robot.model.notes) if "is taken to be 1" in note]
+    assert len(notes) == is_taken_down
+
+
 @pytest.mark.parametrize("chassis", BETWEEN, ids=lambda c: c.name)
 def test_robot_on_wheels_between_casters_is_never_much_too_fast(chassis: Chassis) -> None:
     sim = _simulator(chassis, level())

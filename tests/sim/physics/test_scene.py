@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import dataclasses
+from pathlib import Path
+from typing import Any
+
 import mujoco
 import numpy as np
 import pytest
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.entities import Entity
-from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
+from arjuna_sim.model.geometry.shapes import Kind, Mesh, Part, Shape
+from arjuna_sim.model.world import Body
+from arjuna_sim.physics import scene as scenes
 from arjuna_sim.physics.pacing import PaceMeter, Pacer
+from arjuna_sim.physics.running import saved
 from arjuna_sim.physics.scene import Scene, build_scene
 from arjuna_sim.physics.wheels.servo import ServoConfig
 from tests.sim.generated import Chassis, level
+from tests.sim.physics.test_geoms import L
 
 STEP = 0.002
 ROBOT = Chassis().robot()
@@ -94,6 +102,40 @@ def test_the_solver_is_set_for_dry_friction(two: Scene) -> None:
     assert (option.impratio, option.tolerance) == (1e6, 1e-6)
     assert option.gravity == pytest.approx(level().gravity)
     assert option.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP
+
+
+def test_a_model_from_the_cache_is_the_one_that_was_compiled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(scenes, "_SLOW", 12)
+    folder, made, make = tmp_path / "arjuna" / "models", list[object](), scenes._made
+
+    def counted(*of: Any) -> Any:
+        made.append(of)
+        return make(*of)
+
+    monkeypatch.setattr(scenes, "_made", counted)
+    half = Part(Shape(Kind.MESH, (0.5, 1.0, 1.0), Mesh(Path("l.stl"), L)), Pose3((4.0, 0.0, 0.0)))
+
+    def compiled(part: Part, keep: bool = True, mass: float = 1.0) -> Scene:
+        ground = level()
+        world = dataclasses.replace(ground, bodies=(*ground.bodies, Body("bent", part, True)))
+        things = (crate(2, mass=mass),)
+        return build_scene({"a": ROBOT}, world, ServoConfig(), STEP, things, keep)
+
+    first, kept, plain = compiled(half), compiled(half), compiled(half, keep=False)
+    assert (len(made), len(list(folder.iterdir()))) == (2, 1)
+    assert "bent" in first.names
+    for other in (kept, plain):
+        assert saved(other.model).tobytes() == saved(first.model).tobytes()
+        assert other.names == first.names
+        assert other.robots["a"].support.ride_height == first.robots["a"].support.ride_height
+    compiled(dataclasses.replace(half, friction=0.1))
+    compiled(half, mass=2.0)
+    assert len(made) == 4, "they are others"
+    compiled(dataclasses.replace(half, shape=Shape(Kind.BOX, (1.0, 1.0, 1.0))))
+    assert len(list(folder.iterdir())) == 3, "what is compiled at once is not kept"
 
 
 class Clock:

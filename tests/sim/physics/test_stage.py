@@ -20,7 +20,7 @@ from arjuna_sim.files.spawned import read_entity
 from arjuna_sim.model.entities import BlockedPoseError, Entity, UnknownEntityError
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.world import Trajectory
-from arjuna_sim.physics.scene import ContactLog
+from arjuna_sim.physics.contacts import ContactLog
 from arjuna_sim.simulation import Simulation
 from tests.sim.builders import EMPTY, ROOM, ROOT, run, simulator
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -782,6 +783,15 @@ def test_play(row: Play, played_bags: dict[str, Path], bench: RosBench) -> None:
     with closing(Stage(bench, given)) as stage:
         row.during(stage)
     assert row.holds(stage.received)
+
+
+def test_a_remapping_is_for_the_recording_and_not_for_the_player(
+    played_bags: dict[str, Path], monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    words = ["bag", "play", str(played_bags["one"]), "-r", "1000", "--remap", "/scan:=/front"]
+    monkeypatch.setattr(sys, "argv", ["ros2", *words])
+    assert main([*words, "--disable-keyboard-controls"]) == 0
+    assert "This syntax is deprecated" not in capfd.readouterr().err
 
 
 @dataclass(frozen=True)

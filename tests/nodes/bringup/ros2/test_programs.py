@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
 
 from arjuna_core.pose3 import Pose3
+from arjuna_core.ros.convert import transform_msg
+from arjuna_core.se2 import SE2
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.programs.bridge import Bridged, Relay, bridged, simulated
 from bringup.ros2.programs.relays import relayed
 from bringup.ros2.programs.static_transform_publisher import parse
 from bringup.ros2.programs.tf2_echo import lines
+from bringup.ros2.programs.tf2_monitor import Delays, chain_of
 from tests.helpers.processes import Lines
 from tests.helpers.ros import RosBench
 from tests.helpers.ros2.commands import Outcome
@@ -67,6 +72,32 @@ def test_tf2_echo_prints_a_pose_in_every_form() -> None:
         "  0.000  0.000  1.000 -3.000",
         "  0.000  0.000  0.000  1.000",
     ]
+
+
+def test_tf2_monitor_reports_delays_of_frames_and_of_a_chain() -> None:
+    delays = Delays(now=10.0)
+    for stamp in (9.5, 9.0):
+        moving = transform_msg(SE2(), "odom", "base", stamp)
+        delays.add(TFMessage(transforms=[moving, transform_msg(SE2(), "map", "odom", 9.75)]))
+    delays.net.append(1.5)
+    parents = {"base": "odom", "odom": "map", "lidar": "base", "other": "map"}
+    assert chain_of(parents, "lidar", "map") == ["lidar", "base", "odom", "map"]
+    assert chain_of(parents, "base", "other") == ["base", "odom", "map", "other"]
+    head, frames = delays.lines(["base", "odom"]), delays.lines()
+    assert head[3:6] == [
+        "RESULTS: for odom to base",
+        "Chain is: base -> odom",
+        "Net delay     avg = 1.5: max = 1.5",
+    ]
+    assert frames[3] == "RESULTS: for all Frames"
+    assert (
+        "Frame: base, published by <no authority available>, Average Delay: 0.75, Max Delay: 1"
+        in frames
+    )
+    assert re.fullmatch(
+        r"Node: <no authority available> [\d.e+]+ Hz, Average Delay: 0.5 Max Delay: 0.625",
+        frames[-1],
+    )
 
 
 def test_view_frames_writes_a_graph_and_a_pdf(ros2: Callable[..., Outcome], tmp_path: Path) -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.drive import DriveConfig
-from arjuna_sim.devices.driving.controller import Drive, HoldLimits, limited
+from arjuna_sim.devices.driving.controller import Drive, HoldLimits, Ramp, limited
 from arjuna_sim.model.settings import DriveKind, DriveSettings
 
 _WHEELS = DriveSettings(("l",), ("r",), 0.0, 0.05, 1.0, 0.5, 0.05, plugin="p")
@@ -115,7 +116,7 @@ def test_nothing_is_bounded_but_by_what_physics_can_step() -> None:
     free = limited(DriveConfig(), _WHEELS_1)
     assert {b.value for b in (free.forward, free.reverse, free.turn)} == {50.0}
     assert "physics" in free.turn.source
-    assert free.linear_acceleration == free.angular_acceleration == math.inf
+    assert free.linear == free.angular == Ramp(math.inf, math.inf)
     assert free.hold == HoldLimits(0.5, 3.0)
 
 
@@ -126,7 +127,7 @@ def test_the_robots_file_bounds_what_it_names() -> None:
     limits = limited(DriveConfig(), given)
     assert (limits.forward.value, limits.reverse.value, limits.turn.value) == (0.4, 0.4, 1.5)
     assert "plugin 'p'" in limits.forward.source
-    assert (limits.linear_acceleration, limits.angular_acceleration) == (0.2, 0.7)
+    assert (limits.linear, limits.angular) == (Ramp(0.2, 0.2), Ramp(0.7, 0.7))
     assert limited(DriveConfig(), replace(given, max_reverse=0.1)).reverse.value == 0.1
 
 
@@ -140,13 +141,13 @@ def test_parameters_replace_what_the_file_says(parameter: float, bound: float) -
 
 def test_a_robot_turns_up_as_its_wheels_grip_at_half_its_track() -> None:
     slippery = limited(DriveConfig(), _WHEELS_1, steady=0.1)
-    assert slippery.linear_acceleration == 0.1
-    assert slippery.angular_acceleration == pytest.approx(0.1 / 0.25)
+    assert slippery.linear == Ramp(0.1, 0.1)
+    assert slippery.angular.up == pytest.approx(0.1 / 0.25)
     balanced = limited(DriveConfig(), replace(_WHEELS_1, separation=0.0), steady=0.1)
-    assert balanced.angular_acceleration == math.inf
+    assert balanced.angular.up == math.inf
     config = DriveConfig(max_linear_acceleration=0.05, max_angular_acceleration=0.1)
     lower = limited(config, _WHEELS_1, steady=0.1)
-    assert (lower.linear_acceleration, lower.angular_acceleration) == (0.05, 0.1)
+    assert (lower.linear.up, lower.angular.down) == (0.05, 0.1)
 
 
 def test_time_out_is_the_parameters_else_that_of_the_robots_controllers() -> None:
@@ -154,6 +155,43 @@ def test_time_out_is_the_parameters_else_that_of_the_robots_controllers() -> Non
     assert limited(DriveConfig(), own).hold == HoldLimits(0.25, is_fixed=True)
     config = DriveConfig(command_timeout=0.0, command_timeout_max=9.0)
     assert limited(config, own).hold == HoldLimits(0.0, 9.0)
+
+
+def test_speeds_fall_as_files_say_and_their_changes_are_no_sharper() -> None:
+    given = replace(_WHEELS, max_acceleration=1.0, max_deceleration=0.5, max_turn_jerk=8.0)
+    drive = _drive(replace(given, max_turn_acceleration=2.0))
+    seen = []
+    for now, speed in ((0.0, 0.4), (1.0, -0.4), (2.2, -0.4), (3.0, 0.0)):
+        drive.command(Velocity(speed, yaw_rate=2.0 * speed), now)
+        ticks = round(((3.6 if speed == 0.0 else 1.0) - 0.0) / 0.02)
+        seen += [drive.velocity(now, 0.02) for _ in range(ticks)]
+    steps = np.diff([0.0, *(v.x for v in seen)]) / 0.02
+    assert (steps.max(), steps.min()) == pytest.approx((1.0, -0.5))
+    turns = np.array([0.0, *(v.yaw_rate for v in seen)])
+    rates = np.diff(turns) / 0.02
+    assert np.abs(rates).max() == pytest.approx(2.0, abs=0.2)
+    assert np.abs(np.diff(rates)).max() <= 8.0 * 0.02 + 1e-9
+    assert (turns.max(), turns.min(), turns[-1]) == pytest.approx((0.8, -0.8, 0.0), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("speed", "ramp", "time"),
+    [
+        (1.0, Ramp(2.0, 0.5), 2.0),
+        (-1.0, Ramp(2.0, 0.5), 0.5),
+        (1.0, Ramp(1.0, 1.0, 4.0), 1.25),
+        (1.0, Ramp(9.0, 9.0, 4.0), 1.0),
+        (0.0, Ramp(1.0, 1.0, 4.0), 0.0),
+        (0.0, Ramp(math.inf, math.inf), 0.0),
+    ],
+)
+def test_how_long_it_brakes(speed: float, ramp: Ramp, time: float) -> None:
+    assert ramp.braking(speed) == pytest.approx(time)
+    rate, left = 0.0, time
+    while left > 1e-9:
+        speed, rate = ramp.step(speed, 0.0, rate, 0.01)
+        left -= 0.01
+    assert speed == pytest.approx(0.0, abs=0.03)
 
 
 def test_a_steered_base_ramps_its_speed_along_the_commands_arc() -> None:

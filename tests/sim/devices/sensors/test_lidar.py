@@ -108,6 +108,21 @@ def test_a_lidar_of_several_rows_publishes_points_and_its_level_plane() -> None:
     ]
 
 
+def test_each_plugin_of_a_lidar_publishes_what_it_names() -> None:
+    plugin = (
+        "<plugin filename='libgazebo_ros_ray_sensor.so'><ros><argument>~/out:={0}</argument></ros>"
+        "<output_type>sensor_msgs/{0}</output_type></plugin>"
+    )
+    kinds = ("PointCloud2", "PointCloud", "LaserScan", "Range")
+    tag = element(ROWS + "".join(map(plugin.format, kinds)))
+    found = {sensor.topic: type(sensor) for sensor in read_lidar(tag)}
+    assert found == dict(
+        zip(kinds, (CloudSettings, CloudSettings, LidarSettings, RangeSettings), strict=True)
+    )
+    old = "sensor 's': publishes sensor_msgs/PointCloud2 in place of PointCloud"
+    assert [note.text for note in tag.xml.notes].count(old) == 1
+
+
 @pytest.mark.parametrize(
     ("plugin", "kind"),
     [

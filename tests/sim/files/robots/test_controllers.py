@@ -126,9 +126,12 @@ def test_time_outs(tmp_path: Path, given: dict[str, Any], seconds: float | None)
         ("{}_wheel_names", ("/name/cmd_vel", "/name/odom")),
     ],
 )
-@pytest.mark.parametrize("rear", ["rear", "back"])
+@pytest.mark.parametrize(
+    ("rear", "radius"),
+    [("rear", {"wheel_radius": 0.07}), ("back", {"kinematics": {"wheels_radius": 0.07}})],
+)
 def test_mecanum_wheels_by_any_of_their_parameters(
-    tmp_path: Path, form: str, topics: tuple[str, str], rear: str
+    tmp_path: Path, form: str, topics: tuple[str, str], rear: str, radius: dict[str, Any]
 ) -> None:
     names = {
         form.format(f"{end}_{side}"): f"{wheel}_{side}_wheel_joint"
@@ -137,9 +140,9 @@ def test_mecanum_wheels_by_any_of_their_parameters(
     }
     kind = "mecanum_drive_controller/MecanumDriveController"
     manager = {"controller_manager": {"ros__parameters": {"name": {"type": kind}}}}
-    values = {**names, "wheel_base": 0.28, "wheel_separation": 0.28, "wheel_radius": 0.06}
+    values = {**names, "wheel_base": 0.28, "wheel_separation": 0.28, **radius}
     drive = _drive(tmp_path, {**manager, "name": {"ros__parameters": values}})
-    assert drive.kind is DriveKind.MECANUM
+    assert (drive.kind, drive.radius) == (DriveKind.MECANUM, 0.07)
     assert (drive.command_topic, drive.odometry_topic) == topics
 
 
@@ -152,8 +155,9 @@ def test_limits_that_no_drive_has_are_noted(tmp_path: Path) -> None:
     content = _file("name", {**_JOINTS, **limits}, dotted=True)
     tag, files = control(yaml.safe_dump(content, sort_keys=False))
     robot = load_robot(Robot(four(), tag, files=files).write(tmp_path, "made.urdf"), SearchPath())
-    expected = "linear.x.max_jerk, linear.x.max_deceleration, angular.z.min_velocity"
+    expected = "linear.x.max_deceleration, angular.z.min_velocity"
     assert f"controller 'name': not simulated: {expected}" in texts(robot.notes)
+    assert (robot.drive.max_jerk, robot.drive.max_turn_jerk) == (5.0, 0.0)
 
 
 _GZ = {

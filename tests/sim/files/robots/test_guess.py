@@ -10,6 +10,7 @@ import pytest
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.robots.guess import guess_drive, guess_sides
+from arjuna_sim.files.robots.plugins import NO_DRIVE
 from arjuna_sim.files.urdf.gazebo import read_tags
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
@@ -165,3 +166,12 @@ def test_a_guess_says_what_it_is() -> None:
     none = urdf_file()
     assert not guess_drive(none, wheeled(CORNERS[:1])).wheels
     assert "has no drive: neither a drive plugin nor wheels on both sides" in str(list(none.notes))
+
+
+@pytest.mark.parametrize("lying", [True, False])
+def test_wheels_that_lie_on_their_sides_are_named(lying: bool) -> None:
+    xml = urdf_file()
+    up = (0.0, 0.0, 1.0) if lying else (1.0, 0.0, 0.0)
+    assert guess_drive(xml, wheeled(CORNERS[:2], along=up, names=SIDES[:2])) is NO_DRIVE
+    said = "front_left_wheel, front_right_wheel: turn about the vertical, as no wheel does"
+    assert any(said in note.text for note in xml.notes) is lying

@@ -127,11 +127,20 @@ def test_what_a_plugin_gets_wrong_is_refused(inside: str, problem: str) -> None:
         ("<max_steer>0.6</max_steer>", {"steering_limit": 0.6}),
         ("<max_wheel_acceleration>2</max_wheel_acceleration>", {"max_acceleration": 2.0}),
         ("<max_linear_acceleration>2</max_linear_acceleration>", {"max_acceleration": 2.0}),
+        (
+            "<min_acceleration>-2</min_acceleration>",
+            {"max_deceleration": 2.0, "max_turn_deceleration": 2.0},
+        ),
+        ("<min_linear_acceleration>-2</min_linear_acceleration>", {"max_deceleration": 2.0}),
+        ("<max_jerk>3</max_jerk><min_jerk>-2</min_jerk>", {"max_jerk": 2.0, "max_turn_jerk": 2.0}),
+        ("<max_angular_jerk>3</max_angular_jerk>", {"max_turn_jerk": 3.0}),
         ("<max_linear_velocity>2</max_linear_velocity>", {"max_velocity": 2.0}),
         ("<max_linear_speed>2</max_linear_speed>", {"max_velocity": 2.0}),
         ("<max_angular_speed>2</max_angular_speed>", {"max_turn": 2.0}),
         ("<update_rate>20</update_rate>", {"rate": 20.0}),
         ("<odom_publish_frequency>20</odom_publish_frequency>", {"rate": 20.0}),
+        ("<updateRate>30</updateRate><odometryRate>50</odometryRate>", {"rate": 50.0}),
+        ("<update_rate>100</update_rate><publish_rate>10</publish_rate>", {"rate": 10.0}),
         ("<commandTopic>go</commandTopic>", {"command_topic": "go"}),
         ("<topic>go</topic>", {"command_topic": "go"}),
         ("<odom_topic>way</odom_topic>", {"odometry_topic": "way"}),
@@ -182,10 +191,9 @@ def test_what_is_not_simulated_is_noted_once() -> None:
     extra = "<wibble>1</wibble><aaa/><wibble>2</wibble><legacyMode>1</legacyMode>"
     assert read(SIDES + extra)[1] == ("plugin 'p': not simulated: <aaa>, <wibble>",)
     assert read(SIDES + "<aaa/>", name="")[1] == ("plugin 'f.so': not simulated: <aaa>",)
-    least = "<max_acceleration>1</max_acceleration><min_acceleration>{}</min_acceleration>"
-    assert read(SIDES + least.format("-1.0"))[1] == ()  # says nothing more
-    for other in ("-2", "much"):
-        noted = ("plugin 'p': not simulated: <min_acceleration>",)
+    least = "<max_wibble>1</max_wibble><min_wibble>{}</min_wibble>"
+    for other, tags in (("-1.0", ""), ("-2", ", <min_wibble>"), ("much", ", <min_wibble>")):
+        noted = (f"plugin 'p': not simulated: <max_wibble>{tags}",)
         assert read(SIDES + least.format(other))[1] == noted
 
 

@@ -116,6 +116,13 @@ def test_frames_move_with_what_they_are_attached_to_and_joints_with_their_child(
     assert [x_of(inside, name) for name in "fjg"] == [11.0, 111.0, 1001.0]
 
 
+def test_a_name_of_a_link_and_of_its_joint_is_the_link_s() -> None:
+    link = f"<link name='a'>{AT.format(1)}</link>"
+    joint = "<joint name='a'><child>a</child></joint>"
+    for inside in (link + joint, joint + link, f"<frame name='a'/>{link}{joint}"):
+        assert x_of(inside, "a") == 1.0
+
+
 def test_names_lead_into_nested_models_and_out_of_merged_ones() -> None:
     inner = f"<model name='n'{{}}>{AT.format(1)}<link name='l'>{AT.format(10)}</link></model>"
     assert x_of(inner.format(""), "n::l") == 11.0

@@ -11,7 +11,7 @@ from PIL import Image
 
 from arjuna_core.errors import WorldError
 from arjuna_core.pose3 import ORIGIN
-from arjuna_sim.files.sdf.geometry_tags import Placed, read_colour, read_shape
+from arjuna_sim.files.sdf.geometry_tags import Placed, read_colour, read_friction, read_shape
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import GREY, Kind
 from arjuna_sim.model.notes import NoteKind
@@ -141,3 +141,24 @@ def test_a_heightmap_has_its_first_row_at_the_far_side(tmp_path: Path) -> None:
 def test_a_colour_is_diffuse_before_ambient(material: str, colour: tuple[float, ...]) -> None:
     xml = file(f"<material>{material}</material>")
     assert read_colour(xml, xml.child(xml.root, "visual", "w"), "it") == pytest.approx(colour)
+
+
+@pytest.mark.parametrize(
+    ("surface", "friction", "said"),
+    [
+        ("<friction><ode><mu>0.5</mu></ode></friction>", 0.5, ()),
+        ("<friction><ode><mu>1</mu><slip1>1</slip1></ode></friction>", 1.0, ("slip1",)),
+        (
+            "<bounce><restitution_coefficient>1</restitution_coefficient></bounce>",
+            None,
+            ("restitution_coefficient",),
+        ),
+        ("<bounce><restitution_coefficient>0</restitution_coefficient></bounce>", None, ()),
+    ],
+)
+def test_what_a_surface_does_beside_rubbing_is_noted(
+    surface: str, friction: float | None, said: tuple[str, ...]
+) -> None:
+    xml = file(f"<surface>{surface}</surface>")
+    assert read_friction(xml, xml.child(xml.root, "visual", "w"), "it") == friction
+    assert [note.text for note in xml.notes] == [f"it: <{tag}>: not simulated" for tag in said]

@@ -137,6 +137,22 @@ def test_a_joint_whose_leader_is_not_there_moves_freely() -> None:
     assert note.text.endswith("; it moves freely")
 
 
+def test_tags_that_no_urdf_has_are_named_once_with_where_they_belong() -> None:
+    shape = "<geometry><sphere radius='1'/></geometry><material name='m'/>"
+    touched = f"<collision>{shape}<surface><friction/></surface></collision>"
+    seen = f"<visual>{shape}<origin/></visual><inertial><mass value='0'/></inertial>"
+    links = f"<link name='a'>{touched}{seen}</link><link name='b'>{touched}<pose>0</pose></link>"
+    joint = "<joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint>"
+    text = f"<robot name='r'>{links}{joint}</robot>".encode()
+    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text)
+    read_urdf(xml)
+    gone = "no tag of a URDF, and left out, as Gazebo does;"
+    assert texts(xml.notes)[:2] == (
+        f"link <collision><surface> (at a, b): {gone} <gazebo reference='a'> holds Gazebo's",
+        f"link <pose> (at b): {gone} the <origin> of a link's joint places it",
+    )
+
+
 _LIDAR = """<plugin name="lidar" filename="libgazebo_ros_ray_sensor.so">
 <ros><remapping>~/out:=scan</remapping></ros><output_type>sensor_msgs/LaserScan</output_type>
 <frame_name>{}</frame_name></plugin>"""

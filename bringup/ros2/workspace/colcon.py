@@ -1,4 +1,4 @@
-"""`colcon build`: packages of Python, and of data, into a workspace that can be sourced.
+"""`colcon`: packages of Python, and of data, built into a workspace that can be sourced.
 
 What colcon 0.18 and colcon-ros 0.5 lay down for them: `install/PACKAGE` with `lib/PACKAGE`,
 `lib/pythonX.Y/site-packages` and `share/PACKAGE`, and `install/setup.bash`.
@@ -8,53 +8,22 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
-from typing import NoReturn
 
 from arjuna_core.errors import ArjunaError, nearest
-from arjuna_core.files.input_file import read_bytes
-from arjuna_core.files.xml_text import parse_xml
-from bringup.ros2.cmake import read_cmake
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.main import become_real
+from bringup.ros2.workspace.cmake import read_cmake
+from bringup.ros2.workspace.packages import SITE, Package, packages_below
+from bringup.ros2.workspace.testing import run_tests, show_results
 
-_IGNORED = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE")
-_DEPENDS = re.compile(r"(build|exec|run|buildtool|test|build_export|)_?depend")
-_NAME = r"[A-Za-z][\w-]*"
-_CATKIN = """<package format="2">
-  <name>{0}</name>
-  <version>0.0.0</version>
-  <description>The {0} package</description>
-  <maintainer email="user@todo.todo">user</maintainer>
-  <license>TODO</license>
-  <buildtool_depend>catkin</buildtool_depend>
-{1}</package>
-"""
-_SITE = f"lib/python{sys.version_info.major}.{sys.version_info.minor}/site-packages"
 _REMEDY = "ROS's own tools build it, what else the package installs is there"
-
-
-@dataclass(frozen=True)
-class Package:
-    """A package of a workspace.
-
-    Attributes:
-        kind: Its build type: `ament_python`, `ament_cmake`, ...
-        depends: Names of packages.
-    """
-
-    name: str
-    folder: Path
-    kind: str
-    depends: frozenset[str]
 
 
 def run() -> None:
@@ -64,28 +33,17 @@ def run() -> None:
 
 
 def main(words: Sequence[str]) -> int:
-    """Build or list the packages below the working folder; return the exit code."""
-    parser = argparse.ArgumentParser(prog="colcon", description=__doc__.splitlines()[0])
-    verbs = parser.add_subparsers(dest="verb", required=True)
-    listing = verbs.add_parser("list", help="list the packages")
-    build = verbs.add_parser("build", help="build them")
-    for verb in (listing, build):
-        verb.add_argument("--base-paths", nargs="+", default=["."])
-        for option in ("--packages-select", "--packages-up-to", "--packages-skip"):
-            verb.add_argument(option, nargs="+", default=[], metavar="PACKAGE")
-    build.add_argument("--symlink-install", action="store_true", help="link to the sources")
-    for base in ("build", "install"):
-        build.add_argument(f"--{base}-base", type=Path, default=Path(base))
-    for option in ("--event-handlers", "--cmake-args", "--ament-cmake-args", "--mixin"):
-        build.add_argument(option, nargs="*", help="without an effect")
-    build.add_argument("--parallel-workers", type=int, help="without an effect")
-    for flag in ("--merge-install", "--continue-on-error", "--allow-overriding"):
-        build.add_argument(flag, action="store_true", help="without an effect")
+    """Build, test or list the packages below the working folder; return the exit code."""
+    parser = _parser()
     arguments, unknown = parser.parse_known_args(words)
     if unknown:
         print(f"no effect: {' '.join(unknown)}")
     try:
+        if arguments.verb == "test-result":
+            return show_results(arguments)
         packages = _chosen(arguments)
+        if arguments.verb == "test":
+            return run_tests(packages, arguments)
         if arguments.verb == "list":
             print("\n".join(f"{p.name}\t{p.folder}\t({p.kind})" for p in packages))
             return 0
@@ -95,55 +53,35 @@ def main(words: Sequence[str]) -> int:
         return 1
 
 
-def catkin_make() -> NoReturn:
-    """Run ROS 1's command of that name: build the packages of `src` into `devel`."""
-    become_real("catkin_make")
-    sys.exit(main(["build", "--symlink-install", "--base-paths", "src", "--install-base", "devel"]))
-
-
-def catkin_create_pkg() -> NoReturn:
-    """Run ROS 1's command of that name: write a package's manifest and CMakeLists.txt."""
-    become_real("catkin_create_pkg")
-    name, *depends = [word for word in sys.argv[1:] if word[:1] != "-"] or ["-"]
-    folder = Path(name)
-    if not re.fullmatch(_NAME, name) or folder.exists():
-        sys.exit(f"usage: catkin_create_pkg NAME [DEPENDENCY ...]; '{name}' is no new name")
-    folder.mkdir()
-    needs = "".join(f"  <depend>{one}</depend>\n" for one in depends)
-    (folder / "package.xml").write_text(_CATKIN.format(name, needs), encoding="utf-8")
-    text = f"project({name})\nfind_package(catkin REQUIRED)\ncatkin_package()\n"
-    (folder / "CMakeLists.txt").write_text(text, encoding="utf-8")
-    sys.exit(0)
-
-
-def packages_below(folders: Sequence[str | Path]) -> Iterator[Package]:
-    """Yield the packages below folders; there are none in a package."""
-    for folder in map(Path, folders):
-        for here, inside, files in os.walk(folder):
-            path = Path(here)
-            if set(_IGNORED) & set(files):
-                inside.clear()
-            elif "package.xml" in files or "setup.py" in files:
-                inside.clear()
-                yield _package(path)
-            inside[:] = sorted(
-                n for n in inside if n not in ("build", "install", "log") and n[0] != "."
-            )
-
-
-def _package(folder: Path) -> Package:
-    path = folder / "package.xml"
-    if not path.is_file():
-        return Package(folder.resolve().name, folder, "python", frozenset())
-    root = parse_xml(path, read_bytes(path, 2**20))
-    name = (root.findtext("name") or "").strip()
-    if not re.fullmatch(_NAME, name):
-        raise Ros2Error(f"{path}: <name> is '{name}'; valid: letters, digits and _")
-    kind = (root.findtext("export/build_type") or "").strip()
-    if not kind:
-        kind = "ament_python" if (folder / "setup.py").is_file() else "catkin"
-    depends = {(e.text or "").strip() for e in root if _DEPENDS.fullmatch(e.tag)}
-    return Package(name, folder, kind, frozenset(depends))
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="colcon", description=__doc__.splitlines()[0])
+    verbs = parser.add_subparsers(dest="verb", required=True)
+    listing = verbs.add_parser("list", help="list the packages")
+    build = verbs.add_parser("build", help="build them")
+    test = verbs.add_parser("test", help="run their tests")
+    results = verbs.add_parser("test-result", help="list what their tests have written")
+    for verb in (listing, build, test):
+        verb.add_argument("--base-paths", nargs="+", default=["."])
+        for option in ("--packages-select", "--packages-up-to", "--packages-skip"):
+            verb.add_argument(option, nargs="+", default=[], metavar="PACKAGE")
+    build.add_argument("--symlink-install", action="store_true", help="link to the sources")
+    for verb in (build, test):
+        for base in ("build", "install"):
+            verb.add_argument(f"--{base}-base", type=Path, default=Path(base))
+        for option in ("--event-handlers", "--cmake-args", "--ament-cmake-args", "--mixin"):
+            verb.add_argument(option, nargs="*", help="without an effect")
+        verb.add_argument("--parallel-workers", type=int, help="without an effect")
+    test.add_argument("--pytest-args", nargs="*", default=[], help="words of pytest")
+    test.add_argument("--ctest-args", nargs="*", help="without an effect")
+    test.add_argument(
+        "--return-code-on-test-failure", action="store_true", help="1 where one fails"
+    )
+    results.add_argument("--test-result-base", type=Path, default=Path("build"))
+    results.add_argument("--all", action="store_true", help="those that passed, too")
+    results.add_argument("--verbose", action="store_true", help="say what failed")
+    for flag in ("--merge-install", "--continue-on-error", "--allow-overriding"):
+        build.add_argument(flag, action="store_true", help="without an effect")
+    return parser
 
 
 def _chosen(arguments: argparse.Namespace) -> list[Package]:
@@ -233,9 +171,9 @@ def _python(package: Package, prefix: Path, build: Path, linked: bool) -> None:
     if not (package.folder / "setup.py").is_file():
         raise Ros2Error(f"{package.folder} has no setup.py; 'ros2 pkg create' writes one")
     build.mkdir(parents=True, exist_ok=True)
-    words = [package.name, str(prefix), str(build), str(int(linked)), _SITE]
+    words = [package.name, str(prefix), str(build), str(int(linked)), SITE]
     done = subprocess.run(  # noqa: S603 - ours
-        [sys.executable, "-m", "bringup.ros2.setup_py", *words],
+        [sys.executable, "-m", "bringup.ros2.workspace.setup_py", *words],
         cwd=package.folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
@@ -256,7 +194,7 @@ def _catkin(package: Package, prefix: Path) -> None:
 
 def _cmake(package: Package, prefix: Path, linked: bool) -> list[str]:
     """Install what a CMakeLists.txt installs; return what could not be, a line each."""
-    found = read_cmake(package.folder, package.name, _SITE)
+    found = read_cmake(package.folder, package.name, SITE)
     if found.is_interfaces:
         from rosidl_build.environment import build
 
@@ -265,7 +203,7 @@ def _cmake(package: Package, prefix: Path, linked: bool) -> list[str]:
         except (ValueError, OSError) as error:
             raise Ros2Error(f"interfaces of {package.name}: {error}") from error
     for name, folder in found.modules.items():
-        put(folder, prefix / _SITE / name, linked)
+        put(folder, prefix / SITE / name, linked)
     for source, target, is_program in found.items:
         put(source, prefix / target, linked)
         if is_program:
@@ -294,7 +232,7 @@ unset -f _prepend
 def _write_setup(install: Path) -> None:
     install.mkdir(parents=True, exist_ok=True)
     (install / "COLCON_IGNORE").touch()
-    text = _SETUP.format(install, _SITE, Path(sys.executable).parent)
+    text = _SETUP.format(install, SITE, Path(sys.executable).parent)
     for name in ("setup", "local_setup"):
         for shell in ("sh", "bash", "zsh"):
             (install / f"{name}.{shell}").write_text(text, encoding="utf-8")

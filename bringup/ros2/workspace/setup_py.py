@@ -11,7 +11,7 @@ from typing import Any
 import setuptools
 
 from arjuna_core.files.input_file import read_text
-from bringup.ros2.colcon import put
+from bringup.ros2.workspace.colcon import put
 
 _PROGRAM = "#!{0}\nimport sys\n\nfrom {1} import {2}\n\nsys.exit({3}())\n"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bringup.ros2.cmake import read_cmake
+from bringup.ros2.workspace.cmake import read_cmake
 
 _SITE = "lib/python3/site-packages"
 _BOT = "share/bot"

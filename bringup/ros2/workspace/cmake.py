@@ -22,6 +22,13 @@ _HERE = (
     *("CMAKE_CURRENT_SOURCE_DIR", "CMAKE_SOURCE_DIR", "CMAKE_CURRENT_LIST_DIR"),
     "PROJECT_SOURCE_DIR",
 )
+_LAUNCH_TESTS = ("add_launch_test", "add_ros_test", "add_ros_isolated_launch_test")
+_COMPILED_TESTS = ("ament_add_gtest", "ament_add_gmock", "ament_add_google_benchmark")
+_OF_TESTS = {
+    *("TARGET", "TIMEOUT", "ARGS", "ENV", "APPEND_ENV", "WORKING_DIRECTORY", "COMMAND", "RUNNER"),
+    *("PYTHON_EXECUTABLE", "LABELS", "RESULT_FILE", "OUTPUT_FILE", "SKIP_TEST"),
+    *("GENERATE_RESULT_FOR_RETURN_CODE_ZERO", "SKIP_RETURN_CODE"),
+}
 _NO_CODE = {"INTERFACE", "ALIAS", "IMPORTED"}
 _KEYWORDS = {"DESTINATION", "RENAME", "PATTERN", "REGEX", "PERMISSIONS", "FILES_MATCHING"}
 _GLOB_OPTIONS = {"CONFIGURE_DEPENDS", "FOLLOW_SYMLINKS"}
@@ -35,6 +42,22 @@ class Item(NamedTuple):
     is_program: bool = False
 
 
+class Test(NamedTuple):
+    """A test of a package.
+
+    Attributes:
+        kind: `pytest`, `launch` or `program`.
+        words: The file, or the program, and its arguments.
+        timeout: [s], None for no limit.
+    """
+
+    kind: str
+    name: str
+    words: list[str]
+    timeout: float | None
+    environment: dict[str, str]
+
+
 @dataclass
 class CMakeLists:
     """The result of the calls of a CMakeLists.txt.
@@ -45,6 +68,8 @@ class CMakeLists:
         compiled: Names of what would have to be compiled.
         missing: Files and folders that are to be installed and are not there.
         is_interfaces: Whether messages, services or actions are generated.
+        tests: What is run by `colcon test`.
+        compiled_tests: Names of tests that would have to be compiled.
     """
 
     folder: Path
@@ -54,6 +79,8 @@ class CMakeLists:
     compiled: list[str] = field(default_factory=list)
     missing: list[Path] = field(default_factory=list)
     is_interfaces: bool = False
+    tests: list[Test] = field(default_factory=list)
+    compiled_tests: list[str] = field(default_factory=list)
 
     def follow(self, calls: Sequence[tuple[str, str]]) -> None:
         """Take calls, with their arguments as texts, one after the other."""
@@ -95,8 +122,40 @@ class CMakeLists:
             self.modules[words[0]] = self.folder / words[at]
         elif name == "rosidl_generate_interfaces":
             self.is_interfaces = True
+        elif name in _LAUNCH_TESTS:
+            self._test("launch", words, "")
+        elif name == "ament_add_pytest_test":
+            self._test("pytest", words[1:], words[0])
+        elif name == "ament_add_test":
+            self._test("program", words[1:], words[0])
+        elif name in _COMPILED_TESTS:
+            self.compiled_tests.append(words[0])
         elif name.replace("ament_auto_", "") in _COMPILED and not _NO_CODE & set(words):
             self.compiled.append(words[0])
+
+    def _test(self, kind: str, words: list[str], name: str) -> None:
+        """Take a test, whose words follow keywords."""
+        parts: dict[str, list[str]] = {"": []}
+        key = ""
+        for word in words:
+            key = word if word in _OF_TESTS else key
+            parts.setdefault(key, []).extend([] if word == key else [word])
+        main = parts.get("COMMAND", []) if kind == "program" else parts[""]
+        if not main:
+            return
+        path = self.folder / main[0]
+        first = str(path) if path.exists() else main[0]
+        pairs = (word.partition("=") for word in parts.get("ENV", ()))
+        limit = parts.get("TIMEOUT", [""])[0]
+        self.tests.append(
+            Test(
+                kind,
+                name or "".join(parts.get("TARGET", ())) or Path(first).stem,
+                [first, *main[1:], *parts.get("ARGS", ())],
+                float(limit) if limit.replace(".", "", 1).isdigit() else None,
+                {key: value for key, _, value in pairs},
+            )
+        )
 
     def _matches(self, deep: bool, words: list[str]) -> list[str]:
         """Return the files of patterns."""

@@ -13,9 +13,9 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from rosidl_build import environment
 
-from bringup.ros2.colcon import catkin_create_pkg
-from bringup.ros2.colcon import main as colcon
 from bringup.ros2.main import main as ros2
+from bringup.ros2.workspace.catkin import catkin_create_pkg
+from bringup.ros2.workspace.colcon import main as colcon
 
 pytestmark = pytest.mark.ros
 _INTERFACES = 'rosidl_generate_interfaces(${PROJECT_NAME}\n  "msg/Num.msg")\n'
@@ -265,3 +265,60 @@ def test_the_build_runs_as_a_program(source: Path) -> None:
         pytest.skip("installed without its commands; 'make setup' brings them")
     done = subprocess.run([program, "list"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout.strip()) == (0, "")
+
+
+_TESTED = """project(tested)
+if(BUILD_TESTING)
+  set(WHERE ${CMAKE_CURRENT_SOURCE_DIR}/test)
+  ament_add_pytest_test(unit test/test_unit.py TIMEOUT 60)
+  ament_add_test(program GENERATE_RESULT_FOR_RETURN_CODE_ZERO COMMAND "${WHERE}/program.py"
+    TIMEOUT 30 ENV WORD=said)
+  add_launch_test(test/test_launch.py TIMEOUT 60 ARGS "word:=launched")
+  ament_add_gtest(compiled test/test.cpp)
+endif()
+"""
+_LAUNCHED = """import unittest, launch, launch_testing.actions
+
+def generate_test_description():
+    return launch.LaunchDescription([launch_testing.actions.ReadyToTest()])
+
+class TestArguments(unittest.TestCase):
+    def test_word(self, test_args):
+        self.assertEqual(test_args, {"word": "launched"})
+"""
+
+
+def test_tests_are_run_and_their_results_listed(
+    source: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    files = {
+        "own/setup.py": "from setuptools import setup\nsetup(name='own', packages=['own'])",
+        "own/own/__init__.py": "NUMBER = 3",
+        "own/test/test_number.py": "import own\ndef test_number():\n    assert own.NUMBER == 4\n",
+        "own/test/test_flake8.py": "from ament_flake8.main import main_with_errors\n",
+        "tested/CMakeLists.txt": _TESTED,
+        "tested/test/test_unit.py": "def test_one():\n    pass\n",
+        "tested/test/program.py": "import os\nraise SystemExit(os.environ['WORD'] != 'said')",
+        "tested/test/test_launch.py": _LAUNCHED,
+    }
+    for name, kind in (("own", "ament_python"), ("tested", "ament_cmake")):
+        _manifest(source, name, kind)
+    for name, text in files.items():
+        (source / name).parent.mkdir(parents=True, exist_ok=True)
+        (source / name).write_text(text)
+    assert colcon(["build"]) == 0
+    assert colcon(["test", "--event-handlers", "console_direct+"]) == 0
+    said = capfd.readouterr().out
+    assert "own: test_flake8.py is left out, for ament_flake8 is not installed" in said
+    assert "tested: test 'compiled' is C++, and is not run" in said
+    assert "1 package had test failures: own" in said
+    assert colcon(["test-result", "--verbose"]) == 1
+    listed = capfd.readouterr().out
+    assert "build/own/pytest.xml: 1 test, 0 errors, 1 failure, 0 skipped" in listed
+    assert "assert 3 == 4" in listed
+    assert "Summary: 3 tests, 0 errors, 1 failure, 0 skipped" in listed
+    failing = ["test", "--return-code-on-test-failure", "--packages-select"]
+    assert colcon([*failing, "own"]) == 1
+    (source / "tested/test/program.py").write_text("raise SystemExit(3)")
+    assert colcon([*failing, "tested"]) == 1
+    assert "1 package had test failures: tested" in capfd.readouterr().out

@@ -1,0 +1,1 @@
+"""Workspaces of packages: built, tested and sourced where nothing has to be compiled."""

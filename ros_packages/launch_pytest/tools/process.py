@@ -1,0 +1,125 @@
+"""Waiting for what a process writes, for its start and its end; output needs `cached_output`."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+_LOOK = 0.02  # [s] from one look to the next
+
+
+def _fulfilled(text: Callable[[], str], validate: Callable[[str], Any]) -> Callable[[], bool]:
+    """Return whether a text fulfils a function, which returns False or raises if not; as a call."""
+
+    def fulfilled() -> bool:
+        try:
+            return validate(text()) is not False
+        except AssertionError:
+            return False
+
+    return fulfilled
+
+
+def _wait(is_there: Callable[[], bool], timeout: float | None) -> bool:
+    deadline, never = time.monotonic() + (timeout or 10.0), threading.Event()
+    while not is_there():
+        if time.monotonic() > deadline:
+            return is_there()
+        never.wait(_LOOK)
+    return True
+
+
+async def _wait_async(is_there: Callable[[], bool], timeout: float | None) -> bool:
+    deadline = time.monotonic() + (timeout or 10.0)
+    while not is_there():
+        if time.monotonic() > deadline:
+            return is_there()
+        await asyncio.sleep(_LOOK)
+    return True
+
+
+def _started(action: Any) -> Callable[[], bool]:
+    return lambda: "pid" in action.process_details
+
+
+def _ended(action: Any) -> Callable[[], bool]:
+    return lambda: action.return_code is not None
+
+
+def wait_for_output_sync(
+    context: Any, action: Any, validate_output: Any, timeout: float | None = None
+) -> bool:
+    """Return whether a process' standard output fulfils a function within a time [s]."""
+    return _wait(_fulfilled(action.get_stdout, validate_output), timeout)
+
+
+def wait_for_stderr_sync(
+    context: Any, action: Any, validate_output: Any, timeout: float | None = None
+) -> bool:
+    """Return whether a process' standard error fulfils a function within a time [s]."""
+    return _wait(_fulfilled(action.get_stderr, validate_output), timeout)
+
+
+def assert_output_sync(
+    context: Any, action: Any, validate_output: Any, timeout: float | None = None
+) -> None:
+    """Wait for a process' standard output.
+
+    Raises:
+        AssertionError: It did not fulfil the function in time.
+    """
+    if not wait_for_output_sync(context, action, validate_output, timeout):
+        assert validate_output(action.get_stdout()) is not False, action.get_stdout()
+
+
+def assert_stderr_sync(
+    context: Any, action: Any, validate_output: Any, timeout: float | None = None
+) -> None:
+    """Wait for a process' standard error; see `assert_output_sync`."""
+    if not wait_for_stderr_sync(context, action, validate_output, timeout):
+        assert validate_output(action.get_stderr()) is not False, action.get_stderr()
+
+
+def wait_for_start_sync(context: Any, action: Any, timeout: float | None = None) -> bool:
+    """Return whether a process starts within a time [s]."""
+    return _wait(_started(action), timeout)
+
+
+def wait_for_exit_sync(context: Any, action: Any, timeout: float | None = None) -> bool:
+    """Return whether a process ends within a time [s]."""
+    return _wait(_ended(action), timeout)
+
+
+async def wait_for_output(
+    context: Any, action: Any, validate_output: Any, timeout: float | None = None
+) -> bool:
+    """Return whether a process' standard output fulfils a function within a time [s]."""
+    return await _wait_async(_fulfilled(action.get_stdout, validate_output), timeout)
+
+
+async def wait_for_stderr(
+    context: Any, action: Any, validate_output: Any, timeout: float | None = None
+) -> bool:
+    """Return whether a process' standard error fulfils a function within a time [s]."""
+    return await _wait_async(_fulfilled(action.get_stderr, validate_output), timeout)
+
+
+async def assert_output(
+    context: Any, action: Any, validate_output: Any, timeout: float | None = None
+) -> None:
+    """Wait for a process' standard output; see `assert_output_sync`."""
+    if not await wait_for_output(context, action, validate_output, timeout):
+        assert validate_output(action.get_stdout()) is not False, action.get_stdout()
+
+
+async def wait_for_start(context: Any, action: Any, timeout: float | None = None) -> bool:
+    """Return whether a process starts within a time [s]."""
+    return await _wait_async(_started(action), timeout)
+
+
+async def wait_for_exit(context: Any, action: Any, timeout: float | None = None) -> bool:
+    """Return whether a process ends within a time [s]."""
+    return await _wait_async(_ended(action), timeout)

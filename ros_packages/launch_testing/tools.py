@@ -1,0 +1,134 @@
+"""Processes that a test starts by itself, while what it described runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from launch import LaunchDescription
+from launch.events.process import ProcessExited, ShutdownProcess
+
+from launch_testing.records import (
+    IoHandler,
+    NoMatchingProcessException,
+    ProcInfoHandler,
+    text_matcher,
+)
+
+
+class ProcessProxy:
+    """A process that a test has started, with what it wrote and how it ended."""
+
+    def __init__(
+        self,
+        process_action: Any,
+        proc_info: ProcInfoHandler,
+        proc_output: IoHandler,
+        *,
+        output_filter: Callable[[str], str] | None = None,
+    ) -> None:
+        self._action, self._info, self._output = process_action, proc_info, proc_output
+        self._filter = output_filter or (lambda text: text)
+
+    def wait_for_shutdown(self, timeout: float = 10.0) -> bool:
+        """Return whether it ends within a time [s]."""
+        return self._info.wait(lambda: self.terminated, timeout)
+
+    def wait_for_output(self, condition: Any = None, timeout: float = 10.0) -> bool:
+        """Return whether its output fulfils a condition within a time [s]."""
+        fulfils = text_matcher(condition) if condition is not None else bool
+        return self._output.wait(lambda: fulfils(self.output), timeout)
+
+    @property
+    def running(self) -> bool:
+        """Whether it has started, and not ended."""
+        return self._action in self._info.processes() and not self.terminated
+
+    @property
+    def terminated(self) -> bool:
+        """Whether it has ended."""
+        known = self._action in self._info.processes()
+        return known and isinstance(self._info[self._action], ProcessExited)
+
+    @property
+    def output(self) -> str:
+        """What it has written to both streams."""
+        return self._filter(self._output.text([self._action]))
+
+    @property
+    def stdout(self) -> str:
+        """What it has written to standard output."""
+        return self._filter(self._output.text([self._action], "stdout"))
+
+    @property
+    def stderr(self) -> str:
+        """What it has written to standard error."""
+        return self._filter(self._output.text([self._action], "stderr"))
+
+    @property
+    def exit_code(self) -> int:
+        """How it ended.
+
+        Raises:
+            NoMatchingProcessException: It has not.
+        """
+        if not self.terminated:
+            raise NoMatchingProcessException("the process has not ended")
+        return int(self._info[self._action].returncode)
+
+
+@contextmanager
+def launch_process(
+    launch_service: Any,
+    process_action: Any,
+    proc_info: ProcInfoHandler,
+    proc_output: IoHandler,
+    *,
+    output_filter: Callable[[str], str] | None = None,
+) -> Iterator[ProcessProxy]:
+    """Run a process beside those of the launch; it is ended behind the block."""
+    launch_service.include_launch_description(LaunchDescription([process_action]))
+    proc_info.assertWaitForStartup(process=process_action, timeout=10.0)
+    proxy = ProcessProxy(process_action, proc_info, proc_output, output_filter=output_filter)
+    try:
+        yield proxy
+    finally:
+        if not proxy.terminated:
+            end = ShutdownProcess(process_matcher=lambda one: one is process_action)
+            launch_service.emit_event(end)
+            proxy.wait_for_shutdown(timeout=15.0)
+
+
+def basic_output_filter(
+    *, filtered_prefixes: Iterable[str] = (), filtered_patterns: Iterable[Any] = ()
+) -> Callable[[str], str]:
+    """Return what drops lines that begin with a prefix, or that a compiled pattern matches."""
+    prefixes, patterns = tuple(filtered_prefixes), list(filtered_patterns)
+
+    def filtered(text: str) -> str:
+        return "".join(
+            line
+            for line in text.splitlines(keepends=True)
+            if not line.startswith(prefixes) and not any(one.match(line) for one in patterns)
+        )
+
+    return filtered
+
+
+def expect_output(
+    *,
+    expected_text: Any = None,
+    expected_lines: Any = None,
+    text: str | None = None,
+    lines: Any = None,
+    strict: bool = False,
+) -> bool:
+    """Return whether a text, or lines, hold what is expected; with `strict` nothing else."""
+    expected = expected_text if expected_lines is None else list(expected_lines)
+    given = "\n".join(lines) if text is None else text
+    if strict and not isinstance(expected, str):
+        found = given.splitlines()
+        pairs = zip(found, expected, strict=False)
+        return len(found) == len(expected) and all(text_matcher(e)(line) for line, e in pairs)
+    return given == expected if strict else text_matcher(expected)(given)

@@ -1,0 +1,6 @@
+"""Waiting for topics in launch tests, by launch_testing_ros' names."""
+
+from launch_testing_ros import actions, tools
+from launch_testing_ros.wait_for_topics import MessagePattern, WaitForTopics
+
+__all__ = ["MessagePattern", "WaitForTopics", "actions", "tools"]
