@@ -115,6 +115,23 @@ def test_spawners_bring_controllers_up_and_down(
     )
 
 
+def test_in_a_launch_file_a_manager_may_be_long_in_starting(
+    bench: RosBench, ros2: Callable[[str], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    waited: list[float] = []
+
+    class Timed(BenchClient):
+        def call(self, kind: Any, name: str, request: Any, timeout: float) -> Any:
+            waited.append(timeout)
+            return super().call(kind, name, request, timeout)
+
+    monkeypatch.setattr(control, "Client", lambda *given: Timed(bench))
+    for launched in ("", "ARJUNA_LAUNCHED"):
+        monkeypatch.setenv(launched or "NOT_LAUNCHED", "1")
+        ros2("list_controllers")
+    assert waited == [10.0, 60.0]
+
+
 def test_a_spawner_says_what_it_waits_for(
     bench: RosBench,
     ros2: Callable[[str], None],
