@@ -145,6 +145,11 @@ class ParticleFilter:
         matches = self._config.match_scans
         followed = self._followed(T_odom_base, view) if matches else None
         found = [self._match(one, followed, view) for one in clusters]
+        if followed is not None and self._strayed(clusters, found, followed, view):
+            agreement = self._matcher.agreement(followed, view)
+            best = Hypothesis(followed, SEED_COVARIANCE, agreement, 1.0)
+            self.belief.seed([best], SEED_COVARIANCE)
+            return best
         scores = np.array([score for _, score in found])
         behind = np.minimum(0.0, view.returned * (scores - scores.max()) + _INDIFFERENT)
         tied = (behind == 0.0) & (scores >= self._config.relocalize_agreement) & matches
@@ -152,6 +157,21 @@ class ParticleFilter:
         shares = self.belief.shift(np.exp(evidence), tied)
         k = int(np.argmax(shares))
         return Hypothesis(found[k][0], clusters[k].covariance, found[k][1], float(shares[k]))
+
+    def _strayed(
+        self, clusters: list[Cluster], found: list[tuple[SE2, float]], followed: SE2, view: ScanView
+    ) -> bool:
+        """Return whether the pose followed so far explains the scan, and no cluster is near it.
+
+        Particles follow odometry: who is pushed aside leaves them, and matching alone goes along.
+        """
+        if any(one.holds(followed.array()) for one in clusters):
+            return False
+        if self._matcher.agreement(followed, view) < self._config.relocalize_agreement:
+            return False
+        others = max(self._matcher.explained(pose, view) for pose, _ in found)
+        gain = view.returned * (self._matcher.explained(followed, view) - others)
+        return gain > self._config.relocalize_gain
 
     def _match(self, cluster: Cluster, followed: SE2 | None, view: ScanView) -> tuple[SE2, float]:
         """Match a cluster to the scan; keep the pose followed so far if it is one of its own.

@@ -111,6 +111,19 @@ def test_global_localization_finds_the_robot_with_one_scan(seed: int) -> None:
     assert run.error[0] < 0.05
 
 
+@pytest.mark.parametrize(("x", "y"), [(1.0, 0.0), (0.0, -2.0), (0.0, 60.0)])
+def test_particles_that_have_strayed_from_the_pose_come_back(x: float, y: float) -> None:
+    run = tracked(4)
+    run.filter.belief.particles[:, :2] += (x, y)
+    for _ in range(40):
+        run.drive(1)
+        assert run.estimate is not None
+        assert run.estimate.status is not Status.LOST
+        assert run.error[0] < 0.05
+    away = run.filter.belief.particles[:, :2] - (run.robot.pose.x, run.robot.pose.y)
+    assert np.median(np.hypot(*away.T)) < 0.5
+
+
 def twins(pose: SE2) -> list[SE2]:
     """The poses of a square room that look like one of them."""
     return [SE2(0.0, 0.0, quarter * math.pi / 2) @ pose for quarter in range(4)]
