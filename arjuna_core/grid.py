@@ -65,7 +65,7 @@ class GridFrame:
 
     @property
     def span(self) -> str:
-        """How far the grid reaches [m] along the axes of its frame, for messages."""
+        """The grid's reach [m] along the axes of its frame, as a text for messages."""
         w, h = self.width * self.resolution, self.height * self.resolution
         corners = self.origin.apply(np.array([[0.0, 0.0], [w, 0.0], [0.0, h], [w, h]]))
         (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)

@@ -1,4 +1,4 @@
-"""Which controllers, goal checkers and progress checkers there are, by Nav2's class names."""
+"""The controllers, goal checkers and progress checkers that there are, by Nav2's class names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which scans the mapper gets: all or the newest, at what pace, with their transforms."""
+"""The scans that the mapper gets: all or the newest, at what pace, with their transforms."""
 
 from __future__ import annotations
 

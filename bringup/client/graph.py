@@ -1,4 +1,4 @@
-"""Who is in the graph: nodes, ends of topics, lifecycle states."""
+"""The graph: nodes, ends of topics, lifecycle states."""
 
 from __future__ import annotations
 

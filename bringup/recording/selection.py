@@ -1,4 +1,4 @@
-"""Which topics a command takes, by our options or by rosbag2's."""
+"""The topics that a command takes, by our options or by rosbag2's."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ class LaserProjection:
     LASER_SCAN_MAX_RANGE = -3.0
 
     class ChannelOption:
-        """Which fields a cloud has beside x, y, z; they can be added."""
+        """The fields that a cloud has beside x, y, z; they can be added."""
 
         NONE = 0x00
         INTENSITY = 0x01

@@ -29,7 +29,7 @@ class _Part(NamedTuple):
 
 
 class WheelCommands:
-    """Which wheels a controller turns from its first command on, in place of the guessed drive."""
+    """The wheels that a controller turns once it is commanded, in place of the guessed drive."""
 
     def __init__(self, robot: RobotModel) -> None:
         self._parts = list(_parts(robot))

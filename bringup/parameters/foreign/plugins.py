@@ -36,7 +36,7 @@ class PluginList(NamedTuple):
 
     @property
     def prefix(self) -> str:
-        """What stands before the names of its plug-ins' parameters."""
+        """The prefix of its plug-ins' parameters."""
         return self.key[: self.key.rfind(".") + 1]
 
 

@@ -1,4 +1,4 @@
-"""What to do instead of what is not there."""
+"""Remedies for what is not there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who publishes, listens and serves, as Foxglove's graph of topics shows it."""
+"""The nodes that publish, listen and serve, as Foxglove's graph of topics shows them."""
 
 from __future__ import annotations
 
