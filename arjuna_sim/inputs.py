@@ -49,15 +49,19 @@ def described(text: str) -> Urdf:
     return read_urdf(XmlFile(Path("robot_description"), "robot", RobotError, text.encode()))
 
 
-def names_of(robot: RobotModel) -> dict[str, str]:
-    """Return what a robot's file calls its topics and frames, where that is not the standard."""
+def names_of(robot: RobotModel, is_fused: bool = False) -> dict[str, str]:
+    """Return what a robot's file calls its topics and frames, where that is not the standard.
+
+    Args:
+        is_fused: Whether a filter of wheels and gyro publishes its odometry.
+    """
     drive, lidar = robot.drive, robot.settings.first(LidarSettings)
     imu = robot.settings.first(ImuSettings)
     names = {
         ("scan_topic", "scan"): lidar.topic if lidar is not None else "scan",
         ("cloud_topic", "depth/points"): " ".join(_clouds(robot)) or "depth/points",
         ("imu", ImuSettings.TOPIC): imu.topic if imu is not None else ImuSettings.TOPIC,
-        ("odom_topic", "odom"): drive.odometry_topic,
+        ("odom_topic", "odom"): drive.fused_topic if is_fused else drive.odometry_topic,
         ("cmd_vel_topic", "cmd_vel"): drive.command_topic,
         ("odom_frame", "odom"): drive.odometry_frame,
     }

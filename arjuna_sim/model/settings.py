@@ -21,6 +21,8 @@ OUTPUTS = (
     *("odometry_frame", "base_frame", "from_world", "stamped", "publishes"),
 )
 """Fields of a drive that do not depend on its wheels."""
+WHEEL_ODOMETRY = "wheel_odom"
+"""The topic on which a filter of wheels and gyro hears the wheels."""
 S = TypeVar("S", bound="SensorSettings")
 
 
@@ -119,6 +121,12 @@ class DriveSettings:
     def diameter(self) -> float:
         """The wheels' diameter [m]."""
         return 2.0 * self.radius
+
+    @property
+    def fused_topic(self) -> str:
+        """The topic on which a filter of wheels and gyro publishes the odometry."""
+        own = self.odometry_topic
+        return "odom" if own.lstrip("/") == WHEEL_ODOMETRY else own
 
 
 @dataclass(frozen=True, kw_only=True)

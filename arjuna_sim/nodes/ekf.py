@@ -17,9 +17,9 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError, transforms_msg
 from arjuna_sim.devices.ekf import FusedOdometry, FusedOdometryConfig
 from arjuna_sim.devices.odometry import OdometryEstimate
+from arjuna_sim.model.settings import WHEEL_ODOMETRY
 from arjuna_sim.nodes.messages import odometry_msg
 
-WHEEL_ODOMETRY = "wheel_odom"
 _Vector = tuple[float, float, float]
 
 

@@ -27,8 +27,7 @@ from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.driven_robot import Observation
 from arjuna_sim.model.optical import sensor_frame
 from arjuna_sim.model.robot import RobotModel
-from arjuna_sim.model.settings import DriveSettings, GazeboSettings
-from arjuna_sim.nodes.ekf import WHEEL_ODOMETRY
+from arjuna_sim.model.settings import WHEEL_ODOMETRY, DriveSettings, GazeboSettings
 from arjuna_sim.nodes.messages import WORLD, imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.physics.contacts import ContactLog
@@ -137,8 +136,7 @@ class RobotTopics:
         self._lidar = self.settings.first(LidarSettings)
         self._imu_settings = self.settings.first(ImuSettings)
         self.is_fused = bool(config.fused_odometry and is_wheels and self._imu_settings)
-        own = self.drive.odometry_topic
-        self.fused_topic = "odom" if own.lstrip("/") == WHEEL_ODOMETRY else own
+        self.fused_topic = self.drive.fused_topic
         if self.is_fused:
             self.drive = wheels_alone(self.drive)
         self._base = robot.urdf.root

@@ -145,11 +145,10 @@ class ParticleFilter:
         matches = self._config.match_scans
         followed = self._followed(T_odom_base, view) if matches else None
         found = [self._match(one, followed, view) for one in clusters]
-        if followed is not None and self._strayed(clusters, found, followed, view):
-            agreement = self._matcher.agreement(followed, view)
-            best = Hypothesis(followed, SEED_COVARIANCE, agreement, 1.0)
-            self.belief.seed([best], SEED_COVARIANCE)
-            return best
+        left = None if followed is None else self._left_behind(clusters, found, followed, view)
+        if left is not None:
+            self.belief.seed([left], SEED_COVARIANCE)
+            return left
         scores = np.array([score for _, score in found])
         behind = np.minimum(0.0, view.returned * (scores - scores.max()) + _INDIFFERENT)
         tied = (behind == 0.0) & (scores >= self._config.relocalize_agreement) & matches
@@ -158,20 +157,22 @@ class ParticleFilter:
         k = int(np.argmax(shares))
         return Hypothesis(found[k][0], clusters[k].covariance, found[k][1], float(shares[k]))
 
-    def _strayed(
+    def _left_behind(
         self, clusters: list[Cluster], found: list[tuple[SE2, float]], followed: SE2, view: ScanView
-    ) -> bool:
-        """Return whether the pose followed so far explains the scan, and no cluster is near it.
+    ) -> Hypothesis | None:
+        """Return the pose followed so far if it explains the scan and no cluster is near it.
 
         Particles follow odometry: who is pushed aside leaves them, and matching alone goes along.
         """
         if any(one.holds(followed.array()) for one in clusters):
-            return False
-        if self._matcher.agreement(followed, view) < self._config.relocalize_agreement:
-            return False
+            return None
+        agreement = self._matcher.agreement(followed, view)
+        if agreement < self._config.relocalize_agreement:
+            return None
         others = max(self._matcher.explained(pose, view) for pose, _ in found)
         gain = view.returned * (self._matcher.explained(followed, view) - others)
-        return gain > self._config.relocalize_gain
+        is_better = gain > self._config.relocalize_gain
+        return Hypothesis(followed, SEED_COVARIANCE, agreement, 1.0) if is_better else None
 
     def _match(self, cluster: Cluster, followed: SE2 | None, view: ScanView) -> tuple[SE2, float]:
         """Match a cluster to the scan; keep the pose followed so far if it is one of its own.

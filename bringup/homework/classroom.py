@@ -17,9 +17,9 @@ from arjuna_core.files.maps import save_map
 from arjuna_core.files.whole_file import write_atomically
 from arjuna_core.grid import OccupancyGrid
 from bringup.campaign.report import page_of
+from bringup.parameters.options import DOMAINS
 
 PAGE, SEATS = "index.html", "class.csv"
-_DOMAINS = 101  # ports of those above are given to any program (OMG DDSI-RTPS 2.5, 9.6.2; Linux)
 
 
 @dataclass(frozen=True)
@@ -44,8 +44,8 @@ def seats(count: int, out: Path, first_domain: int, first_port: int) -> list[Sea
         ArjunaError: There are not so many domains or ports.
     """
     last = first_domain + count - 1
-    if count < 1 or first_domain < 0 or last > _DOMAINS:
-        most = _DOMAINS - max(first_domain, 0) + 1
+    if count < 1 or first_domain < 0 or last > DOMAINS:
+        most = DOMAINS - max(first_domain, 0) + 1
         raise ArjunaError(f"{count} students from domain {first_domain}; valid: 1 to {most}")
     if not 1024 <= first_port <= 65536 - count:
         raise ArjunaError(f"port {first_port} is no first port; valid: 1024 to {65536 - count}")

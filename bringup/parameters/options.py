@@ -13,6 +13,7 @@ from typing import Any
 
 from arjuna_core.files.shipped import found_or_shipped
 
+DOMAINS = 101  # ports of those above are given to any program (OMG DDSI-RTPS 2.5, 9.6.2; Linux)
 _DOMAIN_MAX = 232  # ports above do not exist (OMG DDSI-RTPS 2.5, 9.6.2.3)
 _NAMESPACE = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?", re.ASCII)
 _ARGUMENT = re.compile(r"[A-Za-z_]\w*:=")

@@ -31,7 +31,6 @@ _SCATTER = 6.0
 """By how many standard deviations a point lies above the ground that marks an obstacle."""
 _NEVER_STANDARD = ("base_frame", "cloud_topic")
 """Names that a robot's file gives even where its topics are the standard ones."""
-_WHEELS = "wheel_odom"  # on which a filter of wheels and gyro hears the wheels
 _AXLE_OFF = 0.02  # so far from its axle a base moves along its heading all the same [m]
 
 
@@ -79,11 +78,10 @@ def lacking_transform(sim: Mapping[str, Any]) -> Iterator[Remark]:
     Raises:
         ArjunaError: The robot's file cannot be used.
     """
-    from arjuna_sim.inputs import has_gyro, named_robot
+    from arjuna_sim.inputs import named_robot
 
     robot = named_robot(sim.get("robot", ""), sim.get("robot_arguments", ""))
-    fused = has_gyro(robot) and sim.get("fused_odometry", True)
-    if fused or sim.get("standard_topics") or "odom_tf" in robot.drive.publishes:
+    if _is_fused(robot, sim) or sim.get("standard_topics") or "odom_tf" in robot.drive.publishes:
         return
     frames = f"{robot.drive.odometry_frame} -> {robot.urdf.root}"
     reason = (
@@ -93,6 +91,13 @@ def lacking_transform(sim: Mapping[str, Any]) -> Iterator[Remark]:
     yield Remark(Kind.UNLIKE, f"{LOCAL_COSTMAP.name}: global_frame", reason)
 
 
+def _is_fused(robot: Any, sim: Mapping[str, Any]) -> bool:
+    """Return whether the filter of wheels and gyro publishes a simulated robot's odometry."""
+    from arjuna_sim.inputs import has_gyro
+
+    return bool(has_gyro(robot) and sim.get("fused_odometry", True))
+
+
 def _is_shipped(sim: Mapping[str, Any]) -> bool:
     return not sim.get("robot") or Path(sim["robot"]) == shipped_file("urdf/arjuna.urdf")
 
@@ -100,12 +105,11 @@ def _is_shipped(sim: Mapping[str, Any]) -> bool:
 def _of_another_robot(
     parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group]
 ) -> Parameters:
-    from arjuna_sim.inputs import footprint_of, has_gyro, named_robot, names_of, steering_of
+    from arjuna_sim.inputs import footprint_of, named_robot, names_of, steering_of
 
     robot = named_robot(sim["robot"], sim.get("robot_arguments", ""))
-    names, is_fused = names_of(robot), has_gyro(robot) and sim.get("fused_odometry", True)
-    if is_fused and names.get("odom_topic", "").lstrip("/") == _WHEELS:
-        del names["odom_topic"]  # it is the filter's input then
+    is_fused = _is_fused(robot, sim)
+    names = names_of(robot, is_fused)
     if sim.get("standard_topics"):
         names = {key: name for key, name in names.items() if key in _NEVER_STANDARD}
     shipped = shipped_parameters()

@@ -54,9 +54,9 @@ def pytest_fixture_setup(fixturedef: Any, request: Any) -> Iterator[Any]:
     described = yield
     options = getattr(fixturedef.func, "launch_pytest_options", None)
     if options is not None:
-        from launch_pytest.running import Running
+        from launch_pytest.running import RunningLaunch
 
-        running = Running(described, **options)
+        running = RunningLaunch(described, **options)
         request.addfinalizer(running.end)
         fixturedef.running = running
         running.start()

@@ -19,7 +19,7 @@ from launch_testing.runner import READY
 _PATIENCE = 60.0  # [s] for all processes to end
 
 
-class Running:
+class RunningLaunch:
     """The launch of a description.
 
     Args:

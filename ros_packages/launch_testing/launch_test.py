@@ -11,9 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from xml.etree import ElementTree
 
-from launch_testing.runner import Case, LaunchTest, LaunchTestError, Outcome, load, runs_of
-
-_DOMAINS = range(1, 102)  # ports of those above are given to any program (OMG DDSI-RTPS 2.5, 9.6.2)
+from bringup.parameters.options import DOMAINS
+from launch_testing.runner import Case, LaunchResult, LaunchTest, LaunchTestError, load, runs_of
 
 
 @contextmanager
@@ -25,7 +24,7 @@ def isolated_domain() -> Iterator[int]:
     """
     before = os.environ.get("ROS_DOMAIN_ID")
     with socket.socket(socket.AF_UNIX) as held:  # its name ends with the process, however that ends
-        for number in _DOMAINS:
+        for number in range(1, DOMAINS + 1):
             try:
                 held.bind(f"\0launch_test/{number}")
             except OSError:
@@ -38,7 +37,7 @@ def isolated_domain() -> Iterator[int]:
                 if before is not None:
                     os.environ["ROS_DOMAIN_ID"] = before
             return
-    raise LaunchTestError(f"all {len(_DOMAINS)} domains are taken by tests; --disable-isolation")
+    raise LaunchTestError(f"all {DOMAINS} domains are taken by tests; --disable-isolation")
 
 
 def main(words: list[str] | None = None) -> int:
@@ -97,7 +96,7 @@ def _tell(case: Case) -> None:
         print(case.problem, flush=True)
 
 
-def _junit(outcomes: list[Outcome], package: str) -> bytes:
+def _junit(outcomes: list[LaunchResult], package: str) -> bytes:
     """Return results as JUnit's XML, which CI servers read."""
     root = ElementTree.Element("testsuites", name=package)
     for outcome in outcomes:

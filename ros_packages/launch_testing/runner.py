@@ -49,7 +49,7 @@ class Case:
 
 
 @dataclass
-class Outcome:
+class LaunchResult:
     """The results of one launch's tests."""
 
     name: str
@@ -69,7 +69,7 @@ class Outcome:
 class _Result(unittest.TestResult):
     """Collects cases."""
 
-    def __init__(self, outcome: Outcome, tell: Callable[[Case], None]) -> None:
+    def __init__(self, outcome: LaunchResult, tell: Callable[[Case], None]) -> None:
         super().__init__()
         self._outcome, self._tell, self._begun = outcome, tell, 0.0
 
@@ -168,9 +168,9 @@ class LaunchTest:
         found = describe(**given)
         return found if isinstance(found, tuple) else (found, {})
 
-    def run(self) -> Outcome:
+    def run(self) -> LaunchResult:
         """Launch, and run the tests; the main thread launches, so that Ctrl-C ends all."""
-        outcome, info, output = Outcome(self.name), ProcInfoHandler(), IoHandler()
+        outcome, info, output = LaunchResult(self.name), ProcInfoHandler(), IoHandler()
         description, named = self.describe()
         service = LaunchService(argv=[f"{k}:={v}" for k, v in self._arguments.items()])
         service.context.launch_configurations.update(self._arguments)
@@ -192,11 +192,11 @@ class LaunchTest:
             self._suite(known, after=True).run(_Result(outcome, self._tell))
         return outcome
 
-    def _note(self, outcome: Outcome, case: Case) -> None:
+    def _note(self, outcome: LaunchResult, case: Case) -> None:
         outcome.cases.append(case)
         self._tell(case)
 
-    def _test(self, service: LaunchService, known: dict[str, Any], outcome: Outcome) -> None:
+    def _test(self, service: LaunchService, known: dict[str, Any], outcome: LaunchResult) -> None:
         try:
             if self._ready.wait(READY):
                 self._suite(known, after=False).run(_Result(outcome, self._tell))
@@ -211,8 +211,6 @@ class LaunchTest:
         found = unittest.TestSuite()
         for case in vars(self._module).values():
             if not (isinstance(case, type) and issubclass(case, unittest.TestCase)):
-                continue
-            if case.__module__ != self._module.__name__ and case is unittest.TestCase:
                 continue
             if getattr(case, "__post_shutdown_test__", False) is not after:
                 continue

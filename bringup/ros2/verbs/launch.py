@@ -64,6 +64,7 @@ def run(words: list[str]) -> int:
     if path is not None:
         return start(path, rest, options)
     if of_ros1 := commands_of(package, file, rest) if file.endswith(".launch") else []:
+        prepare()
         return _launched(_all(of_ros1), options)
     if (package, file) in (*COMPOSED, *DESCRIBED):
         return start(add_prefix() / "share" / package / "launch" / file, rest, options)
@@ -157,7 +158,6 @@ def start(path: Path, words: list[str], options: argparse.Namespace) -> int:
 def _service(options: argparse.Namespace) -> LaunchService:
     from launch import LaunchService
 
-    prepare()
     service = LaunchService(debug=options.debug)
     for name in ("launch-prefix", "launch-prefix-filter"):
         if value := getattr(options, name.replace("-", "_")):

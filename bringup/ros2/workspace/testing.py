@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
-from arjuna_core.errors import ArjunaError, InputFileError
+from arjuna_core.errors import ArjunaError
 from arjuna_core.files.input_file import read_bytes, read_text
 from arjuna_core.files.xml_text import parse_xml
 from bringup.ros2.errors import Ros2Error
@@ -30,7 +30,7 @@ _SOURCED = '[ -f "$0" ] && . "$0"; exec "$@"'
 
 
 @dataclass(frozen=True)
-class _Test:
+class _Program:
     """One program that is run.
 
     Attributes:
@@ -68,14 +68,14 @@ def run_tests(packages: list[Package], arguments: argparse.Namespace) -> int:
     return 1 if failed and arguments.return_code_on_test_failure else 0
 
 
-def _tests_of(package: Package, build: Path, words: list[str]) -> Iterator[_Test]:
+def _tests_of(package: Package, build: Path, words: list[str]) -> Iterator[_Program]:
     """Yield a package's tests; those that cannot be run are named."""
     pytest = [sys.executable, "-m", "pytest", "-q", "--tb=short", "-p", "no:cacheprovider"]
     if package.kind in ("ament_python", "python"):
         path = build / "pytest.xml"
         left_out = [f"--ignore={one}" for one in _without_linters(package)]
         command = [*pytest, f"--junit-xml={path}", f"--junit-prefix={package.name}", *left_out]
-        yield _Test("pytest", [*command, *words], path)
+        yield _Program("pytest", [*command, *words], path)
         return
     if not (package.folder / "CMakeLists.txt").is_file():
         raise Ros2Error(f"{package.name} is of the type '{package.kind}', which has no tests here")
@@ -86,14 +86,14 @@ def _tests_of(package: Package, build: Path, words: list[str]) -> Iterator[_Test
         path = build / "test_results" / package.name / f"{one.name}.xunit.xml"
         about = (path, one.timeout, one.environment)
         if one.kind == "pytest":
-            yield _Test(one.name, [*pytest, one.words[0], f"--junit-xml={path}", *words], *about)
+            yield _Program(one.name, [*pytest, one.words[0], f"--junit-xml={path}", *words], *about)
         elif one.kind == "launch":
             named = ["--junit-xml", str(path), "--package-name", package.name]
             program = [sys.executable, "-m", "launch_testing.launch_test"]
-            yield _Test(one.name, [*program, *one.words, *named], *about)
+            yield _Program(one.name, [*program, *one.words, *named], *about)
         else:
             python = [sys.executable] if one.words[0].endswith(".py") else []
-            yield _Test(one.name, [*python, *one.words], None, *about[1:])
+            yield _Program(one.name, [*python, *one.words], None, *about[1:])
 
 
 def _without_linters(package: Package) -> Iterator[Path]:
@@ -105,7 +105,7 @@ def _without_linters(package: Package) -> Iterator[Path]:
             yield path.resolve()
 
 
-def _run(test: _Test, folder: Path, setup: Path) -> bool:
+def _run(test: _Program, folder: Path, setup: Path) -> bool:
     """Return whether a test passes, in the workspace's environment."""
     if test.result is not None:
         test.result.parent.mkdir(parents=True, exist_ok=True)
@@ -130,7 +130,7 @@ def show_results(arguments: argparse.Namespace) -> int:
     for path in sorted(arguments.test_result_base.rglob("*.xml")):
         try:
             root = parse_xml(path, read_bytes(path, 1 << 27))
-        except (InputFileError, ArjunaError):
+        except ArjunaError:
             continue  # no result of tests
         suites = [root, *root] if root.tag == "testsuites" else [root]
         suites = [one for one in suites if one.tag == "testsuite"]

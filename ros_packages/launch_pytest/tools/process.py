@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import functools
 import threading
 import time
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Coroutine
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 _LOOK = 0.02  # [s] from one look to the next
 
@@ -29,15 +32,6 @@ def _wait(is_there: Callable[[], bool], timeout: float | None) -> bool:
         if time.monotonic() > deadline:
             return is_there()
         never.wait(_LOOK)
-    return True
-
-
-async def _wait_async(is_there: Callable[[], bool], timeout: float | None) -> bool:
-    deadline = time.monotonic() + (timeout or 10.0)
-    while not is_there():
-        if time.monotonic() > deadline:
-            return is_there()
-        await asyncio.sleep(_LOOK)
     return True
 
 
@@ -93,33 +87,19 @@ def wait_for_exit_sync(context: Any, action: Any, timeout: float | None = None) 
     return _wait(_ended(action), timeout)
 
 
-async def wait_for_output(
-    context: Any, action: Any, validate_output: Any, timeout: float | None = None
-) -> bool:
-    """Return whether a process' standard output fulfils a function within a time [s]."""
-    return await _wait_async(_fulfilled(action.get_stdout, validate_output), timeout)
+def _awaited(wait: Callable[..., T]) -> Callable[..., Coroutine[Any, Any, T]]:
+    """Return a wait as a coroutine, beside which the launch goes on."""
+
+    @functools.wraps(wait)
+    async def awaited(*args: Any, **kwargs: Any) -> T:
+        return await asyncio.to_thread(wait, *args, **kwargs)
+
+    return awaited
 
 
-async def wait_for_stderr(
-    context: Any, action: Any, validate_output: Any, timeout: float | None = None
-) -> bool:
-    """Return whether a process' standard error fulfils a function within a time [s]."""
-    return await _wait_async(_fulfilled(action.get_stderr, validate_output), timeout)
-
-
-async def assert_output(
-    context: Any, action: Any, validate_output: Any, timeout: float | None = None
-) -> None:
-    """Wait for a process' standard output; see `assert_output_sync`."""
-    if not await wait_for_output(context, action, validate_output, timeout):
-        assert validate_output(action.get_stdout()) is not False, action.get_stdout()
-
-
-async def wait_for_start(context: Any, action: Any, timeout: float | None = None) -> bool:
-    """Return whether a process starts within a time [s]."""
-    return await _wait_async(_started(action), timeout)
-
-
-async def wait_for_exit(context: Any, action: Any, timeout: float | None = None) -> bool:
-    """Return whether a process ends within a time [s]."""
-    return await _wait_async(_ended(action), timeout)
+wait_for_output = _awaited(wait_for_output_sync)
+wait_for_stderr = _awaited(wait_for_stderr_sync)
+assert_output = _awaited(assert_output_sync)
+assert_stderr = _awaited(assert_stderr_sync)
+wait_for_start = _awaited(wait_for_start_sync)
+wait_for_exit = _awaited(wait_for_exit_sync)
