@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import Pose3
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -201,7 +202,7 @@ class DrivenRobot:
         """
         return tuple(self._encoders().tolist())
 
-    def _encoders(self) -> NDArray[np.float64]:
+    def _encoders(self) -> Floats:
         return self._base.encoders(self._motion.wheel_angles())
 
     def staged(self, sensor: SensorSettings) -> SensorSettings:
@@ -237,7 +238,7 @@ class DrivenRobot:
         """Return what simulates one of its further sensors, to be commanded."""
         return self._sensors.device(self.staged(sensor))
 
-    def surfaces(self) -> NDArray[np.float64]:
+    def surfaces(self) -> Floats:
         """Return the world's true surfaces at the lidar's height.
 
         Returns:

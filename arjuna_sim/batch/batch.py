@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import warp as wp
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Singles
 from arjuna_core.errors import ConfigError, RobotError, WorldError
 from arjuna_core.se2 import SE2
 from arjuna_sim.batch.drive import BatchDrive, Floats
@@ -66,8 +66,8 @@ class BatchState(NamedTuple):
     poses: Floats
     velocities: Floats
     measured: Floats
-    touched: NDArray[np.bool_]
-    lost: NDArray[np.bool_]
+    touched: Bools
+    lost: Bools
 
 
 class Batch:
@@ -173,11 +173,11 @@ class Batch:
         self._ranges = wp.empty(shape, dtype=float)
 
     @property
-    def qpos(self) -> NDArray[np.float32]:
+    def qpos(self) -> Singles:
         """MuJoCo's positions of all joints of each robot, `(N, nq) float32`."""
         return np.array(self._data.qpos.numpy())
 
-    def put(self, poses: Floats, which: NDArray[np.bool_] | None = None) -> None:
+    def put(self, poses: Floats, which: Bools | None = None) -> None:
         """Put robots down at rest, whatever they would stand in; all, or those that are meant.
 
         Args:
@@ -235,7 +235,7 @@ class Batch:
         kinds = [self._is_solid, self._is_obstacle]
         wp.launch(find_touched, data.naconmax, [*contacts, *kinds], [self._touched])
 
-    def scan(self) -> NDArray[np.float32]:
+    def scan(self) -> Singles:
         """Return what the lidars read now by REP 117, `(N, B) float32` [m]."""
         lidar, config, data, shape = self._lidar, self.config.lidar, self._data, self._ranges.shape
         noise = lidar.noise if config.noise < 0.0 else config.noise

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.drive import Base
 from arjuna_sim.devices.driving.controller import CommandError, Limits
-
-Floats = NDArray[np.float64]
 
 
 class BatchDrive:
@@ -42,7 +40,7 @@ class BatchDrive:
         self._current = np.zeros((count, 3))
         self._counted = np.zeros((count, encoders))
 
-    def restart(self, which: NDArray[np.bool_]) -> None:
+    def restart(self, which: Bools) -> None:
         """Let some stand still, with their wheels at angle 0."""
         self._current[which] = 0.0
         self._counted[which] = 0.0

@@ -18,10 +18,10 @@ from xml.etree.ElementTree import (  # parsing is defusedxml's
 )
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
+from arjuna_core.arrays import Bytes, Floats, Singles
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.array_cache import Arrays, cached, made_by
 from arjuna_core.files.input_file import read_bytes
@@ -115,7 +115,7 @@ def _mesh(xml: XmlFile, path: Path, part: str, centred: bool, label: str) -> Mes
     return xml.meshes[key]
 
 
-def read_mesh(path: Path, part: str = "") -> NDArray[np.float64]:
+def read_mesh(path: Path, part: str = "") -> Floats:
     """Return a mesh's triangles.
 
     Args:
@@ -133,7 +133,7 @@ def read_mesh(path: Path, part: str = "") -> NDArray[np.float64]:
     return read_skinned(path, part)[0]
 
 
-def read_skinned(path: Path, part: str = "") -> tuple[NDArray[np.float64], Skin]:
+def read_skinned(path: Path, part: str = "") -> tuple[Floats, Skin]:
     """Return a mesh's triangles as `read_mesh` does, and how each looks.
 
     Raises:
@@ -183,7 +183,7 @@ def _read(path: Path, content: bytes, part: str) -> Arrays:
     return np.zeros((0, 3, 3)), np.zeros((0, 3, 2), np.float32), np.zeros(0, np.int32), _packed([])
 
 
-def _packed(looks: list[Any]) -> NDArray[np.uint8]:
+def _packed(looks: list[Any]) -> Bytes:
     return np.frombuffer(json.dumps(looks).encode(), np.uint8)
 
 
@@ -248,12 +248,12 @@ def _loaded(content: bytes, suffix: str, materials: bytes) -> Arrays:
     )
 
 
-def _places(mesh: Any) -> NDArray[np.float32]:
+def _places(mesh: Any) -> Singles:
     """Return where corners are in a picture, from its top, `(N, 3, 2) float32`; NaN for nowhere."""
     uv = getattr(mesh.visual, "uv", None)
     if uv is None or len(uv) != len(mesh.vertices):
         return np.full((len(mesh.faces), 3, 2), np.nan, np.float32)
-    placed: NDArray[np.float32] = np.asarray(uv)[np.asarray(mesh.faces), :2].astype(np.float32)
+    placed: Singles = np.asarray(uv)[np.asarray(mesh.faces), :2].astype(np.float32)
     placed[..., 1] = 1.0 - placed[..., 1]
     return placed
 

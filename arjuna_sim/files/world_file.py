@@ -6,8 +6,8 @@ from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Ints
 from arjuna_core.errors import MapError, RobotError, WorldError
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.maps import load_map
@@ -49,7 +49,7 @@ def load_map_world(path: str | Path) -> World:
     return World(path, path.stem, (*ground_bodies(), *bodies), ())
 
 
-def rectangles(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:
+def rectangles(occupied: Bools) -> Ints:
     """Cover the occupied cells with few rectangles that do not overlap.
 
     Runs of cells in a row grow upward as long as the next row has the same run.

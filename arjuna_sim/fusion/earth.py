@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arjuna_core.arrays import Floats
 from arjuna_core.geodesy import GeoPoint, TangentPlane, UtmGrid
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.fusion.kinematics import Array
 
 
 @dataclass(frozen=True)
@@ -47,11 +47,11 @@ class EarthFrame:
         T_world_base = Pose3.from_rpy(T_world_base.position, heading)
         return EarthFrame(plane, T_world_base @ T_enu_base.inverse())
 
-    def to_world(self, point: GeoPoint) -> Array:
+    def to_world(self, point: GeoPoint) -> Floats:
         """Return a point of the earth in the world frame, `(3,) float64` [m]."""
-        result: Array = self.T_world_enu.apply(self.plane.enu(point)[None])[0]
+        result: Floats = self.T_world_enu.apply(self.plane.enu(point)[None])[0]
         return result
 
-    def to_earth(self, point: Array) -> GeoPoint:
+    def to_earth(self, point: Floats) -> GeoPoint:
         """Return a point `(3,)` of the world frame [m] on the earth."""
         return self.plane.geodetic(self.T_world_enu.inverse().apply(np.asarray(point)[None])[0])

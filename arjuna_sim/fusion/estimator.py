@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_sim.fusion.filters import Filter, Measurement, Noise
-from arjuna_sim.fusion.kinematics import SIZE, TWIST, Array, Mask
+from arjuna_sim.fusion.kinematics import SIZE, TWIST
 
 _ODD_GAP = 1e5  # [s] robot_localization's: a clock that jumped, for which this step stands
 _ODD_STEP = 0.01
@@ -27,12 +28,12 @@ class Control:
         timeout: Age at which a command counts as 0 [s].
     """
 
-    mask: Mask
-    limits: Array
-    gains: Array
+    mask: Bools
+    limits: Floats
+    gains: Floats
     timeout: float
 
-    def accelerations(self, velocity: Array, command: Array, age: float) -> Array:
+    def accelerations(self, velocity: Floats, command: Floats, age: float) -> Floats:
         """Return the accelerations `(6,)`, NaN of what is not commanded."""
         command = np.zeros(6) if age >= self.timeout else command
         error = command - velocity
@@ -63,7 +64,7 @@ class Estimator:
     control: Control | None = None
     stamp: float | None = None
     _queue: list[tuple[float, int, Measurement]] = field(default_factory=list)
-    _past: deque[tuple[float, Array, Array]] = field(default_factory=deque)
+    _past: deque[tuple[float, Floats, Floats]] = field(default_factory=deque)
     _taken: deque[Measurement] = field(default_factory=deque)
     _count: int = 0
 
@@ -76,7 +77,7 @@ class Estimator:
         self._count += 1
         heapq.heappush(self._queue, (measured.stamp, self._count, measured))
 
-    def command(self, velocity: Array, stamp: float) -> None:
+    def command(self, velocity: Floats, stamp: float) -> None:
         """Note a commanded velocity `(6,)` of a time [s]."""
         self._command, self._commanded_at = velocity, stamp
 
@@ -85,7 +86,7 @@ class Estimator:
         self._clear()
         self.filter, self.stamp = self.make_filter(), None
 
-    def set_pose(self, pose: Array, covariance: Array, stamp: float) -> None:
+    def set_pose(self, pose: Floats, covariance: Floats, stamp: float) -> None:
         """Continue from a pose `(6,)` of a covariance `(6, 6)`, at rest.
 
         Covariances of what else there is are 1e-6, robot_localization's.
@@ -112,7 +113,7 @@ class Estimator:
         while self._taken and self._taken[0].stamp < now - self.history:
             self._taken.popleft()
 
-    def at(self, stamp: float) -> tuple[Array, Array]:
+    def at(self, stamp: float) -> tuple[Floats, Floats]:
         """Return state `(15,)` and covariance `(15, 15)`, predicted where a time [s] is later."""
         keeps = self.filter.state.copy(), self.filter.covariance.copy(), self.stamp
         if self.stamp is not None and stamp > self.stamp:

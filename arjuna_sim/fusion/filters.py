@@ -8,13 +8,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_sim.fusion.kinematics import (
     ACCELERATION,
     ANGLES,
     SIZE,
     TWIST,
-    Array,
-    Mask,
     jacobian,
     transition,
     wrapped,
@@ -38,9 +37,9 @@ class Measurement:
     """
 
     stamp: float
-    values: Array
-    covariance: Array
-    mask: Mask
+    values: Floats
+    covariance: Floats
+    mask: Bools
     threshold: float = np.inf
     source: str = ""
 
@@ -54,10 +53,10 @@ class Noise:
         dynamic: Whether that of the pose grows with the square of the velocity.
     """
 
-    covariance: Array
+    covariance: Floats
     dynamic: bool = False
 
-    def after(self, state: Array, dt: float) -> Array:
+    def after(self, state: Floats, dt: float) -> Floats:
         """Return what a time [s] adds to the covariance."""
         noise = self.covariance * dt
         if self.dynamic:
@@ -68,10 +67,10 @@ class Noise:
 class Filter(Protocol):
     """State `(15,)` and covariance `(15, 15)` of a filter, both `float64`."""
 
-    state: Array
-    covariance: Array
+    state: Floats
+    covariance: Floats
 
-    def predict(self, dt: float, noise: Noise, accelerations: Array | None = None) -> None:
+    def predict(self, dt: float, noise: Noise, accelerations: Floats | None = None) -> None:
         """Advance by a time [s], under a command's accelerations `(6,)`."""
 
     def correct(self, measured: Measurement) -> bool:
@@ -82,10 +81,10 @@ class Filter(Protocol):
 class ExtendedFilter:
     """The extended Kalman filter of Moore and Stouch, 2014."""
 
-    state: Array = field(default_factory=lambda: np.zeros(SIZE))
-    covariance: Array = field(default_factory=lambda: np.eye(SIZE) * _LEAST_VARIANCE)
+    state: Floats = field(default_factory=lambda: np.zeros(SIZE))
+    covariance: Floats = field(default_factory=lambda: np.eye(SIZE) * _LEAST_VARIANCE)
 
-    def predict(self, dt: float, noise: Noise, accelerations: Array | None = None) -> None:
+    def predict(self, dt: float, noise: Noise, accelerations: Floats | None = None) -> None:
         """Advance by a time [s], under a command's accelerations `(6,)`."""
         matrix = transition(self.state, dt)
         derivative = jacobian(self.state, dt, matrix)
@@ -122,13 +121,13 @@ class UnscentedFilter:
         beta: What is known of the distribution; 2 of a Gaussian one.
     """
 
-    state: Array = field(default_factory=lambda: np.zeros(SIZE))
-    covariance: Array = field(default_factory=lambda: np.eye(SIZE) * _LEAST_VARIANCE)
+    state: Floats = field(default_factory=lambda: np.zeros(SIZE))
+    covariance: Floats = field(default_factory=lambda: np.eye(SIZE) * _LEAST_VARIANCE)
     alpha: float = 1e-3
     kappa: float = 0.0
     beta: float = 2.0
 
-    def predict(self, dt: float, noise: Noise, accelerations: Array | None = None) -> None:
+    def predict(self, dt: float, noise: Noise, accelerations: Floats | None = None) -> None:
         """Advance by a time [s], under a command's accelerations `(6,)`."""
         added = noise.after(self.state, dt)
         driven = (_driven(point, dt, accelerations) for point in self._points())
@@ -156,19 +155,19 @@ class UnscentedFilter:
     def _scale(self) -> float:
         return self.alpha**2 * (SIZE + self.kappa)
 
-    def _points(self) -> Array:
+    def _points(self) -> Floats:
         values, vectors = np.linalg.eigh(self.covariance * self._scale)
         root = (vectors * np.sqrt(np.maximum(values, 0.0))).T
         return np.concatenate((self.state[None], self.state + root, self.state - root))
 
-    def _weights(self) -> tuple[Array, Array]:
+    def _weights(self) -> tuple[Floats, Floats]:
         mean = np.full(2 * SIZE + 1, 0.5 / self._scale)
         mean[0] = 1.0 - SIZE / self._scale
         covariance = mean.copy()
         covariance[0] += 1.0 - self.alpha**2 + self.beta
         return mean, covariance
 
-    def _mean(self, points: Array) -> tuple[Array, Array]:
+    def _mean(self, points: Floats) -> tuple[Floats, Floats]:
         """Return the mean of sigma points and their deviations; angles differ from the first's."""
         offsets = points - points[0]
         offsets[:, ANGLES] = wrapped(offsets[:, ANGLES])
@@ -178,18 +177,18 @@ class UnscentedFilter:
         return state, offsets - mean
 
 
-def _driven(state: Array, dt: float, accelerations: Array | None) -> Array:
+def _driven(state: Floats, dt: float, accelerations: Floats | None) -> Floats:
     """Return a state under a command: its accelerations, and turn rates that a time [s] changed."""
     if accelerations is None:
         return state
-    result: Array = state.copy()
+    result: Floats = state.copy()
     result[9:12] += np.nan_to_num(accelerations[3:]) * dt
     known = np.isfinite(accelerations[:3])
     result[ACCELERATION][known] = accelerations[:3][known]
     return result
 
 
-def _innovation(measured: Measurement, state: Array) -> tuple[NDArray[np.intp], Array, Array]:
+def _innovation(measured: Measurement, state: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:
     """Return the measured states' indices, how they differ from a state, and their covariance."""
     index = np.flatnonzero(measured.mask & np.isfinite(measured.values))
     noise = measured.covariance[np.ix_(index, index)]

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from arjuna_core.arrays import Floats
 
 SIZE = 15
 POSE, TWIST, ACCELERATION = slice(0, 6), slice(6, 12), slice(12, 15)
@@ -18,13 +16,13 @@ OUT_OF_PLANE = (2, 3, 4, 8, 9, 10, 14)
 """The states that are 0 of a robot in the plane: z, roll and pitch, and what they change by."""
 
 
-def wrapped(angles: Array) -> Array:
+def wrapped(angles: Floats) -> Floats:
     """Return angles within [-pi, pi)."""
-    result: Array = (angles + math.pi) % (2.0 * math.pi) - math.pi
+    result: Floats = (angles + math.pi) % (2.0 * math.pi) - math.pi
     return result
 
 
-def rotation(roll: float, pitch: float, yaw: float) -> Array:
+def rotation(roll: float, pitch: float, yaw: float) -> Floats:
     """Return the matrix of fixed-axis angles [rad], `(3, 3) float64`, body to world."""
     (sr, cr), (sp, cp), (sy, cy) = ((math.sin(a), math.cos(a)) for a in (roll, pitch, yaw))
     return np.array(
@@ -36,7 +34,7 @@ def rotation(roll: float, pitch: float, yaw: float) -> Array:
     )
 
 
-def transition(state: Array, dt: float) -> Array:
+def transition(state: Floats, dt: float) -> Floats:
     """Return the matrix that brings a state forward by a time [s], `(15, 15) float64`.
 
     Source: Moore and Stouch, A generalized extended Kalman filter implementation for ROS, 2014.
@@ -51,12 +49,12 @@ def transition(state: Array, dt: float) -> Array:
     return matrix
 
 
-def _euler_rates(sr: float, cr: float, cp: float, tp: float) -> Array:
+def _euler_rates(sr: float, cr: float, cp: float, tp: float) -> Floats:
     """Return what turns rates of the body into those of roll, pitch and yaw."""
     return np.array([[1.0, sr * tp, cr * tp], [0.0, cr, -sr], [0.0, sr / cp, cr / cp]])
 
 
-def jacobian(state: Array, dt: float, matrix: Array) -> Array:
+def jacobian(state: Floats, dt: float, matrix: Floats) -> Floats:
     """Return the derivative of `transition(state, dt) @ state`, `(15, 15) float64`.
 
     Args:
@@ -76,7 +74,7 @@ def jacobian(state: Array, dt: float, matrix: Array) -> Array:
         ]
     )
     of_yaw = np.stack((-turned[1], turned[0], np.zeros(3)))
-    result: Array = matrix.copy()
+    result: Floats = matrix.copy()
     result[0:3, 3], result[0:3, 4], result[0:3, 5] = of_roll @ path, of_pitch @ path, of_yaw @ path
     _, q, r = (state[9:12] * dt).tolist()
     result[3, 3] += (cr * q - sr * r) * tp

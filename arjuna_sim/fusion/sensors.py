@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.fusion.filters import Measurement
 from arjuna_sim.fusion.kinematics import (
@@ -13,8 +14,6 @@ from arjuna_sim.fusion.kinematics import (
     OUT_OF_PLANE,
     SIZE,
     TWIST,
-    Array,
-    Mask,
     rotation,
     wrapped,
 )
@@ -36,12 +35,12 @@ class Part:
     """
 
     source: str
-    mask: Mask
+    mask: Bools
     threshold: float = np.inf
     planar: bool = False
 
     def measured(
-        self, stamp: float, values: Array, covariance: Array, first: int, turned: Array
+        self, stamp: float, values: Floats, covariance: Floats, first: int, turned: Floats
     ) -> Measurement:
         """Return a measurement of the states from an index on.
 
@@ -77,14 +76,14 @@ class PoseInput:
     differential: bool = False
     relative: bool = False
     _first: Pose3 | None = None
-    _last: tuple[float, Pose3, Array] | None = None
+    _last: tuple[float, Pose3, Floats] | None = None
 
     def forget(self) -> None:
         """Forget the first and the last pose."""
         self._first = self._last = None
 
     def measured(
-        self, stamp: float, pose: Pose3, covariance: Array, T_world_frame: Pose3 = ORIGIN
+        self, stamp: float, pose: Pose3, covariance: Floats, T_world_frame: Pose3 = ORIGIN
     ) -> Measurement | None:
         """Return the measurement of a pose in a frame; None of the first of differences."""
         if self.differential:
@@ -94,7 +93,7 @@ class PoseInput:
         return self.part.measured(stamp, values, covariance, 0, turned)
 
     def of_imu(
-        self, stamp: float, orientation: Pose3, covariance: Array, T_base_imu: Pose3 = ORIGIN
+        self, stamp: float, orientation: Pose3, covariance: Floats, T_base_imu: Pose3 = ORIGIN
     ) -> Measurement | None:
         """Return the measurement of an IMU's orientation in the world."""
         offset = T_base_imu.rpy()
@@ -113,7 +112,7 @@ class PoseInput:
         return self._first.inverse() @ pose
 
     def _velocity(
-        self, stamp: float, pose: Pose3, covariance: Array, turned: Array
+        self, stamp: float, pose: Pose3, covariance: Floats, turned: Floats
     ) -> Measurement | None:
         before, self._last = self._last, (stamp, pose, covariance)
         if before is None or stamp <= before[0]:
@@ -126,7 +125,7 @@ class PoseInput:
 
 
 def twist_measured(
-    part: Part, stamp: float, twist: Array, covariance: Array, T_base_sensor: Pose3, state: Array
+    part: Part, stamp: float, twist: Floats, covariance: Floats, T_base_sensor: Pose3, state: Floats
 ) -> Measurement:
     """Return the measurement of a sensor's velocity and turn rates `(6,)` in its own frame.
 
@@ -140,7 +139,7 @@ def twist_measured(
 
 
 def acceleration_measured(
-    part: Part, stamp: float, felt: Array, covariance: Array, T_base_imu: Pose3
+    part: Part, stamp: float, felt: Floats, covariance: Floats, T_base_imu: Pose3
 ) -> Measurement:
     """Return the measurement of an IMU's acceleration `(3,)`, of which gravity is taken already."""
     turned = T_base_imu.rotation()
@@ -148,8 +147,8 @@ def acceleration_measured(
 
 
 def without_gravity(
-    felt: Array, gravity: float, orientation: Pose3 | None, T_base_imu: Pose3, state: Array
-) -> Array:
+    felt: Floats, gravity: float, orientation: Pose3 | None, T_base_imu: Pose3, state: Floats
+) -> Floats:
     """Return an IMU's acceleration `(3,)` without that of rest.
 
     Args:
@@ -160,5 +159,5 @@ def without_gravity(
         turned = orientation.rotation()
     else:
         turned = rotation(*state[ANGLES].tolist()) @ T_base_imu.rotation()
-    result: Array = felt - gravity * turned[2]
+    result: Floats = felt - gravity * turned[2]
     return result

@@ -10,8 +10,8 @@ from typing import Any
 import gymnasium
 import numpy as np
 from gymnasium import spaces
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Singles
 from arjuna_core.config import load
 from arjuna_core.errors import ConfigError, RobotError
 from arjuna_core.se2 import SE2
@@ -35,10 +35,10 @@ from arjuna_sim.model.robot import RobotModel, footprint
 from arjuna_sim.model.world import World
 from arjuna_sim.simulation import Simulation, solo
 
-Observed = dict[str, NDArray[np.float32]]
+Observed = dict[str, Singles]
 
 
-class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
+class Navigate(gymnasium.Env[Observed, Singles]):
     """Drive from a random start to a random goal, and touch nothing.
 
     An action is v and w [m/s, rad/s], of robots that move sideways v, vy and w, held for `step`.
@@ -159,9 +159,7 @@ class Navigate(gymnasium.Env[Observed, NDArray[np.float32]]):
                 return start, goal
         raise ConfigError("none of 100 starts and goals is free; a smaller 'longest' may find some")
 
-    def step(
-        self, action: NDArray[np.float32]
-    ) -> tuple[Observed, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Singles) -> tuple[Observed, float, bool, bool, dict[str, Any]]:
         """Drive for `step`; see the class."""
         v, *aside, w = (float(value) for value in action)
         command, touched = Velocity(v, y=sum(aside), yaw_rate=w), False

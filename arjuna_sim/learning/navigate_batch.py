@@ -9,15 +9,14 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Singles
 from arjuna_core.errors import ConfigError
 from arjuna_sim.batch.batch import Batch, Variation
 from arjuna_sim.learning.navigate import Navigate, Observed, numbers_of
 from arjuna_sim.learning.task import Floats, goals_seen, judged, observed, scan_points
 
-Bools = NDArray[np.bool_]
 
-
-class NavigateBatch(VectorEnv[Observed, NDArray[np.float32], NDArray[Any]]):
+class NavigateBatch(VectorEnv[Observed, Singles, NDArray[Any]]):
     """`Navigate` for copies of one robot and world, in MuJoCo Warp on a GPU or on the CPU.
 
     Spaces, rewards and ends are those of `Navigate`, and so are its arguments. An episode that
@@ -88,9 +87,7 @@ class NavigateBatch(VectorEnv[Observed, NDArray[np.float32], NDArray[Any]]):
         self._elapsed[which] = 0.0
         self._over[which] = False
 
-    def step(
-        self, actions: NDArray[np.float32]
-    ) -> tuple[Observed, Floats, Bools, Bools, dict[str, Any]]:
+    def step(self, actions: Singles) -> tuple[Observed, Floats, Bools, Bools, dict[str, Any]]:
         """Drive all for a step; see the class."""
         begins, before = self._over.copy(), self._away()
         if begins.any():

@@ -12,13 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Singles
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_sim.model.geometry.walls import enclosure_of
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -71,9 +69,9 @@ class Outcome(NamedTuple):
     """
 
     reward: Floats
-    reached: NDArray[np.bool_]
-    touched: NDArray[np.bool_]
-    late: NDArray[np.bool_]
+    reached: Bools
+    touched: Bools
+    late: Bools
 
 
 def beams_of(angles: Floats, T_base_sensor: Floats) -> tuple[Floats, Floats]:
@@ -141,7 +139,7 @@ def goals_seen(poses: Floats, goals: Floats, reach: float) -> Floats:
 
 def observed(
     config: TaskConfig, points: Floats, goals: Floats, velocities: Floats, bounds: Floats
-) -> dict[str, NDArray[np.float32]]:
+) -> dict[str, Singles]:
     """Return the observations.
 
     Args:
@@ -167,7 +165,7 @@ def judged(
     before: Floats,
     after: Floats,
     nearest: Floats,
-    touched: NDArray[np.bool_],
+    touched: Bools,
     elapsed: Floats,
     radius: float,
 ) -> Outcome:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import ArjunaError
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.geometry.convex_pieces import CUBE
@@ -82,7 +82,7 @@ class Entity:
         """Name of its MuJoCo body."""
         return body_name(self.name)
 
-    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def bounds(self) -> tuple[Floats, Floats]:
         """Return the least and the greatest corner of what is solid, in its own frame [m]."""
         return bounds(self.solid or self.drawn)
 
@@ -97,7 +97,7 @@ class Entity:
         x, y, z = pose.position
         return Pose3((x, y, z - lowest), pose.quaternion)
 
-    def corners(self, pose: Pose3) -> NDArray[np.float64]:
+    def corners(self, pose: Pose3) -> Floats:
         """Return the corners of its bounding box where it stands, `(8, 3) float64` [m]."""
         low, high = self.bounds()
         return pose.apply((low + high) / 2 + CUBE * (high - low) / 2)
@@ -117,7 +117,7 @@ class EntityMotion:
     angular: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-def bounds(parts: Iterable[Part]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def bounds(parts: Iterable[Part]) -> tuple[Floats, Floats]:
     """Return the least and the greatest corner of parts, `(3,) float64` each [m]."""
     points = [np.zeros((0, 3)), *(part.pose.apply(corners(part.shape)) for part in parts)]
     found = np.vstack(points)

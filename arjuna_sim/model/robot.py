@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 from arjuna_sim.model.geometry.shapes import corners
 from arjuna_sim.model.notes import Note
@@ -106,7 +106,7 @@ def _drive_below(prefix: str, drive: DriveSettings) -> DriveSettings:
     )
 
 
-def footprint(robot: RobotModel, frame: str) -> NDArray[np.float64]:
+def footprint(robot: RobotModel, frame: str) -> Floats:
     """Return the convex outline of all that can touch something, every joint at zero.
 
     Returns:
@@ -120,7 +120,7 @@ def footprint(robot: RobotModel, frame: str) -> NDArray[np.float64]:
     return np.round(_without_fine_corners(outline), 3)
 
 
-def extent(robot: RobotModel, frame: str) -> NDArray[np.float64]:
+def extent(robot: RobotModel, frame: str) -> Floats:
     """Return the corners of all that can touch something, every joint at zero, `(N, 3)` [m].
 
     A driven wheel touches with its looks where it has no collision shape.
@@ -142,7 +142,7 @@ def inscribed_radius(robot: RobotModel) -> float:
     return float(np.ptp(outline, axis=0).min()) / 2.0 if len(outline) else 0.0
 
 
-def _without_fine_corners(outline: NDArray[np.float64]) -> NDArray[np.float64]:
+def _without_fine_corners(outline: Floats) -> Floats:
     """Take out corners, the finest first, that stand out less than counts."""
     while len(outline) > 3:
         before, after = np.roll(outline, 1, axis=0), np.roll(outline, -1, axis=0)

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import ConfigError
 from arjuna_core.geodesy import GeoPoint, MapOnEarth
 from arjuna_core.pose3 import ORIGIN, Pose3
@@ -51,7 +51,7 @@ class Trajectory:
     delay: float = 0.0
 
     @staticmethod
-    def along(points: NDArray[np.float64], speed: float, loop: bool = True) -> Trajectory:
+    def along(points: Floats, speed: float, loop: bool = True) -> Trajectory:
         """Build a trajectory that follows points at a constant speed, facing ahead.
 
         Args:
@@ -137,7 +137,7 @@ class Earth:
     heading: float = 0.0
     magnetic_field: tuple[float, float, float] = (6e-6, 2.3e-5, -4.2e-5)
 
-    def geodetic(self, point: NDArray[np.float64]) -> GeoPoint:
+    def geodetic(self, point: Floats) -> GeoPoint:
         """Return the position on Earth of a point of the world, `(3,) float64` [m]."""
         return self._map.to_earth(*(float(value) for value in point))
 

@@ -12,7 +12,6 @@ import numpy as np
 from gazebo_msgs.msg import ContactsState, ContactState
 from geometry_msgs.msg import Vector3, Wrench
 from nav_msgs.msg import Odometry
-from numpy.typing import NDArray
 from ros_gz_interfaces.msg import Altimeter, Contact, Contacts, Entity, JointWrench
 from sensor_msgs.msg import (
     BatteryState,
@@ -26,6 +25,7 @@ from sensor_msgs.msg import (
 )
 from std_msgs.msg import String
 
+from arjuna_core.arrays import Floats
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import cloud_msg, header, pose3_msg, scan_msg
 from arjuna_core.ros.node import ManagedNode
@@ -102,7 +102,7 @@ def _fix(sensor: NavSatSettings, reading: Fix, now: float) -> NavSatFix:
 
 
 @publishes(MagnetometerSettings, MagneticField)
-def _field(sensor: MagnetometerSettings, reading: NDArray[np.float64], now: float) -> MagneticField:
+def _field(sensor: MagnetometerSettings, reading: Floats, now: float) -> MagneticField:
     message = MagneticField(header=header(sensor.frame, now))
     field = message.magnetic_field
     field.x, field.y, field.z = (float(value) for value in reading)
@@ -179,7 +179,7 @@ def _contacts(sensor: ContactSettings, reading: tuple[Touch, ...], now: float) -
     return Contacts(header=stamp, contacts=contacts)
 
 
-def _wrench(touch: Touch, stamp: Any, force: NDArray[np.float64]) -> JointWrench:
+def _wrench(touch: Touch, stamp: Any, force: Floats) -> JointWrench:
     upon, back = _vectors(np.array([force, -force]))
     return JointWrench(
         header=stamp,
@@ -190,7 +190,7 @@ def _wrench(touch: Touch, stamp: Any, force: NDArray[np.float64]) -> JointWrench
     )
 
 
-def _vectors(rows: NDArray[np.float64]) -> list[Vector3]:
+def _vectors(rows: Floats) -> list[Vector3]:
     return [Vector3(x=x, y=y, z=z) for x, y, z in rows.tolist()]
 
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from arjuna_core.arrays import Floats
+
 UP = {"enu": (0.0, 0.0, 1.0), "nwu": (0.0, 0.0, 1.0), "ned": (0.0, 0.0, -1.0)}
 """What an accelerometer at rest measures, in each world frame."""
 _NORTH = {"enu": 1, "nwu": 0, "ned": 0}
@@ -30,14 +30,14 @@ class MadgwickFilter:
     world: str = "enu"
     gain: float = 0.1
     zeta: float = 0.0
-    quaternion: Array = field(default_factory=lambda: np.array((1.0, 0.0, 0.0, 0.0)))
-    bias: Array = field(default_factory=lambda: np.zeros(3))
+    quaternion: Floats = field(default_factory=lambda: np.array((1.0, 0.0, 0.0, 0.0)))
+    bias: Floats = field(default_factory=lambda: np.zeros(3))
 
-    def start(self, acceleration: Array, field_: Array | None = None) -> None:
+    def start(self, acceleration: Floats, field_: Floats | None = None) -> None:
         """Take the orientation that an acceleration at rest and a field stand for."""
         self.quaternion = quaternion_of(orientation(acceleration, field_, self.world))
 
-    def update(self, dt: float, rates: Array, acceleration: Array, field_: Array | None) -> None:
+    def update(self, dt: float, rates: Floats, acceleration: Floats, field_: Floats | None) -> None:
         """Take a reading after a time [s]: turn rates [rad/s], acceleration, field if there is one.
 
         An acceleration of 0 corrects nothing, as in free fall.
@@ -57,7 +57,7 @@ class MadgwickFilter:
         q = q + (0.5 * product(q, turning) - self.gain * gradient) * dt
         self.quaternion = q / np.linalg.norm(q)
 
-    def _field_direction(self, measured: Array) -> Array:
+    def _field_direction(self, measured: Floats) -> Floats:
         """Return the field in the world with its horizontal part due north."""
         seen = rotation(self.quaternion) @ measured
         direction = np.zeros(3)
@@ -66,7 +66,7 @@ class MadgwickFilter:
         return direction
 
 
-def _gradient(q: Array, direction: Array, measured: Array) -> Array:
+def _gradient(q: Floats, direction: Floats, measured: Floats) -> Floats:
     """Return the gradient by q of half the squared error between a direction and its reading."""
     w, x, y, z = q
     a, b, c = direction
@@ -75,11 +75,11 @@ def _gradient(q: Array, direction: Array, measured: Array) -> Array:
     by_y = b * x - c * w - 2.0 * a * y, a * x + c * z, a * w + b * z - 2.0 * c * y
     by_z = b * w + c * x - 2.0 * a * z, c * y - a * w - 2.0 * b * z, a * x + b * y
     slope = 2.0 * np.array((by_w, by_x, by_y, by_z))
-    gradient: Array = slope @ (rotation(q).T @ direction - measured)
+    gradient: Floats = slope @ (rotation(q).T @ direction - measured)
     return gradient
 
 
-def rotation(q: Array) -> Array:
+def rotation(q: Floats) -> Floats:
     """Return the rotation matrix of a unit quaternion w, x, y, z."""
     w, x, y, z = q
     return np.array(
@@ -91,13 +91,13 @@ def rotation(q: Array) -> Array:
     )
 
 
-def product(p: Array, q: Array) -> Array:
+def product(p: Floats, q: Floats) -> Floats:
     """Return the product of two quaternions."""
     vector = p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])
     return np.concatenate(((p[0] * q[0] - p[1:] @ q[1:],), vector))
 
 
-def orientation(acceleration: Array, field_: Array | None, world: str) -> Array:
+def orientation(acceleration: Floats, field_: Floats | None, world: str) -> Floats:
     """Return the rotation into the world of an acceleration at rest and a field, `(3, 3)`.
 
     Without a field the sensor's x axis has no east, or north, component across.
@@ -118,7 +118,7 @@ def orientation(acceleration: Array, field_: Array | None, world: str) -> Array:
     )
 
 
-def quaternion_of(matrix: Array) -> Array:
+def quaternion_of(matrix: Floats) -> Floats:
     """Return the unit quaternion of a rotation matrix, its w not negative."""
     from scipy.spatial.transform import Rotation
 

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
-from arjuna_sim.processing.sweep import Array, ArrayFilter, Mask, Mounted, ScanFilter, Sweep
+from arjuna_sim.processing.sweep import ArrayFilter, Mounted, ScanFilter, Sweep
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ class PolygonOutline:
     def __post_init__(self) -> None:
         self.corners()
 
-    def corners(self) -> Array:
+    def corners(self) -> Floats:
         """Return the corners, `(N, 2)` [m].
 
         Raises:
@@ -125,7 +126,7 @@ class PolygonOutline:
         return sweep.replaced(_inside(points, self.corners()) != self.invert)
 
 
-def _inside(points: Array, corners: Array) -> Mask:
+def _inside(points: Floats, corners: Floats) -> Bools:
     """Return which points an odd number of edges is to the right of."""
     within = np.zeros(len(points), bool)
     x, y = points.T
@@ -146,7 +147,7 @@ class Footprint:
     def apply(self, sweep: Sweep, mounted: Mounted, memory: dict[str, Any]) -> Sweep:
         """Return the sweep without the robot's own points."""
         points = sweep.points(mounted(self.base_frame))[:, :2]
-        within: Mask = np.all(np.abs(points) <= self.inscribed_radius, axis=1)
+        within: Bools = np.all(np.abs(points) <= self.inscribed_radius, axis=1)
         return sweep.replaced(within, sweep.range_max + 1.0)
 
 
@@ -223,13 +224,13 @@ class Speckle:
                 valid[step : step + len(alike)] |= alike
         return sweep.replaced(~valid)
 
-    def _alike_ranges(self, sweep: Sweep) -> Mask:
+    def _alike_ranges(self, sweep: Sweep) -> Bools:
         """Return for each beam that starts a window whether the others are as far as it."""
         views = sliding_window_view(sweep.ranges, self.filter_window)
-        alike: Mask = np.all(np.abs(views - views[:, :1]) <= self.max_range_difference, axis=1)
+        alike: Bools = np.all(np.abs(views - views[:, :1]) <= self.max_range_difference, axis=1)
         return alike
 
-    def _near(self, sweep: Sweep) -> Mask:
+    def _near(self, sweep: Sweep) -> Bools:
         """Return for each such beam whether as many points about it as the window are near it."""
         count, ranges = len(sweep.ranges), sweep.ranges
         found = np.zeros(count, np.int64)

@@ -9,13 +9,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.config import param
 from arjuna_core.pose3 import Pose3
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Mounted = Callable[[str], Pose3]
 """Returns the laser's pose in a frame."""
 
@@ -32,8 +30,8 @@ class Sweep:
         first: The number of beam 0 in the scan that the laser sent.
     """
 
-    ranges: Array
-    intensities: Array
+    ranges: Floats
+    intensities: Floats
     angle_min: float
     angle_increment: float
     range_min: float
@@ -41,17 +39,17 @@ class Sweep:
     first: int = 0
 
     @property
-    def angles(self) -> Array:
+    def angles(self) -> Floats:
         """Bearings of all beams [rad]."""
         count = len(self.ranges)
         return np.asarray(self.angle_min + self.angle_increment * np.arange(count), np.float64)
 
-    def points(self, T: Pose3) -> Array:
+    def points(self, T: Pose3) -> Floats:
         """Return the end points in the frame in which the laser has a pose, `(N, 3)` [m]."""
         flat = np.cos(self.angles) * self.ranges, np.sin(self.angles) * self.ranges
         return T.apply(np.column_stack((*flat, np.zeros(len(self.ranges)))))
 
-    def replaced(self, mask: Mask, value: float = math.nan) -> Sweep:
+    def replaced(self, mask: Bools, value: float = math.nan) -> Sweep:
         """Return the sweep with a value in place of the ranges of a mask."""
         return replace(self, ranges=np.where(mask, value, self.ranges))
 
@@ -101,7 +99,7 @@ class AverageChain:
 
     filter1: AverageFilter = field(default_factory=AverageFilter)
 
-    def averaged(self, values: Array, memory: deque[Array]) -> Array:
+    def averaged(self, values: Floats, memory: deque[Floats]) -> Floats:
         """Return the average of values, beam by beam, and those before."""
         one = self.filter1
         if not one.type:
@@ -112,7 +110,7 @@ class AverageChain:
         while len(memory) > one.params.number_of_observations:
             memory.popleft()
         average = next(fn for name, fn in _AVERAGES.items() if name in one.type)
-        result: Array = average(np.array(memory), axis=0)
+        result: Floats = average(np.array(memory), axis=0)
         return result
 
 

@@ -9,14 +9,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from arjuna_core.arrays import Floats
 
 
 def scan_of_points(
-    points: Array, angle_min: float, increment: float, count: int, empty: float
-) -> Array:
+    points: Floats, angle_min: float, increment: float, count: int, empty: float
+) -> Floats:
     """Return the least distance of points in each sector about the z axis, `(count,)` [m].
 
     Args:
@@ -34,8 +33,8 @@ def scan_of_points(
 
 
 def scan_of_depth(
-    depth: Array, fx: float, cx: float, scan_height: int, range_min: float, range_max: float
-) -> tuple[Array, float, float]:
+    depth: Floats, fx: float, cx: float, scan_height: int, range_min: float, range_max: float
+) -> tuple[Floats, float, float]:
     """Return the least distance in each column of a depth image, and where its scan begins.
 
     Args:
@@ -64,7 +63,7 @@ def scan_of_depth(
     return np.where(np.isinf(ranges), np.nan, ranges), right, increment
 
 
-def points_of_scan(ranges: Array, angles: Array, range_min: float, range_max: float) -> Array:
+def points_of_scan(ranges: Floats, angles: Floats, range_min: float, range_max: float) -> Floats:
     """Return the end points of the beams in range, `(M, 3)` [m]."""
     with np.errstate(invalid="ignore"):
         valid = (ranges >= range_min) & (ranges <= range_max)

@@ -17,7 +17,6 @@ from arjuna_sim.model.robot import RobotModel
 
 UNLOADED, UNCONFIGURED, INACTIVE, ACTIVE = "", "unconfigured", "inactive", "active"
 """States of a controller; it is unloaded where only its file names it."""
-Array = Floats
 
 
 class JointCommands(NamedTuple):
@@ -31,9 +30,9 @@ class JointCommands(NamedTuple):
     """
 
     is_effort: Bools
-    position: Array
-    velocity: Array
-    effort: Array
+    position: Floats
+    velocity: Floats
+    effort: Floats
 
 
 class ControllerError(ArjunaError):
@@ -172,7 +171,7 @@ class JointControllers:
         self.set_state(name, ACTIVE, (INACTIVE,))
         found.yields = False
 
-    def rest(self, positions: Array) -> None:
+    def rest(self, positions: Floats) -> None:
         """Hold the joints at positions [rad or m], and forget all commands."""
         self._wanted, self._moving = positions.copy(), np.zeros(len(positions))
         self._sum = np.zeros(len(positions))
@@ -249,7 +248,7 @@ class JointControllers:
         """Stop a controller's joints where they are wanted now."""
         self._find(name).stop()
 
-    def update(self, now: float, tick: float, at: Array) -> JointCommands:
+    def update(self, now: float, tick: float, at: Floats) -> JointCommands:
         """Return what the joints do in a tick.
 
         Args:
@@ -288,19 +287,19 @@ class JointControllers:
             is_effort, position, velocity, effort + self._integral(position - at, tick)
         )
 
-    def of_wheels(self, speeds: Array, angles: Array) -> tuple[Array, Array]:
+    def of_wheels(self, speeds: Floats, angles: Floats) -> tuple[Floats, Floats]:
         """Return how wheels turn [rad/s] and steer [rad], given what the drive wants of both."""
         if not self._wheels:
             return speeds, angles
         active = {n: one.values for n, one in self._running.items() if one.state == ACTIVE}
         return self._wheels.over(active, speeds, angles)
 
-    def _towards(self, joints: Ints, values: Array, tick: float) -> Array:
+    def _towards(self, joints: Ints, values: Floats, tick: float) -> Floats:
         """Return how fast joints go to positions, as far as they may jump."""
-        speed: Array = (values - self._wanted[joints]) / tick
+        speed: Floats = (values - self._wanted[joints]) / tick
         return np.clip(speed, -self._jump[joints], self._jump[joints])
 
-    def _integral(self, error: Array, tick: float) -> Array:
+    def _integral(self, error: Floats, tick: float) -> Floats:
         """Return the efforts of integral gains, where files give them."""
         for i, gains in enumerate(self._gains):
             if gains is not None:

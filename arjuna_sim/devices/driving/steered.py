@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.drive import Base
 from arjuna_sim.model.settings import DriveSettings
@@ -29,13 +29,13 @@ class SteeredWheel:
         pivot: What it turns about, `(2,) float64` [m].
     """
 
-    position: NDArray[np.float64]
-    direction: NDArray[np.float64]
+    position: Floats
+    direction: Floats
     radius: float
     by: int
-    pivot: NDArray[np.float64]
+    pivot: Floats
 
-    def turned(self, angle: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def turned(self, angle: float) -> tuple[Floats, Floats]:
         """Return position and direction, steered to the left by an angle [rad]."""
         c, s = math.cos(angle), math.sin(angle)
         R = np.array([[c, -s], [s, c]])
@@ -59,8 +59,8 @@ class SteeredBase(Base):
         self,
         wheels: list[SteeredWheel],
         others: list[SteeredWheel],
-        pivots: NDArray[np.float64],
-        signs: NDArray[np.float64],
+        pivots: Floats,
+        signs: Floats,
         limit: float,
     ) -> None:
         self._wheels, self._others = wheels, others
@@ -97,10 +97,10 @@ class SteeredBase(Base):
         most = self._bend * abs(velocity.x)
         return Velocity(velocity.x, yaw_rate=max(-most, min(most, velocity.yaw_rate)))
 
-    def _twist(self, velocity: Velocity) -> NDArray[np.float64]:
+    def _twist(self, velocity: Velocity) -> Floats:
         return np.array([velocity.x, -velocity.yaw_rate * self._axle, velocity.yaw_rate])
 
-    def angles(self, velocity: Velocity) -> NDArray[np.float64]:
+    def angles(self, velocity: Velocity) -> Floats:
         """Return where the steering joints stand; they stay when the base does."""
         if abs(velocity.x) < _STANDS:
             return self._held
@@ -111,20 +111,18 @@ class SteeredBase(Base):
         self._held = self._signs * np.clip(steer, -self._limit, self._limit)
         return self._held
 
-    def speeds(self, velocity: Velocity) -> NDArray[np.float64]:
+    def speeds(self, velocity: Velocity) -> Floats:
         """Return how fast the wheels' joints turn."""
         return self._rows(self._wheels, self.angles(velocity))[0] @ self._twist(velocity)
 
-    def speeds_at(self, velocity: Velocity, angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    def speeds_at(self, velocity: Velocity, angles: Floats) -> Floats:
         """Return how fast they turn at other angles [rad]: the speed ahead holds, not the turn."""
         rolling, sliding = self._rows(self._wheels + self._others, angles)
         turning = sliding[:, 2] - self._axle * sliding[:, 1]
         rate = -velocity.x * float(turning @ sliding[:, 0]) / max(float(turning @ turning), 1e-12)
         return rolling[: len(self._wheels)] @ self._twist(Velocity(velocity.x, yaw_rate=rate))
 
-    def motion(
-        self, turns: NDArray[np.float64], angles: NDArray[np.float64]
-    ) -> tuple[float, float, float]:
+    def motion(self, turns: Floats, angles: Floats) -> tuple[float, float, float]:
         """Return path [m], path to the left [m] and turn [rad] for turns of the wheels [rad]."""
         rolling, sliding = self._rows(self._wheels, angles)
         _, of_others = self._rows(self._others, angles)
@@ -133,9 +131,7 @@ class SteeredBase(Base):
         path, side, turn = np.linalg.lstsq(rows, known, rcond=None)[0].tolist()
         return path, side, turn
 
-    def _rows(
-        self, wheels: list[SteeredWheel], angles: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _rows(self, wheels: list[SteeredWheel], angles: Floats) -> tuple[Floats, Floats]:
         """Return how wheels turn and how they would slide by the base's motion, `(N, 3)` each."""
         rolling, sliding = np.zeros((len(wheels), 3)), np.zeros((len(wheels), 3))
         for i, wheel in enumerate(wheels):
@@ -156,10 +152,10 @@ class SwerveBase(SteeredBase):
         """Return the velocity itself."""
         return velocity
 
-    def _twist(self, velocity: Velocity) -> NDArray[np.float64]:
+    def _twist(self, velocity: Velocity) -> Floats:
         return np.array([velocity.x, velocity.y, velocity.yaw_rate])
 
-    def angles(self, velocity: Velocity) -> NDArray[np.float64]:
+    def angles(self, velocity: Velocity) -> Floats:
         """Return where the steering joints stand; that of a wheel that stands stays."""
         (vx, vy, w), (x, y) = self._twist(velocity).tolist(), self._pivots.T
         forward, left, held = vx - w * y, vy + w * x, self._signs * self._held
@@ -172,7 +168,7 @@ class SwerveBase(SteeredBase):
         self._held = np.where(moves, self._signs * steer, self._held)
         return self._held
 
-    def speeds_at(self, velocity: Velocity, angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    def speeds_at(self, velocity: Velocity, angles: Floats) -> Floats:
         """Return how fast they turn at other angles [rad]: by the part of the motion along them."""
         return self._rows(self._wheels, angles)[0] @ self._twist(velocity)
 

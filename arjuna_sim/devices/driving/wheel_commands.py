@@ -10,8 +10,6 @@ import numpy as np
 from arjuna_core.arrays import Floats, Ints
 from arjuna_sim.model.robot import RobotModel
 
-Array = Floats
-
 
 class _Part(NamedTuple):
     """The part of a controller that commands wheels, or the joints that steer them.
@@ -39,8 +37,8 @@ class WheelCommands:
         return bool(self._parts)
 
     def over(
-        self, values: Mapping[str, Array], speeds: Array, angles: Array
-    ) -> tuple[Array, Array]:
+        self, values: Mapping[str, Floats], speeds: Floats, angles: Floats
+    ) -> tuple[Floats, Floats]:
         """Return how wheels turn [rad/s] and steer [rad].
 
         Args:

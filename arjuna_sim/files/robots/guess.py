@@ -8,8 +8,8 @@ from html import escape
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import InputFileError
 from arjuna_sim.files.robots.drive_kinds import omni_drive, trails
 from arjuna_sim.files.robots.plugins import NO_DRIVE, Sides, facing_ahead, torque_of
@@ -120,7 +120,7 @@ def _candidates(urdf: Urdf, controlled: Set[str]) -> list[str]:
     return next((group for group in (by_control, by_name, names) if len(group) > 1), [])
 
 
-def _left_direction(urdf: Urdf, names: list[str]) -> NDArray[np.float64]:
+def _left_direction(urdf: Urdf, names: list[str]) -> Floats:
     line = axis(urdf, names[0])
     sums = [float(center(urdf, n) @ line) * _side_of(urdf, n) for n in names]
     sides = [_side_of(urdf, n) for n in names]
@@ -138,7 +138,7 @@ def _side_of(urdf: Urdf, name: str) -> int:
     return int(is_left) - int(is_right)
 
 
-def _partners(urdf: Urdf, name: str, other: str, left: NDArray[np.float64]) -> bool:
+def _partners(urdf: Urdf, name: str, other: str, left: Floats) -> bool:
     gap = center(urdf, name) - center(urdf, other)
     gap = gap - float(gap @ left) * left
     sizes = radius_of(urdf, name), radius_of(urdf, other)

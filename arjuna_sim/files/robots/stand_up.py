@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.robots.guess import guess_sides
 from arjuna_sim.files.robots.plugins import LEFT, RIGHT, Sides
@@ -49,7 +49,7 @@ def stand_up(xml: XmlFile, urdf: Urdf, tags: Tags) -> Urdf:
     return _turned(xml, urdf, rows, "its wheels do not turn across")
 
 
-def _turned(xml: XmlFile, urdf: Urdf, rows: NDArray[np.float64], reason: str) -> Urdf:
+def _turned(xml: XmlFile, urdf: Urdf, rows: Floats, reason: str) -> Urdf:
     """Return a robot below a new root, into whose frame `rows` turn that of the old one."""
     name = next((n for n in _NAMES if n not in urdf.links), None)
     if name is None:
@@ -67,16 +67,16 @@ def _named_sides(tags: Tags, urdf: Urdf) -> Sides | None:
     return None
 
 
-def _mean(urdf: Urdf, names: Iterable[str]) -> NDArray[np.float64]:
-    mean: NDArray[np.float64] = np.mean([center(urdf, name) for name in names], axis=0)
+def _mean(urdf: Urdf, names: Iterable[str]) -> Floats:
+    mean: Floats = np.mean([center(urdf, name) for name in names], axis=0)
     return mean
 
 
-def _up(urdf: Urdf, left: NDArray[np.float64], wheels: tuple[str, ...]) -> NDArray[np.float64]:
+def _up(urdf: Urdf, left: Floats, wheels: tuple[str, ...]) -> Floats:
     """Return the direction that is up: z, or of a robot on its side the one its wheels stand on."""
     if abs(left[2]) < _ACROSS:
         up = np.array([0.0, 0.0, 1.0]) - left[2] * left
-        upright: NDArray[np.float64] = up / float(np.linalg.norm(up))
+        upright: Floats = up / float(np.linalg.norm(up))
         return upright
     # Y is up in the CAD programs that export such robots; others must keep the weight lower.
     directions = [
@@ -94,7 +94,7 @@ def _up(urdf: Urdf, left: NDArray[np.float64], wheels: tuple[str, ...]) -> NDArr
     return best
 
 
-def _weight(urdf: Urdf) -> NDArray[np.float64]:
+def _weight(urdf: Urdf) -> Floats:
     """Return the centre of mass in the root's frame [m]."""
     total, moment = 1e-9, np.zeros(3)
     for link in urdf.links.values():
@@ -104,7 +104,7 @@ def _weight(urdf: Urdf) -> NDArray[np.float64]:
     return moment / total
 
 
-def _lowest(urdf: Urdf, up: NDArray[np.float64], wheels: tuple[str, ...]) -> float:
+def _lowest(urdf: Urdf, up: Floats, wheels: tuple[str, ...]) -> float:
     """Return how low the robot reaches apart from its wheels [m]."""
     children = {urdf.joints[name].child for name in wheels}
     heights = [np.inf]
@@ -116,7 +116,7 @@ def _lowest(urdf: Urdf, up: NDArray[np.float64], wheels: tuple[str, ...]) -> flo
     return min(heights)
 
 
-def _rpy(rows: NDArray[np.float64]) -> tuple[float, float, float]:
+def _rpy(rows: Floats) -> tuple[float, float, float]:
     """Return fixed-axis angles of a rotation matrix [rad]."""
     pitch = float(np.arcsin(np.clip(-rows[2, 0], -1.0, 1.0)))
     if abs(rows[2, 0]) > 1.0 - 1e-9:

@@ -14,8 +14,8 @@ from typing import Any
 from xml.etree.ElementTree import Element  # a type alone
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.robots.drive_kinds import with_mecanum
 from arjuna_sim.files.robots.plugins import drive_kind, limits_of, torque_of, types_of
@@ -162,13 +162,13 @@ def on_rollers(xml: XmlFile, urdf: Urdf) -> tuple[Urdf, DriveSettings | None]:
     return urdf, with_mecanum(xml, urdf, drive, {})
 
 
-def _points(urdf: Urdf, link: str) -> NDArray[np.float64]:
+def _points(urdf: Urdf, link: str) -> Floats:
     """Return the corners of a link's solid shapes in the root's frame, `(N, 3) float64` [m]."""
     parts = urdf.links[link].collisions
     return np.vstack([np.zeros((0, 3)), *(_points_of(urdf, link, part) for part in parts)])
 
 
-def _points_of(urdf: Urdf, link: str, part: Part) -> NDArray[np.float64]:
+def _points_of(urdf: Urdf, link: str, part: Part) -> Floats:
     return (urdf.T_root(link) @ part.pose).apply(corners(part.shape))
 
 

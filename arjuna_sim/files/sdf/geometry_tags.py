@@ -8,8 +8,8 @@ from pathlib import Path
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.files.meshes import mesh_shape
 from arjuna_sim.files.sdf.includes import leaving_out
@@ -85,13 +85,13 @@ def _sizes(xml: XmlFile, item: Element, keys: tuple[str, ...], label: str) -> tu
     return size
 
 
-def _made(xml: XmlFile, kind: str, triangles: NDArray[np.float64]) -> Shape:
+def _made(xml: XmlFile, kind: str, triangles: Floats) -> Shape:
     """Return triangles that were made as a mesh, the same for the same triangles."""
     path = Path(f"{xml.path}#{kind}-{zlib.crc32(triangles.tobytes()):08x}")
     return Shape(Kind.MESH, (1.0, 1.0, 1.0), xml.meshes.setdefault(path, Mesh(path, triangles)))
 
 
-def _polyline(xml: XmlFile, item: Element, label: str) -> NDArray[np.float64]:
+def _polyline(xml: XmlFile, item: Element, label: str) -> Floats:
     height = xml.sizes(item.findtext("height") or "1", 1, f"{label} <height>")[0]
     lines = [item, *item.findall("polyline")]
     corners = [xml.numbers(p.text or "", 2, f"{label} <point>") for p in lines[0].iter("point")]

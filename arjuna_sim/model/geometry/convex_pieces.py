@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_core.files.array_cache import cached, made_by
 from arjuna_sim.model.geometry import thickness
 from arjuna_sim.model.geometry.thickness import depths, edges, groups, joined, outward
@@ -36,11 +36,11 @@ class Pieces:
         within: How far they may lie off the mesh; 0 where they follow it [m].
     """
 
-    corners: list[NDArray[np.float64]]
+    corners: list[Floats]
     within: float = 0.0
 
 
-def hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def hull(points: Floats) -> Floats:
     """Return the corners of the convex hull of points; what is flat gets a little depth.
 
     Args:
@@ -68,11 +68,11 @@ def hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
     else:
         thick = np.array([0.0, 0.0, max(span[2], _FLAT) / 2])
         plate = np.vstack((rim * (1, 1, 0) - thick, rim * (1, 1, 0) + thick))
-    result: NDArray[np.float64] = plate @ axes + middle
+    result: Floats = plate @ axes + middle
     return result
 
 
-def pieces(triangles: NDArray[np.float64], most: int = PIECES_MAX) -> Pieces:
+def pieces(triangles: Floats, most: int = PIECES_MAX) -> Pieces:
     """Split a mesh into convex pieces that together are touched like it.
 
     Connected bodies that are closed and without hollows become their hull; of others each face
@@ -87,7 +87,7 @@ def pieces(triangles: NDArray[np.float64], most: int = PIECES_MAX) -> Pieces:
         return _of_cells(triangles, most)
     bodies = _bodies(triangles)
     for off in _OFF if len(bodies) <= most else ():
-        found: list[NDArray[np.float64]] = []
+        found: list[Floats] = []
         for body in bodies:
             if body.fills(off):
                 found.append(body.hull)
@@ -101,10 +101,10 @@ def pieces(triangles: NDArray[np.float64], most: int = PIECES_MAX) -> Pieces:
     return _of_cells(triangles, most)
 
 
-def kept_pieces(triangles: NDArray[np.float64], most: int) -> Pieces:
+def kept_pieces(triangles: Floats, most: int) -> Pieces:
     """Return what `pieces` returns, from the user's cache where the mesh was split before."""
 
-    def split() -> tuple[NDArray[np.float64], ...]:
+    def split() -> tuple[Floats, ...]:
         made = pieces(triangles, most)
         counts = np.array([len(corners) for corners in made.corners])
         return np.concatenate(made.corners), counts, np.array(made.within)
@@ -121,13 +121,13 @@ class _Body:
         triangles: That look outward, `(N, 3, 3) float64` [m].
     """
 
-    def __init__(self, triangles: NDArray[np.float64], faces: NDArray[np.int64]) -> None:
+    def __init__(self, triangles: Floats, faces: Ints) -> None:
         self._pairs, alike, self._is_closed = edges(faces)
         self.triangles = outward(triangles, self._pairs, alike, self._is_closed)
         self._normals, self._heights = _normals(self.triangles)
 
     @cached_property
-    def hull(self) -> NDArray[np.float64]:
+    def hull(self) -> Floats:
         """The corners of its convex hull, `(M, 3) float64` [m]."""
         return hull(self.triangles.reshape(-1, 3))
 
@@ -143,7 +143,7 @@ class _Body:
         return True
 
     @cached_property
-    def _hollows(self) -> NDArray[np.float64]:
+    def _hollows(self) -> Floats:
         """Points of the faces whose neighbours rise before them, `(H, 3)`; none if it is convex."""
         middles = self.triangles.mean(axis=1)
         first, second = self._pairs.T
@@ -157,7 +157,7 @@ class _Body:
         ).reshape(-1, 3)
 
     @cached_property
-    def levels(self) -> list[NDArray[np.int64]]:
+    def levels(self) -> list[Ints]:
         """Its faces but slivers, level ones together where their outline is convex."""
         normals = self._normals
         first, second = self._pairs.T
@@ -169,7 +169,7 @@ class _Body:
         return [group for group in found if self._heights[group].max() > _SLIVER]
 
     @cached_property
-    def slabs(self) -> list[NDArray[np.float64]]:
+    def slabs(self) -> list[Floats]:
         """The solids behind the levels, as deep as the body is there, `(M, 3)` [m]."""
         depth = np.full(self.triangles.shape[:2], _SHEET)
         if self._is_closed:
@@ -186,7 +186,7 @@ class _Body:
         return found
 
 
-def _normals(triangles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _normals(triangles: Floats) -> tuple[Floats, Floats]:
     """Return the unit vectors that faces look along, `(N, 3)`, and their least heights [m]."""
     sides = np.roll(triangles, -1, axis=1) - triangles
     crossed = np.cross(sides[:, 0], sides[:, 1])
@@ -195,19 +195,19 @@ def _normals(triangles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArr
     return crossed / np.maximum(doubled, 1e-300)[:, None], doubled / np.maximum(longest, 1e-300)
 
 
-def _is_convex(triangles: NDArray[np.float64]) -> bool:
+def _is_convex(triangles: Floats) -> bool:
     """Return whether level faces fill the outline of all."""
     flat = hull(triangles.reshape(-1, 3))
     return surface(triangles) >= (1.0 - 1e-6) * float(ConvexHull(flat).volume) / _FLAT
 
 
-def surface(triangles: NDArray[np.float64]) -> float:
+def surface(triangles: Floats) -> float:
     """Return the area of faces `(N, 3, 3) float64` [m^2]."""
     crossed = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     return float(np.linalg.norm(crossed, axis=1).sum()) / 2
 
 
-def _bodies(triangles: NDArray[np.float64]) -> list[_Body]:
+def _bodies(triangles: Floats) -> list[_Body]:
     """Group triangles that share edges, in the order of their first triangle."""
     scale = max(float(np.abs(triangles).max()), 1e-9)
     rounded = np.round(triangles.reshape(-1, 3) / scale, 6)
@@ -215,7 +215,7 @@ def _bodies(triangles: NDArray[np.float64]) -> list[_Body]:
     return [_Body(triangles[each], faces[each]) for each in joined(edges(faces)[0], len(faces))]
 
 
-def _of_cells(triangles: NDArray[np.float64], most: int) -> Pieces:
+def _of_cells(triangles: Floats, most: int) -> Pieces:
     """Return the hulls of what lies in the cells of the finest grid that makes few enough."""
     area = surface(triangles)
     reach = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
@@ -231,9 +231,9 @@ def _of_cells(triangles: NDArray[np.float64], most: int) -> Pieces:
     return Pieces([hull(triangles.reshape(-1, 3))], reach)
 
 
-def _cut(triangles: NDArray[np.float64], side: float) -> NDArray[np.float64]:
+def _cut(triangles: Floats, side: float) -> Floats:
     """Halve faces along their longest edge until none is longer than a side."""
-    done: list[NDArray[np.float64]] = []
+    done: list[Floats] = []
     while len(triangles):
         edges = np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2)
         is_long = edges.max(axis=1) > side
@@ -249,7 +249,7 @@ def _cut(triangles: NDArray[np.float64], side: float) -> NDArray[np.float64]:
     return np.concatenate(done)
 
 
-def _thick(faces: NDArray[np.float64]) -> NDArray[np.float64]:
+def _thick(faces: Floats) -> Floats:
     """Return the hull of faces; those that face one side reach as deep as a slab behind them."""
     points = faces.reshape(-1, 3)
     crossed = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])

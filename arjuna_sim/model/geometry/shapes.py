@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from arjuna_core.arrays import Bytes, Floats, Singles
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.geometry.convex_pieces import CUBE, Pieces, hull, kept_pieces, pieces
 
@@ -66,7 +67,7 @@ class Skin(NamedTuple):
         of: Which look each triangle has, `(N,) int32`.
     """
 
-    places: NDArray[np.float32]
+    places: Singles
     of: NDArray[np.int32]
     looks: tuple[Look, ...]
 
@@ -76,9 +77,9 @@ class Mesh:
     """The triangles of a file, `(N, 3, 3) float64` in the file's units, and their look."""
 
     path: Path
-    triangles: NDArray[np.float64]
+    triangles: Floats
     skin: Skin | None = None
-    _hulls: dict[tuple[float, ...], NDArray[np.float64]] = field(default_factory=dict)
+    _hulls: dict[tuple[float, ...], Floats] = field(default_factory=dict)
     _pieces: dict[tuple[float, ...], Pieces] = field(default_factory=dict)
 
     @cached_property
@@ -86,7 +87,7 @@ class Mesh:
         """The largest of its coordinates."""
         return float(np.abs(self.triangles).max())
 
-    def hull(self, scale: tuple[float, ...]) -> NDArray[np.float64]:
+    def hull(self, scale: tuple[float, ...]) -> Floats:
         """Return the corners of its convex hull at a scale, `(N, 3) float64` [m]."""
         if scale not in self._hulls:
             self._hulls[scale] = hull(self.triangles.reshape(-1, 3) * np.array(scale))
@@ -112,16 +113,16 @@ class Terrain:
     """
 
     path: Path
-    heights: NDArray[np.float64]
+    heights: Floats
 
-    def points(self, size: tuple[float, ...]) -> NDArray[np.float64]:
+    def points(self, size: tuple[float, ...]) -> Floats:
         """Return the ground's points in its own frame, `(rows, columns, 3) float64` [m]."""
         rows, columns = self.heights.shape
         x = np.linspace(-size[0] / 2, size[0] / 2, columns)
         y = np.linspace(-size[1] / 2, size[1] / 2, rows)
         return np.stack((*np.meshgrid(x, y), self.heights * size[2]), axis=-1)
 
-    def triangles(self, size: tuple[float, ...]) -> NDArray[np.float64]:
+    def triangles(self, size: tuple[float, ...]) -> Floats:
         """Return the ground's faces, `(N, 3, 3) float64` [m]."""
         grid = self.points(size)
         a, b, c, d = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
@@ -146,7 +147,7 @@ class Shape:
     mesh: Mesh | None = None
     terrain: Terrain | None = None
 
-    def triangles(self) -> NDArray[np.float64] | None:
+    def triangles(self) -> Floats | None:
         """Return the faces of a mesh or terrain in its own frame, `(N, 3, 3) float64` [m]."""
         if self.terrain is not None:
             return self.terrain.triangles(self.size)
@@ -158,7 +159,7 @@ class Picture:
     """A picture on a shape, `(rows, columns, 3) uint8` RGB, the top row first."""
 
     path: Path
-    pixels: NDArray[np.uint8]
+    pixels: Bytes
 
 
 @dataclass(frozen=True)
@@ -179,7 +180,7 @@ class Part:
     picture: Picture | None = None
 
 
-def corners(shape: Shape) -> NDArray[np.float64]:
+def corners(shape: Shape) -> Floats:
     """Return points whose hull is a shape's, in its own frame, `(N, 3) float64` [m].
 
     Circles have 64 corners; spheres and ellipsoids are stood for by their bounding box, a plane by
@@ -206,14 +207,14 @@ def corners(shape: Shape) -> NDArray[np.float64]:
     size = {Kind.BOX: shape.size, Kind.ELLIPSOID: tuple(2 * r for r in shape.size)}.get(
         shape.kind, (2 * shape.size[0],) * 3
     )
-    result: NDArray[np.float64] = CUBE * np.array(size) / 2
+    result: Floats = CUBE * np.array(size) / 2
     return result
 
 
-def circle(radius: float) -> NDArray[np.float64]:
+def circle(radius: float) -> Floats:
     """Return points on a circle about the origin, `(64, 2) float64` [m]."""
     angles = np.arange(_ROUND) * 2.0 * math.pi / _ROUND
-    ring: NDArray[np.float64] = radius * np.column_stack((np.cos(angles), np.sin(angles)))
+    ring: Floats = radius * np.column_stack((np.cos(angles), np.sin(angles)))
     return ring
 
 
@@ -229,7 +230,7 @@ class Inertial:
 
     mass: float
     center: tuple[float, float, float]
-    inertia: NDArray[np.float64]
+    inertia: Floats
 
 
 def estimated_inertial(parts: Sequence[Part]) -> Inertial | None:
@@ -263,14 +264,14 @@ def inertial_of_parts(parts: Sequence[Part], mass: float) -> Inertial:
     return Inertial(mass, (float(center[0]), float(center[1]), float(center[2])), inertia)
 
 
-def _middle(part: Part) -> NDArray[np.float64]:
+def _middle(part: Part) -> Floats:
     """Return a shape's centre in its link's frame [m]."""
     low, high = _box(part.shape)
-    middle: NDArray[np.float64] = part.pose.apply(((low + high) / 2)[None])[0]
+    middle: Floats = part.pose.apply(((low + high) / 2)[None])[0]
     return middle
 
 
-def _box(shape: Shape) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _box(shape: Shape) -> tuple[Floats, Floats]:
     points = corners(shape)
     return points.min(axis=0), points.max(axis=0)
 
@@ -291,7 +292,7 @@ def _volume(shape: Shape) -> float:
     return 0.0
 
 
-def _unit(shape: Shape) -> NDArray[np.float64]:
+def _unit(shape: Shape) -> Floats:
     """Return a shape's principal inertias per mass about its centre [m^2]."""
     if shape.kind is Kind.CYLINDER:
         radius, length = shape.size

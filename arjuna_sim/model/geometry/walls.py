@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import ConvexHull
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_sim.model.geometry.shapes import Kind, Part, circle, corners
 from arjuna_sim.model.world import World
 
@@ -18,7 +18,7 @@ _CELL, _CELLS_MAX = 0.05, 600  # of the grid that walls are drawn on [m], and al
 _NEAR, _EACH = 3000, 10  # cells inside that are looked at, and every how many-th
 
 
-def surfaces(world: World, height: float) -> NDArray[np.float64]:
+def surfaces(world: World, height: float) -> Floats:
     """Return where the world's solid parts are cut by a level plane.
 
     Args:
@@ -35,7 +35,7 @@ def surfaces(world: World, height: float) -> NDArray[np.float64]:
     return np.vstack([_EMPTY, *cuts])
 
 
-def _cut(part: Part, height: float) -> NDArray[np.float64]:
+def _cut(part: Part, height: float) -> Floats:
     """Cut one part; of a convex one all lines between corners on either side, then their hull."""
     shape = part.shape
     if shape.kind in (Kind.SPHERE, Kind.ELLIPSOID):
@@ -54,7 +54,7 @@ def _cut(part: Part, height: float) -> NDArray[np.float64]:
     return _outline(points[ConvexHull(points).vertices])
 
 
-def _cut_ellipsoid(part: Part, height: float) -> NDArray[np.float64]:
+def _cut_ellipsoid(part: Part, height: float) -> Floats:
     """Cut a ball or an ellipsoid: a unit ball's image, whose own cut is a circle."""
     stretch = part.pose.rotation() * np.array(part.shape.size)
     up = stretch[2]
@@ -70,7 +70,7 @@ def _cut_ellipsoid(part: Part, height: float) -> NDArray[np.float64]:
     return _outline(points[:, :2])
 
 
-def _cut_triangles(triangles: NDArray[np.float64], height: float) -> NDArray[np.float64]:
+def _cut_triangles(triangles: Floats, height: float) -> Floats:
     """Cut faces one by one: a face that crosses the plane has one corner alone on its side."""
     above = triangles[..., 2] > height
     count = above.sum(axis=1)
@@ -86,7 +86,7 @@ def _cut_triangles(triangles: NDArray[np.float64], height: float) -> NDArray[np.
     return np.hstack(ends)
 
 
-def _outline(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+def _outline(corners: Floats) -> Floats:
     """Join corners to a closed line, `(N, 2)` to `(N, 4)`."""
     return np.hstack([corners, np.roll(corners, -1, axis=0)])
 
@@ -102,10 +102,10 @@ class Enclosure:
         outside: Whether it is outside all walls.
     """
 
-    origin: NDArray[np.float64]
+    origin: Floats
     cell: float
-    inside: NDArray[np.bool_]
-    outside: NDArray[np.bool_]
+    inside: Bools
+    outside: Bools
 
     def is_outside(self, x: float, y: float) -> bool:
         """Return whether a point [m] is outside all walls."""
@@ -113,14 +113,14 @@ class Enclosure:
         rows, columns = self.outside.shape
         return not (0 <= row < rows and 0 <= column < columns) or bool(self.outside[row, column])
 
-    def nearest_inside(self, x: float, y: float) -> NDArray[np.float64]:
+    def nearest_inside(self, x: float, y: float) -> Floats:
         """Return some points inside, the nearest to a point [m] first, `(N, 2) float64` [m]."""
         points = (np.argwhere(self.inside)[:, ::-1] + 0.5) * self.cell + self.origin
         nearest = np.argsort(np.hypot(*(points - (x, y)).T), kind="stable")[:_NEAR:_EACH]
         return points[nearest]
 
 
-def enclosure_of(segments: NDArray[np.float64], radius: float) -> Enclosure | None:
+def enclosure_of(segments: Floats, radius: float) -> Enclosure | None:
     """Return what walls close off for a robot; None where they enclose too little to be a world.
 
     Args:

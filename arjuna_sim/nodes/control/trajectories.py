@@ -8,9 +8,9 @@ import numpy as np
 from control_msgs.action import FollowJointTrajectory
 from control_msgs.msg import JointTrajectoryControllerState
 from control_msgs.srv import QueryTrajectoryState
-from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, header, seconds
@@ -38,7 +38,7 @@ def trajectory_of(message: JointTrajectory) -> Trajectory:
     if len(set(names)) < len(names):
         raise ArjunaError("names a joint twice")
 
-    def rows(field: str) -> NDArray[np.float64]:
+    def rows(field: str) -> Floats:
         found = [getattr(point, field) for point in points]
         rows = [each if len(each) == len(names) else [np.nan] * len(names) for each in found]
         return np.array(rows, np.float64).reshape(len(points), len(names))
@@ -171,7 +171,7 @@ class TrajectoryTopics(GoalServer):
             code = _RESULT.GOAL_TOLERANCE_VIOLATED
             self.abort(self.explained(f"is not at its goal: {problem or 'it still moves'}", code))
 
-    def _allowed(self, own: tuple[float, ...], given: Any) -> NDArray[np.float64]:
+    def _allowed(self, own: tuple[float, ...], given: Any) -> Floats:
         """Return the greatest errors: a goal's own, where it has one; infinite for any."""
         allowed = dict(zip(self._settings.joints, own, strict=False))
         for tolerance in given:
@@ -179,7 +179,7 @@ class TrajectoryTopics(GoalServer):
                 allowed[tolerance.name] = max(tolerance.position, 0.0)
         return np.array([allowed.get(name) or np.inf for name in self._settings.joints])
 
-    def _beyond(self, error: Any, allowed: NDArray[np.float64]) -> str:
+    def _beyond(self, error: Any, allowed: Floats) -> str:
         """Return the joint that is farthest beyond what is allowed, "" for none."""
         if (error <= allowed).all():
             return ""

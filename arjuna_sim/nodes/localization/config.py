@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_sim.fusion.estimator import Control
 from arjuna_sim.fusion.filters import Noise
-from arjuna_sim.fusion.kinematics import SIZE, Array, Mask
+from arjuna_sim.fusion.kinematics import SIZE
 from arjuna_sim.fusion.sensors import Part
 
 _SENSOR = re.compile(r"((odom|pose|twist|imu)\d+)(_\w+)?")
@@ -67,7 +68,7 @@ class Sensor:
     kind: str
     name: str
     topic: str
-    mask: Mask
+    mask: Bools
     queue_size: int
     options: Mapping[str, Any]
 
@@ -239,7 +240,7 @@ class FilterConfig:
         return list({sensor.name: sensor for sensor in found}.values())
 
 
-def square(values: tuple[float, ...]) -> Array:
+def square(values: tuple[float, ...]) -> Floats:
     """Return a covariance of its 15 variances or its 225 numbers."""
     given = np.array(values)
     return np.diag(given) if len(given) == SIZE else given.reshape(SIZE, SIZE)

@@ -21,6 +21,7 @@ from sensor_msgs.msg import Imu
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
+from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, pose3_msg, seconds, transform3_msg
@@ -29,7 +30,7 @@ from arjuna_core.ros.silence import Silence, SilenceWatch
 from arjuna_core.ros.tf import transforms_msg
 from arjuna_sim.fusion.estimator import Estimator
 from arjuna_sim.fusion.filters import ExtendedFilter, Filter, Measurement, UnscentedFilter
-from arjuna_sim.fusion.kinematics import ACCELERATION, POSE, TWIST, Array
+from arjuna_sim.fusion.kinematics import ACCELERATION, POSE, TWIST
 from arjuna_sim.fusion.sensors import (
     Part,
     PoseInput,
@@ -96,7 +97,7 @@ class EkfFilterNode(ManagedNode):
     def _new_filter(self) -> Filter:
         return ExtendedFilter(*self._first())
 
-    def _first(self) -> tuple[Array, Array]:
+    def _first(self) -> tuple[Floats, Floats]:
         config = self.config
         return np.array(config.initial_state), square(config.initial_estimate_covariance)
 
@@ -173,7 +174,7 @@ class EkfFilterNode(ManagedNode):
         if (mounted := self._mount(self.config.base_link_frame, frame)) is not None:
             self._twist(one.twist, about, _six(message.twist), message.covariance, mounted)
 
-    def _twist(self, part: Part, about: Any, twist: Array, covariance: Any, at: Pose3) -> None:
+    def _twist(self, part: Part, about: Any, twist: Floats, covariance: Any, at: Pose3) -> None:
         noise, state = np.reshape(covariance, (6, 6)), self._estimator.filter.state
         self._add(twist_measured(part, seconds(about.stamp), twist, noise, at, state))
 
@@ -344,12 +345,12 @@ def unit(q: Any) -> tuple[float, float, float, float]:
     return q.w / length, q.x / length, q.y / length, q.z / length
 
 
-def _six(twist: Any) -> Array:
+def _six(twist: Any) -> Floats:
     v, w = twist.linear, twist.angular
     return np.array((v.x, v.y, v.z, w.x, w.y, w.z))
 
 
-def _lower(covariance: Any) -> Array:
+def _lower(covariance: Any) -> Floats:
     """Return a covariance of three values as that of the last three of six."""
     whole = np.zeros((6, 6))
     whole[3:, 3:] = np.reshape(covariance, (3, 3))

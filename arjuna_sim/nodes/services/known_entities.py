@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import re2
-from numpy.typing import NDArray
 from simulation_interfaces.msg import (
     Bounds,
     EntityCategory,
@@ -17,6 +16,7 @@ from simulation_interfaces.msg import (
     TagsFilter,
 )
 
+from arjuna_core.arrays import Floats
 from arjuna_core.errors import nearest
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.driven_robot import DrivenRobot
@@ -72,7 +72,7 @@ def _tagged(tags: list[str], wanted: TagsFilter) -> bool:
     return all(held) if wanted.filter_mode == TagsFilter.FILTER_MODE_ALL else any(held)
 
 
-def _space(bounds: Bounds) -> tuple[int, NDArray[np.float64]] | None:
+def _space(bounds: Bounds) -> tuple[int, Floats] | None:
     if bounds.type == Bounds.TYPE_EMPTY:
         return None
     if bounds.type not in (Bounds.TYPE_BOX, Bounds.TYPE_SPHERE):
@@ -85,7 +85,7 @@ def _space(bounds: Bounds) -> tuple[int, NDArray[np.float64]] | None:
     return bounds.type, points
 
 
-def _overlaps(space: tuple[int, NDArray[np.float64]], corners: NDArray[np.float64]) -> bool:
+def _overlaps(space: tuple[int, Floats], corners: Floats) -> bool:
     """Return whether a box or sphere meets the upright box around corners."""
     kind, (first, second) = space
     low, high = corners.min(axis=0), corners.max(axis=0)

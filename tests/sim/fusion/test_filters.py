@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_sim.fusion.estimator import Control, Estimator
 from arjuna_sim.fusion.filters import (
     ExtendedFilter,
@@ -18,14 +18,13 @@ from arjuna_sim.fusion.filters import (
     Noise,
     UnscentedFilter,
 )
-from arjuna_sim.fusion.kinematics import SIZE, Mask, jacobian, transition
+from arjuna_sim.fusion.kinematics import SIZE, jacobian, transition
 
-Array = NDArray[np.float64]
 CLOSE = 1e-6
 TWO_D = (2, 3, 4, 8, 9, 10, 14)
 
 
-def moved(x: Array, dt: float) -> Array:
+def moved(x: Floats, dt: float) -> Floats:
     """Return the state after a time [s], equation by equation."""
     px, py, pz, r, p, y, vx, vy, vz, wr, wp, wy, ax, ay, az = x
     s, c, t = math.sin, math.cos, math.tan
@@ -50,10 +49,10 @@ def moved(x: Array, dt: float) -> Array:
     )
 
 
-def derivative(x: Array, dt: float, step: float = 1e-6) -> Array:
+def derivative(x: Floats, dt: float, step: float = 1e-6) -> Floats:
     """Return the derivative of `moved` by central differences."""
     columns = [(moved(x + e, dt) - moved(x - e, dt)) / (2 * step) for e in np.eye(SIZE) * step]
-    result: Array = np.array(columns).T
+    result: Floats = np.array(columns).T
     return result
 
 
@@ -66,12 +65,12 @@ def wrap(angle: float) -> float:
 class Peer:
     """Moore and Stouch's filter in plain loops."""
 
-    x: Array
-    P: Array
-    Q: Array
+    x: Floats
+    P: Floats
+    Q: Floats
     dynamic: bool = False
     control: Control | None = None
-    command: Array = field(default_factory=lambda: np.zeros(6))
+    command: Floats = field(default_factory=lambda: np.zeros(6))
     t: float | None = None
 
     def take(self, z: Measurement) -> None:
@@ -129,9 +128,9 @@ class Peer:
         self.P = F @ self.P @ F.T + dt * Q
 
 
-def mask(*indices: int) -> Mask:
+def mask(*indices: int) -> Bools:
     """Return a mask with these states."""
-    found: Mask = np.isin(np.arange(SIZE), indices)
+    found: Bools = np.isin(np.arange(SIZE), indices)
     return found
 
 
@@ -144,7 +143,7 @@ WHEELS, GYRO, POSE, ATTITUDE, IMU = (
 )
 
 
-def drive(masks: list[Mask], planar: bool, seed: int, threshold: float) -> list[Measurement]:
+def drive(masks: list[Bools], planar: bool, seed: int, threshold: float) -> list[Measurement]:
     """Return what sensors measure of a body that moves in curves, 6 s long."""
     rng = np.random.default_rng(seed)
     x, found = np.zeros(SIZE), list[Measurement]()
@@ -186,7 +185,7 @@ CONTROL = Control(
     ],
 )
 def test_the_filter_follows_the_equations(
-    masks: list[Mask], planar: bool, dynamic: bool, control: Control | None, threshold: float
+    masks: list[Bools], planar: bool, dynamic: bool, control: Control | None, threshold: float
 ) -> None:
     Q, P = np.diag(np.linspace(0.01, 0.06, SIZE)), np.eye(SIZE) * 1e-2
     estimator = Estimator(

@@ -7,12 +7,13 @@ import math
 import numpy as np
 import pytest
 
+from arjuna_core.arrays import Floats
 from arjuna_core.geodesy import GeoPoint, TangentPlane
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.fusion.earth import EarthFrame
 from arjuna_sim.fusion.estimator import Control, Estimator
 from arjuna_sim.fusion.filters import ExtendedFilter, Measurement, Noise
-from arjuna_sim.fusion.kinematics import SIZE, Array
+from arjuna_sim.fusion.kinematics import SIZE
 from arjuna_sim.fusion.sensors import (
     Part,
     PoseInput,
@@ -121,7 +122,7 @@ def _speed(stamp: float, value: float) -> Measurement:
     return Measurement(stamp, values, np.eye(SIZE) * 0.01, np.arange(SIZE) == 6)
 
 
-def _run(estimator: Estimator, measured: list[Measurement], updates: list[float]) -> Array:
+def _run(estimator: Estimator, measured: list[Measurement], updates: list[float]) -> Floats:
     arrivals = iter(measured)
     for now in updates:
         estimator.add(next(arrivals))
