@@ -225,9 +225,11 @@ def _with_configs(cls: Any, fields: tuple[tuple[str, Any], ...]) -> type[Any]:
 
 
 @functools.cache
-def with_values(cls: Any, names: tuple[str, ...], default: Any, description: str) -> type[Any]:
+def with_values(
+    cls: Any, names: tuple[str, ...], default: Any, description: str, read_only: bool = False
+) -> type[Any]:
     """Return a config class with a parameter of one default for each of some names."""
-    kinds = {field_of(name): param(default, description) for name in names}
+    kinds = {field_of(name): param(default, description, read_only=read_only) for name in names}
     return _subclass(cls, [(name, type(default), item) for name, item in kinds.items()])
 
 

@@ -6,9 +6,12 @@ Source: diagnostic_aggregator, `GenericAnalyzer`, `AnalyzerGroup` and `StatusIte
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields
 from typing import Any
+
+from arjuna_core.config import param
+from arjuna_core.param import key_of
 
 OK, WARN, ERROR, STALE = range(4)
 _TEXTS = ("OK", "Warning", "Error", "Stale")
@@ -37,72 +40,89 @@ class Status:
     at: float = 0.0
 
 
-@dataclass
+def _names(what: str) -> Any:
+    return param((), f"{what} of the statuses that it takes.", read_only=True)
+
+
+@dataclass(frozen=True)
+class AnalyzerConfig:
+    """Parameters of an analyzer; those of a group's stand below `analyzers`."""
+
+    type: str = param(GENERIC, "Its class.", choices=KINDS, read_only=True)
+    path: str = param("", "Its name in the tree; empty for its parameters'.", read_only=True)
+    startswith: tuple[str, ...] = _names("Beginnings of the names")
+    contains: tuple[str, ...] = _names("Parts of the names")
+    name: tuple[str, ...] = _names("Names")
+    expected: tuple[str, ...] = _names("Names, missed where they do not come,")
+    regex: tuple[str, ...] = _names("Regular expressions within the names")
+    find_and_remove_prefix: tuple[str, ...] = _names("Beginnings, taken off, of the names")
+    remove_prefix: tuple[str, ...] = _names("Beginnings, to be taken off, of the names")
+    timeout: float = param(
+        5.0, "Age at which a status is stale; negative for none.", unit="s", minimum=-1e9
+    )
+    num_items: int = param(-1, "How many statuses there must be; -1 for any.", minimum=-1)
+    discard_stale: bool = param(False, "Whether stale ones are removed.", read_only=True)
+
+
 class Analyzer:
     """One node of the tree.
 
     Attributes:
         path: Its name, with those of the analyzers above it, as `/Robot/Arms`.
-        kind: One of `KINDS`.
-        startswith, contains, names, expected, regex: What the names of its statuses have.
-        prefixes: What is taken off them.
-        timeout: Age at which a status is stale [s]; negative for none.
-        num_items: How many statuses there must be, if it matters.
         children: The analyzers below a group.
+        items: The last statuses that it took, by name.
     """
 
-    path: str
-    kind: str = GENERIC
-    startswith: tuple[str, ...] = ()
-    contains: tuple[str, ...] = ()
-    names: tuple[str, ...] = ()
-    expected: tuple[str, ...] = ()
-    regex: tuple[str, ...] = ()
-    prefixes: tuple[str, ...] = ()
-    timeout: float = 5.0
-    num_items: int = -1
-    discard_stale: bool = False
-    children: tuple[Analyzer, ...] = ()
-    items: dict[str, Status] = field(default_factory=dict)
+    def __init__(self, config: AnalyzerConfig, path: str) -> None:
+        self._config, self.path = config, path
+        group = getattr(config, "analyzers", None)
+        self.children = () if group is None else analyzers(group, path)
+        self.items: dict[str, Status] = {}
+
+    def _texts(self, *keys: str) -> tuple[str, ...]:
+        """Return the texts of some parameters, each one or several."""
+        values = [getattr(self._config, key) for key in keys]
+        return tuple(t for each in values for t in ((each,) if isinstance(each, str) else each))
 
     def matches(self, name: str) -> bool:
         """Return whether it takes a status of a name."""
-        if self.kind == GROUP:
+        if self._config.type == GROUP:
             return any(child.matches(name) for child in self.children)
-        if name in self.names or name in self.expected:
+        if name in self._texts("name", "expected"):
             return True
-        if any(re.search(pattern, name) for pattern in self.regex):
+        if any(re.search(pattern, name) for pattern in self._texts("regex")):
             return True
-        return name.startswith(self.startswith or "\0") or any(t in name for t in self.contains)
+        begins = name.startswith(self._texts("startswith", "find_and_remove_prefix"))
+        return begins or any(text in name for text in self._texts("contains"))
 
     def take(self, status: Status) -> bool:
         """Take a status if it matches; return whether it did."""
         if not self.matches(status.name):
             return False
-        if self.kind == GROUP:
+        if self._config.type == GROUP:
             return sum(child.take(status) for child in self.children) > 0
-        if self.kind == GENERIC:
+        if self._config.type == GENERIC:
             self.items[status.name] = status
         return True
 
     def report(self, now: float) -> list[Status]:
         """Return its status, then those below it."""
-        if self.kind in (IGNORE, DISCARD):
+        if self._config.type in (IGNORE, DISCARD):
             return []
-        if self.kind == GROUP:
+        if self._config.type == GROUP:
             below = [child.report(now) for child in self.children]
             return [self._summary([part[0] for part in below if part]), *_flat(below)]
-        stale = {n for n, s in self.items.items() if 0.0 <= self.timeout < now - s.at}
-        if self.discard_stale:
+        stale = {n for n, s in self.items.items() if 0.0 <= self._config.timeout < now - s.at}
+        if self._config.discard_stale:
             for name in stale:
                 del self.items[name]
         shown = [self._item(s, STALE if s.name in stale else s.level) for s in self.items.values()]
-        missing = [name for name in self.expected if name not in self.items]
+        missing = [name for name in self._texts("expected") if name not in self.items]
         shown += [Status(self._below(name), STALE, "Missing") for name in missing]
         head = self._summary(shown)
-        if 0 <= self.num_items != len(self.items):
+        if 0 <= self._config.num_items != len(self.items):
             head.level = max(head.level, ERROR)
-            head.message = f"Expected {self.num_items}, found {len(self.items)}"
+            head.message = f"Expected {self._config.num_items}, found {len(self.items)}"
         return [head, *shown]
 
     def _item(self, status: Status, level: int) -> Status:
@@ -110,14 +130,14 @@ class Analyzer:
         return Status(name, level, status.message, status.hardware_id, status.values)
 
     def _below(self, name: str) -> str:
-        for prefix in self.prefixes:
+        for prefix in self._texts("find_and_remove_prefix", "remove_prefix"):
             name = name.removeprefix(prefix)
         return f"{self.path}/{name.strip('/ ').replace('/', ' ')}"
 
     def _summary(self, below: list[Status]) -> Status:
         """Return the worst level below; what is stale is an error unless all is."""
         levels = [status.level for status in below]
-        level = max(levels, default=OK if self.discard_stale else STALE)
+        level = max(levels, default=OK if self._config.discard_stale else STALE)
         if level == STALE and min(levels, default=STALE) < STALE:
             level = ERROR
         values = [(s.name.rpartition("/")[2], s.message or _TEXTS[s.level]) for s in below]
@@ -154,36 +174,11 @@ class Aggregator:
         return found, ERROR if level > ERROR and min(levels, default=STALE) <= ERROR else level
 
 
-def analyzers(values: Mapping[str, Any], base: str) -> tuple[Analyzer, ...]:
-    """Return the analyzers that dotted parameters name, each `NAME.type`, below a path."""
-    names = dict.fromkeys(key.partition(".")[0] for key in values if "." in key)
-    found = []
-    for name in names:
-        own = {k[len(name) + 1 :]: v for k, v in values.items() if k.startswith(f"{name}.")}
-        if own.get("type") in KINDS:
-            found.append(_analyzer(name, own, base))
-    return tuple(found)
-
-
-def _analyzer(name: str, own: Mapping[str, Any], base: str) -> Analyzer:
-    def texts(key: str) -> tuple[str, ...]:
-        value = own.get(key, ())
-        return (value,) if isinstance(value, str) else tuple(value)
-
-    path = f"{base}/{str(own.get('path') or name).strip('/')}"
-    below = {k.removeprefix("analyzers."): v for k, v in own.items() if k.startswith("analyzers.")}
-    removed = (*texts("find_and_remove_prefix"), *texts("remove_prefix"))
-    return Analyzer(
-        path,
-        own["type"],
-        startswith=(*texts("startswith"), *texts("find_and_remove_prefix")),
-        contains=texts("contains"),
-        names=texts("name"),
-        expected=texts("expected"),
-        regex=texts("regex"),
-        prefixes=removed,
-        timeout=float(own.get("timeout", 5.0)),
-        num_items=int(own.get("num_items", -1)),
-        discard_stale=bool(own.get("discard_stale", False)),
-        children=analyzers(below, path),
+def analyzers(config: Any, base: str) -> tuple[Analyzer, ...]:
+    """Return the analyzers that a configuration holds, below a path."""
+    held = ((item, getattr(config, item.name)) for item in fields(config))
+    return tuple(
+        Analyzer(own, f"{base}/{(own.path or key_of(item)).strip('/')}")
+        for item, own in held
+        if isinstance(own, AnalyzerConfig)
     )

@@ -5,48 +5,22 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from arjuna_core.config import flatten, param
-from arjuna_core.plugins import with_configs
+from arjuna_core.config import param
+from arjuna_core.plugins import with_configs, with_values
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
 from arjuna_core.ros.node import ManagedNode
 from arjuna_sim.processing.diagnostics import (
-    GENERIC,
-    KINDS,
     Aggregator,
     Analyzer,
+    AnalyzerConfig,
     Status,
     analyzers,
 )
-
-
-def _names(what: str) -> Any:
-    return param((), f"{what} of the statuses that it takes.", read_only=True)
-
-
-@dataclass(frozen=True)
-class AnalyzerConfig:
-    """Parameters of an analyzer; those of a group's stand below `analyzers`."""
-
-    type: str = param(GENERIC, "Its class.", choices=KINDS, read_only=True)
-    path: str = param("", "Its name in the tree; empty for its parameters'.", read_only=True)
-    startswith: tuple[str, ...] = _names("Beginnings of the names")
-    contains: tuple[str, ...] = _names("Parts of the names")
-    name: tuple[str, ...] = _names("Names")
-    expected: tuple[str, ...] = _names("Names, missed where they do not come,")
-    regex: tuple[str, ...] = _names("Regular expressions within the names")
-    find_and_remove_prefix: tuple[str, ...] = _names("Beginnings, taken off, of the names")
-    remove_prefix: tuple[str, ...] = _names("Beginnings, to be taken off, of the names")
-    timeout: float = param(
-        5.0, "Age at which a status is stale; negative for none.", unit="s", minimum=-1e9
-    )
-    num_items: int = param(-1, "How many statuses there must be; -1 for any.", minimum=-1)
-    discard_stale: bool = param(False, "Whether stale ones are removed.", read_only=True)
 
 
 @dataclass(frozen=True)
@@ -71,7 +45,8 @@ def _analyzers(values: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
     for name in dict.fromkeys(filter(str.isidentifier, names)):
         below = f"{name}.analyzers."
         own = {k.removeprefix(below): v for k, v in values.items() if k.startswith(below)}
-        config: Any = _single_names(tuple(sorted(_texts(values, name))))
+        texts = tuple(sorted(_texts(values, name)))
+        config: Any = with_values(AnalyzerConfig, texts, "", "The only one of them.", True)
         if own:
             inner = with_configs(_Group, _analyzers(own))
             config = with_configs(config, (("analyzers", inner),))
@@ -90,16 +65,6 @@ def _texts(values: Mapping[str, Any], name: str) -> list[str]:
     return [key for key in keys if isinstance(values.get(f"{name}.{key}"), str)]
 
 
-@cache
-def _single_names(keys: tuple[str, ...]) -> Any:
-    if not keys:
-        return AnalyzerConfig
-    fields = [(k, str, param("", "The only one of them.", read_only=True)) for k in keys]
-    return dataclasses.make_dataclass(
-        "AnalyzerConfig", fields, bases=(AnalyzerConfig,), frozen=True
-    )
-
-
 class DiagnosticAggregatorNode(ManagedNode):
     """Publishes the tree of diagnostics, and the worst level of all."""
 
@@ -110,8 +75,8 @@ class DiagnosticAggregatorNode(ManagedNode):
         """Build the tree and create the topics."""
         config: AggregatorConfig = self.config
         base = f"/{config.path.strip('/')}" if config.path.strip("/") else ""
-        tree = analyzers(flatten(config), base)
-        self._tree = Aggregator(tree, Analyzer(f"{base}/Other"), config.other_as_errors)
+        other = Analyzer(AnalyzerConfig(), f"{base}/Other")
+        self._tree = Aggregator(analyzers(config, base), other, config.other_as_errors)
         self._out = self.publisher(DiagnosticArray, "/diagnostics_agg", qos.DEFAULT)
         self._whole = self.publisher(DiagnosticStatus, "/diagnostics_toplevel_state", qos.DEFAULT)
         self.subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.TF)
