@@ -74,38 +74,6 @@ class DriveConfig:
     )
 
 
-@dataclass(frozen=True)
-class Kinematics:
-    """An ideal two-wheeled robot that stands for the skid-steer one.
-
-    Source: Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007
-    (symmetric case: one effective track).
-
-    Attributes:
-        track: Effective track width [m].
-        radius: Effective wheel radius [m].
-    """
-
-    track: float
-    radius: float
-
-    def wheel_speeds(self, velocity: Velocity) -> tuple[float, float]:
-        """Return the left and right wheels' speeds [rad/s] for a velocity of the base."""
-        across = velocity.yaw_rate * self.track / 2
-        return (velocity.x - across) / self.radius, (velocity.x + across) / self.radius
-
-    def base_motion(self, left: float, right: float) -> tuple[float, float]:
-        """Return path [m] and turn [rad] for the left and right wheels' turns [rad], or rates."""
-        mean, difference = (left + right) / 2, right - left
-        return mean * self.radius, difference * self.radius / self.track
-
-    def motion(self, turns: Floats, angles: Floats) -> tuple[float, float, float]:
-        """Return path [m], path to the left [m] and turn [rad] for turns of the sides [rad]."""
-        left, right = turns.tolist()
-        path, turn = self.base_motion(left, right)
-        return path, 0.0, turn
-
-
 class Base(ABC):
     """The kinematics of a drive; wheels are in the order of `DriveSettings.wheels`."""
 
@@ -132,6 +100,38 @@ class Base(ABC):
     @abstractmethod
     def motion(self, turns: Floats, angles: Floats) -> tuple[float, float, float]:
         """Return path [m], path to the left [m] and turn [rad] for turns of the encoders [rad]."""
+
+
+@dataclass(frozen=True)
+class Kinematics(Base):
+    """An ideal two-wheeled robot that stands for the skid-steer one.
+
+    Source: Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007
+    (symmetric case: one effective track).
+
+    Attributes:
+        track: Effective track width [m].
+        radius: Effective wheel radius [m].
+    """
+
+    track: float
+    radius: float
+
+    def speeds(self, velocity: Velocity) -> Floats:
+        """Return the left and right wheels' speeds for a velocity of the base, `(2,)` [rad/s]."""
+        across = velocity.yaw_rate * self.track / 2
+        return np.array((velocity.x - across, velocity.x + across)) / self.radius
+
+    def base_motion(self, left: float, right: float) -> tuple[float, float]:
+        """Return path [m] and turn [rad] for the left and right wheels' turns [rad], or rates."""
+        mean, difference = (left + right) / 2, right - left
+        return mean * self.radius, difference * self.radius / self.track
+
+    def motion(self, turns: Floats, angles: Floats) -> tuple[float, float, float]:
+        """Return path [m], path to the left [m] and turn [rad] for turns of the sides [rad]."""
+        left, right = turns.tolist()
+        path, turn = self.base_motion(left, right)
+        return path, 0.0, turn
 
 
 def kinematics_of(settings: DriveSettings, config: DriveConfig) -> Kinematics:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -13,6 +13,7 @@ from numba import njit
 from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import IDENTITY, SE2, wrap
+from arjuna_sim.devices.drive import Base
 
 _NONE = np.zeros(0)
 _wrap = njit(cache=True)(wrap)
@@ -59,28 +60,13 @@ class OdometryEstimate(NamedTuple):
     side: float = 0.0
 
 
-class Motion(Protocol):
-    """The motion of a base by its wheels."""
-
-    def motion(self, turns: Floats, angles: Floats) -> tuple[float, float, float]:
-        """Return path [m], path to the left [m] and turn [rad].
-
-        Args:
-            turns: Of the encoders, `(N,) float64` [rad].
-            angles: Of the steering joints, `(S,) float64` [rad].
-        """
-        ...
-
-
 class Odometry:
     """Integrates encoder ticks; what slips goes unnoticed."""
 
-    def __init__(
-        self, config: OdometryConfig, kinematics: Motion, rng: np.random.Generator
-    ) -> None:
+    def __init__(self, config: OdometryConfig, base: Base, rng: np.random.Generator) -> None:
         self.config = config
         self._rng = rng
-        self._kinematics = kinematics
+        self._base = base
         self._angle_per_tick = 2.0 * math.pi / config.ticks_per_revolution
         self.reset()
 
@@ -98,7 +84,7 @@ class Odometry:
         turns = ticks - self._ticks
         turns *= self._angle_per_tick
         self._ticks = ticks
-        path, side, turn = self._kinematics.motion(turns, angles)
+        path, side, turn = self._base.motion(turns, angles)
         variance_path, variance_turn = self._follow(path, side, turn)
         square = dt**2
         twist_variance = variance_path / square, variance_turn / square

@@ -59,17 +59,15 @@ class RollerBase(Base):
 
 
 @dataclass(frozen=True)
-class SidesBase(Base):
-    """Wheels of two sides, of which each turns as one.
+class SidesBase(Kinematics):
+    """Wheels of two sides, of which each turns as one wheel of the ideal two-wheeled robot.
 
     Attributes:
-        kinematics: The ideal two-wheeled robot that stands for it.
         sides: For each wheel and the left and the right side, +1 where the wheel is of that side
             and turning drives it forward, -1 where it drives it back, else 0, `(W, 2) float64`.
         counts: How many wheels each side has, at least 1, `(2,) float64`.
     """
 
-    kinematics: Kinematics
     sides: Floats
     counts: Floats
 
@@ -81,7 +79,8 @@ class SidesBase(Base):
         counts = len(drive.left), len(drive.right)
         sides = np.zeros((len(signs), 2))
         sides[np.arange(len(signs)), np.repeat((0, 1), counts)] = signs
-        return SidesBase(kinematics_of(drive, config), sides, np.maximum(counts, 1.0))
+        ideal = kinematics_of(drive, config)
+        return SidesBase(ideal.track, ideal.radius, sides, np.maximum(counts, 1.0))
 
     def reachable(self, velocity: Velocity) -> Velocity:
         """Return a velocity without its part to the left."""
@@ -89,7 +88,7 @@ class SidesBase(Base):
 
     def speeds(self, velocity: Velocity) -> Floats:
         """Return how fast the wheels' joints turn."""
-        speeds: Floats = self.sides.dot(self.kinematics.wheel_speeds(velocity))
+        speeds: Floats = self.sides.dot(super().speeds(velocity))
         return speeds
 
     def encoders(self, joints: Floats) -> Floats:
@@ -97,10 +96,6 @@ class SidesBase(Base):
         turned: Floats = joints.dot(self.sides)
         turned /= self.counts
         return turned
-
-    def motion(self, turns: Floats, angles: Floats) -> tuple[float, float, float]:
-        """Return path [m], path to the left [m] and turn [rad] for turns of the sides [rad]."""
-        return self.kinematics.motion(turns, angles)
 
 
 def base_of(robot: RobotModel, config: DriveConfig) -> Base:

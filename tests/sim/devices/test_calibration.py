@@ -95,7 +95,7 @@ class Formula:
         self._wheels, self._pose = np.array([5.0, -3.0]), START
 
     def drive(self, velocity: Velocity) -> None:
-        speeds = np.array(self._asked.wheel_speeds(velocity))
+        speeds = self._asked.speeds(velocity)
         self._wheels += speeds * self.tick
         v, w = self._true.base_motion(*speeds.tolist())
         v *= 1.0 - self._slip * abs(v)

@@ -82,7 +82,7 @@ def test_noise_of_the_encoders_jitters_and_does_not_add_up() -> None:
 
 
 def test_wheels_turn_as_the_velocity_asks() -> None:
-    left, right = Kinematics(track=0.5, radius=0.1).wheel_speeds(Velocity(1.0, yaw_rate=2.0))
+    left, right = Kinematics(track=0.5, radius=0.1).speeds(Velocity(1.0, yaw_rate=2.0))
     assert (left, right) == pytest.approx((5.0, 15.0))
     settings = DriveSettings(("l",), ("r",), 0.5, 0.05, 1.0, 0.6, 0.04)
     assert kinematics_of(settings, DriveConfig()) == Kinematics(0.6, 0.04)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from arjuna_core.twist import Velocity
-from arjuna_sim.devices.drive import Kinematics
 from arjuna_sim.devices.driving.bases import RollerBase, SidesBase
 from arjuna_sim.devices.driving.steered import SteeredBase, SteeredWheel
 from arjuna_sim.model.settings import DriveKind, DriveSettings
@@ -119,7 +118,7 @@ def test_rollers_make_any_motion_of_the_base_turns_and_back(seed: int) -> None:
 
 def test_sides_turn_as_one_as_each_wheel_is_mounted() -> None:
     sides = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]])
-    base = SidesBase(Kinematics(0.5, 0.1), sides, np.array([2.0, 1.0]))
+    base = SidesBase(0.5, 0.1, sides, np.array([2.0, 1.0]))
     assert base.speeds(Velocity(1.0, yaw_rate=2.0)) == pytest.approx((5.0, -5.0, 15.0))
     assert base.encoders(np.array([1.0, -3.0, 4.0])) == pytest.approx((2.0, 4.0))
     assert base.motion(np.array([2.0, 4.0]), base.angles(Velocity())) == pytest.approx(
