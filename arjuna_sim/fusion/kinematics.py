@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from arjuna_core.arrays import Floats
+from arjuna_core.pose3 import Pose3
 
 SIZE = 15
 POSE, TWIST, ACCELERATION = slice(0, 6), slice(6, 12), slice(12, 15)
@@ -24,14 +25,7 @@ def wrapped(angles: Floats) -> Floats:
 
 def rotation(roll: float, pitch: float, yaw: float) -> Floats:
     """Return the matrix of fixed-axis angles [rad], `(3, 3) float64`, body to world."""
-    (sr, cr), (sp, cp), (sy, cy) = ((math.sin(a), math.cos(a)) for a in (roll, pitch, yaw))
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
+    return Pose3.from_rpy((0.0, 0.0, 0.0), (roll, pitch, yaw)).rotation()
 
 
 def transition(state: Floats, dt: float) -> Floats:

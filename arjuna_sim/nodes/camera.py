@@ -10,10 +10,9 @@ from geometry_msgs.msg import Twist
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import cloud_msg, header
+from arjuna_core.ros.convert import cloud_msg, header, velocity_from_twist
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
-from arjuna_core.twist import Velocity
 from arjuna_sim.devices.camera import CameraError, CameraThread, Shot, focal_length, points
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.driven_robot import DrivenRobot
@@ -59,8 +58,7 @@ class WorldTopics:
         ]
 
     def _command(self, name: str, message: Twist) -> None:
-        x, y, turn = message.linear.x, message.linear.y, message.angular.z
-        self._stage.movers.command(name, Velocity(x, y=y, yaw_rate=turn))
+        self._stage.movers.command(name, velocity_from_twist(message))
 
     def close(self) -> None:
         """End drawing beside the physics."""

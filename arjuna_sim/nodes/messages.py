@@ -22,7 +22,6 @@ from arjuna_sim.physics.robot_motion import JointStates, Truth
 WORLD = "world"
 _FARTHEST = 10_000.0  # [m] beyond it single precision tears meshes apart
 _SPACE, _TURN = ("x", "y", "z"), ("x", "y", "z", "w")
-_truth = maker(Odometry, "header", "child_frame_id")
 _odometry = maker(
     Odometry,
     *("header", "child_frame_id", "pose.pose"),
@@ -53,25 +52,9 @@ def odometry_msg(estimate: OdometryEstimate, frame: str, child: str, now: float)
 
 def truth_msg(truth: Truth, child: str, now: float) -> Odometry:
     """Return the true pose and motion at a time [s] as an Odometry message, without errors."""
-    message: Odometry = _truth(header(WORLD, now), child)
-    _set_truth(message.pose.pose, message.twist.twist, truth)
+    pose = pose3_msg(truth.pose3)
+    message: Odometry = _odometry(header(WORLD, now), child, pose, truth.v, truth.side, truth.w)
     return message
-
-
-def entity_state(truth: Truth, now: float) -> EntityState:
-    """Return the robot's true pose and motion at a time [s] as an EntityState message."""
-    message = EntityState(header=header(WORLD, now))
-    _set_truth(message.pose, message.twist, truth)
-    return message
-
-
-def _set_truth(pose: Pose, twist: Twist, truth: Truth) -> None:
-    at, turn = pose.position, pose.orientation
-    at.x, at.y, at.z = truth.pose.x, truth.pose.y, truth.z
-    turn.w, turn.x, turn.y, turn.z = Pose3.from_rpy(
-        (at.x, at.y, at.z), (truth.roll, truth.pitch, truth.pose.theta)
-    ).quaternion
-    twist.linear.x, twist.linear.y, twist.angular.z = truth.v, truth.side, truth.w
 
 
 def motion_msg(motion: EntityMotion, now: float) -> EntityState:

@@ -52,6 +52,12 @@ class Truth(NamedTuple):
     pitch: float
     side: float = 0.0
 
+    @property
+    def pose3(self) -> Pose3:
+        """The pose of the robot's root in the world."""
+        x, y, yaw = self.pose.x, self.pose.y, self.pose.theta
+        return Pose3.from_rpy((x, y, self.z), (self.roll, self.pitch, yaw))
+
 
 class RobotMotion:
     """Reads and moves a robot of a stage, whatever model the stage holds at the time."""

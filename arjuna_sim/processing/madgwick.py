@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from arjuna_core.arrays import Floats
+from arjuna_core.pose3 import Pose3
 
 UP = {"enu": (0.0, 0.0, 1.0), "nwu": (0.0, 0.0, 1.0), "ned": (0.0, 0.0, -1.0)}
 """What an accelerometer at rest measures, in each world frame."""
@@ -81,14 +82,8 @@ def _gradient(q: Floats, direction: Floats, measured: Floats) -> Floats:
 
 def rotation(q: Floats) -> Floats:
     """Return the rotation matrix of a unit quaternion w, x, y, z."""
-    w, x, y, z = q
-    return np.array(
-        (
-            (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
-            (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
-            (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
-        )
-    )
+    w, x, y, z = q.tolist()
+    return Pose3(quaternion=(w, x, y, z)).rotation()
 
 
 def product(p: Floats, q: Floats) -> Floats:

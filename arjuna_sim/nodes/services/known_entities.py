@@ -20,9 +20,9 @@ from arjuna_core.arrays import Floats
 from arjuna_core.errors import nearest
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.driven_robot import DrivenRobot
-from arjuna_sim.model.entities import Entity, entity_of_robot
+from arjuna_sim.model.entities import Entity, EntityMotion, entity_of_robot
 from arjuna_sim.model.robot import SOLO
-from arjuna_sim.nodes.messages import WORLD, entity_state, motion_msg, pose3_from_msg
+from arjuna_sim.nodes.messages import WORLD, motion_msg, pose3_from_msg
 from arjuna_sim.nodes.services.host import RequestError
 from arjuna_sim.simulation import Simulation
 
@@ -145,11 +145,12 @@ class KnownEntities:
 
     def state(self, entity: Entity) -> EntityState:
         """Return where an entity is and how it moves."""
-        simulator = self._simulator
-        robot = self.robot(entity)
-        if robot is not None:
-            return entity_state(robot.truth(), simulator.time)
-        return motion_msg(simulator.stage.motion(entity.name), simulator.time)
+        simulator, robot = self._simulator, self.robot(entity)
+        if robot is None:
+            return motion_msg(simulator.stage.motion(entity.name), simulator.time)
+        true = robot.truth()
+        motion = EntityMotion(true.pose3, (true.v, true.side, 0.0), (0.0, 0.0, true.w))
+        return motion_msg(motion, simulator.time)
 
     def info(self, entity: Entity) -> EntityInfo:
         """Return what a client said of an entity, or else what its file says."""
