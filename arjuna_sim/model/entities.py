@@ -13,7 +13,7 @@ from arjuna_core.arrays import Floats
 from arjuna_core.errors import ArjunaError
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.geometry.convex_pieces import CUBE
-from arjuna_sim.model.geometry.shapes import Part, corners
+from arjuna_sim.model.geometry.shapes import Part, points_of
 from arjuna_sim.model.urdf import Hinge, Urdf
 from arjuna_sim.model.world import Actor, Trajectory, World
 
@@ -119,8 +119,7 @@ class EntityMotion:
 
 def bounds(parts: Iterable[Part]) -> tuple[Floats, Floats]:
     """Return the least and the greatest corner of parts, `(3,) float64` each [m]."""
-    points = [np.zeros((0, 3)), *(part.pose.apply(corners(part.shape)) for part in parts)]
-    found = np.vstack(points)
+    found = points_of(parts)
     if not len(found):
         return np.zeros(3), np.zeros(3)
     return found.min(axis=0), found.max(axis=0)

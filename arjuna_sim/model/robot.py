@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
-from arjuna_sim.model.geometry.shapes import corners
+from arjuna_sim.model.geometry.shapes import points_of
 from arjuna_sim.model.notes import Note
 from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Urdf
@@ -128,12 +128,11 @@ def extent(robot: RobotModel, frame: str) -> Floats:
     urdf = robot.urdf
     wheels = {urdf.joints[joint].child for joint in robot.drive.wheels}
     T_frame_root = urdf.T_root(frame).inverse()
-    points = [np.zeros((0, 3))]
-    for link in urdf.links.values():
-        T_frame_link = T_frame_root @ urdf.T_root(link.name)
-        for part in link.collisions or (link.visuals if link.name in wheels else ()):
-            points.append((T_frame_link @ part.pose).apply(corners(part.shape)))
-    return np.vstack(points)
+    parts = {
+        link.name: link.collisions or (link.visuals if link.name in wheels else ())
+        for link in urdf.links.values()
+    }
+    return np.vstack([points_of(own, T_frame_root @ urdf.T_root(n)) for n, own in parts.items()])
 
 
 def inscribed_radius(robot: RobotModel) -> float:

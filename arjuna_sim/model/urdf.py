@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -127,9 +128,14 @@ class Urdf:
 
     def T_root(self, link: str) -> Pose3:
         """Return a link's pose in the root's frame, all joints at position 0."""
-        carrier = {joint.child: joint for joint in self.joints.values()}
         T = Pose3()
-        while link in carrier:
-            T = carrier[link].T_parent_child @ T
-            link = carrier[link].parent
+        for joint in self.above(link):
+            T = joint.T_parent_child @ T
         return T
+
+    def above(self, link: str) -> Iterator[Joint]:
+        """Yield the joints that carry a link, the root's last."""
+        carriers = {joint.child: joint for joint in self.joints.values()}
+        while link in carriers:
+            yield carriers[link]
+            link = carriers[link].parent

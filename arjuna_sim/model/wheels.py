@@ -8,7 +8,7 @@ import numpy as np
 
 from arjuna_core.arrays import Floats
 from arjuna_core.errors import RobotError
-from arjuna_sim.model.geometry.shapes import Kind, corners
+from arjuna_sim.model.geometry.shapes import Kind, points_of
 from arjuna_sim.model.urdf import Joint, Mimic, Urdf
 
 CASTER_GAP_MAX = 0.008
@@ -91,13 +91,8 @@ def freed(urdf: Urdf, joints: tuple[str, ...]) -> Urdf:
 
 def steered_by(urdf: Urdf, joint: str, steering: tuple[str, ...]) -> int:
     """Return the index of the steering joint that carries a wheel's joint, -1 for none."""
-    carrier = {each.child: name for name, each in urdf.joints.items()}
-    link = urdf.joints[joint].parent
-    while link in carrier:
-        if carrier[link] in steering:
-            return steering.index(carrier[link])
-        link = urdf.joints[carrier[link]].parent
-    return -1
+    above = (each.name for each in urdf.above(urdf.joints[joint].parent))
+    return next((steering.index(name) for name in above if name in steering), -1)
 
 
 def center(urdf: Urdf, joint: str) -> Floats:
@@ -228,5 +223,4 @@ def _turning(points: Floats, loads: Floats, rims: Floats) -> float:
 def _points(urdf: Urdf, joint: Joint) -> Floats:
     """Return the corners of a wheel's solid shapes, else of its drawn ones, in its link's frame."""
     link = urdf.links[joint.child]
-    parts = link.collisions or link.visuals
-    return np.vstack([np.zeros((0, 3)), *(p.pose.apply(corners(p.shape)) for p in parts)])
+    return points_of(link.collisions or link.visuals)

@@ -107,7 +107,7 @@ def _most_inertia(urdf: Urdf, group: list[str], name: str, least: float) -> floa
         return 0.0
     middle = urdf.T_root(name).apply(np.array([own.center]))
     reaches = [
-        np.linalg.norm((urdf.T_root(n) @ part.pose).apply(corners(part.shape)) - middle, axis=1)
+        np.linalg.norm(part.points(urdf.T_root(n)) - middle, axis=1)
         for n in group
         for part in (*urdf.links[n].collisions, *urdf.links[n].visuals)
         if part.shape.kind is not Kind.PLANE
@@ -247,7 +247,6 @@ def _lowest(urdf: Urdf, name: str) -> tuple[float, Kind] | None:
     """Return how low a link's solid shapes reach in the root's frame [m], and the shape there."""
     T = urdf.T_root(name)
     heights = [
-        (float((T @ part.pose).apply(corners(part.shape))[:, 2].min()), part.shape.kind)
-        for part in urdf.links[name].collisions
+        (float(part.points(T)[:, 2].min()), part.shape.kind) for part in urdf.links[name].collisions
     ]
     return min(heights, default=None, key=lambda low: low[0])

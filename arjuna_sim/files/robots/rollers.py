@@ -33,9 +33,8 @@ def rollers_of(urdf: Urdf, wheel: str) -> tuple[str, ...]:
 
 def is_roller(urdf: Urdf, joint: str) -> bool:
     """Return whether a joint is that of a wheel's roller."""
-    parent = urdf.joints[joint].parent
-    wheels = (each.name for each in urdf.joints.values() if each.child == parent)
-    return any(joint in rollers_of(urdf, wheel) for wheel in wheels)
+    wheel = next(urdf.above(urdf.joints[joint].parent), None)
+    return wheel is not None and joint in rollers_of(urdf, wheel.name)
 
 
 def on_whole_wheels(xml: XmlFile, urdf: Urdf) -> tuple[Urdf, dict[str, tuple[float, float]]]:

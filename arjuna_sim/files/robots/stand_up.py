@@ -15,7 +15,7 @@ from arjuna_sim.files.robots.plugins import LEFT, RIGHT, Sides
 from arjuna_sim.files.sensor_tag import Tags
 from arjuna_sim.files.tag_text import texts
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.geometry.shapes import Kind, corners
+from arjuna_sim.model.geometry.shapes import Kind
 from arjuna_sim.model.urdf import Joint, Link, Urdf
 from arjuna_sim.model.wheels import axis, center, radius_of
 
@@ -111,8 +111,7 @@ def _lowest(urdf: Urdf, up: Floats, wheels: tuple[str, ...]) -> float:
     for link in urdf.links.values():
         for part in link.collisions or link.visuals:
             if link.name not in children and part.shape.kind is not Kind.PLANE:
-                points = (urdf.T_root(link.name) @ part.pose).apply(corners(part.shape))
-                heights.append(float((points @ up).min()))
+                heights.append(float((part.points(urdf.T_root(link.name)) @ up).min()))
     return min(heights)
 
 

@@ -21,7 +21,7 @@ from arjuna_sim.files.robots.drive_kinds import with_mecanum
 from arjuna_sim.files.robots.plugins import drive_kind, limits_of, torque_of, types_of
 from arjuna_sim.files.tag_text import text_of, value
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.geometry.shapes import Kind, Part, Shape, corners, inertial_of_parts
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape, inertial_of_parts, points_of
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Joint, Link, Urdf
@@ -89,7 +89,7 @@ def on_tracks(
             raised = tuple(
                 part
                 for part in urdf.links[link].collisions
-                if _points_of(urdf, link, part)[:, 2].min() >= ground + _LEVEL
+                if part.points(urdf.T_root(link))[:, 2].min() >= ground + _LEVEL
             )
             wheels = [wheel.shrunk(radius) for wheel in rows[link]]
             most = limits.get(link, {}).get("max_velocity", 0.0)
@@ -164,12 +164,7 @@ def on_rollers(xml: XmlFile, urdf: Urdf) -> tuple[Urdf, DriveSettings | None]:
 
 def _points(urdf: Urdf, link: str) -> Floats:
     """Return the corners of a link's solid shapes in the root's frame, `(N, 3) float64` [m]."""
-    parts = urdf.links[link].collisions
-    return np.vstack([np.zeros((0, 3)), *(_points_of(urdf, link, part) for part in parts)])
-
-
-def _points_of(urdf: Urdf, link: str, part: Part) -> Floats:
-    return (urdf.T_root(link) @ part.pose).apply(corners(part.shape))
+    return points_of(urdf.links[link].collisions, urdf.T_root(link))
 
 
 def _row(urdf: Urdf, link: str) -> list[_Wheel]:

@@ -35,7 +35,6 @@ from arjuna_sim.model.geometry.shapes import (
     Kind,
     Part,
     Shape,
-    corners,
     inertial_of_parts,
 )
 from arjuna_sim.model.notes import NoteKind
@@ -139,7 +138,7 @@ def _friction(solid: list[Part]) -> float | None:
     """Return the friction of a link's lowest shape, where the ground is; of several, a said one."""
     lows = [
         (
-            round(float(part.pose.apply(corners(part.shape))[:, 2].min()), 4),
+            round(float(part.points()[:, 2].min()), 4),
             part.friction is None,
             i,
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -179,6 +179,10 @@ class Part:
     friction: float | None = None
     picture: Picture | None = None
 
+    def points(self, T: Pose3 = ORIGIN) -> Floats:
+        """Return the shape's `corners` where they are, `(N, 3)` [m], in a frame that T leads to."""
+        return (self.pose if T is ORIGIN else T @ self.pose).apply(corners(self.shape))
+
 
 def corners(shape: Shape) -> Floats:
     """Return points whose hull is a shape's, in its own frame, `(N, 3) float64` [m].
@@ -209,6 +213,11 @@ def corners(shape: Shape) -> Floats:
     )
     result: Floats = CUBE * np.array(size) / 2
     return result
+
+
+def points_of(parts: Iterable[Part], T: Pose3 = ORIGIN) -> Floats:
+    """Return the points of several parts, `(N, 3) float64` [m]."""
+    return np.vstack([np.zeros((0, 3)), *(part.points(T) for part in parts)])
 
 
 def circle(radius: float) -> Floats:
