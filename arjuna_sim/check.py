@@ -135,7 +135,7 @@ def _check_robot(
 
 
 def _refuse_if_found_again(robot: RobotModel, path: Path) -> None:
-    if not robot.drive.wheels or robot.settings.drive is not None:
+    if not robot.drive.is_guessed:
         problem = "has a drive plugin" if robot.drive.wheels else "has no wheels"
         raise InputFileError(path, f"{problem}, so there is no guess to save")
     if robot.drive.kind is not DriveKind.SIDES:

@@ -73,6 +73,7 @@ class DriveSettings:
         steering: Names of the joints that steer wheels.
         steering_limit: How far they turn at most [rad].
         free: Names of the joints of wheels that nothing drives.
+        is_guessed: Whether no file names its wheels.
     """
 
     left: tuple[str, ...]
@@ -106,6 +107,7 @@ class DriveSettings:
     steering: tuple[str, ...] = ()
     steering_limit: float = 0.0
     free: tuple[str, ...] = ()
+    is_guessed: bool = False
 
     @property
     def wheels(self) -> tuple[str, ...]:
@@ -180,42 +182,30 @@ class SensorSettings:
 
 @dataclass(frozen=True)
 class GazeboSettings:
-    """All that the Gazebo tags say and the simulation understands.
+    """What Gazebo tags say of a robot beside its drive.
 
     Attributes:
-        drive: The drive, where a plugin names one.
         sensors: The primary ones first: the planar lidar that sees most, the first colour camera
             and the first IMU; then the others in the file's order.
         friction: By link, the friction of its shapes.
         colours: By link, the colour of its material.
         stiffness: By link, `kp` and `kd` as the file has them; contacts keep the simulator's own.
-        kind: The kind of drive that a plugin names; None for none.
-        grips: By link, the unit vector of the ground along which friction acts.
-        uneven: Notes on links whose friction differs along and across, unless they have rollers.
-        wheelless: Topics, frames and limits of a drive plugin that names no wheels.
         driven: The joints that have a motor, beside wheels and their steering.
         controllers: What commands them, in the file's order.
         hardware: Name and class of what ros2_control calls the hardware; "" for none.
         reported: The joints whose states are published; none for all that move.
         report_rate: How often, 0 for each tick [Hz].
-        tracks: The links that are its left and its right tracks.
     """
 
-    drive: DriveSettings | None = None
     sensors: tuple[SensorSettings, ...] = ()
     friction: dict[str, float] = field(default_factory=dict)
     colours: dict[str, tuple[float, ...]] = field(default_factory=dict)
-    kind: DriveKind | None = None
     stiffness: dict[str, dict[str, float]] = field(default_factory=dict)
-    grips: dict[str, tuple[float, float]] = field(default_factory=dict)
-    uneven: tuple[str, ...] = ()
-    wheelless: DriveSettings | None = None
     driven: tuple[DrivenJoint, ...] = ()
     controllers: tuple[ControllerSettings, ...] = ()
     hardware: tuple[str, str] = ("", "")
     reported: tuple[str, ...] = ()
     report_rate: float = 0.0
-    tracks: tuple[tuple[str, ...], tuple[str, ...]] = ((), ())
 
     def first(self, kind: type[S]) -> S | None:
         """Return the first sensor of just this kind that serves the robot, None for none."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from arjuna_sim.model.geometry.shapes import (
     volume_of,
 )
 from arjuna_sim.model.robot import ANCHOR
-from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
+from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Link, Urdf
 from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, radius_of
 
@@ -167,15 +168,23 @@ def rigid_groups(urdf: Urdf) -> list[list[str]]:
 
 
 def friction_of(
-    xml: XmlFile, urdf: Urdf, settings: GazeboSettings, drive: DriveSettings
+    xml: XmlFile,
+    urdf: Urdf,
+    said: Mapping[str, float],
+    drive: DriveSettings,
+    kind: DriveKind | None = None,
 ) -> dict[str, float]:
     """Return the friction of links: as the file says, low where a fixed shape slides along.
 
     A robot that Gazebo moved without its wheels' help gets wheels that grip.
+
+    Args:
+        said: By link, what the file says.
+        kind: Of drive that a plugin names.
     """
-    friction = dict(settings.friction)
+    friction = dict(said)
     wheels = {urdf.joints[name].child for name in drive.rolling}
-    if settings.kind is DriveKind.PLANAR:
+    if kind is DriveKind.PLANAR:
         for name in sorted(n for n in wheels if friction.get(n, _GRIP) < _GRIP):
             xml.note(f"link '{name}': its friction {friction[name]:g} would slip; it gets {_GRIP}")
             friction[name] = _GRIP
@@ -192,8 +201,8 @@ def friction_of(
     ground = _ground(urdf, drive)
     carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g}
     casters = {n: urdf.T_root(n).position[:2] for n in carried & lowest.keys() if _CASTER.search(n)}
-    for name, (low, kind) in lowest.items():
-        is_ball = kind is Kind.SPHERE
+    for name, (low, shape) in lowest.items():
+        is_ball = shape is Kind.SPHERE
         # Of a caster's parts, which stand together, the lowest.
         is_caster = name in casters and all(
             low <= lowest[other][0] or math.dist(casters[name], casters[other]) > drive.radius

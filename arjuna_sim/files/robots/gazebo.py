@@ -30,7 +30,6 @@ from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import (
     DriveKind,
     DriveSettings,
-    GazeboSettings,
     SensorSettings,
     sensor_kinds,
 )
@@ -41,53 +40,45 @@ _BARE = {BATTERY: BATTERY, "hectorgazeborosgps": "gps", "hectorgazeborosmagnetic
 _TRUE = ("p3d", "odometrypublisher")  # kinds of plugins that publish true motion
 
 
-def settings_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> GazeboSettings:
-    """Return a robot's drive, sensors, friction and colours; what is not understood is noted.
+class TagReader:
+    """Reads a robot's plugins and sensors; what is not understood is noted.
+
+    Attributes:
+        drive: The drive, where a plugin names its wheels.
+        kind: The kind of drive that a plugin names; None for none.
+        wheelless: Topics, frames and limits of a drive plugin that names no wheels.
+        tracks: The links that are its left and its right tracks.
+        reported: The joints whose states are published; none for all that move.
+        report_rate: How often, 0 for each tick [Hz].
 
     Raises:
         RobotError: A plugin names a joint or link that does not exist, or a value is invalid.
     """
-    reader = _Reader(xml, urdf)
-    published = {text_of(p, "bodyname") for p in tags.plugins if "imu" in _type(p)}
-    for item in tags.items:
-        if isinstance(item, PluginTag):
-            reader.plugin(item.element, item.link)
-        elif not (item.link in published and _is_silent_imu(item.element)):
-            reader.sensor(item)
-    sensors = [
-        dataclasses.replace(sensor, **reader.renamed.get(sensor.name, {}))
-        for sensor in reader.sensors
-    ]
-    return GazeboSettings(
-        reader.drive,
-        tuple(with_primary_first(xml, urdf, sensors)),
-        tags.friction,
-        tags.colours,
-        reader.kind,
-        tags.stiffness,
-        tags.grips,
-        tuple(tags.uneven),
-        reader.wheelless,
-        reported=tuple(dict.fromkeys(reader.reported)),
-        report_rate=reader.report_rate,
-        tracks=reader.tracks,
-    )
 
-
-class _Reader:
-    def __init__(self, xml: XmlFile, urdf: Urdf) -> None:
+    def __init__(self, xml: XmlFile, urdf: Urdf, tags: Tags) -> None:
         self._xml = xml
         self._urdf = urdf
         self.drive: DriveSettings | None = None
         self.kind: DriveKind | None = None
         self.wheelless: DriveSettings | None = None
-        self.sensors: list[SensorSettings] = []
-        self.renamed: dict[str, dict[str, Any]] = {}
-        self.reported: list[str] = []
-        self.report_rate = 0.0
         self.tracks: Sides = (), ()
+        self.reported: dict[str, None] = {}
+        self.report_rate = 0.0
+        self._sensors: list[SensorSettings] = []
+        self._renamed: dict[str, dict[str, Any]] = {}
+        published = {text_of(p, "bodyname") for p in tags.plugins if "imu" in _type(p)}
+        for item in tags.items:
+            if isinstance(item, PluginTag):
+                self._plugin(item.element, item.link)
+            elif not (item.link in published and _is_silent_imu(item.element)):
+                self._sensor(item)
 
-    def plugin(self, plugin: Element, link: str | None) -> None:
+    def sensors(self) -> tuple[SensorSettings, ...]:
+        """Return the sensors, the primary ones first."""
+        found = [dataclasses.replace(s, **self._renamed.get(s.name, {})) for s in self._sensors]
+        return tuple(with_primary_first(self._xml, self._urdf, found))
+
+    def _plugin(self, plugin: Element, link: str | None) -> None:
         """Take a plugin."""
         xml, urdf = self._xml, self._urdf
         controlled = drive_of_controllers(xml, plugin) if is_control(plugin) else None
@@ -107,9 +98,9 @@ class _Reader:
         elif (body := text_of(plugin, "bodyname", "bodyid")) in urdf.links and "imu" in _type(
             plugin
         ):
-            self.sensor(SensorTag(xml, plugin, body), "imu")
+            self._sensor(SensorTag(xml, plugin, body), "imu")
         elif (sensor := _BARE.get(types_of(plugin)[0], "")) != "":
-            self.sensor(SensorTag(xml, plugin, body or urdf.root), sensor)
+            self._sensor(SensorTag(xml, plugin, body or urdf.root), sensor)
         else:
             self._other_plugin(plugin, name, link)
 
@@ -130,9 +121,9 @@ class _Reader:
                 self._xml.note(f"plugin '{name}': its controllers move no wheels of two sides")
         elif truth := next((each for each in _TRUE if each in kind.replace("-", "")), ""):
             body = text_of(plugin, "bodyname", default=link or self._urdf.root)
-            self.sensor(SensorTag(self._xml, plugin, body), truth)
+            self._sensor(SensorTag(self._xml, plugin, body), truth)
         elif "realsensegazeboplugin" in types_of(plugin):
-            self.renamed |= realsense_outputs(plugin)
+            self._renamed |= realsense_outputs(plugin)
         elif "posepublisher" in kind:
             self._xml.note(f"plugin '{name}': the true pose is published on ground_truth/odom")
         else:
@@ -146,11 +137,12 @@ class _Reader:
             if joint not in moving:
                 text = f"{label}: joint '{joint}' does not move; {nearest(joint, moving)}"
                 self._xml.note(text, NoteKind.IGNORED)
-        self.reported += [joint for joint in named if joint in moving] or moving
+        known = [joint for joint in named if joint in moving]
+        self.reported |= dict.fromkeys(known or moving)
         rate = value(self._xml, plugin, label, 0.0, "updaterate")
         self.report_rate = max(self.report_rate, rate)
 
-    def sensor(self, tag: SensorTag, kind: str = "") -> None:
+    def _sensor(self, tag: SensorTag, kind: str = "") -> None:
         """Take a sensor, or a plugin of a kind, of which there may be any number of each."""
         kind, readers = kind or tag.element.get("type", "?"), sensor_kinds().readers
         if kind not in readers:
@@ -160,7 +152,7 @@ class _Reader:
             problem = f"not simulated, since '{tag.link}' is no link"
             self._xml.note(f"{tag.label}: {problem}", NoteKind.IGNORED)
         else:
-            self.sensors += readers[kind](tag)
+            self._sensors += readers[kind](tag)
 
 
 def _is_silent_imu(sensor: Element) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Set
 from html import escape
@@ -54,7 +55,7 @@ def guess_drive(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> Drive
     omni = omni_drive(urdf, tuple(_candidates(urdf, controlled)))
     if omni is not None:
         xml.note(f"no drive plugin: guessed are the omni wheels {', '.join(omni.wheels)}")
-        return omni
+        return dataclasses.replace(omni, is_guessed=True)
     left, right = guess_sides(xml, urdf, controlled)
     left, right = facing_ahead(xml, "its wheels' names", urdf, left, right)
     if not left or not right:
@@ -72,7 +73,8 @@ def guess_drive(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> Drive
         f"no drive plugin: guessed are the wheels {', '.join(left)} (left) and {', '.join(right)}"
         f" (right), separation {separation:.4g} m, radius {radius:.4g} m"
     )
-    return DriveSettings(left, right, separation, radius, torque, track, radius)
+    sizes = separation, radius, torque, track, radius
+    return DriveSettings(left, right, *sizes, is_guessed=True)
 
 
 def is_omni(urdf: Urdf, controlled: Set[str] = _NONE) -> bool:

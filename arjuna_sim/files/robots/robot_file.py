@@ -17,7 +17,7 @@ from arjuna_sim.files.robots.completion import (
     friction_of,
 )
 from arjuna_sim.files.robots.drive_kinds import arranged, with_outputs_of
-from arjuna_sim.files.robots.gazebo import settings_of
+from arjuna_sim.files.robots.gazebo import TagReader
 from arjuna_sim.files.robots.guess import guess_drive, guess_sides, is_omni
 from arjuna_sim.files.robots.joint_controllers import joint_control, with_mimics
 from arjuna_sim.files.robots.rollers import on_whole_wheels
@@ -143,17 +143,16 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     if not urdf.text:
         urdf = dataclasses.replace(urdf, text=urdf_text(urdf, tags))
     urdf, grips = on_whole_wheels(xml, complete_shapes(xml, urdf))
-    settings = settings_of(xml, urdf, tags)
-    settings = dataclasses.replace(settings, grips={**grips, **settings.grips})
-    urdf, drive, settings = _driven(xml, urdf, settings, tags)
-    if settings.drive is None and settings.wheelless is not None:
-        drive = strictest(with_outputs_of(settings.wheelless, drive), vars(drive))
+    tags.grips = {**grips, **tags.grips}
+    read = TagReader(xml, urdf, tags)
+    sensors, (urdf, drive, reported) = read.sensors(), _driven(xml, urdf, read, tags)
+    if read.drive is None and read.wheelless is not None:
+        drive = strictest(with_outputs_of(read.wheelless, drive), vars(drive))
     if drive.from_world:  # what else publishes on its odometry's topic says the same
         own = drive.odometry_topic.lstrip("/")
-        others = tuple(s for s in settings.sensors if s.topic.lstrip("/") != own)
-        settings = dataclasses.replace(settings, sensors=others)
+        sensors = tuple(s for s in sensors if s.topic.lstrip("/") != own)
     if not drive.grips:
-        for text in settings.uneven:
+        for text in tags.uneven:
             xml.note(text)
     for name in drive.wheels:
         if urdf.joints[name].kind != "continuous":
@@ -165,38 +164,43 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
             xml.note(f"joint '{name}': is {off:.2g} m off the middle of its wheel, which so limps")
     urdf = freed(complete_casters(xml, urdf, drive), (*drive.wheels, *drive.steering))
     control = joint_control(xml, urdf, tags.plugins, drive)
-    friction = friction_of(xml, urdf, settings, drive)
-    settings = dataclasses.replace(settings, friction=friction, **control._asdict())
+    friction = friction_of(xml, urdf, tags.friction, drive, read.kind)
     urdf = complete_masses(xml, bound_inertias(xml, urdf, drive))
     if urdf.root == ANCHOR and drive.wheels:
         xml.note(f"link '{ANCHOR}': fixes it to the world, as in Gazebo: it does not drive")
+    settings = GazeboSettings(
+        *(sensors, friction, tags.colours, tags.stiffness),
+        reported=reported,
+        report_rate=read.report_rate,
+        **control._asdict(),
+    )
     return RobotModel(urdf, settings, drive, tuple(xml.notes), start)
 
 
 def _driven(
-    xml: XmlFile, urdf: Urdf, settings: GazeboSettings, tags: Tags
-) -> tuple[Urdf, DriveSettings, GazeboSettings]:
-    """Return a robot with its drive: its own wheels, or those that its tracks or base lack."""
+    xml: XmlFile, urdf: Urdf, read: TagReader, tags: Tags
+) -> tuple[Urdf, DriveSettings, tuple[str, ...]]:
+    """Return a robot with its drive, and the joints whose states are published.
+
+    It drives by its own wheels, or by those that its tracks or base lack.
+    """
     own = tuple(joint.name for joint in urdf.joints.values() if joint.has_position)
-    made: DriveSettings | None = None
-    if any(settings.tracks):
-        urdf, made, friction = on_tracks(xml, urdf, settings, tags.plugins)
-        settings = dataclasses.replace(settings, friction=friction)
-    elif settings.drive is None and settings.kind is DriveKind.PLANAR:
+    named, made = tuple(read.reported), None
+    if any(read.tracks):
+        urdf, made, tags.friction = on_tracks(xml, urdf, read.tracks, tags)
+    elif read.drive is None and read.kind is DriveKind.PLANAR:
         if any(guess_sides(xml, urdf, tags.controlled)) or is_omni(urdf, tags.controlled):
             guessed = guess_drive(xml, urdf, tags.controlled)
-            drive = arranged(xml, urdf, guessed, settings.kind, settings.grips)
+            drive = arranged(xml, urdf, guessed, read.kind, tags.grips)
             hinged = {j.child for j in urdf.joints.values() if j.kind in ("continuous", "revolute")}
             # Wheels on forks would turn the forks.
             if drive.grips and not any(urdf.joints[n].parent in hinged for n in drive.wheels):
-                return urdf, drive, settings
+                return urdf, drive, named
         urdf, made = on_rollers(xml, urdf)
-    if made is None:
-        drive = settings.drive or guess_drive(xml, urdf, tags.controlled)
-        drive = arranged(xml, urdf, drive, settings.kind, settings.grips)
-        named, wheels = settings.reported, (*drive.wheels, *drive.steering)
-        if named and {"wheel_tf", "joint_states"}.intersection(drive.publishes):
-            named = tuple(dict.fromkeys((*named, *wheels)))
-        return urdf, drive, dataclasses.replace(settings, reported=named)
-    # Wheels that no file names are in no message.
-    return urdf, made, dataclasses.replace(settings, reported=settings.reported or own)
+    if made is not None:  # wheels that no file names are in no message
+        return urdf, made, named or own
+    drive = read.drive or guess_drive(xml, urdf, tags.controlled)
+    drive = arranged(xml, urdf, drive, read.kind, tags.grips)
+    if named and {"wheel_tf", "joint_states"}.intersection(drive.publishes):
+        named = tuple(dict.fromkeys((*named, *drive.wheels, *drive.steering)))
+    return urdf, drive, named

@@ -18,12 +18,13 @@ import numpy as np
 from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.robots.drive_kinds import with_mecanum
-from arjuna_sim.files.robots.plugins import drive_kind, limits_of, torque_of, types_of
+from arjuna_sim.files.robots.plugins import Sides, drive_kind, limits_of, torque_of, types_of
+from arjuna_sim.files.sensor_tag import Tags
 from arjuna_sim.files.tag_text import text_of, value
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape, inertial_of_parts, points_of
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
+from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Joint, Link, Urdf
 from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, effective_track, wheel_separation
 
@@ -54,7 +55,7 @@ class _Wheel:
 
 
 def on_tracks(
-    xml: XmlFile, urdf: Urdf, settings: GazeboSettings, plugins: Iterable[Element]
+    xml: XmlFile, urdf: Urdf, tracks: Sides, tags: Tags
 ) -> tuple[Urdf, DriveSettings, dict[str, float]]:
     """Return a robot whose tracks are rows of wheels, its drive, and its links' friction.
 
@@ -62,23 +63,23 @@ def on_tracks(
     Tracks that are off the ground, as flippers are, do not turn.
 
     Args:
-        plugins: Of the robot; a TrackController limits how its track runs.
+        tags: Of the robot; a TrackController limits how its track runs.
 
     Raises:
         RobotError: A side has no track on the ground.
     """
-    plugins = tuple(plugins)
+    plugins = tags.plugins
     controllers = [p for p in plugins if "trackcontroller" in types_of(p)]
     limits = {text_of(p, "link"): limits_of(xml, "TrackController", p) for p in controllers}
-    rows = {link: _row(urdf, link) for side in settings.tracks for link in side}
+    rows = {link: _row(urdf, link) for side in tracks for link in side}
     ground = min((wheel.lowest for row in rows.values() for wheel in row), default=0.0)
     rows = {
         link: [wheel for wheel in row if wheel.lowest < ground + _LEVEL]
         for link, row in rows.items()
     }
     radius = min((wheel.radius for row in rows.values() for wheel in row), default=0.0)
-    friction, sides = dict(settings.friction), list[tuple[str, ...]]()
-    for side in settings.tracks:
+    friction, sides = dict(tags.friction), list[tuple[str, ...]]()
+    for side in tracks:
         names: list[str] = []
         for link in side:
             if not rows[link]:

@@ -20,7 +20,7 @@ from arjuna_sim.files.robots.completion import (
 )
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape
-from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
+from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Joint, Link, Urdf
 from tests.sim import drive_cases as cases
 from tests.sim.builders import texts, urdf_file
@@ -240,8 +240,7 @@ def friction(
     )
     base = dataclasses.replace(urdf.links["base"], collisions=())
     urdf = dataclasses.replace(urdf, links={**urdf.links, "base": base})
-    settings = GazeboSettings(friction=said or {}, kind=kind)
-    return friction_of(xml, urdf, settings, DRIVE), texts(xml.notes)
+    return friction_of(xml, urdf, said or {}, DRIVE, kind), texts(xml.notes)
 
 
 @pytest.mark.parametrize(
@@ -277,7 +276,7 @@ def test_a_bracket_above_its_caster_s_wheel_does_not_slide() -> None:
         },
     )
     xml = urdf_file()
-    assert friction_of(xml, urdf, GazeboSettings(), DRIVE) == {"caster_wheel": 0.01}
+    assert friction_of(xml, urdf, {}, DRIVE) == {"caster_wheel": 0.01}
     assert texts(xml.notes) == ()
 
 
@@ -298,9 +297,8 @@ def test_wheels_of_a_robot_that_was_moved_in_the_plane_grip(said: float, found: 
 
 def test_a_robot_without_wheels_keeps_what_it_says() -> None:
     urdf = robot(link("base", CUBE))
-    settings = GazeboSettings(friction={"base": 0.4})
     none = dataclasses.replace(DRIVE, left=())
-    assert friction_of(urdf_file(), urdf, settings, none) == {"base": 0.4}
+    assert friction_of(urdf_file(), urdf, {"base": 0.4}, none) == {"base": 0.4}
 
 
 @pytest.mark.parametrize(("x", "leans"), [(0.0, False), (0.4, True)])
