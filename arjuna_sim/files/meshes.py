@@ -115,8 +115,8 @@ def _mesh(xml: XmlFile, path: Path, part: str, centred: bool, label: str) -> Mes
     return xml.meshes[key]
 
 
-def read_mesh(path: Path, part: str = "") -> Floats:
-    """Return a mesh's triangles.
+def read_skinned(path: Path, part: str = "") -> tuple[Floats, Skin]:
+    """Return a mesh's triangles, and how each looks.
 
     Args:
         path: A `.stl` (binary or text), `.obj` or `.dae` file.
@@ -129,15 +129,6 @@ def read_mesh(path: Path, part: str = "") -> Floats:
 
     Raises:
         MeshError: The file is unreadable, broken, empty, too large or not finite.
-    """
-    return read_skinned(path, part)[0]
-
-
-def read_skinned(path: Path, part: str = "") -> tuple[Floats, Skin]:
-    """Return a mesh's triangles as `read_mesh` does, and how each looks.
-
-    Raises:
-        MeshError: As `read_mesh`.
     """
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,34 +64,21 @@ class Noise:
         return noise
 
 
-class Filter(Protocol):
-    """State `(15,)` and covariance `(15, 15)` of a filter, both `float64`."""
-
-    state: Floats
-    covariance: Floats
-
-    def predict(self, dt: float, noise: Noise, accelerations: Floats | None = None) -> None:
-        """Advance by a time [s], under a command's accelerations `(6,)`."""
-
-    def correct(self, measured: Measurement) -> bool:
-        """Take a measurement; return whether it was no outlier."""
-
-
 @dataclass
-class ExtendedFilter:
-    """The extended Kalman filter of Moore and Stouch, 2014."""
+class Filter(ABC):
+    """A Kalman filter that measures states themselves, so that all its kinds correct alike.
+
+    Attributes:
+        state: `(15,) float64`.
+        covariance: `(15, 15) float64`.
+    """
 
     state: Floats = field(default_factory=lambda: np.zeros(SIZE))
     covariance: Floats = field(default_factory=lambda: np.eye(SIZE) * _LEAST_VARIANCE)
 
+    @abstractmethod
     def predict(self, dt: float, noise: Noise, accelerations: Floats | None = None) -> None:
         """Advance by a time [s], under a command's accelerations `(6,)`."""
-        matrix = transition(self.state, dt)
-        derivative = jacobian(self.state, dt, matrix)
-        added = noise.after(self.state, dt)
-        self.state = matrix @ _driven(self.state, dt, accelerations)
-        self.state[ANGLES] = wrapped(self.state[ANGLES])
-        self.covariance = derivative @ self.covariance @ derivative.T + added
 
     def correct(self, measured: Measurement) -> bool:
         """Take a measurement; return whether it was no outlier."""
@@ -109,8 +96,21 @@ class ExtendedFilter:
         return True
 
 
+class ExtendedFilter(Filter):
+    """The extended Kalman filter of Moore and Stouch, 2014."""
+
+    def predict(self, dt: float, noise: Noise, accelerations: Floats | None = None) -> None:
+        """Advance by a time [s], under a command's accelerations `(6,)`."""
+        matrix = transition(self.state, dt)
+        derivative = jacobian(self.state, dt, matrix)
+        added = noise.after(self.state, dt)
+        self.state = matrix @ _driven(self.state, dt, accelerations)
+        self.state[ANGLES] = wrapped(self.state[ANGLES])
+        self.covariance = derivative @ self.covariance @ derivative.T + added
+
+
 @dataclass
-class UnscentedFilter:
+class UnscentedFilter(Filter):
     """The unscented Kalman filter.
 
     Source: Wan and van der Merwe, The unscented Kalman filter for nonlinear estimation, 2000.
@@ -121,8 +121,6 @@ class UnscentedFilter:
         beta: What is known of the distribution; 2 of a Gaussian one.
     """
 
-    state: Floats = field(default_factory=lambda: np.zeros(SIZE))
-    covariance: Floats = field(default_factory=lambda: np.eye(SIZE) * _LEAST_VARIANCE)
     alpha: float = 1e-3
     kappa: float = 0.0
     beta: float = 2.0
@@ -134,22 +132,6 @@ class UnscentedFilter:
         points = np.array([transition(point, dt) @ point for point in driven])
         self.state, deviations = self._mean(points)
         self.covariance = (deviations.T * self._weights()[1]) @ deviations + added
-
-    def correct(self, measured: Measurement) -> bool:
-        """Take a measurement; return whether it was no outlier."""
-        index, innovation, noise = _innovation(measured, self.state)
-        _, deviations = self._mean(self._points())
-        weighted = deviations.T * self._weights()[1]
-        expected = (weighted @ deviations)[np.ix_(index, index)] + noise
-        inverse = np.linalg.inv(expected)
-        if innovation @ inverse @ innovation >= measured.threshold**2:
-            return False
-        gain = weighted @ deviations[:, index] @ inverse
-        self.state = self.state + gain @ innovation
-        self.state[ANGLES] = wrapped(self.state[ANGLES])
-        self.covariance = self.covariance - gain @ expected @ gain.T
-        self.covariance = (self.covariance + self.covariance.T) / 2.0
-        return True
 
     @property
     def _scale(self) -> float:

@@ -32,7 +32,7 @@ from arjuna_nav.planners.hybrid import lattice
 from arjuna_nav.routes.graph import read_graph
 from arjuna_nav.trees.blackboard import TreeError
 from arjuna_nav.trees.xml_file import read_tree
-from arjuna_sim.files.meshes import MeshError, read_mesh
+from arjuna_sim.files.meshes import MeshError, read_skinned
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.sdf.solids import read_heights
 from arjuna_sim.files.world_file import load_world
@@ -383,9 +383,9 @@ READERS = (
     Reader("xacro", load_robot, RobotError, _from_corpus("macros.xacro")),
     Reader("world", load_world, WorldError, _from_corpus("world.world")),
     Reader("map as world", load_world, WorldError, _from_corpus("hall.yaml")),
-    Reader("mesh stl", read_mesh, MeshError, _from_corpus("cube.stl")),
-    Reader("mesh obj", read_mesh, MeshError, _from_corpus("wheel.obj")),
-    Reader("mesh dae", read_mesh, MeshError, _from_corpus("room.dae")),
+    Reader("mesh stl", read_skinned, MeshError, _from_corpus("cube.stl")),
+    Reader("mesh obj", read_skinned, MeshError, _from_corpus("wheel.obj")),
+    Reader("mesh dae", read_skinned, MeshError, _from_corpus("room.dae")),
     Reader("drawn mesh obj", _drawn, VisualError, _from_corpus("wheel.obj")),
     Reader("drawn mesh dae", _drawn, VisualError, _from_corpus("room.dae")),
     Reader("terrain", read_heights, WorldError, _image("png")),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from arjuna_sim.files.meshes import MeshError, read_mesh
+from arjuna_sim.files.meshes import MeshError, read_skinned
 
 SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
 HALVES = SQUARE[[[0, 1, 2], [0, 2, 3]]]
@@ -40,7 +40,7 @@ def read_collada(content: bytes, part: str = "") -> NDArray[np.float64]:
     with NamedTemporaryFile(suffix=".dae") as kept:
         kept.write(content)
         kept.flush()
-        return read_mesh(Path(kept.name), part)
+        return read_skinned(Path(kept.name), part)[0]
 
 
 def node(

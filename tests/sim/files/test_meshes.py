@@ -14,7 +14,7 @@ from scipy.spatial import Delaunay
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.files import meshes as triangles
-from arjuna_sim.files.meshes import MeshError, read_mesh
+from arjuna_sim.files.meshes import MeshError, read_skinned
 from arjuna_sim.files.search_path import EscapeError, SearchPath
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.geometry.convex_pieces import hull, pieces
@@ -64,7 +64,7 @@ def test_collada_is_in_metres_placed_by_nodes_and_keeps_its_axes(tmp_path: Path)
         order=" ".join(str(i) for i in range(len(points))),
     )
     (tmp_path / "mesh.dae").write_text(text, encoding="utf-8")
-    assert np.allclose(read_mesh(tmp_path / "mesh.dae"), _prism())
+    assert np.allclose(read_skinned(tmp_path / "mesh.dae")[0], _prism())
 
 
 @pytest.mark.parametrize(
@@ -79,7 +79,7 @@ def test_collada_is_in_metres_placed_by_nodes_and_keeps_its_axes(tmp_path: Path)
 def test_broken_mesh_is_refused(tmp_path: Path, name: str, content: bytes, problem: str) -> None:
     (tmp_path / name).write_bytes(content)
     with pytest.raises(MeshError, match=problem):
-        read_mesh(tmp_path / name)
+        read_skinned(tmp_path / name)
 
 
 @pytest.mark.parametrize("most", [24, 200, 1000])
@@ -149,7 +149,7 @@ FAN = SQUARE[[[0, 1, 2], [0, 2, 3]]]
 def read(folder: Path, name: str, content: str | bytes, part: str = "") -> np.ndarray:
     path = folder / name
     path.write_bytes(content.encode() if isinstance(content, str) else content)
-    return read_mesh(path, part)
+    return read_skinned(path, part)[0]
 
 
 def turned(triangles: np.ndarray) -> list[list[list[float]]]:
@@ -270,7 +270,7 @@ def test_text_of_the_most_that_is_read(tmp_path: Path, monkeypatch: pytest.Monke
 
 def test_what_is_not_there_or_no_mesh_is_refused(tmp_path: Path) -> None:
     with pytest.raises(MeshError, match="cannot be read: No such file"):
-        read_mesh(tmp_path / "none.stl")
+        read_skinned(tmp_path / "none.stl")
     with pytest.raises(MeshError, match=r"has the form '.txt'; valid: .dae, .obj, .stl"):
         read(tmp_path, "a.txt", "")
     with pytest.raises(MeshError, match="has no triangles"):
