@@ -8,7 +8,6 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.entities import Entity, EntityMotion, body_name
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
@@ -78,21 +77,8 @@ def _set_mass(body: Any, entity: Entity) -> None:
     body.inertia = np.array([y + z, x + z, x + y]) * entity.mass / 12.0
 
 
-def motion_of(
-    model: Any, data: Any, entity: Entity, addresses: tuple[int, int, int]
-) -> EntityMotion:
-    """Return where an entity at `addresses_of` is and how it moves, with positions up to date."""
-    mocap, at, rate = addresses
-    if mocap >= 0:
-        return EntityMotion(_pose(data.mocap_pos[mocap], data.mocap_quat[mocap]))
-    if entity.hinge is not None:
-        return _swinging(model, data, entity)
-    pose = _pose(data.qpos[at : at + 3], data.qpos[at + 3 : at + 7])
-    linear, spin = data.qvel[rate : rate + 3], data.qvel[rate + 3 : rate + 6]
-    return EntityMotion(pose, _triple(linear), _triple(pose.rotation() @ spin))
-
-
-def _swinging(model: Any, data: Any, entity: Entity) -> EntityMotion:
+def motion_of(model: Any, data: Any, entity: Entity) -> EntityMotion:
+    """Return where an entity is and how it moves, with positions and velocities up to date."""
     body, velocity = model.body(entity.body).id, np.zeros(6)
     mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, velocity, 0)
     x, y, z = data.xpos[body].tolist()
@@ -109,13 +95,3 @@ def addresses_of(model: Any, entity: Entity) -> tuple[int, int, int]:
         return mocap, -1, -1
     joint = model.joint(entity.body)
     return -1, int(joint.qposadr[0]), int(joint.dofadr[0])
-
-
-def _pose(position: Floats, quaternion: Floats) -> Pose3:
-    w, x, y, z = (float(value) for value in quaternion)
-    return Pose3(_triple(position), (w, x, y, z))
-
-
-def _triple(values: Floats) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in values)
-    return x, y, z

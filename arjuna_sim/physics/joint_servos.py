@@ -10,7 +10,7 @@ import numpy as np
 
 from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_sim.model.robot import RobotModel
-from arjuna_sim.physics.wheels.servo import ServoConfig, add_servo
+from arjuna_sim.physics.wheels.servo import ServoConfig, actuators, add_servo
 
 
 @dataclass(frozen=True)
@@ -96,9 +96,7 @@ def tune_joint_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Joi
     # A motor whose file names no limit lifts what it moves, and speeds it up by 100 rad/s^2.
     limits = [robot.urdf.joints[joint.name].max_effort for joint in joints]
     effort = np.array([limit or 200.0 * each for limit, each in zip(limits, moved, strict=True)])
-    first = int(model.actuator(joints[0].name).id) if joints else 0
-    motors = slice(first, first + len(joints))
-    start = int(model.actuator_actadr[first]) if joints else 0
+    motors, sums = actuators(model, [joint.name for joint in joints])
     model.actuator_forcerange[motors] = np.stack([-effort, effort], axis=1)
     model.actuator_gainprm[motors, 0] = stiffness
     model.actuator_biasprm[motors, 1], model.actuator_biasprm[motors, 2] = -stiffness, -damping
@@ -112,7 +110,7 @@ def tune_joint_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Joi
         2.0 * effort / np.maximum(stiffness, 1e-9),
         np.array([joint.gains is None for joint in joints], bool),
         motors,
-        slice(start, start + len(joints)),
+        sums,
     )
 
 

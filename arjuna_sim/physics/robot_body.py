@@ -17,13 +17,7 @@ from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.urdf import Joint
 from arjuna_sim.physics.geoms import add_part
 from arjuna_sim.physics.joint_servos import add_joint_servos
-from arjuna_sim.physics.wheels.servo import (
-    ServoConfig,
-    add_rollers,
-    add_servo,
-    add_steering,
-    armature,
-)
+from arjuna_sim.physics.wheels.servo import ServoConfig, add_rollers, add_servo, armature
 from arjuna_sim.physics.wheels.tyres import add_tyre
 
 _PASSIVE_DAMPING = 1e-3  # at most, lets casters come to rest [N m s/rad]
@@ -59,7 +53,7 @@ def add_robot(spec: Any, robot: RobotModel, servo: ServoConfig, sag: float) -> N
     for name in robot.drive.wheels:
         add_servo(spec, name, robot.drive.torque)
     for name in robot.drive.steering:
-        add_steering(spec, name)
+        add_servo(spec, name)
     add_joint_servos(spec, robot)
     for follower in robot.urdf.joints.values():
         _add_mimic(spec, follower)

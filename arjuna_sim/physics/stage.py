@@ -182,7 +182,7 @@ class Stage:
         entity = self.entity(name)
         if name not in self._entities:
             return EntityMotion(entity.start)
-        found = motion_of(self.scene.model, self.data, entity, self._handles[name])
+        found = motion_of(self.scene.model, self.data, entity)
         if entity.trajectory is None:
             return found
         vx, vy, w = entity.trajectory.velocity(self.walking_time(name))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -188,18 +189,13 @@ def _share(robot: RobotModel) -> float:
     return robot.urdf.mass * robot.drive.radius**2 / max(1, len(robot.drive.wheels))
 
 
-def add_servo(spec: Any, joint: str, torque: float) -> None:
-    """Add a motor to a wheel's joint, with a torque limit [N m]."""
-    motor = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-    motor.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
-    motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
-    motor.forcelimited, motor.forcerange = True, [-torque, torque]
-
-
-def add_steering(spec: Any, joint: str) -> None:
-    """Add a motor that holds a joint at its setpoint."""
+def add_servo(spec: Any, joint: str, torque: float | None = None) -> None:
+    """Add a motor to a joint: of a speed, within a torque [N m]; without one of a position."""
     motor = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
+    if torque is not None:
+        motor.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
+        motor.forcelimited, motor.forcerange = True, [-torque, torque]
 
 
 def tune_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Servos:
@@ -214,7 +210,8 @@ def tune_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Servos:
     velocity = np.array([joint.dofadr[0] for joint in joints], np.int64)
     damping = (model.dof_M0[velocity] + _share(robot)) / config.response_time
     stiffness = damping / config.integral_time
-    motors, steerers = _actuators(model, names), _actuators(model, robot.drive.steering)
+    motors, sums = actuators(model, names)
+    steerers, _ = actuators(model, robot.drive.steering)
     model.actuator_gainprm[motors, 0] = stiffness
     model.actuator_biasprm[motors, 1], model.actuator_biasprm[motors, 2] = -stiffness, -damping
     steering = [model.joint(name) for name in robot.drive.steering]
@@ -224,7 +221,6 @@ def tune_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Servos:
     model.actuator_gainprm[steerers, 0] = moved / times**2
     model.actuator_biasprm[steerers, 1] = -moved / times**2
     model.actuator_biasprm[steerers, 2] = -2.0 * moved / times
-    first = int(model.actuator_actadr[motors.start]) if names else 0
     return Servos(
         np.array([joint.qposadr[0] for joint in joints], np.int64),
         velocity,
@@ -234,7 +230,7 @@ def tune_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Servos:
         np.array([joint.qposadr[0] for joint in steering], np.int64),
         motors,
         steerers,
-        slice(first, first + len(names)),
+        sums,
     )
 
 
@@ -253,7 +249,8 @@ def _steering_times(robot: RobotModel, moved: Floats) -> Floats:
     return np.maximum(0.018, np.sqrt(moved * len(moved) / held))
 
 
-def _actuators(model: Any, joints: tuple[str, ...]) -> slice:
-    """Return which of all motors are those of joints, which were added one after the other."""
+def actuators(model: Any, joints: Sequence[str]) -> tuple[slice, slice]:
+    """Return which of all motors, and of their sums, are those of joints added in a row."""
     first = int(model.actuator(joints[0]).id) if joints else 0
-    return slice(first, first + len(joints))
+    start = int(model.actuator_actadr[first]) if joints else 0
+    return slice(first, first + len(joints)), slice(start, start + len(joints))
