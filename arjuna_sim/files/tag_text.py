@@ -70,6 +70,14 @@ def flag(element: Element, default: bool, *names: str) -> bool:
     return is_true(text) if text else default
 
 
+def remappings(element: Element) -> Iterator[tuple[str, str]]:
+    """Yield what a plugin below an element remaps, and to what."""
+    for text in (*texts(element, "remapping"), *texts(element, "argument")):
+        source, _, target = text.partition(":=")
+        if target.strip():
+            yield source.strip(), target.strip()
+
+
 def topic(element: Element, default: str, remapped: str, *names: str) -> str:
     """Return a topic: a remapping of the ROS 2 spelling wins over the tag.
 
@@ -78,10 +86,9 @@ def topic(element: Element, default: str, remapped: str, *names: str) -> str:
         names: Plain names of tags that hold the topic.
     """
     found = text_of(element, *names) or default
-    for text in (*texts(element, "remapping"), *texts(element, "argument")):
-        source, _, target = text.partition(":=")
-        if source.strip() in (remapped, default) and target.strip():
-            found = target.strip()
+    for source, target in remappings(element):
+        if source in (remapped, default):
+            found = target
     found = found if found != "__default_topic__" else default
     space = text_of(element, "robotnamespace", "namespace").strip("/")
     return f"/{space}/{found}" if space and not found.startswith("/") else found

@@ -61,11 +61,3 @@ def scan_of_depth(
     ranges = np.full(width, np.inf)
     np.minimum.at(ranges, beam, nearest)
     return np.where(np.isinf(ranges), np.nan, ranges), right, increment
-
-
-def points_of_scan(ranges: Floats, angles: Floats, range_min: float, range_max: float) -> Floats:
-    """Return the end points of the beams in range, `(M, 3)` [m]."""
-    with np.errstate(invalid="ignore"):
-        valid = (ranges >= range_min) & (ranges <= range_max)
-    r, a = ranges[valid], angles[valid]
-    return np.column_stack((r * np.cos(a), r * np.sin(a), np.zeros(len(r))))

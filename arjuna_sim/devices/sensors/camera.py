@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_sim.files.sensor_tag import SensorTag
-from arjuna_sim.files.tag_text import plain, text_of, texts
+from arjuna_sim.files.tag_text import plain, remappings, text_of
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
 from arjuna_sim.model.urdf import Urdf
 
@@ -132,7 +132,7 @@ def _topics(sensor: Element, depth: bool) -> dict[str, str]:
     """
     plugin, given = sensor.find("plugin"), text_of(sensor, "imagetopicname", "cameraname")
     own = next((c.text.strip() for c in sensor if plain(c.tag) == "topic" and c.text), "")
-    if own and own != "__default_topic__" and not given and not any(_remappings(sensor)):
+    if own and own != "__default_topic__" and not given and not any(remappings(sensor)):
         info = text_of(sensor, "camerainfotopic") or sensor.findtext("camera/camera_info_topic")
         return _of_gz(sensor, own, depth) | ({"info_topic": info.strip()} if info else {})
     if plugin is None and not given:
@@ -143,17 +143,9 @@ def _topics(sensor: Element, depth: bool) -> dict[str, str]:
         points = _of_ros(sensor, "points", "pointcloudtopicname")
         found |= {"depth_topic": distances, "cloud_topic": points}
     info, beside = _of_ros(sensor, "camera_info", ""), found["topic"].rpartition("/")[0]
-    if any(_remappings(sensor)) and info.rpartition("/") != (beside, "/", "camera_info"):
+    if any(remappings(sensor)) and info.rpartition("/") != (beside, "/", "camera_info"):
         found |= {"info_topic": info}
     return found
-
-
-def _remappings(sensor: Element) -> Iterator[tuple[str, str]]:
-    """Yield what the plugin of a sensor remaps, and to what."""
-    for text in (*texts(sensor, "remapping"), *texts(sensor, "argument")):
-        source, _, target = text.partition(":=")
-        if target.strip():
-            yield source.strip(), target.strip()
 
 
 def _of_ros(sensor: Element, last: str, tag: str) -> str:
@@ -167,7 +159,7 @@ def _of_ros(sensor: Element, last: str, tag: str) -> str:
     own = camera or ("" if text_of(sensor, "imagetopicname") else sensor.get("name", "").strip())
     space = text_of(sensor, "robotnamespace", "namespace").strip("/")
     found = f"{own}/{given or last}" if own and not given.startswith("/") else given or last
-    for source, target in _remappings(sensor):
+    for source, target in remappings(sensor):
         below = source.removeprefix("~/").removeprefix(f"/{space}/" if space else "/")
         if below == f"{own}/{last}":
             found = target

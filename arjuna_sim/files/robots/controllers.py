@@ -15,7 +15,7 @@ from xml.etree.ElementTree import Element, SubElement  # nothing is parsed here
 from arjuna_core.errors import InputFileError, RobotError
 from arjuna_core.files.yaml_file import read_yaml
 from arjuna_sim.files.robots.plugins import controller_kind, is_control
-from arjuna_sim.files.tag_text import OWN, PATH, texts
+from arjuna_sim.files.tag_text import OWN, PATH, remappings, texts
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import DriveKind
@@ -311,8 +311,6 @@ def _product(values: dict[str, Any], key: str) -> float | None:
 
 
 def _remapped(plugin: Element, topic: str) -> str:
-    for text in (*texts(plugin, "remapping"), *texts(plugin, "argument")):
-        source, _, target = text.partition(":=")
-        if source.strip().lstrip("/~").removeprefix("/") == topic.lstrip("/") and target.strip():
-            return target.strip()
-    return topic
+    own = topic.lstrip("/")
+    found = (to for source, to in remappings(plugin) if source.lstrip("/~") == own)
+    return next(found, topic)

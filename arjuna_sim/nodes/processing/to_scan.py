@@ -15,7 +15,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import cloud_from_msg, cloud_msg, scan_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_sim.nodes.mounted_frames import MountedFrames
-from arjuna_sim.processing.to_scan import points_of_scan, scan_of_depth, scan_of_points
+from arjuna_sim.processing.to_scan import scan_of_depth, scan_of_points
 
 _FLOAT_MAX = 3.4028234663852886e38  # a message's greatest range, of float32
 
@@ -130,8 +130,7 @@ class LaserscanToPointcloudNode(ManagedNode):
         pose = self._frames.mount(frame, message.header.frame_id)
         if pose is None:
             return
-        scan = scan_from_msg(message)
-        points = points_of_scan(scan.ranges, scan.angles, scan.range_min, scan.range_max)
+        points = np.pad(scan_from_msg(message).points(), ((0, 0), (0, 1)))
         placed = pose.apply(points).astype(np.float32)
         self._out.publish(cloud_msg(placed, frame, seconds(message.header.stamp)))
 
