@@ -171,16 +171,11 @@ class XmlFile:
             raise self.fail(label, f"{text!r} is no number; valid: as 1.57, or inf for no stop")
         return min(max(value, -UNLIMITED), UNLIMITED)
 
-    def positive(self, text: str, count: int, label: str) -> tuple[float, ...]:
-        """Return `count` finite numbers above zero."""
+    def sizes(self, text: str, count: int, label: str) -> tuple[float, ...]:
+        """Return `count` lengths above zero, of which none is larger than a landscape."""
         values = self.numbers(text, count, label)
         if min(values) <= 0.0:
             raise self.fail(label, f"{text!r} must be above zero")
-        return values
-
-    def sizes(self, text: str, count: int, label: str) -> tuple[float, ...]:
-        """Return `count` lengths above zero, of which none is larger than a landscape."""
-        values = self.positive(text, count, label)
         if max(values) > _SIZE_MAX:
             raise self.fail(label, f"{text!r} is too large; valid: up to {_SIZE_MAX:g}")
         return values

@@ -167,6 +167,11 @@ class SensorSettings:
         return self.link if self.pose == ORIGIN else f"{self.link}//{self.name}"
 
     @property
+    def is_first(self) -> bool:
+        """Whether it is the one of a primary kind that serves the rest of the robot."""
+        return self.IS_PRIMARY and self.serves
+
+    @property
     def title(self) -> str:
         """The kind's name, as a person reads it."""
         return self.TITLE
@@ -214,8 +219,7 @@ class GazeboSettings:
     @property
     def further(self) -> tuple[SensorSettings, ...]:
         """The sensors that are not the first of a primary kind, in the file's order."""
-        primary = {type(s): s for s in reversed(self.sensors) if s.IS_PRIMARY and s.serves}
-        return tuple(s for s in self.sensors if primary.get(type(s)) is not s)
+        return tuple(sensor for sensor in self.sensors if not sensor.is_first)
 
 
 Reader = Callable[[Any], Sequence[SensorSettings]]

@@ -77,10 +77,9 @@ def contacts_msg(log: ContactLog, robot: str, now: float) -> DiagnosticArray:
 
 def standard(settings: GazeboSettings) -> GazeboSettings:
     """Return sensors that publish on the standard topics, whatever the robot's file says."""
-    further = settings.further
     sensors = tuple(
         sensor.standard()
-        if not any(sensor is other for other in further)
+        if sensor.is_first
         else dataclasses.replace(sensor, topic=f"{sensor.name}/{sensor.topic.lstrip('/')}")
         if sensor.topic.lstrip("/") in _TOPICS
         else sensor
@@ -232,13 +231,11 @@ def _check_topics(path: Path, drive: DriveSettings, settings: GazeboSettings) ->
 
 
 def _check_rates(node: ManagedNode, settings: GazeboSettings, config: SimConfig) -> None:
-    further = settings.further
     for sensor in settings.sensors:
-        is_first = not any(sensor is other for other in further)
-        is_imu = is_first and isinstance(sensor, ImuSettings)
+        is_imu = sensor.is_first and isinstance(sensor, ImuSettings)
         period = config.physics_timestep if is_imu else config.tick
         if sensor.rate > 1.0 / period + 1e-9:
-            name = type(sensor).TITLE if is_first else f"sensor {sensor.name}"
+            name = type(sensor).TITLE if sensor.is_first else f"sensor {sensor.name}"
             node.get_logger().warning(
                 f"the {name} has {sensor.rate:g} Hz, but comes at {1.0 / period:g} Hz at most"
             )

@@ -80,64 +80,49 @@ def rigid_groups(
     stands fast swings on it. Groups that joints connect to each other, such as a cart and its
     wheels, hold together, with a note.
     """
-    index = {link.name: i for i, link in enumerate(links)}
-    known = [j for j in joints if _ends(j, index) is not None]
-    body_of = _joined(links, known, index)
-    fast = {int(body_of[i]) for i, link in enumerate(links) if _stands(link)}
-    fast |= {int(body_of[i]) for j in known if j.kind == "fixed" for i in _on_world(j, index)}
-    free = [j for j in known if j.kind != "fixed" and not _touches(j, index, body_of, fast)]
+    index = {**{link.name: i for i, link in enumerate(links)}, WORLD: -1}
+    ends = [(j, index.get(j.parent, -2), index.get(j.child, -2)) for j in joints]
+    fixed = [(a, b) for j, a, b in ends if j.kind == "fixed" and min(a, b) > -2]
+    moving = [(j, a, b) for j, a, b in ends if j.kind != "fixed" and min(a, b) > -2]
+    held = [i for i, link in enumerate(links) if _stands(link)]
+    held += [max(pair) for pair in fixed if min(pair) < 0 <= max(pair)]
+    body_of = _joined(links, fixed, [*fixed, *((a, b) for _, a, b in moving)])
+    fast = set(body_of[held].tolist())
+    free = [
+        (a, b) for _, a, b in moving if min(a, b) >= 0 and fast.isdisjoint(body_of[[a, b]].tolist())
+    ]
     if free:
         xml.note(f"{label}: its links hold together as one body")
-        body_of = _joined(links, [j for j in known if j.kind == "fixed" or j in free], index, True)
-        fast = {int(body_of[i]) for i, link in enumerate(links) if _stands(link)}
-        fast |= {int(body_of[i]) for j in known if j.kind == "fixed" for i in _on_world(j, index)}
+        body_of = _joined(links, [*fixed, *free], [*fixed, *free])
+        fast = set(body_of[held].tolist())
     suspended: dict[int, list[SdfJoint]] = {}
-    for joint in (j for j in known if j.kind != "fixed"):
-        held = {int(body_of[i]) if i >= 0 else -1 for i in _ends(joint, index) or ()}
-        for number in held - fast - {-1} if len(held) > 1 else ():  # else within one body
+    for joint, *pair in moving:
+        bodies = {int(body_of[i]) if i >= 0 else -1 for i in pair}
+        for number in bodies - fast - {-1} if len(bodies) > 1 else ():  # else within one body
             suspended.setdefault(number, []).append(joint)
     groups = [RigidGroup([link for i, link in enumerate(links) if int(body_of[i]) in fast], True)]
     for number in dict.fromkeys(int(value) for value in body_of if int(value) not in fast):
         own = [link for i, link in enumerate(links) if body_of[i] == number]
-        groups.append(_on_hinge(xml, label, own, suspended.get(number, []), index))
+        groups.append(_on_hinge(xml, label, own, suspended.get(number, [])))
     return [group for group in groups if group.links]
-
-
-def _ends(joint: SdfJoint, index: dict[str, int]) -> tuple[int, int] | None:
-    """Return the indices of a joint's links, -1 for the world; None where there is no such link."""
-    ends = [-1 if n == WORLD else index.get(n, -2) for n in (joint.parent, joint.child)]
-    return None if -2 in ends else (ends[0], ends[1])
-
-
-def _on_world(joint: SdfJoint, index: dict[str, int]) -> list[int]:
-    ends = _ends(joint, index) or (-2, -2)
-    return [i for i in ends if i >= 0] if -1 in ends else []
 
 
 def _stands(link: SdfLink) -> bool:
     return link.static or any(p.shape.kind in (Kind.PLANE, Kind.TERRAIN) for p in link.solid)
 
 
-def _touches(joint: SdfJoint, index: dict[str, int], body_of: Ints, fast: set[int]) -> bool:
-    ends = _ends(joint, index) or ()
-    return any(i < 0 or int(body_of[i]) in fast for i in ends)
-
-
 def _joined(
-    links: list[SdfLink], joints: list[SdfJoint], index: dict[str, int], loose: bool = False
+    links: list[SdfLink], pairs: list[tuple[int, int]], jointed: list[tuple[int, int]]
 ) -> Ints:
     """Return a number for each link, the same for those that hold together.
 
     Args:
-        joints: Those of which the fixed ones join, or all of them.
-        index: Of each link, by name.
-        loose: Whether all the joints join.
+        pairs: Indices of links that joints hold together; below 0 for the world.
+        jointed: Those of links that any joint connects, which do not join by overlapping.
     """
-    pairs = [_ends(j, index) for j in joints if loose or j.kind == "fixed"]
-    edges = [pair for pair in pairs if pair is not None and min(pair) >= 0]
-    jointed = {i for j in joints for i in _ends(j, index) or ()}
-    fixed = np.array(edges, np.int64).reshape(-1, 2)
-    rows, columns = np.vstack((fixed, _overlaps(links, jointed))).T
+    edges = [pair for pair in pairs if min(pair) >= 0]
+    loose = _overlaps(links, {i for pair in jointed for i in pair})
+    rows, columns = np.vstack((np.array(edges, np.int64).reshape(-1, 2), loose)).T
     graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(links), len(links)))
     return np.asarray(connected_components(graph, directed=False)[1], np.int64)
 
@@ -156,9 +141,7 @@ def _overlaps(links: list[SdfLink], jointed: set[int]) -> Ints:
     return np.array(loose, np.int64)[np.vstack(pairs)]
 
 
-def _on_hinge(
-    xml: XmlFile, label: str, links: list[SdfLink], joints: list[SdfJoint], index: dict[str, int]
-) -> RigidGroup:
+def _on_hinge(xml: XmlFile, label: str, links: list[SdfLink], joints: list[SdfJoint]) -> RigidGroup:
     if not joints:
         return RigidGroup(links, False)
     kinds = sorted({joint.kind for joint in joints})
