@@ -52,6 +52,17 @@ def guess_drive(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> Drive
     Args:
         controlled: Names of the joints that a velocity controller moves.
     """
+    if (found := guessed_wheels(xml, urdf, controlled)) is not None:
+        return found
+    xml.note("has no drive: neither a drive plugin nor wheels on both sides; it stands still")
+    lying = [n for n in _candidates(urdf, controlled) if abs(axis(urdf, n)[2]) > _UPRIGHT]
+    if lying:
+        xml.note(f"{', '.join(lying)}: turn about the vertical, as no wheel does that drives")
+    return NO_DRIVE
+
+
+def guessed_wheels(xml: XmlFile, urdf: Urdf, controlled: Set[str]) -> DriveSettings | None:
+    """Return a drive by the wheels that a robot seems to have; None where it has none."""
     omni = omni_drive(urdf, tuple(_candidates(urdf, controlled)))
     if omni is not None:
         xml.note(f"no drive plugin: guessed are the omni wheels {', '.join(omni.wheels)}")
@@ -59,11 +70,7 @@ def guess_drive(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> Drive
     left, right = guess_sides(xml, urdf, controlled)
     left, right = facing_ahead(xml, "its wheels' names", urdf, left, right)
     if not left or not right:
-        xml.note("has no drive: neither a drive plugin nor wheels on both sides; it stands still")
-        lying = [n for n in _candidates(urdf, controlled) if abs(axis(urdf, n)[2]) > _UPRIGHT]
-        if lying:
-            xml.note(f"{', '.join(lying)}: turn about the vertical, as no wheel does that drives")
-        return NO_DRIVE
+        return None
     radius, separation = wheel_radius(urdf, left + right), separation_of(urdf, left, right)
     if not radius > 0.0 or not separation > 0.0:
         raise xml.fail("drive", "the wheels' radius is unknown; <wheel_diameter> gives it")
@@ -77,15 +84,10 @@ def guess_drive(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> Drive
     return DriveSettings(left, right, *sizes, is_guessed=True)
 
 
-def is_omni(urdf: Urdf, controlled: Set[str] = _NONE) -> bool:
-    """Return whether a robot has omni wheels."""
-    return omni_drive(urdf, tuple(_candidates(urdf, controlled))) is not None
-
-
 def guess_sides(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> Sides:
     """Return the joints of the left and right wheels, by names, axes and symmetry."""
     names = _candidates(urdf, controlled)
-    if not names or is_omni(urdf, controlled):
+    if not names or omni_drive(urdf, tuple(names)) is not None:
         return (), ()
     left = _left_direction(urdf, names)
     # Wheels that drive together have axes within 26 degrees of each other.

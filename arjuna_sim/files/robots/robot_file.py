@@ -18,7 +18,7 @@ from arjuna_sim.files.robots.completion import (
 )
 from arjuna_sim.files.robots.drive_kinds import arranged, with_outputs_of
 from arjuna_sim.files.robots.gazebo import TagReader
-from arjuna_sim.files.robots.guess import guess_drive, guess_sides, is_omni
+from arjuna_sim.files.robots.guess import guess_drive, guessed_wheels
 from arjuna_sim.files.robots.joint_controllers import joint_control, with_mimics
 from arjuna_sim.files.robots.rollers import on_whole_wheels
 from arjuna_sim.files.robots.stand_up import stand_up
@@ -189,8 +189,7 @@ def _driven(
     if any(read.tracks):
         urdf, made, tags.friction = on_tracks(xml, urdf, read.tracks, tags)
     elif read.drive is None and read.kind is DriveKind.PLANAR:
-        if any(guess_sides(xml, urdf, tags.controlled)) or is_omni(urdf, tags.controlled):
-            guessed = guess_drive(xml, urdf, tags.controlled)
+        if (guessed := guessed_wheels(xml, urdf, tags.controlled)) is not None:
             drive = arranged(xml, urdf, guessed, read.kind, tags.grips)
             hinged = {j.child for j in urdf.joints.values() if j.kind in ("continuous", "revolute")}
             # Wheels on forks would turn the forks.

@@ -126,21 +126,19 @@ class ModelReader:
             ExcessError: There are too many parts.
             WorldError: Its placement frame is none.
         """
-        links: list[SdfLink] = []
-        joints: list[SdfJoint] = []
-        self._model(xml, model, pose, placed, "", False, links, joints)
-        return links, joints
+        self._links: list[SdfLink] = []
+        self._joints: list[SdfJoint] = []
+        self._model(xml, model, pose, placed)
+        return self._links, self._joints
 
     def _model(
         self,
         xml: XmlFile,
         model: Element,
         pose: Pose3,
-        placed: bool,
-        prefix: str,
-        static: bool,
-        links: list[SdfLink],
-        joints: list[SdfJoint],
+        placed: bool = False,
+        prefix: str = "",
+        static: bool = False,
     ) -> None:
         xml = self._includes.file_of(model, xml)
         label = f"model '{model.get('name', '?')}'"
@@ -151,16 +149,16 @@ class ModelReader:
             xml.note(f"{label}: <{tag}>: not simulated", NoteKind.IGNORED)
         for link in model.findall("link"):
             with self._leaving_out(xml, f"{label} link '{link.get('name', '?')}'"):
-                links.append(self._link(xml, link, scope, T_world, (prefix, label, static)))
+                self._links.append(self._link(xml, link, scope, T_world, (prefix, label, static)))
         for joint in model.findall("joint"):
             with self._leaving_out(xml, f"{label} joint '{joint.get('name', '?')}'"):
-                joints.append(read_joint(xml, joint, scope, T_world, prefix))
+                self._joints.append(read_joint(xml, joint, scope, T_world, prefix))
         for nested in model.findall("model"):
             name = nested.get("name", "?")
             with self._leaving_out(xml, f"{label} model '{name}'"):
                 T_nested = T_world @ scope.pose(nested, label)
                 inner = prefix if nested.get(MERGE) == "true" else f"{prefix}{name}::"
-                self._model(xml, nested, T_nested, False, inner, static, links, joints)
+                self._model(xml, nested, T_nested, prefix=inner, static=static)
         if self._is_robot:
             self._keep_frames_and_plugins(model, scope, T_world, prefix)
 

@@ -27,7 +27,7 @@ from arjuna_sim.files.sdf.model_tags import (
     read_joint,
 )
 from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
-from arjuna_sim.files.sdf.robots_in_world import is_mover, read_mover, robots_of
+from arjuna_sim.files.sdf.robots_in_world import is_mover, models_by_name, read_mover, robots_of
 from arjuna_sim.files.sdf.world_sensors import read_fixtures
 from arjuna_sim.files.sdf.world_state import moved_models, stretch_models
 from arjuna_sim.files.tag_text import is_true
@@ -146,7 +146,7 @@ def world_joints(xml: XmlFile, world: Element, scope: Scope) -> dict[str, list[S
 
     What connects two models that both move is left out, with a note.
     """
-    models = {model.get("name", "").strip(): model for model in world.findall("model")}
+    models = models_by_name(world)
     found: dict[str, list[SdfJoint]] = {}
     for element in world.findall("joint"):
         label = f"joint '{element.get('name', '?')}'"
