@@ -41,56 +41,6 @@ def cache_folders() -> tuple[Path, ...]:
     return tuple(folder for folder in found if folder.is_dir())
 
 
-@dataclass(frozen=True)
-class FuelUri:
-    """An address of a model, or of a file in one.
-
-    Attributes:
-        owner: Who has put it there.
-        version: "" for the newest.
-        inside: Path in the model.
-    """
-
-    owner: str
-    name: str
-    version: str
-    inside: str
-
-    @staticmethod
-    def of(address: str) -> FuelUri | None:
-        """Return what an address without its scheme names; None where it is not one of Fuel."""
-        found = _API.fullmatch(address.rstrip("/")) or _PAGE.fullmatch(address.rstrip("/"))
-        if found is None:
-            return None
-        owner, name, version, inside = found.groups()
-        return FuelUri(owner, name, (version or "").removeprefix("tip"), inside or "")
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The names that the model's folder may have."""
-        name = self.name
-        spelled = (name, name.lower(), name.replace(" ", "_"), name.lower().replace(" ", "_"))
-        return tuple(dict.fromkeys(spelled))
-
-    def folders(self, caches: Iterable[Path]) -> list[Path]:
-        """Return the folders that hold the model, the wanted version or else the newest first.
-
-        A cache holds `server/owner/models/name/version`, in lower case or as the owner wrote it.
-        """
-        if any(part in ("", ".", "..") for part in (self.owner, self.name)):
-            return []
-        spelled = [(self.owner, self.name), (self.owner.lower(), self.name.lower())]
-        found = [
-            version
-            for cache in caches
-            for server in sorted(cache.iterdir())
-            for owner, name in dict.fromkeys(spelled)
-            if (model := server / owner / "models" / name).is_dir()
-            for version in sorted(model.iterdir(), key=_number, reverse=True)
-        ]
-        return sorted(found, key=lambda folder: folder.name != self.version)
-
-
 def _number(folder: Path) -> int:
     return int(folder.name) if folder.name.isdecimal() else -1
 
@@ -184,15 +134,35 @@ class SearchPath:
 
     def _of_fuel(self, beside: Path, rest: str) -> Path | None:
         """Return a file of a model on Fuel: downloaded by Gazebo, or a model of that name here."""
-        uri = FuelUri.of(rest)
-        if uri is None:
+        address = rest.rstrip("/")
+        found = _API.fullmatch(address) or _PAGE.fullmatch(address)
+        if found is None:
             return None
-        for folder in uri.folders(self.caches):
-            path = folder / uri.inside
+        owner, name, version, inside = (part or "" for part in found.groups())
+        for folder in self._downloads(owner, name, version):
+            path = folder / inside
             if _is_file(path) and path.resolve().is_relative_to(folder.resolve()):
                 return path
-        found = (self.find(beside, f"model://{name}/{uri.inside}") for name in uri.names)
-        return next((path for path in found if path is not None), None)
+        spelled = (name, name.lower(), name.replace(" ", "_"), name.lower().replace(" ", "_"))
+        here = (self.find(beside, f"model://{each}/{inside}") for each in dict.fromkeys(spelled))
+        return next((path for path in here if path is not None), None)
+
+    def _downloads(self, owner: str, name: str, version: str) -> list[Path]:
+        """Return the folders that hold a model, the wanted version or else the newest first.
+
+        A cache holds `server/owner/models/name/version`, in lower case or as the owner wrote it.
+        """
+        if any(part in ("", ".", "..") for part in (owner, name)):
+            return []
+        found = [
+            each
+            for cache in self.caches
+            for server in sorted(cache.iterdir())
+            for who, what in dict.fromkeys([(owner, name), (owner.lower(), name.lower())])
+            if (model := server / who / "models" / what).is_dir()
+            for each in sorted(model.iterdir(), key=_number, reverse=True)
+        ]
+        return sorted(found, key=lambda folder: folder.name != version)
 
     def _plain_file(self, beside: Path, rest: str) -> Path | None:
         """Return what a path leads to: from the file's folder, or from one that holds it."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from rclpy.lifecycle import TransitionCallbackReturn
 from rosgraph_msgs.msg import Clock
@@ -31,15 +30,9 @@ class RobotStartError(ArjunaError):
     """A robot's nodes could not be brought up."""
 
 
-@dataclass(frozen=True)
-class RobotConfig:
-    """Parameters of the node `simulated_robot`: none, for they are those of `sim`."""
-
-
 class SimulatedRobotNode(ManagedNode):
-    """One robot's topics, and the time; the simulator's node ticks it."""
+    """One robot's topics, and the time; the simulator's node has its parameters, and ticks it."""
 
-    Config = RobotConfig
     DEFAULT_NAME = "simulated_robot"
     robot: DrivenRobot
     stage: Stage

@@ -9,7 +9,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from arjuna_core.config import param
+from arjuna_core.config import NoParameters, param
 from arjuna_core.plugins import with_configs, with_values
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
@@ -48,15 +48,10 @@ def _analyzers(values: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
         texts = tuple(sorted(_texts(values, name)))
         config: Any = with_values(AnalyzerConfig, texts, "", "The only one of them.", True)
         if own:
-            inner = with_configs(_Group, _analyzers(own))
+            inner = with_configs(NoParameters, _analyzers(own))
             config = with_configs(config, (("analyzers", inner),))
         found.append((name, config))
     return tuple(found)
-
-
-@dataclass(frozen=True)
-class _Group:
-    """The analyzers below a group."""
 
 
 def _texts(values: Mapping[str, Any], name: str) -> list[str]:

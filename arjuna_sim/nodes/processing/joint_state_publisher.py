@@ -10,7 +10,7 @@ from typing import Any
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from arjuna_core.config import param
+from arjuna_core.config import NoParameters, param
 from arjuna_core.errors import RobotError
 from arjuna_core.plugins import names_below, with_configs, with_values
 from arjuna_core.ros import qos
@@ -30,16 +30,6 @@ class DependentConfig:
 
 
 @dataclass(frozen=True)
-class Zeros:
-    """Positions of joints by name."""
-
-
-@dataclass(frozen=True)
-class Dependents:
-    """Joints that follow others, by name."""
-
-
-@dataclass(frozen=True)
 class JointStatePublisherConfig:
     """Parameters of `joint_state_publisher`; `zeros.JOINT` and `dependent_joints.JOINT.*` too."""
 
@@ -52,21 +42,17 @@ class JointStatePublisherConfig:
     use_smallest_joint_limits: bool = param(True, "Has no effect: the limits are <limit>'s.")
     source_list: tuple[str, ...] = param((), "Topics of joint states.", read_only=True)
     delta: float = param(0.0, "How far positions move at each output, to and fro.", unit="rad, m")
-    zeros: Zeros = field(default_factory=Zeros)
-    dependent_joints: Dependents = field(default_factory=Dependents)
+    zeros: NoParameters = field(default_factory=NoParameters)
+    dependent_joints: NoParameters = field(default_factory=NoParameters)
 
     @classmethod
     def config_for(cls, values: Mapping[str, Any]) -> type[JointStatePublisherConfig]:
         """Return the class with the joints that values name."""
-        zeros = [key.partition(".")[2] for key in values if key.startswith("zeros.")]
+        zeros = tuple(key.partition(".")[2] for key in values if key.startswith("zeros."))
         dependent = names_below(values, "dependent_joints")
-        parts = (
-            ("zeros", with_values(Zeros, tuple(zeros), 0.0, "Its position without a source.")),
-            (
-                "dependent_joints",
-                with_configs(Dependents, tuple((name, DependentConfig) for name in dependent)),
-            ),
-        )
+        own = tuple((name, DependentConfig) for name in dependent)
+        at_rest = with_values(NoParameters, zeros, 0.0, "Its position without a source.")
+        parts = ("zeros", at_rest), ("dependent_joints", with_configs(NoParameters, own))
         return with_configs(cls, parts)
 
 
