@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from arjuna_core.arrays import Floats, Singles
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_sim.devices.device import Mount, simulates
+from arjuna_sim.devices.device import Mount, StaticDevice, simulates
 from arjuna_sim.devices.rays import Rays
 from arjuna_sim.devices.sensors.lidar import (
     CloudSettings,
@@ -169,13 +169,12 @@ class Cloud:
     rows: NDArray[np.uint16]
 
 
-class Beams:
+class Beams(StaticDevice):
     """Casts the beams of a lidar of several rows, or those in a sonar's cone, all at once."""
 
-    def __init__(self, model: Any, settings: CloudSettings, rng: np.random.Generator) -> None:
-        self._settings = settings
-        self._rng = rng
-        self._caster = Rays(model, settings.site)
+    def __init__(self, settings: CloudSettings, mount: Mount) -> None:
+        self._caster = Rays(mount.model, settings.site)
+        super().__init__(settings, mount)
         across = np.linspace(settings.angle_min, settings.angle_max, settings.samples)
         if settings.samples == 1:
             across = np.array([(settings.angle_min + settings.angle_max) / 2])
@@ -191,9 +190,6 @@ class Beams:
         """Continue with another model, in which the robot is the same."""
         self._caster.rebind(model)
 
-    def settle(self) -> None:
-        """Do nothing: no motion is remembered."""
-
     def _ranges(self, data: Any) -> Floats:
         """Return the distances with their noise, inf where nothing is hit [m]."""
         site = self._caster.site
@@ -204,6 +200,7 @@ class Beams:
         return ranges
 
 
+@simulates(CloudSettings)
 class CloudLidar(Beams):
     """A lidar of several rows."""
 
@@ -215,6 +212,7 @@ class CloudLidar(Beams):
         return Cloud(points.astype(np.float32), self._rows[valid])
 
 
+@simulates(RangeSettings)
 class RangeSensor(Beams):
     """A sonar or an infrared sensor."""
 
@@ -225,13 +223,3 @@ class RangeSensor(Beams):
         if nearest < settings.range_min:
             return -np.inf
         return nearest if nearest <= settings.range_max else np.inf
-
-
-@simulates(CloudSettings)
-def _cloud(settings: CloudSettings, mount: Mount) -> CloudLidar:
-    return CloudLidar(mount.model, settings, mount.rng)
-
-
-@simulates(RangeSettings)
-def _range(settings: RangeSettings, mount: Mount) -> RangeSensor:
-    return RangeSensor(mount.model, settings, mount.rng)

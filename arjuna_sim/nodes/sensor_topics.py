@@ -33,7 +33,7 @@ from arjuna_core.timing import Periodic
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.lidar import Cloud
 from arjuna_sim.devices.sensors.altimeter import AltimeterSettings, Climb
-from arjuna_sim.devices.sensors.battery import BatterySettings, Charge, Supply
+from arjuna_sim.devices.sensors.battery import BatterySettings, Charge
 from arjuna_sim.devices.sensors.bumper import BumperSettings, ContactSettings, Touch
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarSettings, RangeSettings
@@ -120,14 +120,6 @@ def _height(sensor: AltimeterSettings, reading: Climb, now: float) -> Altimeter:
     )
 
 
-_SUPPLY = {
-    Supply.CHARGES: BatteryState.POWER_SUPPLY_STATUS_CHARGING,
-    Supply.DRAINS: BatteryState.POWER_SUPPLY_STATUS_DISCHARGING,
-    Supply.FULL: BatteryState.POWER_SUPPLY_STATUS_FULL,
-    Supply.RESTS: BatteryState.POWER_SUPPLY_STATUS_NOT_CHARGING,
-}
-
-
 @publishes(BatterySettings, BatteryState)
 def _battery(sensor: BatterySettings, reading: Charge, now: float) -> BatteryState:
     return BatteryState(
@@ -138,7 +130,7 @@ def _battery(sensor: BatterySettings, reading: Charge, now: float) -> BatterySta
         capacity=sensor.capacity,
         design_capacity=sensor.capacity,
         percentage=reading.percentage,
-        power_supply_status=_SUPPLY[reading.supply],
+        power_supply_status=reading.supply.value,
         present=True,
     )
 

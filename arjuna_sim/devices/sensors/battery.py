@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, ClassVar, NamedTuple
 
-from arjuna_sim.devices.device import Mount, simulates
+from arjuna_sim.devices.device import Mount, StaticDevice, simulates
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.tag_text import flag, texts
 from arjuna_sim.model.settings import SensorSettings, reads
@@ -17,12 +17,12 @@ _FULL = 0.9  # of its capacity: gz-sim charges no more from there on
 
 
 class Supply(Enum):
-    """The state of a battery's charge."""
+    """The state of a battery's charge, in the numbers of `sensor_msgs/BatteryState`."""
 
-    CHARGES = "charges"
-    DRAINS = "drains"
-    FULL = "full"
-    RESTS = "rests"
+    CHARGES = 1
+    DRAINS = 2
+    RESTS = 3
+    FULL = 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,7 +127,7 @@ class Charge(NamedTuple):
 
 
 @simulates(BatterySettings)
-class Battery:
+class Battery(StaticDevice):
     """Sums up what is drawn from the simulation's start or the robot's first motion on.
 
     Attributes:
@@ -138,8 +138,7 @@ class Battery:
     """
 
     def __init__(self, settings: BatterySettings, mount: Mount) -> None:
-        self._settings = settings
-        self.rebind(mount.model)
+        super().__init__(settings, mount)
         self._restart()
 
     def _restart(self) -> None:
@@ -150,9 +149,6 @@ class Battery:
     def rebind(self, model: Any) -> None:
         """Continue with another model, in which the robot is the same."""
         self._body = int(model.site_bodyid[model.site(self._settings.site).id])
-
-    def settle(self) -> None:
-        """Do nothing: no motion is remembered."""
 
     def read(self, data: Any, now: float) -> Charge:
         """Return its state at a time [s]."""

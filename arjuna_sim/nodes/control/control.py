@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 from control_msgs.action import GripperCommand, ParallelGripperCommand
 from sensor_msgs.msg import JointState
@@ -95,11 +95,6 @@ class GripperTopics(GoalServer):
         (self.succeed if reached or settings.allow_stalling else self.abort)(result)
 
 
-class _Reporting(Protocol):
-    def publish(self, joints: JointStates, now: float) -> None:
-        """Report the joints after a tick."""
-
-
 def _forward(node: ManagedNode, robot: DrivenRobot, settings: ControllerSettings) -> None:
     """Take the values of a controller: all in one message, or one of Gazebo's plug-ins for all."""
 
@@ -125,7 +120,7 @@ class JointControl:
     def __init__(
         self, node: ManagedNode, robot: DrivenRobot, rename: Callable[[str, str], bool]
     ) -> None:
-        self._reporting: list[_Reporting] = []
+        self._reporting: list[TrajectoryTopics | GripperTopics] = []
         controllers = robot.model.settings.controllers
         for settings in controllers:
             if settings.kind is ControllerKind.FORWARD:

@@ -11,9 +11,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from arjuna_core.pose3 import ORIGIN
+from arjuna_sim.devices.device import Mount
 from arjuna_sim.devices.lidar import CloudLidar, RangeSensor
 from arjuna_sim.devices.rays import Rays
 from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarSettings
+from arjuna_sim.model.world import Earth
 from arjuna_sim.simulation import Simulation
 from tests.sim.builders import first, simulator
 
@@ -26,6 +29,11 @@ _SHAPES = {
     "capsule": "<capsule><radius>0.3</radius><length>0.9</length></capsule>",
 }
 _WORLD = np.array([1, 0, 0, 0, 0, 0], np.uint8)  # MuJoCo's group of what rays hit
+
+
+def mount(model: Any, seed: int = 0) -> Mount:
+    """Return what a lidar needs of a model."""
+    return Mount(model, ORIGIN, Earth(), None, np.random.default_rng(seed))
 
 
 def _one_in_the_air(folder: Path, shape: str) -> Simulation:
@@ -122,7 +130,7 @@ def settings(**changed: Any) -> CloudSettings:
 
 def points(**changed: Any) -> NDArray[np.float32]:
     model, data = room()
-    return CloudLidar(model, settings(**changed), np.random.default_rng(0)).read(data, 0.0).points
+    return CloudLidar(settings(**changed), mount(model)).read(data, 0.0).points
 
 
 @pytest.mark.parametrize("extra", ["", TENT], ids=["solids", "meshes"])
@@ -168,7 +176,7 @@ def test_one_beam_points_to_the_middle_of_its_angles() -> None:
 def test_rows_rise_and_beams_go_from_the_least_angle_to_the_greatest() -> None:
     model, data = room()
     given = settings(samples=3, rows=2, angle_min=-0.2, angle_max=0.4, tilt_min=-0.1, tilt_max=0.2)
-    cloud = CloudLidar(model, given, np.random.default_rng(0)).read(data, 0.0)
+    cloud = CloudLidar(given, mount(model)).read(data, 0.0)
     x, y, z = cloud.points.T.astype(float)
     np.testing.assert_allclose(x, 3.0, rtol=1e-5)
     np.testing.assert_allclose(np.arctan2(y, x), [-0.2, 0.1, 0.4] * 2, atol=1e-6)
@@ -195,18 +203,14 @@ def test_a_sonar_reads_the_nearest_range_of_its_cone(
     given = settings(
         samples=9, angle_max=math.pi / 2, range_min=ranges[0], range_max=ranges[1]
     )  # the left wall at 2 m, the one ahead at 3 m
-    assert RangeSensor(model, given, np.random.default_rng(0)).read(data, 0.0) == pytest.approx(
-        nearest
-    )
+    assert RangeSensor(given, mount(model)).read(data, 0.0) == pytest.approx(nearest)
 
 
 def test_noise_is_that_of_the_settings_and_of_the_seed() -> None:
     model, data = room()
     given = settings(samples=4000, angle_min=0.0, angle_max=1e-9, noise=0.05)
     first, again, other = (
-        np.linalg.norm(
-            CloudLidar(model, given, np.random.default_rng(seed)).read(data, 0.0).points, axis=1
-        )
+        np.linalg.norm(CloudLidar(given, mount(model, seed)).read(data, 0.0).points, axis=1)
         for seed in (1, 1, 2)
     )
     np.testing.assert_array_equal(first, again)
@@ -220,5 +224,5 @@ def test_beams_turn_with_their_eye() -> None:
     half = math.sqrt(0.5)
     data.qpos[3:7] = (half, 0.0, 0.0, half)  # a quarter to the left
     mujoco.mj_kinematics(model, data)
-    ahead = CloudLidar(model, settings(), np.random.default_rng(0)).read(data, 0.0).points
+    ahead = CloudLidar(settings(), mount(model)).read(data, 0.0).points
     np.testing.assert_allclose(ahead, [[2.0, 0.0, 0.0]], atol=1e-6)
