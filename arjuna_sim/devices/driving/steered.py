@@ -161,8 +161,9 @@ class SwerveBase(SteeredBase):
         forward, left, held = vx - w * y, vy + w * x, self._signs * self._held
         turn = np.arctan2(left, forward) - held
         steer = held + turn - np.pi * np.round(turn / np.pi)
-        beyond = np.abs(steer) > self._limit
-        steer = np.where(beyond, steer - np.copysign(np.pi, steer), steer)
+        other = steer - np.copysign(np.pi, steer)  # which rolls it the other way
+        is_other = (np.abs(steer) > self._limit) & (np.abs(other) < np.abs(steer))
+        steer = np.where(is_other, other, steer)
         steer = np.clip(steer, -self._limit, self._limit)
         moves = np.hypot(forward, left) >= _STANDS
         self._held = np.where(moves, self._signs * steer, self._held)

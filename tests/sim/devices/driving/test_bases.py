@@ -10,7 +10,7 @@ import pytest
 
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.driving.bases import RollerBase, SidesBase
-from arjuna_sim.devices.driving.steered import SteeredBase, SteeredWheel
+from arjuna_sim.devices.driving.steered import SteeredBase, SteeredWheel, SwerveBase
 from arjuna_sim.model.settings import DriveKind, DriveSettings
 from tests.sim.wheeled import wheeled
 
@@ -53,6 +53,20 @@ def test_wheels_that_steer_and_drive_turn_as_fast_as_they_go(bend: float) -> Non
     assert speeds == pytest.approx(0.5 * np.hypot(*directions.T) / RADIUS)
     moved = base.motion(speeds * 0.1, base.angles(velocity))
     assert moved == pytest.approx((0.05, 0.0, 0.05 * bend))
+
+
+@pytest.mark.parametrize("beyond", [-0.015, 0.0, 0.1])
+@pytest.mark.parametrize("direction", [math.pi / 2, -math.pi / 2, 1.6, -1.5])
+def test_a_wheel_that_swerves_keeps_its_side_however_often_it_is_asked(
+    beyond: float, direction: float
+) -> None:
+    """Also where it may not turn a whole quarter, and either side is as far."""
+    pivots = np.array([[LENGTH, TRACK / 2], [0.0, -TRACK / 2]])
+    wheels = [SteeredWheel(pivot, AHEAD, RADIUS, i, pivot) for i, pivot in enumerate(pivots)]
+    base = SwerveBase(wheels, [], pivots, np.ones(2), math.pi / 2 + beyond)
+    velocity = Velocity(0.5 * math.cos(direction), y=0.5 * math.sin(direction))
+    first = base.angles(velocity).copy()
+    assert all(base.angles(velocity) == pytest.approx(first) for _ in range(3))
 
 
 def test_a_car_bends_no_more_than_its_wheels_turn_in() -> None:
