@@ -85,7 +85,6 @@ class DrivenRobot:
         self._motion = RobotMotion(stage, name, model.moving_joints)
         self._placer = Placer(stage, name)
         self._base = base_of(model, config.drive)
-        self._steers = bool(model.drive.steering)
         along_arcs = model.drive.kind is DriveKind.STEERED
         self._drive, self._wheels = Drive(self.limits, along_arcs), WheelSpeeds(model, self._base)
         self.setpoint = Velocity()
@@ -144,10 +143,8 @@ class DrivenRobot:
         asked = Velocity() if self._is_empty else self._drive.velocity(elapsed, tick)
         wanted = self._base.reachable(asked)
         self.setpoint = self._wheels.slowed(wanted)
-        base, speeds = self._base, self._base.speeds(self.setpoint)
-        if self._steers:
-            speeds = base.speeds_at(self.setpoint, self._motion.steering_angles())
-        wheels = self.controllers.of_wheels(speeds, base.angles(self.setpoint))
+        speeds = self._base.speeds_at(self.setpoint, self._motion.steering_angles())
+        wheels = self.controllers.of_wheels(speeds, self._base.angles(self.setpoint))
         self._motion.turn_wheels(*wheels)
         if self.controllers.names:
             at = self._motion.driven_joints()

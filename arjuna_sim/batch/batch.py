@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
-from arjuna_core.arrays import Bools, Singles
+from arjuna_core.arrays import Bools, Floats, Singles
 from arjuna_core.errors import ConfigError, RobotError, WorldError
 from arjuna_core.se2 import SE2
-from arjuna_sim.batch.drive import BatchDrive, Floats
+from arjuna_sim.batch.drive import BatchDrive
 from arjuna_sim.batch.kernels import aim_beams, find_touched, measure
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.driving.bases import base_of

@@ -132,8 +132,9 @@ def steering_joints(urdf: Urdf) -> tuple[str, ...]:
 def trails(urdf: Urdf, wheel: str) -> bool:
     """Return whether a wheel is a caster's by its place: it trails a joint that turns freely."""
     joint = next(urdf.above(urdf.joints[wheel].parent), None)
-    is_free = joint is not None and joint.kind == "continuous"
-    return is_free and _is_upright(urdf, joint) and not _is_above(urdf, joint)
+    if joint is None or joint.kind != "continuous":
+        return False
+    return _is_upright(urdf, joint) and not _is_above(urdf, joint)
 
 
 def _is_upright(urdf: Urdf, joint: Joint) -> bool:

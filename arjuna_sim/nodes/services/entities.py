@@ -26,7 +26,6 @@ from arjuna_sim.nodes.services.host import (
     Host,
     RequestError,
     answering,
-    need_world,
     resource_error,
 )
 from arjuna_sim.nodes.services.known_entities import ALIAS, KnownEntities, matching
@@ -35,22 +34,6 @@ from arjuna_sim.nodes.sim_config import NAMESPACE
 Answer = Callable[[Any, Any], Any]
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_./:-]{0,127}")
 _EXAMPLES = ("box:0.5,0.5,1.0", "cylinder:0.2,1.0", "sphere:0.25", "person")
-
-
-def _served(host: Host, *services: tuple[Any, str, Answer]) -> dict[str, Answer]:
-    """Serve services that refuse while no world is loaded; return their callbacks by name."""
-
-    def in_world(answer: Answer) -> Answer:
-        def checked(request: Any, response: Any) -> None:
-            need_world(host)
-            answer(request, response)
-
-        return answering(checked)
-
-    found = {name: in_world(answer) for _, name, answer in services}
-    for service, name, _ in services:
-        host.serve(service, name, found[name])
-    return found
 
 
 class EntityServices:
@@ -63,8 +46,7 @@ class EntityServices:
     def __init__(self, host: Host, known: KnownEntities) -> None:
         self._host = host
         self._known = known
-        self.answers = _served(
-            host,
+        services: tuple[tuple[Any, str, Answer], ...] = (
             (srv.GetEntities, "get_entities", self._get_entities),
             (srv.GetEntitiesStates, "get_entities_states", self._get_entities_states),
             (srv.GetEntityState, "get_entity_state", self._get_entity_state),
@@ -77,6 +59,9 @@ class EntityServices:
             (srv.SpawnEntity, "spawn_entity", self._spawn),
             (srv.SpawnEntities, "spawn_entities", self._spawn_all),
         )
+        self.answers = {name: answering(answer, host) for _, name, answer in services}
+        for service, name, _ in services:
+            host.serve(service, name, self.answers[name])
 
     def _matching(self, filters: Any) -> list[Entity]:
         known = self._known

@@ -40,12 +40,20 @@ def need_world(host: Host, code: int = Result.RESULT_INCORRECT_STATE) -> None:
         raise RequestError(code, "no world is loaded; load one first")
 
 
-def answering(answer: Callable[[Any, Any], None]) -> Callable[[Any, Any], Any]:
-    """Return a service's callback: what the answer raises becomes the response's result."""
+def answering(
+    answer: Callable[[Any, Any], None], in_world: Host | None = None
+) -> Callable[[Any, Any], Any]:
+    """Return a service's callback: what the answer raises becomes the response's result.
+
+    Args:
+        in_world: Refuses all requests while no world is loaded, where it is given.
+    """
 
     def callback(request: Any, response: Any) -> Any:
         response.result = OK
         try:
+            if in_world is not None:
+                need_world(in_world)
             answer(request, response)
         except RequestError as error:
             response.result = error.result

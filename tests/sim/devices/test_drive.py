@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
-from arjuna_sim.devices.drive import DriveConfig, Kinematics, kinematics_of
+from arjuna_sim.devices.drive import Base, DriveConfig, Kinematics, kinematics_of
 from arjuna_sim.devices.odometry import Odometry, OdometryConfig
 from arjuna_sim.model.settings import DriveSettings
 
@@ -33,8 +33,11 @@ def test_covariance_does_not_depend_on_how_often_it_is_updated() -> None:
     assert np.linalg.eigvalsh(results[0]).min() > 0.0
 
 
-class Exact:
+class Exact(Base):
     """A base whose encoders count its path ahead, its path to the left and its turn, one each."""
+
+    def speeds(self, velocity: Velocity) -> NDArray[np.float64]:
+        return np.array([velocity.x, velocity.y, velocity.yaw_rate])
 
     def motion(
         self, turns: NDArray[np.float64], angles: NDArray[np.float64]
