@@ -11,7 +11,7 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from arjuna_core.arrays import Singles
+from arjuna_core.arrays import Floats, Singles
 from arjuna_core.config import load
 from arjuna_core.errors import ConfigError, RobotError
 from arjuna_core.se2 import SE2
@@ -21,7 +21,6 @@ from arjuna_sim.devices.device import mounted
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.inputs import moves_sideways, named_robot, named_world
 from arjuna_sim.learning.task import (
-    Floats,
     TaskConfig,
     beams_of,
     drawn,

@@ -9,11 +9,11 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from arjuna_core.arrays import Bools, Singles
+from arjuna_core.arrays import Bools, Floats, Singles
 from arjuna_core.errors import ConfigError
 from arjuna_sim.batch.batch import Batch, Variation
 from arjuna_sim.learning.navigate import Navigate, Observed, numbers_of
-from arjuna_sim.learning.task import Floats, goals_seen, judged, observed, scan_points
+from arjuna_sim.learning.task import goals_seen, judged, observed, scan_points
 
 
 class NavigateBatch(VectorEnv[Observed, Singles, NDArray[Any]]):

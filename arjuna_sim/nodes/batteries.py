@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -13,37 +13,28 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
 from arjuna_sim.devices.sensors.battery import BatterySettings
 from arjuna_sim.driven_robot import DrivenRobot
-from arjuna_sim.model.settings import SensorSettings
 
 _Command = Callable[[], None]
 
 
-class BatteryCommands:
-    """Offers `recharge/start` and `recharge/stop` below a battery's name, and listens to topics.
+def offer_commands(node: ManagedNode, robot: DrivenRobot, battery: BatterySettings) -> None:
+    """Offer `recharge/start` and `recharge/stop` below a battery's name, and listen to topics.
 
     Whatever comes on a topic counts, as with gz-sim; here it is a Bool.
     """
 
-    def __init__(
-        self, node: ManagedNode, robot: DrivenRobot, sensors: Sequence[SensorSettings]
-    ) -> None:
-        for battery in sensors:
-            if isinstance(battery, BatterySettings):
-                self._offer(node, robot, battery)
+    def set_to(field: str, value: bool) -> _Command:
+        return lambda: setattr(robot.device(battery), field, value)
 
-    def _offer(self, node: ManagedNode, robot: DrivenRobot, battery: BatterySettings) -> None:
-        def set_to(field: str, value: bool) -> _Command:
-            return lambda: setattr(robot.device(battery), field, value)
-
-        for word, on in (("start", True), ("stop", False)):
-            name, command = f"{battery.base}/recharge/{word}", set_to("charges", on)
-            if battery.charging_time > 0.0:
-                node.serve(Trigger, name, partial(_answer, command))
-                if battery.charged_by_topic:
-                    _listen(node, name, command)
-        for topics, on in ((battery.draining_topics, True), (battery.resting_topics, False)):
-            for topic in topics:
-                _listen(node, topic, set_to("drains", on))
+    for word, on in (("start", True), ("stop", False)):
+        name, command = f"{battery.base}/recharge/{word}", set_to("charges", on)
+        if battery.charging_time > 0.0:
+            node.serve(Trigger, name, partial(_answer, command))
+            if battery.charged_by_topic:
+                _listen(node, name, command)
+    for topics, on in ((battery.draining_topics, True), (battery.resting_topics, False)):
+        for topic in topics:
+            _listen(node, topic, set_to("drains", on))
 
 
 def _answer(command: _Command, request: Any, response: Any) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from geometry_msgs.msg import Twist, TwistStamped
@@ -11,9 +10,10 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import velocity_from_twist
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.twist import Velocity
+from arjuna_sim.devices.sensors.battery import BatterySettings
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.driven_robot import DrivenRobot, Observation
-from arjuna_sim.nodes.batteries import BatteryCommands
+from arjuna_sim.nodes.batteries import offer_commands
 from arjuna_sim.nodes.camera import CameraTopics
 from arjuna_sim.nodes.robot_topics import ContactTopic, RobotTopics
 from arjuna_sim.nodes.sensor_topics import SensorTopics
@@ -44,8 +44,9 @@ class RobotInterface:
         rate = config.cloud_rate
         self._cameras = [CameraTopics(node, robot, stage, camera, rate) for camera in cameras]
         self._further = SensorTopics(node, robot, self.topics.settings.further)
-        BatteryCommands(node, robot, self.topics.settings.further)
-        self._joints = _joint_control(node, robot, self._rename)
+        for battery in (s for s in sensors if isinstance(s, BatterySettings)):
+            offer_commands(node, robot, battery)
+        self._joints = self._joint_topics() if robot.model.settings.controllers else []
         self.contacts = ContactTopic(node, robot.model.urdf.name)
         self._topic = self.topics.drive.command_topic
         self._stamped = config.enable_stamped_cmd_vel or self.topics.drive.stamped
@@ -69,8 +70,8 @@ class RobotInterface:
         for cut in self._robot.take_cuts():
             self._node.get_logger().warning(f"{self._topic}: {cut}")
         self.topics.publish(observation)
-        if self._joints is not None:
-            self._joints.publish(observation)
+        for each in self._joints:
+            each.publish(observation.joints, now)
         self._further.publish(now)
         for camera in self._cameras:
             camera.publish(now, interactive)
@@ -131,14 +132,8 @@ class RobotInterface:
                 f" '{senders[listened]}' publishes, is listened to"
             )
 
+    def _joint_topics(self) -> list[Any]:
+        # Their messages take a quarter of a second to import, which most robots do not need.
+        from arjuna_sim.nodes.control.control import joint_topics
 
-def _joint_control(
-    node: ManagedNode, robot: DrivenRobot, rename: Callable[[str, str], bool]
-) -> Any:
-    """Return the interface of driven joints, None where nothing commands any."""
-    if not robot.model.settings.controllers:
-        return None
-    # Its messages take a quarter of a second to import, which most robots do not need.
-    from arjuna_sim.nodes.control.control import JointControl
-
-    return JointControl(node, robot, rename)
+        return joint_topics(self._node, self._robot, self._rename)

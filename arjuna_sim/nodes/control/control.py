@@ -13,7 +13,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.node import ManagedNode
-from arjuna_sim.driven_robot import DrivenRobot, Observation
+from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.joints import ControllerKind, ControllerSettings
 from arjuna_sim.nodes.control.manager import ControllerManager
 from arjuna_sim.nodes.control.trajectories import TrajectoryTopics
@@ -114,25 +114,19 @@ def _forward(node: ManagedNode, robot: DrivenRobot, settings: ControllerSettings
         node.subscribe(Float64, topic, lambda message: command([message.data]), qos.LATEST)
 
 
-class JointControl:
-    """The interface of a robot's driven joints; a robot without any has none."""
-
-    def __init__(
-        self, node: ManagedNode, robot: DrivenRobot, rename: Callable[[str, str], bool]
-    ) -> None:
-        self._reporting: list[TrajectoryTopics | GripperTopics] = []
-        controllers = robot.model.settings.controllers
-        for settings in controllers:
-            if settings.kind is ControllerKind.FORWARD:
-                _forward(node, robot, settings)
-            elif settings.kind is ControllerKind.TRAJECTORY:
-                self._reporting.append(TrajectoryTopics(node, robot, settings))
-            elif settings.kind is ControllerKind.GRIPPER and settings.joints:
-                self._reporting.append(GripperTopics(node, robot, settings))
-        if any(settings.is_managed for settings in controllers):
-            ControllerManager(node, robot, rename)
-
-    def publish(self, observation: Observation) -> None:
-        """Report the joints after a tick."""
-        for each in self._reporting:
-            each.publish(observation.joints, observation.time)
+def joint_topics(
+    node: ManagedNode, robot: DrivenRobot, rename: Callable[[str, str], bool]
+) -> list[TrajectoryTopics | GripperTopics]:
+    """Let clients command a robot's driven joints; return what reports them after each tick."""
+    reporting: list[TrajectoryTopics | GripperTopics] = []
+    controllers = robot.model.settings.controllers
+    for settings in controllers:
+        if settings.kind is ControllerKind.FORWARD:
+            _forward(node, robot, settings)
+        elif settings.kind is ControllerKind.TRAJECTORY:
+            reporting.append(TrajectoryTopics(node, robot, settings))
+        elif settings.kind is ControllerKind.GRIPPER and settings.joints:
+            reporting.append(GripperTopics(node, robot, settings))
+    if any(settings.is_managed for settings in controllers):
+        ControllerManager(node, robot, rename)
+    return reporting
