@@ -196,10 +196,11 @@ class Rays:
         self._model = model
         self.site = int(model.site(self._name).id)
         own = model.body_rootid[model.site_bodyid[self.site]]
+        is_world = model.geom_group == Group.WORLD_COLLISION.value
         is_robot = model.geom_group == Group.ROBOT_COLLISION.value
         others = is_robot & (model.body_rootid[model.geom_bodyid] != own)
         self._others = np.flatnonzero(others)
-        self._seen = np.flatnonzero((others | _is_world(model)) & _is_drawn(model))
+        self._seen = np.flatnonzero((others | is_world) & _is_drawn(model))
         self._are_solids = bool(np.isin(model.geom_type[self._seen], SOLIDS).all())
 
     def cast(self, data: Any, origin: Floats, rays: Floats, reach: float) -> Floats:
@@ -243,10 +244,6 @@ class Rays:
         groups[others] = Group.ROBOT_COLLISION.value
         ranges[ranges < 0.0] = np.inf
         return ranges
-
-
-def _is_world(model: Any) -> Bools:
-    return np.asarray(model.geom_group == Group.WORLD_COLLISION.value)
 
 
 def _is_drawn(model: Any) -> Bools:

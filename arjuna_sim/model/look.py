@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from enum import Enum
 
@@ -40,10 +39,6 @@ class Light:
     cutoff: float = 0.8
     falloff: float = 1.0
     casts_shadow: bool = False
-
-    def without_shadow(self) -> Light:
-        """Return it without shadows."""
-        return dataclasses.replace(self, casts_shadow=False)
 
 
 SUN = Light(

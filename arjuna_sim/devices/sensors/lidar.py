@@ -115,11 +115,13 @@ def read_lidar(tag: SensorTag) -> list[SensorSettings]:
     if beams["samples"] * rows["rows"] > _BEAMS_MAX:
         problem = f"has {beams['samples']} x {rows['rows']} samples"
         raise tag.fail(f"{problem}; valid: up to {_BEAMS_MAX}")
-    if "range" in output or (not _names_output(output) and _is_cone(beams, rows)):
+    is_cloud = any(word in output for word in _CLOUD)
+    is_named = is_cloud or "laser" in output
+    if "range" in output or (not is_named and _is_cone(beams, rows)):
         mount = tag.mount(10.0, tag.own_topic("range"))
         return [RangeSettings(**mount, **beams, **rows, infrared=_is_infrared(tag, output))]
     beams |= tag.mount(10.0, LidarSettings.TOPIC)
-    if any(word in output for word in _CLOUD):
+    if is_cloud:
         if tag.text("outputtype").endswith("/PointCloud"):
             tag.note("publishes sensor_msgs/PointCloud2 in place of PointCloud")
         return [CloudSettings(**beams, **rows)]
@@ -236,10 +238,6 @@ def _is_cone(beams: dict[str, Any], rows: dict[str, Any]) -> bool:
     """Return whether beams are as close together as those of one that measures one range."""
     across = 0.0 if beams["samples"] == 1 else beams["angle_max"] - beams["angle_min"]
     return bool(max(across, rows["tilt_max"] - rows["tilt_min"]) <= _CONE)
-
-
-def _names_output(output: str) -> bool:
-    return "laser" in output or any(word in output for word in _CLOUD)
 
 
 def _is_infrared(tag: SensorTag, output: str) -> bool:

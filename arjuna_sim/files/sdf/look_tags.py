@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 import numpy as np
@@ -86,7 +87,9 @@ def read_look(xml: XmlFile, world: Element, lights: list[Light]) -> Look:
         sky = scene.find("sky") is not None or scene.find("background") is None
         background = None if sky else _rgb(xml, scene, "background", AMBIENT, "<scene>")
         shadows = is_true(scene.findtext("shadows") or "true")
-        lit = tuple(light if shadows else light.without_shadow() for light in look.lights)
+        lit = tuple(
+            replace(each, casts_shadow=each.casts_shadow and shadows) for each in look.lights
+        )
         return Look(lit, ambient, background, _fog(xml, scene.find("fog")))
     return look
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -127,13 +127,12 @@ class TwistMuxNode(ManagedNode):
 
     def _first(self) -> _Source | None:
         """Return the source that passes now."""
-        locks = self._locks.values()
-        locked = _highest(
-            one
-            for one in locks
+        locks = (
+            one.config.priority
+            for one in self._locks.values()
             if one.expired(self.now) or (one.message is not None and bool(one.message.data))
         )
-        least = max(1, locked)
+        least = max((1, *locks))
         open_ = [
             one
             for one in self._sources.values()
@@ -144,7 +143,3 @@ class TwistMuxNode(ManagedNode):
 
 def _of(sources: Sources) -> dict[str, _Source]:
     return {name: _Source(config) for name, config in sources.named().items()}
-
-
-def _highest(sources: Iterable[_Source]) -> int:
-    return max((one.config.priority for one in sources), default=0)

@@ -182,7 +182,8 @@ class EntityServices:
         what = request.entity_resource.uri, request.entity_resource.resource_string
         try:
             entity = read_entity(*what, self._host.library)
-            robot = None if _is_static(entity) else read_driven(*what, self._host.library)
+            is_static = entity.mass == 0.0 or entity.trajectory is not None
+            robot = None if is_static else read_driven(*what, self._host.library)
         except ResourceError as error:
             raise resource_error(codes, error) from error
         name = self._free_name(request.name or entity.name, request.allow_renaming)
@@ -221,10 +222,6 @@ class EntityServices:
         while f"{name}_{number}" in taken:
             number += 1
         return f"{name}_{number}"
-
-
-def _is_static(entity: Entity) -> bool:
-    return entity.mass == 0.0 or entity.trajectory is not None
 
 
 def placed(entity: Entity, name: str, pose: Pose3) -> Entity:
