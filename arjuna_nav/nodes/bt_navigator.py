@@ -21,12 +21,7 @@ from arjuna_core.se2 import SE2
 from arjuna_core.timing import Periodic
 from arjuna_core.twist import STILL, RecentVelocities
 from arjuna_nav.navigator import Ending, EntryNames, Finish, Navigator, NavigatorConfig
-from arjuna_nav.nodes.goals.admission import (
-    NAVIGATORS,
-    Admission,
-    GoalNavigator,
-    error_code,
-)
+from arjuna_nav.nodes.goals.admission import NAVIGATORS, Admission, GoalNavigator, error_code
 from arjuna_nav.nodes.goals.memory import GoalMemory, ResumingNode
 from arjuna_nav.nodes.safety.posture import PostureWatch
 from arjuna_nav.nodes.trees.clients import TreeClients

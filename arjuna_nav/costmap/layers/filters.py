@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Bytes
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, MAX_NON_OBSTACLE, UNKNOWN
@@ -132,7 +133,7 @@ class KeepoutFilter(CostmapFilter):
 
     def __init__(self, config: KeepoutConfig, name: str, master: Master) -> None:
         super().__init__(config, name, master)
-        self._costs: NDArray[np.uint8] = np.zeros((0, 0), np.uint8)  # of the mask's cells
+        self._costs: Bytes = np.zeros((0, 0), np.uint8)  # of the mask's cells
         self._made_of: tuple[PlacedMap, bool] | None = None  # the mask, and if overridden
         self._placement: Placement | None = None
         self._shown = self._costs  # of the costmap's cells
@@ -154,7 +155,7 @@ class KeepoutFilter(CostmapFilter):
                 self._resample(T_global_mask)
         return whole(self.master.frame.shape) if self._placement is not before else None
 
-    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+    def write(self, costs: Bytes, window: Window) -> None:
         """Take the mask's costs where they are greater."""
         if self._placement is not None:
             if self._placement.frame != self.master.frame:
@@ -184,13 +185,13 @@ class KeepoutFilter(CostmapFilter):
             self._shown = self._placement.read(self._costs, outside=UNKNOWN)
 
 
-def _is_zone(costs: NDArray[np.uint8]) -> NDArray[np.bool_]:
+def _is_zone(costs: Bytes) -> Bools:
     """Return which costs keep a robot out."""
-    zone: NDArray[np.bool_] = (costs == INSCRIBED) | (costs == LETHAL)
+    zone: Bools = (costs == INSCRIBED) | (costs == LETHAL)
     return zone
 
 
-def _costs_of(data: NDArray[Any]) -> NDArray[np.uint8]:
+def _costs_of(data: NDArray[Any]) -> Bytes:
     """Return the costs of a mask's values, `uint8`."""
     costs = np.round(data.astype(np.float64) * LETHAL / 100.0)
     return np.where(data == UNKNOWN_MASK, UNKNOWN, costs).astype(np.uint8)

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Bytes, Floats
 from arjuna_core.config import param
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import IDENTITY, SE2
@@ -44,7 +45,7 @@ class StaticConfig:
     )
 
 
-def interpret_map(data: NDArray[np.int8], config: CostmapConfig) -> NDArray[np.uint8]:
+def interpret_map(data: NDArray[np.int8], config: CostmapConfig) -> Bytes:
     """Return the costs that a map's cells have by themselves, `(height, width) uint8`.
 
     Source: nav2_costmap_2d, static layer: unknown, lethal from the threshold, else free or scaled.
@@ -92,11 +93,11 @@ class StaticLayer(MapLayer):
 
     def __init__(self, config: StaticConfig, name: str, master: Master) -> None:
         super().__init__(config, name, master)
-        self._costs: NDArray[np.uint8] = np.zeros((0, 0), np.uint8)  # of the map's cells
+        self._costs: Bytes = np.zeros((0, 0), np.uint8)  # of the map's cells
         self._T_global_map = None if master.config.rolling_window else IDENTITY
         self._placement: Placement | None = None
-        self._shown: NDArray[np.uint8] = self._costs  # of the costmap's cells
-        self._before: tuple[Window, NDArray[np.uint8]] | None = None  # where it is cleared
+        self._shown: Bytes = self._costs  # of the costmap's cells
+        self._before: tuple[Window, Bytes] | None = None  # where it is cleared
         self._updated: Window | None = None  # cells of the map that have changed
 
     @property
@@ -148,7 +149,7 @@ class StaticLayer(MapLayer):
         self._resample()
         return changed if self._placement is before else whole(self.master.frame.shape)
 
-    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+    def write(self, costs: Bytes, window: Window) -> None:
         """Write the map, unknown cells too, unless the greater cost counts."""
         self._resample()
         if self._placement is None:
@@ -161,7 +162,7 @@ class StaticLayer(MapLayer):
         else:
             np.copyto(costs, own, where=covered[window])
 
-    def own_costs(self) -> NDArray[np.uint8] | None:
+    def own_costs(self) -> Bytes | None:
         """Return the map's costs, unknown outside it; None while it cannot be placed."""
         return self._shown if self._placement is not None else None
 
@@ -238,7 +239,7 @@ class Placement:
 
     def __init__(self, frame: GridFrame, T_global_map: SE2, own: GridFrame) -> None:
         self.frame, self.T_global_map, self._own = frame, T_global_map, own
-        self.covered: NDArray[np.bool_] | None = None
+        self.covered: Bools | None = None
         if T_global_map == IDENTITY and frame == own:
             return
         self._T_own_frame = own.origin.inverse() @ T_global_map.inverse() @ frame.origin
@@ -249,7 +250,7 @@ class Placement:
         self.covered = inside.reshape(frame.shape)
         self._cells = y[inside], x[inside]
 
-    def read(self, values: NDArray[np.uint8], outside: int) -> NDArray[np.uint8]:
+    def read(self, values: Bytes, outside: int) -> Bytes:
         """Return a map's values at the costmap's cells; the same array where both are one grid."""
         if self.covered is None:
             return values
@@ -257,7 +258,7 @@ class Placement:
         result[self.covered] = values[self._cells]
         return result
 
-    def read_worst(self, costs: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    def read_worst(self, costs: Bytes) -> Bytes:
         """Return the greatest known cost of a map in each of the costmap's cells, as `read` does.
 
         At points no farther apart than the map's cells; those that only share an edge do not count.
@@ -273,11 +274,7 @@ class Placement:
 
 @njit(cache=True)
 def _read_worst(
-    costs: NDArray[np.uint8],
-    result: NDArray[np.uint8],
-    transform: NDArray[np.float64],
-    scale: float,
-    steps: NDArray[np.float64],
+    costs: Bytes, result: Bytes, transform: Floats, scale: float, steps: Floats
 ) -> None:
     """Write the greatest known cost at points of each cell of a grid.
 

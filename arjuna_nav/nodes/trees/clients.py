@@ -101,11 +101,7 @@ class TreeClients:
             self._node.get_logger().warning(f"{GOAL_UPDATE} ignored: {error}")
 
     def state(
-        self,
-        pose: SE2 | None,
-        velocity: Velocity,
-        measured_at: float,
-        mean: Callable[[], Velocity],
+        self, pose: SE2 | None, velocity: Velocity, measured_at: float, mean: Callable[[], Velocity]
     ) -> TreeState:
         """Return the state of a tree's tick, with each answer and feedback once.
 
