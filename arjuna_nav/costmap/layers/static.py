@@ -61,11 +61,14 @@ def interpret_map(data: NDArray[np.int8], config: CostmapConfig) -> Bytes:
 
 
 class MapLayer(Layer):
-    """A layer that holds a map."""
+    """A layer that holds a map, and what its cells cost."""
 
     def __init__(self, config: Any, name: str, master: Master) -> None:
         super().__init__(config, name, master)
         self._map: PlacedMap | None = None
+        self._costs: Bytes = np.zeros((0, 0), np.uint8)  # of the map's cells
+        self._placement: Placement | None = None
+        self._shown: Bytes = self._costs  # of the costmap's cells
         self._problem = ""
 
     def problem(self, now: float) -> str:
@@ -82,6 +85,22 @@ class MapLayer(Layer):
             return None
         return T_global_map
 
+    def _place(self, T_global_map: SE2 | None) -> None:
+        """Read the map's costs at the costmap's cells, where either has moved."""
+        frame, placement = self.master.frame, self._placement
+        if self._map is None or T_global_map is None:
+            self._placement = None
+        elif placement is None or (placement.frame, placement.T_global_map) != (
+            frame,
+            T_global_map,
+        ):
+            self._placement = Placement(frame, T_global_map, self._map.grid.frame)
+            self._shown = self._read(self._placement)
+
+    def _read(self, placement: Placement) -> Bytes:
+        """Return the map's costs at the costmap's cells."""
+        return placement.read(self._costs, UNKNOWN)
+
 
 class StaticLayer(MapLayer):
     """Holds a map. A fixed costmap takes its grid, a rolling one a part of it.
@@ -93,10 +112,7 @@ class StaticLayer(MapLayer):
 
     def __init__(self, config: StaticConfig, name: str, master: Master) -> None:
         super().__init__(config, name, master)
-        self._costs: Bytes = np.zeros((0, 0), np.uint8)  # of the map's cells
         self._T_global_map = None if master.config.rolling_window else IDENTITY
-        self._placement: Placement | None = None
-        self._shown: Bytes = self._costs  # of the costmap's cells
         self._before: tuple[Window, Bytes] | None = None  # where it is cleared
         self._updated: Window | None = None  # cells of the map that have changed
 
@@ -146,12 +162,12 @@ class StaticLayer(MapLayer):
         before, changed, self._updated = self._placement, self._updated, None
         if before is not None and before.covered is not None and changed is not None:
             self._placement = None
-        self._resample()
+        self._place(self._T_global_map)
         return changed if self._placement is before else whole(self.master.frame.shape)
 
     def write(self, costs: Bytes, window: Window) -> None:
         """Write the map, unknown cells too, unless the greater cost counts."""
-        self._resample()
+        self._place(self._T_global_map)
         if self._placement is None:
             return
         own, covered = self._shown[window], self._placement.covered
@@ -165,18 +181,6 @@ class StaticLayer(MapLayer):
     def own_costs(self) -> Bytes | None:
         """Return the map's costs, unknown outside it; None while it cannot be placed."""
         return self._shown if self._placement is not None else None
-
-    def _resample(self) -> None:
-        """Read the map's costs at the costmap's cells, where either has moved."""
-        frame, T_global_map, placement = self.master.frame, self._T_global_map, self._placement
-        if self._map is None or T_global_map is None:
-            self._placement = None
-        elif placement is None or (placement.frame, placement.T_global_map) != (
-            frame,
-            T_global_map,
-        ):
-            self._placement = Placement(frame, T_global_map, self._map.grid.frame)
-            self._shown = self._placement.read(self._costs, UNKNOWN)
 
     def _clear_footprint(self, T_map_base: SE2) -> None:
         """Free the map's cells under the robot."""
