@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 
 SEMI_MAJOR = 6378137.0
@@ -41,7 +41,7 @@ class GeoPoint:
             if not math.isfinite(value) or abs(value) > limit:
                 raise ValueError(f"{name} {value:g} is no place on the earth")
 
-    def ecef(self) -> NDArray[np.float64]:
+    def ecef(self) -> Floats:
         """Return earth-centred, earth-fixed coordinates `(3,) float64` [m]."""
         lat, lon = math.radians(self.latitude_deg), math.radians(self.longitude_deg)
         normal = SEMI_MAJOR / math.sqrt(1.0 - _ECCENTRICITY_2 * math.sin(lat) ** 2)
@@ -50,7 +50,7 @@ class GeoPoint:
         return np.array([ring * math.cos(lon), ring * math.sin(lon), z])
 
     @staticmethod
-    def from_ecef(ecef: NDArray[np.float64]) -> GeoPoint:
+    def from_ecef(ecef: Floats) -> GeoPoint:
         """Return the point of earth-centred coordinates `(3,)` [m], not near the earth's centre.
 
         Source: Hofmann-Wellenhof et al., GNSS, 2008, section 8.2.1: a fixed point in the latitude.
@@ -87,12 +87,12 @@ class TangentPlane:
             ]
         )
 
-    def enu(self, point: GeoPoint) -> NDArray[np.float64]:
+    def enu(self, point: GeoPoint) -> Floats:
         """Return a point as east, north and up `(3,) float64` of the origin [m]."""
-        result: NDArray[np.float64] = self._rotation @ (point.ecef() - self._origin)
+        result: Floats = self._rotation @ (point.ecef() - self._origin)
         return result
 
-    def geodetic(self, enu: NDArray[np.float64]) -> GeoPoint:
+    def geodetic(self, enu: Floats) -> GeoPoint:
         """Return the point that lies east, north and up `(3,)` of the origin [m]."""
         return GeoPoint.from_ecef(self._origin + self._rotation.T @ enu)
 
@@ -168,7 +168,7 @@ class UtmGrid:
         self._middle = math.radians(6.0 * self.zone - 183.0)
         self._north = _SOUTH if latitude < 0.0 else 0.0
 
-    def enu(self, point: GeoPoint) -> NDArray[np.float64]:
+    def enu(self, point: GeoPoint) -> Floats:
         """Return easting, northing and altitude `(3,) float64` [m]."""
         north, east = self._sphere(point)
         z = complex(north, east)
@@ -177,7 +177,7 @@ class UtmGrid:
             [_EAST + _RADIUS * z.imag, self._north + _RADIUS * z.real, point.altitude], np.float64
         )
 
-    def geodetic(self, enu: NDArray[np.float64]) -> GeoPoint:
+    def geodetic(self, enu: Floats) -> GeoPoint:
         """Return the point of an easting, a northing and an altitude `(3,)` [m]."""
         east, north, altitude = (float(value) for value in enu)
         z = complex((north - self._north) / _RADIUS, (east - _EAST) / _RADIUS)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.se2 import IDENTITY, SE2
 
 UNKNOWN = -1
@@ -36,7 +37,7 @@ class GridFrame:
         """Rows and columns, the shape of an array over this grid."""
         return self.height, self.width
 
-    def to_cells(self, points: NDArray[np.float64]) -> NDArray[np.int64]:
+    def to_cells(self, points: Floats) -> Ints:
         """Return the `(row, column)` of each point, `(N, 2)` [m] to `(N, 2) int64`.
 
         Cells outside the grid come back as they fall, negative or too large.
@@ -44,7 +45,7 @@ class GridFrame:
         local = self.origin.inverse().apply(points) / self.resolution
         return np.floor(local[:, ::-1]).astype(np.int64)
 
-    def to_points(self, cells: NDArray[np.int64]) -> NDArray[np.float64]:
+    def to_points(self, cells: Ints) -> Floats:
         """Return the centres [m] of cells `(N, 2)` of `(row, column)`, as `(N, 2) float64`."""
         corners = cells[:, ::-1].astype(np.float64)
         return self.origin.apply((corners + 0.5) * self.resolution)
@@ -71,7 +72,7 @@ class GridFrame:
         (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
         return f"x {x0:.2f} to {x1:.2f} m, y {y0:.2f} to {y1:.2f} m"
 
-    def inside(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
+    def inside(self, cells: Ints) -> Bools:
         """Return for each of `(N, 2)` cells whether it lies in the grid, `(N,) bool`."""
         return (
             (cells[:, 0] >= 0)
@@ -114,14 +115,14 @@ class OccupancyGrid:
         if self.data.shape != self.frame.shape:
             raise ValueError(f"data has shape {self.data.shape}, the frame {self.frame.shape}")
 
-    def occupied(self, threshold: int = 65) -> NDArray[np.bool_]:
+    def occupied(self, threshold: int = 65) -> Bools:
         """Return the mask of cells at or above a threshold [%], `(height, width) bool`."""
         return self.data >= threshold
 
-    def free(self, threshold: int = 25) -> NDArray[np.bool_]:
+    def free(self, threshold: int = 25) -> Bools:
         """Return the mask of known cells at or below a threshold [%], `(height, width) bool`."""
         return (self.data >= 0) & (self.data <= threshold)
 
-    def unknown(self) -> NDArray[np.bool_]:
+    def unknown(self) -> Bools:
         """Return the mask of unknown cells, `(height, width) bool`."""
         return self.data < 0

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from arjuna_core.arrays import Bytes, Floats
 
 _CHANNELS = {"rgb8": (0, 1, 2), "bgr8": (2, 1, 0), "rgba8": (0, 1, 2), "bgra8": (2, 1, 0)}
 _COUNTS = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1, "8UC1": 1}
@@ -18,7 +19,7 @@ _DEPTHS: dict[str, np.dtype[Any]] = {
 
 def pixels(
     encoding: str, height: int, width: int, step: int, data: bytes, widest: int | None = None
-) -> NDArray[np.uint8]:
+) -> Bytes:
     """Return an image as `(rows, columns, 3) uint8`, thinned to at most `widest` columns.
 
     Args:
@@ -50,11 +51,11 @@ def pixels(
     return np.ascontiguousarray(image[:, :, _CHANNELS[encoding]])
 
 
-def _grey(values: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _grey(values: Bytes) -> Bytes:
     return np.repeat(values[:, :, None], 3, axis=2)
 
 
-def _bright(depth: NDArray[np.float64]) -> NDArray[np.uint8]:
+def _bright(depth: Floats) -> Bytes:
     """Return depths as greys: near is bright, without a return is black."""
     valid = np.isfinite(depth) & (depth > 0.0)
     if not valid.any():

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 
 Vector = tuple[float, float, float]
@@ -79,12 +79,12 @@ class Pose3:
         p = np.array(self.position) * (1.0 - ratio) + np.array(other.position) * ratio
         return Pose3(tuple(p.tolist()), (float(w), float(x), float(y), float(z)))
 
-    def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def apply(self, points: Floats) -> Floats:
         """Map points `(N, 3) float64` [m] from the right-hand frame into the left-hand one."""
-        result: NDArray[np.float64] = points @ self.rotation().T + np.array(self.position)
+        result: Floats = points @ self.rotation().T + np.array(self.position)
         return result
 
-    def rotation(self) -> NDArray[np.float64]:
+    def rotation(self) -> Floats:
         """Return the rotation matrix, `(3, 3) float64`."""
         return np.array(_matrix(*self.quaternion))
 

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.se2 import IDENTITY, SE2, wrap
 
 
@@ -27,7 +27,7 @@ class Scan:
         motion: Pose of the base at the last beam in the base frame at beam 0.
     """
 
-    ranges: NDArray[np.float64]
+    ranges: Floats
     angle_min: float
     angle_increment: float
     range_min: float
@@ -38,17 +38,17 @@ class Scan:
     motion: SE2 = field(default=IDENTITY)
 
     @property
-    def angles(self) -> NDArray[np.float64]:
+    def angles(self) -> Floats:
         """Bearings of all beams in the sensor frame, `(N,) float64` [rad]."""
         return self.angle_min + self.angle_increment * np.arange(len(self.ranges), dtype=np.float64)
 
     @property
-    def valid(self) -> NDArray[np.bool_]:
+    def valid(self) -> Bools:
         """Mask of beams that hit something in range, `(N,) bool`."""
         with np.errstate(invalid="ignore"):
             return (self.ranges >= self.range_min) & (self.ranges < self.range_max)
 
-    def rays(self) -> NDArray[np.float64]:
+    def rays(self) -> Floats:
         """Start and bearing of every beam in the base frame at beam 0, `(N, 3) float64` [m, rad].
 
         The base moves along a circular arc from the first beam to the last.
@@ -64,7 +64,7 @@ class Scan:
         )  # fmt: skip
 
     @property
-    def bearings(self) -> NDArray[np.float64]:
+    def bearings(self) -> Floats:
         """Bearings of all beams as the base sees them, in -pi to pi, `(N,) float64` [rad]."""
         return np.asarray(wrap(self.angles + self.T_base_sensor.theta))
 
@@ -82,7 +82,7 @@ class Scan:
         """Return the scan of a sensor mounted upside down, as it is seen from above."""
         return replace(self, angle_min=-self.angle_min, angle_increment=-self.angle_increment)
 
-    def points(self) -> NDArray[np.float64]:
+    def points(self) -> Floats:
         """End points of the valid beams in the base frame at beam 0, `(M, 2) float64` [m]."""
         mask = self.valid
         rays, ranges = self.rays()[mask], self.ranges[mask]
@@ -101,8 +101,8 @@ class Cloud:
         stamp: When [s].
     """
 
-    points: NDArray[np.float64]
-    sensor: NDArray[np.float64]
+    points: Floats
+    sensor: Floats
     stamp: float
 
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import overload
 
 import numpy as np
-from numpy.typing import NDArray
+
+from arjuna_core.arrays import Floats
 
 _SMALL_ANGLE = 1e-9
 
@@ -15,8 +16,8 @@ _SMALL_ANGLE = 1e-9
 @overload
 def wrap(angle: float) -> float: ...
 @overload
-def wrap(angle: NDArray[np.float64]) -> NDArray[np.float64]: ...
-def wrap(angle: float | NDArray[np.float64]) -> float | NDArray[np.float64]:
+def wrap(angle: Floats) -> Floats: ...
+def wrap(angle: float | Floats) -> float | Floats:
     """Wrap an angle [rad], scalar or array, to [-pi, pi)."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
@@ -62,10 +63,10 @@ class SE2:
         c, s = math.cos(self.theta), math.sin(self.theta)
         return SE2(-c * self.x - s * self.y, s * self.x - c * self.y, wrap(-self.theta))
 
-    def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def apply(self, points: Floats) -> Floats:
         """Map points `(N, 2) float64` [m] from the right-hand frame into the left-hand one."""
         c, s = math.cos(self.theta), math.sin(self.theta)
-        result: NDArray[np.float64] = points @ np.array([[c, s], [-s, c]])
+        result: Floats = points @ np.array([[c, s], [-s, c]])
         result += (self.x, self.y)
         return result
 
@@ -73,22 +74,22 @@ class SE2:
         """Return the distance between the two origins [m]."""
         return math.hypot(other.x - self.x, other.y - self.y)
 
-    def array(self) -> NDArray[np.float64]:
+    def array(self) -> Floats:
         """Return `(x, y, theta)` as a `(3,) float64` array [m, m, rad]."""
         return np.array([self.x, self.y, self.theta])
 
-    def matrix(self) -> NDArray[np.float64]:
+    def matrix(self) -> Floats:
         """Return the homogeneous matrix, `(3, 3) float64`."""
         c, s = math.cos(self.theta), math.sin(self.theta)
         return np.array([[c, -s, self.x], [s, c, self.y], [0.0, 0.0, 1.0]])
 
     @staticmethod
-    def from_array(values: NDArray[np.float64]) -> SE2:
+    def from_array(values: Floats) -> SE2:
         """Build a pose from `(3,)` values `x, y, theta` [m, m, rad]."""
         return SE2(float(values[0]), float(values[1]), float(values[2]))
 
     @staticmethod
-    def exp(tangent: NDArray[np.float64] | tuple[float, float, float]) -> SE2:
+    def exp(tangent: Floats | tuple[float, float, float]) -> SE2:
         """Exponential map of a `(3,)` twist `vx, vy, omega` over unit time.
 
         Source: Sola et al., A micro Lie theory, 2018, appendix C.
@@ -99,7 +100,7 @@ class SE2:
         a, b = math.sin(w) / w, (1.0 - math.cos(w)) / w
         return SE2(a * vx - b * vy, b * vx + a * vy, wrap(w))
 
-    def log(self) -> NDArray[np.float64]:
+    def log(self) -> Floats:
         """Logarithm: the `(3,) float64` twist whose `exp` is this transform."""
         w = wrap(self.theta)
         if abs(w) < _SMALL_ANGLE:

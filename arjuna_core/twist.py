@@ -58,6 +58,11 @@ class RecentVelocities:
         while stamp - self._kept[0][0] > self._duration:
             self._kept.popleft()
 
+    @property
+    def newest(self) -> tuple[float, Velocity]:
+        """When the newest was measured [s], and the newest; zero where there is none."""
+        return self._kept[-1] if self._kept else (0.0, STILL)
+
     def mean(self) -> Velocity:
         """Return their mean; zero where there is none."""
         kept = [velocity for _, velocity in self._kept]

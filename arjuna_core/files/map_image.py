@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from arjuna_core.arrays import Bytes
 from arjuna_core.errors import MapError
 from arjuna_core.files.input_file import open_file
 from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN
@@ -128,7 +129,7 @@ def encoded(data: NDArray[np.int8], options: MapOptions, image_format: str) -> b
     return content.getvalue()
 
 
-def _shades(data: NDArray[np.int8], options: MapOptions) -> NDArray[np.uint8]:
+def _shades(data: NDArray[np.int8], options: MapOptions) -> Bytes:
     if options.mode == "raw":
         return np.where(data < 0, 255, data).astype(np.uint8)
     if options.mode == "scale":  # the inverse of what the loader does, so that it reads back

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from std_msgs.msg import Header
 
+from arjuna_core.arrays import Floats
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.pose3 import Pose3, unit_quaternion
 from arjuna_core.ros.messages import maker
@@ -246,7 +247,7 @@ def grid_from_msg(message: OccupancyGridMsg) -> OccupancyGrid:
     return OccupancyGrid(frame, data.reshape(frame.shape), seconds(message.header.stamp))
 
 
-def path_msg(poses: NDArray[np.float64], frame_id: str, now: float) -> Path:
+def path_msg(poses: Floats, frame_id: str, now: float) -> Path:
     """Return poses `(N, 3) float64` of `x, y, yaw` as a Path message."""
     sec, nanosec = _whole(now)
     stamped = [
@@ -256,7 +257,7 @@ def path_msg(poses: NDArray[np.float64], frame_id: str, now: float) -> Path:
     return Path(header=header(frame_id, now), poses=stamped)
 
 
-def poses_from_path(message: Path) -> NDArray[np.float64]:
+def poses_from_path(message: Path) -> Floats:
     """Return a Path message's poses as `(N, 3) float64` of `x, y, yaw`.
 
     Raises:
@@ -270,7 +271,7 @@ PLANAR = np.array([0, 1, 5, 6, 7, 11, 30, 31, 35])
 """Places of x, y and yaw in a message's 6 x 6 covariance, row by row."""
 
 
-def planar_covariance(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+def planar_covariance(covariance: Floats) -> Floats:
     """Spread a `(3, 3)` covariance of x, y, yaw over a pose message's `(36,) float64`."""
     full = np.zeros(36)
     full[PLANAR] = np.asarray(covariance).ravel()
@@ -282,9 +283,9 @@ def velocity_from_twist(message: Any) -> Velocity:
     return Velocity(message.linear.x, y=message.linear.y, yaw_rate=message.angular.z)
 
 
-def covariance_from_pose(covariance: Any) -> NDArray[np.float64]:
+def covariance_from_pose(covariance: Any) -> Floats:
     """Return the `(3, 3)` covariance of x, y, yaw in a pose message's 36 values."""
-    planar: NDArray[np.float64] = np.asarray(covariance, dtype=np.float64)[PLANAR].reshape(3, 3)
+    planar: Floats = np.asarray(covariance, dtype=np.float64)[PLANAR].reshape(3, 3)
     return planar
 
 

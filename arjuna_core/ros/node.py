@@ -210,10 +210,7 @@ class ManagedNode(Guarded, LifecycleNode):
         self._keep(self._retire, made)
 
     def serve_later(
-        self,
-        service_type: Any,
-        name: str,
-        on_request: Callable[[Any, Callable[[Any], None]], None],
+        self, service_type: Any, name: str, on_request: Callable[[Any, Callable[[Any], None]], None]
     ) -> None:
         """Create a service as `serve` does; `on_request` also gets what answers, perhaps later."""
 

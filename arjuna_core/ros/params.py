@@ -33,11 +33,7 @@ class ParameterBinding:
     """
 
     def __init__(
-        self,
-        node: Any,
-        cls: type[Any],
-        values: Mapping[str, Any],
-        on_change: Callable[[Any], None],
+        self, node: Any, cls: type[Any], values: Mapping[str, Any], on_change: Callable[[Any], None]
     ) -> None:
         self._node, self._cls = node, cls
         self._on_change = on_change

@@ -71,11 +71,7 @@ class VelocityOutput:
     """
 
     def __init__(
-        self,
-        node: Node,
-        stamped: bool | None,
-        frame: str = "base_link",
-        topic: str = "cmd_vel",
+        self, node: Node, stamped: bool | None, frame: str = "base_link", topic: str = "cmd_vel"
     ) -> None:
         self._node, self._frame = node, frame
         types = listeners(node, topic) if stamped is None else []

@@ -12,7 +12,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.motion import min_turning_radius, rollout
-from arjuna_nav.costmap.collision import collision_place, first_collision
+from arjuna_nav.costmap.collision import collision_ahead
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 
@@ -129,9 +129,6 @@ class TimedBehavior(abc.ABC):
         """Return a velocity, or COLLISION_AHEAD where driving it for a time would collide."""
         duration = min(self._config.simulate_ahead_time, time_left)
         arc = rollout(pose, velocity, duration, costmap.frame.resolution)
-        hit = first_collision(costmap, self._footprint, arc)
-        if hit is None:
-            return self._result(BehaviorStatus.RUNNING, velocity=velocity)
-        where = collision_place(costmap, self._footprint, SE2.from_array(arc[hit]))
-        message = f"collision ahead at {where}"
-        return self._result(BehaviorStatus.COLLISION_AHEAD, message)
+        if problem := collision_ahead(costmap, self._footprint, arc):
+            return self._result(BehaviorStatus.COLLISION_AHEAD, problem)
+        return self._result(BehaviorStatus.RUNNING, velocity=velocity)

@@ -14,6 +14,7 @@ from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import STILL, Velocity
+from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
@@ -225,3 +226,14 @@ class PathController:
     def path(self) -> Floats:
         """The part of the path that is still ahead, `(N, 3) float64`."""
         return self._path.ahead
+
+    def _turned(self, command: Velocity, arc: Floats, costmap: Costmap) -> ControlResult:
+        """Return a turn on the spot, or NO_VALID_CONTROL where its poses `(N, 3)` collide."""
+        if self._is_free(arc, costmap):
+            return ControlResult(ControlStatus.SUCCEEDED, command)
+        message = f"turning at ({arc[0, 0]:.2f}, {arc[0, 1]:.2f}) would collide"
+        return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
+
+    def _is_free(self, poses: Floats, costmap: Costmap) -> bool:
+        """Return whether the robot may be at all of the poses `(N, 3)`."""
+        return first_collision(costmap, self._footprint, poses) is None

@@ -20,14 +20,13 @@ from arjuna_nav.controllers.base import (
     NO_PATH,
     Controller,
     ControlResult,
-    ControlStatus,
     PathController,
     TrackedPath,
 )
 from arjuna_nav.controllers.display import shown_by, topics_of, want
 from arjuna_nav.controllers.motion import Turning, gentle_turns, rollout
 from arjuna_nav.controllers.plugins import CONTROLLERS
-from arjuna_nav.costmap.collision import first_collision, footprint_cost
+from arjuna_nav.costmap.collision import footprint_cost
 from arjuna_nav.costmap.costmap import LETHAL, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
@@ -141,9 +140,11 @@ class RotationShim(PathController):
         self.carrot = None
         rate = velocity.yaw_rate if self._config.closed_loop else self._last_w
         command = Velocity(yaw_rate=self._turn.towards(angle, rate))
-        checked = self._checked(command, pose, costmap)
-        self._last_w = checked.velocity.yaw_rate
-        return checked
+        duration = min(self._config.simulate_ahead_time, 1.0 / max(abs(command.yaw_rate), 1e-3))
+        arc = rollout(pose, command, duration, costmap.frame.resolution)
+        turn = self._turned(command, arc, costmap)
+        self._last_w = turn.velocity.yaw_rate
+        return turn
 
     def _angle(self, pose: SE2) -> float | None:
         """Return by how much to turn on the spot [rad]; None where the primary is to drive."""
@@ -162,21 +163,13 @@ class RotationShim(PathController):
         self._turning = self._due = abs(angle) > limit
         return angle if self._due else None
 
-    def _checked(self, command: Velocity, pose: SE2, costmap: Costmap) -> ControlResult:
-        """Return a turn, or NO_VALID_CONTROL where it would collide."""
-        duration = min(self._config.simulate_ahead_time, 1.0 / max(abs(command.yaw_rate), 1e-3))
-        arc = rollout(pose, command, duration, costmap.frame.resolution)
-        if first_collision(costmap, self._footprint, arc) is None and self._is_cheap(arc, costmap):
-            return ControlResult(ControlStatus.SUCCEEDED, command)
-        message = f"turning at ({pose.x:.2f}, {pose.y:.2f}) would collide"
-        return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
-
-    def _is_cheap(self, poses: Floats, costmap: Costmap) -> bool:
+    def _is_free(self, poses: Floats, costmap: Costmap) -> bool:
         """Return whether the costs below the outline stay below what counts as a collision."""
-        most = self._config.max_cost_threshold
-        return most >= LETHAL or all(
-            footprint_cost(costmap, self._footprint, SE2.from_array(pose)) < most for pose in poses
-        )
+        if not super()._is_free(poses, costmap):
+            return False
+        most, outline = self._config.max_cost_threshold, self._footprint
+        at = map(SE2.from_array, poses)
+        return most >= LETHAL or all(footprint_cost(costmap, outline, pose) < most for pose in at)
 
 
 @functools.cache

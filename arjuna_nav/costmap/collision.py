@@ -32,6 +32,14 @@ def collision_place(costmap: Costmap, footprint: Footprint, pose: SE2) -> str:
     return f"({pose.x:.2f}, {pose.y:.2f}){outside and ', '}{outside}"
 
 
+def collision_ahead(costmap: Costmap, footprint: Footprint, poses: Floats) -> str:
+    """Say where the robot collides first along poses `(N, 3)`; empty where it does not."""
+    hit = first_collision(costmap, footprint, poses) if len(poses) else None
+    if hit is None:
+        return ""
+    return f"collision ahead at {collision_place(costmap, footprint, SE2.from_array(poses[hit]))}"
+
+
 def outside_grid(frame: GridFrame, points: Floats) -> str:
     """Return that points `(N, 2)` [m] lie outside a costmap's grid, and the remedy; else "".
 

@@ -7,8 +7,8 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros.health.rules import OUTLINE
 from arjuna_core.se2 import SE2
@@ -30,7 +30,7 @@ class Footprint:
         circular: Whether the outline is a circle, so that its heading does not matter.
     """
 
-    points: NDArray[np.float64]
+    points: Floats
     inscribed_radius: float
     circumscribed_radius: float
     circular: bool
@@ -46,7 +46,7 @@ class Footprint:
         return Footprint(points, total, total, circular=True)
 
     @staticmethod
-    def polygon(corners: NDArray[np.float64], padding: float = 0.0) -> Footprint:
+    def polygon(corners: Floats, padding: float = 0.0) -> Footprint:
         """Return a polygon whose corners are moved outwards by `padding` in x and in y [m].
 
         Raises:
@@ -100,10 +100,10 @@ class Footprint:
         inscribed, circumscribed = self.inscribed_radius * scale, self.circumscribed_radius * scale
         return Footprint(self.points * scale, inscribed, circumscribed, self.circular)
 
-    def holds(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def holds(self, points: Floats) -> Bools:
         """Return which points `(N, 2) float64` of the base frame [m] lie within the outline."""
         if self.circular:
-            near: NDArray[np.bool_] = np.hypot(*points.T) <= self.circumscribed_radius
+            near: Bools = np.hypot(*points.T) <= self.circumscribed_radius
             return near
         return _inside(points, self.points)
 
@@ -112,7 +112,7 @@ class Footprint:
         farthest = float(self.gaps(body.points)[0].max())
         return farthest if farthest > rounding else 0.0
 
-    def gaps(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def gaps(self, points: Floats) -> tuple[Floats, Floats]:
         """Return how far points `(N, 2) float64` of the base frame lie outside the outline [m].
 
         Returns:
@@ -127,35 +127,35 @@ class Footprint:
         signs = np.where(self.holds(points), -1.0, 1.0)
         return signs * distances, off * (signs / np.maximum(distances, 1e-9))[:, None]
 
-    def at(self, T_frame_base: SE2) -> NDArray[np.float64]:
+    def at(self, T_frame_base: SE2) -> Floats:
         """Return the corners with the robot at a pose, `(N, 2) float64` in the pose's frame [m]."""
         return T_frame_base.apply(self.points)
 
 
-def _edge_distances(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _edge_distances(points: Floats) -> Floats:
     """Return the distance from the origin to each edge."""
-    distances: NDArray[np.float64] = np.hypot(*_on_edges(points, np.zeros((1, 2)))[0].T)
+    distances: Floats = np.hypot(*_on_edges(points, np.zeros((1, 2)))[0].T)
     return distances
 
 
-def _closest(corners: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _closest(corners: Floats, points: Floats) -> Floats:
     """Return the point of the outline that is nearest to each point, `(N, 2)`."""
     on_edges = _on_edges(corners, points)
     nearest = np.hypot(*np.moveaxis(on_edges - points[:, None], -1, 0)).argmin(axis=1)
-    closest: NDArray[np.float64] = on_edges[np.arange(len(points)), nearest]
+    closest: Floats = on_edges[np.arange(len(points)), nearest]
     return closest
 
 
-def _on_edges(corners: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _on_edges(corners: Floats, points: Floats) -> Floats:
     """Return the point of each edge that is nearest to each point, `(N, edges, 2)`."""
     edges = np.roll(corners, -1, axis=0) - corners
     along = ((points[:, None] - corners) * edges).sum(axis=2)
     along = along / np.maximum(np.square(edges).sum(axis=1), 1e-12)
-    on_edges: NDArray[np.float64] = corners + np.clip(along, 0.0, 1.0)[..., None] * edges
+    on_edges: Floats = corners + np.clip(along, 0.0, 1.0)[..., None] * edges
     return on_edges
 
 
-def _inside(points: NDArray[np.float64], corners: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _inside(points: Floats, corners: Floats) -> Bools:
     """Return from which points a ray crosses the outline an odd number of times."""
     x, y = points[:, :1], points[:, 1:]
     x0, y0 = corners.T
@@ -163,5 +163,5 @@ def _inside(points: NDArray[np.float64], corners: NDArray[np.float64]) -> NDArra
     spans = (y0 <= y) != (y1 <= y)
     slope = np.divide(x1 - x0, y1 - y0, out=np.zeros_like(x0), where=y1 != y0)
     crossed = spans & (x < x0 + (y - y0) * slope)
-    odd: NDArray[np.bool_] = crossed.sum(axis=1) % 2 == 1
+    odd: Bools = crossed.sum(axis=1) % 2 == 1
     return odd

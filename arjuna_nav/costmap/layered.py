@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.collision import outside_grid
@@ -191,7 +191,7 @@ class LayeredCostmap:
         self._costmap.data[window] = self._composed(source)[seen_in(window, source)]
         self._changed = joined(self._changed, window)
 
-    def _composed(self, window: Window) -> NDArray[np.uint8]:
+    def _composed(self, window: Window) -> Bytes:
         """Return the costs of a window, as if there were nothing outside it."""
         shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)
         costs = np.full(shape, self._master.untouched, dtype=np.uint8)

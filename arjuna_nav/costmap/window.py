@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from arjuna_core.arrays import Bools
 
 Window = tuple[slice, slice]
 """Rows and columns of a grid, of whole numbers."""
@@ -45,7 +46,7 @@ def seen_in(window: Window, outer: Window) -> Window:
     return rows, columns
 
 
-def within(window: Window, changed: NDArray[np.bool_]) -> Window | None:
+def within(window: Window, changed: Bools) -> Window | None:
     """Return the least window of the cells that have changed in one, None where none has."""
     rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
     if not len(rows):

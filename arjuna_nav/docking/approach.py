@@ -12,7 +12,7 @@ from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.graceful import control_law
-from arjuna_nav.costmap.collision import collision_place, first_collision
+from arjuna_nav.costmap.collision import collision_ahead
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 
@@ -74,10 +74,8 @@ def towards(
         ahead = foreseen(config, pose, target, backward)
         near = np.hypot(ahead[:, 0] - dock.x, ahead[:, 1] - dock.y)
         ahead = ahead[near > config.dock_collision_threshold]
-        hit = first_collision(costmap, footprint, ahead) if len(ahead) else None
-        if hit is not None:
-            where = collision_place(costmap, footprint, SE2.from_array(ahead[hit]))
-            raise BlockedError(f"collision ahead at {where}")
+        if problem := collision_ahead(costmap, footprint, ahead):
+            raise BlockedError(problem)
     return steer(config, pose.inverse() @ target, backward)
 
 

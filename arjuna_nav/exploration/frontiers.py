@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import KDTree
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.config import param
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
@@ -105,9 +105,7 @@ def next_goal(
     return None
 
 
-def frontiers(
-    grid: OccupancyGrid, config: ExplorationConfig = ExplorationConfig()
-) -> list[NDArray[np.int64]]:
+def frontiers(grid: OccupancyGrid, config: ExplorationConfig = ExplorationConfig()) -> list[Ints]:
     """Return the frontiers: clusters of free cells beside unknown ones, each `(N, 2) int64`.
 
     Those in the open come last. Clusters shorter than `min_frontier_size` are left out.
@@ -116,9 +114,7 @@ def frontiers(
     return near + in_the_open
 
 
-def _near_and_open(
-    grid: OccupancyGrid, config: ExplorationConfig
-) -> tuple[list[NDArray[np.int64]], list[NDArray[np.int64]]]:
+def _near_and_open(grid: OccupancyGrid, config: ExplorationConfig) -> tuple[list[Ints], list[Ints]]:
     """Return the frontiers near obstacles and those in the open; all are near where none is."""
     edge = grid.free() & ndimage.binary_dilation(grid.unknown())  # by the four sides, not corners
     cells, obstacles = np.argwhere(edge), np.argwhere(grid.occupied())
@@ -130,9 +126,7 @@ def _near_and_open(
     return _clusters(grid, cells[is_near], config), _clusters(grid, cells[is_open], config)
 
 
-def _clusters(
-    grid: OccupancyGrid, cells: NDArray[np.int64], config: ExplorationConfig
-) -> list[NDArray[np.int64]]:
+def _clusters(grid: OccupancyGrid, cells: Ints, config: ExplorationConfig) -> list[Ints]:
     """Return cells that are neighbours together, where they are enough to be of interest."""
     mask = np.zeros(grid.frame.shape, bool)
     mask[tuple(cells.T)] = True
@@ -144,7 +138,7 @@ def _clusters(
     return [cluster for cluster in clusters if len(cluster) >= least]
 
 
-def _nearest(free: NDArray[np.bool_], start: tuple[int, int], reach: float) -> tuple[int, int]:
+def _nearest(free: Bools, start: tuple[int, int], reach: float) -> tuple[int, int]:
     """Return the nearest cell that can be stood on, at most a reach [cells] off; else the start."""
     cells = np.argwhere(free)
     gaps = np.hypot(*(cells - np.array(start)).T)
@@ -154,7 +148,7 @@ def _nearest(free: NDArray[np.bool_], start: tuple[int, int], reach: float) -> t
     return row, column
 
 
-def _rule_out(travel: NDArray[np.float64], grid: OccupancyGrid, goal: SE2, radius: float) -> None:
+def _rule_out(travel: Floats, grid: OccupancyGrid, goal: SE2, radius: float) -> None:
     rows, columns = np.ogrid[: grid.frame.height, : grid.frame.width]
     row, column = grid.frame.to_cell(goal.x, goal.y)
     travel[(rows - row) ** 2 + (columns - column) ** 2 < (radius / grid.frame.resolution) ** 2] = (
@@ -163,10 +157,7 @@ def _rule_out(travel: NDArray[np.float64], grid: OccupancyGrid, goal: SE2, radiu
 
 
 def _viewpoint(
-    cells: NDArray[np.int64],
-    travel: NDArray[np.float64],
-    grid: OccupancyGrid,
-    config: ExplorationConfig,
+    cells: Ints, travel: Floats, grid: OccupancyGrid, config: ExplorationConfig
 ) -> tuple[float, float, float, float] | None:
     """Return `(cost, x, y, yaw)` of the best pose to see a frontier's middle cell from."""
     centre = cells.mean(axis=0)

@@ -10,23 +10,15 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav2_msgs.msg import BehaviorTreeLog
-from nav_msgs.msg import Odometry
 
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import seconds, velocity_from_twist
 from arjuna_core.ros.goal_client import GoalClient
 from arjuna_core.ros.goal_server import GoalError, GoalServer, result_timeout
 from arjuna_core.se2 import SE2
 from arjuna_core.timing import Periodic
-from arjuna_core.twist import STILL, RecentVelocities
 from arjuna_nav.navigator import Ending, EntryNames, Finish, Navigator, NavigatorConfig
-from arjuna_nav.nodes.goals.admission import (
-    NAVIGATORS,
-    Admission,
-    GoalNavigator,
-    error_code,
-)
+from arjuna_nav.nodes.goals.admission import NAVIGATORS, Admission, GoalNavigator, error_code
 from arjuna_nav.nodes.goals.memory import GoalMemory, ResumingNode
 from arjuna_nav.nodes.safety.posture import PostureWatch
 from arjuna_nav.nodes.trees.clients import TreeClients
@@ -134,8 +126,7 @@ class BtNavigatorNode(ResumingNode):
         """Create the actions and their clients."""
         config = self.config
         self._navigator: Navigator | None = None
-        self._velocity, self._measured_at, self._started_at = STILL, 0.0, 0.0
-        self._recent = RecentVelocities(config.filter_duration)
+        self._started_at = 0.0
         self._new_goals: tuple[SE2, ...] | None = None
         self._feedback_due = Periodic(1.0 / config.feedback_rate)
         self._requests = TreeClients(self, config)
@@ -169,7 +160,6 @@ class BtNavigatorNode(ResumingNode):
         self._own = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
         for topic in ("goal_pose", "/move_base_simple/goal"):
             self.subscribe(PoseStamped, topic, self._on_goal_pose, qos.DEFAULT)
-        self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
         self.every(config.bt_loop_duration / 1000.0, self._work)
 
     def resume_goal(self) -> None:
@@ -192,11 +182,6 @@ class BtNavigatorNode(ResumingNode):
         elif self._busy_with() is not None:
             problem = self._admission.problem
         return f"the robot stands and waits: {problem}" if problem else ""
-
-    def _on_odometry(self, message: Any) -> None:
-        self._velocity = velocity_from_twist(message.twist.twist)
-        self._measured_at = seconds(message.header.stamp)
-        self._recent.add(self._velocity, self._measured_at)
 
     def _on_goal_pose(self, message: Any) -> None:
         self._own.send(NavigateToPose.Goal(pose=message), lambda outcome: None)
@@ -273,10 +258,7 @@ class BtNavigatorNode(ResumingNode):
         navigator = self._navigator
         if navigator is None:
             return
-        frames = self.config.global_frame, self.config.robot_base_frame
-        pose = self.transforms.try_lookup(*frames)
-        measured = self._velocity, self._measured_at, self._recent.mean
-        state = self._requests.state(pose, *measured)
+        state = self._requests.state()
         goals, self._new_goals = self._new_goals, None
         requests, end = navigator.tick(
             state, goals, self._servers[self._kind.name].cancel_requested

@@ -11,8 +11,8 @@ from geometry_msgs.msg import Point, PointStamped
 from nav2_msgs.action import FollowPath
 from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import Odometry, Path
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, seconds, velocity_from_twist
@@ -154,7 +154,7 @@ class ControllerServerNode(GoalNode):
             self._plan_out.publish(goal.path)
         self._take(poses, plugins, replaced)
 
-    def _checked(self, goal: Any) -> tuple[Chosen, NDArray[np.float64]]:
+    def _checked(self, goal: Any) -> tuple[Chosen, Floats]:
         """Return the plug-ins and the path of a goal.
 
         Raises:
@@ -176,7 +176,7 @@ class ControllerServerNode(GoalNode):
             raise GoalError(ControlStatus.CONTROLLER_TIMED_OUT, self._costmap.why_not_current())
         return plugins, poses_of(goal.path, ControlStatus.INVALID_PATH)
 
-    def _take(self, poses: NDArray[np.float64], chosen: Chosen, replaced: bool) -> None:
+    def _take(self, poses: Floats, chosen: Chosen, replaced: bool) -> None:
         """Follow a path; one that replaces another keeps what was reached and the progress."""
         kept = self._follower if replaced and not self._outdated else None
         if kept is not None and kept.chosen == chosen:

@@ -13,9 +13,9 @@ from geometry_msgs.msg import Point, PoseArray
 from nav2_msgs.action import ComputePathThroughPoses, ComputePathToPose
 from nav2_msgs.srv import IsPathValid
 from nav_msgs.msg import Path
-from numpy.typing import NDArray
 from visualization_msgs.msg import Marker, MarkerArray
 
+from arjuna_core.arrays import Bools, Floats
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, path_msg, pose_msg, poses_from_path
@@ -74,7 +74,7 @@ class _Plan:
     outline: Footprint
     began: float
     limit: float
-    stop: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(1, np.bool_))
+    stop: Bools = field(default_factory=lambda: np.zeros(1, np.bool_))
 
 
 class PlannerServerNode(GoalNode):
@@ -222,13 +222,7 @@ class PlannerServerNode(GoalNode):
             self._show(made.expansions, made.path, plan.outline, result.path.header)
         server.succeed(result)
 
-    def _show(
-        self,
-        expansions: NDArray[np.float64],
-        path: NDArray[np.float64],
-        outline: Footprint,
-        head: Any,
-    ) -> None:
+    def _show(self, expansions: Floats, path: Floats, outline: Footprint, head: Any) -> None:
         """Publish the poses that a search expanded, and the robot's outline along its path."""
         poses = [pose_msg(SE2.from_array(row)) for row in expansions]
         self._expansions.publish(PoseArray(header=head, poses=poses))
@@ -257,7 +251,7 @@ class PlannerServerNode(GoalNode):
             response.invalid_pose_indices = [len(request.path.poses) - len(poses) + hit]
         return response
 
-    def _ahead(self, path: Any) -> NDArray[np.float64]:
+    def _ahead(self, path: Any) -> Floats:
         """Return a path's poses from the one nearest to the robot on, in the costmap's frame."""
         frame, poses = self._costmap.config.global_frame, poses_from_path(path)
         source = path.header.frame_id.lstrip("/") or frame
@@ -270,7 +264,7 @@ class PlannerServerNode(GoalNode):
         return poses[near:]
 
 
-def _made(stop: NDArray[np.bool_], *query: Any) -> PlanResult:
+def _made(stop: Bools, *query: Any) -> PlanResult:
     """Return what `plan_through` does for a query, ended early by a flag."""
     with stopped_by(stop):
         return plan_through(*query)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from nav2_msgs.action import SmoothPath
 from nav_msgs.msg import Path
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import path_msg
@@ -95,7 +94,7 @@ class SmootherServerNode(GoalNode):
             self._check(smoothed.path, costmap)
         return smoothed
 
-    def _check(self, path: NDArray[np.float64], costmap: Costmap) -> None:
+    def _check(self, path: Floats, costmap: Costmap) -> None:
         try:
             footprint = self._costmap.footprint()
         except TransformError as error:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes
 from arjuna_core.timing import Periodic
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
@@ -23,9 +23,7 @@ from arjuna_nav.routes.route import along_edge
 from arjuna_nav.routes.scorers import RouteRequest, Scorer, WeightConfig, fixed
 
 
-def costs_on_line(
-    costmap: Costmap, start: Point, end: Point, every: int
-) -> tuple[NDArray[np.uint8], bool]:
+def costs_on_line(costmap: Costmap, start: Point, end: Point, every: int) -> tuple[Bytes, bool]:
     """Return the costs of every n-th cell between two points, and whether all are on the map.
 
     Those behind the first that is not are left out.

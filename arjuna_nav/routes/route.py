@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_nav.routes.graph import Edge, Graph, Node, Point
 
 
@@ -116,7 +116,7 @@ def along_edge(edge: Edge, point: Point) -> tuple[float, float]:
     return along, float(np.hypot(*(np.array(point) - first - along * unit)))
 
 
-def path_along(route: Route, spacing: float, radius: float = 0.0) -> NDArray[np.float64]:
+def path_along(route: Route, spacing: float, radius: float = 0.0) -> Floats:
     """Return poses `(N, 3)` [m, m, rad] along a route, at most a spacing apart [m].
 
     Args:
@@ -140,12 +140,8 @@ def path_along(route: Route, spacing: float, radius: float = 0.0) -> NDArray[np.
 
 
 def _arc(
-    start: NDArray[np.float64],
-    corner: NDArray[np.float64],
-    after: NDArray[np.float64],
-    radius: float,
-    spacing: float,
-) -> NDArray[np.float64] | None:
+    start: Floats, corner: Floats, after: Floats, radius: float, spacing: float
+) -> Floats | None:
     """Return the points of an arc that touches both edges of a corner, None if there is no room."""
     ahead, behind = corner - start, after - corner
     lengths = np.hypot(*ahead), np.hypot(*behind)
@@ -159,7 +155,7 @@ def _arc(
     angles = np.linspace(0.0, turn, count + 1)
     cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
     across = np.array((-to_middle[1], to_middle[0]))
-    points: NDArray[np.float64] = corner - cut * along + to_middle - cos * to_middle - sin * across
+    points: Floats = corner - cut * along + to_middle - cos * to_middle - sin * across
     return points
 
 

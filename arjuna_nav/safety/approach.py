@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
@@ -71,9 +71,7 @@ class Approach:
             )
         return part
 
-    def _time_to_collision(
-        self, velocity: Velocity, points: NDArray[np.float64], outline: Footprint
-    ) -> float:
+    def _time_to_collision(self, velocity: Velocity, points: Floats, outline: Footprint) -> float:
         """Return Nav2's time before a collision, as a part of that to be kept; 1 for none.
 
         Source: nav2_collision_monitor, Polygon::getCollisionTime and projectState.
@@ -97,7 +95,7 @@ class Approach:
         return 1.0
 
     def _before_what_stands(
-        self, velocity: Velocity, points: NDArray[np.float64], footprint: Footprint
+        self, velocity: Velocity, points: Floats, footprint: Footprint
     ) -> float:
         """Return the time of the last step that is free, as a part of that to be kept.
 
@@ -143,12 +141,7 @@ class Approach:
         return part if free[0] >= free[-1] else 0.0
 
     def _at_rest_in_time(
-        self,
-        velocity: Velocity,
-        gaps: NDArray[np.float64],
-        away: NDArray[np.float64],
-        speeds: NDArray[np.float64],
-        radius: float,
+        self, velocity: Velocity, gaps: Floats, away: Floats, speeds: Floats, radius: float
     ) -> float:
         """Return the greatest part that can be braked before what may come at speeds.
 
@@ -190,9 +183,7 @@ class Approach:
             found.append(float(times[within.argmax()]) if within.any() else math.inf)
         return found
 
-    def _free(
-        self, points: NDArray[np.float64], footprint: Footprint
-    ) -> tuple[NDArray[np.float64], Footprint]:
+    def _free(self, points: Floats, footprint: Footprint) -> tuple[Floats, Footprint]:
         """Return the points that a motion may meet, and the robot's outline, free of them now.
 
         What is within the outline is the robot's own part, or touches it: that must not hold it for
@@ -205,6 +196,6 @@ class Approach:
         return points[~footprint.holds(points)], footprint
 
 
-def inside(outline: Footprint | None, points: NDArray[np.float64]) -> int:
+def inside(outline: Footprint | None, points: Floats) -> int:
     """Return how many points `(N, 2)` of the base frame [m] lie within an outline."""
     return 0 if outline is None else int(outline.holds(points).sum())

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Ints
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.moving.tracker import HIDDEN
 
@@ -23,17 +23,14 @@ class Sight(NamedTuple):
         sources: Number of the source of each point, `(N,) int64`.
     """
 
-    points: NDArray[np.float64]
-    motions: NDArray[np.float64]
-    speeds: NDArray[np.float64]
-    sources: NDArray[np.int64]
+    points: Floats
+    motions: Floats
+    speeds: Floats
+    sources: Ints
 
     @staticmethod
     def of(
-        points: NDArray[np.float64],
-        motions: NDArray[np.float64] | None = None,
-        speeds: NDArray[np.float64] | None = None,
-        source: int = 0,
+        points: Floats, motions: Floats | None = None, speeds: Floats | None = None, source: int = 0
     ) -> Sight:
         """Return points of one source, which stand unless motions are given."""
         motions = np.zeros((len(points), 2)) if motions is None else motions
@@ -85,7 +82,7 @@ class Touching:
         return sight._replace(speeds=speeds)
 
 
-def on_arc(distance: float, field_of_view: float, step: float) -> NDArray[np.float64]:
+def on_arc(distance: float, field_of_view: float, step: float) -> Floats:
     """Return points at a distance [m] all over a field of view [rad], `(N, 2) float64` [m].
 
     Source: nav2_collision_monitor, Range::getData.
@@ -95,7 +92,7 @@ def on_arc(distance: float, field_of_view: float, step: float) -> NDArray[np.flo
     return distance * np.column_stack((np.cos(angles), np.sin(angles)))
 
 
-def along_edges(corners: NDArray[np.float64], spacing: float) -> NDArray[np.float64]:
+def along_edges(corners: Floats, spacing: float) -> Floats:
     """Return points along a closed polygon of corners `(K, 2)`, a spacing apart at most [m].
 
     Source: nav2_collision_monitor, PolygonSource::convertPolygonStampedToPoints.

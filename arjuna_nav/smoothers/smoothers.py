@@ -10,8 +10,8 @@ from functools import partial
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.plugins import PluginTypes
@@ -44,19 +44,19 @@ class SmoothResult:
     """
 
     status: SmoothStatus
-    path: NDArray[np.float64]
+    path: Floats
     message: str = ""
 
 
 class Smoother(Protocol):
     """Smooths a path; made of its `Config`, the dataclass of its parameters."""
 
-    def smooth(self, path: NDArray[np.float64], costmap: Costmap) -> SmoothResult:
+    def smooth(self, path: Floats, costmap: Costmap) -> SmoothResult:
         """Smooth a path `(N, 3)` of the costmap's frame; both ends stay."""
         ...
 
 
-def problem_of(path: NDArray[np.float64]) -> str:
+def problem_of(path: Floats) -> str:
     """Return why an array is no path; empty where it is one."""
     if path.ndim != 2 or path.shape[1] != 3 or not len(path):
         return f"a path must be (N, 3) with N > 0, got {path.shape}"
@@ -64,11 +64,7 @@ def problem_of(path: NDArray[np.float64]) -> str:
 
 
 def in_passes(
-    path: NDArray[np.float64],
-    costmap: Costmap,
-    passes: int,
-    once: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-    by_parts: bool,
+    path: Floats, costmap: Costmap, passes: int, once: Callable[[Floats], Floats], by_parts: bool
 ) -> SmoothResult:
     """Smooth a path part by part; a pass that would touch an obstacle is undone and ends its part.
 
@@ -85,7 +81,7 @@ def in_passes(
     result, first, free = path.copy(), 0, True
     while first < len(path) - 1:
         end = paths.part_end(path, first) if by_parts else len(path)
-        points: NDArray[np.float64] = np.ascontiguousarray(path[first:end, :2])
+        points: Floats = np.ascontiguousarray(path[first:end, :2])
         for _ in range(passes):
             smoothed = once(points)
             if touches(smoothed, costmap):
@@ -149,7 +145,7 @@ class SimpleSmoother:
     def __init__(self, config: SimpleSmootherConfig) -> None:
         self._config = config
 
-    def smooth(self, path: NDArray[np.float64], costmap: Costmap) -> SmoothResult:
+    def smooth(self, path: Floats, costmap: Costmap) -> SmoothResult:
         """Smooth a path; a pass that would touch an obstacle is undone and ends it."""
         config = self._config
         weights = config.w_data, config.w_smooth, config.tolerance, config.max_its
@@ -195,7 +191,7 @@ class SavitzkyGolaySmoother:
     def __init__(self, config: SavitzkyGolayConfig) -> None:
         self._config = config
 
-    def smooth(self, path: NDArray[np.float64], costmap: Costmap) -> SmoothResult:
+    def smooth(self, path: Floats, costmap: Costmap) -> SmoothResult:
         """Smooth a path; a pass that would touch an obstacle is undone and ends it."""
         config = self._config
         passes = 1 + config.refinement_num * config.do_refinement
@@ -205,9 +201,7 @@ class SavitzkyGolaySmoother:
         return in_passes(path, costmap, passes, fitted, config.enforce_path_inversion)
 
 
-def _fitted(
-    points: NDArray[np.float64], weights: NDArray[np.float64], mirrored: bool
-) -> NDArray[np.float64]:
+def _fitted(points: Floats, weights: Floats, mirrored: bool) -> Floats:
     """Return points `(N, 2)` on polynomials; beyond an end the path is mirrored or repeats it."""
     reach = len(weights) // 2
     before, after = points[reach:0:-1], points[-2 : -2 - reach : -1]
@@ -217,10 +211,8 @@ def _fitted(
         before, after = points[:1].repeat(len(before), 0), points[-1:].repeat(len(after), 0)
     padded = np.vstack((before, points, after))
     if len(padded) < len(points) + 2 * reach:  # too short to be noisy
-        unchanged: NDArray[np.float64] = points.copy()
+        unchanged: Floats = points.copy()
         return unchanged
-    fitted: NDArray[np.float64] = np.column_stack(
-        [np.convolve(column, weights, "valid") for column in padded.T]
-    )
+    fitted: Floats = np.column_stack([np.convolve(column, weights, "valid") for column in padded.T])
     fitted[0], fitted[-1] = points[0], points[-1]
     return fitted

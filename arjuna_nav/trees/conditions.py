@@ -25,6 +25,7 @@ from arjuna_nav.trees.ports import (
     Port,
 )
 
+_Answered = tuple[Callable[[Any], bool], dict[str, Port]]
 _FRAMES = {"global_frame": Port(TEXT, ""), "robot_base_frame": Port(TEXT, "")}
 
 
@@ -42,7 +43,12 @@ def _has_code(node: Any) -> bool:
     return node.error_code in node.error_codes_to_check
 
 
-_SIMPLE: dict[str, tuple[Callable[[Any], bool], dict[str, Port]]] = {
+def _helps_with(*codes: int) -> _Answered:
+    """Return a condition that succeeds where clearing or moving may mend an error."""
+    return lambda node: node.error_code in codes, {"error_code": Port(WHOLE, 0)}
+
+
+_SIMPLE: dict[str, _Answered] = {
     "AlwaysSuccess": (lambda node: True, {}),
     "AlwaysFailure": (lambda node: False, {}),
     "ScriptCondition": (lambda node: node.code.holds(node.board), {"code": Port(SCRIPT)}),
@@ -67,16 +73,14 @@ _SIMPLE: dict[str, tuple[Callable[[Any], bool], dict[str, Port]]] = {
         _has_code,
         {"error_code": Port(WHOLE, 0), "error_codes_to_check": Port(CODES, frozenset())},
     ),
-}
-_HELPS = {
     # unknown, patience exceeded, no progress, no valid control
-    "WouldAControllerRecoveryHelp": frozenset({100, 104, 105, 106}),
+    "WouldAControllerRecoveryHelp": _helps_with(100, 104, 105, 106),
     # unknown, time-out, no valid path; to a pose and through poses
-    "WouldAPlannerRecoveryHelp": frozenset({200, 207, 208, 300, 307, 308}),
+    "WouldAPlannerRecoveryHelp": _helps_with(200, 207, 208, 300, 307, 308),
     # unknown, time-out, failed to smooth, smoothed path in collision
-    "WouldASmootherRecoveryHelp": frozenset({500, 502, 503, 504}),
+    "WouldASmootherRecoveryHelp": _helps_with(500, 502, 503, 504),
     # unknown, time-out, no valid route
-    "WouldARouteRecoveryHelp": frozenset({400, 404, 405}),
+    "WouldARouteRecoveryHelp": _helps_with(400, 404, 405),
 }
 
 
@@ -87,22 +91,9 @@ class _Simple(Condition):
         return type(self).ANSWER(self)
 
 
-class _RecoveryHelps(Condition):
-    """Succeeds where an error is one that clearing or moving may mend."""
-
-    error_code = Port(WHOLE, 0)
-    CODES: ClassVar[frozenset[int]]
-
-    def _holds(self) -> bool:
-        return self.error_code in self.CODES
-
-
 CONDITIONS: dict[str, type[Condition]] = {
-    **{
-        name: type(name, (_Simple,), {"ANSWER": staticmethod(answer), **ports})
-        for name, (answer, ports) in _SIMPLE.items()
-    },
-    **{name: type(name, (_RecoveryHelps,), {"CODES": codes}) for name, codes in _HELPS.items()},
+    name: type(name, (_Simple,), {"ANSWER": staticmethod(answer), **ports})
+    for name, (answer, ports) in _SIMPLE.items()
 }
 """The conditions that remember nothing."""
 

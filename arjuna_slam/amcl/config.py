@@ -193,9 +193,7 @@ class AmclNodeConfig(AmclConfig):
         theirs="never",
     )
     save_pose_rate: float = param(
-        0.5,
-        "How often a tracked pose is written to initial_pose; never from 0 down.",
-        unit="Hz",
+        0.5, "How often a tracked pose is written to initial_pose; never from 0 down.", unit="Hz"
     )
     seed: int = param(0, "Seed of all randomness.", minimum=0, maximum=SEED_MAX, read_only=True)
 

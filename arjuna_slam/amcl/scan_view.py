@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from arjuna_core.arrays import Bools, Floats
+from arjuna_core.arrays import Bools, Floats, Singles
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.amcl.config import AmclConfig
@@ -185,7 +184,7 @@ def _origin(field: MapField, pose: SE2, view: ScanView) -> Floats:
 
 @njit(cache=True)
 def _known(
-    distances: NDArray[np.float32],
+    distances: Singles,
     unknown: Bools,
     resolution: float,
     origin: Floats,
@@ -212,7 +211,7 @@ def _is_known(unknown: Bools, x: float, y: float) -> bool:
 
 @njit(cache=True)
 def _agreement(
-    distances: NDArray[np.float32],
+    distances: Singles,
     unknown: Bools,
     resolution: float,
     limit: float,
@@ -246,12 +245,7 @@ def _agreement(
 
 @njit(cache=True)
 def _crossing(
-    distances: NDArray[np.float32],
-    resolution: float,
-    origin: Floats,
-    c: float,
-    s: float,
-    length: float,
+    distances: Singles, resolution: float, origin: Floats, c: float, s: float, length: float
 ) -> int:
     """Return whether a ray of `length` [cells] meets nothing, an obstacle, or leaves it again.
 

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_core.arrays import Bools, Floats
+from arjuna_core.arrays import Bools, Floats, Singles
 from arjuna_core.raycast import cast
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.scan_view import ScanView
@@ -47,7 +47,7 @@ class _Tabulated:
         self._field = field
         self._config = config
         self._range_max = -1.0
-        self._table: NDArray[np.float32] = np.empty((0, 0), np.float32)
+        self._table: Singles = np.empty((0, 0), np.float32)
 
     def _sums(self, poses: Floats, cells: Floats, range_max: float) -> Floats:
         if range_max != self._range_max:

@@ -18,13 +18,7 @@ import numpy as np
 from arjuna_core.arrays import Floats, Ints
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.candidates import (
-    LoopConfig,
-    Search,
-    near_keyframe,
-    near_submap,
-    of_submap,
-)
+from arjuna_slam.graph.candidates import LoopConfig, Search, near_keyframe, near_submap, of_submap
 from arjuna_slam.graph.hypotheses import Closure, Hypotheses
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
 from arjuna_slam.graph.submap import Submap
@@ -70,11 +64,7 @@ class LoopCloser:
         self._restart_submaps()
 
     def close(
-        self,
-        graph: PoseGraph,
-        travel: Sequence[float],
-        surface: Surface,
-        submaps: Sequence[Submap],
+        self, graph: PoseGraph, travel: Sequence[float], surface: Surface, submaps: Sequence[Submap]
     ) -> list[Edge]:
         """Return the loop edges of a new keyframe, and those of earlier ones it confirms.
 

@@ -10,7 +10,7 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.arrays import Bools, Floats, Ints
+from arjuna_core.arrays import Bools, Bytes, Floats, Ints, Singles
 from arjuna_core.config import param
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.matching.field import Field
@@ -31,10 +31,10 @@ class PackedField:
     origin: Floats  # outer corner of cell (0, 0), `(2,) float64` [m]
     shape: tuple[int, int]  # rows and columns
     cells: NDArray[np.int32]  # their numbers, `(N,) int32`
-    score: NDArray[np.uint8]  # their likelihoods, `(N,) uint8`
+    score: Bytes  # their likelihoods, `(N,) uint8`
     surface: Bools  # which of them have sums of a surface, `(N,) bool`
     # those sums in their order after a row for none, `(K + 1, 4) float32`
-    planes: NDArray[np.float32]
+    planes: Singles
 
     @staticmethod
     def of(field: Field) -> PackedField:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
-from arjuna_core.arrays import Floats, Ints
+from arjuna_core.arrays import Floats, Ints, Singles
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.matching.branch_and_bound import descend, prepare
 from arjuna_slam.matching.field import Field
@@ -210,7 +210,7 @@ def distinct(poses: Floats, scores: NDArray[np.floating], limit: int) -> Ints:
     return np.array(chosen, dtype=np.int64)
 
 
-def _largest(scores: NDArray[np.float32], count: int) -> Ints:
+def _largest(scores: Singles, count: int) -> Ints:
     if len(scores) <= count:
         return np.arange(len(scores))
     largest: Ints = np.sort(np.argpartition(-scores, count)[:count])

@@ -139,12 +139,13 @@ def test_what_is_no_rotation_has_no_yaw(quaternion: tuple[float, float, float, f
 @pytest.mark.parametrize(("duration", "mean"), [(0.0, 0.4), (0.125, 0.3), (0.25, 0.2), (9.0, 0.15)])
 def test_the_mean_is_of_what_was_measured_within_the_duration(duration: float, mean: float) -> None:
     recent = RecentVelocities(duration)
-    assert recent.mean() == STILL
+    assert (recent.mean(), recent.newest) == (STILL, (0.0, STILL))
     for k, x in enumerate((0.0, 0.0, 0.2, 0.4)):
         recent.add(Velocity(x, y=-x, yaw_rate=2.0 * x), 0.125 * k)
     velocity = recent.mean()
     parts = velocity.x, velocity.y, velocity.yaw_rate
     assert parts == pytest.approx((mean, -mean, 2.0 * mean))
+    assert recent.newest == (0.375, Velocity(0.4, y=-0.4, yaw_rate=0.8))
 
 
 def test_a_time_before_is_another_run() -> None:
@@ -152,6 +153,7 @@ def test_a_time_before_is_another_run() -> None:
     recent.add(Velocity(0.4), 5.0)
     recent.add(Velocity(0.1), 0.0)
     assert recent.mean() == Velocity(0.1)
+    assert recent.newest == (0.0, Velocity(0.1))
 
 
 POSES = [

@@ -6,12 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from lifecycle_msgs.msg import State, TransitionEvent
-from lifecycle_msgs.srv import (
-    ChangeState,
-    GetAvailableStates,
-    GetAvailableTransitions,
-    GetState,
-)
+from lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
 
 LIFECYCLE_SERVICES = {
     "change_state": ChangeState,

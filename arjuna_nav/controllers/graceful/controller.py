@@ -211,9 +211,6 @@ class Graceful(PathController):
         duration = min(abs(angle), 1.0) / max(abs(command.yaw_rate), 1e-3)  # a radian ahead
         step = self._config.in_place_collision_resolution
         arc = rollout(pose, command, duration, costmap.frame.resolution, step)
-        if first_collision(costmap, self._footprint, arc) is None:
-            self._last_w = command.yaw_rate
-            return ControlResult(ControlStatus.SUCCEEDED, command)
-        self._last_w = 0.0
-        message = f"turning at ({pose.x:.2f}, {pose.y:.2f}) would collide"
-        return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
+        turn = self._turned(command, arc, costmap)
+        self._last_w = turn.velocity.yaw_rate
+        return turn

@@ -219,8 +219,7 @@ class MppiConfig(PluginConfig):
     )
     TrajectoryVisualizer: VisualizerConfig = field(default_factory=VisualizerConfig)
     open_loop: bool = param(
-        False,
-        "Whether rollouts start from the last command, else from the measured velocity.",
+        False, "Whether rollouts start from the last command, else from the measured velocity."
     )
     regenerate_noises: bool = param(False, "Whether each command has its own noise.")
     seed: int = param(0, "Seed of the noise.", minimum=0)

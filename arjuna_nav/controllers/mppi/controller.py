@@ -31,7 +31,7 @@ from arjuna_nav.controllers.mppi.scene import (
     grid_seen,
     path_seen,
 )
-from arjuna_nav.costmap.collision import collision_place, first_collision
+from arjuna_nav.costmap.collision import collision_ahead, collision_place
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 
@@ -206,14 +206,11 @@ class Mppi(PathController):
     ) -> ControlResult:
         """Return the command, or NO_VALID_CONTROL where its own arc, so long [s], collides."""
         arc = rollout(pose, command, lookahead, costmap.frame.resolution)
-        hit = first_collision(costmap, self._footprint, arc)
-        if hit is None:
-            self._last = command
-            return ControlResult(ControlStatus.SUCCEEDED, command)
-        self._optimizer.reset()
-        where = collision_place(costmap, self._footprint, SE2.from_array(arc[hit]))
-        message = f"collision ahead at {where}"
-        return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
+        if problem := collision_ahead(costmap, self._footprint, arc):
+            self._optimizer.reset()
+            return ControlResult(ControlStatus.NO_VALID_CONTROL, message=problem)
+        self._last = command
+        return ControlResult(ControlStatus.SUCCEEDED, command)
 
 
 _CRITICS: dict[str, Callable[..., Any]] = {

@@ -8,11 +8,7 @@ import numpy as np
 from numba import njit
 
 from arjuna_core.arrays import Bools
-from arjuna_nav.controllers.mppi.config import (
-    PathAlignConfig,
-    PathAngleConfig,
-    PathFollowConfig,
-)
+from arjuna_nav.controllers.mppi.config import PathAlignConfig, PathAngleConfig, PathFollowConfig
 from arjuna_nav.controllers.mppi.critics import weighed
 from arjuna_nav.controllers.mppi.rollouts import Array, Rollouts
 from arjuna_nav.controllers.mppi.scene import Scene

@@ -21,7 +21,7 @@ from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.display import Plan
 from arjuna_nav.controllers.motion import Turning, crossing, curvature_to, rollout
 from arjuna_nav.controllers.pursuit.config import RegulatedPurePursuitConfig
-from arjuna_nav.costmap.collision import collision_place, first_collision
+from arjuna_nav.costmap.collision import collision_ahead
 from arjuna_nav.costmap.costmap import FREE, INSCRIBED, MAX_NON_OBSTACLE, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
@@ -284,11 +284,8 @@ class RegulatedPurePursuit(PathController):
             arc = rollout(pose, command, duration, costmap.frame.resolution)
             if "lookahead_collision_arc" in self.wanted:
                 self.shown = {"lookahead_collision_arc": Plan(arc)}
-            hit = first_collision(costmap, self._footprint, arc)
-            if hit is not None:
+            if problem := collision_ahead(costmap, self._footprint, arc):
                 self._last_w = 0.0
-                where = collision_place(costmap, self._footprint, SE2.from_array(arc[hit]))
-                message = f"collision ahead at {where}"
-                return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
+                return ControlResult(ControlStatus.NO_VALID_CONTROL, message=problem)
         self._last_w = command.yaw_rate
         return ControlResult(ControlStatus.SUCCEEDED, command)

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.transforms import TransformError
@@ -146,14 +147,14 @@ class Layer(Protocol):
         """
         return None
 
-    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+    def write(self, costs: Bytes, window: Window) -> None:
         """Write its costs over those of the layers before it, in place.
 
         Args:
             costs: Of the window's cells, `(rows, columns) uint8`.
         """
 
-    def own_costs(self) -> NDArray[np.uint8] | None:
+    def own_costs(self) -> Bytes | None:
         """Return what it alone knows, of the costmap's cells; None where it keeps no costs."""
         return None
 
@@ -183,7 +184,7 @@ class SensedLayer(Layer):
         self._untouched = untouched
         self._received: dict[str, list[Any]] = {one.source: [] for one in self.inputs()}
         self._received_at = dict.fromkeys(self._received, -math.inf)
-        self.data: NDArray[np.uint8] = np.full(master.frame.shape, untouched, dtype=np.uint8)
+        self.data: Bytes = np.full(master.frame.shape, untouched, dtype=np.uint8)
 
     def receive(self, source: str, value: Any) -> None:
         """Take what a sensor has seen."""
@@ -208,7 +209,7 @@ class SensedLayer(Layer):
         if kept is not None:
             self.data[window] = kept
 
-    def own_costs(self) -> NDArray[np.uint8] | None:
+    def own_costs(self) -> Bytes | None:
         """Return what sensors have seen."""
         return self.data
 
@@ -235,7 +236,7 @@ def absolute(topic: str) -> str:
     return topic if topic.startswith("/") else f"/{topic}"
 
 
-def combine(costs: NDArray[np.uint8], own: NDArray[np.uint8], method: int) -> None:
+def combine(costs: Bytes, own: Bytes, method: int) -> None:
     """Write a layer's costs over others, in place; where a layer knows nothing, the others stay.
 
     Args:

@@ -27,10 +27,7 @@ class ContactConfig:
 
     enabled: bool = param(True, "Whether the layer takes part.", theirs=False)
     topic: str = param(
-        "cmd_vel",
-        "Commands by which the robot drives.",
-        read_only=True,
-        of_robot="cmd_vel_topic",
+        "cmd_vel", "Commands by which the robot drives.", read_only=True, of_robot="cmd_vel_topic"
     )
     enable_stamped_cmd_vel: bool = param(False, "Whether they are TwistStamped.", read_only=True)
     fixed_frame: str = param(

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes
 from arjuna_core.config import param, plugin_names
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
@@ -112,7 +112,7 @@ class LayerGroup(Layer):
             changed = joined(changed, layer.update(T_global_base, now))
         return changed
 
-    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+    def write(self, costs: Bytes, window: Window) -> None:
         """Compose its layers over the costs."""
         for layer in self.in_use:
             layer.write(costs, window)
@@ -142,7 +142,7 @@ class PluginContainerLayer(LayerGroup):
     def __init__(self, config: Any, name: str, master: Master) -> None:
         super().__init__(config, name, master, config.plugins)
 
-    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+    def write(self, costs: Bytes, window: Window) -> None:
         """Compose its layers, and combine the result with the costs of those before it."""
         own = np.full(costs.shape, self.master.untouched, dtype=np.uint8)
         super().write(own, window)

@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes
 from arjuna_core.config import param
 from arjuna_nav.costmap.costmap import FREE, LETHAL
 from arjuna_nav.costmap.layers.base import Layer
@@ -41,14 +41,14 @@ class DenoiseLayer(Layer):
         """A group that is small lies wholly within so much [cells]."""
         return max(int(self.config.minimal_group_size), 0)
 
-    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+    def write(self, costs: Bytes, window: Window) -> None:
         """Set small groups free; those that the window's edge cuts count by what lies in it."""
         if self.config.minimal_group_size > 1:
             _denoise(costs, self.config.minimal_group_size, self.config.group_connectivity_type)
 
 
 @njit(cache=True)
-def _denoise(data: NDArray[np.uint8], least: int, connectivity: int) -> None:
+def _denoise(data: Bytes, least: int, connectivity: int) -> None:
     height, width = data.shape
     seen = np.zeros(data.shape, np.bool_)
     for row in range(height):

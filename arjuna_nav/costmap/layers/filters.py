@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Bytes
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, MAX_NON_OBSTACLE, UNKNOWN
@@ -132,10 +133,7 @@ class KeepoutFilter(CostmapFilter):
 
     def __init__(self, config: KeepoutConfig, name: str, master: Master) -> None:
         super().__init__(config, name, master)
-        self._costs: NDArray[np.uint8] = np.zeros((0, 0), np.uint8)  # of the mask's cells
         self._made_of: tuple[PlacedMap, bool] | None = None  # the mask, and if overridden
-        self._placement: Placement | None = None
-        self._shown = self._costs  # of the costmap's cells
 
     def reconfigure(self, config: Any) -> None:
         """Take other parameters."""
@@ -146,19 +144,15 @@ class KeepoutFilter(CostmapFilter):
         """Align the mask with the costmap by the latest transform."""
         before = self._placement
         T_global_mask = self._locate() if self._map is not None else None
-        if self._map is None or T_global_mask is None:
-            self._placement = None
-        else:
+        if self._map is not None and T_global_mask is not None:
             self._weigh(self._map, T_global_base)
-            if self._placement is None or self._placement.T_global_map != T_global_mask:
-                self._resample(T_global_mask)
+        self._place(T_global_mask)
         return whole(self.master.frame.shape) if self._placement is not before else None
 
-    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+    def write(self, costs: Bytes, window: Window) -> None:
         """Take the mask's costs where they are greater."""
         if self._placement is not None:
-            if self._placement.frame != self.master.frame:
-                self._resample(self._placement.T_global_map)
+            self._place(self._placement.T_global_map)
             combine(costs, self._shown[window], 1)
 
     def _weigh(self, mask: PlacedMap, T_global_base: SE2) -> None:
@@ -171,26 +165,22 @@ class KeepoutFilter(CostmapFilter):
                 costs[_is_zone(costs)] = self.config.lethal_override_cost
             self._costs, self._made_of, self._placement = costs, (mask, overridden), None
 
-    def _resample(self, T_global_mask: SE2) -> None:
-        """Read the mask's worst cost in each of the costmap's cells, or that in their middles.
+    def _read(self, placement: Placement) -> Bytes:
+        """Return the mask's worst cost in each of the costmap's cells, or that in their middles.
 
         In their middles a robot may enter a zone by half a cell.
         """
-        assert self._map is not None
-        self._placement = Placement(self.master.frame, T_global_mask, self._map.grid.frame)
-        if self.config.worst_of_cell:
-            self._shown = self._placement.read_worst(self._costs)
-        else:
-            self._shown = self._placement.read(self._costs, outside=UNKNOWN)
+        worst = self.config.worst_of_cell
+        return placement.read_worst(self._costs) if worst else super()._read(placement)
 
 
-def _is_zone(costs: NDArray[np.uint8]) -> NDArray[np.bool_]:
+def _is_zone(costs: Bytes) -> Bools:
     """Return which costs keep a robot out."""
-    zone: NDArray[np.bool_] = (costs == INSCRIBED) | (costs == LETHAL)
+    zone: Bools = (costs == INSCRIBED) | (costs == LETHAL)
     return zone
 
 
-def _costs_of(data: NDArray[Any]) -> NDArray[np.uint8]:
+def _costs_of(data: NDArray[Any]) -> Bytes:
     """Return the costs of a mask's values, `uint8`."""
     costs = np.round(data.astype(np.float64) * LETHAL / 100.0)
     return np.where(data == UNKNOWN_MASK, UNKNOWN, costs).astype(np.uint8)

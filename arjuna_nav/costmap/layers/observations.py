@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.plugins import NamedConfigs, names_in
 from arjuna_core.pose3 import Pose3
@@ -129,7 +129,7 @@ class PlacedScan(Placed[Scan]):
         """Pose of the sensor in the costmap's global frame."""
         return self.T_global_base @ self.reading.T_base_sensor
 
-    def ends(self, ranges: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+    def ends(self, ranges: Floats | None = None) -> Floats:
         """Return the ends of beams from the base, heights from the ground, `(M, 3)` [m].
 
         Args:
@@ -185,10 +185,10 @@ def with_ends(seen: Observation, source: SensorSource) -> Observation:
     return replace(seen, reading=replace(scan, ranges=ranges))
 
 
-def used_points(seen: PlacedCloud, source: SensorSource) -> NDArray[np.float64]:
+def used_points(seen: PlacedCloud, source: SensorSource) -> Floats:
     """Return a cloud's points between the source's heights, from the base, `(N, 3)` [m]."""
     points, (low, high) = seen.reading.points, source.heights
-    used: NDArray[np.float64] = points[(points[:, 2] >= low) & (points[:, 2] <= high)]
+    used: Floats = points[(points[:, 2] >= low) & (points[:, 2] <= high)]
     return used
 
 

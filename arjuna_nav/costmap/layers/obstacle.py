@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bytes, Floats, Ints
 from arjuna_core.config import param, plugin_names
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import FREE, LETHAL
@@ -136,7 +136,7 @@ class ObstacleLayer(SensedLayer):
             self._free_below(T_global_base)
         return joined(self._vacated, within(touched, self.data[touched] != before))
 
-    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+    def write(self, costs: Bytes, window: Window) -> None:
         """Combine its costs with those of the layers before it."""
         combine(costs, self.data[window], self.config.combination_method)
 
@@ -185,9 +185,7 @@ class ObstacleLayer(SensedLayer):
         self._outside.pop(source, None)
         return True
 
-    def _follow(
-        self, source: str, seen: Observation, new: bool
-    ) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
+    def _follow(self, source: str, seen: Observation, new: bool) -> tuple[Ints, Ints] | None:
         """Follow what moves in a scan; return the free cells in which it is, far from the robot."""
         key, horizon = f"{self.name}.{source}", self.config.moving_time
         if isinstance(seen, PlacedCloud) or horizon <= 0.0:
@@ -222,10 +220,10 @@ class ObstacleLayer(SensedLayer):
                 self._freed[key] = moving
                 self._vacated = joined(self._vacated, self._free_trails(moving.things))
 
-    def _free_trails(self, things: NDArray[np.float64]) -> Window | None:
+    def _free_trails(self, things: Floats) -> Window | None:
         return free_trails(self.data, things, self.master.frame, FREE)
 
-    def _set_free(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> None:
+    def _set_free(self, rows: Ints, columns: Ints) -> None:
         self.data[rows, columns] = FREE
 
     def _free_below(self, T_global_base: SE2) -> None:
@@ -233,7 +231,7 @@ class ObstacleLayer(SensedLayer):
         corners, frame = self.master.footprint.at(T_global_base), self.master.frame
         self._free(frame.origin.inverse().apply(corners) / frame.resolution)
 
-    def _free(self, corners: NDArray[np.float64]) -> None:
+    def _free(self, corners: Floats) -> None:
         """Set the cells within a polygon free, `(N, 2)` x, y in cells."""
         fill_polygon(self.data, corners, FREE)
 
@@ -270,12 +268,7 @@ class ObstacleLayer(SensedLayer):
             self._enter_points(points[0], points[1:], limits, clears, is_scan)
 
     def _enter_points(
-        self,
-        sensor: NDArray[np.float64],
-        points: NDArray[np.float64],
-        limits: NDArray[np.float64],
-        clearing: bool,
-        precise: bool,
+        self, sensor: Floats, points: Floats, limits: Floats, clearing: bool, precise: bool
     ) -> None:
         """Clear along the rays to points, or mark the points; args as of `enter_points`.
 
@@ -288,17 +281,17 @@ class ObstacleLayer(SensedLayer):
         """Height of a cell and of the lowest one's bottom [m]: here it is one, of any height."""
         return 1.0, 0.0
 
-    def _in_grid(self, seen: PlacedCloud, source: SourceConfig) -> NDArray[np.float64]:
+    def _in_grid(self, seen: PlacedCloud, source: SourceConfig) -> Floats:
         """Return the sensor and the points between the source's heights, `(1 + N, 3)` in cells."""
         (edge, bottom), frame = self._edges, self.master.frame
-        points: NDArray[np.float64]
+        points: Floats
         points = np.vstack((seen.reading.sensor, used_points(seen, source)))
         points[:, :2] = (frame.origin.inverse() @ seen.T_global_base).apply(points[:, :2])
         points[:, 2] -= bottom
         points /= np.array([frame.resolution, frame.resolution, edge])
         return points
 
-    def _limits(self, source: SourceConfig) -> NDArray[np.float64]:
+    def _limits(self, source: SourceConfig) -> Floats:
         """Return what bounds clearing and marking, in cells as `enter_points` takes it."""
         edge, bottom = self._edges
         heights = np.array([self.config.min_obstacle_height, self.config.max_obstacle_height])

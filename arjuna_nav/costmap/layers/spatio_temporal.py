@@ -8,20 +8,15 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.config import param, plugin_names
 from arjuna_core.plugins import NamedConfigs
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
 from arjuna_nav.costmap.layers.base import Master
-from arjuna_nav.costmap.layers.observations import (
-    Observation,
-    SensorSource,
-    as_cloud,
-    used_points,
-)
+from arjuna_nav.costmap.layers.observations import Observation, SensorSource, as_cloud, used_points
 from arjuna_nav.costmap.layers.obstacle import ObstacleLayer
 from arjuna_nav.costmap.window import Window, whole, within
 
@@ -99,8 +94,8 @@ class SpatioTemporalVoxelLayer(ObstacleLayer):
 
     def __init__(self, config: Any, name: str, master: Master) -> None:
         super().__init__(config, name, master)
-        self._keys: NDArray[np.int64]
-        self._marked_at: NDArray[np.float64]
+        self._keys: Ints
+        self._marked_at: Floats
         self._forget()
 
     def reconfigure(self, config: Any) -> None:
@@ -130,10 +125,10 @@ class SpatioTemporalVoxelLayer(ObstacleLayer):
         held[inside] = of_window[rows, columns]
         self._keep(held if outside else ~held)
 
-    def voxels(self) -> NDArray[np.float64]:
+    def voxels(self) -> Floats:
         """Return the middles of the marked voxels, `(N, 3)` of the costmap's frame [m]."""
         numbers = (self._keys[:, None] >> np.array([0, _BITS, 2 * _BITS])) & _MASK
-        middles: NDArray[np.float64] = (numbers - _HALF + 0.5) * self.config.voxel_size
+        middles: Floats = (numbers - _HALF + 0.5) * self.config.voxel_size
         return middles
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
@@ -199,14 +194,14 @@ class SpatioTemporalVoxelLayer(ObstacleLayer):
         self._keys, first = np.unique(every, return_index=True)  # the first is the newest
         self._marked_at = np.concatenate((np.full(len(keys), now), self._marked_at))[first]
 
-    def _cells(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+    def _cells(self) -> tuple[Ints, Ints, Bools]:
         """Return rows and columns of the voxels that are in the grid, and which are."""
         cells = self.master.frame.to_cells(self.voxels()[:, :2])
         inside = self.master.frame.inside(cells)
         rows, columns = cells[inside].T
         return rows, columns, inside
 
-    def _keep(self, kept: NDArray[np.bool_]) -> None:
+    def _keep(self, kept: Bools) -> None:
         self._keys, self._marked_at = self._keys[kept], self._marked_at[kept]
 
     def _forget(self) -> None:
@@ -214,7 +209,7 @@ class SpatioTemporalVoxelLayer(ObstacleLayer):
         self._keys, self._marked_at = np.zeros(0, np.int64), np.zeros(0)
 
 
-def _looks_at(source: Any, seen: Observation, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _looks_at(source: Any, seen: Observation, points: Floats) -> Bools:
     """Return which points of the costmap's frame `(N, 3)` lie in what a sensor looks at, `(N,)`.
 
     A camera looks along its z axis, and its near and far ends go through the frustum's corners; a
@@ -229,11 +224,11 @@ def _looks_at(source: Any, seen: Observation, points: NDArray[np.float64]) -> ND
         ends = math.cos(up) * math.cos(aside)
         within_ends = (source.min_z * ends <= pz) & (pz <= source.max_z * ends)
         across = np.abs(px) * math.cos(up) <= pz * math.tan(aside)
-        camera: NDArray[np.bool_] = within_ends & across & (np.abs(py) <= pz * math.tan(up))
+        camera: Bools = within_ends & across & (np.abs(py) <= pz * math.tan(up))
         return camera
     far = np.hypot(px, py)
     ring = (source.min_z <= far) & (far <= source.max_z)
     ring &= np.abs(pz) + source.vertical_fov_padding <= far * math.tan(up)
     all_round = source.horizontal_fov_angle > 6.27  # as STVL takes it
-    lidar: NDArray[np.bool_] = ring & (all_round | (np.abs(np.arctan2(py, px)) <= aside))
+    lidar: Bools = ring & (all_round | (np.abs(np.arctan2(py, px)) <= aside))
     return lidar

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.arrays import Bools, Bytes, Floats
 from arjuna_core.config import param
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import IDENTITY, SE2
@@ -44,7 +45,7 @@ class StaticConfig:
     )
 
 
-def interpret_map(data: NDArray[np.int8], config: CostmapConfig) -> NDArray[np.uint8]:
+def interpret_map(data: NDArray[np.int8], config: CostmapConfig) -> Bytes:
     """Return the costs that a map's cells have by themselves, `(height, width) uint8`.
 
     Source: nav2_costmap_2d, static layer: unknown, lethal from the threshold, else free or scaled.
@@ -60,11 +61,14 @@ def interpret_map(data: NDArray[np.int8], config: CostmapConfig) -> NDArray[np.u
 
 
 class MapLayer(Layer):
-    """A layer that holds a map."""
+    """A layer that holds a map, and what its cells cost."""
 
     def __init__(self, config: Any, name: str, master: Master) -> None:
         super().__init__(config, name, master)
         self._map: PlacedMap | None = None
+        self._costs: Bytes = np.zeros((0, 0), np.uint8)  # of the map's cells
+        self._placement: Placement | None = None
+        self._shown: Bytes = self._costs  # of the costmap's cells
         self._problem = ""
 
     def problem(self, now: float) -> str:
@@ -81,6 +85,22 @@ class MapLayer(Layer):
             return None
         return T_global_map
 
+    def _place(self, T_global_map: SE2 | None) -> None:
+        """Read the map's costs at the costmap's cells, where either has moved."""
+        frame, placement = self.master.frame, self._placement
+        if self._map is None or T_global_map is None:
+            self._placement = None
+        elif placement is None or (placement.frame, placement.T_global_map) != (
+            frame,
+            T_global_map,
+        ):
+            self._placement = Placement(frame, T_global_map, self._map.grid.frame)
+            self._shown = self._read(self._placement)
+
+    def _read(self, placement: Placement) -> Bytes:
+        """Return the map's costs at the costmap's cells."""
+        return placement.read(self._costs, UNKNOWN)
+
 
 class StaticLayer(MapLayer):
     """Holds a map. A fixed costmap takes its grid, a rolling one a part of it.
@@ -92,11 +112,8 @@ class StaticLayer(MapLayer):
 
     def __init__(self, config: StaticConfig, name: str, master: Master) -> None:
         super().__init__(config, name, master)
-        self._costs: NDArray[np.uint8] = np.zeros((0, 0), np.uint8)  # of the map's cells
         self._T_global_map = None if master.config.rolling_window else IDENTITY
-        self._placement: Placement | None = None
-        self._shown: NDArray[np.uint8] = self._costs  # of the costmap's cells
-        self._before: tuple[Window, NDArray[np.uint8]] | None = None  # where it is cleared
+        self._before: tuple[Window, Bytes] | None = None  # where it is cleared
         self._updated: Window | None = None  # cells of the map that have changed
 
     @property
@@ -145,12 +162,12 @@ class StaticLayer(MapLayer):
         before, changed, self._updated = self._placement, self._updated, None
         if before is not None and before.covered is not None and changed is not None:
             self._placement = None
-        self._resample()
+        self._place(self._T_global_map)
         return changed if self._placement is before else whole(self.master.frame.shape)
 
-    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+    def write(self, costs: Bytes, window: Window) -> None:
         """Write the map, unknown cells too, unless the greater cost counts."""
-        self._resample()
+        self._place(self._T_global_map)
         if self._placement is None:
             return
         own, covered = self._shown[window], self._placement.covered
@@ -161,21 +178,9 @@ class StaticLayer(MapLayer):
         else:
             np.copyto(costs, own, where=covered[window])
 
-    def own_costs(self) -> NDArray[np.uint8] | None:
+    def own_costs(self) -> Bytes | None:
         """Return the map's costs, unknown outside it; None while it cannot be placed."""
         return self._shown if self._placement is not None else None
-
-    def _resample(self) -> None:
-        """Read the map's costs at the costmap's cells, where either has moved."""
-        frame, T_global_map, placement = self.master.frame, self._T_global_map, self._placement
-        if self._map is None or T_global_map is None:
-            self._placement = None
-        elif placement is None or (placement.frame, placement.T_global_map) != (
-            frame,
-            T_global_map,
-        ):
-            self._placement = Placement(frame, T_global_map, self._map.grid.frame)
-            self._shown = self._placement.read(self._costs, UNKNOWN)
 
     def _clear_footprint(self, T_map_base: SE2) -> None:
         """Free the map's cells under the robot."""
@@ -238,7 +243,7 @@ class Placement:
 
     def __init__(self, frame: GridFrame, T_global_map: SE2, own: GridFrame) -> None:
         self.frame, self.T_global_map, self._own = frame, T_global_map, own
-        self.covered: NDArray[np.bool_] | None = None
+        self.covered: Bools | None = None
         if T_global_map == IDENTITY and frame == own:
             return
         self._T_own_frame = own.origin.inverse() @ T_global_map.inverse() @ frame.origin
@@ -249,7 +254,7 @@ class Placement:
         self.covered = inside.reshape(frame.shape)
         self._cells = y[inside], x[inside]
 
-    def read(self, values: NDArray[np.uint8], outside: int) -> NDArray[np.uint8]:
+    def read(self, values: Bytes, outside: int) -> Bytes:
         """Return a map's values at the costmap's cells; the same array where both are one grid."""
         if self.covered is None:
             return values
@@ -257,7 +262,7 @@ class Placement:
         result[self.covered] = values[self._cells]
         return result
 
-    def read_worst(self, costs: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    def read_worst(self, costs: Bytes) -> Bytes:
         """Return the greatest known cost of a map in each of the costmap's cells, as `read` does.
 
         At points no farther apart than the map's cells; those that only share an edge do not count.
@@ -273,11 +278,7 @@ class Placement:
 
 @njit(cache=True)
 def _read_worst(
-    costs: NDArray[np.uint8],
-    result: NDArray[np.uint8],
-    transform: NDArray[np.float64],
-    scale: float,
-    steps: NDArray[np.float64],
+    costs: Bytes, result: Bytes, transform: Floats, scale: float, steps: Floats
 ) -> None:
     """Write the greatest known cost at points of each cell of a grid.
 

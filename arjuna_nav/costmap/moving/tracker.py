@@ -121,14 +121,7 @@ def _watch(
     tracks: tuple[Floats, Ints, Floats],
     scans: Sightings,
     number: int,
-) -> tuple[
-    Floats,
-    Floats,
-    Bools,
-    Floats,
-    Floats,
-    Floats,
-]:
+) -> tuple[Floats, Floats, Bools, Floats, Floats, Floats]:
     """Return where beams end, how that moves, what has come, what moves, of it the hidden, paces.
 
     All of a scan's work in one kernel; `bench costmap` times it.

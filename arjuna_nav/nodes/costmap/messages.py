@@ -11,10 +11,10 @@ from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.msg import Costmap as CostmapMsg
 from nav2_msgs.msg import CostmapMetaData, CostmapUpdate, VoxelGrid
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
-from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
+from arjuna_core.arrays import Floats
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros.convert import grid_msg, header, pose_msg, time_msg
 from arjuna_nav.costmap import Costmap
@@ -94,13 +94,13 @@ def voxel_grid_msg(layer: VoxelLayer, frame_id: str, now: float) -> VoxelGrid:
     )
 
 
-def polygon_msg(points: NDArray[np.float64], frame_id: str, now: float) -> PolygonStamped:
+def polygon_msg(points: Floats, frame_id: str, now: float) -> PolygonStamped:
     """Return corners `(N, 2) float64` [m] as a polygon."""
     corners = [Point32(x=float(x), y=float(y)) for x, y in points]
     return PolygonStamped(header=header(frame_id, now), polygon=Polygon(points=corners))
 
 
-def points_marker(points: NDArray[np.float64], frame_id: str, name: str) -> Marker:
+def points_marker(points: Floats, frame_id: str, name: str) -> Marker:
     """Return points `(N, 2)` [m] as the Marker that Nav2 shows what a source sees by."""
     return Marker(
         header=header(frame_id, 0.0),
@@ -113,6 +113,6 @@ def points_marker(points: NDArray[np.float64], frame_id: str, name: str) -> Mark
     )
 
 
-def points_from_polygon(message: Any) -> NDArray[np.float64]:
+def points_from_polygon(message: Any) -> Floats:
     """Return a Polygon message's corners, `(N, 2) float64` [m]."""
     return np.array([[p.x, p.y] for p in message.points], dtype=np.float64).reshape(-1, 2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -44,12 +45,13 @@ class CostmapServices:
         self._node, self._layered, self._robot_pose = node, layered, robot_pose
         name = node.get_name()
         node.serve(ClearEntireCostmap, f"clear_entirely_{name}", self._on_clear_entirely)
-        for alias in (f"clear_except_{name}", "clear_costmap_except_region"):
-            node.serve(ClearCostmapExceptRegion, alias, self._on_clear_except)
-        for alias in (f"clear_around_{name}", "clear_costmap_around_robot"):
-            node.serve(ClearCostmapAroundRobot, alias, self._on_clear_around)
-        for alias in (f"clear_around_pose_{name}", "clear_costmap_around_pose"):
-            node.serve(ClearCostmapAroundPose, alias, self._on_clear_around_pose)
+        for kind, what, as_client, clear in (
+            (ClearCostmapExceptRegion, "except", "except_region", layered.clear_except),
+            (ClearCostmapAroundRobot, "around", "around_robot", layered.clear_around),
+            (ClearCostmapAroundPose, "around_pose", "around_pose", layered.clear_around),
+        ):
+            for service in (f"clear_{what}_{name}", f"clear_costmap_{as_client}"):
+                node.serve(kind, service, partial(self._on_clear, clear))
         node.serve(GetCostmap, "get_costmap", self._on_get_costmap)
         node.serve(GetCost, f"get_cost_{name}", self._on_get_cost)
 
@@ -57,32 +59,17 @@ class CostmapServices:
         self._layered.clear_entirely()
         return response
 
-    def _on_clear_except(self, request: Any, response: Any) -> Any:
-        self._clear(self._layered.clear_except, request, self._robot_pose)
-        return response
-
-    def _on_clear_around(self, request: Any, response: Any) -> Any:
-        self._clear(self._layered.clear_around, request, self._robot_pose)
-        return response
-
-    def _on_clear_around_pose(self, request: Any, response: Any) -> Any:
-        def pose() -> SE2:
-            return pose_in(self._node, self._node.config.global_frame, request.pose)
-
-        self._clear(self._layered.clear_around, request, pose)
-        return response
-
-    def _clear(
-        self, clear: Callable[[SE2, float], None], request: Any, pose: Callable[[], SE2]
-    ) -> None:
+    def _on_clear(self, clear: Callable[[SE2, float], None], request: Any, response: Any) -> Any:
         """Clear in or outside a square; the answer has no room for a reason, so the log says it."""
-        edge = request.reset_distance
+        edge, frame = request.reset_distance, self._node.config.global_frame
+        given = hasattr(request, "pose")
         try:
             if not 0.0 <= edge < math.inf:
                 raise ConfigError(f"reset_distance {edge} is no length; valid: 0 and more")
-            clear(pose(), edge)
+            clear(pose_in(self._node, frame, request.pose) if given else self._robot_pose(), edge)
         except ArjunaError as error:
             self._node.get_logger().error(f"nothing cleared: {error}")
+        return response
 
     def _on_get_costmap(self, request: Any, response: Any) -> Any:
         costmap, frame_id = self._layered.costmap, self._node.config.global_frame

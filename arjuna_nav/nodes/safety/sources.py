@@ -10,9 +10,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 from geometry_msgs.msg import PolygonInstanceStamped
-from numpy.typing import NDArray
 from sensor_msgs.msg import LaserScan, PointCloud2, Range
 
+from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.ros import qos
@@ -64,7 +64,7 @@ class Source:
     def reset(self) -> None:
         """Forget what was seen."""
         self.message: Any | None = None
-        self._read: tuple[Any, NDArray[np.float64] | None] | None = None  # of it, by a config
+        self._read: tuple[Any, Floats | None] | None = None  # of it, by a config
         # The shortest of the last five intervals is the sensor's period.
         self._intervals: deque[float] = deque(maxlen=5)
         self._stamp, self._received_at = -math.inf, 0.0
@@ -131,7 +131,7 @@ class Source:
         points = self._read[1]
         return None if points is None else Sight.of(self._frames.since(self._stamp).apply(points))
 
-    def _points(self, message: Any) -> NDArray[np.float64] | None:
+    def _points(self, message: Any) -> Floats | None:
         """Return what a message says, `(N, 2) float64` in the base frame at its stamp [m]."""
         raise NotImplementedError
 
@@ -173,7 +173,7 @@ class ScanSource(Source):
         scan = read_scan(self._frames, message, T_odom_then).reading
         self._moving = self._tracker.update(scan, T_odom_then)
 
-    def _points(self, message: Any) -> NDArray[np.float64]:
+    def _points(self, message: Any) -> Floats:
         seen = read_scan(self._frames, message)
         return seen.reading.points() if seen.is_planar else seen.ends()[:, :2]
 
@@ -194,7 +194,7 @@ class PointCloudSource(Source):
     Config: ClassVar[type[Any]] = PointCloudConfig
     message_type = PointCloud2
 
-    def _points(self, message: Any) -> NDArray[np.float64]:
+    def _points(self, message: Any) -> Floats:
         # Of a cloud above a million points every second, third, ... is taken.
         config, most = self.config, 1_000_000
         cloud = read_cloud(self._frames, message, most=most).reading
@@ -204,7 +204,7 @@ class PointCloudSource(Source):
             cloud = read_cloud(self._frames, message, most=most, height="height").reading
         heights = cloud.points[:, 2]
         kept &= (heights >= config.min_height) & (heights <= config.max_height)
-        seen: NDArray[np.float64] = points[kept]
+        seen: Floats = points[kept]
         return seen
 
 
@@ -227,7 +227,7 @@ class RangeSource(Source):
     Config: ClassVar[type[Any]] = RangeConfig
     message_type = Range
 
-    def _points(self, message: Any) -> NDArray[np.float64] | None:
+    def _points(self, message: Any) -> Floats | None:
         reading = read_range(self._frames, message).reading
         distance = reading.distance
         if distance == math.inf:
@@ -273,7 +273,7 @@ class PolygonSource(Source):
         each = [self._frames.since(t).apply(self._points(m)) for t, m in fresh.values()]
         return Sight.of(np.vstack(each)) if each else None
 
-    def _points(self, message: Any) -> NDArray[np.float64]:
+    def _points(self, message: Any) -> Floats:
         corners = points_from_polygon(message.polygon.polygon)
         points = along_edges(corners, self.config.sampling_distance)
         transforms, frame = self._frames.node.transforms, message.header.frame_id.lstrip("/")

@@ -8,16 +8,18 @@ from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
 
 from arjuna_core.ros import qos
+from arjuna_core.ros.convert import seconds, velocity_from_twist
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_core.timing import Periodic
-from arjuna_core.twist import Velocity
+from arjuna_core.twist import RecentVelocities
 from arjuna_nav.nodes.frames import pose_in
 from arjuna_nav.nodes.trees.messages import (
     action_type,
@@ -53,6 +55,8 @@ class _Request:
 class TreeClients:
     """The one client of the robot's servers: it carries out the requests of trees.
 
+    It listens to what trees go by, too, and puts it together as the state of each tick.
+
     Args:
         node: bt_navigator; made in its `configure`.
         look_period: From one look for servers to the next [s]; one searches the graph, 0.3 ms.
@@ -71,6 +75,8 @@ class TreeClients:
         self._moved_goal: SE2 | None = None
         self._look = Periodic(look_period)
         self._trials = 0
+        self._recent = RecentVelocities(config.filter_duration)
+        node.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
         node.every(look_period, self._look_after_cancels)
 
     def listen(self, topics: set[Topic]) -> None:
@@ -100,27 +106,21 @@ class TreeClients:
         except TransformError as error:
             self._node.get_logger().warning(f"{GOAL_UPDATE} ignored: {error}")
 
-    def state(
-        self,
-        pose: SE2 | None,
-        velocity: Velocity,
-        measured_at: float,
-        mean: Callable[[], Velocity],
-    ) -> TreeState:
-        """Return the state of a tree's tick, with each answer and feedback once.
+    def _on_odometry(self, message: Any) -> None:
+        self._recent.add(velocity_from_twist(message.twist.twist), seconds(message.header.stamp))
 
-        Args:
-            pose: Of the robot, None where it is not known.
-            measured_at: When it had that velocity [s].
-        """
+    def state(self) -> TreeState:
+        """Return the state of a tree's tick, with each answer and feedback once."""
         if self._look.due(self._node.now):
             for key, request in list(self._open.items()):
                 self._look_after(key, request)
         answers, self._answers = self._answers, {}
         feedback, self._feedback = self._feedback, {}
+        frames = self._config.global_frame, self._config.robot_base_frame
+        measured_at, velocity = self._recent.newest
         return TreeState(
             self._node.now,
-            pose,
+            self._node.transforms.try_lookup(*frames),
             velocity,
             measured_at,
             answers,
@@ -129,7 +129,7 @@ class TreeClients:
             self._moved_goal,
             self._batteries,
             self._connected,
-            mean,
+            self._recent.mean,
         )
 
     def _connected(self, parent: str, child: str) -> bool:

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from arjuna_core.arrays import Floats, Singles
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2, wrap
 from arjuna_nav.costmap.costmap import INSCRIBED, Costmap
@@ -106,7 +106,7 @@ class PoseSearch(abc.ABC):
         return Plan(PlanResult.failed(PlanStatus.NO_VALID_PATH, message))
 
     def _guide(
-        self, query: Query, seeds: NDArray[np.float64], slack: float | None, radius: float
+        self, query: Query, seeds: Floats, slack: float | None, radius: float
     ) -> Guide | PlanResult:
         """Return the costs left to the goal, those of an earlier plan to it where they are kept."""
         key, first = (query.goal_cell, query.costmap.frame, slack), tuple(seeds[0, :2].astype(int))
@@ -120,7 +120,7 @@ class PoseSearch(abc.ABC):
             self._kept[key] = found
         return found
 
-    def _ends(self, query: Query, cell: Cell, moves: Moves) -> tuple[NDArray[np.float64], int]:
+    def _ends(self, query: Query, cell: Cell, moves: Moves) -> tuple[Floats, int]:
         """Return the goal's pose with each heading that will do, `(K, 3)`; how many come first."""
         count = len(moves.angles)
         headings = {
@@ -133,7 +133,7 @@ class PoseSearch(abc.ABC):
         ends[:, 2] += headings[np.argsort(~coarse, kind="stable")]
         return ends, int(coarse.sum())
 
-    def _expansions(self, nodes: PoseTable, costmap: Costmap) -> NDArray[np.float64] | None:
+    def _expansions(self, nodes: PoseTable, costmap: Costmap) -> Floats | None:
         """Return the poses that were expanded, in the costmap's frame, where they are shown."""
         if not self._config.debug_visualizations:
             return None
@@ -144,13 +144,13 @@ class PoseSearch(abc.ABC):
         """Cells along each side of one by which the costs left are estimated."""
         return 1
 
-    def _costs(self) -> NDArray[np.float32]:
+    def _costs(self) -> Singles:
         """Return the cost of a cell of a straight by its value, `(256,) float32`."""
         share = np.arange(256) / (INSCRIBED - 1)
         costs = NEUTRAL * (self._straight + self._config.cost_penalty * share)
         return closed(costs, self._config.allow_unknown)
 
-    def _terrain(self, costmap: Costmap, remaining: NDArray[np.float32]) -> Terrain:
+    def _terrain(self, costmap: Costmap, remaining: Singles) -> Terrain:
         """Return where the robot drives, with the cost left to the end from each cell."""
         return Terrain(
             costmap.data,
@@ -171,7 +171,7 @@ class PoseSearch(abc.ABC):
         return costmap
 
     @abc.abstractmethod
-    def _moves(self, costmap: Costmap, first: NDArray[np.float64]) -> Moves:
+    def _moves(self, costmap: Costmap, first: Floats) -> Moves:
         """Return the pieces that it drives, from its first pose [cells, rad]."""
 
     @property
@@ -211,7 +211,7 @@ class PoseSearch(abc.ABC):
         )
 
 
-def _in_frame(poses: NDArray[np.float64], costmap: Costmap, goal: SE2) -> NDArray[np.float64]:
+def _in_frame(poses: Floats, costmap: Costmap, goal: SE2) -> Floats:
     """Return poses of the grid in the costmap's frame; one at the goal is the goal exactly."""
     path = _in_metres(poses, costmap)
     if np.hypot(*(path[-1, :2] - (goal.x, goal.y))) < 1e-6:
@@ -220,7 +220,7 @@ def _in_frame(poses: NDArray[np.float64], costmap: Costmap, goal: SE2) -> NDArra
     return path
 
 
-def _in_metres(poses: NDArray[np.float64], costmap: Costmap) -> NDArray[np.float64]:
+def _in_metres(poses: Floats, costmap: Costmap) -> Floats:
     """Return poses of the grid `(N, 3)` [cells, rad] in the costmap's frame."""
     frame = costmap.frame
     points = frame.origin.apply(poses[:, :2] * frame.resolution)
@@ -228,7 +228,7 @@ def _in_metres(poses: NDArray[np.float64], costmap: Costmap) -> NDArray[np.float
     return np.column_stack((points, np.arctan2(np.sin(yaw), np.cos(yaw))))
 
 
-def _end(query: Query, cell: Cell) -> NDArray[np.float64]:
+def _end(query: Query, cell: Cell) -> Floats:
     """Return the pose to reach [cells, rad], the goal or the middle of the cell nearest to it."""
     pose = _in_grid(query.costmap, query.goal)
     if cell != query.goal_cell:
@@ -236,18 +236,18 @@ def _end(query: Query, cell: Cell) -> NDArray[np.float64]:
     return pose
 
 
-def _in_grid(costmap: Costmap, pose: SE2) -> NDArray[np.float64]:
+def _in_grid(costmap: Costmap, pose: SE2) -> Floats:
     """Return a pose in the grid [cells, rad]."""
     placed, resolution = costmap.frame.origin.inverse() @ pose, costmap.frame.resolution
     return np.array([placed.x / resolution, placed.y / resolution, placed.theta])
 
 
-def _first(query: Query) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _first(query: Query) -> tuple[Floats, Floats]:
     """Return the poses out of an inscribed zone, and the first pose of the search."""
     start = _in_grid(query.costmap, query.start)
     cells = query.out.to((int(query.out.exits[0, 0]), int(query.out.exits[0, 1])))
     points = np.vstack((start[:2], cells[:, ::-1] + 0.5))
-    poses: NDArray[np.float64] = np.column_stack((points, np.full(len(points), start[2])))
+    poses: Floats = np.column_stack((points, np.full(len(points), start[2])))
     return poses[:-1], poses[-1]
 
 
@@ -276,7 +276,7 @@ class Hybrid(PoseSearch):
         # The finer grid has at most 4096 x 4096 cells.
         return finer(costmap, min(needed, math.isqrt(4096 * 4096 // costmap.data.size)))
 
-    def _moves(self, costmap: Costmap, first: NDArray[np.float64]) -> Moves:
+    def _moves(self, costmap: Costmap, first: Floats) -> Moves:
         config, radius = self._config, self._radius(costmap)
         factors = config.reverse_penalty, config.non_straight_penalty, config.change_penalty
         every = self._hybrid.allow_primitive_interpolation
