@@ -27,7 +27,8 @@ from bringup.parameters.checking import merged_sources, write_remarks
 from bringup.parameters.files import for_node
 from bringup.parameters.sources import originals_of
 from bringup.terminal import Bar
-from bringup.viewing.pictures import draw_path
+from bringup.viewing.pictures import draw_snapshot
+from bringup.viewing.snapshot import Snapshot
 
 Trajectory = list[tuple[float, SE2]]
 _ARTIFACTS = "trajectory.tum", "report.json", "plot.png"
@@ -155,7 +156,9 @@ def _write(out: Path, report: dict[str, Any], grid: OccupancyGrid, trajectory: T
     try:
         (out / _ARTIFACTS[0]).write_text("".join(map(_tum, trajectory)), encoding="ascii")
         (out / _ARTIFACTS[1]).write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
-        draw_path(out / _ARTIFACTS[2], grid, np.array([pose.array() for _, pose in trajectory]))
+        path = [(pose.x, pose.y) for _, pose in trajectory]
+        found = Snapshot(grid=grid, believed=path, robot=trajectory[-1][1])
+        draw_snapshot(out / _ARTIFACTS[2], found, "Map and trajectory", leap=math.inf)
     except OSError as error:
         raise InputFileError(out, f"cannot be written: {error.strerror}") from error
 

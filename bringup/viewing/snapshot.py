@@ -33,6 +33,7 @@ class Snapshot:
         time: The moment [s].
         scan: Points of the last scan, `(N, 2)` [m].
         believed: The positions that it believed in until then, `(N, 2)` [m].
+        missed: The numbers of the goals, from 1, that it is known not to have reached.
         touches: Where it was when it touched something, as far as that is known.
         true: Its true positions, by a simulator's odometry without errors, `(N, 2)` [m].
     """
@@ -45,6 +46,7 @@ class Snapshot:
     true: list[tuple[float, float]] = field(default_factory=list)
     plan: NDArray[np.float64] = field(default_factory=_none)
     goals: list[SE2] = field(default_factory=list)
+    missed: frozenset[int] = frozenset()
     touches: list[SE2] = field(default_factory=list)
 
 
