@@ -83,14 +83,14 @@ def delay(arguments: argparse.Namespace) -> None:
 
 
 def _wait(client: Client) -> None:
-    client.spin(lambda: False, 1.0)
+    client.pause(1.0)
 
 
 def _subscribe(client: Client, arguments: argparse.Namespace, receive: Any, raw: bool) -> Any:
     topic = full_name(arguments.topic_name)
     if not client.discover(lambda: client.node.count_publishers(topic) > 0):
         print(f"WARNING: topic [{arguments.topic_name}] does not appear to be published yet")
-        client.spin(lambda: client.node.count_publishers(topic) > 0)
+        client.run_until(lambda: client.node.count_publishers(topic) > 0)
     client.discover()
     message_type = topic_class(client, arguments.topic_name)
     client.node.create_subscription(message_type, topic, receive, qos_profile_sensor_data, raw=raw)
