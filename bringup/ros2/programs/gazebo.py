@@ -18,7 +18,7 @@ from std_msgs.msg import String
 
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.files.input_file import read_text
-from arjuna_core.files.shipped import shipped_file
+from arjuna_core.files.shipped import environment_folders, shipped_file
 from arjuna_core.files.whole_file import own_folder
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import quaternion, yaw
@@ -102,9 +102,9 @@ def unfit(path: Path) -> str:
 
 def world_of(name: str) -> Path:
     """Return the file of a world: a path, or a name in a package or among the shipped ones."""
-    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    prefixes = environment_folders("AMENT_PREFIX_PATH")
     names = (name, f"worlds/{name}")
-    shares = [found for p in prefixes if p for found in sorted(Path(p).glob("share/*/"))]
+    shares = [found for one in prefixes for found in sorted(one.glob("share/*/"))]
     shipped = shipped_file("worlds/empty.world").parent
     for path in (Path(name), *(share / n for share in shares for n in names), shipped / name):
         if path.is_file():
