@@ -21,9 +21,11 @@ from std_msgs.msg import Header
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.pose3 import Pose3, unit_quaternion
 from arjuna_core.readings import grid_from_msg as grid_from_msg
-from arjuna_core.readings import plane_of, seconds, yaw
+from arjuna_core.readings import plane_of
 from arjuna_core.readings import scan_from_msg as scan_from_msg
 from arjuna_core.readings import se2_from_pose as se2_from_pose
+from arjuna_core.readings import seconds as seconds
+from arjuna_core.readings import yaw as yaw
 from arjuna_core.ros.messages import maker
 from arjuna_core.scan import Cloud, Scan
 from arjuna_core.se2 import SE2
