@@ -16,6 +16,8 @@ from arjuna_core.files.shipped import found_or_shipped
 DOMAINS = 101  # ports of those above are given to any program (OMG DDSI-RTPS 2.5, 9.6.2; Linux)
 _DOMAIN_MAX = 232  # ports above do not exist (OMG DDSI-RTPS 2.5, 9.6.2.3)
 _NAMESPACE = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?", re.ASCII)
+_ARGUMENT = re.compile(r"[A-Za-z_]\w*:=")
+_RULE = re.compile(r"[\w/~]+:=[\w/~]+$")
 _SEARCHED = {
     "package_path": "ROS_PACKAGE_PATH",
     "model_path": "GAZEBO_MODEL_PATH",
@@ -109,13 +111,16 @@ def _input(text: str) -> Path:
     return Path(found_or_shipped(text))
 
 
-def _matching(pattern: str, what: str, valid: str) -> Callable[[str], str]:
-    def checked(text: str) -> str:
-        if not re.match(pattern, text):
-            raise argparse.ArgumentTypeError(f"{text!r} is no {what}; valid: {valid}")
-        return text
+def _argument(text: str) -> str:
+    if not _ARGUMENT.match(text):
+        raise argparse.ArgumentTypeError(f"{text!r} is no argument; valid: NAME:=VALUE")
+    return text
 
-    return checked
+
+def _rule(text: str) -> str:
+    if not _RULE.match(text):
+        raise argparse.ArgumentTypeError(f"{text!r} is no remapping; valid: OLD:=NEW")
+    return text
 
 
 NODES = (
@@ -211,9 +216,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "--odom-topic": _value(str, "TOPIC", "of the odometry (odom)"),
     "--cmd-vel-topic": _value(str, "TOPIC", "it is driven by (cmd_vel)"),
     "--remap": _paths(
-        "a topic's or service's name, and that in its place",
-        metavar="OLD:=NEW",
-        type=_matching(r"[\w/~]+:=[\w/~]+$", "remapping", "OLD:=NEW"),
+        "a topic's or service's name, and that in its place", metavar="OLD:=NEW", type=_rule
     ),
     "--base-frame": _value(str, "FRAME", "of the robot (base_footprint)"),
     "--odom-frame": _value(str, "FRAME", "of its odometry (odom)"),
@@ -231,11 +234,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         metavar="PATH",
     ),
     "robot_arguments": _value(
-        _matching(r"[A-Za-z_]\w*:=", "argument", "NAME:=VALUE"),
-        "NAME:=VALUE",
-        "arguments of the robot's xacro file",
-        nargs="*",
-        default=[],
+        _argument, "NAME:=VALUE", "arguments of the robot's xacro file", nargs="*", default=[]
     ),
     "--world": _path(
         "an SDF world, or a map's YAML whose walls are built (worlds/arjuna_room.world)",
