@@ -1,7 +1,8 @@
-"""Paths of the files that ship with Arjuna: robots, worlds, maps, parameters."""
+"""Where files lie: those that ship with Arjuna, and folders that the environment names."""
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -24,3 +25,8 @@ def found_or_shipped(name: str) -> str:
     except OSError:  # no file can have such a name: who opens it says so
         pass
     return name
+
+
+def environment_folders(name: str) -> list[Path]:
+    """Return the folders that a variable of the environment lists."""
+    return [Path(folder) for folder in os.environ.get(name, "").split(os.pathsep) if folder]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,15 +22,26 @@ def emptied_folder(folder: Path, *patterns: str) -> Path:
     Raises:
         InputFileError: It cannot be written.
     """
-    try:
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         for path in folder.iterdir():
             if any(fnmatchcase(path.name, pattern) for pattern in patterns):
                 path.unlink()
-    except OSError as error:
-        problem = f"cannot be written: {error.strerror}; valid: a folder that can be written"
-        raise InputFileError(folder, problem) from error
     return folder
+
+
+@contextmanager
+def writing(path: Path, error: type[InputFileError] = InputFileError) -> Iterator[None]:
+    """Raise an error that names a file or folder where what is done cannot write.
+
+    Raises:
+        InputFileError: It cannot be written; of the kind given as `error`.
+    """
+    try:
+        yield
+    except OSError as cause:
+        problem = f"cannot be written: {cause.strerror}; valid: a folder that can be written"
+        raise error(path, problem) from cause
 
 
 def write_atomically(

@@ -19,11 +19,17 @@ from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from arjuna_core.arrays import Floats
-from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.grid import OccupancyGrid
 from arjuna_core.pose3 import Pose3, unit_quaternion
+from arjuna_core.readings import grid_from_msg as grid_from_msg
+from arjuna_core.readings import plane_of
+from arjuna_core.readings import scan_from_msg as scan_from_msg
+from arjuna_core.readings import se2_from_pose as se2_from_pose
+from arjuna_core.readings import seconds as seconds
+from arjuna_core.readings import yaw as yaw
 from arjuna_core.ros.messages import maker
 from arjuna_core.scan import Cloud, Scan
-from arjuna_core.se2 import IDENTITY, SE2, yaw_of
+from arjuna_core.se2 import SE2
 from arjuna_core.timing import NANOSECONDS
 from arjuna_core.twist import Velocity
 
@@ -46,11 +52,6 @@ _transform3 = maker(
     *("header", "child_frame_id", *(f"transform.translation.{i}" for i in _SPACE)),
     *(f"transform.rotation.{i}" for i in _TURN),
 )
-
-
-def seconds(stamp: Any) -> float:
-    """Return a Time or Duration message as seconds [s]."""
-    return stamp.sec + stamp.nanosec / NANOSECONDS  # type: ignore[no-any-return]
 
 
 def time_msg(now: float) -> Time:
@@ -78,15 +79,6 @@ def quaternion(yaw: float) -> Quaternion:
     return Quaternion(z=math.sin(yaw / 2.0), w=math.cos(yaw / 2.0))
 
 
-def yaw(rotation: Quaternion) -> float:
-    """Return the rotation about z [rad] of a quaternion, which need not be normalised.
-
-    Raises:
-        ValueError: The quaternion is zero or not finite.
-    """
-    return yaw_of(rotation.x, rotation.y, rotation.z, rotation.w)
-
-
 def pose_msg(pose: SE2) -> Pose:
     """Return a planar pose as a Pose message.
 
@@ -98,22 +90,6 @@ def pose_msg(pose: SE2) -> Pose:
 def _plane(x: float, y: float, yaw: float) -> tuple[float, float, float, float]:
     """Return what a pose in the plane has but zeros: x, y [m], and its quaternion's z and w."""
     return float(x), float(y), math.sin(yaw / 2.0), math.cos(yaw / 2.0)
-
-
-def se2_from_pose(message: Pose) -> SE2:
-    """Return a Pose message's planar part.
-
-    Raises:
-        ValueError: A coordinate is not finite or the quaternion is no rotation.
-    """
-    return SE2(*_plane_of(message))
-
-
-def _plane_of(message: Pose) -> tuple[float, float, float]:
-    x, y = message.position.x, message.position.y
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise ValueError(f"position ({x}, {y}) is not finite")
-    return x, y, yaw(message.orientation)
 
 
 def pose_stamped(pose: SE2, frame_id: str, now: float) -> PoseStamped:
@@ -189,20 +165,6 @@ def cloud_from_msg(
     return Cloud(placed, position, stamp)
 
 
-def scan_from_msg(message: LaserScan, T_base_sensor: SE2 = IDENTITY) -> Scan:
-    """Return a LaserScan message as a Scan, seen from a sensor pose in the base frame."""
-    return Scan(
-        np.asarray(message.ranges, dtype=np.float64),
-        message.angle_min,
-        message.angle_increment,
-        message.range_min,
-        message.range_max,
-        seconds(message.header.stamp),
-        message.time_increment,
-        T_base_sensor,
-    )
-
-
 def scan_msg(scan: Scan, frame_id: str, scan_time: float) -> LaserScan:
     """Return a Scan as a LaserScan message; `scan_time` is the sweep's period [s]."""
     return LaserScan(
@@ -231,22 +193,6 @@ def grid_msg(grid: OccupancyGrid, frame_id: str, now: float) -> OccupancyGridMsg
     return OccupancyGridMsg(header=header(frame_id, now), info=info, data=data)
 
 
-def grid_from_msg(message: OccupancyGridMsg) -> OccupancyGrid:
-    """Return an OccupancyGrid message as a grid.
-
-    Raises:
-        ValueError: The data's length contradicts the size, or the origin is no pose.
-    """
-    info = message.info
-    # float32 on the wire: the nearest micrometre is the resolution that was meant
-    resolution = round(float(info.resolution), 6)
-    frame = GridFrame(resolution, info.width, info.height, se2_from_pose(info.origin))
-    data = np.asarray(message.data, dtype=np.int8)
-    if data.size != info.width * info.height:
-        raise ValueError(f"{data.size} cells for a map of {info.width} x {info.height}")
-    return OccupancyGrid(frame, data.reshape(frame.shape), seconds(message.header.stamp))
-
-
 def path_msg(poses: Floats, frame_id: str, now: float) -> Path:
     """Return poses `(N, 3) float64` of `x, y, yaw` as a Path message."""
     sec, nanosec = _whole(now)
@@ -263,7 +209,7 @@ def poses_from_path(message: Path) -> Floats:
     Raises:
         ValueError: A pose is not finite.
     """
-    rows = [_plane_of(item.pose) for item in message.poses]
+    rows = [plane_of(item.pose) for item in message.poses]
     return np.array(rows, dtype=np.float64).reshape(-1, 3)
 
 

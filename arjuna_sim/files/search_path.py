@@ -12,6 +12,7 @@ from urllib.parse import unquote
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import head_of
+from arjuna_core.files.shipped import environment_folders
 
 _VARIABLES = ("GZ_FUEL_CACHE_PATH", "IGN_FUEL_CACHE_PATH")
 _HOMES = (Path("~/.gz/fuel"), Path("~/.ignition/fuel"))
@@ -29,7 +30,7 @@ _SCHEMES = ("package", "model")
 _WEB = ("http", "https")
 _MODELS = (Path("~/.gazebo/models"), Path("/usr/share/gazebo-11/models"))
 _TAIL_MIN = 2  # parts of a path that has to be found elsewhere: a folder and a file
-_MANIFESTS = ("package.xml", "model.config")
+MANIFESTS = ("package.xml", "model.config")
 _FILES = (".sdf", ".world", ".urdf")
 _SDF = re.compile(r"<sdf(?:\s+version=[\"']([\d.]+)[\"'])?[^>]*>\s*([^<]+?)\s*</sdf>")
 
@@ -73,9 +74,9 @@ class SearchPath:
             models: As `models`; behind them stand GAZEBO_MODEL_PATH and GZ_SIM_RESOURCE_PATH, and
                 the folders in which Gazebo itself keeps models.
         """
-        shares = [folder / "share" for folder in _of_environment("AMENT_PREFIX_PATH")]
-        known = [folder for name in _MODEL_VARIABLES for folder in _of_environment(name)]
-        named = [Path(folder) for folder in packages] + _of_environment(PACKAGE_VARIABLE)
+        shares = [folder / "share" for folder in environment_folders("AMENT_PREFIX_PATH")]
+        known = [folder for name in _MODEL_VARIABLES for folder in environment_folders(name)]
+        named = [Path(folder) for folder in packages] + environment_folders(PACKAGE_VARIABLE)
         own = [found for folder in _MODELS if (found := folder.expanduser()).is_dir()]
         return SearchPath(
             (*named, *shares), (*(Path(folder) for folder in models), *known, *own), cache_folders()
@@ -107,7 +108,7 @@ class SearchPath:
             path = folder / inside
             if not path.resolve().is_relative_to(folder.resolve()):
                 raise EscapeError(f"'{uri}' leads out of its {scheme}")
-            if _is_file(path):
+            if is_file(path):
                 return path
         return None
 
@@ -124,7 +125,7 @@ class SearchPath:
         if uri.lower().endswith(_FILES) and (path := self.find(beside, uri)) is not None:
             return path
         for start in (uri, *((f"model://{uri}",) if "://" not in uri else ())):
-            manifest = self.find(beside, f"{start}/{_MANIFESTS[1]}")
+            manifest = self.find(beside, f"{start}/{MANIFESTS[1]}")
             listed = [] if manifest is None else _SDF.findall(_text(manifest))
             names = [name for _, name in sorted(listed, key=_version, reverse=True)]
             for name in (*names, "model.sdf"):
@@ -141,7 +142,7 @@ class SearchPath:
         owner, name, version, inside = (part or "" for part in found.groups())
         for folder in self._downloads(owner, name, version):
             path = folder / inside
-            if _is_file(path) and path.resolve().is_relative_to(folder.resolve()):
+            if is_file(path) and path.resolve().is_relative_to(folder.resolve()):
                 return path
         spelled = (name, name.lower(), name.replace(" ", "_"), name.lower().replace(" ", "_"))
         here = (self.find(beside, f"model://{each}/{inside}") for each in dict.fromkeys(spelled))
@@ -169,7 +170,7 @@ class SearchPath:
         allowed = (home_folder(beside), *self.packages, *self.models)
         escaped = False
         for path in self._candidates(beside, rest):
-            if not _is_file(path):
+            if not is_file(path):
                 continue
             if any(path.resolve().is_relative_to(folder.resolve()) for folder in allowed):
                 return path
@@ -219,13 +220,13 @@ def home_folder(beside: Path) -> Path:
     """
     folder = beside.resolve().parent
     for parent in (folder, *folder.parents):
-        if any(_is_file(parent / name) for name in _MANIFESTS) and parent.parent != parent:
+        if any(is_file(parent / name) for name in MANIFESTS) and parent.parent != parent:
             return parent.parent if parent.parent.parent != parent.parent else parent
     return folder.parent if folder.parent.parent != folder.parent else folder
 
 
 def _manifest(folder: Path) -> str:
-    return "".join(_text(folder / _MANIFESTS[0]).split())
+    return "".join(_text(folder / MANIFESTS[0]).split())
 
 
 def _text(path: Path) -> str:
@@ -240,12 +241,9 @@ def _version(listed: tuple[str, str]) -> list[int]:
     return [int(number) for number in listed[0].split(".") if number]
 
 
-def _of_environment(name: str) -> list[Path]:
-    return [Path(folder) for folder in os.environ.get(name, "").split(os.pathsep) if folder]
-
-
-def _is_file(path: Path) -> bool:
+def is_file(path: Path) -> bool:
+    """Return whether a path is a file; no name is one that is too long for the file system."""
     try:
         return path.is_file()
-    except OSError:  # a name too long for the file system
+    except OSError:
         return False

@@ -15,6 +15,7 @@ from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import ROS1, ROS2, BagMessage
 from arjuna_core.errors import InputFileError
 from arjuna_core.pose3 import Pose3
+from arjuna_core.readings import scan_from_msg, seconds
 from arjuna_core.ros.health.rules import scan_problem, transform_problem
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2, yaw_of
@@ -39,10 +40,8 @@ def scan_of(message: Any) -> tuple[Scan, str]:
     problem = scan_problem(message)
     if problem is not None:
         raise DecodeError(problem)
-    numbers = message.angle_min, message.angle_increment, message.range_min, message.range_max
     with np.errstate(invalid="ignore"):  # damaged bytes
-        ranges = np.asarray(message.ranges, dtype=np.float64)
-    scan = Scan(ranges, *numbers, _seconds(message.header.stamp), message.time_increment)
+        scan = scan_from_msg(message)
     return scan, message.header.frame_id.lstrip("/")
 
 
@@ -68,11 +67,7 @@ def _transform(message: Any, position: Any, q: Any) -> StampedTransform:
     except ValueError as error:
         raise DecodeError(str(error)) from error
     mount = Pose3((position.x, position.y, position.z), (q.w, q.x, q.y, q.z))
-    return StampedTransform(_seconds(message.header.stamp), parent, child, pose, mount)
-
-
-def _seconds(stamp: Any) -> float:
-    return float(stamp.sec) + float(stamp.nanosec) / 1e9
+    return StampedTransform(seconds(message.header.stamp), parent, child, pose, mount)
 
 
 SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"

@@ -15,6 +15,8 @@ from pathlib import Path
 
 import bringup
 from arjuna_core.files.input_file import read_bytes
+from arjuna_core.files.shipped import environment_folders
+from arjuna_sim.files.search_path import MANIFESTS, is_file
 from bringup.campaign.plan import FOLDER, LARGEST, Campaign, CampaignError
 
 ELSEWHERE = "{elsewhere}"
@@ -144,7 +146,7 @@ class _Search:
         """
         for start in (path.parent, self.inputs.working):
             found = _joined(start, name)
-            if "://" in name or not _is_file(found):
+            if "://" in name or not is_file(found):
                 continue
             if Path(name).is_absolute():
                 problem = f"names {name}, which other machines lack; name it relative to this file"
@@ -155,13 +157,6 @@ class _Search:
 
 def _joined(start: Path, name: str) -> Path:
     return Path(os.path.normpath(start / name))
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except OSError:  # a name too long for the file system
-        return False
 
 
 def _text(path: Path) -> str:
@@ -175,13 +170,12 @@ def _text(path: Path) -> str:
 def _manifests(path: Path) -> Iterator[Path]:
     """Yield those of the packages and models around a file, which say where its paths may lead."""
     for folder in path.parents:
-        yield from filter(_is_file, (folder / name for name in ("package.xml", "model.config")))
+        yield from filter(is_file, (folder / name for name in MANIFESTS))
 
 
 def _modules(working: Path) -> Iterator[tuple[str, Path]]:
     """Yield the user's own modules and packages, by name; of Arjuna's folder, modules alone."""
-    named = [Path(entry) for entry in os.environ.get("PYTHONPATH", "").split(os.pathsep) if entry]
-    for root in (*reversed(named), working):
+    for root in (*reversed(environment_folders("PYTHONPATH")), working):
         yield from ((path.stem, path) for path in root.absolute().glob("*.py"))
         if root.resolve() != _ROOT:
             yield from ((path.parent.name, path.parent) for path in root.glob("*/__init__.py"))

@@ -79,7 +79,7 @@ class Session(ABC):
         """Return whether a time has come [s], within the rounding of a sum of simulated ticks."""
         return deadline - self.now <= tolerance
 
-    def pause(self, duration: float) -> None:
+    def pause(self, duration: float = math.inf) -> None:
         """Handle what comes for a time [s]."""
         self.run_until(lambda: False, duration, required=False)
 

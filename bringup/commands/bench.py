@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from arjuna_core.errors import InputFileError, nearest
+from arjuna_core.files.whole_file import writing
 
 EXAMPLES = ("bench slam",)
 
@@ -56,12 +57,6 @@ def measure(name: str, argv: Sequence[str]) -> None:
     arguments = parser.parse_args(argv)
     result = module.run(arguments)
     if arguments.json is not None:
-        _write(arguments.json, json.dumps(result, indent=2) + "\n")
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputFileError(path, f"cannot be written: {error.strerror}") from error
+        with writing(arguments.json):
+            arguments.json.parent.mkdir(parents=True, exist_ok=True)
+            arguments.json.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")

@@ -52,6 +52,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run a campaign, going on where it was broken off; return 0 where every run succeeded."""
     from arjuna_core.errors import ArjunaError
+    from arjuna_core.files.whole_file import writing
     from bringup.campaign.comparison import compared
     from bringup.campaign.plan import CampaignError, load_campaign
     from bringup.campaign.report import outcomes_in
@@ -74,10 +75,8 @@ def run(arguments: argparse.Namespace) -> int:
     for factor, label, *given in arguments.level:
         campaign = campaign.with_level(factor, label, given)
     folder = arguments.out or Path("out/campaigns") / campaign.name
-    try:
+    with writing(folder, CampaignError):
         return _run(campaign, folder.resolve(), arguments)
-    except OSError as error:
-        raise CampaignError(folder, f"cannot be written: {error.strerror}") from error
 
 
 def _run(campaign: Campaign, folder: Path, arguments: argparse.Namespace) -> int:

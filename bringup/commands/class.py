@@ -42,7 +42,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Hand out, then run the robots until stopped."""
-    from arjuna_core.errors import InputFileError
+    from arjuna_core.files.whole_file import writing
     from bringup.homework.classroom import hand_out_seats, seats
     from bringup.homework.exercise import hand_out, load_exercise
     from bringup.terminal import show
@@ -50,10 +50,8 @@ def run(arguments: argparse.Namespace) -> int:
     out = arguments.out.resolve()
     every = seats(arguments.students, out, arguments.first_domain, arguments.first_port)
     exercise = None if arguments.homework is None else load_exercise(arguments.homework)
-    try:
+    with writing(out):
         hand_out_seats(every, out)
-    except OSError as error:
-        raise InputFileError(out, f"cannot be written: {error.strerror}") from error
     if exercise is not None:
         for seat in every:
             hand_out(exercise, Path(seat.folder) / exercise.name)

@@ -53,12 +53,13 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _run(tuning: Tuning, folder: Path, pool: Pool, at_once: int) -> int:
+    from arjuna_core.files.whole_file import writing
     from bringup.campaign.plan import CampaignError
     from bringup.terminal import show, stopped_by_signals
     from bringup.tuning.picture import PICTURE, write_picture
     from bringup.tuning.tuner import BEST, Tuner
 
-    try:
+    with writing(folder, CampaignError):
         tuner = Tuner(tuning, folder.resolve(), pool, stopped_by_signals(), at_once)
 
         def report(one: Tried) -> None:
@@ -74,8 +75,6 @@ def _run(tuning: Tuning, folder: Path, pool: Pool, at_once: int) -> int:
             for line in [*_table(tuning, tuner.study), *(tuner.confirm() if complete else [])]:
                 show(line)
             show(f"best parameters: {folder / BEST}; what mattered: {folder / PICTURE}")
-    except OSError as error:
-        raise CampaignError(folder, f"cannot be written: {error.strerror}") from error
     return 0 if complete else 1
 
 

@@ -34,7 +34,8 @@ from bringup.stack import (
     SLAM_GROUP,
 )
 from bringup.terminal import Progress
-from bringup.viewing.pictures import draw_map, draw_trajectory
+from bringup.viewing.pictures import draw_snapshot
+from bringup.viewing.snapshot import Snapshot
 
 WAYPOINTS = (
     SE2(2.0, 2.0, 0.0),
@@ -282,10 +283,9 @@ class Demo:
     def _report(self, recovered: bool | None) -> Report:
         out = self._options.out
         grid = self._map()
-        draw_map(out / "map.png", grid)
+        draw_snapshot(out / "map.png", Snapshot(grid=grid), "Map", 7.0)
         samples = self._samples
-        places = [(x, y) for _, x, y in samples.touched]
-        draw_trajectory(out / "trajectory.png", grid, samples.table, samples.goals, places)
+        draw_snapshot(out / "trajectory.png", samples.snapshot(grid), "The robot's path", 7.5)
         report = Report.of(
             samples,
             self._explored,

@@ -16,6 +16,7 @@ from scipy.ndimage import label
 from arjuna_core.arrays import Floats
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
+from bringup.viewing.snapshot import Snapshot
 
 
 def distance_to_surfaces(points: Floats, surfaces: Floats, batch: int = 4096) -> Floats:
@@ -136,6 +137,17 @@ class Samples:
     def table(self) -> Floats:
         """The rows as `(N, 7) float64`."""
         return np.array(self.rows, dtype=np.float64).reshape(-1, 7)
+
+    def snapshot(self, grid: OccupancyGrid) -> Snapshot:
+        """Return the run's paths, goals and touches on a map, as they are drawn."""
+        return Snapshot(
+            grid=grid,
+            true=[(row[1], row[2]) for row in self.rows],
+            believed=[(row[4], row[5]) for row in self.rows],
+            goals=[SE2(*goal[:3]) for goal in self.goals],
+            missed=frozenset(n for n, goal in enumerate(self.goals, 1) if not goal[3]),
+            touches=[SE2(x, y) for _, x, y in self.touched],
+        )
 
     def sha256(self) -> str:
         """Return a digest of every sample's bytes."""

@@ -56,7 +56,7 @@ class Observer:
         listen = session.client.create_subscription
         listen(Log, "/rosout", self._on_log, LOG)
         listen(DiagnosticArray, "diagnostics", self._on_diagnostics, qos.DEFAULT)
-        listen(ClockMsg, "clock", self._on_clock, qos.CLOCK)
+        listen(ClockMsg, "clock", lambda m: self._times.append(seconds(m.clock)), qos.CLOCK)
 
     def _keep(self, message_type: Any, topic: str, profile: QoSProfile) -> None:
         self._session.client.create_subscription(
@@ -74,9 +74,6 @@ class Observer:
             node, _, about = one.name.partition(": ")
             if about == "messages":
                 self._troubles[node] = one.message if one.level == DiagnosticStatus.ERROR else ""
-
-    def _on_clock(self, message: Any) -> None:
-        self._times.append(seconds(message.clock))
 
     def snapshot(self, duration: float) -> Snapshot:
         """Listen for a duration [s] after discovery, and return what there is."""

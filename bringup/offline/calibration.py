@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from arjuna_core.arrays import Floats
-from arjuna_core.errors import InputFileError
 from arjuna_core.files.shipped import shipped_file
+from arjuna_core.files.whole_file import emptied_folder, writing
 
 if TYPE_CHECKING:
     from arjuna_sim.devices.calibration import Calibration, Comparison
@@ -36,8 +36,7 @@ def write_calibration(robot: Path | None, world: Path | None, out: Path) -> str:
     robot = robot or shipped_file("urdf/arjuna.urdf")
     result = calibrate_robot(robot, world or shipped_file("worlds/empty.world"))
     figure = _draw(result, robot.name)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
+    with writing(emptied_folder(out)):
         (out / PARAMETERS).write_text(_parameters(result, robot.name), encoding="utf-8")
         (out / SNIPPET).write_text(
             "<!-- For the drive plugin of the robot's URDF, instead of a parameter file. -->\n"
@@ -46,9 +45,6 @@ def write_calibration(robot: Path | None, world: Path | None, out: Path) -> str:
             encoding="utf-8",
         )
         figure.savefig(out / PICTURE, dpi=110)
-    except OSError as error:
-        problem = f"cannot be written: {error.strerror}; valid: a folder that can be written"
-        raise InputFileError(out, problem) from error
     return _report(result, out)
 
 

@@ -15,9 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from arjuna_core.errors import InputFileError
 from arjuna_core.files.maps import save_map
-from arjuna_core.files.whole_file import emptied_folder
+from arjuna_core.files.whole_file import emptied_folder, writing
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -27,7 +26,8 @@ from bringup.parameters.checking import merged_sources, write_remarks
 from bringup.parameters.files import for_node
 from bringup.parameters.sources import originals_of
 from bringup.terminal import Bar
-from bringup.viewing.pictures import draw_path
+from bringup.viewing.pictures import draw_snapshot
+from bringup.viewing.snapshot import Snapshot
 
 Trajectory = list[tuple[float, SE2]]
 _ARTIFACTS = "trajectory.tum", "report.json", "plot.png"
@@ -152,12 +152,12 @@ class _Progress:
 
 
 def _write(out: Path, report: dict[str, Any], grid: OccupancyGrid, trajectory: Trajectory) -> None:
-    try:
+    with writing(out):
         (out / _ARTIFACTS[0]).write_text("".join(map(_tum, trajectory)), encoding="ascii")
         (out / _ARTIFACTS[1]).write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
-        draw_path(out / _ARTIFACTS[2], grid, np.array([pose.array() for _, pose in trajectory]))
-    except OSError as error:
-        raise InputFileError(out, f"cannot be written: {error.strerror}") from error
+        path = [(pose.x, pose.y) for _, pose in trajectory]
+        found = Snapshot(grid=grid, believed=path, robot=trajectory[-1][1])
+        draw_snapshot(out / _ARTIFACTS[2], found, "Map and trajectory", leap=math.inf)
 
 
 def _tum(entry: tuple[float, SE2]) -> str:

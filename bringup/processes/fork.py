@@ -42,15 +42,11 @@ def warm_up(groups: Iterable[Group], also: Iterable[str] = ()) -> None:
     for name in (*MESSAGES, *(core for group in groups for core in group.cores), *also):
         with contextlib.suppress(ImportError):
             importlib.import_module(name)
-    compiled: Any = numba.njit(_nothing)
+    compiled: Any = numba.njit(lambda: 0)
     compiled()  # the first compiled function takes ten times as long
     inspect.getmodule(warm_up.__code__)  # the first line that rclpy logs asks every module so
     gc.collect()
     gc.freeze()  # what is shared stays shared
-
-
-def _nothing() -> int:
-    return 0
 
 
 def die_with(parent: int) -> None:
@@ -145,7 +141,8 @@ def _live(
         os.dup2(stream, standard)
     for name in os.listdir("/proc/self/fd"):  # noqa: PTH208 - names alone are wanted
         if int(name) not in _STANDARD:
-            _close(int(name))
+            with contextlib.suppress(OSError):  # the one that listed them
+                os.close(int(name))
     signal.set_wakeup_fd(-1)
     for each in _STOP_SIGNALS:
         signal.signal(each, signal.SIG_DFL)
@@ -155,13 +152,6 @@ def _live(
     sys.argv = [*command[2:]]
     _show_as(command)
     _end(run)
-
-
-def _close(descriptor: int) -> None:
-    try:
-        os.close(descriptor)
-    except OSError:
-        return  # the one that listed them
 
 
 def _end(run: Callable[[], int]) -> NoReturn:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
@@ -30,7 +29,7 @@ class Client(Connection):
     """A hidden node that sees the graph; a context manager.
 
     Args:
-        arguments: The command line's; `spin_time` and `use_sim_time` count.
+        arguments: The command line's, if any; `spin_time` and `use_sim_time` count.
         name: The node's name; a hidden one, as ros2cli's, if None.
     """
 
@@ -38,7 +37,7 @@ class Client(Connection):
 
     def __init__(
         self,
-        arguments: argparse.Namespace,
+        arguments: argparse.Namespace | None = None,
         name: str | None = None,
         executor: type[Executor] = EventsExecutor,
     ) -> None:
@@ -64,10 +63,6 @@ class Client(Connection):
     def not_served(self, name: str, timeout: float) -> Exception:
         """Return the error of a service that nobody serves."""
         return Ros2Error(f"Wait for service timed out: {name}")
-
-    def spin(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
-        """Run callbacks until something is done; return whether it is, within a timeout [s]."""
-        return self.run_until(done, math.inf if timeout is None else timeout, required=False)
 
     def discover(self, found: Callable[[], bool] | None = None) -> bool:
         """Wait until the graph is known, or something is found in it; return whether it was."""

@@ -4,57 +4,42 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+
+import numpy as np
 
 
-@dataclass(frozen=True)
-class Spread:
-    """Statistics of a window of values."""
-
-    mean: float
-    least: float
-    most: float
-    deviation: float
-    window: int
-
-    def __str__(self) -> str:
-        return (
-            f"\tmin: {self.least:.3f}s max: {self.most:.3f}s"
-            f" std dev: {self.deviation:.5f}s window: {self.window}"
-        )
-
-
-def spread(values: deque[float]) -> Spread:
-    """Return the spread of values, one at least [their unit]."""
-    mean = sum(values) / len(values)
-    deviation = math.sqrt(sum((value - mean) ** 2 for value in values) / len(values))
-    return Spread(mean, min(values), max(values), deviation, len(values))
+def spread_text(values: deque[float]) -> str:
+    """Return what `ros2 topic hz` and `delay` print of the spread of values, one at least [s]."""
+    return (
+        f"\tmin: {min(values):.3f}s max: {max(values):.3f}s"
+        f" std dev: {np.std(values):.5f}s window: {len(values)}"
+    )
 
 
 class Intervals:
-    """The times between messages, the newest `window` of them; time set back starts again."""
+    """The times between messages, the newest `window` of them; time set back starts again.
+
+    Attributes:
+        values: These [s].
+    """
 
     def __init__(self, window: int) -> None:
         self._last = math.inf
-        self._values: deque[float] = deque(maxlen=window)
+        self.values: deque[float] = deque(maxlen=window)
 
     def add(self, now: float) -> None:
         """Note a message at a time [s]."""
         if now < self._last:
-            self._values.clear()
+            self.values.clear()
         else:
-            self._values.append(now - self._last)
+            self.values.append(now - self._last)
         self._last = now
 
-    def spread(self) -> Spread | None:
-        """Return the spread of the times [s], None before the second message."""
-        return spread(self._values) if self._values else None
-
-
-def rate_text(intervals: Spread) -> str:
-    """Return what `ros2 topic hz` prints."""
-    rate = 1.0 / intervals.mean if intervals.mean > 0.0 else 0.0
-    return f"average rate: {rate:.3f}\n{intervals}"
+    def text(self) -> str:
+        """Return what `ros2 topic hz` prints, from the second message on."""
+        mean = np.mean(self.values)
+        rate = 1.0 / mean if mean > 0.0 else 0.0
+        return f"average rate: {rate:.3f}\n{spread_text(self.values)}"
 
 
 def bandwidth_text(sizes: deque[int], duration: float) -> str:

@@ -1,8 +1,7 @@
-"""Pictures of a run: the map, and the map under the paths and goals."""
+"""A picture of a run: the map under the robot, its paths and its goals."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -40,72 +39,23 @@ def _draw_map(figure: Figure, grid: OccupancyGrid, title: str) -> Axes:
     return axes
 
 
-def _save(figure: Figure, path: Path | BinaryIO) -> None:
-    figure.tight_layout()
-    figure.savefig(path, dpi=110, metadata={"Software": "arjuna"})
-
-
-def draw_map(path: Path, grid: OccupancyGrid) -> None:
-    """Write a picture of a map."""
-    figure = Figure(figsize=(7.0, 7.0))
-    _draw_map(figure, grid, "Map")
-    _save(figure, path)
-
-
-def _broken_at_leaps(points: NDArray[np.float64], leap: float = 0.1) -> NDArray[np.float64]:
-    """Put a gap where the robot was carried, so that no line is drawn there."""
+def _broken_at_leaps(points: NDArray[np.float64], leap: float) -> NDArray[np.float64]:
+    """Put a gap where points are so far apart [m], so that no line is drawn there."""
     leaps = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) > leap) + 1
     return np.insert(points, leaps, np.nan, axis=0)
 
 
-def draw_trajectory(
-    path: Path,
-    grid: OccupancyGrid,
-    table: NDArray[np.float64],
-    goals: Iterable[tuple[float, float, float, bool]],
-    touches: Sequence[tuple[float, float]] = (),
-) -> None:
-    """Write a picture of a map with the true path, the estimated path and the goals.
-
-    Args:
-        table: Time, true and estimated x, y, yaw, `(N, 7) float64` [s, m, m, rad, m, m, rad].
-        goals: x, y, yaw [m, m, rad] and whether it was reached.
-        touches: Where the robot was when it touched something [m].
-    """
-    figure = Figure(figsize=(7.5, 7.5))
-    axes = _draw_map(figure, grid, "The robot's path, true and estimated")
-    axes.plot(*_broken_at_leaps(table[:, 1:3]).T, **_TRUE, label="true")
-    axes.plot(*_broken_at_leaps(table[:, 4:6]).T, **_BELIEVED, label="estimated")
-    for number, (x, y, yaw, reached) in enumerate(goals, 1):
-        colour = "tab:orange" if reached else "tab:red"
-        axes.plot(x, y, "o", color=colour, ms=9)
-        axes.annotate(str(number), (x, y), ha="center", va="center", fontsize=7)
-        axes.arrow(x, y, 0.3 * np.cos(yaw), 0.3 * np.sin(yaw), color=colour, width=0.02)
-    _draw_touches(axes, touches)
-    axes.legend(loc="upper right")
-    _save(figure, path)
-
-
-def _draw_touches(axes: Axes, touches: Sequence[tuple[float, float]]) -> None:
-    if touches:
-        axes.plot(*np.array(touches).T, "x", color="tab:red", ms=12, mew=3, label="touched")
-
-
-def draw_path(path: Path, grid: OccupancyGrid, poses: NDArray[np.float64]) -> None:
-    """Write a picture of a map with a path on it, poses `(N, 3) float64` in the map's frame."""
-    figure = Figure(figsize=(9.0, 9.0))
-    axes = _draw_map(figure, grid, "Map and trajectory")
-    axes.plot(*poses[:, :2].T, color="tab:blue", lw=0.8, label="trajectory")
-    axes.plot(*poses[0, :2], "o", color="tab:green", ms=7, label="start")
-    axes.plot(*poses[-1, :2], "s", color="tab:red", ms=7, label="end")
-    axes.legend(loc="upper right")
-    _save(figure, path)
-
-
 def draw_snapshot(
-    path: Path | BinaryIO, snapshot: Snapshot, title: str = "", size: float = 9.0
+    path: Path | BinaryIO,
+    snapshot: Snapshot,
+    title: str = "",
+    size: float = 9.0,
+    leap: float = 0.3,
 ) -> None:
-    """Write a picture of a recording's moment, of a size [inch]."""
+    """Write a picture of a moment, of a size [inch]; the goals are numbered in their order.
+
+    A path has a gap where it leaps so far [m], as where a robot is carried.
+    """
     figure = Figure(figsize=(size, size))
     title = title or f"The robot after {snapshot.time:.1f} s"
     if snapshot.grid is not None:
@@ -120,17 +70,23 @@ def draw_snapshot(
         (snapshot.plan, _PLAN, "plan"),
     ):
         if len(trail):
-            axes.plot(*_broken_at_leaps(np.array(trail), 0.3).T, **style, label=label)
+            axes.plot(*_broken_at_leaps(np.array(trail), leap).T, **style, label=label)
+    if driven := snapshot.true or snapshot.believed:
+        axes.plot(*driven[0], "o", color="tab:green", ms=7, label="start")
     if len(snapshot.scan):
         axes.plot(*snapshot.scan.T, ".", color="tab:red", ms=4, label="scan")
-    _draw_touches(axes, [(pose.x, pose.y) for pose in snapshot.touches])
-    for goal in snapshot.goals:
-        _draw_pose(axes, goal, "tab:orange")
+    if snapshot.touches:
+        touches = [(pose.x, pose.y) for pose in snapshot.touches]
+        axes.plot(*np.array(touches).T, "x", color="tab:red", ms=12, mew=3, label="touched")
+    for number, goal in enumerate(snapshot.goals, 1):
+        _draw_pose(axes, goal, "tab:red" if number in snapshot.missed else "tab:orange")
+        axes.annotate(str(number), (goal.x, goal.y), ha="center", va="center", fontsize=7)
     if snapshot.robot is not None:
         _draw_pose(axes, snapshot.robot, "black")
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper right")
-    _save(figure, path)
+    figure.tight_layout()
+    figure.savefig(path, dpi=110, metadata={"Software": "arjuna"})
 
 
 def _draw_pose(axes: Axes, pose: SE2, colour: str) -> None:

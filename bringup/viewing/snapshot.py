@@ -13,9 +13,10 @@ from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import BagMessage
 from arjuna_core.errors import InputFileError
 from arjuna_core.grid import OccupancyGrid
+from arjuna_core.readings import se2_from_pose
 from arjuna_core.se2 import SE2
 from bringup.viewing.drawing.frames import Frames
-from bringup.viewing.drawing.messages import DRAWN, planar
+from bringup.viewing.drawing.messages import DRAWN
 from bringup.viewing.drawing.values import Grid, Line, Points
 
 _BASES = ("base_footprint", "base_link")
@@ -33,6 +34,7 @@ class Snapshot:
         time: The moment [s].
         scan: Points of the last scan, `(N, 2)` [m].
         believed: The positions that it believed in until then, `(N, 2)` [m].
+        missed: The numbers of the goals, from 1, that it is known not to have reached.
         touches: Where it was when it touched something, as far as that is known.
         true: Its true positions, by a simulator's odometry without errors, `(N, 2)` [m].
     """
@@ -45,6 +47,7 @@ class Snapshot:
     true: list[tuple[float, float]] = field(default_factory=list)
     plan: NDArray[np.float64] = field(default_factory=_none)
     goals: list[SE2] = field(default_factory=list)
+    missed: frozenset[int] = frozenset()
     touches: list[SE2] = field(default_factory=list)
 
 
@@ -121,7 +124,7 @@ class _Reader:
 
     def _goal(self, topic: str, message: Any) -> None:
         if topic.endswith("goal_pose"):
-            self.found.goals.append(planar(message.pose))
+            self.found.goals.append(se2_from_pose(message.pose))
 
 
 def _extend(trail: list[tuple[float, float]], x: float, y: float, step: float = 0.05) -> None:

@@ -83,7 +83,9 @@ def value_of(context: LaunchContext, value: Any, kind: Any = None, typed: bool =
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
     several = isinstance(value, list | tuple)
-    if isinstance(value, Substitution) or (several and any(_is_one_text(value))):
+    if isinstance(value, Substitution) or (
+        several and any(isinstance(part, Substitution) for part in value)  # these make it one text
+    ):
         value, typed = perform_substitutions(context, value), True
     elif several:
         return _uniform([value_of(context, one) for one in value])
@@ -106,11 +108,6 @@ def _uniform(values: list[Any]) -> list[Any]:
     """Return numbers of which some are floats as floats: a list of ROS has one type."""
     kinds = {type(value) for value in values}
     return [float(value) for value in values] if kinds == {int, float} else values
-
-
-def _is_one_text(parts: Iterable[Any]) -> Iterable[bool]:
-    """Yield, of parts of a list, whether they make it one text: substitutions do."""
-    return (isinstance(part, Substitution) for part in parts)
 
 
 def flattened(

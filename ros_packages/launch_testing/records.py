@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import threading
-import time
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Generic, TypeVar
 
@@ -57,12 +56,8 @@ class Records(Generic[Record]):
 
     def wait(self, is_there: Callable[[], bool], timeout: float) -> bool:
         """Return whether something is there within a time [s, wall]."""
-        deadline = time.monotonic() + timeout
         with self._changed:
-            while not is_there():
-                if not self._changed.wait(max(deadline - time.monotonic(), 0.0)):
-                    return is_there()
-        return True
+            return self._changed.wait_for(is_there, timeout)
 
 
 class IoHandler(Records[ProcessIO]):

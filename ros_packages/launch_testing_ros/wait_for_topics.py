@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -76,12 +75,8 @@ class WaitForTopics:
         """Return whether a message has come on each topic in time."""
         if self._trigger is not None:
             self._trigger(self._node, *self._arguments, *args, **kwargs)
-        deadline = time.monotonic() + self._timeout
         with self._changed:
-            while self.topics_not_received():
-                if not self._changed.wait(max(deadline - time.monotonic(), 0.0)):
-                    break
-        return not self.topics_not_received()
+            return self._changed.wait_for(lambda: not self.topics_not_received(), self._timeout)
 
     def topics_not_received(self) -> set[str]:
         """Return the topics on which nothing has come."""

@@ -27,6 +27,7 @@ from nav2_msgs.action import (
 )
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
+from arjuna_core.ros.convert import duration_msg
 from nav2_simple_commander.services import RobotServices
 from nav2_simple_commander.task import SERVER_TIMEOUT, TaskResult
 
@@ -205,16 +206,11 @@ class BasicNavigator(RobotServices):
         goal = SmoothPath.Goal(
             path=path,
             smoother_id=smoother_id,
-            max_smoothing_duration=_duration(max_duration),
+            max_smoothing_duration=duration_msg(max_duration),
             check_for_collisions=check_for_collision,
         )
         result = self._task.finish(SmoothPath, "smooth_path", goal)
         return None if result is None else result.path
-
-
-def _duration(seconds: float) -> Duration:
-    whole = int(seconds)
-    return Duration(sec=whole, nanosec=int((seconds - whole) * 1e9))
 
 
 def _straight(goal: Any, distance: float, speed: float, time_allowance: int) -> Any:

@@ -6,7 +6,6 @@ where a bridge, or Gazebo by a model's name, calls a topic otherwise is there so
 
 from __future__ import annotations
 
-import argparse
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -118,7 +117,7 @@ class Relay:
 def main(words: list[str]) -> None:
     """Hand on what has two names until interrupted."""
     waiting, relays = list(bridged(words)), list[Relay]()
-    with Client(argparse.Namespace(), "ros_gz_bridge") as client:
+    with Client(name="ros_gz_bridge") as client:
         client.discover()
         while True:
             found = {topic: known for topic in waiting if (known := simulated(client.node, topic))}
@@ -131,4 +130,4 @@ def main(words: list[str]) -> None:
                 print("nothing to do: the simulator publishes ROS's topics itself", flush=True)
             for relay in relays:
                 relay.look()
-            client.spin(lambda: False, 0.5)
+            client.pause(0.5)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
-
 from std_msgs.msg import String
 
 from bringup.ros2.client import Client
@@ -13,7 +11,7 @@ _PERIOD, _DEPTH = 1.0, 10  # [s], as the original's
 
 def talk(words: list[str]) -> None:
     """Publish a greeting each second."""
-    with Client(argparse.Namespace(), "talker") as client:
+    with Client(name="talker") as client:
         node = client.node
         publisher = node.create_publisher(String, "chatter", _DEPTH)
         count = 0
@@ -26,16 +24,16 @@ def talk(words: list[str]) -> None:
             publisher.publish(message)
 
         node.create_timer(_PERIOD, say)
-        client.spin(lambda: False)
+        client.pause()
 
 
 def listen(words: list[str]) -> None:
     """Print the greetings."""
-    with Client(argparse.Namespace(), "listener") as client:
+    with Client(name="listener") as client:
         node = client.node
 
         def heard(message: String) -> None:
             node.get_logger().info(f"I heard: [{message.data}]")
 
         node.create_subscription(String, "chatter", heard, _DEPTH)
-        client.spin(lambda: False)
+        client.pause()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import re
 import time
@@ -17,7 +18,7 @@ from std_msgs.msg import String
 
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.files.input_file import read_text
-from arjuna_core.files.shipped import shipped_file
+from arjuna_core.files.shipped import environment_folders, shipped_file
 from arjuna_core.files.whole_file import own_folder
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import quaternion, yaw
@@ -64,10 +65,10 @@ def serve(words: list[str]) -> None:
         response.result.result, response.entity_name = Result.RESULT_OK, request.name
         return response
 
-    with Client(argparse.Namespace(), "gazebo") as client:
+    with Client(name="gazebo") as client:
         name = named_world(words)
         if name.startswith("/"):  # a launch file's xacro may write it just now
-            client.spin(Path(name).is_file, _PATIENCE)
+            client.run_until(Path(name).is_file, _PATIENCE, required=False)
         world = world_of(name)
         held = bool(robots_in(world))
         client.node.create_service(SpawnEntity, "/spawn_entity", spawn)
@@ -75,11 +76,11 @@ def serve(words: list[str]) -> None:
             spawns = "'ros2 run ros_gz_sim create' spawns one"
             print(f"{world.name} waits for a robot: {spawns}", flush=True)
         patience = _PUBLISHER_STARTS if LAUNCHED in os.environ else 0.0
-        client.spin(lambda: bool(wanted), patience if held else None)
+        client.run_until(lambda: bool(wanted), patience if held else math.inf, required=False)
         if not wanted:
             described = client.node.count_publishers("/robot_description")
             wanted.append(["--without-description"] if described else [])
-        client.spin(lambda: False, 0.5)  # [s] in which the answer arrives
+        client.pause(0.5)  # [s] in which the answer arrives
     arjuna("sim", ["--world", str(world), *wanted[0]])
 
 
@@ -101,9 +102,9 @@ def unfit(path: Path) -> str:
 
 def world_of(name: str) -> Path:
     """Return the file of a world: a path, or a name in a package or among the shipped ones."""
-    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    prefixes = environment_folders("AMENT_PREFIX_PATH")
     names = (name, f"worlds/{name}")
-    shares = [found for p in prefixes if p for found in sorted(Path(p).glob("share/*/"))]
+    shares = [found for one in prefixes for found in sorted(one.glob("share/*/"))]
     shipped = shipped_file("worlds/empty.world").parent
     for path in (Path(name), *(share / n for share in shares for n in names), shipped / name):
         if path.is_file():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
-
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 
@@ -27,7 +25,7 @@ def main(words: list[str], patience: float = 60.0) -> None:
     """
     if not words:
         raise Ros2Error("no node is named; valid: lifecycle_bringup NODE [NODE ...]")
-    with Client(argparse.Namespace(), "lifecycle_bringup") as client:
+    with Client(name="lifecycle_bringup") as client:
         for name in map(absolute, words):
             state = State()
             for _ in range(len(_STEPS) + 1):

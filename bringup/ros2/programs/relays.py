@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import math
 from collections.abc import Callable
@@ -80,10 +79,10 @@ _KINDS: dict[str, tuple[tuple[str, ...], Callable[..., Passes]]] = {
 
 def _hand_on(words: list[str], name: str) -> None:
     asked = relayed(name, words)
-    with Client(argparse.Namespace(), name) as client:
+    with Client(name=name) as client:
         node = client.node
         source, target = map(node.resolve_topic_name, asked[:2])
-        client.spin(lambda: node.count_publishers(source) > 0)
+        client.run_until(lambda: node.count_publishers(source) > 0)
         offers = node.get_publishers_info_by_topic(source)
         profile = matched(QoSProfile(depth=_DEPTH), offers)
         kind = class_of(offers[0].topic_type)
@@ -95,7 +94,7 @@ def _hand_on(words: list[str], name: str) -> None:
 
         node.create_subscription(kind, source, handed_on, profile, raw=True)
         print(f"{source} is {target} too ({offers[0].topic_type})", flush=True)
-        client.spin(lambda: False)
+        client.pause()
 
 
 relay = partial(_hand_on, name="relay")
@@ -127,7 +126,7 @@ def _turn(
     turned: Callable[[Any, Any], Any],
     topics: tuple[str, str] = ("cmd_vel_in", "cmd_vel_out"),
 ) -> None:
-    with Client(argparse.Namespace(), name) as client:
+    with Client(name=name) as client:
         node = client.node
         publisher = node.create_publisher(into, topics[1], _DEPTH)
 
@@ -136,7 +135,7 @@ def _turn(
 
         profile = qos.SENSOR_SUBSCRIPTION if kind in (Image, CompressedImage) else _DEPTH
         node.create_subscription(kind, topics[0], received, profile)
-        client.spin(lambda: False)
+        client.pause()
 
 
 def republish(words: list[str]) -> None:

@@ -49,7 +49,7 @@ def main(words: list[str]) -> None:
                 manager.bring_to(name, state)
         if given.unload_on_kill:
             try:
-                client.spin(lambda: False)
+                client.pause()
             finally:
                 _unspawn(manager, given.controller_names)
 

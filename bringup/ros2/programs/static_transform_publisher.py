@@ -63,7 +63,7 @@ def main(words: list[str]) -> None:
     """Publish a static transform until interrupted."""
     frame, child, pose = parse(words)
     name = f"static_transform_publisher_{os.getpid()}"  # so that many can run
-    with Client(argparse.Namespace(), name) as client:
+    with Client(name=name) as client:
         message = transform3_msg(pose, frame, child, 0.0)
         message.header.stamp = client.node.get_clock().now().to_msg()
         publisher = client.node.create_publisher(TFMessage, "/tf_static", qos.LATCHED)
@@ -73,7 +73,7 @@ def main(words: list[str]) -> None:
             f"rotation: {_text((*pose.quaternion[1:], pose.quaternion[0]))}\n"
             f"from '{frame}' to '{child}'"
         )
-        client.spin(lambda: False)
+        client.pause()
 
 
 def _text(values: tuple[float, ...]) -> str:

@@ -26,7 +26,9 @@ def main(words: list[str]) -> None:
     with Client(arguments, "tf2_echo") as client:
         buffer = Buffer(node=client.node)
         TransformListener(buffer, client.node)
-        client.spin(lambda: bool(buffer.can_transform(source, target, Time())), 1.0)
+        client.run_until(
+            lambda: bool(buffer.can_transform(source, target, Time())), 1.0, required=False
+        )
         while True:
             known, why = buffer.can_transform(source, target, Time(), return_debug_tuple=True)
             if not known:
@@ -38,7 +40,7 @@ def main(words: list[str]) -> None:
                 print("\n".join(lines(seconds(found.header.stamp), pose)))
                 if arguments.once:
                     return
-            client.spin(lambda: False, 1.0 / arguments.rate)
+            client.pause(1.0 / arguments.rate)
 
 
 def lines(stamp: float, pose: Pose3) -> list[str]:

@@ -97,7 +97,7 @@ def main(words: list[str]) -> None:
     frames = parser.parse_args(words).frames
     if len(frames) not in (0, 2):
         parser.error("two frames, or none")
-    with Client(argparse.Namespace(), "tf2_monitor") as client:
+    with Client(name="tf2_monitor") as client:
         _monitor(client, *frames)
 
 
@@ -109,12 +109,14 @@ def _monitor(client: Client, target: str = "", source: str = "") -> None:
         delays.now = seconds(message.clock)
 
     client.node.create_subscription(Clock, "/clock", on_clock, qos.CLOCK)
-    client.spin(lambda: delays.now is not None, 1.0)
+    client.run_until(lambda: delays.now is not None, 1.0, required=False)
     chain: list[str] = []
     if target:
         waits = f"Waiting for transform chain to become available between {target} and {source} "
         print(waits, end="", flush=True)
-        while not client.spin(lambda: bool(buffer.can_transform(target, source, Time())), 1.0):
+        while not client.run_until(
+            lambda: bool(buffer.can_transform(target, source, Time())), 1.0, required=False
+        ):
             print(".", end="", flush=True)
         known = yaml.safe_load(buffer.all_frames_as_yaml())
         parents = {child: str(frame["parent"]) for child, frame in known.items()}
@@ -124,7 +126,7 @@ def _monitor(client: Client, target: str = "", source: str = "") -> None:
         client.node.create_subscription(TFMessage, topic, delays.add, profile)
     while True:
         for _ in range(round(_PERIOD / _STEP)):
-            client.spin(lambda: False, _STEP)
+            client.pause(_STEP)
             if chain and buffer.can_transform(target, source, Time()):
                 stamp = buffer.lookup_transform(target, source, Time()).header.stamp
                 delays.net.append(delays.age(seconds(stamp)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -43,7 +44,7 @@ def echo(arguments: argparse.Namespace) -> None:
             ),
             raw=arguments.raw,
         )
-        client.spin(lambda: printer.finished, arguments.timeout)
+        client.run_until(lambda: printer.finished, arguments.timeout or math.inf, required=False)
     if printer.problem:
         raise Ros2Error(printer.problem)
 
@@ -155,4 +156,4 @@ def service(arguments: argparse.Namespace) -> None:
         client.node.create_subscription(
             event, f"{name}/_service_event", show, qos_profile_services_default
         )
-        client.spin(lambda: False)
+        client.pause()

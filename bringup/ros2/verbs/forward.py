@@ -20,6 +20,7 @@ from typing import NoReturn
 
 from arjuna_core.errors import nearest
 from arjuna_core.files.input_file import head_of
+from arjuna_core.files.shipped import environment_folders
 from bringup.parameters.files import load_parameters
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.programs.python_file import run_file
@@ -305,12 +306,11 @@ def run(words: list[str]) -> int:
 
 def executables_of(package: str) -> dict[str, Path]:
     """Return the executables of a package of one's own: those of sourced workspaces."""
-    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
     found: dict[str, Path] = {}
-    for prefix in filter(None, prefixes):
-        if Path(prefix) == Path(sys.prefix) or (Path(prefix) / GENERATED).exists():
+    for prefix in environment_folders("AMENT_PREFIX_PATH"):
+        if prefix == Path(sys.prefix) or (prefix / GENERATED).exists():
             continue
-        for path in sorted(Path(prefix, "lib", package).glob("*")):
+        for path in sorted((prefix / "lib" / package).glob("*")):
             if path.is_file() and os.access(path, os.X_OK):
                 found.setdefault(path.name, path)
     return found

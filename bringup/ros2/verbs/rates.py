@@ -7,11 +7,12 @@ import time
 from collections import deque
 from typing import Any
 
+import numpy as np
 from rclpy.qos import qos_profile_sensor_data
 
 from bringup.ros2.client import Client, full_name
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.statistics import Intervals, bandwidth_text, rate_text, spread
+from bringup.ros2.statistics import Intervals, bandwidth_text, spread_text
 from bringup.ros2.verbs.echo import condition, topic_class
 
 
@@ -31,10 +32,9 @@ def hz(arguments: argparse.Namespace) -> None:
 
         _subscribe(client, arguments, receive, raw=arguments.filter is None)
         while True:
-            _wait(client)
-            found = intervals.spread()
-            if found is not None and new:
-                print(rate_text(found))
+            client.pause(1.0)
+            if intervals.values and new:
+                print(intervals.text())
             new.clear()
 
 
@@ -51,7 +51,7 @@ def bw(arguments: argparse.Namespace) -> None:
         _subscribe(client, arguments, receive, raw=True)
         print(f"Subscribed to [{arguments.topic_name}]")
         while True:
-            _wait(client)
+            client.pause(1.0)
             if len(sizes) > 1:
                 print(bandwidth_text(sizes, time.monotonic() - times[0]))
 
@@ -73,24 +73,19 @@ def delay(arguments: argparse.Namespace) -> None:
         if "header" not in message_type.get_fields_and_field_types():
             raise Ros2Error("msg does not have header")
         while True:
-            _wait(client)
+            client.pause(1.0)
             if new:
-                found = spread(delays)
-                print(f"average delay: {found.mean:.3f}\n{found}")
+                print(f"average delay: {np.mean(delays):.3f}\n{spread_text(delays)}")
             elif delays:
                 print("no new messages")
             new.clear()
-
-
-def _wait(client: Client) -> None:
-    client.spin(lambda: False, 1.0)
 
 
 def _subscribe(client: Client, arguments: argparse.Namespace, receive: Any, raw: bool) -> Any:
     topic = full_name(arguments.topic_name)
     if not client.discover(lambda: client.node.count_publishers(topic) > 0):
         print(f"WARNING: topic [{arguments.topic_name}] does not appear to be published yet")
-        client.spin(lambda: client.node.count_publishers(topic) > 0)
+        client.run_until(lambda: client.node.count_publishers(topic) > 0)
     client.discover()
     message_type = topic_class(client, arguments.topic_name)
     client.node.create_subscription(message_type, topic, receive, qos_profile_sensor_data, raw=raw)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from pathlib import Path
+
+from arjuna_core.files.shipped import environment_folders
 
 _DRIVER = (
     "its driver is ROS's: run it beside 'arjuna robot'; 'arjuna sim' publishes the same topics"
@@ -38,13 +38,10 @@ def remedy_of(package: str, programs: Sequence[str]) -> str:
     Args:
         programs: Those of the package that are here.
     """
-    if package in REMEDIES or not (programs or _is_found(package)):
+    shares = (folder / "share" for folder in environment_folders("AMENT_PREFIX_PATH"))
+    is_there = package != "" and any((share / package).is_dir() for share in shares)
+    if package in REMEDIES or not (programs or is_there):
         return REMEDIES.get(package, REMEDIES[""])
     if programs:
         return f"of it there is 'ros2 run {package} {'|'.join(programs)}'"
     return "programs of C++ are built by ROS's own tools"
-
-
-def _is_found(package: str) -> bool:
-    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-    return any(Path(one, "share", package).is_dir() for one in prefixes if package and one)

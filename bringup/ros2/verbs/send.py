@@ -43,7 +43,7 @@ def pub(arguments: argparse.Namespace) -> None:
         print("publisher: beginning loop")
         count, due = 0, time.monotonic()
         while times == 0 or count < times:
-            client.spin(lambda: False, max(due - time.monotonic(), 0.0))
+            client.pause(max(due - time.monotonic(), 0.0))
             due += 1.0 / arguments.rate
             count += 1
             now = clock.now().to_msg()
@@ -52,7 +52,7 @@ def pub(arguments: argparse.Namespace) -> None:
             if arguments.print and count % arguments.print == 0:
                 print(f"publishing #{count}: {message!r}\n")
             publisher.publish(message)
-        client.spin(lambda: False, max(arguments.keep_alive, 0.0))
+        client.pause(max(arguments.keep_alive, 0.0))
 
 
 def _wait_for_subscriptions(
@@ -72,7 +72,7 @@ def _wait_for_subscriptions(
                 "Timed out waiting for subscribers: "
                 f"Expected {wanted} subscribers but only got {count()} subscribers"
             )
-        client.spin(lambda: count() >= wanted, period)
+        client.run_until(lambda: count() >= wanted, period, required=False)
 
 
 def call(arguments: argparse.Namespace) -> None:
@@ -84,9 +84,9 @@ def call(arguments: argparse.Namespace) -> None:
     fill(request, values_of(arguments.values, arguments.stdin))
     with Client(arguments) as client:
         service = client.node.create_client(service_type, arguments.service_name)
-        if not client.spin(service.service_is_ready, 0.1):
+        if not client.run_until(service.service_is_ready, 0.1, required=False):
             print("waiting for service to become available...")
-            client.spin(service.service_is_ready)
+            client.run_until(service.service_is_ready)
         while True:
             print(f"requester: making request: {request!r}\n")
             sent = time.monotonic()
@@ -94,7 +94,7 @@ def call(arguments: argparse.Namespace) -> None:
             print(f"response:\n{response!r}\n")
             if arguments.rate is None:
                 return
-            client.spin(lambda: False, max(sent + 1.0 / arguments.rate - time.monotonic(), 0.0))
+            client.pause(max(sent + 1.0 / arguments.rate - time.monotonic(), 0.0))
 
 
 _WRONG = "Failed to populate message fields: {!r}"
@@ -109,7 +109,7 @@ def send_goal(arguments: argparse.Namespace) -> None:
         action = ActionClient(client.node, action_type, full_name(arguments.action_name))
         stack.callback(action.destroy)
         print("Waiting for an action server to become available...")
-        client.spin(action.server_is_ready)
+        client.run_until(action.server_is_ready)
         for stamp in stamps:
             stamp(client.node.get_clock().now().to_msg())
         print(f"Sending goal:\n     {to_yaml(goal)}")

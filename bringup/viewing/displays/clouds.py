@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.param import param
+from arjuna_core.readings import scan_from_msg, seconds
 from bringup.viewing.displays.base import Display, Wanted, rainbow
-from bringup.viewing.drawing.messages import frame_of, scan_of, seconds
+from bringup.viewing.drawing.messages import frame_of
 from bringup.viewing.drawing.values import Colour, Colours, Parts, Points
 
 # sensor_msgs/PointField's datatypes
@@ -159,7 +160,7 @@ class LaserScan(Display):
         colour = config.color
         if config.color_transformer == "Intensity":
             given = np.asarray(message.intensities, dtype=np.float32)
-            valid = scan_of(message).valid
+            valid = scan_from_msg(message).valid
             colour = rainbow(given[valid] if len(given) == len(valid) else np.zeros(valid.sum()))
         style = {"size": config.size_m, "floor": config.on_floor}
         return self.usual(message, colour=colour, **style)

@@ -14,9 +14,10 @@ import numpy as np
 
 from arjuna_core.param import param
 from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_core.readings import seconds
 from bringup.viewing.displays.base import Display, Moment, Wanted, colour_of
 from bringup.viewing.drawing.frames import Frames
-from bringup.viewing.drawing.messages import frame_of, pose3, seconds
+from bringup.viewing.drawing.messages import frame_of, pose3
 from bringup.viewing.drawing.solids import arrow_pose, solids
 from bringup.viewing.drawing.values import Axes, Drawing, Label, Model, Parts, Points, Segments
 

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from arjuna_core.param import param
+from arjuna_core.readings import se2_from_pose
 from bringup.viewing.displays.base import PIXELS, Display
-from bringup.viewing.drawing.messages import DRAWN, arrow_segments, frame_of, planar
+from bringup.viewing.drawing.messages import DRAWN, arrow_segments, frame_of
 from bringup.viewing.drawing.values import Arrows, Colour, Line, Parts
 
 
@@ -56,7 +57,7 @@ class Pose(Display):
         shaft_length: float = param(0.5, "Length.", unit="m", minimum=0.01, maximum=10.0)
 
     def take(self, message: Any) -> Parts:
-        row = planar(message.pose).array()[None]
+        row = se2_from_pose(message.pose).array()[None]
         segments = arrow_segments(row, self.config.shaft_length, 0.06)
         return {"": Arrows(frame=frame_of(message), segments=segments, colour=self.config.color)}
 
@@ -73,7 +74,7 @@ class PoseArray(Display):
         arrow_length: float = param(0.2, "Length.", unit="m", minimum=0.01, maximum=10.0)
 
     def take(self, message: Any) -> Parts:
-        rows = np.array([planar(each).array() for each in message.poses]).reshape(-1, 3)
+        rows = np.array([se2_from_pose(each).array() for each in message.poses]).reshape(-1, 3)
         length = self.config.arrow_length
         segments = arrow_segments(rows, length, 0.03)
         style: dict[str, Any] = {"colour": self.config.color, "width": length / 8.0}
@@ -118,7 +119,7 @@ class Odometry(Display):
         self._kept: deque[Any] = deque(maxlen=config.keep)
 
     def take(self, message: Any) -> Parts:
-        pose, config, frame = planar(message.pose.pose), self.config, frame_of(message)
+        pose, config, frame = se2_from_pose(message.pose.pose), self.config, frame_of(message)
         last = self._kept[-1] if self._kept else None
         if (
             last is None

@@ -6,8 +6,9 @@ import math
 from typing import Any
 
 from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_core.readings import seconds
 from arjuna_core.transforms import TransformError, TransformTree
-from bringup.viewing.drawing.messages import frame_of, pose3, seconds
+from bringup.viewing.drawing.messages import frame_of, pose3
 
 
 class Frames(TransformTree[Pose3]):

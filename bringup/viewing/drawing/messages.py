@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.pose3 import Pose3
-from arjuna_core.scan import Scan
-from arjuna_core.se2 import SE2, yaw_of
+from arjuna_core.readings import grid_from_msg, scan_from_msg, se2_from_pose
+from arjuna_core.se2 import SE2
 from bringup.viewing.drawing.values import Arrows, Colour, Drawing, Floats, Grid, Line, Points
 
 _SCAN, _GOAL, _BELIEF = (230, 30, 30), (220, 40, 180), (150, 60, 200)
@@ -29,26 +28,9 @@ def pose3(message: Any) -> Pose3:
     return Pose3((at.x, at.y, at.z), (turn.w, turn.x, turn.y, turn.z))
 
 
-def planar(pose: Any) -> SE2:
-    """Return a Pose message seen from above.
-
-    Raises:
-        ValueError: A coordinate is not finite or the quaternion is no rotation.
-    """
-    at, turn = pose.position, pose.orientation
-    if not (math.isfinite(at.x) and math.isfinite(at.y)):
-        raise ValueError(f"position ({at.x}, {at.y}) is not finite")
-    return SE2(at.x, at.y, yaw_of(turn.x, turn.y, turn.z, turn.w))
-
-
 def frame_of(message: Any) -> str:
     """Return the frame of a stamped message."""
     return str(message.header.frame_id).lstrip("/")
-
-
-def seconds(stamp: Any) -> float:
-    """Return a Time message as seconds [s]."""
-    return float(stamp.sec) + float(stamp.nanosec) / 1e9
 
 
 def _line(xy: Iterable[tuple[float, float]], z: float) -> Floats:
@@ -72,35 +54,21 @@ def goal_arrow(pose: SE2, frame: str) -> Arrows:
     return Arrows(frame=frame, segments=arrow_segments(pose.array()[None], 0.5, 0.06), colour=_GOAL)
 
 
-def scan_of(message: Any) -> Scan:
-    """Return a LaserScan message's beams."""
-    ranges = np.asarray(message.ranges, dtype=np.float64)
-    limits = message.range_min, message.range_max
-    return Scan(ranges, message.angle_min, message.angle_increment, *limits)
-
-
 def _scan(topic: str, message: Any) -> Drawing:
-    scan = scan_of(message)
+    scan = scan_from_msg(message)
     angles, ranges = scan.angles[scan.valid], scan.ranges[scan.valid]
     points = np.stack([ranges * np.cos(angles), ranges * np.sin(angles), 0.0 * ranges], axis=1)
-    stamp = seconds(message.header.stamp)
     return Points(
-        frame=frame_of(message), stamp=stamp, points=points.astype(np.float32), colour=_SCAN
+        frame=frame_of(message), stamp=scan.stamp, points=points.astype(np.float32), colour=_SCAN
     )
 
 
 def _grid(topic: str, message: Any) -> Drawing:
-    info = message.info
-    resolution = round(float(info.resolution), 6)  # float32 on the wire
-    frame = GridFrame(resolution, info.width, info.height, planar(info.origin))
-    data = np.asarray(message.data, dtype=np.int8)
-    if data.size != info.width * info.height:
-        raise ValueError(f"{data.size} cells for a grid of {info.width} x {info.height}")
-    grid = OccupancyGrid(frame, data.reshape(frame.shape))
+    grid = grid_from_msg(message)
     opacity, z = None, 0.0
     if "costmap" in topic:
         opacity, z = (0.65, 0.02) if "local" in topic else (0.45, 0.01)
-    pose = Pose3.from_se2(frame.origin, z)
+    pose = Pose3.from_se2(grid.frame.origin, z)
     return Grid(frame=frame_of(message), pose=pose, grid=grid, opacity=opacity)
 
 
@@ -127,7 +95,7 @@ def _polygon(topic: str, message: Any) -> Drawing:
 
 def _belief(topic: str, message: Any) -> Drawing:
     """Return a line from the mean along the heading to the ellipse of two sigmas, and round it."""
-    pose = planar(message.pose.pose)
+    pose = se2_from_pose(message.pose.pose)
     covariance = np.asarray(message.pose.covariance, dtype=np.float64).reshape(6, 6)[:2, :2]
     if not np.isfinite(covariance).all():
         raise ValueError("its covariance is not finite")
@@ -141,11 +109,11 @@ def _belief(topic: str, message: Any) -> Drawing:
 
 
 def _pose(topic: str, message: Any) -> Drawing:
-    return goal_arrow(planar(message.pose), frame_of(message))
+    return goal_arrow(se2_from_pose(message.pose), frame_of(message))
 
 
 def _poses(topic: str, message: Any) -> Drawing:
-    rows = np.array([planar(each).array() for each in message.poses]).reshape(-1, 3)
+    rows = np.array([se2_from_pose(each).array() for each in message.poses]).reshape(-1, 3)
     return _arrows(frame_of(message), rows, 0.2, _BELIEF)
 
 

@@ -35,14 +35,6 @@ def _wait(is_there: Callable[[], bool], timeout: float | None) -> bool:
     return True
 
 
-def _started(action: Any) -> Callable[[], bool]:
-    return lambda: "pid" in action.process_details
-
-
-def _ended(action: Any) -> Callable[[], bool]:
-    return lambda: action.return_code is not None
-
-
 def wait_for_output_sync(
     context: Any, action: Any, validate_output: Any, timeout: float | None = None
 ) -> bool:
@@ -79,12 +71,12 @@ def assert_stderr_sync(
 
 def wait_for_start_sync(context: Any, action: Any, timeout: float | None = None) -> bool:
     """Return whether a process starts within a time [s]."""
-    return _wait(_started(action), timeout)
+    return _wait(lambda: "pid" in action.process_details, timeout)
 
 
 def wait_for_exit_sync(context: Any, action: Any, timeout: float | None = None) -> bool:
     """Return whether a process ends within a time [s]."""
-    return _wait(_ended(action), timeout)
+    return _wait(lambda: action.return_code is not None, timeout)
 
 
 def _awaited(wait: Callable[..., T]) -> Callable[..., Coroutine[Any, Any, T]]:

@@ -46,6 +46,9 @@ def test_the_picture_is_written_with_and_without_a_map(tmp_path: Path) -> None:
     snapshot.touches.append(SE2(0.5, 0.0))
     draw_snapshot(tmp_path / "touched.png", snapshot)
     assert (tmp_path / "touched.png").read_bytes() != (tmp_path / "without.png").read_bytes()
+    snapshot.missed = frozenset({1})
+    draw_snapshot(tmp_path / "missed.png", snapshot)
+    assert (tmp_path / "missed.png").read_bytes() != (tmp_path / "touched.png").read_bytes()
 
 
 def test_the_believed_path_is_seen_on_the_true_one(tmp_path: Path) -> None:
