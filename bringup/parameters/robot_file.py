@@ -12,7 +12,14 @@ from arjuna_core.files.shipped import shipped_file
 from bringup.parameters.files import Parameters, for_node, merged, shipped_parameters
 from bringup.parameters.remarks import Kind, Remark
 from bringup.parameters.sources import COSTMAPS, OUTLINE, keys_by_name, of_names
-from bringup.stack import CONTROLLER_SERVER, GLOBAL_COSTMAP, LOCAL_COSTMAP, Group, NodeSpec
+from bringup.stack import (
+    COLLISION_MONITOR,
+    CONTROLLER_SERVER,
+    GLOBAL_COSTMAP,
+    LOCAL_COSTMAP,
+    Group,
+    NodeSpec,
+)
 
 _OUTLINES = {**dict.fromkeys(COSTMAPS, ""), "explorer": "costmap."}
 """The nodes with a costmap, and what stands before its parameters."""
@@ -39,15 +46,17 @@ def of_simulated_robot(
 ) -> Parameters:
     """Return a robot's names, outline and tightest bend, unless parameter files say otherwise.
 
-    Where their outline leaves out some of its body, the body goes to the server of controllers.
+    Where their outline leaves out some of its body, the body goes to the server of controllers;
+    and to the collision monitor, which sees points and not cells, where it does without padding.
 
     Raises:
         ArjunaError: The robot's file cannot be used.
     """
     own = {} if _is_shipped(sim) else _of_another_robot(parameters, sim, groups)
-    if any(CONTROLLER_SERVER in group.nodes for group in groups):
-        for _, body, _ in _left_out(merged(parameters, own), sim, (LOCAL_COSTMAP,)):
-            own = merged(own, {CONTROLLER_SERVER.name: {"body": body}})
+    for spec, padded in ((CONTROLLER_SERVER, True), (COLLISION_MONITOR, False)):
+        if any(spec in group.nodes for group in groups):
+            for _, body, _ in _left_out(merged(parameters, own), sim, (LOCAL_COSTMAP,), padded):
+                own = merged(own, {spec.name: {"body": body}})
     return own
 
 
@@ -168,7 +177,10 @@ def _base_frame(parameters: Parameters, node: str = LOCAL_COSTMAP.name, prefix: 
 
 
 def _left_out(
-    parameters: Parameters, sim: Mapping[str, Any], costmaps: Iterable[NodeSpec]
+    parameters: Parameters,
+    sim: Mapping[str, Any],
+    costmaps: Iterable[NodeSpec],
+    padded: bool = True,
 ) -> Iterator[tuple[str, str, str]]:
     """Give each parameter that leaves out some of the robot's body, the body, and the reason."""
     from arjuna_nav.costmap.footprint import Footprint
@@ -180,7 +192,7 @@ def _left_out(
         text = footprint_of(robot, config.robot_base_frame)
         if not text:
             continue
-        given = config.footprint, config.robot_radius, config.footprint_padding
+        given = config.footprint, config.robot_radius, config.footprint_padding * padded
         outline, body = Footprint.parse(*given), Footprint.parse(text, 0.0, 0.0)
         if not (out := outline.outreach(body)):
             continue

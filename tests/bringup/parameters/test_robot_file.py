@@ -15,7 +15,7 @@ from bringup.parameters.checking import check_file
 from bringup.parameters.files import SAFETY, for_node
 from bringup.parameters.inputs import gather
 from bringup.parameters.remarks import Kind
-from bringup.stack import CONTROLLER_SERVER, LOCAL_COSTMAP
+from bringup.stack import COLLISION_MONITOR, CONTROLLER_SERVER, LOCAL_COSTMAP
 from tests.sim.drive_cases import mecanum
 
 pytestmark = pytest.mark.ros
@@ -29,9 +29,8 @@ def of_radius(tmp_path: Path, outline: str, costmaps: tuple[str, ...] = ("local"
     return str(file)
 
 
-def body_of(words: list[str]) -> str:
-    parameters = gather(parse(words))
-    return str(for_node(parameters, CONTROLLER_SERVER.name).get("body", ""))
+def body_of(words: list[str], node: str = CONTROLLER_SERVER.name) -> str:
+    return str(for_node(gather(parse(words)), node).get("body", ""))
 
 
 def test_small_outlines_are_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -57,8 +56,11 @@ def test_small_outlines_are_reported(tmp_path: Path, capsys: pytest.CaptureFixtu
 def test_an_outline_that_holds_the_body_is_left_alone(
     outline: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert body_of(["demo", "--params", of_radius(tmp_path, outline)]) == ""
+    words = ["demo", "--params", of_radius(tmp_path, outline)]
+    assert body_of(words) == ""
     assert not capsys.readouterr().err
+    held = "inflation" not in outline  # 0.25 m hold it with their padding alone
+    assert (body_of(words, COLLISION_MONITOR.name) == "") is held
 
 
 def test_a_radius_fits_its_own_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
