@@ -12,14 +12,7 @@ from arjuna_core.files.shipped import shipped_file
 from bringup.parameters.files import Parameters, for_node, merged, shipped_parameters
 from bringup.parameters.remarks import Kind, Remark
 from bringup.parameters.sources import COSTMAPS, OUTLINE, keys_by_name, of_names
-from bringup.stack import (
-    COLLISION_MONITOR,
-    CONTROLLER_SERVER,
-    GLOBAL_COSTMAP,
-    LOCAL_COSTMAP,
-    Group,
-    NodeSpec,
-)
+from bringup.stack import CONTROLLER_SERVER, GLOBAL_COSTMAP, LOCAL_COSTMAP, Group, NodeSpec
 
 _OUTLINES = {**dict.fromkeys(COSTMAPS, ""), "explorer": "costmap."}
 """The nodes with a costmap, and what stands before its parameters."""
@@ -46,17 +39,16 @@ def of_simulated_robot(
 ) -> Parameters:
     """Return a robot's names, outline and tightest bend, unless parameter files say otherwise.
 
-    Where their outline leaves out some of its body, the body goes to the server of controllers;
-    and to the collision monitor, which sees points and not cells, where it does without padding.
+    Where their outline without its padding leaves out some of its body, the body goes to the local
+    costmap, for those who keep it free of the points that are seen, and not of cells alone.
 
     Raises:
         ArjunaError: The robot's file cannot be used.
     """
     own = {} if _is_shipped(sim) else _of_another_robot(parameters, sim, groups)
-    for spec, padded in ((CONTROLLER_SERVER, True), (COLLISION_MONITOR, False)):
-        if any(spec in group.nodes for group in groups):
-            for _, body, _ in _left_out(merged(parameters, own), sim, (LOCAL_COSTMAP,), padded):
-                own = merged(own, {spec.name: {"body": body}})
+    if any(LOCAL_COSTMAP in group.nodes for group in groups):
+        for _, body, _ in _left_out(merged(parameters, own), sim, (LOCAL_COSTMAP,), padded=False):
+            own = merged(own, {LOCAL_COSTMAP.name: {"body": body}})
     return own
 
 

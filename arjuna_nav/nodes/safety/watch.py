@@ -34,7 +34,7 @@ class WatchConfig(MonitorConfig):
     """Parameters that `collision_monitor` and `collision_detector` share, by Nav2's names.
 
     Raises:
-        ConfigError: A zone has no shape or names a source that does not exist, or `body` is none.
+        ConfigError: A zone has no shape, or names a source that does not exist.
     """
 
     observation_sources: tuple[str, ...] = plugin_names((), "What sees.", SOURCES)
@@ -62,17 +62,9 @@ class WatchConfig(MonitorConfig):
     scan_topic: str = param(
         "", "Topic of sources that name none; empty: the local costmap's scan.", read_only=True
     )
-    body: str = param(
-        "",
-        "The robot's own outline, [[x, y], ...], as its file says, where it stands out of that of"
-        " the local costmap without its padding: zones without a shape of their own keep it free.",
-        unit="m",
-    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.body:
-            Footprint.parse(self.body, 0.0, 0.0)
         for name in self.polygons:
             named = getattr(getattr(self, name, None), "sources_names", ())
             missing = [each for each in named if each not in self.observation_sources]
@@ -130,7 +122,6 @@ class Watch:
     def reconfigure(self, config: WatchConfig) -> None:
         """Use new parameters from now on."""
         self.monitor = CollisionMonitor(config, tuple(self.sources))
-        self._body = Footprint.parse(config.body, 0.0, 0.0) if config.body else None
         approach = (getattr(config, name) for name in config.polygons)
         tracks = any(z.action_type == "approach" and z.moving_time > 0.0 for z in approach)
         for name, source in self.sources.items():
@@ -144,12 +135,10 @@ class Watch:
             source.reset()
 
     def footprint(self) -> Footprint:
-        """Return the robot's body, or its outline without its padding."""
-        if self._body is not None:
-            return self._body
+        """Return the robot's own outline, without padding."""
         if self._near is None:
             return Footprint.circle(1e-3)  # as with Nav2, a zone is empty until its shape comes
-        return self._near.layered.footprint.without(self._near.config.footprint_padding)
+        return self._near.layered.body
 
     def silent(self) -> str:
         """Return which source says nothing and since when; empty where all speak."""

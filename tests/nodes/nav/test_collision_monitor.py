@@ -21,9 +21,10 @@ from tests.nav.worlds import block
 State = CollisionMonitorState
 
 
-def made(**parameters: Any) -> PlayedRobot:
+def made(body: str = "", **parameters: Any) -> PlayedRobot:
     early = {"FootprintApproach.time_before_collision": 1.2}
-    robot = PlayedRobot({"collision_monitor": early | parameters})
+    monitor, costmap = COLLISION_MONITOR.name, LOCAL_COSTMAP.name
+    robot = PlayedRobot({monitor: early | parameters, costmap: {"body": body}})
     block(robot.world, 6.7, 4.5, 0.1, 2.0)  # a wall at x = 1.2
     robot.bring_up(LOCAL_COSTMAP, COLLISION_MONITOR)
     robot.run(0.5)
