@@ -72,6 +72,7 @@ def line_off(
         return line
     tightest = 1.0 / (radius or 2.0 * footprint.circumscribed_radius)
     bends = [side * tightest / wider for wider in (1.0, 2.0, 4.0, 8.0) for side in (1.0, -1.0)]
+    bends.append(0.0)
     lines = list(lines_off(pose, costmap, touches, bends, reach=1.5, step=0.04))
     for error in np.linspace(0.0, 0.01, 6):  # the least of what a point may err
         if free := [line for line in lines if leaves(line, costmap, body, float(error))]:

@@ -27,7 +27,7 @@ POSITION = "nav2_controller::PositionGoalChecker"
 
 
 def drive(
-    robot: Unicycle, goal: SE2, grid: OccupancyGrid, body: Footprint | None = None, **values: Any
+    robot: Unicycle, goal: SE2, grid: OccupancyGrid, body: Footprint | None = None, /, **values: Any
 ) -> FollowResult:
     """Follow the straight path from where the robot is to a goal until following ends."""
     config = load(FollowerConfig, values)
