@@ -67,7 +67,7 @@ def test_a_radius_fits_its_own_robot(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert not capsys.readouterr().err
     values = parameters[LOCAL_COSTMAP.name]
     assert (values["robot_radius"], values.get("footprint", "[]")) == (0.12, "[]")
-    assert "body" not in values
+    assert "[-0.102, 0.07]" in values["body"], "the radius holds it with its padding"
 
 
 def test_polygons_and_parts_beyond_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
