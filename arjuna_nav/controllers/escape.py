@@ -12,14 +12,13 @@ from arjuna_core.arrays import Floats
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.controllers.contact import bend_off
+from arjuna_nav.controllers.contact import leaves, line_off, turn_touches
 from arjuna_nav.controllers.gap import Gap, find_gap, first_contact, seen_again, steered_onto
 from arjuna_nav.controllers.tracker import Tracker, TrackerConfig, pieces_of
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import collides, first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
-from arjuna_nav.planners.escape import lead_out
 from arjuna_nav.planners.outline import Drive, find_path, first_blocked, path_cost
 
 
@@ -124,6 +123,7 @@ class Escape:
         """Hand over to the controller."""
         self._tracker.reset()
         self._gap: Gap | None = None
+        self._leaves = False
         self._attempts, self._blocked_since = 0, math.inf
 
     def begin(self, pose: SE2, path: Floats, costmap: Costmap) -> bool:
@@ -131,13 +131,23 @@ class Escape:
         self.reset()
         return self._config.enabled and self._plan(*_in_own_frame(pose, path, costmap))
 
-    def leave_contact(self, pose: SE2, costmap: Costmap) -> bool:
-        """Drive off what the robot touches, straight or in a bend; return whether it can."""
+    def turn_touches(self, yaw_rate: float, pose: SE2, costmap: Costmap) -> bool:
+        """Return whether a turn on the spot at a rate [rad/s] touches a point soon."""
+        return turn_touches(pose, yaw_rate * self._config.horizon, costmap, self._body)
+
+    def leave_contact(self, pose: SE2, costmap: Costmap, yaw_rate: float = 0.0) -> bool:
+        """Drive off what the robot touches, straight or in a bend; return whether it can.
+
+        Args:
+            yaw_rate: At which it is to be free to turn then [rad/s].
+        """
         self.reset()
         T_own = costmap.T_frame_own.inverse()
-        poses = self._lead_out(T_own @ pose, costmap.seen_from(T_own))
+        turn = math.copysign(self._config.gap_angle, yaw_rate) if yaw_rate else 0.0
+        poses = self._line_off(T_own @ pose, costmap.seen_from(T_own), turn)
         if self._config.enabled and len(poses) > 1:
             self._tracker.follow(poses)
+        self._leaves = self.active
         return self.active
 
     def compute(
@@ -227,15 +237,19 @@ class Escape:
         )
 
     def _is_free(self, poses: Floats, costmap: Costmap) -> bool:
-        """Return whether the robot can drive poses, in a gap by the points that scans have hit."""
+        """Return whether the robot can drive poses, by the points that scans have hit in a gap.
+
+        So it can where it leaves what it touches.
+        """
         if self._gap is None:
-            return first_collision(costmap, self._footprint, poses) is None
+            free = first_collision(costmap, self._footprint, poses) is None
+            return free or (self._leaves and leaves(poses, costmap, self._body))
         around = costmap.obstacles(poses[0, 0], poses[0, 1], self._reach)
         return bool(first_contact(poses, around, self._outline) == len(poses))
 
     def _plan(self, pose: SE2, path: Floats, costmap: Costmap) -> bool:
         """Take the trajectory through a narrow gap on the path, or the cheapest one round."""
-        config = self._config
+        config, self._leaves = self._config, False
         points = costmap.obstacles(pose.x, pose.y, self._reach)
         near = path[paths.along(path) <= config.gap_reach]
         self._gap = find_gap(near, points, self._half, config.gap_room)
@@ -301,24 +315,19 @@ class Escape:
 
     def _around(self, pose: SE2, path: Floats, costmap: Costmap) -> Floats | None:
         """Return the cheapest trajectory to the path ahead; else off what the robot touches."""
-        lead, least = self._lead_out(pose, costmap), math.inf
+        lead, least = self._line_off(pose, costmap), math.inf
         best = lead if len(lead) > 1 else None
         for target, along in self._targets(path, costmap):
             found = find_path(pose, target, costmap, self._footprint, self._drive)
             cost = path_cost(found, self._drive) - along if len(found) > 1 else math.inf
             if cost < least:
                 least, best = cost, _without_last_turn(found)
+        self._leaves = best is lead
         return best
 
-    def _lead_out(self, pose: SE2, costmap: Costmap) -> Floats:
-        """Return the poses off what the robot touches, its own first and alone if there are none.
-
-        They lead straight off its cells; else in a bend past the points in them.
-        """
-        lead = lead_out(pose, costmap, self._footprint, self._radius)
-        if len(lead) > 1 or not collides(costmap, self._footprint, pose):
-            return lead
-        return bend_off(pose, costmap, self._footprint, self._body, self._radius)
+    def _line_off(self, pose: SE2, costmap: Costmap, turn: float = 0.0) -> Floats:
+        """Return the poses off what the robot touches, its own first, and alone if none."""
+        return line_off(pose, costmap, self._footprint, self._body, self._radius, turn)
 
     def _targets(self, path: Floats, costmap: Costmap) -> Iterator[tuple[SE2, float]]:
         """Give poses of the path where the outline is free, and how far along they are [m]."""

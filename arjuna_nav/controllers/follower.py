@@ -65,20 +65,10 @@ class FollowerConfig:
         minimum=0.0,
         maximum=1.0,
     )
-    body: str = param(
-        "",
-        "The robot's own outline, [[x, y], ...], as its file says, where it stands out of the"
-        " costmap's footprint: the final approach keeps it free, the escape in gaps.",
-        unit="m",
-    )
     foresight: ForesightConfig = field(default_factory=ForesightConfig)
     arrival: ApproachConfig = field(default_factory=ApproachConfig)
     escape: EscapeConfig = field(default_factory=EscapeConfig)
     tracker: TrackerConfig = field(default_factory=TrackerConfig)
-
-    def __post_init__(self) -> None:
-        if self.body:
-            Footprint.parse(self.body, 0.0, 0.0)
 
 
 class FollowState(enum.Enum):
@@ -275,9 +265,12 @@ class PathFollower:
         return fastest > self._config.stopped_velocity
 
     def _scrapes(self, command: Velocity, pose: SE2, costmap: Costmap) -> bool:
-        """Return whether a command turns a robot that touches something: it would scrape along."""
+        """Return whether a command turns a robot along something that it touches, or into it."""
         turns = abs(command.yaw_rate) * self._footprint.circumscribed_radius > abs(command.x)
-        return turns and collides(costmap, self._footprint, pose)
+        return turns and (
+            collides(costmap, self._footprint, pose)
+            or self._escape.turn_touches(command.yaw_rate, pose, costmap)
+        )
 
     def _control(
         self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float
@@ -294,7 +287,8 @@ class PathFollower:
             if command is not None:
                 return ControlResult(ControlStatus.SUCCEEDED, command)
         control = self._driven(pose, velocity, costmap, now)
-        if self._scrapes(control.velocity, pose, costmap) and escape.leave_contact(pose, costmap):
+        scrapes = self._scrapes(control.velocity, pose, costmap)
+        if scrapes and escape.leave_contact(pose, costmap, control.velocity.yaw_rate):
             command = escape.compute(pose, velocity, path, costmap, now, self.speed_limit)
             return control if command is None else ControlResult(ControlStatus.SUCCEEDED, command)
         self._has_driven |= control.status is ControlStatus.SUCCEEDED

@@ -50,6 +50,13 @@ class CostmapConfig:
     robot_radius: float = param(0.1, "Radius of a circular robot.", unit="m", minimum=0.0)
     footprint: str = param("[]", "Corners [[x, y], ...] of a robot that is no circle.", unit="m")
     footprint_padding: float = param(0.01, "Added to the footprint.", unit="m")
+    body: str = param(
+        "",
+        "The robot's own outline, [[x, y], ...], as its file says, where it stands out of the"
+        " footprint without its padding: what stands beside it is kept, and the collision monitor,"
+        " the final approach and the escape keep it free.",
+        unit="m",
+    )
     leave_obstacles: bool = param(
         True,
         "Whether a robot that touches an obstacle may move away; as Nav2 does, each motion from"
@@ -90,3 +97,8 @@ class CostmapConfig:
 
     def __post_init__(self) -> None:
         Footprint.parse(self.footprint, self.robot_radius, self.footprint_padding)
+        self.own_body()
+
+    def own_body(self) -> Footprint | None:
+        """Return the robot's own outline where it is given."""
+        return Footprint.parse(self.body, 0.0, 0.0) if self.body else None

@@ -46,7 +46,7 @@ class LayeredCostmap:
         frame = _own_frame(config)
         hits = np.zeros(frame.shape, np.uint32)
         outline = Footprint.parse(*_footprint_of(config))
-        self._master = Master(config, frame, outline, hits)
+        self._master = Master(config, frame, outline, config.own_body(), hits)
         if transform is not None:
             self._master.transform = transform
         names = *config.plugins, *config.filters
@@ -68,6 +68,11 @@ class LayeredCostmap:
         """The robot's outline."""
         return self._master.footprint
 
+    @property
+    def body(self) -> Footprint:
+        """The robot's own outline, without padding."""
+        return self._master.body or self.footprint.without(self._master.config.footprint_padding)
+
     def take_changed(self) -> Window | None:
         """Return what has changed since the last call, None where nothing has."""
         changed, self._changed = self._changed, None
@@ -78,6 +83,7 @@ class LayeredCostmap:
         before, self._master.config = self._master.config, config
         if _footprint_of(config) != _footprint_of(before):
             self._master.footprint = Footprint.parse(*_footprint_of(config))
+        self._master.body = config.own_body()
         self.group.reconfigure(config)
         self.compose_again()
 
@@ -89,7 +95,7 @@ class LayeredCostmap:
 
     def set_footprint(self, footprint: Footprint) -> None:
         """Take another outline of the robot from now on."""
-        self._master.footprint = footprint
+        self._master.footprint, self._master.body = footprint, None
         self.group.on_footprint()
         self.compose_again()
 

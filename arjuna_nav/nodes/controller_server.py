@@ -31,7 +31,6 @@ from arjuna_nav.controllers.follower import (
     PathFollower,
 )
 from arjuna_nav.costmap import Costmap
-from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.nodes.controller_display import ControllerDisplay
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import poses_of, robot_pose
@@ -184,9 +183,7 @@ class ControllerServerNode(GoalNode):
             return
         self._unknown_since, self._outdated = math.inf, False
         footprint = self._costmap.layered.footprint
-        bare = footprint.without(self._costmap.config.footprint_padding)
-        body = Footprint.parse(self.config.body, 0.0, 0.0) if self.config.body else bare
-        self._follower = PathFollower(self.config, footprint, chosen, body)
+        self._follower = PathFollower(self.config, footprint, chosen, self._costmap.layered.body)
         if self._follower.warning and self._follower.warning != self._warned:
             self.get_logger().warning(self._follower.warning)
         self._warned = self._follower.warning

@@ -5,7 +5,8 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -80,7 +81,12 @@ class Escape:
 
 
 def lead_out(
-    pose: SE2, costmap: Costmap, footprint: Footprint, radius: float = 0.0, reach: float = 0.5
+    pose: SE2,
+    costmap: Costmap,
+    footprint: Footprint,
+    radius: float = 0.0,
+    reach: float = 0.5,
+    touches: Callable[[SE2], bool] | None = None,
 ) -> Floats:
     """Return the poses `(N, 3)` straight off what the robot touches, its own first.
 
@@ -90,30 +96,35 @@ def lead_out(
     Args:
         radius: Of the tightest bend of a steered drive, which leaves in bends, too; else 0 [m].
         reach: Greatest length [m].
+        touches: Whether it touches something at a pose; if None, by the cells below its outline.
     """
-    lines = lines_off(pose, costmap, footprint, radius, reach)
+    bends = (0.0, 1.0 / radius, -1.0 / radius) if radius > 0.0 else (0.0,)
+    lines = lines_off(pose, costmap, touches or partial(collides, costmap, footprint), bends, reach)
     free = (line for line in lines if first_collision(costmap, footprint, line) is None)
     return min(free, key=len, default=pose.array()[None, :])
 
 
 def lines_off(
-    pose: SE2, costmap: Costmap, footprint: Footprint, radius: float, reach: float = 0.5
+    pose: SE2,
+    costmap: Costmap,
+    touches: Callable[[SE2], bool],
+    bends: Sequence[float],
+    reach: float = 0.5,
+    step: float = 0.02,
 ) -> Iterator[Floats]:
     """Give the poses `(N, 3)` to where the robot touches nothing, its own first, by each way.
 
-    Ahead and back, straight and, of a radius above 0 [m], in bends; none is longer than the reach
-    [m], nor does its middle pass an obstacle's cell beside its own.
+    Ahead and back, with each curvature [1/m]; none is longer than the reach [m], nor does its
+    middle pass an obstacle's cell beside its own. Two poses are a step apart [m].
     """
-    step = 0.02  # between two poses [m]
     own = costmap.frame.to_cell(pose.x, pose.y)
-    bends = (0.0, 1.0 / radius, -1.0 / radius) if radius > 0.0 else (0.0,)
     for bend, side in itertools.product(bends, (step, -step)):
         line = [pose]
-        while len(line) * step < reach and collides(costmap, footprint, line[-1]):
+        while len(line) * step < reach and touches(line[-1]):
             path = side * len(line)
             line.append(pose @ SE2.exp(np.array([path, 0.0, path * bend])))
             cell = costmap.frame.to_cell(line[-1].x, line[-1].y)
             if cell != own and costmap.cost_at(line[-1].x, line[-1].y) == LETHAL:
                 break
-        if not collides(costmap, footprint, line[-1]):
+        if not touches(line[-1]):
             yield np.array([each.array() for each in line])

@@ -39,15 +39,16 @@ def of_simulated_robot(
 ) -> Parameters:
     """Return a robot's names, outline and tightest bend, unless parameter files say otherwise.
 
-    Where their outline leaves out some of its body, the body goes to the server of controllers.
+    Where their outline without its padding leaves out some of its body, the body goes to the local
+    costmap, for those who keep it free of the points that are seen, and not of cells alone.
 
     Raises:
         ArjunaError: The robot's file cannot be used.
     """
     own = {} if _is_shipped(sim) else _of_another_robot(parameters, sim, groups)
-    if any(CONTROLLER_SERVER in group.nodes for group in groups):
-        for _, body, _ in _left_out(merged(parameters, own), sim, (LOCAL_COSTMAP,)):
-            own = merged(own, {CONTROLLER_SERVER.name: {"body": body}})
+    if any(LOCAL_COSTMAP in group.nodes for group in groups):
+        for _, body, _ in _left_out(merged(parameters, own), sim, (LOCAL_COSTMAP,), padded=False):
+            own = merged(own, {LOCAL_COSTMAP.name: {"body": body}})
     return own
 
 
@@ -168,7 +169,10 @@ def _base_frame(parameters: Parameters, node: str = LOCAL_COSTMAP.name, prefix: 
 
 
 def _left_out(
-    parameters: Parameters, sim: Mapping[str, Any], costmaps: Iterable[NodeSpec]
+    parameters: Parameters,
+    sim: Mapping[str, Any],
+    costmaps: Iterable[NodeSpec],
+    padded: bool = True,
 ) -> Iterator[tuple[str, str, str]]:
     """Give each parameter that leaves out some of the robot's body, the body, and the reason."""
     from arjuna_nav.costmap.footprint import Footprint
@@ -180,7 +184,7 @@ def _left_out(
         text = footprint_of(robot, config.robot_base_frame)
         if not text:
             continue
-        given = config.footprint, config.robot_radius, config.footprint_padding
+        given = config.footprint, config.robot_radius, config.footprint_padding * padded
         outline, body = Footprint.parse(*given), Footprint.parse(text, 0.0, 0.0)
         if not (out := outline.outreach(body)):
             continue

@@ -52,6 +52,7 @@ class Master:
     """State that the layers of a costmap share.
 
     Attributes:
+        body: The robot's own outline; None where the footprint without padding is that.
         hits: `(height, width) uint32` where in its cell each mark lies, as `hit_points` reads it.
         moving: What moves, by who follows it: a layer and its source.
         moving_times: How far ahead the paths of what moves count, likewise [s].
@@ -61,6 +62,7 @@ class Master:
     config: CostmapConfig
     frame: GridFrame
     footprint: Footprint
+    body: Footprint | None
     hits: NDArray[np.uint32]
     moving: dict[str, Moving] = field(default_factory=dict)
     moving_times: dict[str, float] = field(default_factory=dict)

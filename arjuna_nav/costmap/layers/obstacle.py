@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -227,9 +228,13 @@ class ObstacleLayer(SensedLayer):
         self.data[rows, columns] = FREE
 
     def _free_below(self, T_global_base: SE2) -> None:
-        """Set the cells under the robot free."""
-        corners, frame = self.master.footprint.at(T_global_base), self.master.frame
-        self._free(frame.origin.inverse().apply(corners) / frame.resolution)
+        """Set the cells under the robot free, of a body those that lie in it as a whole."""
+        body, frame, outline = self.master.body, self.master.frame, self.master.footprint
+        if body is not None:
+            corner = frame.resolution * math.sqrt(0.5)  # of a cell, off its middle [m]
+            outline = body.scaled(max(1.0 - corner / body.inscribed_radius, 0.0))
+        corners = frame.origin.inverse().apply(outline.at(T_global_base)) / frame.resolution
+        self._free(corners)
 
     def _free(self, corners: Floats) -> None:
         """Set the cells within a polygon free, `(N, 2)` x, y in cells."""

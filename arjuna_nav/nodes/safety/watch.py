@@ -135,10 +135,10 @@ class Watch:
             source.reset()
 
     def footprint(self) -> Footprint:
-        """Return the robot's outline without its padding."""
+        """Return the robot's own outline, without padding."""
         if self._near is None:
             return Footprint.circle(1e-3)  # as with Nav2, a zone is empty until its shape comes
-        return self._near.layered.footprint.without(self._near.config.footprint_padding)
+        return self._near.layered.body
 
     def silent(self) -> str:
         """Return which source says nothing and since when; empty where all speak."""

@@ -25,10 +25,10 @@ STOP = {"type": "circle", "action_type": "stop", "radius": ZONE, "min_points": 1
 FOV = 1.2  # of the range sensor [rad]
 
 
-def drive(robot: PlayedRobot, v: float, duration: float) -> None:
+def drive(robot: PlayedRobot, v: float, duration: float, yaw_rate: float = 0.0) -> None:
     """Command a speed at 25 Hz."""
     message = Twist()
-    message.linear.x = v
+    message.linear.x, message.angular.z = v, yaw_rate
     for _ in range(round(duration / 0.04)):
         robot.bench.publish(Twist, "/cmd_vel_smoothed", message)
         robot.run(0.04)

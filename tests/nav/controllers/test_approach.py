@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from arjuna_core.config import load
-from arjuna_core.errors import ConfigError
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import STILL, Velocity
@@ -23,14 +22,15 @@ from arjuna_nav.costmap.footprint import Footprint
 from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, polyline
 
 ROBOT = Footprint.circle(0.25)
-BODY = "[[0.35, 0.2], [0.35, -0.2], [-0.35, -0.2], [-0.35, 0.2]]"
+BODY = Footprint.polygon(np.array([[0.35, 0.2], [0.35, -0.2], [-0.35, -0.2], [-0.35, 0.2]]))
 POSITION = "nav2_controller::PositionGoalChecker"
 
 
-def drive(robot: Unicycle, goal: SE2, grid: OccupancyGrid, **values: Any) -> FollowResult:
+def drive(
+    robot: Unicycle, goal: SE2, grid: OccupancyGrid, body: Footprint | None = None, /, **values: Any
+) -> FollowResult:
     """Follow the straight path from where the robot is to a goal until following ends."""
     config = load(FollowerConfig, values)
-    body = Footprint.parse(config.body, 0.0, 0.0) if config.body else None
     follower = PathFollower(config, ROBOT, body=body)
     corners = [(robot.pose.x, robot.pose.y), (goal.x, goal.y)]
     costmap, now = costmap_of(grid), 0.0
@@ -101,9 +101,9 @@ def test_what_stands_out_of_the_footprint_is_kept_free() -> None:
     grid, goal = empty_grid(6.0, 4.0), SE2(4.0, 2.0)
     block(grid, 4.3, 1.5, 0.2, 1.0)
     fronts = []
-    for values in ({}, {"body": BODY}):
+    for body in (None, BODY):
         robot = Unicycle(SE2(1.0, 2.0))
-        result = drive(robot, goal, grid, **values)
+        result = drive(robot, goal, grid, body)
         assert result.state is FollowState.SUCCEEDED
         fronts.append(max(pose.x for pose in robot.trace) + 0.35)
     assert fronts[0] > 4.3, "it is driven into the goal, as its footprint allows"
@@ -112,16 +112,11 @@ def test_what_stands_out_of_the_footprint_is_kept_free() -> None:
 
 def test_a_body_within_the_footprint_changes_nothing() -> None:
     traces = []
-    for values in ({}, {"body": "[[0.1, 0.1], [0.1, -0.1], [-0.1, -0.1], [-0.1, 0.1]]"}):
+    for body in (None, BODY.scaled(0.3)):
         robot = Unicycle(SE2(1.0, 1.0, 1.0))
-        drive(robot, SE2(3.0, 1.7, 0.6), empty_grid(5.0, 4.0), **values)
+        drive(robot, SE2(3.0, 1.7, 0.6), empty_grid(5.0, 4.0), body)
         traces.append([pose.array().tolist() for pose in robot.trace])
     assert traces[0] == traces[1]
-
-
-def test_a_body_that_is_no_outline_is_refused() -> None:
-    with pytest.raises(ConfigError, match="a footprint needs at least three corners"):
-        load(FollowerConfig, {"body": "[[0.1, 0.1]]"})
 
 
 @pytest.mark.parametrize("speed", [0.2, 0.5, 1.0, 2.0])

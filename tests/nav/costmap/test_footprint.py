@@ -7,11 +7,13 @@ import math
 import numpy as np
 import pytest
 
+from arjuna_core.config import load
 from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.motion import rollout
 from arjuna_nav.costmap.collision import collides, first_collision
+from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.raytrace import enter_scan
 from arjuna_nav.costmap.window import Window, clipped, grown, joined, seen_in, whole, within
@@ -70,6 +72,8 @@ def test_commas_may_be_left_out(text: str) -> None:
 def test_refuses_what_is_no_footprint(text: str) -> None:
     with pytest.raises(ConfigError, match=r"valid: '\[\[x, y\]|at least three corners"):
         Footprint.parse(text, 0.25, 0.0)
+    with pytest.raises(ConfigError, match=r"valid: '\[\[x, y\]|at least three corners"):
+        load(CostmapConfig, {"body": text})
 
 
 @pytest.mark.parametrize(("x", "padding"), [(20.01, 0.0), (-1e7, 0.0), (19.9, 0.2)])

@@ -21,9 +21,10 @@ from tests.nav.worlds import block
 State = CollisionMonitorState
 
 
-def made(**parameters: Any) -> PlayedRobot:
+def made(body: str = "", **parameters: Any) -> PlayedRobot:
     early = {"FootprintApproach.time_before_collision": 1.2}
-    robot = PlayedRobot({"collision_monitor": early | parameters})
+    monitor, costmap = COLLISION_MONITOR.name, LOCAL_COSTMAP.name
+    robot = PlayedRobot({monitor: early | parameters, costmap: {"body": body}})
     block(robot.world, 6.7, 4.5, 0.1, 2.0)  # a wall at x = 1.2
     robot.bring_up(LOCAL_COSTMAP, COLLISION_MONITOR)
     robot.run(0.5)
@@ -49,6 +50,19 @@ def test_the_robot_stops_before_a_wall_and_may_drive_back(robot: PlayedRobot) ->
     drive(robot, -0.2, 1.0)
     assert robot.command.x == pytest.approx(-0.2)
     assert actions(changes)[-1] == (State.DO_NOTHING, "")
+
+
+CORNERS = "[[0.225, 0.15], [0.2, 0.19], [-0.2, 0.19], [-0.2, -0.19], [0.2, -0.19], [0.225, -0.15]]"
+
+
+@pytest.mark.parametrize("body", ["", CORNERS])
+def test_a_turn_keeps_the_corners_free_that_stand_out_of_the_costmap_s_circle(body: str) -> None:
+    robot = made(body=body)
+    robot.pose = SE2(1.2 - 0.24, 0.0)
+    drive(robot, 0.0, 1.0, yaw_rate=0.8)
+    assert (robot.command == STILL) is bool(body)
+    drive(robot, -0.2, 0.2)
+    assert robot.command.x == pytest.approx(-0.2)
 
 
 def test_without_sight_the_robot_stands(robot: PlayedRobot) -> None:

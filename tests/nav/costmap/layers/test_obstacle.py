@@ -12,6 +12,7 @@ from arjuna_core.pose3 import Pose3
 from arjuna_core.scan import Cloud, Scan
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import FREE, LETHAL, UNKNOWN, LayeredCostmap, PlacedCloud, PlacedScan
+from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.layers.voxel import VoxelLayer
 from tests.helpers.nav.layers import CLOUD, SCAN, costmap_config
 
@@ -53,6 +54,24 @@ def marked(layered: LayeredCostmap) -> list[float]:
     found = np.flatnonzero(layered.costmap.data[row, column:] == LETHAL)
     assert len(found) == (layered.costmap.data == LETHAL).sum()
     return [round(0.05 * int(k), 2) for k in found]
+
+
+BODY = "[[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]"
+
+
+@pytest.mark.parametrize("cls", LAYERS)
+@pytest.mark.parametrize(
+    ("body", "kept"), [("", []), (BODY, [0.3, 0.35])], ids=["footprint", "body"]
+)
+def test_what_stands_beside_the_body_is_kept(cls: str, body: str, kept: list[float]) -> None:
+    layer = {"observation_sources": "s", "s": {**SCAN, "clearing": False}}
+    layered = costmap(cls, layer, robot_radius=0.4, body=body)
+    for k, distance in enumerate((0.13, 0.22, 0.31, 0.36)):
+        see(layered, 0.1 * k, beam(distance, stamp=0.1 * k))
+    assert marked(layered) == kept
+    layered.set_footprint(Footprint.circle(0.45))
+    see(layered, 1.0, beam(0.36, stamp=1.0))
+    assert marked(layered) == [], "another outline has another body"
 
 
 @pytest.mark.parametrize("cls", LAYERS)
