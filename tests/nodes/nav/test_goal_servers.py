@@ -18,7 +18,7 @@ from nav2_msgs.action import (
 )
 
 from arjuna_core.ros.convert import path_msg
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import STILL
 from bringup.stack import (
     BEHAVIOR_SERVER,
@@ -129,7 +129,9 @@ def robot(server: Server, tmp_path: Path) -> PlayedRobot:
 
 
 def sent(robot: PlayedRobot, server: Server) -> Goal:
-    """Return a goal that has run for a while."""
+    """Return a goal that has run for a while, from the start."""
+    robot.pose = IDENTITY
+    robot.run(0.1)
     goal = server.send(robot)
     robot.run(server.lasts)
     assert not goal.done
