@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -66,11 +67,20 @@ TRACKED = {
 }
 
 
+def _legs(robot: Path, *legs: tuple[Velocity, float]) -> Iterator[Observation]:
+    """Yield what is seen after each leg, driven from rest to rest, of a robot that parks."""
+    sim = simulator(robot=robot)
+    parked = run(sim, 1.0).truth.pose
+    assert parked.distance(run(sim, 3.0).truth.pose) < 5e-6
+    for command, seconds in legs:
+        sim.reset()
+        run(sim, seconds, command)
+        yield run(sim, 1.0, Velocity())
+
+
 def _driven(robot: cases.Robot, folder: Path, command: Velocity, seconds: float) -> Observation:
     """Drive from rest to rest."""
-    sim = simulator(robot=robot.write(folder))
-    run(sim, seconds, command)
-    return run(sim, 1.0, Velocity())
+    return next(_legs(robot.write(folder), (command, seconds)))
 
 
 def _check(seen: Observation, wanted: SE2, direction: float) -> None:
@@ -81,47 +91,33 @@ def _check(seen: Observation, wanted: SE2, direction: float) -> None:
 
 
 @pytest.mark.parametrize("name", SIDEWAYS)
-@pytest.mark.parametrize(
-    ("command", "seconds", "wanted"),
-    [
-        (Velocity(0.4), 2.5, SE2(1.0, 0.0, 0.0)),
-        (Velocity(y=0.4), 2.5, SE2(0.0, 1.0, 0.0)),
-        (Velocity(0.3, y=-0.3), 2.0, SE2(0.6, -0.6, 0.0)),
-        (Velocity(yaw_rate=0.8), math.pi / 2 / 0.8, SE2(0.0, 0.0, math.pi / 2)),
-    ],
-    ids=["ahead", "sideways", "askew", "about"],
-)
-def test_robot_moves_in_any_direction(
-    tmp_path: Path, name: str, command: Velocity, seconds: float, wanted: SE2
-) -> None:
-    robot, _ = SIDEWAYS[name]
-    _check(_driven(robot, tmp_path, command, seconds), wanted, math.hypot(wanted.x, wanted.y))
-
-
-@pytest.mark.parametrize("name", SIDEWAYS)
-def test_robot_circles_as_it_faces_outward(tmp_path: Path, name: str) -> None:
-    """All three velocities at once, for half a turn."""
+def test_robot_moves_in_any_direction(tmp_path: Path, name: str) -> None:
+    """Ahead, sideways, askew and about; and on a circle, as it faces outward."""
     robot, kind = SIDEWAYS[name]
-    assert load_robot(robot.write(tmp_path), SearchPath()).drive.kind is kind
-    command, seconds = Velocity(0.1, y=0.3, yaw_rate=0.5), math.pi / 0.5
-    x, y = 2.0 * -0.3 / 0.5, 2.0 * 0.1 / 0.5
-    _check(_driven(robot, tmp_path, command, seconds), SE2(x, y, math.pi), math.pi * 0.3 / 0.5)
+    path = robot.write(tmp_path)
+    assert load_robot(path, SearchPath()).drive.kind is kind
+    legs = (
+        (Velocity(0.4), 2.5),
+        (Velocity(y=0.4), 2.5),
+        (Velocity(0.3, y=-0.3), 2.0),
+        (Velocity(yaw_rate=0.8), math.pi / 2 / 0.8),
+        (Velocity(0.1, y=0.3, yaw_rate=0.5), math.pi / 0.5),
+    )
+    for (command, time), seen in zip(legs, _legs(path, *legs), strict=True):
+        wanted = SE2.exp(np.array([command.x, command.y, command.yaw_rate]) * time)
+        _check(seen, wanted, time * math.hypot(command.x, command.y))
 
 
 @pytest.mark.parametrize("name", STEERED)
-@pytest.mark.parametrize("bend", [0.0, 0.8, -1.2])
-def test_car_follows_an_arc(tmp_path: Path, name: str, bend: float) -> None:
+def test_car_follows_an_arc(tmp_path: Path, name: str) -> None:
     """The rear axle does, backward as well, by the curvature that was asked for [1/m]."""
     path = STEERED[name].write(tmp_path)
-    robot = load_robot(path, SearchPath())
-    assert robot.drive.kind is DriveKind.STEERED
+    assert load_robot(path, SearchPath()).drive.kind is DriveKind.STEERED
     axle = SE2({"tric": -0.12, "all ": 0.01}.get(name[:4], -0.16), 0.0, 0.0)
-    for speed in (0.4, -0.4):
-        sim = simulator(robot=path)
-        run(sim, 2.5, Velocity(speed, yaw_rate=speed * bend))
-        seen = run(sim, 1.0, Velocity())
-        turn = math.copysign(bend, bend * speed) if bend else 0.0
-        arc = SE2.exp([math.copysign(1.0, speed), 0.0, turn])  # type: ignore[arg-type]
+    bends = [(speed, bend) for bend in (0.0, 0.8, -1.2) for speed in (0.4, -0.4)]
+    legs = [(Velocity(speed, yaw_rate=speed * bend), 2.5) for speed, bend in bends]
+    for (speed, bend), seen in zip(bends, _legs(path, *legs), strict=True):
+        arc = SE2.exp(2.5 * speed * np.array([1.0, 0.0, bend]))
         _check(seen, axle @ arc @ axle.inverse(), 1.0)
 
 
@@ -213,22 +209,12 @@ def test_car_does_not_turn_on_the_spot(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", TRACKED)
-@pytest.mark.parametrize(
-    ("command", "seconds", "wanted"),
-    [
-        (Velocity(0.4), 2.5, SE2(1.0, 0.0, 0.0)),
-        (Velocity(-0.4), 2.5, SE2(-1.0, 0.0, 0.0)),
-        (Velocity(yaw_rate=0.8), math.pi / 2 / 0.8, SE2(0.0, 0.0, math.pi / 2)),
-    ],
-    ids=["ahead", "back", "about"],
-)
-def test_tracks_drive_as_a_skid_steer(
-    tmp_path: Path, name: str, command: Velocity, seconds: float, wanted: SE2
-) -> None:
-    seen = _driven(TRACKED[name], tmp_path, command, seconds)
-    # [m] With flippers in front it turns about a point before its middle.
-    room = 6.0 if "flippers" in name else abs(wanted.x)
-    _check(seen, wanted, room)
+def test_tracks_drive_as_a_skid_steer(tmp_path: Path, name: str) -> None:
+    legs = (Velocity(0.4), 2.5), (Velocity(-0.4), 2.5), (Velocity(yaw_rate=0.8), math.pi / 2 / 0.8)
+    wanted = SE2(1.0), SE2(-1.0), SE2(0.0, 0.0, math.pi / 2)
+    for seen, pose in zip(_legs(TRACKED[name].write(tmp_path), *legs), wanted, strict=True):
+        # [m] With flippers in front it turns about a point before its middle.
+        _check(seen, pose, 6.0 if "flippers" in name else abs(pose.x))
 
 
 def test_wheels_that_no_file_names_are_in_no_message(tmp_path: Path) -> None:
@@ -338,14 +324,6 @@ def test_limits_of_tracks_and_of_a_tracked_vehicle_hold(tmp_path: Path) -> None:
     assert driven.truth.pose.x == pytest.approx(0.6, abs=0.04)
     driven = _driven(replace(robot, extra=extra), tmp_path, Velocity(yaw_rate=1.0), 2.0)
     assert driven.truth.pose.theta == pytest.approx(1.0, abs=0.1)
-
-
-@pytest.mark.parametrize("name", [*SIDEWAYS, *STEERED, *TRACKED])
-def test_robot_parks(tmp_path: Path, name: str) -> None:
-    robot = SIDEWAYS[name][0] if name in SIDEWAYS else {**STEERED, **TRACKED}[name]
-    sim = simulator(robot=robot.write(tmp_path))
-    start = run(sim, 2.0).truth.pose
-    assert start.distance(run(sim, 6.0).truth.pose) < 1e-5
 
 
 @pytest.mark.parametrize("name", ["mecanum", "car, gz", "tricycle"])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 from geometry_msgs.msg import PoseStamped
@@ -58,9 +57,16 @@ def through(robot: PlayedRobot, *poses: SE2) -> Goal:
     return robot.send(NavigateThroughPoses, "navigate_through_poses", request)
 
 
-def test_nav2s_default_tree_drives_to_a_goal_and_its_nodes_are_logged(robot: PlayedRobot) -> None:
+def test_nav2s_default_tree_replans_once_a_second_and_its_nodes_are_logged(
+    robot: PlayedRobot,
+) -> None:
     log = robot.bench.collect(BehaviorTreeLog, "behavior_tree_log")
     goal = go(robot, GOAL, f"/opt/ros/jazzy/share/{TO_POSE}")
+    robot.run(3.05)
+    named = [c for m in log for c in m.event_log if c.node_name == "ComputePathToPose"]
+    plans = max(c.uid for c in named)  # the innermost of that name
+    assert [c.current_status for c in named if c.uid == plans].count("RUNNING") in (3, 4)
+    assert robot.command.x > 0.2  # a new path is taken without a stop
     robot.run_until_done(goal, 30.0)
     assert (goal.status, goal.result.error_code, goal.result.error_msg) == (SUCCEEDED, 0, "")
     assert robot.pose.distance(GOAL) < TOLERANCE
@@ -71,26 +77,6 @@ def test_nav2s_default_tree_drives_to_a_goal_and_its_nodes_are_logged(robot: Pla
     }
     assert changes[0].node_name == "NavigateRecovery"
     assert goal.feedback[-1].distance_remaining < 0.4 < goal.feedback[10].distance_remaining
-
-
-def test_nav2s_default_tree_replans_once_a_second(robot: PlayedRobot) -> None:
-    log = robot.bench.collect(BehaviorTreeLog, "behavior_tree_log")
-    go(robot, SE2(3.0, 1.0), TO_POSE)
-    robot.run(4.05)
-    planned = [
-        change
-        for message in log
-        for change in message.event_log
-        if change.current_status == "RUNNING" and change.uid == plan_uid(log)
-    ]
-    assert len(planned) in (4, 5)
-    assert robot.command.x > 0.2  # a new path is taken without a stop
-
-
-def plan_uid(log: list[Any]) -> int:
-    """Return the number of the node that plans: the innermost of that name."""
-    named = [c.uid for m in log for c in m.event_log if c.node_name == "ComputePathToPose"]
-    return int(max(named))
 
 
 def test_poses_are_passed_by_nav2s_default_tree(robot: PlayedRobot) -> None:
@@ -224,29 +210,27 @@ def test_a_tree_outside_the_folder_is_not_read(robot: PlayedRobot) -> None:
         assert "bt_folder" in goal.result.error_msg
 
 
-def test_a_default_tree_drives_goals_that_name_none(tmp_path: Path) -> None:
-    name = tree(tmp_path, f'<Sequence>{PLAN}<FollowPath path="{{path}}"/></Sequence>')
-    robot = made(default_nav_to_pose_bt_xml=str(tmp_path / name))
-    log = robot.bench.collect(BehaviorTreeLog, "behavior_tree_log")
-    goal = go(robot, GOAL)
-    robot.run_until_done(goal, 30.0)
-    assert goal.status == SUCCEEDED
-    assert log[0].event_log[0].node_name == "Sequence"
-
-
 def test_a_default_tree_that_does_not_exist_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(AssertionError, match="bt_navigator did not configure"):
         made(default_nav_to_pose_bt_xml="nothing.xml")
     assert "there is no behavior tree 'nothing.xml'" in capfd.readouterr().err
 
 
-@pytest.mark.parametrize("name", ["", "navigate_to_pose.xml"])
-def test_goals_that_name_no_tree_are_driven_by_the_shipped_one(name: str) -> None:
-    robot = made(default_nav_to_pose_bt_xml=name)
+@pytest.mark.parametrize(
+    ("name", "node"),
+    [("", "WaitOutOutage"), ("navigate_to_pose.xml", "WaitOutOutage"), ("mine.xml", "Mine")],
+)
+def test_goals_that_name_no_tree_are_driven_by_the_default(
+    tmp_path: Path, name: str, node: str
+) -> None:
+    tree(tmp_path, f'<Sequence name="Mine">{PLAN}<FollowPath path="{{path}}"/></Sequence>')
+    file = tmp_path / name if name == "mine.xml" else name
+    robot = made(default_nav_to_pose_bt_xml=str(file))
     log = robot.bench.collect(BehaviorTreeLog, "behavior_tree_log")
     go(robot, GOAL)
-    robot.run(0.5)
-    assert "WaitOutOutage" in {each.node_name for each in log[0].event_log}
+    robot.run(1.5)
+    assert node in {each.node_name for each in log[0].event_log}
+    assert robot.command.x > 0.1
 
 
 TREE = """

@@ -16,7 +16,7 @@ from arjuna_core.ros.convert import se2_from_pose
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
-from bringup.stack import EXPLORER, PROGRAMS
+from bringup.stack import EXPLORER, PROGRAMS, NodeSpec
 from tests.helpers.nav.navigation import PlayedRobot
 from tests.nav.worlds import room
 
@@ -56,12 +56,13 @@ class FakeNavigator(ManagedNode):
 class Exploration:
     """A robot that explores, with a navigator that the test plays."""
 
-    def __init__(self) -> None:
-        self.robot = PlayedRobot()
+    def __init__(self, explorer: NodeSpec = EXPLORER, **values: Any) -> None:
+        self.robot = PlayedRobot({explorer.name: values} if values else None)
         self.map = room()
         self.statuses = self.robot.bench.collect(String, "/explorer/status", qos.LATCHED)
+        self.markers = self.robot.bench.collect(MarkerArray, "explore/frontiers")
         self.navigator = self.make_navigator()
-        self.robot.bring_up(EXPLORER)
+        self.robot.bring_up(explorer)
         self.robot.run(0.1)
 
     def make_navigator(self) -> FakeNavigator:
@@ -90,7 +91,7 @@ def exploration() -> Exploration:
     return Exploration()
 
 
-def test_the_robot_is_sent_to_see_a_frontier(exploration: Exploration) -> None:
+def test_a_frontier_is_driven_to_until_it_is_seen(exploration: Exploration) -> None:
     exploration.look_for((2.0, 5.5))
     (goal,) = exploration.navigator.goals
     assert 1.0 <= goal.x < 2.0
@@ -98,19 +99,10 @@ def test_the_robot_is_sent_to_see_a_frontier(exploration: Exploration) -> None:
     assert exploration.map.data[row, column] == 0
     assert abs(goal.theta) < np.pi / 2  # it looks at what is unknown
     assert exploration.said.startswith("exploring: to (")
-
-
-def test_a_goal_is_kept_while_its_frontier_is_unseen(exploration: Exploration) -> None:
-    exploration.hide((2.0, 5.5))
-    exploration.robot.run(5.0)
+    exploration.robot.run(4.0)
     assert len(exploration.navigator.goals) == 1
-
-
-def test_a_frontier_that_was_seen_in_passing_is_not_driven_to(exploration: Exploration) -> None:
-    exploration.look_for((2.0, 5.5))
-    exploration.look_for((-5.5, -2.0))
-    first, second = exploration.navigator.goals
-    assert first.x > 0.0 > second.x
+    exploration.look_for((-5.5, -2.0))  # the first was seen in passing
+    assert exploration.navigator.goals[1].x < 0.0
 
 
 def test_it_is_done_once_nothing_is_unknown(exploration: Exploration) -> None:
@@ -236,35 +228,19 @@ def test_a_wrong_base_frame_is_said_with_its_remedy() -> None:
 VALUES = {"costmap_topic": "map", "costmap_updates_topic": "map_updates", "visualize": True}
 
 
-class Started:
-    """An explorer at work, with a navigator that the test plays."""
-
-    def __init__(self, **values: Any) -> None:
-        self.robot = PlayedRobot({"explore_node": {**VALUES, **values}})
-        self.markers = self.robot.bench.collect(MarkerArray, "explore/frontiers")
-        self.navigator: FakeNavigator = self.robot.bench.activated(FakeNavigator)
-        self.robot.bring_up(PROGRAMS["explore_lite", "explore"])
-
-    def hide(self, low: float = 5.5) -> None:
-        """Send the room of which nothing is known from an x on."""
-        grid = room()
-        grid.data[:, round((low + 5.5) / 0.05) :] = -1
-        self.robot.send_map(grid)
-        self.robot.run(1.2)
-
-
 @pytest.fixture
-def started() -> Started:
-    return Started(return_to_init=True, progress_timeout=4.0)
+def started() -> Exploration:
+    values = {**VALUES, "return_to_init": True, "progress_timeout": 4.0}
+    return Exploration(PROGRAMS["explore_lite", "explore"], **values)
 
 
-def test_it_explores_shows_frontiers_and_returns(started: Started) -> None:
-    started.hide(2.0)
+def test_it_explores_shows_frontiers_and_returns(started: Exploration) -> None:
+    started.look_for((2.0, 5.5))
     (goal,) = started.navigator.goals
     assert 1.0 <= goal.x < 2.0
     shown = started.markers[-1].markers
     assert {round(point.x, 3) for marker in shown for point in marker.points} == {1.975}
-    started.hide()
+    started.look_for()
     started.navigator.end(reached=True)
     started.robot.run(3.0)
     assert len(started.navigator.goals) == 2
@@ -273,16 +249,16 @@ def test_it_explores_shows_frontiers_and_returns(started: Started) -> None:
     assert {marker.action for marker in last} == {Marker.DELETE}
 
 
-def test_a_goal_without_progress_is_given_up(started: Started) -> None:
-    started.hide(2.0)
+def test_a_goal_without_progress_is_given_up(started: Exploration) -> None:
+    started.look_for((2.0, 5.5))
     started.robot.run(6.0)
     first, second = started.navigator.goals[:2]
     assert first.distance(second) > 0.4
 
 
-def test_it_stops_and_resumes_by_its_topic(started: Started) -> None:
+def test_it_stops_and_resumes_by_its_topic(started: Exploration) -> None:
     started.robot.bench.publish(Bool, "explore/resume", Bool(data=False))
-    started.hide(2.0)
+    started.look_for((2.0, 5.5))
     assert not started.navigator.goals
     started.robot.bench.publish(Bool, "explore/resume", Bool(data=True))
     started.robot.run(1.2)
@@ -292,8 +268,8 @@ def test_it_stops_and_resumes_by_its_topic(started: Started) -> None:
     assert started.navigator.server.cancel_requested
 
 
-def test_changes_of_the_map_count(started: Started) -> None:
-    started.hide()
+def test_changes_of_the_map_count(started: Exploration) -> None:
+    started.look_for()
     started.navigator.goals.clear()
     unknown = OccupancyGridUpdate(x=150, y=0, width=70, height=220)
     unknown.data = np.full(70 * 220, -1, np.int8)

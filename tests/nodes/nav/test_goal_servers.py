@@ -18,7 +18,7 @@ from nav2_msgs.action import (
 )
 
 from arjuna_core.ros.convert import path_msg
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import STILL
 from bringup.stack import (
     BEHAVIOR_SERVER,
@@ -119,11 +119,6 @@ SERVERS = {
 DOCK = {"docks": ["home"], "home.type": "simple_charging_dock", "home.pose": [1.2, 0.4, 0.3]}
 
 
-@pytest.fixture(params=SERVERS)
-def server(request: pytest.FixtureRequest) -> Server:
-    return SERVERS[request.param]
-
-
 @pytest.fixture
 def robot(server: Server, tmp_path: Path) -> PlayedRobot:
     graph = {"graph_filepath": str(written(tmp_path))}
@@ -134,7 +129,9 @@ def robot(server: Server, tmp_path: Path) -> PlayedRobot:
 
 
 def sent(robot: PlayedRobot, server: Server) -> Goal:
-    """Return a goal that has run for a while."""
+    """Return a goal that has run for a while, from the start."""
+    robot.pose = IDENTITY
+    robot.run(0.1)
     goal = server.send(robot)
     robot.run(server.lasts)
     assert not goal.done
@@ -150,7 +147,9 @@ def assert_aborted(goal: Goal, server: Server, reason: str) -> None:
         assert goal.result.error_code == server.unknown
 
 
-def test_a_newer_goal_replaces_and_can_be_cancelled(robot: PlayedRobot, server: Server) -> None:
+@pytest.mark.parametrize("server", SERVERS.values(), ids=SERVERS)
+def test_whatever_ends_a_goal_stops_the_robot(robot: PlayedRobot, server: Server) -> None:
+    """A newer goal, a cancel, a set-back clock, the node's deactivation and its shutdown."""
     older = sent(robot, server)
     newer = server.send(robot)
     robot.run(0.1)
@@ -160,8 +159,14 @@ def test_a_newer_goal_replaces_and_can_be_cancelled(robot: PlayedRobot, server: 
     assert newer.status == CANCELED
     assert_stopped_for_good(robot)
 
+    goal = sent(robot, server)
+    is_localized, robot.localized = robot.localized, False
+    robot.bench.set_back()
+    assert_aborted(goal, server, "time was set back")
+    assert robot.command == STILL
+    robot.localized = is_localized
+    robot.run(1.0)
 
-def test_deactivation_stops_the_robot_and_the_goal(robot: PlayedRobot, server: Server) -> None:
     goal = sent(robot, server)
     robot.transition(server.node, "deactivate")
     assert_aborted(goal, server, "the node was")
@@ -174,14 +179,6 @@ def test_deactivation_stops_the_robot_and_the_goal(robot: PlayedRobot, server: S
     robot.transition(server.node, "shutdown")
     assert_aborted(goal, server, "the node was")
     assert_stopped_for_good(robot)
-
-
-def test_a_set_back_clock_stops_robot_and_goal(robot: PlayedRobot, server: Server) -> None:
-    goal = sent(robot, server)
-    robot.localized = False
-    robot.bench.set_back()
-    assert_aborted(goal, server, "time was set back")
-    assert robot.command == STILL
 
 
 def test_a_server_at_rest_takes_no_path_to_smooth() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,7 @@ def robot_on(world: World) -> Simulation:
     return Simulation(starts, world, SimulatorConfig(), np.random.default_rng(0))
 
 
+@cache
 def placer(degrees: float) -> Placer:
     return Placer(robot_on(slope(degrees) if degrees else level()).stage, SOLO)
 

@@ -41,12 +41,18 @@ def _findings(robot: LockStep) -> dict[str, str]:
     }
 
 
-def test_a_robot_that_is_well_has_no_findings(stack: Callable[..., LockStep]) -> None:
+def test_a_robot_that_is_well_has_no_findings_and_what_breaks_is_named(
+    stack: Callable[..., LockStep],
+) -> None:
     robot = _robot(stack)
-    robot.run(3.0)
+    watcher = Watcher(robot)
+    watcher.rows(0.5)
+    sim = {row.node: row for row in watcher.rows(2.0)}["/sim"]
+    assert (sim.state, sim.topic) == ("active", "/scan")
+    assert sim.rate == pytest.approx(10.0, abs=1.0)
     snapshot = Observer(robot).snapshot(2.0)
-    found = diagnose(snapshot)
-    assert {name for name, each in found.items() if each} <= _MACHINE, found
+    whole = diagnose(snapshot)
+    assert {name for name, each in whole.items() if each} <= _MACHINE, whole
     assert snapshot.robot.scan is not None
     assert snapshot.robot.scan.on_walls is not None
     assert snapshot.robot.scan.on_walls > 0.8
@@ -54,10 +60,6 @@ def test_a_robot_that_is_well_has_no_findings(stack: Callable[..., LockStep]) ->
     assert snapshot.pace == pytest.approx(1.0, abs=0.05)
     assert set(snapshot.frames) >= {"odom", "base_footprint", "lidar_link"}
 
-
-def test_what_is_broken_in_a_running_robot_is_named(stack: Callable[..., LockStep]) -> None:
-    robot = _robot(stack)
-    robot.run(2.0)
     other = Node("meddler", context=robot.process.context)
     robot.process.executor.add_node(other)
     other.create_subscription(LaserScan, "/scan", lambda message: None, qos.LATCHED)
@@ -96,16 +98,6 @@ def test_a_robot_put_elsewhere_does_not_fit_the_map(stack: Callable[..., LockSte
     )
     robot.run(1.0)
     assert "of the scan's hits lie on walls of the map" in _findings(robot)["localization"]
-
-
-def test_the_table_has_states_and_rates(stack: Callable[..., LockStep]) -> None:
-    robot = _robot(stack)
-    watcher = Watcher(robot)
-    watcher.rows(0.5)
-    rows = {row.node: row for row in watcher.rows(2.0)}
-    assert rows["/sim"].state == "active"
-    assert rows["/sim"].topic == "/scan"
-    assert rows["/sim"].rate == pytest.approx(10.0, abs=1.0)
 
 
 def test_a_clock_that_was_set_back_is_counted() -> None:
