@@ -133,7 +133,7 @@ class MotionControlNode(GoalNode):
     def _sees_dock(self) -> bool:
         """Return whether the dock that the robot drove off is near and ahead."""
         if self._docked or self._dock is None:
-            return self._docked
+            return bool(self._docked)
         try:
             ahead = self._pose().inverse() @ self._dock
         except TransformError:
